@@ -1,0 +1,54 @@
+"""Error of a component: the one measure that tolerances, estimates and comparisons use.
+
+max |v - C| over a line, divided by the scale of that line, body and component: the larger of
+max |C_ij| and 0.05 max |C_nn|. Design section 2.
+"""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femic.linear import NotConverged
+
+Array = NDArray[np.float64]
+
+FLOOR = 0.05
+DIRECTION_NAMES = "xsn"
+
+
+def line_scale(c_line: Array, nn_line: Array) -> Array:
+    """Scale per component, shape (3, 3), of ICs (3, 3, n) on a line; nn_line (n,) is C_nn there."""
+    return np.maximum(np.max(np.abs(c_line), axis=-1), FLOOR * np.max(np.abs(nn_line)))
+
+
+def line_errors(difference: Array, c_line: Array, nn_line: Array) -> Array:
+    """Largest error per component on a line, shape (3, 3), of a difference to C (3, 3, n)."""
+    return np.asarray(np.max(np.abs(difference), axis=-1) / line_scale(c_line, nn_line))
+
+
+def require_converged(
+    estimates: Mapping[tuple[str, str], Array], components: Iterable[str], tolerance: float
+) -> None:
+    """Raise NotConverged where an estimated error exceeds the tolerance.
+
+    `estimates` maps (body, line) to estimated errors per component, shape (3, 3).
+    """
+    indices = [(c, *(DIRECTION_NAMES.index(letter) for letter in c)) for c in components]
+    worst = [
+        (float(errors[i, j]), component, body, line)
+        for (body, line), errors in estimates.items()
+        for component, i, j in indices
+        if errors[i, j] > tolerance
+    ]
+    if not worst:
+        return
+    listed = "; ".join(
+        f"C_{component} of the {body} body on the line {line}: {error:.2%}"
+        for error, component, body, line in sorted(worst, reverse=True)[:5]
+    )
+    raise NotConverged(
+        f"{len(worst)} estimated errors of C exceed the tolerance {tolerance:.2%}. Largest: {listed}. "
+        "Try a smaller engine.growth and engine.line_growth (mesh), a larger engine.far_radius and "
+        "engine.half_length (truncation), or a larger engine.tolerance"
+    )

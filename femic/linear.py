@@ -1,0 +1,141 @@
+"""Symmetric positive definite systems of elasticity: multigrid with CG, or a sparse direct solver.
+
+Multigrid: one step from quadratic to linear elements (the vertices), then PyAMG's smoothed
+aggregation with 3 x 3 blocks and the six rigid-body modes. Held components stay in the system as
+unit rows, with zeros in the modes, so that the blocks stay whole.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import pyamg
+from numpy.typing import NDArray
+from pyamg.multilevel import MultilevelSolver
+from pyamg.relaxation.smoothing import change_smoothers
+from scipy.sparse import bsr_matrix, csr_matrix, diags_array, kron, triu
+from scipy.sparse.linalg import cg
+
+from femic import pardiso
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+SolverChoice = Literal["auto", "multigrid", "direct"]
+
+MAX_ITERATIONS = 300
+DIRECT_LIMIT = 100_000  # unknowns
+SMOOTHER = ("block_gauss_seidel", {"sweep": "symmetric"})
+
+
+class NotConverged(ArithmeticError):
+    """A result is not as accurate as it must be; the message has the numbers and what to try."""
+
+
+@dataclass(frozen=True)
+class System:
+    """Stiffness with held components, and the way from vertices to all nodes (n_nodes, n_vertices)."""
+
+    matrix: bsr_matrix
+    held: Mask  # (n_nodes, 3)
+    modes: Array  # (3 n_nodes, 6)
+    from_vertices: csr_matrix
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Nodal displacements (n_nodes, 3) and how they were got."""
+
+    displacement: Array
+    iterations: int  # 0 for the direct solver
+    residual: float  # ||f - K u|| / ||f|| over the free components
+
+
+def prepare(
+    system: System, solver: SolverChoice, *, n_loads: int = 1
+) -> Callable[[Array, float], Solution]:
+    """Factor or build the hierarchy once; the result solves K u = f to a relative residual.
+
+    "auto" takes the direct solver where it is installed and was measured faster (docs/solvers.md):
+    several loads on one matrix of moderate size.
+    """
+    direct_is_faster = n_loads > 1 and system.matrix.shape[0] <= DIRECT_LIMIT
+    if solver == "direct" or (solver == "auto" and direct_is_faster and pardiso.available()):
+        return _prepare_direct(system)
+    return _prepare_multigrid(system)
+
+
+def _prepare_multigrid(system: System) -> Callable[[Array, float], Solution]:
+    free = ~system.held.ravel()
+    matrix = _with_unit_rows(system.matrix, free)
+    preconditioner = _hierarchy(system, matrix, free).aspreconditioner()
+
+    def solve(force: Array, tolerance: float) -> Solution:
+        load = np.where(free, force.ravel(), 0.0)
+        steps: list[None] = []
+        u, _ = cg(
+            matrix,
+            load,
+            rtol=tolerance,
+            maxiter=MAX_ITERATIONS,
+            M=preconditioner,
+            callback=lambda _: steps.append(None),
+        )
+        return _checked(Solution(u.reshape(-1, 3), len(steps), _residual(matrix, u, load)), tolerance)
+
+    return solve
+
+
+def _hierarchy(system: System, matrix: bsr_matrix, free: Mask) -> MultilevelSolver:
+    n_vertices = system.from_vertices.shape[1]
+    free_vertices = free[: 3 * n_vertices]
+    prolongation = kron(system.from_vertices, np.eye(3), format="csr")
+    prolongation = diags_array(free * 1.0) @ prolongation @ diags_array(free_vertices * 1.0)
+    prolongation = prolongation.tobsr((3, 3))
+    coarse = (prolongation.T.tocsr() @ matrix.tocsr() @ prolongation.tocsr()).tobsr((3, 3))
+    coarse = _with_unit_rows(coarse, free_vertices)
+    modes = np.where(free_vertices[:, None], system.modes[: 3 * n_vertices], 0.0)
+    aggregation = pyamg.smoothed_aggregation_solver(
+        coarse, B=modes, strength=("symmetric", {"theta": 0.0}), improve_candidates=None
+    )
+    finest = MultilevelSolver.Level()
+    finest.A, finest.P, finest.R = matrix, prolongation, prolongation.T.tobsr((3, 3))
+    hierarchy = MultilevelSolver([finest, *aggregation.levels], coarse_solver="pinv")
+    change_smoothers(hierarchy, SMOOTHER, SMOOTHER)
+    return hierarchy
+
+
+def _with_unit_rows(matrix: bsr_matrix, free: Mask) -> bsr_matrix:
+    """The matrix with held rows and columns cleared and its mean diagonal put there."""
+    keep = diags_array(free * 1.0)
+    scale = float(np.mean(matrix.diagonal()))
+    return (keep @ matrix.tocsr() @ keep + diags_array(np.where(free, 0.0, scale))).tobsr((3, 3))
+
+
+def _prepare_direct(system: System) -> Callable[[Array, float], Solution]:
+    free = np.flatnonzero(~system.held.ravel())
+    matrix = system.matrix.tocsr()[free][:, free]
+    back_substitute = pardiso.factor(triu(matrix, format="csr"))
+
+    def solve(force: Array, tolerance: float) -> Solution:
+        load = force.ravel()[free]
+        u = np.zeros(force.size)
+        u[free] = back_substitute(load)
+        return _checked(Solution(u.reshape(-1, 3), 0, _residual(matrix, u[free], load)), tolerance)
+
+    return solve
+
+
+def _residual(matrix: csr_matrix, u: Array, load: Array) -> float:
+    return float(np.linalg.norm(load - matrix @ u) / np.linalg.norm(load))
+
+
+def _checked(solution: Solution, tolerance: float) -> Solution:
+    if not solution.residual <= 2 * tolerance:
+        raise NotConverged(
+            f"linear solver: relative residual {solution.residual:.1e} after {solution.iterations} "
+            f"iterations, {tolerance:.0e} asked for. Likely cause: strongly distorted cells or a "
+            "Poisson's ratio near 0.5. Try solver = 'direct', or a smaller engine.growth"
+        )
+    return solution
+

@@ -1,0 +1,225 @@
+"""Contact contours: curves in (y, z) by arc length s, continued by straight flanks.
+
+s = 0 lies at the contact centre, which is the origin of (y, z); s grows with y. The inclination
+delta(s) [rad] is positive where the contour falls as s grows, so the tangent is
+(cos delta, -sin delta) and the normal (sin delta, cos delta). Both bodies use the same formulas.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
+from scipy.spatial import cKDTree
+from scipy.special import ellipeinc
+
+Array = NDArray[np.float64]
+NEWTON_STEPS = 60
+ARC_LENGTH_TOLERANCE = 1e-13  # of the largest arc length asked for
+
+
+class Core(Protocol):
+    """A curve by arc length: what lies between the two flanks of a contour."""
+
+    def position(self, s: Array) -> Array:
+        """Points (y, z) [mm], shape (2, *s.shape)."""
+        ...
+
+    def inclination(self, s: Array) -> Array:
+        """Inclination delta [rad], shape of s."""
+        ...
+
+
+@dataclass(frozen=True)
+class Arc:
+    """Circular arc about s = 0, delta = s / radius; negative where the contour is a groove."""
+
+    radius: float
+
+    def position(self, s: Array) -> Array:
+        """Points (y, z) [mm], shape (2, *s.shape); the form that has the plane as its limit."""
+        half = s / self.radius / 2
+        return np.stack([s * np.sinc(2 * half / np.pi), -s * np.sin(half) * np.sinc(half / np.pi)])
+
+    def inclination(self, s: Array) -> Array:
+        """Inclination delta [rad], shape of s."""
+        return s / self.radius
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """Elliptic arc with its crown at s = 0; semi-axes lateral b_el and vertical d_el [mm]."""
+
+    b_el: float
+    d_el: float
+
+    def position(self, s: Array) -> Array:
+        """Points (y, z) [mm], shape (2, *s.shape)."""
+        phi = self.angle(s)
+        return np.stack([self.b_el * np.sin(phi), self.d_el * (np.cos(phi) - 1)])
+
+    def inclination(self, s: Array) -> Array:
+        """Inclination delta [rad], shape of s."""
+        phi = self.angle(s)
+        return np.arctan2(self.d_el * np.sin(phi), self.b_el * np.cos(phi))
+
+    def angle(self, s: Array) -> Array:
+        """Eccentric angle from the crown at arc length s, shape of s."""
+        return invert(self.arc_length, self._speed, s, s / np.hypot(self.b_el, self.d_el))
+
+    def arc_length(self, phi: Array) -> Array:
+        """Arc length [mm] at eccentric angle phi, an incomplete elliptic integral."""
+        return np.asarray(self.b_el * ellipeinc(phi, 1 - (self.d_el / self.b_el) ** 2))
+
+    def _speed(self, phi: Array) -> Array:
+        return np.hypot(self.b_el * np.cos(phi), self.d_el * np.sin(phi))
+
+
+@dataclass(frozen=True, eq=False)
+class Spline:
+    """Cubic spline through points by arc length; s = 0 at the parameter `t_centre`."""
+
+    curve: CubicSpline
+    t_centre: float
+
+    def position(self, s: Array) -> Array:
+        """Points (y, z) [mm] relative to the contact centre, shape (2, *s.shape)."""
+        return np.moveaxis(self.curve(self.parameter(s)) - self.curve(self.t_centre), -1, 0)
+
+    def inclination(self, s: Array) -> Array:
+        """Inclination delta [rad], shape of s."""
+        dy, dz = np.moveaxis(self.curve(self.parameter(s), 1), -1, 0)
+        return np.arctan2(-dz, dy)
+
+    def parameter(self, s: Array) -> Array:
+        """Spline parameter at arc length s, shape of s."""
+        guess = np.interp(s, self.arc_length(self.curve.x), self.curve.x)
+        return invert(self.arc_length, self._speed, s, guess)
+
+    def arc_length(self, t: Array) -> Array:
+        """Arc length [mm] from the contact centre to parameter t: Gauss quadrature per interval."""
+        knots = self.curve.x
+        to_knots = np.concatenate([[0.0], np.cumsum(self._between(knots[:-1], knots[1:]))])
+        from_first = [self._from_first(to_knots, u) for u in (t, np.array(self.t_centre))]
+        return from_first[0] - from_first[1]
+
+    def _from_first(self, to_knots: Array, t: Array) -> Array:
+        knots = self.curve.x
+        k = np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(knots) - 2)
+        return np.asarray(to_knots[k] + self._between(knots[k], t))
+
+    def _between(self, start: Array, end: Array) -> Array:
+        nodes, weights = np.polynomial.legendre.leggauss(16)
+        half = np.asarray(end - start)[..., None] / 2
+        t = start[..., None] + half * (1 + nodes)
+        return np.asarray(np.sum(weights * half * self._speed(t), axis=-1))
+
+    def _speed(self, t: Array) -> Array:
+        return np.asarray(np.linalg.norm(self.curve(t, 1), axis=-1))
+
+
+def invert(
+    length: Callable[[Array], Array], speed: Callable[[Array], Array], s: Array, guess: Array
+) -> Array:
+    """Parameters t with length(t) = s by Newton's method; speed is the derivative of length."""
+    t = np.asarray(guess, dtype=float)
+    scale = np.max(np.abs(s), initial=0.0)
+    for _ in range(NEWTON_STEPS):
+        defect = length(t) - s
+        if np.max(np.abs(defect), initial=0.0) <= ARC_LENGTH_TOLERANCE * scale:
+            return t
+        t = t - defect / speed(t)
+    worst = np.max(np.abs(length(t) - s), initial=0.0)
+    if worst > 1e-9 * scale:
+        raise ArithmeticError(f"arc length not inverted: {worst:.1e} mm left of {scale:.1e} mm")
+    return t
+
+
+@dataclass(frozen=True, eq=False)
+class Contour:
+    """A core curve on `limits`, continued by its tangents; loads and lines stay within `extent`."""
+
+    core: Core
+    limits: tuple[float, float]
+    extent: tuple[float, float] = (-np.inf, np.inf)
+
+    def position(self, s: ArrayLike) -> Array:
+        """Points (y, z) [mm] at arc length s, shape (2, *s.shape)."""
+        s = np.asarray(s, dtype=float)
+        inner = np.clip(s, *self.limits)
+        return self.core.position(inner) + (s - inner) * self.tangent(inner)
+
+    def inclination(self, s: ArrayLike) -> Array:
+        """Inclination delta [rad] at arc length s, shape of s."""
+        return self.core.inclination(np.clip(np.asarray(s, dtype=float), *self.limits))
+
+    def tangent(self, s: ArrayLike) -> Array:
+        """Unit tangent (cos delta, -sin delta) in (y, z), shape (2, *s.shape)."""
+        delta = self.inclination(s)
+        return np.stack([np.cos(delta), -np.sin(delta)])
+
+    def normal(self, s: ArrayLike) -> Array:
+        """Unit normal (sin delta, cos delta) in (y, z), shape (2, *s.shape); into the upper body."""
+        delta = self.inclination(s)
+        return np.stack([np.sin(delta), np.cos(delta)])
+
+    @property
+    def joints(self) -> tuple[float, ...]:
+        """Arc lengths at which the flanks begin: the curvature jumps there. None on a plane."""
+        return tuple(sorted(set(self.limits))) if self.limits[0] < self.limits[1] else ()
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the contour is its own mirror image in y -> -y."""
+        s = np.linspace(0, max(np.abs(self.limits)), 101)[1:]
+        right, left = self.position(s), self.position(-s)
+        mirrored = np.stack([-left[0], left[1]])
+        same_extent = self.extent[0] == -self.extent[1]
+        return bool(same_extent and np.allclose(right, mirrored, rtol=0, atol=1e-9 * max(s[-1], 1e-300)))
+
+    def nearest(self, points: Array, s_range: tuple[float, float]) -> Array:
+        """Arc lengths of the contour points nearest to `points` (2, n) that lie close to it."""
+        samples = np.linspace(*s_range, 4001)
+        s = samples[cKDTree(self.position(samples).T).query(points.T)[1]]
+        for _ in range(8):
+            s = s + np.sum((points - self.position(s)) * self.tangent(s), axis=0)
+        return s
+
+
+def plane() -> Contour:
+    """The straight line z = 0."""
+    return Contour(Arc(np.inf), (0.0, 0.0))
+
+
+def arc(radius: float, left: float, right: float) -> Contour:
+    """Circular arc up to the flank inclinations `left`, `right` [rad, magnitudes], then tangents.
+
+    A positive radius [mm] gives a crown (the contour falls on both sides), a negative one a groove.
+    """
+    return Contour(Arc(radius), (-left * abs(radius), right * abs(radius)))
+
+
+def ellipse(b_el: float, d_el: float, left: float, right: float) -> Contour:
+    """Elliptic arc, semi-axes lateral b_el, vertical d_el [mm], up to the flank inclinations [rad]."""
+    core = Ellipse(b_el, d_el)
+    ends = np.arctan2(b_el * np.sin([-left, right]), d_el * np.cos([left, right]))
+    s_left, s_right = core.arc_length(ends)
+    return Contour(core, (float(s_left), float(s_right)))
+
+
+def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> Contour:
+    """Smooth curve through points (y, z) [mm] in order of growing y; s = 0 at y = y_centre.
+
+    A cubic spline over the chord length. Loads and lines stay between the first and last point;
+    the bodies continue beyond them along the end tangents.
+    """
+    points = np.column_stack([y, z]).astype(float)
+    chord = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    curve = CubicSpline(chord, points)
+    roots = CubicSpline(chord, points[:, 0] - y_centre).roots(extrapolate=False)
+    core = Spline(curve, float(roots[0]))
+    whole = core.arc_length(chord[[0, -1]]) - core.arc_length(np.array(core.t_centre))
+    limits = (float(whole[0]), float(whole[1]))
+    return Contour(core, limits, limits)

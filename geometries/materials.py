@@ -1,0 +1,59 @@
+"""Isotropic linear elastic materials, one body and combined."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Material:
+    """Young's modulus E [MPa] and Poisson's ratio nu."""
+
+    E: float
+    nu: float
+
+    def __post_init__(self) -> None:
+        if not self.E > 0:
+            raise ValueError(f"E = {self.E!r}: Young's modulus must be positive [MPa]")
+        if not 0 <= self.nu <= 0.5:
+            raise ValueError(f"nu = {self.nu!r}: Poisson's ratio must lie in 0 ... 0.5")
+
+    @property
+    def G(self) -> float:
+        """Shear modulus [MPa]."""
+        return self.E / (2 * (1 + self.nu))
+
+    @property
+    def lame(self) -> float:
+        """First Lame parameter [MPa]; infinite at nu = 0.5."""
+        if self.nu == 0.5:
+            return float("inf")
+        return self.E * self.nu / ((1 + self.nu) * (1 - 2 * self.nu))
+
+
+@dataclass(frozen=True)
+class HalfSpaces:
+    """What the half-space ICs depend on, of one body or of both.
+
+    The ICs are `factor` / (2 pi G) times geometry: factor 1 for one body, 2 for both. The mismatch
+    constant `mismatch_k` (K of design section 3) scales xn, nx, sn, ns.
+    """
+
+    G: float
+    nu: float
+    mismatch_k: float
+    factor: int
+
+
+def one_body(material: Material, side: int) -> HalfSpaces:
+    """One body; side +1 for the upper, -1 for the lower.
+
+    Its mismatch term side (1 - 2 nu) / (4 pi G) is K / (2 pi G) with K = side (1 - 2 nu) / 2.
+    """
+    return HalfSpaces(material.G, material.nu, side * (1 - 2 * material.nu) / 2, 1)
+
+
+def both_bodies(upper: Material, lower: Material) -> HalfSpaces:
+    """Combined constants: 1/G, nu/G the means, K/G a quarter of the difference (1 - 2 nu)/G."""
+    G = 2 / (1 / upper.G + 1 / lower.G)
+    nu = G * (upper.nu / upper.G + lower.nu / lower.G) / 2
+    mismatch_k = G * ((1 - 2 * upper.nu) / upper.G - (1 - 2 * lower.nu) / lower.G) / 4
+    return HalfSpaces(G, nu, mismatch_k, 2)

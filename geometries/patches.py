@@ -1,0 +1,54 @@
+"""Loaded patches and the offset lines along which displacements are read."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Rectangular loaded element at x = 0: half-sides a along x, b along s, centre at arc length s."""
+
+    a: float
+    b: float
+    s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (self.a > 0 and self.b > 0):
+            raise ValueError(f"patch half-sides a = {self.a!r}, b = {self.b!r} must be positive [mm]")
+
+    @property
+    def area(self) -> float:
+        """Loaded area [mm^2]."""
+        return 4 * self.a * self.b
+
+
+@dataclass(frozen=True, eq=False)
+class OffsetLine:
+    """Points on the surface along x (at fixed s) or along s (at fixed x); coordinates in mm."""
+
+    name: str
+    along: Literal["x", "s"]
+    x: Array  # (n,)
+    s: Array  # (n,)
+
+    @property
+    def running(self) -> Array:
+        """The coordinate that varies [mm], shape (n,)."""
+        return self.x if self.along == "x" else self.s
+
+
+def line_along_x(s: float, reach: float, n_points: int) -> OffsetLine:
+    """The line at arc length s, from x = -reach to +reach."""
+    x = np.linspace(-reach, reach, n_points)
+    return OffsetLine(f"s = {s:g} mm", "x", x, np.full_like(x, s))
+
+
+def line_along_s(x: float, s_range: tuple[float, float], n_points: int) -> OffsetLine:
+    """The line at longitudinal distance x over a range of arc lengths."""
+    s = np.linspace(*s_range, n_points)
+    return OffsetLine(f"x = {x:g} mm", "s", np.full_like(s, x), s)
