@@ -64,10 +64,10 @@ def at_corner(X: Array, S: Array) -> Array:
 
 
 def _times_asinh(u: Array, v: Array) -> Array:
-    """u asinh(v / |u|) with its limit 0 at u = 0: u ln(v + R) up to a term of u alone."""
+    """U asinh(v / |u|) with its limit 0 at u = 0: u ln(v + R) up to a term of u alone."""
     return u * np.arcsinh(v / np.where(u == 0, 1.0, np.abs(u)))
 
 
 def _times_arctan(u: Array, v: Array) -> Array:
-    """u arctan(v / u) with its limit 0 at u = 0."""
+    """U arctan(v / u) with its limit 0 at u = 0."""
     return u * np.arctan(v / np.where(u == 0, 1.0, u))

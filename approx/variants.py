@@ -26,7 +26,7 @@ class Variant:
     reciprocal: bool  # ns = -sn, nx = -xn, sx = xs on any contour
 
 
-def _unchanged(a: Array, alpha: Array) -> Array:
+def _unchanged(a: Array, _alpha: Array) -> Array:
     return a
 
 

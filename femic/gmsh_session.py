@@ -4,10 +4,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import ModuleType
 
+from geometries.errors import Failure
+
 SYSTEM_PACKAGES = "libglu1-mesa libgl1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1"
 
 
-class MissingSystemLibrary(RuntimeError):
+class MissingSystemLibrary(Failure):
     """A shared library of the operating system is missing; the message says how to install it."""
 
 

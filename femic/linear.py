@@ -18,6 +18,7 @@ from scipy.sparse import bsr_matrix, csr_matrix, diags_array, kron, triu
 from scipy.sparse.linalg import cg
 
 from femic import pardiso
+from geometries.errors import Failure
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -28,7 +29,7 @@ DIRECT_LIMIT = 100_000  # unknowns
 SMOOTHER = ("block_gauss_seidel", {"sweep": "symmetric"})
 
 
-class NotConverged(ArithmeticError):
+class NotConverged(Failure):
     """A result is not as accurate as it must be; the message has the numbers and what to try."""
 
 
@@ -51,9 +52,7 @@ class Solution:
     residual: float  # ||f - K u|| / ||f|| over the free components
 
 
-def prepare(
-    system: System, solver: SolverChoice, *, n_loads: int = 1
-) -> Callable[[Array, float], Solution]:
+def prepare(system: System, solver: SolverChoice, *, n_loads: int = 1) -> Callable[[Array, float], Solution]:
     """Factor or build the hierarchy once; the result solves K u = f to a relative residual.
 
     "auto" takes the direct solver where it is installed and was measured faster (docs/solvers.md):
@@ -138,4 +137,3 @@ def _checked(solution: Solution, tolerance: float) -> Solution:
             "Poisson's ratio near 0.5. Try solver = 'direct', or a smaller engine.growth"
         )
     return solution
-

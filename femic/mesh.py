@@ -13,6 +13,7 @@ from skfem import Basis, ElementTetP2, ElementTriP2, MeshTet, MeshTet2, MeshTri
 
 from femic.tetrahedra import Cells, Tetrahedra, extrude
 from geometries.bodies import PrismaticBody
+from geometries.errors import Failure
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -98,7 +99,7 @@ def _checked(solid: SolidMesh) -> SolidMesh:
     jacobian = basis.mapping.detDF(basis.X, None)
     folded = int(np.sum(np.any(jacobian <= 0, axis=1) & np.any(jacobian > 0, axis=1)))
     if folded:
-        raise RuntimeError(
+        raise Failure(
             f"{folded} cells fold when their edges are curved onto the contour: make the cells smaller"
         )
     return solid

@@ -6,6 +6,7 @@ on its surface are served by the symmetry of the load.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 
 import numpy as np
@@ -67,13 +68,17 @@ class SolidModel:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a model took: unknowns, iterations per load, seconds per stage, worst residual."""
+    """What a model took: iterations per load, worst residual, seconds per stage, memory in MB.
+
+    `peak_memory` is the largest that the process has had so far.
+    """
 
     unknowns: int
     cells: int
     iterations: tuple[int, ...]
     residual: float
     seconds: dict[str, float]
+    peak_memory: float
 
 
 @dataclass(frozen=True)
@@ -110,6 +115,7 @@ def raw_ics(request: Request) -> RawICs:
         tuple(solution.iterations for solution in solutions.values()),
         max(solution.residual for solution in solutions.values()),
         seconds,
+        getrusage(RUSAGE_SELF).ru_maxrss / 1024,
     )
     return RawICs(ic, cost)
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from femic.gmsh_session import gmsh_session
 from geometries.bodies import PrismaticBody
 from geometries.contours import Contour
+from geometries.errors import Failure
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -117,7 +118,7 @@ def _collect(gmsh: ModuleType, body: PrismaticBody) -> Tetrahedra:
     tags, xyz, _ = gmsh.model.mesh.getNodes()
     types, _, nodes = gmsh.model.mesh.getElements(3)
     if list(types) != [TETRAHEDRON]:
-        raise RuntimeError(f"Gmsh left cells of types {list(types)} where tetrahedra were expected")
+        raise Failure(f"Gmsh left cells of types {list(types)} where tetrahedra were expected")
     used, flat = np.unique(nodes[0], return_inverse=True)
     order = np.argsort(tags)
     points = xyz.reshape(-1, 3)[order[np.searchsorted(tags, used, sorter=order)]].T

@@ -15,6 +15,8 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 from scipy.special import ellipeinc
 
+from geometries.errors import Failure
+
 Array = NDArray[np.float64]
 NEWTON_STEPS = 60
 ARC_LENGTH_TOLERANCE = 1e-13  # of the largest arc length asked for
@@ -133,7 +135,7 @@ def invert(
         t = t - defect / speed(t)
     worst = np.max(np.abs(length(t) - s), initial=0.0)
     if worst > 1e-9 * scale:
-        raise ArithmeticError(f"arc length not inverted: {worst:.1e} mm left of {scale:.1e} mm")
+        raise Failure(f"arc length not inverted: {worst:.1e} mm left of {scale:.1e} mm")
     return t
 
 

@@ -1,0 +1,142 @@
+"""Results as labelled arrays: `ics.nc`, `errors.nc` and one CSV per line."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from compare.pipeline import Results, reference_estimate, reference_ic, scale_nn
+from femic.accuracy import line_scale
+from femic.discount import AXES
+from femic.provenance import versions
+
+DIRECTIONS = ["x", "s", "n"]
+
+
+def to_dataset(results: Results) -> xr.Dataset:
+    """All ICs per unit total load after the discount, with estimate, raw field and M. NaN: not computed."""
+    scene = results.scene
+    bodies = list(scene.compared)
+    variants = [*scene.variants, "C"]
+    shape = (len(variants), len(bodies), 3, 3, len(results.points.x))
+    ic = np.full(shape, np.nan)
+    for b, body in enumerate(bodies):
+        for v, variant in enumerate(scene.variants):
+            ic[v, b] = results.approximations[variant, body]
+        ic[-1, b] = reference_ic(results, body)
+    dims = ("body", "i", "j", "point")
+    solved = list(results.references)
+    line = np.concatenate([np.full(p.stop - p.start, name) for name, p in results.lines.items()])
+    per_load = {"units": "mm/N"}
+    estimate = np.stack([reference_estimate(results, body) for body in bodies])
+    raw = np.stack([results.references[name].raw for name in solved])
+    discount = np.stack([results.references[name].discount for name in solved])
+    return xr.Dataset(
+        {
+            "ic": (("variant", *dims), ic, per_load),
+            "estimate": (dims, estimate, per_load | {"meaning": "estimated error of C"}),
+            "raw": (("solved", *dims[1:]), raw, per_load | {"meaning": "C before the rigid-body discount"}),
+            "discount": (("solved", "axis", "axis_"), discount, {"units": "mm/N, 1/N, 1/(N mm)"}),
+        },
+        coords={
+            "variant": variants,
+            "body": bodies,
+            "i": DIRECTIONS,
+            "j": DIRECTIONS,
+            "solved": solved,
+            "axis": list(AXES),
+            "axis_": list(AXES),
+            "x": ("point", results.points.x, {"units": "mm"}),
+            "s": ("point", results.points.s, {"units": "mm"}),
+            "line": ("point", line),
+        },
+        attrs=_attributes(results),
+    )
+
+
+def _attributes(results: Results) -> dict[str, str | float]:
+    scene = results.scene
+    domain = next(iter(scene.bodies.values())).domain
+    models = {
+        f"{body} {model}": {"unknowns": cost.unknowns, "seconds": cost.seconds}
+        for body, reference in results.references.items()
+        for model, cost in reference.models.items()
+    }
+    return {
+        "title": scene.title,
+        "scene": scene.text,
+        "load_s": scene.patch.s,
+        "a": scene.patch.a,
+        "b": scene.patch.b,
+        "reference_length": scene.reference_length,
+        "reference_E": scene.reference_E,
+        "rotation_reach": scene.rotation_reach,
+        "far_radius": domain.far_radius,
+        "half_length": domain.half_length,
+        "models": json.dumps(models),
+        "seconds": json.dumps(dict(results.seconds)),
+        "versions": json.dumps(versions()),
+    }
+
+
+def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
+    """Errors of each variant against C per body, line and component (shares of the line's scale).
+
+    `max` and `rms` refer to the scale of design section 2, `own` to max |C_ij| itself; the variant
+    "C" carries its estimated error.
+    """
+    per_body = [
+        xr.concat(
+            [_line_errors(results, dataset, body, part) for part in results.lines.values()],
+            dim=xr.Variable("line", list(results.lines)),
+        )
+        for body in results.scene.compared
+    ]
+    return xr.concat(per_body, dim=xr.Variable("body", list(results.scene.compared)))
+
+
+def _line_errors(results: Results, dataset: xr.Dataset, body: str, part: slice) -> xr.Dataset:
+    on_line = dataset.sel(body=body).isel(point=part)
+    c = on_line.ic.sel(variant="C")
+    difference = abs(on_line.ic - c)
+    difference = xr.where(on_line.variant == "C", on_line.estimate, difference)
+    scale = xr.DataArray(line_scale(c.values, scale_nn(results, body)[part]), dims=("i", "j"))
+    own = abs(c).max("point")
+    negligible = own < 1e-9 * scale  # zero by symmetry: it has no share of its own
+    return xr.Dataset(
+        {
+            "max": difference.max("point", skipna=False) / scale,
+            "rms": np.sqrt((difference**2).mean("point", skipna=False)) / scale,
+            "own": (difference.max("point", skipna=False) / own.where(~negligible)),
+        }
+    ).drop_vars("line", errors="ignore")
+
+
+def write(dataset: xr.Dataset, path: Path) -> None:
+    """Write a NetCDF file whole or not at all."""
+    temporary = path.with_suffix(".part")
+    dataset.to_netcdf(temporary, engine="h5netcdf")
+    temporary.replace(path)
+
+
+def write_curves(dataset: xr.Dataset, components: tuple[str, ...], folder: Path) -> None:
+    """One CSV per line: x, s and each plotted curve [mm/N], columns like C_nn_combined."""
+    for line in dict.fromkeys(dataset.line.values):
+        on_line = dataset.isel(point=np.flatnonzero(dataset.line.values == line))
+        columns = {"x [mm]": on_line.x.values, "s [mm]": on_line.s.values}
+        for body in dataset.body.values:
+            for component in components:
+                curve = on_line.sel(body=body, i=component[0], j=component[1])
+                for variant in dataset.variant.values:
+                    columns[f"{variant}_{component}_{body} [mm/N]"] = curve.ic.sel(variant=variant).values
+                columns[f"estimate_{component}_{body} [mm/N]"] = curve.estimate.values
+        name = str(line).replace(" ", "").replace("=", "")
+        np.savetxt(
+            folder / f"curves_{name}.csv",
+            np.column_stack(list(columns.values())),
+            delimiter=",",
+            header=",".join(columns),
+            comments="",
+            fmt="%.10g",
+        )

@@ -1,0 +1,215 @@
+"""Figures of a comparison: sections, curves along the lines, error against seconds (matplotlib)."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from skfem import MeshTri
+
+from approx.variants import VARIANTS
+from compare.pipeline import Results
+from compare.scenes import Scene
+from geometries.bodies import PrismaticBody
+from geometries.patches import OffsetLine
+
+Array = NDArray[np.float64]
+
+SYMBOLS = {name: variant.symbol for name, variant in VARIANTS.items()} | {"C": "C"}
+STYLES: dict[str, dict[str, object]] = {
+    "A": {"color": "tab:blue", "linestyle": (0, (5, 2))},
+    "B": {"color": "tab:orange", "linestyle": "-"},
+    "Bbar": {"color": "tab:green", "linestyle": (0, (3, 1, 1, 1))},
+    "Bhat": {"color": "tab:red", "linestyle": (0, (2, 1))},
+    "C": {"color": "black", "linewidth": 1.8, "zorder": 1},
+}
+MARKERS = {"A": "s", "B": "o", "Bbar": "^", "Bhat": "D", "C": "*"}
+STYLE = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.2, "figure.dpi": 110}
+INVISIBLE = 1e-9  # of a dimensionless IC
+HALF_WINDOW = 1.4  # of the zoomed section, in reach of the longest line
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write a figure as PNG and return its path."""
+    figure.savefig(path)
+    return path
+
+
+def sections(scene: Scene) -> Figure:
+    """Both sections whole and near the contact, with the patch and the offset lines."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(11, 4.6), layout="constrained")
+        whole, near, plan = figure.subplots(1, 3)
+        reach = max(np.max(np.abs(line.s)) for line in scene.lines)
+        for axes, window in ((whole, None), (near, HALF_WINDOW * reach)):
+            for name, colour in (("lower", "tab:blue"), ("upper", "tab:red")):
+                _draw_body(axes, scene.bodies[name], name, colour)
+            axes.set(aspect="equal", xlabel="y [mm]", ylabel="z [mm]")
+            if window:
+                axes.set(xlim=(-window, window), ylim=(-window, window))
+        _draw_marks(near, scene)
+        whole.set_title("sections, clamped at the far arc")
+        near.set_title("near the contact")
+        near.legend(loc="upper left", fontsize=8)
+        _draw_plan(plan, scene)
+        return figure
+
+
+def _draw_body(axes: Axes, body: PrismaticBody, name: str, colour: str) -> None:
+    far = body.domain.far_radius
+    start, end = body.s_range
+    s = np.union1d(
+        np.linspace(start, end, 801), np.linspace(*np.clip((-0.1 * far, 0.1 * far), start, end), 401)
+    )
+    y, z = body.contour.position(s)
+    ends = np.unwrap(np.arctan2([z[-1], body.side * far, z[0]], [y[-1], 0, y[0]]))
+    angle = np.interp(np.linspace(0, 2, 201), [0, 1, 2], ends)
+    arc = far * np.cos(angle), far * np.sin(angle)
+    axes.fill(*np.hstack([(y, z), arc]), facecolor=colour, alpha=0.15, label=f"{name} body")
+    axes.plot(*arc, color=colour, linewidth=2.5)
+    axes.plot(y, z, color=colour, linewidth=1)
+
+
+def _draw_marks(axes: Axes, scene: Scene) -> None:
+    contour = scene.bodies["lower"].contour
+    patch = contour.position(np.linspace(-scene.patch.b, scene.patch.b, 9))
+    axes.plot(*patch, color="black", linewidth=4, label="patch")
+    for line in scene.lines:
+        points = contour.position(line.s if line.along == "s" else line.s[:1])
+        axes.plot(*points, "k:" if line.along == "s" else "kx", linewidth=1.5, label=f"line {line.name}")
+    if contour.joints:
+        axes.plot(
+            *contour.position(np.array(contour.joints)),
+            "ko",
+            markersize=4,
+            mfc="white",
+            label="arc/flank joint",
+        )
+
+
+def _draw_plan(axes: Axes, scene: Scene) -> None:
+    for line in scene.lines:
+        axes.plot(line.s, line.x, linewidth=1.2, label=f"line {line.name}")
+    a, b = scene.patch.a, scene.patch.b
+    axes.fill([-b, b, b, -b], [-a, -a, a, a], color="black", label="patch")
+    for s in scene.bodies["lower"].contour.joints:
+        axes.axvline(s, color="grey", linestyle=":", linewidth=1)
+    axes.set(xlabel="s [mm]", ylabel="x [mm]", title="developed surface")
+    axes.legend(loc="upper left", fontsize=8)
+
+
+def _mark_joints(axes: Axes, scene: Scene, at: Array) -> None:
+    """Dotted lines where arcs and flanks join, within the range `at` of s / L."""
+    joints = {round(s, 9) for body in scene.bodies.values() for s in body.contour.joints}
+    inside = [s / scene.reference_length for s in joints if at[0] <= s / scene.reference_length <= at[-1]]
+    for s in inside:
+        axes.axvline(s, color="grey", linestyle=":", linewidth=1, label="_joint")
+    if inside:
+        axes.annotate(
+            "arc | flank",
+            (max(inside), 0.99),
+            xycoords=("data", "axes fraction"),
+            fontsize=7,
+            color="grey",
+            ha="center",
+            va="bottom",
+        )
+
+
+def curves(results: Results, dataset: xr.Dataset, component: str) -> Figure:
+    """One component along every line (columns) for every body (rows), dimensionless."""
+    scene = results.scene
+    with mpl.rc_context(STYLE):
+        rows, columns = len(scene.compared), len(scene.lines)
+        figure = Figure(figsize=(4.1 * columns, 2.7 * rows + 0.6), layout="constrained")
+        grid = figure.subplots(rows, columns, squeeze=False)
+        for r, body in enumerate(scene.compared):
+            for c, line in enumerate(scene.lines):
+                on_line = dataset.isel(point=results.lines[line.name])
+                curve = on_line.sel(body=body, i=component[0], j=component[1])
+                _draw_curve(grid[r, c], scene, line, curve)
+                if c == 0:
+                    grid[r, c].set_ylabel(f"{body}\nIC · E · L  [-]")
+                if r == 0:
+                    grid[r, c].set_title(f"{component} on {line.name}")
+                if r == rows - 1:
+                    grid[r, c].set_xlabel(f"{line.along} / L  [-],  L = {scene.reference_length:g} mm")
+        handles, labels = grid[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+        return figure
+
+
+def _draw_curve(axes: Axes, scene: Scene, line: OffsetLine, curve: xr.Dataset) -> None:
+    shown = _shown(scene, line)
+    at = line.running[shown] / scene.reference_length
+    unit = scene.reference_E * scene.reference_length
+    c = curve.ic.sel(variant="C").values[shown] * unit
+    band = curve.estimate.values[shown] * unit
+    axes.fill_between(at, c - band, c + band, color="black", alpha=0.2, linewidth=0, label="C ± estimate")
+    for variant in ("C", *scene.variants):
+        axes.plot(
+            at, curve.ic.sel(variant=variant).values[shown] * unit, label=SYMBOLS[variant], **STYLES[variant]
+        )
+    _show_zero(axes)
+    if line.along == "s":
+        _mark_joints(axes, scene, at)
+
+
+def _show_zero(axes: Axes) -> None:
+    """A curve that vanishes by symmetry is shown as a line, not as blown-up rounding noise."""
+    if max(np.max(np.abs(drawn.get_ydata())) for drawn in axes.get_lines()) < INVISIBLE:
+        axes.set_ylim(-1e-3, 1e-3)
+        axes.annotate("0 by symmetry", (0.5, 0.6), xycoords="axes fraction", ha="center", color="grey")
+
+
+def _shown(scene: Scene, line: OffsetLine) -> Array:
+    """The half of a line that symmetry does not repeat."""
+    symmetric = line.along == "x" or all(body.contour.symmetric for body in scene.bodies.values())
+    return line.running >= 0 if symmetric else np.ones(len(line.x), dtype=bool)
+
+
+def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
+    """Worst error of each variant over all lines against the seconds that it took, per body."""
+    scene = results.scene
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(4.1 * len(scene.compared), 3.8), layout="constrained")
+        grid = figure.subplots(1, len(scene.compared), squeeze=False, sharey=True)[0]
+        for axes, body in zip(grid, scene.compared, strict=True):
+            worst = errors["max"].sel(body=body).max("line")
+            for variant in (*scene.variants, "C"):
+                values = [worst.sel(variant=variant, i=c[0], j=c[1]).item() for c in scene.components]
+                seconds = np.full(len(values), results.seconds[variant])
+                axes.loglog(
+                    seconds,
+                    np.maximum(values, 1e-6),
+                    MARKERS[variant],
+                    color=STYLES[variant]["color"],
+                    linestyle="none",
+                    label=SYMBOLS[variant] + (" (estimate)" if variant == "C" else ""),
+                )
+            axes.set(title=body, xlabel=f"seconds for {len(results.points.x)} points [s]")
+        grid[0].set_ylabel("worst error over the lines [-],\none mark per component")
+        grid[0].legend()
+        return figure
+
+
+def surface_mesh(chart: MeshTri, scene: Scene, body: str) -> Figure:
+    """The contact surface's mesh in its chart (x, s): where the lines run, and near the patch."""
+    x, s = chart.p
+    with mpl.rc_context(STYLE | {"axes.grid": False}):
+        figure = Figure(figsize=(10, 4.8), layout="constrained")
+        reach = max(float(np.max(np.abs(line.running))) for line in scene.lines)
+        windows = {
+            "where the lines run": 1.2 * reach,
+            "near the patch": 8 * max(scene.patch.a, scene.patch.b),
+        }
+        for axes, (title, window) in zip(figure.subplots(1, 2), windows.items(), strict=True):
+            axes.triplot(s, x, chart.t.T, linewidth=0.3, color="tab:blue")
+            _draw_plan(axes, scene)
+            axes.set(xlim=(max(s.min(), -window), window), ylim=(0, window), aspect="equal", title=title)
+            axes.get_legend().remove()
+        figure.suptitle(f"surface mesh of the {body} body (modelled part; the rest follows by symmetry)")
+        return figure

@@ -1,0 +1,131 @@
+"""From a scene to labelled results: reference ICs, approximations, dataset."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from joblib import Memory
+from numpy.typing import NDArray
+
+from approx.variants import approximate
+from compare.scenes import Scene
+from femic.accuracy import line_errors, require_converged
+from femic.reference import MODELS, Job, RawICs, Reference, combine, solve_models
+from femic.solid import Points, directions_of
+from geometries.materials import one_body
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Results:
+    """All ICs of a scene per unit total load [mm/N], shape (3, 3, n_points) each."""
+
+    scene: Scene
+    points: Points
+    lines: Mapping[str, slice]  # which points belong to which line
+    references: Mapping[str, Reference]  # of each solved body
+    approximations: Mapping[tuple[str, str], Array]  # by (variant, body)
+    seconds: Mapping[str, float]  # of each variant, all its bodies; "C" counts every model
+
+
+def scene_points(scene: Scene) -> tuple[Points, dict[str, slice]]:
+    """All points of the scene's lines one after the other, and the part that is each line."""
+    starts = np.cumsum([0, *(len(line.x) for line in scene.lines)])
+    parts = {line.name: slice(*starts[k : k + 2]) for k, line in enumerate(scene.lines)}
+    x, s = (np.concatenate([getattr(line, c) for line in scene.lines]) for c in ("x", "s"))
+    return Points(x, s), parts
+
+
+def jobs(scene: Scene) -> dict[str, Job]:
+    """What the reference engine has to do: only the bodies and load directions asked for."""
+    points, _ = scene_points(scene)
+    directions = directions_of(scene.components)
+    return {
+        name: Job(
+            scene.bodies[name],
+            scene.patch,
+            directions,
+            points,
+            scene.cells,
+            scene.rotation_reach,
+            scene.solver,
+        )
+        for name in scene.solved
+    }
+
+
+def n_models(scene: Scene) -> int:
+    """Number of models to solve."""
+    return len(MODELS) * len(scene.solved)
+
+
+def compute(
+    scene: Scene, *, workers: int, memory: Memory, on_model: Callable[[str, RawICs], None]
+) -> Results:
+    """Compute everything the scene asks for; `on_model` hears of each finished model.
+
+    Raises NotConverged where the estimated error of a body exceeds the scene's tolerance.
+    """
+    todo = jobs(scene)
+    raw: dict[str, dict[str, RawICs]] = {name: {} for name in todo}
+    for name, model, result in solve_models(todo, workers=workers, memory=memory):
+        raw[name][model] = result
+        on_model(f"{name} body, {model} model", result)
+    references = {name: combine(job, raw[name]) for name, job in todo.items()}
+    points, lines = scene_points(scene)
+    approximations, seconds = _approximations(scene, points)
+    seconds["C"] = sum(sum(c.seconds.values()) for r in references.values() for c in r.models.values())
+    results = Results(scene, points, lines, references, approximations, seconds)
+    require_converged(estimated_errors(results), scene.components, scene.tolerance)
+    return results
+
+
+def _approximations(scene: Scene, points: Points) -> tuple[dict[tuple[str, str], Array], dict[str, float]]:
+    """Approximations of each body; the combined ones are their sums, each body with its own alpha."""
+    ics: dict[tuple[str, str], Array] = {}
+    seconds: dict[str, float] = {}
+    for variant in dict.fromkeys(("A", *scene.variants)):  # A also scales lines without C_nn
+        start = perf_counter()
+        for name, body in scene.bodies.items():
+            constants = one_body(body.material, body.side)
+            ic = approximate(variant, constants, body.contour, scene.patch, (points.x, points.s))
+            ics[variant, name] = ic / scene.patch.area
+        ics[variant, "combined"] = ics[variant, "upper"] + ics[variant, "lower"]
+        seconds[variant] = perf_counter() - start
+    return ics, seconds
+
+
+def reference_ic(results: Results, body: str) -> Array:
+    """C of a body, or of both."""
+    if body == "combined":
+        return results.references["upper"].ic + results.references["lower"].ic
+    return results.references[body].ic
+
+
+def reference_estimate(results: Results, body: str) -> Array:
+    """Error estimate of C; those of two bodies add up."""
+    if body == "combined":
+        return results.references["upper"].estimate + results.references["lower"].estimate
+    return results.references[body].estimate
+
+
+def scale_nn(results: Results, body: str) -> Array:
+    """The nn ICs that set the scale of small components, shape (n_points,): C's, A's if not solved."""
+    c_nn = reference_ic(results, body)[2, 2]
+    return results.approximations["A", body][2, 2] if np.any(np.isnan(c_nn)) else c_nn
+
+
+def estimated_errors(results: Results) -> dict[tuple[str, str], Array]:
+    """Estimated error of C by (body, line), shape (3, 3); single bodies only."""
+    return {
+        (body, line): line_errors(
+            reference_estimate(results, body)[..., part],
+            reference_ic(results, body)[..., part],
+            scale_nn(results, body)[part],
+        )
+        for body in results.scene.compared
+        if body != "combined"
+        for line, part in results.lines.items()
+    }

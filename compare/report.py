@@ -1,0 +1,143 @@
+"""The self-contained HTML report of a comparison."""
+
+import base64
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from compare.figures import SYMBOLS
+from compare.pipeline import Results
+from femic.discount import AXES
+from femic.provenance import versions
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A number of a table with its background."""
+
+    text: str
+    colour: str
+
+
+@dataclass(frozen=True)
+class Row:
+    """The errors of one variant on one line, a cell per component."""
+
+    symbol: str
+    line: str
+    cells: list[Cell]
+    first: bool
+
+
+def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[Path]]) -> str:
+    """The report as HTML; `figures` has the paths of PNGs under "scene", "curves", "cost"."""
+    scene = results.scene
+    environment = Environment(
+        loader=PackageLoader("compare"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    return environment.get_template("report.html.j2").render(
+        title=scene.title,
+        summary=summary(results, errors),
+        components=scene.components,
+        tables=[{"body": b, "rows": list(_rows(results, errors, b, "max"))} for b in scene.compared],
+        rms_tables=[{"body": b, "rows": list(_rows(results, errors, b, "rms"))} for b in scene.compared],
+        setting=_setting(results),
+        E=scene.reference_E,
+        L=scene.reference_length,
+        rotation_reach=scene.rotation_reach,
+        figures={kind: [_embedded(path) for path in paths] for kind, paths in figures.items()},
+        models=[
+            {"name": f"{body}, {model}", "cost": cost}
+            for body, reference in results.references.items()
+            for model, cost in reference.models.items()
+        ],
+        variant_seconds=[(SYMBOLS[name], seconds) for name, seconds in results.seconds.items()],
+        discounts=[(name, _entries(reference.discount)) for name, reference in results.references.items()],
+        scene_text=scene.text,
+        versions=", ".join(f"{name} {version}" for name, version in versions().items()),
+    )
+
+
+def summary(results: Results, errors: xr.Dataset) -> str:
+    """One paragraph, computed: worst error per variant, best variant per component, accuracy of C."""
+    body = results.scene.compared[0]
+    worst = errors["max"].sel(body=body)
+    parts = []
+    for variant in results.scene.variants:
+        error, component, line = _worst_of(results, worst.sel(variant=variant))
+        parts.append(f"{SYMBOLS[variant]} {error:.1%} ({component} on {line})")
+    best = []
+    for component in results.scene.components:
+        per_variant = worst.sel(i=component[0], j=component[1]).max("line")
+        values = {v: per_variant.sel(variant=v).item() for v in results.scene.variants}
+        least = min(values.values())
+        names = " = ".join(SYMBOLS[v] for v, value in values.items() if value <= least * (1 + 1e-6))
+        best.append(f"{component}: {names} ({least:.1%})")
+    known, component, line = _worst_of(results, worst.sel(variant="C"))
+    return (
+        f"Largest error of the {body} influence coefficients on the {len(results.lines)} lines: "
+        f"{', '.join(parts)}. Closest to C: {'; '.join(best)}. "
+        f"C itself is known to {known:.2%} or better (least well: {component} on {line})."
+    )
+
+
+def _worst_of(results: Results, errors: xr.DataArray) -> tuple[float, str, str]:
+    return max(
+        (errors.sel(i=c[0], j=c[1], line=line).item(), c, line)
+        for c in results.scene.components
+        for line in results.lines
+    )
+
+
+def _rows(results: Results, errors: xr.Dataset, body: str, measure: str) -> Iterator[Row]:
+    for variant in (*results.scene.variants, "C"):
+        for k, line in enumerate(results.lines):
+            at = errors.sel(body=body, variant=variant, line=line)
+            cells = [_cell(at[measure].sel(i=c[0], j=c[1]).item(), at, c) for c in results.scene.components]
+            yield Row(SYMBOLS[variant] if k == 0 else "", line, cells, k == 0)
+
+
+def _cell(error: float, at: xr.Dataset, component: str) -> Cell:
+    own = at["own"].sel(i=component[0], j=component[1]).item()
+    scaled = at["max"].sel(i=component[0], j=component[1]).item()
+    if np.isnan(own) and scaled < 1e-9:
+        return Cell("0", "#ffffff")
+    text = f"{100 * error:.2f} %" if error < 0.1 else f"{100 * error:.1f} %"
+    if own > 1.0001 * scaled:
+        text += f" ({100 * own * error / scaled:.3g} %)"
+    return Cell(text, _colour(error))
+
+
+def _colour(error: float) -> str:
+    """White at 0.1 %, red at 100 %, by decades."""
+    share = float(np.clip((np.log10(max(error, 1e-9)) + 3) / 3, 0, 1))
+    green_blue = round(255 - 120 * share)
+    return f"#ff{green_blue:02x}{green_blue:02x}"
+
+
+def _setting(results: Results) -> str:
+    scene = results.scene
+    domain = scene.bodies["lower"].domain
+    materials = "; ".join(
+        f"{name} body: E = {body.material.E:g} MPa, ν = {body.material.nu:g}"
+        for name, body in scene.bodies.items()
+    )
+    return (
+        f"{materials}. Unit loads on a patch of {2 * scene.patch.a:g} × {2 * scene.patch.b:g} mm at the "
+        f"contact centre. Each body is its contour, continued by straight flanks and closed by a far arc "
+        f"of radius {domain.far_radius:g} mm, which is clamped, extruded to x = ±{domain.half_length:g} mm, "
+        "where it is clamped too; contour and flanks are free. The rigid-body motion that this adds is "
+        "discounted. The shape of the body far away is a convention of this program."
+    )
+
+
+def _embedded(path: Path) -> dict[str, str]:
+    return {"name": path.stem, "data": base64.b64encode(path.read_bytes()).decode()}
+
+
+def _entries(m: np.ndarray) -> list[str]:
+    return [f"M_{AXES[a]}{AXES[b]} = {m[a, b]:.4g}" for a in range(4) for b in range(a, 4) if m[a, b] != 0]

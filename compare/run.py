@@ -1,0 +1,81 @@
+"""`femic run`: compute a scene and write its results, figures and report into a folder."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+from joblib import Memory
+
+from compare import dataset as data
+from compare import figures, report, views
+from compare.pipeline import Results, compute, jobs
+from compare.scenes import Scene
+from femic.provenance import code_digest
+from femic.reference import requests
+from femic.solid import RawICs, build_mesh
+
+
+def run_scene(scene: Scene, out: Path, *, workers: int, on_model: Callable[[str, RawICs], None]) -> Path:
+    """Compute the scene, write `ics.nc`, `errors.nc`, CSV, figures and `report.html`; returns its path.
+
+    Solved models are kept under `out/solved`: an interrupted run resumes behind the last of them.
+    """
+    solved = out / "solved" / code_digest()
+    solved.mkdir(parents=True, exist_ok=True)
+    results = compute(scene, workers=workers, memory=Memory(solved, verbose=0), on_model=on_model)
+    _forget_other_code(solved)
+    dataset = data.to_dataset(results)
+    errors = data.errors(results, dataset)
+    data.write(dataset, out / "ics.nc")
+    data.write(errors, out / "errors.nc")
+    data.write_curves(dataset, scene.components, out)
+    (out / "scene.toml").write_text(scene.text, encoding="utf-8")
+    path = out / "report.html"
+    path.write_text(
+        report.render(results, errors, draw(results, dataset, errors, out / "figures")), encoding="utf-8"
+    )
+    return path
+
+
+def _forget_other_code(solved: Path) -> None:
+    for folder in solved.parent.iterdir():
+        if folder != solved:
+            shutil.rmtree(folder)
+
+
+def draw(
+    results: Results, dataset: data.xr.Dataset, errors: data.xr.Dataset, folder: Path
+) -> dict[str, list[Path]]:
+    """All figures of the report as PNG files, by the part of the report that shows them."""
+    scene = results.scene
+    folder.mkdir(exist_ok=True)
+    return {
+        "scene": [
+            figures.save(figures.sections(scene), folder / "sections.png"),
+            *_draw_meshes(scene, folder),
+        ],
+        "curves": [
+            figures.save(figures.curves(results, dataset, component), folder / f"curves_{component}.png")
+            for component in scene.components
+        ],
+        "cost": [
+            figures.save(figures.error_against_seconds(results, errors), folder / "error_against_seconds.png")
+        ],
+    }
+
+
+def _draw_meshes(scene: Scene, folder: Path) -> list[Path]:
+    """The mesh of each solved body in 3D if the machine can, and the surface mesh of the first."""
+    paths = []
+    in_3d = views.can_render()
+    for name, job in jobs(scene).items():
+        solid = build_mesh(requests(job)["fine"])
+        if in_3d:
+            paths.append(folder / f"mesh_{name}.png")
+            vertices = solid.nodes[:, : solid.n_vertices]
+            views.draw_mesh(
+                vertices, solid.mesh.t, paths[-1], title=f"{name} body, {solid.mesh.nelements} cells"
+            )
+    chart = solid.trace.basis.mesh
+    paths.append(figures.save(figures.surface_mesh(chart, scene, name), folder / "mesh_surface.png"))
+    return paths

@@ -1,0 +1,160 @@
+"""What a scene file (TOML) may say: keys, units, defaults and limits."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, FilePath, model_validator
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Flank = Annotated[float, Field(ge=0, le=75)]
+BodyName = Literal["combined", "lower", "upper"]
+Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
+VariantName = Literal["A", "B", "Bbar", "Bhat"]
+
+
+class Section(BaseModel):
+    """A table of a scene file: unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Plane(Section):
+    """A flat surface."""
+
+    kind: Literal["plane"] = Field(description="a plane")
+
+
+class Arc(Section):
+    """A circular arc continued by its tangents."""
+
+    kind: Literal["arc"] = Field(description="circular arc + straight flanks")
+    radius: Positive = Field(description="radius of the arc [mm]")
+    flank_inclination_deg: Flank | tuple[Flank, Flank] = Field(
+        description="inclination of both flanks, or [left, right] [deg]"
+    )
+
+
+class Ellipse(Section):
+    """An elliptic arc continued by its tangents."""
+
+    kind: Literal["ellipse"] = Field(description="ellipse + straight flanks")
+    b_el: Positive = Field(description="lateral semi-axis [mm]")
+    d_el: Positive = Field(description="vertical semi-axis [mm]")
+    flank_inclination_deg: Flank | tuple[Flank, Flank] = Field(
+        75.0, description="inclination of both flanks, or [left, right] [deg]"
+    )
+
+
+class PointsFile(Section):
+    """A smooth curve through points, continued by its end tangents."""
+
+    kind: Literal["points"] = Field(description="smooth curve through points")
+    file: FilePath = Field(description="text file of two columns y, z [mm], y growing; # comments")
+    y_centre: float = Field(0.0, description="y of the contact centre [mm]")
+
+
+AnyContour = Annotated[Plane | Arc | Ellipse | PointsFile, Field(discriminator="kind")]
+
+
+class BodyTable(Section):
+    """One body."""
+
+    E: Positive = Field(description="Young's modulus [MPa]")
+    nu: float = Field(ge=0, le=0.49, description="Poisson's ratio, 0 ... 0.49")
+    contour: AnyContour = Field(description="contact contour in (y, z)")
+
+
+class PatchTable(Section):
+    """The loaded element, centred at the contact centre."""
+
+    a: Positive = Field(description="half-side along x [mm]")
+    b: Positive = Field(description="half-side along s [mm]")
+
+    @model_validator(mode="after")
+    def _aspect(self) -> "PatchTable":
+        if not 0.1 <= self.a / self.b <= 10:
+            raise ValueError(f"a / b = {self.a / self.b:g} is outside 0.1 ... 10: bring a and b closer")
+        return self
+
+
+class LineAlongX(Section):
+    """A line along x at a fixed arc length."""
+
+    along: Literal["x"] = Field(description="direction of the line")
+    s: float = Field(description="arc length of the line [mm]")
+    reach: Positive = Field(25.0, description="half-length of the line [mm]")
+    points: int = Field(401, ge=2, le=100_000, description="number of points")
+
+
+class LineAlongS(Section):
+    """A line along s at a fixed longitudinal distance."""
+
+    along: Literal["s"] = Field(description="direction of the line")
+    x: float = Field(description="longitudinal distance of the line [mm]")
+    reach: Positive = Field(25.0, description="half-length of the line [mm]")
+    points: int = Field(401, ge=2, le=100_000, description="number of points")
+
+
+Line = Annotated[LineAlongX | LineAlongS, Field(discriminator="along")]
+DEFAULT_LINES: tuple[LineAlongX | LineAlongS, ...] = (
+    LineAlongX(along="x", s=1.6),
+    LineAlongX(along="x", s=0.0),
+    LineAlongS(along="s", x=1.6),
+)
+
+
+class EngineTable(Section):
+    """How the reference C is computed."""
+
+    kind: Literal["solid"] = Field("solid", description="3D finite elements of extruded bodies")
+    tolerance: Positive = Field(
+        0.01, description="largest estimated error of C of each body; beyond it: error"
+    )
+    smallest_cell: Positive | None = Field(
+        None, description="cell size at the patch [mm]; default: a sixth of the smaller half-side"
+    )
+    growth: Annotated[float, Field(ge=0.02, le=0.5)] = Field(
+        0.12, description="cell size over distance from the nearest line"
+    )
+    line_growth: Annotated[float, Field(ge=0.02, le=0.5)] = Field(
+        0.05, description="cell size on a line over distance from the patch"
+    )
+    far_radius: Positive = Field(320.0, description="radius of the clamped far arc [mm]")
+    half_length: Positive = Field(320.0, description="extent along +x and -x, clamped ends [mm]")
+    solver: Literal["auto", "multigrid", "direct"] = Field(
+        "auto", description="linear solver; direct needs the extra femic[direct]"
+    )
+
+
+class SceneFile(Section):
+    """A scene: two bodies, a loaded patch, the lines where displacements are read."""
+
+    title: str = Field("", description="heading of the report")
+    bodies: tuple[BodyName, ...] = Field(
+        ("combined", "lower", "upper"), min_length=1, description="whose ICs to compute and compare"
+    )
+    components: tuple[Component, ...] = Field(
+        ("nn", "ss", "xx", "xs", "xn", "sn"),
+        min_length=1,
+        description="displacement direction, then traction direction",
+    )
+    variants: tuple[VariantName, ...] = Field(
+        ("A", "B", "Bbar", "Bhat"), min_length=1, description="approximations to compare with C"
+    )
+    reference_length: Positive | None = Field(
+        None,
+        description="unit of length of the plots [mm]; default: crown radius of the lower body, 10 if flat",
+    )
+    rotation_reach: Positive | None = Field(
+        None, description="|s| where the rigid rotation is discounted [mm]; default: 2 x reference_length"
+    )
+    lower: BodyTable = Field(description="lower body (rail), fills n < 0")
+    upper: BodyTable = Field(description="upper body (wheel), fills n > 0")
+    patch: PatchTable = Field(description="loaded element at x = 0, s = 0")
+    lines: tuple[Line, ...] = Field(
+        DEFAULT_LINES, min_length=1, description="offset lines; default: s = 1.6, s = 0, x = 1.6 mm"
+    )
+    engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")
+
+
+BUILTIN = Path(__file__).parent / "builtin"

@@ -1,0 +1,71 @@
+"""A scene file with every key, unit and default spelled out, ready to copy."""
+
+import tomllib
+import types
+from collections.abc import Iterator
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from compare import scene_file as files
+from compare.scenes import scene_path
+
+
+def listing(name_or_path: str) -> str:
+    """The scene as TOML: what it sets, and as comments what it leaves at its default."""
+    table = tomllib.loads(scene_path(name_or_path).read_text(encoding="utf-8"))
+    top = [key for key, field in files.SceneFile.model_fields.items() if not _is_table(field)]
+    lines = list(_entries(files.SceneFile, table, only=top))
+    for name in ("lower", "upper", "patch", "engine"):
+        field = files.SceneFile.model_fields[name]
+        lines += ["", f"# {field.description}", f"[{name}]"]
+        lines += _entries(_model(field.annotation), table.get(name, {}))
+    lines += ["", f"# {files.SceneFile.model_fields['lines'].description}"]
+    for entry in table.get("lines", [line.model_dump() for line in files.DEFAULT_LINES]):
+        kind = files.LineAlongX if entry["along"] == "x" else files.LineAlongS
+        lines += ["[[lines]]", *_entries(kind, entry)]
+    return "\n".join(lines) + "\n"
+
+
+def _is_table(field: FieldInfo) -> bool:
+    return _model(field.annotation) is not None or "Line" in str(field.annotation)
+
+
+def _model(annotation: Any) -> Any:
+    return annotation if isinstance(annotation, type) and issubclass(annotation, BaseModel) else None
+
+
+def _entries(model: type[BaseModel], table: dict[str, Any], only: list[str] | None = None) -> Iterator[str]:
+    for key, field in model.model_fields.items():
+        if only is not None and key not in only:
+            continue
+        if key in table:
+            yield f"{key} = {_toml(table[key])}  # {field.description}"
+        else:
+            default = field.get_default()
+            shown = "..." if default is None else _toml(default)
+            yield f"# {key} = {shown}  # {field.description}"
+        choices = _choices(field.annotation)
+        if choices:
+            yield (
+                f"#   one or more of: {', '.join(choices)}"
+                if "tuple" in str(field.annotation)
+                else (f"#   one of: {', '.join(choices)}")
+            )
+
+
+def _choices(annotation: Any) -> list[str]:
+    """The literal values that a key may take."""
+    if get_origin(annotation) in (tuple, types.UnionType):
+        return [choice for part in get_args(annotation) for choice in _choices(part)]
+    values = get_args(annotation) if str(annotation).startswith("typing.Literal") else ()
+    return [f'"{value}"' for value in values] if len(values) > 1 else []
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_toml(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_toml(item) for item in value) + "]"
+    return f'"{value}"' if isinstance(value, str) else str(value)

@@ -1,0 +1,250 @@
+"""Scenes: from a built-in name or a TOML file to bodies, patch and lines; all errors at once."""
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from compare import scene_file as files
+from femic.linear import SolverChoice
+from femic.pardiso import available as direct_available
+from femic.tetrahedra import Cells
+from geometries import contours
+from geometries.bodies import LOWER, UPPER, Domain, PrismaticBody
+from geometries.contours import Contour
+from geometries.errors import WrongInput
+from geometries.materials import Material
+from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
+
+CELLS_PER_HALF_SIDE = 6
+FLAT_REFERENCE_LENGTH = 10.0
+REMEDIES: Mapping[str, str] = {
+    "missing": "add the key",
+    "file_not_file": "give a path to an existing file, relative to the scene file",
+    "path_not_file": "give a path to an existing file, relative to the scene file",
+}
+
+
+class BadScene(WrongInput):
+    """A scene that cannot be run; the message lists every error with field, value and remedy."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A validated scene in terms of `geometries`."""
+
+    name: str
+    title: str
+    text: str  # the TOML it came from
+    bodies: Mapping[str, PrismaticBody]  # "lower", "upper"
+    compared: tuple[str, ...]  # of "combined", "lower", "upper"
+    components: tuple[str, ...]
+    variants: tuple[str, ...]
+    patch: Patch
+    lines: tuple[OffsetLine, ...]
+    cells: Cells
+    solver: SolverChoice
+    tolerance: float
+    reference_length: float
+    rotation_reach: float
+
+    @property
+    def solved(self) -> tuple[str, ...]:
+        """Names of the bodies whose reference ICs the comparison needs."""
+        return tuple(name for name in self.bodies if name in self.compared or "combined" in self.compared)
+
+    @property
+    def reference_E(self) -> float:
+        """Young's modulus that makes ICs dimensionless [MPa]: the lower body's."""
+        return self.bodies["lower"].material.E
+
+
+def builtin_names() -> list[str]:
+    """Names of the scenes that come with the program."""
+    return sorted(path.stem for path in files.BUILTIN.glob("*.toml"))
+
+
+def load_scene(name_or_path: str) -> Scene:
+    """The scene of a built-in name or a TOML file; raises BadScene before any work starts."""
+    path = scene_path(name_or_path)
+    text = path.read_text(encoding="utf-8")
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise BadScene(f"{path}: not TOML: {error}. Compare with `femic scenes --show flat`") from error
+    return build_scene(path.stem, text, parse(table, path))
+
+
+def scene_path(name_or_path: str) -> Path:
+    """Path of the scene file that a name or path means."""
+    builtin = files.BUILTIN / f"{name_or_path}.toml"
+    path = builtin if name_or_path in builtin_names() else Path(name_or_path)
+    if not path.is_file():
+        near = get_close_matches(name_or_path, builtin_names(), n=1)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        raise BadScene(
+            f"scene {name_or_path!r}: no such file and no built-in scene; {hint}"
+            f"Built-in: {', '.join(builtin_names())}"
+        )
+    return path
+
+
+def parse(table: dict[str, Any], path: Path) -> files.SceneFile:
+    """Validate the keys and values of a scene table; file names are relative to the scene file."""
+    _resolve_files(table, path.parent)
+    try:
+        return files.SceneFile.model_validate(table)
+    except ValidationError as error:
+        lines = [_message(detail) for detail in error.errors()]
+        raise BadScene(f"{path}: {len(lines)} error(s)\n  " + "\n  ".join(lines)) from error
+
+
+def _resolve_files(table: dict[str, Any], folder: Path) -> None:
+    for body in ("lower", "upper"):
+        contour = table.get(body, {}).get("contour", {}) if isinstance(table.get(body), dict) else {}
+        if isinstance(contour, dict) and isinstance(contour.get("file"), str):
+            contour["file"] = folder / contour["file"]
+
+
+def _message(detail: ErrorDetails) -> str:
+    """One error as: field = value: what is wrong; remedy."""
+    field = ".".join(str(part) for part in _without_tags(detail["loc"]))
+    kind = detail["type"]
+    if kind == "extra_forbidden":
+        near = get_close_matches(str(detail["loc"][-1]), sorted(_keys(files.SceneFile)), n=1)
+        hint = f"did you mean {near[0]!r}?" if near else "see `femic scenes --show flat` for all keys"
+        return f"{field}: unknown key; {hint}"
+    value = "" if kind == "missing" else f" = {_shown(detail['input'])}"
+    remedy = f"; {REMEDIES[kind]}" if kind in REMEDIES else ""
+    message = detail["msg"].removeprefix("Value error, ")
+    return f"{field}{value}: {message}{remedy}"
+
+
+def _shown(value: object) -> str:
+    return str(value) if isinstance(value, Path) else repr(value)[:80]
+
+
+def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
+    """The location without the names of union members that pydantic inserts."""
+    tags = {"plane", "arc", "ellipse", "points"}
+    for k, part in enumerate(location):
+        previous = location[k - 1] if k else None
+        of_contour = previous == "contour" and part in tags
+        of_line = isinstance(previous, int) and part in {"x", "s"} and location[0] == "lines"
+        of_flanks = previous == "flank_inclination_deg" and isinstance(part, str)
+        if not (of_contour or of_line or of_flanks):
+            yield part
+
+
+def _keys(model: type[BaseModel]) -> set[str]:
+    """All keys that any table of a scene file may have."""
+    tables = [model, *files.Section.__subclasses__()]
+    return {key for table in tables for key in table.model_fields}
+
+
+def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
+    """Turn a valid file into geometry; raises BadScene where the parts do not fit together."""
+    domain = Domain(scene.engine.far_radius, scene.engine.half_length)
+    bodies = {
+        key: PrismaticBody(side, _contour(key, table.contour), Material(table.E, table.nu), domain)
+        for key, side, table in (("lower", LOWER, scene.lower), ("upper", UPPER, scene.upper))
+    }
+    reference_length = scene.reference_length or _crown_radius(bodies["lower"].contour)
+    patch = Patch(scene.patch.a, scene.patch.b)
+    smallest = scene.engine.smallest_cell or min(patch.a, patch.b) / CELLS_PER_HALF_SIDE
+    extent = _common_extent(bodies)
+    built = Scene(
+        name=name,
+        title=scene.title or name,
+        text=text,
+        bodies=bodies,
+        compared=scene.bodies,
+        components=scene.components,
+        variants=scene.variants,
+        patch=patch,
+        lines=tuple(_line(line, extent) for line in scene.lines),
+        cells=Cells(smallest, scene.engine.growth, scene.engine.line_growth),
+        solver=scene.engine.solver,
+        tolerance=scene.engine.tolerance,
+        reference_length=reference_length,
+        rotation_reach=scene.rotation_reach or 2 * reference_length,
+    )
+    errors = list(_misfits(built, extent, domain))
+    if errors:
+        raise BadScene(f"{name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
+    return built
+
+
+def _contour(body: str, table: files.Plane | files.Arc | files.Ellipse | files.PointsFile) -> Contour:
+    match table:
+        case files.Plane():
+            return contours.plane()
+        case files.Arc():
+            return contours.arc(table.radius, *_flanks(table.flank_inclination_deg))
+        case files.Ellipse():
+            return contours.ellipse(table.b_el, table.d_el, *_flanks(table.flank_inclination_deg))
+    try:
+        y, z = np.loadtxt(table.file, ndmin=2, unpack=True)
+        return contours.through_points(y, z, table.y_centre)
+    except ValueError as error:
+        raise BadScene(f"{body}.contour.file = {table.file}: {error}") from error
+
+
+def _flanks(degrees: float | tuple[float, float]) -> tuple[float, float]:
+    left, right = degrees if isinstance(degrees, tuple) else (degrees, degrees)
+    return float(np.radians(left)), float(np.radians(right))
+
+
+def _crown_radius(contour: Contour) -> float:
+    step = 1e-4
+    curvature = float(contour.inclination(step) - contour.inclination(-step)) / (2 * step)
+    return 1 / abs(curvature) if abs(curvature) > 1e-6 else FLAT_REFERENCE_LENGTH
+
+
+def _common_extent(bodies: Mapping[str, PrismaticBody]) -> tuple[float, float]:
+    low, high = zip(*(body.contour.extent for body in bodies.values()), strict=True)
+    return max(low), min(high)
+
+
+def _line(line: files.LineAlongX | files.LineAlongS, extent: tuple[float, float]) -> OffsetLine:
+    if isinstance(line, files.LineAlongX):
+        return line_along_x(line.s, line.reach, line.points)
+    s_range = max(-line.reach, extent[0]), min(line.reach, extent[1])
+    return line_along_s(line.x, s_range, line.points)
+
+
+def _misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterator[str]:
+    """What is wrong between the tables of a scene."""
+    ends = f"the contours go from s = {extent[0]:g} to {extent[1]:g} mm"
+    if not extent[0] <= -scene.patch.b < scene.patch.b <= extent[1]:
+        yield f"patch.b = {scene.patch.b:g}: the patch reaches beyond the contour; {ends}"
+    if not extent[0] <= -scene.rotation_reach < scene.rotation_reach <= extent[1]:
+        yield f"rotation_reach = {scene.rotation_reach:g}: beyond the contour; {ends}: give a smaller one"
+    size = min(domain.far_radius, domain.half_length)
+    far = f"half of the smaller of engine.far_radius and engine.half_length ({size / 2:g} mm)"
+    if 2 * scene.rotation_reach > size:
+        yield f"rotation_reach = {scene.rotation_reach:g}: at most {far}"
+    if 10 * max(scene.patch.a, scene.patch.b) > size / 2:
+        yield f"patch.a = {scene.patch.a:g}, patch.b = {scene.patch.b:g}: each at most a tenth of {far}"
+    for k, line in enumerate(scene.lines):
+        if np.min(line.s) < extent[0] or np.max(line.s) > extent[1]:
+            yield f"lines.{k}.s = {line.s[0]:g}: beyond the contour; {ends}"
+        if 2 * max(np.max(np.abs(line.x)), np.max(np.abs(line.s))) > size:
+            yield f"lines.{k} ({line.name}): reaches beyond {far}: shorten it or enlarge both"
+    if len({line.name for line in scene.lines}) < len(scene.lines):
+        yield "lines: two of them are the same line: remove one"
+    for name, body in scene.bodies.items():
+        ends_at = np.hypot(*body.contour.position(np.array(body.contour.limits))).max()
+        if ends_at >= 0.5 * domain.far_radius:
+            yield (
+                f"engine.far_radius = {domain.far_radius:g}: the curved part of {name}.contour goes to "
+                f"{ends_at:.4g} mm from the centre; use at least twice that"
+            )
+    if scene.solver == "direct" and not direct_available():
+        yield "engine.solver = 'direct': not installed; pip install 'femic[direct]', or use 'auto'"

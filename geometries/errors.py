@@ -1,0 +1,9 @@
+"""What a user can mend: wrong input, and results that could not be got."""
+
+
+class WrongInput(ValueError):
+    """An input that cannot be used; the message names field, value and remedy."""
+
+
+class Failure(RuntimeError):
+    """A result that could not be computed as asked; the message has the numbers and what to try."""
