@@ -100,7 +100,7 @@ def _line_errors(results: Results, dataset: xr.Dataset, body: str, part: slice) 
     on_line = dataset.sel(body=body).isel(point=part)
     c = on_line.ic.sel(variant="C")
     difference = abs(on_line.ic - c)
-    difference = xr.where(on_line.variant == "C", on_line.estimate, difference)
+    difference = difference.where(on_line.variant != "C", on_line.estimate)
     scale = xr.DataArray(line_scale(c.values, scale_nn(results, body)[part]), dims=("i", "j"))
     own = abs(c).max("point")
     negligible = own < 1e-9 * scale  # zero by symmetry: it has no share of its own

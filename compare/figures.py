@@ -1,6 +1,7 @@
 """Figures of a comparison: sections, curves along the lines, error against seconds (matplotlib)."""
 
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -19,7 +20,7 @@ from geometries.patches import OffsetLine
 Array = NDArray[np.float64]
 
 SYMBOLS = {name: variant.symbol for name, variant in VARIANTS.items()} | {"C": "C"}
-STYLES: dict[str, dict[str, object]] = {
+STYLES: dict[str, dict[str, Any]] = {
     "A": {"color": "tab:blue", "linestyle": (0, (5, 2))},
     "B": {"color": "tab:orange", "linestyle": "-"},
     "Bbar": {"color": "tab:green", "linestyle": (0, (3, 1, 1, 1))},
@@ -27,7 +28,7 @@ STYLES: dict[str, dict[str, object]] = {
     "C": {"color": "black", "linewidth": 1.8, "zorder": 1},
 }
 MARKERS = {"A": "s", "B": "o", "Bbar": "^", "Bhat": "D", "C": "*"}
-STYLE = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.2, "figure.dpi": 110}
+STYLE: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.2, "figure.dpi": 110}
 INVISIBLE = 1e-9  # of a dimensionless IC
 HALF_WINDOW = 1.4  # of the zoomed section, in reach of the longest line
 
@@ -61,9 +62,8 @@ def sections(scene: Scene) -> Figure:
 def _draw_body(axes: Axes, body: PrismaticBody, name: str, colour: str) -> None:
     far = body.domain.far_radius
     start, end = body.s_range
-    s = np.union1d(
-        np.linspace(start, end, 801), np.linspace(*np.clip((-0.1 * far, 0.1 * far), start, end), 401)
-    )
+    near = np.linspace(max(start, -0.1 * far), min(end, 0.1 * far), 401)
+    s = np.union1d(np.linspace(start, end, 801), near)
     y, z = body.contour.position(s)
     ends = np.unwrap(np.arctan2([z[-1], body.side * far, z[0]], [y[-1], 0, y[0]]))
     angle = np.interp(np.linspace(0, 2, 201), [0, 1, 2], ends)
@@ -165,10 +165,10 @@ def _show_zero(axes: Axes) -> None:
         axes.annotate("0 by symmetry", (0.5, 0.6), xycoords="axes fraction", ha="center", color="grey")
 
 
-def _shown(scene: Scene, line: OffsetLine) -> Array:
+def _shown(scene: Scene, line: OffsetLine) -> NDArray[np.bool_]:
     """The half of a line that symmetry does not repeat."""
     symmetric = line.along == "x" or all(body.contour.symmetric for body in scene.bodies.values())
-    return line.running >= 0 if symmetric else np.ones(len(line.x), dtype=bool)
+    return line.running >= (0 if symmetric else -np.inf)
 
 
 def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from approx.variants import approximate
 from compare.scenes import Scene
 from femic.accuracy import line_errors, require_converged
-from femic.reference import MODELS, Job, RawICs, Reference, combine, solve_models
-from femic.solid import Points, directions_of
+from femic.reference import MODELS, Job, Reference, combine, solve_models
+from femic.solid import Points, RawICs, directions_of
 from geometries.materials import one_body
 
 Array = NDArray[np.float64]

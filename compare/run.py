@@ -4,6 +4,7 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import xarray as xr
 from joblib import Memory
 
 from compare import dataset as data
@@ -43,9 +44,7 @@ def _forget_other_code(solved: Path) -> None:
             shutil.rmtree(folder)
 
 
-def draw(
-    results: Results, dataset: data.xr.Dataset, errors: data.xr.Dataset, folder: Path
-) -> dict[str, list[Path]]:
+def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path) -> dict[str, list[Path]]:
     """All figures of the report as PNG files, by the part of the report that shows them."""
     scene = results.scene
     folder.mkdir(exist_ok=True)

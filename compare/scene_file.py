@@ -111,10 +111,10 @@ class EngineTable(Section):
         0.01, description="largest estimated error of C of each body; beyond it: error"
     )
     smallest_cell: Positive | None = Field(
-        None, description="cell size at the patch [mm]; default: a sixth of the smaller half-side"
+        None, description="cell size at the patch [mm]; default: a twelfth of the smaller half-side"
     )
     growth: Annotated[float, Field(ge=0.02, le=0.5)] = Field(
-        0.12, description="cell size over distance from the nearest line"
+        0.14, description="cell size over distance from the nearest line"
     )
     line_growth: Annotated[float, Field(ge=0.02, le=0.5)] = Field(
         0.05, description="cell size on a line over distance from the patch"

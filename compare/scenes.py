@@ -22,7 +22,7 @@ from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
 
-CELLS_PER_HALF_SIDE = 6
+CELLS_PER_HALF_SIDE = 12
 FLAT_REFERENCE_LENGTH = 10.0
 REMEDIES: Mapping[str, str] = {
     "missing": "add the key",

@@ -27,6 +27,12 @@ def line_errors(difference: Array, c_line: Array, nn_line: Array) -> Array:
     return np.asarray(np.max(np.abs(difference), axis=-1) / line_scale(c_line, nn_line))
 
 
+def component_of(values: Array, component: str) -> float:
+    """The entry of (3, 3) values that a component names: "xn" is displacement x, traction n."""
+    i, j = (DIRECTION_NAMES.index(letter) for letter in component)
+    return float(values[i, j])
+
+
 def require_converged(
     estimates: Mapping[tuple[str, str], Array], components: Iterable[str], tolerance: float
 ) -> None:
@@ -34,12 +40,11 @@ def require_converged(
 
     `estimates` maps (body, line) to estimated errors per component, shape (3, 3).
     """
-    indices = [(c, *(DIRECTION_NAMES.index(letter) for letter in c)) for c in components]
     worst = [
-        (float(errors[i, j]), component, body, line)
+        (error, component, body, line)
         for (body, line), errors in estimates.items()
-        for component, i, j in indices
-        if errors[i, j] > tolerance
+        for component in components
+        if not (error := component_of(errors, component)) <= tolerance
     ]
     if not worst:
         return

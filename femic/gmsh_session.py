@@ -22,7 +22,7 @@ def load_gmsh() -> ModuleType:
             f"Gmsh cannot be loaded: {error}. Run `make setup` as root, or ask the administrator "
             f"for: apt-get install -y --no-install-recommends {SYSTEM_PACKAGES}"
         ) from error
-    return gmsh  # type: ignore[no-any-return]
+    return gmsh
 
 
 @contextmanager

@@ -74,14 +74,14 @@ def requests(job: Job) -> dict[str, Request]:
 
 def combine(job: Job, raw: Mapping[str, RawICs]) -> Reference:
     """Discount each model's ICs and estimate the error of the finest from their differences."""
-    fine, coarse, small = (_discounted(job, raw[name].ic) for name in MODELS)
+    fine, coarse, small = (discounted(job, raw[name].ic) for name in MODELS)
     mesh = np.abs(fine.ic - coarse.ic) / (COARSER**ORDER - 1)
     truncation = np.abs(coarse.ic - small.ic) / (SMALLER**-ORDER - 1)
     models = MappingProxyType({name: result.cost for name, result in raw.items()})
     return Reference(fine.ic, fine.raw, mesh + truncation, fine.m, models)
 
 
-def _discounted(job: Job, raw: Array) -> Discounted:
+def discounted(job: Job, raw: Array) -> Discounted:
     extra = discount_points(job.patch, job.rotation_reach)
     n = len(job.points.x)
     directions = loads_needed(job.body.contour, job.directions)

@@ -1,0 +1,56 @@
+"""Meshes: nodes on the true contour, the chart, the volume."""
+
+import numpy as np
+import pytest
+from skfem import Basis, ElementTetP2
+
+from femic.solid import build_mesh
+from geometries.bodies import UPPER
+from tests.femic.conftest import COARSE, SMALL, SYMMETRIC, UNSYMMETRIC, request_for
+
+
+@pytest.mark.parametrize("contour", [SYMMETRIC, UNSYMMETRIC], ids=["quarter", "half"])
+def test_surface_nodes_lie_on_the_true_contour(contour):
+    solid = build_mesh(request_for(contour))
+    s = solid.trace.basis.doflocs[1]
+    on_contour = contour.position(s)
+    # 1e-12 of the far radius: rounding of the projection
+    np.testing.assert_allclose(solid.nodes[1:, solid.trace.nodes], on_contour, atol=1e-12 * SMALL.far_radius)
+
+
+def test_chart_and_solid_agree_on_x(half_model):
+    trace = half_model.solid.trace
+    np.testing.assert_allclose(half_model.solid.nodes[0, trace.nodes], trace.basis.doflocs[0], atol=1e-12)
+
+
+def test_chart_covers_the_whole_contact_surface(half_model):
+    start, end = half_model.solid.body.s_range
+    area = trace_area(half_model.solid)
+    assert area == pytest.approx(SMALL.half_length * (end - start), rel=1e-9)
+
+
+def trace_area(solid):
+    return solid.trace.basis.dx.sum()
+
+
+def test_both_bodies_fill_the_cylinder():
+    volumes = [
+        Basis(build_mesh(request_for(SYMMETRIC, side=side)).mesh, ElementTetP2(), intorder=5).dx.sum()
+        for side in (-1, UPPER)
+    ]
+    cylinder = np.pi * SMALL.far_radius**2 * SMALL.half_length / 2
+    # the far arc is a polygon: chords of angle t lose t^2 / 6 of the area; cells have 0.3 r, at most 1.5 times that
+    assert sum(volumes) == pytest.approx(cylinder, rel=0.45**2 / 6)
+    assert sum(volumes) < cylinder
+
+
+def test_cells_are_small_at_the_patch_and_along_the_lines():
+    solid = build_mesh(request_for(SYMMETRIC))
+    p, t = solid.mesh.p, solid.mesh.t
+    centre = p[:, t].mean(axis=1)
+    size = np.max(np.linalg.norm(p[:, t[0]] - p[:, t[1:]].transpose(1, 0, 2), axis=1), axis=0)
+    r = np.linalg.norm(centre, axis=0)
+    bound = np.sqrt(COARSE.smallest**2 + (COARSE.growth * r) ** 2)
+    # Gmsh meets a target size on average; longest edges are at most about twice the target
+    assert np.median(size / bound) < 1.5
+    assert np.median(size[r < 0.5]) < 2 * COARSE.smallest
