@@ -41,11 +41,11 @@ def over_rectangle(patch: Patch, x: Array, s: Array) -> Array:
     They are the integrals of X^2/R^3, S^2/R^3, X S/R^3, X/R^2, S/R^2 with X, S = observer minus
     loaded point; that of 1/R is I_xx + I_ss.
     """
-    total = np.zeros((5, *x.shape))
-    for sign_x in (+1, -1):
-        for sign_s in (+1, -1):
-            total += sign_x * sign_s * at_corner(x + sign_x * patch.a, s + sign_s * patch.b)
-    return total
+    near, far = (
+        at_corner(x + patch.a, s + side * patch.b) - at_corner(x - patch.a, s + side * patch.b)
+        for side in (+1, -1)
+    )
+    return near - far  # differences of pairs: what vanishes by symmetry is exactly 0
 
 
 def at_corner(X: Array, S: Array) -> Array:

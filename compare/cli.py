@@ -17,6 +17,7 @@ DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 app = App(
     name="femic",
     help="Influence coefficients of non-planar elastic solids: finite elements (C) against approximations.",
+    suppress_keyboard_interrupt=False,
 )
 app.command("compare.commands:run", help="Compute and compare the ICs of a scene; write a report.")
 app.command("compare.commands:scenes", help="List the built-in scenes, or print one with every key.")

@@ -110,7 +110,7 @@ def _mark_joints(axes: Axes, scene: Scene, at: Array) -> None:
     if inside:
         axes.annotate(
             "arc | flank",
-            (max(inside), 0.99),
+            (max(inside), 1.01),
             xycoords=("data", "axes fraction"),
             fontsize=7,
             color="grey",

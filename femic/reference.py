@@ -82,6 +82,7 @@ def combine(job: Job, raw: Mapping[str, RawICs]) -> Reference:
 
 
 def discounted(job: Job, raw: Array) -> Discounted:
+    """Subtract the rigid part from the raw ICs (3, 3, n) of one of the job's models."""
     extra = discount_points(job.patch, job.rotation_reach)
     n = len(job.points.x)
     directions = loads_needed(job.body.contour, job.directions)

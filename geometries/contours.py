@@ -15,11 +15,11 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 from scipy.special import ellipeinc
 
-from geometries.errors import Failure
+from geometries.errors import Failure, WrongInput
 
 Array = NDArray[np.float64]
-NEWTON_STEPS = 60
-ARC_LENGTH_TOLERANCE = 1e-13  # of the largest arc length asked for
+NEWTON_STEPS = 30
+ROUNDING = 1e-14  # of the length of a curve: to this its arc length is known
 
 
 class Core(Protocol):
@@ -69,7 +69,7 @@ class Ellipse:
 
     def angle(self, s: Array) -> Array:
         """Eccentric angle from the crown at arc length s, shape of s."""
-        return invert(self.arc_length, self._speed, s, s / np.hypot(self.b_el, self.d_el))
+        return invert(self.arc_length, self._speed, s, np.linspace(-np.pi, np.pi, 2049))
 
     def arc_length(self, phi: Array) -> Array:
         """Arc length [mm] at eccentric angle phi, an incomplete elliptic integral."""
@@ -97,8 +97,7 @@ class Spline:
 
     def parameter(self, s: Array) -> Array:
         """Spline parameter at arc length s, shape of s."""
-        guess = np.interp(s, self.arc_length(self.curve.x), self.curve.x)
-        return invert(self.arc_length, self._speed, s, guess)
+        return invert(self.arc_length, self._speed, s, self.curve.x)
 
     def arc_length(self, t: Array) -> Array:
         """Arc length [mm] from the contact centre to parameter t: Gauss quadrature per interval."""
@@ -123,20 +122,21 @@ class Spline:
 
 
 def invert(
-    length: Callable[[Array], Array], speed: Callable[[Array], Array], s: Array, guess: Array
+    length: Callable[[Array], Array], speed: Callable[[Array], Array], s: Array, table: Array
 ) -> Array:
-    """Parameters t with length(t) = s by Newton's method; speed is the derivative of length."""
-    t = np.asarray(guess, dtype=float)
-    scale = np.max(np.abs(s), initial=0.0)
+    """Parameters t with length(t) = s: interpolation in a table of t, then Newton's method.
+
+    `speed` is the derivative of `length`, which grows.
+    """
+    lengths = length(table)
+    tolerance = ROUNDING * float(np.ptp(lengths))
+    t = np.interp(s, lengths, table)
     for _ in range(NEWTON_STEPS):
         defect = length(t) - s
-        if np.max(np.abs(defect), initial=0.0) <= ARC_LENGTH_TOLERANCE * scale:
+        if np.max(np.abs(defect), initial=0.0) <= tolerance:
             return t
         t = t - defect / speed(t)
-    worst = np.max(np.abs(length(t) - s), initial=0.0)
-    if worst > 1e-9 * scale:
-        raise Failure(f"arc length not inverted: {worst:.1e} mm left of {scale:.1e} mm")
-    return t
+    raise Failure(f"arc length s = {s} mm: not found within {lengths[0]:g} ... {lengths[-1]:g} mm")
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,8 +178,8 @@ class Contour:
         s = np.linspace(0, max(np.abs(self.limits)), 101)[1:]
         right, left = self.position(s), self.position(-s)
         mirrored = np.stack([-left[0], left[1]])
-        same_extent = self.extent[0] == -self.extent[1]
-        return bool(same_extent and np.allclose(right, mirrored, rtol=0, atol=1e-9 * max(s[-1], 1e-300)))
+        ends_agree = np.isclose(-self.extent[0], self.extent[1], rtol=1e-9)
+        return bool(ends_agree and np.allclose(right, mirrored, rtol=0, atol=1e-9 * s[-1]))
 
     def nearest(self, points: Array, s_range: tuple[float, float]) -> Array:
         """Arc lengths of the contour points nearest to `points` (2, n) that lie close to it."""
@@ -221,6 +221,8 @@ def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> Contour
     chord = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     curve = CubicSpline(chord, points)
     roots = CubicSpline(chord, points[:, 0] - y_centre).roots(extrapolate=False)
+    if len(roots) == 0:
+        raise WrongInput(f"y_centre = {y_centre:g} mm: not between the first and last point")
     core = Spline(curve, float(roots[0]))
     whole = core.arc_length(chord[[0, -1]]) - core.arc_length(np.array(core.t_centre))
     limits = (float(whole[0]), float(whole[1]))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from skfem import Basis, ElementTetP2
 
 from femic.elasticity import is_curved, rigid_body_modes, stiffness
 from tests.femic.conftest import STEEL
@@ -48,6 +49,4 @@ def test_constant_strain_energy_is_the_material_law(half_model):
 
 
 def _volume(mesh):
-    from skfem import Basis, ElementTetP2
-
     return Basis(mesh, ElementTetP2(), intorder=5).dx.sum()

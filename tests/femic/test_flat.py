@@ -66,7 +66,5 @@ def test_the_estimate_bounds_the_error(side):
     wanted = job(side, 80.0, DEFAULT.scaled(2.5))
     reference = combine(wanted, {name: raw_ics(requests(wanted)[name]) for name in MODELS})
     a = halfspace(side)
-    estimate = np.max(
-        [line_errors(reference.estimate[..., p], a[..., p], a[2, 2, p]) for p in LINES], axis=0
-    )
+    estimate = np.max([line_errors(reference.estimate[..., p], a[..., p], a[2, 2, p]) for p in LINES], axis=0)
     assert np.all(errors(reference.ic, side) < estimate)

@@ -39,7 +39,7 @@ def test_both_bodies_fill_the_cylinder():
         for side in (-1, UPPER)
     ]
     cylinder = np.pi * SMALL.far_radius**2 * SMALL.half_length / 2
-    # the far arc is a polygon: chords of angle t lose t^2 / 6 of the area; cells have 0.3 r, at most 1.5 times that
+    # the far arc is a polygon: chords of angle t lose t^2 / 6 of the area; cells have 0.3 r to 0.45 r
     assert sum(volumes) == pytest.approx(cylinder, rel=0.45**2 / 6)
     assert sum(volumes) < cylinder
 

@@ -158,4 +158,3 @@ def test_stiffness_is_assembled_once_for_all_directions(monkeypatch):
     monkeypatch.setattr("femic.solid.stiffness", lambda *a: calls.append(1) or stiffness(*a))
     raw_ics(request_for(SYMMETRIC))
     assert len(calls) == 1
-

@@ -190,7 +190,7 @@ def test_ellipse_of_equal_semi_axes_is_an_arc():
 
 
 def catenary_errors(n):
-    y = np.linspace(-3.0, 5.0, 57)
+    y = np.linspace(-3.0, 5.0, 1501)
     s = C * (np.sinh(y / C) - np.sinh(Y_0 / C))  # closed form of the arc length
     exact = np.stack([y - Y_0, -C * (np.cosh(y / C) - np.cosh(Y_0 / C))])
     contour = catenary(n)
@@ -199,12 +199,12 @@ def catenary_errors(n):
 
 
 def test_spline_converges_to_the_curve_at_the_order_of_cubics():
-    errors = np.array([catenary_errors(n) for n in (21, 41, 81)])
-    rates = np.log2(errors[:-1] / errors[1:])
-    # value 4, slope 3; the slope is the better by superconvergence of even knots, never the worse
-    assert rates[:, 0] == pytest.approx(4, abs=0.4)
-    assert np.all(rates[:, 1] > 2.7)
-    assert errors[-1, 1] < 1e-6
+    sizes = [21, 41, 81, 161, 321]
+    errors = np.array([catenary_errors(n) for n in sizes])
+    rates = -np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    # 4 and 3; the place of the centre between two points moves single errors by some ten percent
+    np.testing.assert_allclose(rates, [4, 3], rtol=0, atol=0.3)
+    assert np.all(errors[0] < (0.8 / C) ** 3)  # spacing 0.8 mm on a curve of radius C
 
 
 def test_spline_has_s_zero_at_y_centre_with_the_slope_of_the_curve():
@@ -239,16 +239,12 @@ def test_points_in_the_other_frame_give_the_same_spline():
     np.testing.assert_allclose(shifted.position(s), here.position(s), rtol=0, atol=1e-12)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="invert() asks for 1e-13 of |s|, below the rounding of a spline's length"
-)
 def test_spline_answers_at_an_arc_length_of_rounding_size():
     contour = catenary(41)
     for s in np.geomspace(1e-17, 1e-3, 60):
         np.testing.assert_allclose(contour.position(s), s * contour.tangent(0.0), rtol=0, atol=1e-6)
 
 
-@pytest.mark.xfail(strict=True, raises=IndexError, reason="roots()[0] of an empty array")
 def test_centre_outside_the_points_is_refused_with_its_value():
     with pytest.raises(ValueError, match=r"9\.5"):
         through_points([0.0, 1.0, 2.5, 3.0], [0.0, 0.1, 0.1, 0.0], 9.5)
@@ -269,7 +265,7 @@ def test_equal_flanks_make_a_symmetric_contour(contour):
 @pytest.mark.parametrize(
     "contour",
     [
-        arc(10.0, 0.5, 0.500001),
+        arc(10.0, 0.5, 0.501),
         arc(-10.0, 0.45, 0.5),
         ellipse(3.0, 7.0, 0.9, 0.8),
         catenary(21),
@@ -281,7 +277,6 @@ def test_unequal_flanks_or_ends_do_not(contour):
     assert not contour.symmetric
 
 
-@pytest.mark.xfail(strict=True, reason="`extent` is compared without a tolerance, a spline's is rounded")
 def test_spline_through_mirrored_points_is_symmetric():
     rng = np.random.default_rng(3)
     half = np.sort(rng.uniform(0.1, 5.0, (30, 6)), axis=1)

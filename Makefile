@@ -1,0 +1,46 @@
+# One target per intention; `make help` lists them. Everything installs into .venv.
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/.ready
+FEMIC := $(BIN)/femic
+
+.DEFAULT_GOAL := help
+.PHONY: help setup run geometry1 flat test test-all check format bench clean
+
+help:  ## list the targets
+	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
+
+setup: $(READY)  ## virtual environment, pinned packages, system libraries
+
+$(READY): pyproject.toml constraints.txt tools/system-libraries.sh
+	sh tools/system-libraries.sh $(PYTHON)
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	touch $@
+
+run: geometry1  ## the main job: ICs of Geometry 1 by finite elements against A, B, B-bar, B-hat
+
+geometry1 flat: $(READY)  ## run a built-in scene; the report is out/SCENE/report.html
+	$(FEMIC) run $@
+
+test: $(READY)  ## all tests but the slow ones (minutes)
+	$(BIN)/pytest
+
+test-all: $(READY)  ## all tests
+	$(BIN)/pytest -m ''
+
+check: $(READY)  ## format, lint, types, direction of imports
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(READY)  ## format the code
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: $(READY)  ## seconds, memory and errors (tables go to docs/performance.md by hand)
+	$(BIN)/python benchmarks/solid_engine.py
+
+clean:  ## remove results and the virtual environment
+	rm -rf out .venv .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

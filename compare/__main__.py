@@ -1,0 +1,5 @@
+"""`python -m compare`: the command `femic`."""
+
+from compare.cli import main
+
+main()

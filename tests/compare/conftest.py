@@ -1,0 +1,84 @@
+"""Scenes that are small enough to run in a test, and Geometry 1 solved once for many."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from joblib import Memory
+
+from compare.dataset import errors, to_dataset
+from compare.pipeline import compute
+from compare.scenes import load_scene
+
+COARSE_ENGINE = """
+[engine]
+smallest_cell = 0.1
+growth = 0.3
+line_growth = 0.2
+far_radius = 60.0
+half_length = 60.0
+tolerance = 0.5
+"""
+SHORT_LINES = """
+[[lines]]
+along = "x"
+s = 1.6
+reach = 6.0
+points = 25
+[[lines]]
+along = "s"
+x = 1.6
+reach = 6.0
+points = 25
+"""
+BODY = """
+[{name}]
+E = {E}
+nu = 0.3
+contour = {{ kind = "arc", radius = 10.0, flank_inclination_deg = {flanks} }}
+"""
+
+
+def scene_text(top="", *, flanks="25.0", engine=COARSE_ENGINE, lines=SHORT_LINES, upper_E=210e3):
+    bodies = BODY.format(name="lower", E=210e3, flanks=flanks) + BODY.format(
+        name="upper", E=upper_E, flanks=flanks
+    )
+    top = f"rotation_reach = 10.0\n{top}"
+    return f"{top}\n{bodies}\n[patch]\na = 0.3\nb = 0.2\n{lines}\n{engine}"
+
+
+@pytest.fixture
+def write_scene(tmp_path):
+    def write(*arguments, **named) -> Path:
+        path = tmp_path / "mine.toml"
+        path.write_text(scene_text(*arguments, **named), encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def geometry1(tmp_path_factory):
+    """Results of Geometry 1 on cells about 1.4 times the default: (results, dataset, errors)."""
+    text = (
+        load_scene("geometry1").text + "\n[engine]\nsmallest_cell = 0.025\ngrowth = 0.2\nline_growth = 0.07\n"
+    )
+    path = tmp_path_factory.mktemp("scenes") / "geometry1.toml"
+    path.write_text(text, encoding="utf-8")
+    results = compute(load_scene(str(path)), workers=1, memory=Memory(None), on_model=lambda *_: None)
+    dataset = to_dataset(results)
+    return results, dataset, errors(results, dataset)
+
+
+@pytest.fixture(scope="session")
+def small(tmp_path_factory):
+    """Results of a coarse scene with unlike bodies: (results, dataset, errors)."""
+    path = tmp_path_factory.mktemp("scenes") / "small.toml"
+    path.write_text(scene_text(upper_E=70e3), encoding="utf-8")
+    results = compute(load_scene(str(path)), workers=1, memory=Memory(None), on_model=lambda *_: None)
+    dataset = to_dataset(results)
+    return results, dataset, errors(results, dataset)
+
+
+def on_line(dataset, line):
+    return dataset.isel(point=np.flatnonzero(dataset.line.values == line))

@@ -1,0 +1,75 @@
+"""The command line: exit codes, files, messages."""
+
+import pytest
+import xarray as xr
+
+from compare.cli import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from femic import solid
+from tests.compare.conftest import COARSE_ENGINE
+
+ONE = 'bodies = ["lower"]\ncomponents = ["nn"]\nvariants = ["A", "Bhat"]'
+
+
+def test_a_run_writes_data_figures_and_report(write_scene, tmp_path, capsys):
+    out = tmp_path / "results"
+    assert exit_code(["run", str(write_scene(ONE)), "--out", str(out), "--workers", "1"]) == DONE
+    assert str(out / "report.html") in capsys.readouterr().out.replace("\n", "")
+    names = {path.name for path in out.iterdir()}
+    assert {"ics.nc", "errors.nc", "report.html", "scene.toml", "figures", "curves_s1.6mm.csv"} <= names
+    with xr.open_dataset(out / "ics.nc", engine="h5netcdf") as dataset:
+        assert list(dataset.variant.values) == ["A", "Bhat", "C"]
+        assert dataset.ic.sel(j="s", variant="C").isnull().all()  # not computed: not a number
+        assert dataset.ic.sel(i="n", j="n").notnull().all()
+        assert dataset.attrs["far_radius"] == 60
+    html = (out / "report.html").read_text(encoding="utf-8")
+    assert html.count("data:image/png") == len(list((out / "figures").glob("*.png")))
+    assert "http" not in html.replace("http-equiv", "")  # self-contained
+
+
+def test_nn_of_one_body_solves_one_load_per_model(write_scene, tmp_path, monkeypatch):
+    loads, bodies = [], []
+    load, assemble = solid.patch_load, solid.assemble
+    monkeypatch.setattr(solid, "patch_load", lambda *a: loads.append(a[2]) or load(*a))
+    monkeypatch.setattr(solid, "assemble", lambda s: bodies.append(s.body.side) or assemble(s))
+    path = write_scene(ONE)
+    assert exit_code(["run", str(path), "--out", str(tmp_path / "o"), "--workers", "1"]) == DONE
+    assert loads == [2, 2, 2]  # the normal load on the fine, the coarse and the small model
+    assert bodies == [-1, -1, -1]
+
+
+@pytest.mark.parametrize("bad", ["[lower", 'variants = ["D"]', "unknown = 1"])
+def test_wrong_input_exits_with_2_and_writes_nothing(bad, write_scene, tmp_path, capsys):
+    out = tmp_path / "results"
+    assert exit_code(["run", str(write_scene(bad)), "--out", str(out)]) == WRONG_INPUT
+    assert not out.exists()
+    assert "mine.toml" in capsys.readouterr().err
+
+
+def test_missing_scene_and_unknown_option_exit_with_2(capsys):
+    assert exit_code(["run", "nowhere.toml"]) == WRONG_INPUT
+    assert exit_code(["run", "flat", "--sped", "3"]) == WRONG_INPUT
+    assert "no such file" in capsys.readouterr().err
+
+
+def test_not_converged_exits_with_1_and_says_what_to_try(write_scene, tmp_path, capsys):
+    strict = COARSE_ENGINE.replace("tolerance = 0.5", "tolerance = 1e-6")
+    path = write_scene(ONE, engine=strict)
+    out = tmp_path / "results"
+    assert exit_code(["run", str(path), "--out", str(out), "--workers", "1"]) == FAILED
+    assert "Try a smaller engine.growth" in capsys.readouterr().err
+    assert not (out / "report.html").exists()
+
+
+def test_an_interruption_exits_with_130(write_scene, tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("compare.commands.run_scene", interrupted)
+    assert exit_code(["run", str(write_scene(ONE)), "--out", str(tmp_path / "o")]) == INTERRUPTED
+
+
+def test_scenes_are_listed_and_shown(capsys):
+    assert exit_code(["scenes"]) == DONE
+    assert "geometry1" in capsys.readouterr().out
+    assert exit_code(["scenes", "--show", "flat"]) == DONE
+    assert 'kind = "plane"' in capsys.readouterr().out

@@ -1,0 +1,60 @@
+"""Geometry 1: known accuracy, and the signs that the theory predicts."""
+
+import numpy as np
+import pytest
+
+from compare.pipeline import estimated_errors
+from tests.compare.conftest import on_line
+
+BODIES = ("lower", "upper", "combined")
+
+
+def test_every_component_of_each_body_is_known_to_one_percent(geometry1):
+    results, *_ = geometry1
+    estimates = estimated_errors(results)
+    assert {body for body, _ in estimates} == {"lower", "upper"}
+    for (body, line), errors in estimates.items():
+        assert np.all(errors < 0.01), (body, line, errors)
+
+
+@pytest.mark.parametrize("line", ["s = 1.6 mm", "x = 1.6 mm"])
+def test_combined_xn_is_known_to_five_percent_of_its_own_maximum(geometry1, line):
+    _, _, errors = geometry1
+    assert errors["own"].sel(variant="C", body="combined", line=line, i="x", j="n") < 0.05
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_sn_has_the_sign_and_size_of_b(geometry1, body):
+    _, dataset, _ = geometry1
+    line = on_line(dataset, "x = 1.6 mm")
+    part = line.isel(point=np.flatnonzero((abs(line.s) >= 4) & (abs(line.s) <= 12))).sel(
+        body=body, i="s", j="n"
+    )
+    c, b, a = (part.ic.sel(variant=v).values for v in ("C", "B", "A"))
+    assert len(c) > 100
+    assert np.all((c / b > 0.6) & (c / b < 1.7))
+    if body == "lower":
+        assert np.all(c * a < 0)
+
+
+def test_c_is_reciprocal_in_the_nine_components_at_the_crown(geometry1):
+    """At s = 0 load and observer change places by x -> -x: xn(x) = nx(-x), xs = sx = 0."""
+    _, dataset, _ = geometry1
+    ic = on_line(dataset, "s = 0 mm").ic.sel(variant="C")
+    scale = abs(ic.sel(i="n", j="n")).max("point")
+    swapped = ic.sel(i="n", j="x").values[:, ::-1]
+    difference = np.abs(ic.sel(i="x", j="n").values - swapped).max(axis=1)
+    # one element's mean against another's centre: the patch is finite, so near it they differ
+    far = np.abs(on_line(dataset, "s = 0 mm").x.values) > 1.5
+    difference = np.abs((ic.sel(i="x", j="n").values - swapped)[:, far]).max(axis=1)
+    assert np.all(difference < 0.002 * scale.values)
+    assert np.all(np.abs(ic.sel(i="x", j="s")).max("point") < 1e-12 * scale)
+
+
+def test_the_approximations_are_of_the_right_size(geometry1):
+    """B and its kin follow C_nn laterally better than A does; A_sn of equal materials vanishes."""
+    _, dataset, errors = geometry1
+    nn = errors["max"].sel(body="combined", i="n", j="n", line="x = 1.6 mm")
+    assert nn.sel(variant="B") < 0.6 * nn.sel(variant="A")
+    assert nn.sel(variant="Bhat") < 0.6 * nn.sel(variant="A")
+    assert np.all(dataset.ic.sel(variant="A", body="combined", i="s", j="n") == 0)

@@ -1,0 +1,120 @@
+"""Scene files: what they mean, and what is said of bad ones."""
+
+import re
+import tomllib
+
+import numpy as np
+import pytest
+
+from compare.scene_file import SceneFile
+from compare.scene_listing import listing
+from compare.scenes import BadScene, builtin_names, load_scene
+from tests.compare.conftest import scene_text
+
+
+def errors_of(path):
+    with pytest.raises(BadScene) as caught:
+        load_scene(str(path))
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_builtin_scenes_are_valid(name):
+    assert load_scene(name).lines
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_the_listing_is_the_same_scene_and_names_every_key(name):
+    text = listing(name)
+    shown, original = SceneFile.model_validate(tomllib.loads(text)), load_scene(name)
+    assert shown == SceneFile.model_validate(
+        tomllib.loads(original.text) | {"lines": tomllib.loads(text)["lines"]}
+    )
+    for key in ("bodies", "components", "variants", "reference_length", "tolerance", "far_radius", "solver"):
+        assert f"{key} = " in text
+
+
+def test_geometry1_is_the_design_s():
+    scene = load_scene("geometry1")
+    for body in scene.bodies.values():
+        assert np.degrees(body.contour.inclination(np.array([-20.0, 20.0]))) == pytest.approx([-25.5, 25.5])
+        assert body.contour.inclination(1.0) == pytest.approx(1 / 10)
+        assert (body.material.E, body.material.nu) == (210e3, 0.28)
+    assert (scene.patch.a, scene.patch.b) == (0.2, 0.2)
+    assert scene.reference_length == pytest.approx(10)
+
+
+def test_files_are_found_relative_to_the_scene(tmp_path, write_scene):
+    y = np.linspace(-40, 40, 41)
+    np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 100]))
+    text = scene_text().replace(
+        'contour = { kind = "arc", radius = 10.0, flank_inclination_deg = 25.0 }',
+        'contour = { kind = "points", file = "rail.txt" }',
+    )
+    path = write_scene()
+    path.write_text(text.replace("far_radius = 60", "far_radius = 160"), encoding="utf-8")
+    scene = load_scene(str(path))
+    assert scene.reference_length == pytest.approx(50, rel=1e-3)  # curvature 2/100 of the parabola's crown
+    slope = 40 / 50  # arc length of a parabola of crown radius 50 mm up to y = 40 mm
+    length = 25 * (slope * np.hypot(1, slope) + np.arcsinh(slope))
+    assert scene.bodies["lower"].contour.extent[1] == pytest.approx(length, rel=1e-6)
+
+
+BAD = {
+    "negative modulus": (("E = 210000.0", "E = -1.0"), r"lower\.E = -1\.0: .*greater than 0"),
+    "nu out of range": (("nu = 0.3", "nu = 0.6"), r"upper\.nu = 0\.6: .*less than or equal to 0\.49"),
+    "steep flank": (("25.0", "95"), r"lower\.contour\.flank_inclination_deg = 95: .*75"),
+    "unknown key": (("nu = 0.3", "nu = 0.3\npoisson = 1"), r"lower\.poisson: unknown key"),
+    "misspelt key": (("a = 0.3", "a = 0.3\n[engin]\n"), r"engin: unknown key; did you mean 'engine'"),
+    "aspect": (("a = 0.3", "a = 30.0"), r"patch = .*a / b = 150 is outside"),
+    "line too long": (("reach = 6.0", "reach = 50.0"), r"lines\.0 \(s = 1\.6 mm\): reaches beyond half"),
+    "twice the same line": (('along = "s"\nx = 1.6', 'along = "x"\ns = 1.6'), "two of them are the same"),
+    "missing file": (
+        ('"arc", radius = 10.0, flank_inclination_deg = 25.0', '"points", file = "no.csv"'),
+        r"no\.csv",
+    ),
+    "small domain": (("far_radius = 60.0", "far_radius = 8.0"), r"engine\.far_radius = 8"),
+    "not TOML": (("[patch]", "[patch"), "not TOML"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_scenes_say_field_value_and_remedy(case, write_scene):
+    (old, new), expected = BAD[case]
+    path = write_scene()
+    assert old in scene_text()
+    path.write_text(scene_text().replace(old, new), encoding="utf-8")
+    message = errors_of(path)
+    assert re.search(expected, message), message
+
+
+def test_patch_beyond_a_contour_of_points(tmp_path, write_scene):
+    y = np.linspace(-1.5, 1.5, 21)
+    np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 20]))
+    text = scene_text(lines='[[lines]]\nalong = "x"\ns = 0.5\nreach = 6.0').replace("b = 0.2", "b = 1.8")
+    path = write_scene()
+    path.write_text(
+        text.replace('"arc", radius = 10.0, flank_inclination_deg = 25.0', '"points", file = "rail.txt"'),
+        encoding="utf-8",
+    )
+    message = errors_of(path)
+    assert "patch.b = 1.8: the patch reaches beyond the contour" in message
+    assert "rotation_reach = 10" in message
+
+
+def test_all_errors_come_at_once(write_scene):
+    path = write_scene('variants = ["A", "D"]')
+    path.write_text(path.read_text().replace("nu = 0.3", "nu = 0.7"), encoding="utf-8")
+    message = errors_of(path)
+    assert "3 error(s)" in message
+    assert "variants.1 = 'D'" in message
+
+
+def test_unknown_scene_suggests_the_nearest():
+    with pytest.raises(BadScene, match="did you mean 'geometry1'"):
+        load_scene("geometry")
+
+
+def test_only_what_is_compared_is_solved(write_scene):
+    assert load_scene(str(write_scene('bodies = ["upper"]'))).solved == ("upper",)
+    assert load_scene(str(write_scene('bodies = ["combined"]'))).solved == ("lower", "upper")
