@@ -19,7 +19,7 @@ from compare.pipeline import n_models
 from compare.run import run_scene
 from compare.scene_listing import listing
 from compare.scenes import builtin_names, load_scene
-from femic.solid import RawICs
+from femic.reference import Solved
 
 
 def run(
@@ -49,10 +49,11 @@ def run(
     with Progress(*columns, console=console) as progress:
         task = progress.add_task("3D models", total=n_models(loaded))
 
-        def on_model(name: str, result: RawICs) -> None:
-            cost = result.cost
-            seconds = sum(cost.seconds.values())
-            progress.console.print(f"  {name}: {cost.unknowns:,} unknowns, {seconds:.1f} s")
+        def on_model(solved: Solved) -> None:
+            cost = solved.raw.cost
+            took = "kept from an earlier run" if solved.kept else f"{sum(cost.seconds.values()):.1f} s"
+            name = f"{solved.job} body, {solved.model} model"
+            progress.console.print(f"  {name}: {cost.unknowns:,} unknowns, {took}")
             progress.advance(task)
             if progress.finished:
                 progress.update(task, description="figures and report")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from approx.variants import approximate
 from compare.scenes import Scene
 from femic.accuracy import line_errors, require_converged
-from femic.reference import MODELS, Job, Reference, combine, solve_models
+from femic.reference import MODELS, Job, Reference, Solved, combine, solve_models
 from femic.solid import Points, RawICs, directions_of
 from geometries.materials import one_body
 
@@ -61,18 +61,16 @@ def n_models(scene: Scene) -> int:
     return len(MODELS) * len(scene.solved)
 
 
-def compute(
-    scene: Scene, *, workers: int, memory: Memory, on_model: Callable[[str, RawICs], None]
-) -> Results:
+def compute(scene: Scene, *, workers: int, memory: Memory, on_model: Callable[[Solved], None]) -> Results:
     """Compute everything the scene asks for; `on_model` hears of each finished model.
 
     Raises NotConverged where the estimated error of a body exceeds the scene's tolerance.
     """
     todo = jobs(scene)
     raw: dict[str, dict[str, RawICs]] = {name: {} for name in todo}
-    for name, model, result in solve_models(todo, workers=workers, memory=memory):
-        raw[name][model] = result
-        on_model(f"{name} body, {model} model", result)
+    for solved in solve_models(todo, workers=workers, memory=memory):
+        raw[solved.job][solved.model] = solved.raw
+        on_model(solved)
     references = {name: combine(job, raw[name]) for name, job in todo.items()}
     points, lines = scene_points(scene)
     approximations, seconds = _approximations(scene, points)

@@ -12,11 +12,11 @@ from compare import figures, report, views
 from compare.pipeline import Results, compute, jobs
 from compare.scenes import Scene
 from femic.provenance import code_digest
-from femic.reference import requests
-from femic.solid import RawICs, build_mesh
+from femic.reference import Solved, requests
+from femic.solid import build_mesh
 
 
-def run_scene(scene: Scene, out: Path, *, workers: int, on_model: Callable[[str, RawICs], None]) -> Path:
+def run_scene(scene: Scene, out: Path, *, workers: int, on_model: Callable[[Solved], None]) -> Path:
     """Compute the scene, write `ics.nc`, `errors.nc`, CSV, figures and `report.html`; returns its path.
 
     Solved models are kept under `out/solved`: an interrupted run resumes behind the last of them.

@@ -5,7 +5,7 @@ larger cells in a domain half as large. With errors that fall like h^2 and L^-2,
 the observed difference over (ratio^2 - 1).
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -61,6 +61,16 @@ class Discounted:
     m: Array
 
 
+@dataclass(frozen=True)
+class Solved:
+    """The raw ICs of one model of one job; `kept` if an earlier run had solved it."""
+
+    job: str
+    model: str
+    raw: RawICs
+    kept: bool
+
+
 def requests(job: Job) -> dict[str, Request]:
     """The models whose differences give the error estimate, the finest first."""
     extra = discount_points(job.patch, job.rotation_reach)
@@ -91,21 +101,18 @@ def discounted(job: Job, raw: Array) -> Discounted:
     return Discounted(raw[..., :n] - rigid, raw[..., :n], m)
 
 
-def solve_models(
-    jobs: Mapping[str, Job], *, workers: int, memory: Memory
-) -> Iterator[tuple[str, str, RawICs]]:
-    """Solve all models of all jobs in parallel processes; yields (job, model, result) as they finish.
+def solve_models(jobs: Mapping[str, Job], *, workers: int, memory: Memory) -> Iterator[Solved]:
+    """Solve all models of all jobs in parallel processes; yields them as they finish.
 
     Finished models are kept in `memory`: an interrupted run resumes behind the last of them.
     """
     of_job = {name: requests(job) for name, job in jobs.items()}
     tasks = [(name, model, of_job[name][model]) for model in MODELS for name in jobs]
-    kept = memory.cache(raw_ics)
     run = Parallel(n_jobs=workers, return_as="generator_unordered")
-    yield from run(delayed(_named)(kept, *task) for task in tasks)
+    yield from run(delayed(_solve_once)(memory, *task) for task in tasks)
 
 
-def _named(
-    solve: Callable[[Request], RawICs], name: str, model: str, request: Request
-) -> tuple[str, str, RawICs]:
-    return name, model, solve(request)
+def _solve_once(memory: Memory, job: str, model: str, request: Request) -> Solved:
+    solve = memory.cache(raw_ics)
+    kept = solve.check_call_in_cache(request)
+    return Solved(job, model, solve(request), kept)
