@@ -7,9 +7,11 @@ import numpy as np
 import xarray as xr
 
 from compare.pipeline import Results, reference_estimate, reference_ic, scale_nn
+from compare.scenes import Scene
 from femic.accuracy import line_scale
 from femic.discount import AXES
 from femic.provenance import versions
+from femic.solid import RESIDUAL
 
 DIRECTIONS = ["x", "s", "n"]
 
@@ -59,7 +61,7 @@ def _attributes(results: Results) -> dict[str, str | float]:
     scene = results.scene
     domain = next(iter(scene.bodies.values())).domain
     models = {
-        f"{body} {model}": {"unknowns": cost.unknowns, "seconds": cost.seconds}
+        f"{body} {model}": {"unknowns": cost.unknowns, "solver": cost.solver, "seconds": cost.seconds}
         for body, reference in results.references.items()
         for model, cost in reference.models.items()
     }
@@ -75,8 +77,27 @@ def _attributes(results: Results) -> dict[str, str | float]:
         "far_radius": domain.far_radius,
         "half_length": domain.half_length,
         "models": json.dumps(models),
-        "seconds": json.dumps(dict(results.seconds)),
+        "seconds": json.dumps({f"{v} {body}": value for (v, body), value in results.seconds.items()}),
+        "settings": json.dumps(settings(scene)),
         "versions": json.dumps(versions()),
+    }
+
+
+def settings(scene: Scene) -> dict[str, float | str]:
+    """Everything that was set for the reference engine, defaults included."""
+    domain = scene.bodies["lower"].domain
+    return {
+        "engine": "solid: quadratic tetrahedra",
+        "smallest_cell [mm]": scene.cells.smallest,
+        "growth": scene.cells.growth,
+        "line_growth": scene.cells.line_growth,
+        "far_radius [mm]": domain.far_radius,
+        "half_length [mm]": domain.half_length,
+        "solver": scene.solver,
+        "relative residual": RESIDUAL,
+        "tolerance": scene.tolerance,
+        "reference_length [mm]": scene.reference_length,
+        "rotation_reach [mm]": scene.rotation_reach,
     }
 
 

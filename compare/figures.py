@@ -181,14 +181,14 @@ def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
             worst = errors["max"].sel(body=body).max("line")
             for variant in (*scene.variants, "C"):
                 values = [worst.sel(variant=variant, i=c[0], j=c[1]).item() for c in scene.components]
-                seconds = np.full(len(values), results.seconds[variant])
+                seconds = np.full(len(values), results.seconds[variant, body])
                 axes.loglog(
                     seconds,
                     np.maximum(values, 1e-6),
                     MARKERS[variant],
                     color=STYLES[variant]["color"],
                     linestyle="none",
-                    label=SYMBOLS[variant] + (" (estimate)" if variant == "C" else ""),
+                    label=SYMBOLS[variant] + (" (estimate; all its models)" if variant == "C" else ""),
                 )
             axes.set(title=body, xlabel=f"seconds for {len(results.points.x)} points [s]")
         grid[0].set_ylabel("worst error over the lines [-],\none mark per component")

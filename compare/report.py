@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from compare.dataset import settings
 from compare.figures import SYMBOLS
 from compare.pipeline import Results
 from femic.discount import AXES
@@ -55,7 +56,11 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
             for body, reference in results.references.items()
             for model, cost in reference.models.items()
         ],
-        variant_seconds=[(SYMBOLS[name], seconds) for name, seconds in results.seconds.items()],
+        variant_seconds=[
+            (SYMBOLS[name], results.seconds[name, scene.compared[0]]) for name in (*scene.variants, "C")
+        ],
+        settings=settings(scene),
+        first=scene.compared[0],
         discounts=[(name, _entries(reference.discount)) for name, reference in results.references.items()],
         scene_text=scene.text,
         versions=", ".join(f"{name} {version}" for name, version in versions().items()),

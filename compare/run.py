@@ -1,5 +1,6 @@
 """`femic run`: compute a scene and write its results, figures and report into a folder."""
 
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +15,7 @@ from compare.scenes import Scene
 from femic.provenance import code_digest
 from femic.reference import Solved, requests
 from femic.solid import build_mesh
+from geometries.errors import WrongInput
 
 
 def run_scene(scene: Scene, out: Path, *, workers: int, on_model: Callable[[Solved], None]) -> Path:
@@ -21,6 +23,8 @@ def run_scene(scene: Scene, out: Path, *, workers: int, on_model: Callable[[Solv
 
     Solved models are kept under `out/solved`: an interrupted run resumes behind the last of them.
     """
+    if out.exists() and not out.is_dir():
+        raise WrongInput(f"--out {out}: is a file; name a folder")
     solved = out / "solved" / code_digest()
     solved.mkdir(parents=True, exist_ok=True)
     results = compute(scene, workers=workers, memory=Memory(solved, verbose=0), on_model=on_model)
@@ -39,8 +43,9 @@ def run_scene(scene: Scene, out: Path, *, workers: int, on_model: Callable[[Solv
 
 
 def _forget_other_code(solved: Path) -> None:
+    """Delete models that other versions of this code solved; nothing else."""
     for folder in solved.parent.iterdir():
-        if folder != solved:
+        if folder != solved and re.fullmatch("[0-9a-f]{12}", folder.name):
             shutil.rmtree(folder)
 
 

@@ -3,10 +3,11 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FilePath, model_validator
+from pydantic import BaseModel, ConfigDict, Field, FilePath, field_validator, model_validator
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Flank = Annotated[float, Field(ge=0, le=75)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
 BodyName = Literal["combined", "lower", "upper"]
 Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
 VariantName = Literal["A", "B", "Bbar", "Bhat"]
@@ -50,7 +51,7 @@ class PointsFile(Section):
 
     kind: Literal["points"] = Field(description="smooth curve through points")
     file: FilePath = Field(description="text file of two columns y, z [mm], y growing; # comments")
-    y_centre: float = Field(0.0, description="y of the contact centre [mm]")
+    y_centre: Finite = Field(0.0, description="y of the contact centre [mm]")
 
 
 AnyContour = Annotated[Plane | Arc | Ellipse | PointsFile, Field(discriminator="kind")]
@@ -81,18 +82,18 @@ class LineAlongX(Section):
     """A line along x at a fixed arc length."""
 
     along: Literal["x"] = Field(description="direction of the line")
-    s: float = Field(description="arc length of the line [mm]")
+    s: Finite = Field(description="arc length of the line [mm]")
     reach: Positive = Field(25.0, description="half-length of the line [mm]")
-    points: int = Field(401, ge=2, le=100_000, description="number of points")
+    points: int = Field(401, ge=2, le=5000, description="number of points")
 
 
 class LineAlongS(Section):
     """A line along s at a fixed longitudinal distance."""
 
     along: Literal["s"] = Field(description="direction of the line")
-    x: float = Field(description="longitudinal distance of the line [mm]")
+    x: Finite = Field(description="longitudinal distance of the line [mm]")
     reach: Positive = Field(25.0, description="half-length of the line [mm]")
-    points: int = Field(401, ge=2, le=100_000, description="number of points")
+    points: int = Field(401, ge=2, le=5000, description="number of points")
 
 
 Line = Annotated[LineAlongX | LineAlongS, Field(discriminator="along")]
@@ -146,7 +147,9 @@ class SceneFile(Section):
         description="unit of length of the plots [mm]; default: crown radius of the lower body, 10 if flat",
     )
     rotation_reach: Positive | None = Field(
-        None, description="|s| where the rigid rotation is discounted [mm]; default: 2 x reference_length"
+        None,
+        description="|s| where the rigid rotation is discounted [mm]; default: 2 x reference_length, "
+        "at most an eighth of the domain",
     )
     lower: BodyTable = Field(description="lower body (rail), fills n < 0")
     upper: BodyTable = Field(description="upper body (wheel), fills n > 0")
@@ -155,6 +158,14 @@ class SceneFile(Section):
         DEFAULT_LINES, min_length=1, description="offset lines; default: s = 1.6, s = 0, x = 1.6 mm"
     )
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")
+
+    @field_validator("bodies", "components", "variants")
+    @classmethod
+    def _distinct(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"{', '.join(twice)} given twice: name each once")
+        return names
 
 
 BUILTIN = Path(__file__).parent / "builtin"

@@ -1,31 +1,45 @@
 """A scene file with every key, unit and default spelled out, ready to copy."""
 
-import tomllib
+import json
 import types
 from collections.abc import Iterator
+from copy import deepcopy
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from compare import scene_file as files
-from compare.scenes import scene_path
+from compare.scenes import parse, read_scene, scene_path
 
 
 def listing(name_or_path: str) -> str:
     """The scene as TOML: what it sets, and as comments what it leaves at its default."""
-    table = tomllib.loads(scene_path(name_or_path).read_text(encoding="utf-8"))
+    path = scene_path(name_or_path)
+    _, table = read_scene(path)
+    parse(deepcopy(table), path)
     top = [key for key, field in files.SceneFile.model_fields.items() if not _is_table(field)]
     lines = list(_entries(files.SceneFile, table, only=top))
     for name in ("lower", "upper", "patch", "engine"):
         field = files.SceneFile.model_fields[name]
         lines += ["", f"# {field.description}", f"[{name}]"]
         lines += _entries(_model(field.annotation), table.get(name, {}))
+        lines += _contour_kinds() if name == "lower" else []
     lines += ["", f"# {files.SceneFile.model_fields['lines'].description}"]
     for entry in table.get("lines", [line.model_dump() for line in files.DEFAULT_LINES]):
         kind = files.LineAlongX if entry["along"] == "x" else files.LineAlongS
         lines += ["[[lines]]", *_entries(kind, entry)]
     return "\n".join(lines) + "\n"
+
+
+def _contour_kinds() -> Iterator[str]:
+    """All kinds of contours with their keys, as comments."""
+    yield "#   contours:"
+    for kind in (files.Plane, files.Arc, files.Ellipse, files.PointsFile):
+        name = get_args(kind.model_fields["kind"].annotation)[0]
+        keys = [f"{key}: {field.description}" for key, field in kind.model_fields.items() if key != "kind"]
+        yield f'#   kind = "{name}": {kind.model_fields["kind"].description}'
+        yield from (f"#     {key}" for key in keys)
 
 
 def _is_table(field: FieldInfo) -> bool:
@@ -68,4 +82,4 @@ def _toml(value: Any) -> str:
         return "{ " + ", ".join(f"{key} = {_toml(item)}" for key, item in value.items()) + " }"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(_toml(item) for item in value) + "]"
-    return f'"{value}"' if isinstance(value, str) else str(value)
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)

@@ -23,6 +23,8 @@ from geometries.materials import Material
 from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
 
 CELLS_PER_HALF_SIDE = 12
+STEEPEST = 75  # degrees
+INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 FLAT_REFERENCE_LENGTH = 10.0
 REMEDIES: Mapping[str, str] = {
     "missing": "add the key",
@@ -73,12 +75,17 @@ def builtin_names() -> list[str]:
 def load_scene(name_or_path: str) -> Scene:
     """The scene of a built-in name or a TOML file; raises BadScene before any work starts."""
     path = scene_path(name_or_path)
-    text = path.read_text(encoding="utf-8")
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise BadScene(f"{path}: not TOML: {error}. Compare with `femic scenes --show flat`") from error
+    text, table = read_scene(path)
     return build_scene(path.stem, text, parse(table, path))
+
+
+def read_scene(path: Path) -> tuple[str, dict[str, Any]]:
+    """Text and table of a TOML file."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        return text, tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise BadScene(f"{path}: not TOML: {error}. Compare with `femic scenes --show flat`") from error
 
 
 def scene_path(name_or_path: str) -> Path:
@@ -173,7 +180,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         solver=scene.engine.solver,
         tolerance=scene.engine.tolerance,
         reference_length=reference_length,
-        rotation_reach=scene.rotation_reach or 2 * reference_length,
+        rotation_reach=scene.rotation_reach or _default_reach(reference_length, domain, extent),
     )
     errors = list(_misfits(built, extent, domain))
     if errors:
@@ -190,8 +197,10 @@ def _contour(body: str, table: files.Plane | files.Arc | files.Ellipse | files.P
         case files.Ellipse():
             return contours.ellipse(table.b_el, table.d_el, *_flanks(table.flank_inclination_deg))
     try:
-        y, z = np.loadtxt(table.file, ndmin=2, unpack=True)
-        return contours.through_points(y, z, table.y_centre)
+        columns = np.loadtxt(table.file, ndmin=2)
+        if columns.shape[1] != 2:
+            raise WrongInput(f"{columns.shape[1]} columns; give two, y and z, separated by blanks")
+        return contours.through_points(columns[:, 0], columns[:, 1], table.y_centre)
     except ValueError as error:
         raise BadScene(f"{body}.contour.file = {table.file}: {error}") from error
 
@@ -203,8 +212,14 @@ def _flanks(degrees: float | tuple[float, float]) -> tuple[float, float]:
 
 def _crown_radius(contour: Contour) -> float:
     step = 1e-4
-    curvature = float(contour.inclination(step) - contour.inclination(-step)) / (2 * step)
+    ends = contour.core.inclination(np.array([-step, step]))
+    curvature = float(np.ptp(ends)) / (2 * step)
     return 1 / abs(curvature) if abs(curvature) > 1e-6 else FLAT_REFERENCE_LENGTH
+
+
+def _default_reach(reference_length: float, domain: Domain, extent: tuple[float, float]) -> float:
+    """Twice the reference length, as far as contour and domain go."""
+    return min(2 * reference_length, domain.far_radius / 8, domain.half_length / 8, -extent[0], extent[1])
 
 
 def _common_extent(bodies: Mapping[str, PrismaticBody]) -> tuple[float, float]:
@@ -221,30 +236,49 @@ def _line(line: files.LineAlongX | files.LineAlongS, extent: tuple[float, float]
 
 def _misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterator[str]:
     """What is wrong between the tables of a scene."""
-    ends = f"the contours go from s = {extent[0]:g} to {extent[1]:g} mm"
-    if not extent[0] <= -scene.patch.b < scene.patch.b <= extent[1]:
-        yield f"patch.b = {scene.patch.b:g}: the patch reaches beyond the contour; {ends}"
-    if not extent[0] <= -scene.rotation_reach < scene.rotation_reach <= extent[1]:
-        yield f"rotation_reach = {scene.rotation_reach:g}: beyond the contour; {ends}: give a smaller one"
     size = min(domain.far_radius, domain.half_length)
     far = f"half of the smaller of engine.far_radius and engine.half_length ({size / 2:g} mm)"
-    if 2 * scene.rotation_reach > size:
-        yield f"rotation_reach = {scene.rotation_reach:g}: at most {far}"
-    if 10 * max(scene.patch.a, scene.patch.b) > size / 2:
-        yield f"patch.a = {scene.patch.a:g}, patch.b = {scene.patch.b:g}: each at most a tenth of {far}"
+    yield from _patch_misfits(scene, extent, size, far)
+    yield from _line_misfits(scene, extent, size, far)
+    for name, body in scene.bodies.items():
+        yield from _body_misfits(name, body)
+    if scene.solver == "direct" and not direct_available():
+        yield f"engine.solver = 'direct': not installed; {INSTALL_DIRECT}, or use 'auto'"
+
+
+def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
+    patch, reach, smallest = scene.patch, scene.rotation_reach, scene.cells.smallest
+    ends = f"the contours go from s = {extent[0]:g} to {extent[1]:g} mm"
+    if not extent[0] <= -patch.b < patch.b <= extent[1]:
+        yield f"patch.b = {patch.b:g}: the patch reaches beyond the contour; {ends}"
+    if 10 * max(patch.a, patch.b) > size / 2:
+        yield f"patch.a = {patch.a:g}, patch.b = {patch.b:g}: each at most a tenth of {far}"
+    if smallest > min(patch.a, patch.b):
+        yield f"engine.smallest_cell = {smallest:g}: at most the smaller half-side of the patch"
+    if not extent[0] <= -reach < reach <= extent[1]:
+        yield f"rotation_reach = {reach:g}: beyond the contour; {ends}: give a smaller one"
+    if 2 * reach > size:
+        yield f"rotation_reach = {reach:g}: at most {far}"
+
+
+def _line_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
     for k, line in enumerate(scene.lines):
         if np.min(line.s) < extent[0] or np.max(line.s) > extent[1]:
-            yield f"lines.{k}.s = {line.s[0]:g}: beyond the contour; {ends}"
+            yield f"lines.{k} ({line.name}): beyond the contour, s = {extent[0]:g} to {extent[1]:g} mm"
         if 2 * max(np.max(np.abs(line.x)), np.max(np.abs(line.s))) > size:
             yield f"lines.{k} ({line.name}): reaches beyond {far}: shorten it or enlarge both"
     if len({line.name for line in scene.lines}) < len(scene.lines):
         yield "lines: two of them are the same line: remove one"
-    for name, body in scene.bodies.items():
-        ends_at = np.hypot(*body.contour.position(np.array(body.contour.limits))).max()
-        if ends_at >= 0.5 * domain.far_radius:
-            yield (
-                f"engine.far_radius = {domain.far_radius:g}: the curved part of {name}.contour goes to "
-                f"{ends_at:.4g} mm from the centre; use at least twice that"
-            )
-    if scene.solver == "direct" and not direct_available():
-        yield "engine.solver = 'direct': not installed; pip install 'femic[direct]', or use 'auto'"
+
+
+def _body_misfits(name: str, body: PrismaticBody) -> Iterator[str]:
+    contour, far_radius = body.contour, body.domain.far_radius
+    steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
+    if steepest > STEEPEST * (1 + 1e-9):
+        yield f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {STEEPEST}: cut it there"
+    goes_to = np.hypot(*contour.position(np.array(contour.limits))).max()
+    if goes_to >= 0.5 * far_radius:
+        yield (
+            f"engine.far_radius = {far_radius:g}: the curved part of {name}.contour goes to "
+            f"{goes_to:.4g} mm from the centre; use at least twice that"
+        )

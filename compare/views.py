@@ -19,19 +19,16 @@ TETRAHEDRON = 10  # VTK's number of the 4-node tetrahedron
 
 def can_render() -> bool:
     """Whether an off-screen 3D picture can be drawn; tried in a process of its own: it may crash."""
-    probe = subprocess.run(
-        [sys.executable, "-c", PROBE],
-        env=os.environ | OFF_SCREEN,
-        capture_output=True,
-        check=False,
-        timeout=120,
-    )
-    if probe.returncode != 0:
+    command = [sys.executable, "-c", PROBE]
+    try:
+        subprocess.run(command, env=os.environ | OFF_SCREEN, capture_output=True, check=True, timeout=120)
+    except subprocess.SubprocessError:
         log.warning(
             "no 3D picture: off-screen rendering does not work here. Install the system library "
             "libegl1 (apt-get install libegl1), or go on without: all other figures are drawn"
         )
-    return probe.returncode == 0
+        return False
+    return True
 
 
 def draw_mesh(points: Array, cells: NDArray[np.int64], path: Path, *, title: str) -> None:

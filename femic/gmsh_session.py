@@ -6,8 +6,6 @@ from types import ModuleType
 
 from geometries.errors import Failure
 
-SYSTEM_PACKAGES = "libglu1-mesa libgl1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1"
-
 
 class MissingSystemLibrary(Failure):
     """A shared library of the operating system is missing; the message says how to install it."""
@@ -19,8 +17,8 @@ def load_gmsh() -> ModuleType:
         import gmsh
     except OSError as error:
         raise MissingSystemLibrary(
-            f"Gmsh cannot be loaded: {error}. Run `make setup` as root, or ask the administrator "
-            f"for: apt-get install -y --no-install-recommends {SYSTEM_PACKAGES}"
+            f"Gmsh cannot be loaded: {error}. Run `sh tools/system-libraries.sh`: it installs "
+            "the missing system packages, or says what to ask the administrator for"
         ) from error
     return gmsh
 
@@ -34,5 +32,11 @@ def gmsh_session() -> Iterator[ModuleType]:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("General.NumThreads", 1)
         yield gmsh
+    except Exception as error:
+        if type(error) is Exception:  # what Gmsh raises
+            raise Failure(
+                f"Gmsh: {error}. Likely cause: a contour that crosses itself or the far arc"
+            ) from error
+        raise
     finally:
         gmsh.finalize()

@@ -48,6 +48,7 @@ class Solution:
     """Nodal displacements (n_nodes, 3) and how they were got."""
 
     displacement: Array
+    solver: str
     iterations: int  # 0 for the direct solver
     residual: float  # ||f - K u|| / ||f|| over the free components
 
@@ -55,7 +56,7 @@ class Solution:
 def prepare(system: System, solver: SolverChoice, *, n_loads: int = 1) -> Callable[[Array, float], Solution]:
     """Factor or build the hierarchy once; the result solves K u = f to a relative residual.
 
-    "auto" takes the direct solver where it is installed and was measured faster (docs/solvers.md):
+    "auto" takes the direct solver where it is installed and was measured faster (docs/performance.md):
     several loads on one matrix of moderate size.
     """
     direct_is_faster = n_loads > 1 and system.matrix.shape[0] <= DIRECT_LIMIT
@@ -80,7 +81,9 @@ def _prepare_multigrid(system: System) -> Callable[[Array, float], Solution]:
             M=preconditioner,
             callback=lambda _: steps.append(None),
         )
-        return _checked(Solution(u.reshape(-1, 3), len(steps), _residual(matrix, u, load)), tolerance)
+        return _checked(
+            Solution(u.reshape(-1, 3), "multigrid", len(steps), _residual(matrix, u, load)), tolerance
+        )
 
     return solve
 
@@ -120,7 +123,7 @@ def _prepare_direct(system: System) -> Callable[[Array, float], Solution]:
         load = force.ravel()[free]
         u = np.zeros(force.size)
         u[free] = back_substitute(load)
-        return _checked(Solution(u.reshape(-1, 3), 0, _residual(matrix, u[free], load)), tolerance)
+        return _checked(Solution(u.reshape(-1, 3), "direct", 0, _residual(matrix, u[free], load)), tolerance)
 
     return solve
 

@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 import numpy as np
 from joblib import Memory, Parallel, delayed
+from joblib.externals.loky.process_executor import TerminatedWorkerError
 from numpy.typing import NDArray
 
 from femic.discount import discount_points, fit_discount, loads_needed, rigid_part
@@ -18,6 +19,7 @@ from femic.linear import SolverChoice
 from femic.solid import Cost, Points, RawICs, Request, raw_ics
 from femic.tetrahedra import Cells
 from geometries.bodies import PrismaticBody
+from geometries.errors import Failure
 from geometries.patches import Patch
 
 Array = NDArray[np.float64]
@@ -109,7 +111,13 @@ def solve_models(jobs: Mapping[str, Job], *, workers: int, memory: Memory) -> It
     of_job = {name: requests(job) for name, job in jobs.items()}
     tasks = [(name, model, of_job[name][model]) for model in MODELS for name in jobs]
     run = Parallel(n_jobs=workers, return_as="generator_unordered")
-    yield from run(delayed(_solve_once)(memory, *task) for task in tasks)
+    try:
+        yield from run(delayed(_solve_once)(memory, *task) for task in tasks)
+    except TerminatedWorkerError as error:
+        raise Failure(
+            f"one of {workers} worker processes was killed, most likely for memory: use fewer (--workers 1) "
+            "or larger cells (engine.growth, engine.line_growth). Finished models are kept"
+        ) from error
 
 
 def _solve_once(memory: Memory, job: str, model: str, request: Request) -> Solved:

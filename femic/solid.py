@@ -75,7 +75,8 @@ class Cost:
 
     unknowns: int
     cells: int
-    iterations: tuple[int, ...]
+    solver: str
+    iterations: tuple[int, ...]  # 0 for the direct solver
     residual: float
     seconds: dict[str, float]
     peak_memory: float
@@ -112,6 +113,7 @@ def raw_ics(request: Request) -> RawICs:
     cost = Cost(
         model.unknowns,
         int(solid.mesh.nelements),
+        ", ".join(sorted({solution.solver for solution in solutions.values()})),
         tuple(solution.iterations for solution in solutions.values()),
         max(solution.residual for solution in solutions.values()),
         seconds,
@@ -128,7 +130,7 @@ def build_mesh(request: Request) -> SolidMesh:
     s = np.abs(request.points.s) if half_section else request.points.s
     x, s = np.concatenate([[0.0], x]), np.concatenate([[patch.s], s])
     focus = np.vstack([x, body.contour.position(s)])
-    distinct = np.sort(np.unique(focus.round(6), axis=1, return_index=True)[1])
+    distinct = np.sort(np.unique((focus / request.cells.smallest).round(3), axis=1, return_index=True)[1])
     return solid_mesh(body, request.cells, focus[:, distinct], half_section=half_section)
 
 

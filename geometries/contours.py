@@ -218,6 +218,7 @@ def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> Contour
     the bodies continue beyond them along the end tangents.
     """
     points = np.column_stack([y, z]).astype(float)
+    _check_points(points)
     chord = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     curve = CubicSpline(chord, points)
     roots = CubicSpline(chord, points[:, 0] - y_centre).roots(extrapolate=False)
@@ -227,3 +228,14 @@ def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> Contour
     whole = core.arc_length(chord[[0, -1]]) - core.arc_length(np.array(core.t_centre))
     limits = (float(whole[0]), float(whole[1]))
     return Contour(core, limits, limits)
+
+
+def _check_points(points: Array) -> None:
+    if len(points) < 4 or not np.all(np.isfinite(points)):
+        raise WrongInput(f"{len(points)} points: at least 4 are needed, all of them finite numbers")
+    back = np.flatnonzero(np.diff(points[:, 0]) <= 0)
+    if len(back):
+        k = int(back[0]) + 1
+        raise WrongInput(
+            f"point {k + 1}: y = {points[k, 0]:g} after {points[k - 1, 0]:g}: y must grow; sort the points"
+        )

@@ -51,9 +51,10 @@ def test_missing_scene_and_unknown_option_exit_with_2(capsys):
     assert "no such file" in capsys.readouterr().err
 
 
-def test_not_converged_exits_with_1_and_says_what_to_try(write_scene, tmp_path, capsys):
+@pytest.mark.parametrize("bodies", ["combined", "lower"])
+def test_not_converged_exits_with_1_and_says_what_to_try(bodies, write_scene, tmp_path, capsys):
     strict = COARSE_ENGINE.replace("tolerance = 0.5", "tolerance = 1e-6")
-    path = write_scene(ONE, engine=strict)
+    path = write_scene(ONE.replace("lower", bodies), engine=strict)
     out = tmp_path / "results"
     assert exit_code(["run", str(path), "--out", str(out), "--workers", "1"]) == FAILED
     assert "Try a smaller engine.growth" in capsys.readouterr().err

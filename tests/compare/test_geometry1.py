@@ -17,6 +17,7 @@ def test_every_component_of_each_body_is_known_to_one_percent(geometry1):
         assert np.all(errors < 0.01), (body, line, errors)
 
 
+# On s = 0 the estimate next to the loaded element is larger: see docs/solid-engine.md, limits.
 @pytest.mark.parametrize("line", ["s = 1.6 mm", "x = 1.6 mm"])
 def test_combined_xn_is_known_to_five_percent_of_its_own_maximum(geometry1, line):
     _, _, errors = geometry1
@@ -37,13 +38,12 @@ def test_sn_has_the_sign_and_size_of_b(geometry1, body):
         assert np.all(c * a < 0)
 
 
-def test_c_is_reciprocal_in_the_nine_components_at_the_crown(geometry1):
+def test_c_is_reciprocal_at_the_crown(geometry1):
     """At s = 0 load and observer change places by x -> -x: xn(x) = nx(-x), xs = sx = 0."""
     _, dataset, _ = geometry1
     ic = on_line(dataset, "s = 0 mm").ic.sel(variant="C")
     scale = abs(ic.sel(i="n", j="n")).max("point")
     swapped = ic.sel(i="n", j="x").values[:, ::-1]
-    difference = np.abs(ic.sel(i="x", j="n").values - swapped).max(axis=1)
     # one element's mean against another's centre: the patch is finite, so near it they differ
     far = np.abs(on_line(dataset, "s = 0 mm").x.values) > 1.5
     difference = np.abs((ic.sel(i="x", j="n").values - swapped)[:, far]).max(axis=1)

@@ -73,6 +73,8 @@ BAD = {
         ('"arc", radius = 10.0, flank_inclination_deg = 25.0', '"points", file = "no.csv"'),
         r"no\.csv",
     ),
+    "a line at nan": (("s = 1.6", "s = nan"), r"lines\.0\.s = nan: .*finite"),
+    "coarse cells": (("smallest_cell = 0.1", "smallest_cell = 3.0"), r"engine\.smallest_cell = 3: at most"),
     "small domain": (("far_radius = 60.0", "far_radius = 8.0"), r"engine\.far_radius = 8"),
     "not TOML": (("[patch]", "[patch"), "not TOML"),
 }
@@ -100,6 +102,30 @@ def test_patch_beyond_a_contour_of_points(tmp_path, write_scene):
     message = errors_of(path)
     assert "patch.b = 1.8: the patch reaches beyond the contour" in message
     assert "rotation_reach = 10" in message
+
+
+POINTS = {
+    "y does not grow": ([0, 1, 2, 1.5, 3], r"point 4: y = 1\.5 after 2: y must grow"),
+    "too few": ([-1, 0, 1], "3 points: at least 4"),
+    "centre outside": ([1, 2, 3, 4], r"y_centre = 0 mm: not between"),
+    "too steep": ([-3, -0.05, 0.05, 3], r"lower\.contour: inclined up to 8\d\.\d degrees; at most 75"),
+}
+
+
+@pytest.mark.parametrize("case", POINTS)
+def test_bad_points_are_refused(case, tmp_path, write_scene):
+    y, expected = POINTS[case]
+    z = [0, 0, -2, -2] if case == "too steep" else np.zeros(len(y))
+    np.savetxt(tmp_path / "rail.txt", np.column_stack([y, z]))
+    path, arc = write_scene(), '"arc", radius = 10.0, flank_inclination_deg = 25.0'
+    path.write_text(scene_text().replace(arc, '"points", file = "rail.txt"'), encoding="utf-8")
+    assert re.search(expected, errors_of(path)), errors_of(path)
+
+
+def test_names_given_twice_are_refused(write_scene):
+    message = errors_of(write_scene('variants = ["A", "A"]\nbodies = ["lower", "lower"]'))
+    assert "variants" in message
+    assert "lower given twice" in message
 
 
 def test_all_errors_come_at_once(write_scene):
