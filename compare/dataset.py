@@ -61,7 +61,12 @@ def _attributes(results: Results) -> dict[str, str | float]:
     scene = results.scene
     domain = next(iter(scene.bodies.values())).domain
     models = {
-        f"{body} {model}": {"unknowns": cost.unknowns, "solver": cost.solver, "seconds": cost.seconds}
+        f"{body} {model}": {
+            "unknowns": cost.unknowns,
+            "solver": cost.solver,
+            "seconds": cost.seconds,
+            "peak_memory": cost.peak_memory,
+        }
         for body, reference in results.references.items()
         for model, cost in reference.models.items()
     }

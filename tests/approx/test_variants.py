@@ -24,7 +24,7 @@ ROUNDING = 1e-10  # of the largest component: 8 eps r^2 / (a b) of the half-spac
 quiet = settings(deadline=None, max_examples=40, database=None)
 each_variant = pytest.mark.parametrize("name", VARIANTS)
 each_contour = pytest.mark.parametrize("contour", CONTOURS.values(), ids=CONTOURS)
-micrometres = st.integers(-7000, 7000).map(lambda k: k / 1000)  # a spline's length rounds below 1e-6
+places = st.floats(-7, 7)
 contours = st.sampled_from(list(CONTOURS.values())) | st.builds(
     arc, st.floats(1, 30) | st.floats(-30, -1), st.floats(0.1, 1.5), st.floats(0.1, 1.5)
 )
@@ -59,11 +59,12 @@ def test_reciprocal_flag_is_exact(name, contour):
 @pytest.mark.parametrize("constants", BODIES, ids=["upper", "lower", "both"])
 def test_reciprocal_flag_is_what_an_exchange_of_load_and_observer_finds(name, constants):
     defect = exchange_defect(name, constants, CONTOURS["ellipse"], x=0.9, s_I=3.1, s_J=-1.7)
+    # a turn of 1.3 rad beside the load: sin(alpha) (nn - ss) is more than a twentieth
     assert defect <= ROUNDING if VARIANTS[name].reciprocal else defect > 0.05
 
 
 @quiet
-@given(contour=contours, s_I=micrometres, s_J=micrometres, x=micrometres)
+@given(contour=contours, s_I=places, s_J=places, x=places)
 def test_b_hat_is_reciprocal_on_any_contour(contour, s_I, s_J, x):
     for constants in BODIES:
         assert exchange_defect("Bhat", constants, contour, x=x, s_I=s_I, s_J=s_J) <= ROUNDING
