@@ -4,7 +4,7 @@ Closed forms of Boussinesq and Cerruti, design section 3. Each integral over the
 kernel at one corner, summed over the corners with signs. The terms of a kernel that depend on one
 of its two coordinates only drop out of that sum, so ln(S + R) stands as asinh(S / |X|): finite on
 the lines through the edges. Far away the corners cancel: the relative error grows like
-1e-16 r^2 / (a b).
+1e-16 r^2 / (a b), in xn and sn several times faster.
 """
 
 import numpy as np

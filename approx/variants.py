@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from approx.halfspace import halfspace_ics
 from approx.orientation import load_rotated, observer_rotated, split_rotation
 from geometries.contours import Contour
+from geometries.errors import WrongInput
 from geometries.materials import HalfSpaces
 from geometries.patches import Patch
 
@@ -52,6 +53,8 @@ def approximate(
     `constants` are those of one body or of both; `contour` gives the inclination of load and
     observer. Index order: displacement, traction; directions x, s, n.
     """
+    if variant not in VARIANTS:
+        raise WrongInput(f"variant = {variant!r}: one of {', '.join(VARIANTS)}")
     x, s = np.broadcast_arrays(*(np.asarray(p, dtype=float) for p in points))
     a = halfspace_ics(constants, patch, x, s - patch.s)
     alpha = contour.inclination(s) - contour.inclination(patch.s)

@@ -109,12 +109,12 @@ def _mark_joints(axes: Axes, scene: Scene, at: Array) -> None:
         axes.axvline(s, color="grey", linestyle=":", linewidth=1, label="_joint")
     if inside:
         axes.annotate(
-            "arc | flank",
-            (max(inside), 1.01),
+            " flank",
+            (max(inside), 0.02),
             xycoords=("data", "axes fraction"),
             fontsize=7,
             color="grey",
-            ha="center",
+            ha="left",
             va="bottom",
         )
 

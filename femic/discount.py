@@ -17,6 +17,7 @@ from femic.solid import Points, local_axes
 from femic.symmetry import N, S, X
 from geometries.bodies import PrismaticBody
 from geometries.contours import Contour
+from geometries.errors import WrongInput
 from geometries.materials import one_body
 from geometries.patches import Patch
 
@@ -75,7 +76,7 @@ def fit_discount(
     that concern loads which were not solved are 0.
     """
     if patch.s != 0:
-        raise ValueError(f"patch.s = {patch.s:g} mm: the discount is fitted to loads at s = 0 only")
+        raise WrongInput(f"patch.s = {patch.s:g} mm: the discount is fitted to loads at s = 0 only")
     conditions = [c for c in _conditions(body, patch, points) if c.load in directions]
     entries = [_symmetric_entry(c.entry) for c in conditions]
     rigid = [rigid_part(entry, body.contour, points.s, 0.0) for entry in entries]

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from geometries.contours import Contour
+from geometries.errors import WrongInput
 from geometries.materials import Material
 
 UPPER, LOWER = +1, -1
@@ -21,6 +22,12 @@ class Domain:
 
     far_radius: float
     half_length: float
+
+    def __post_init__(self) -> None:
+        if not (self.far_radius > 0 and self.half_length > 0):
+            raise WrongInput(
+                f"far_radius = {self.far_radius!r}, half_length = {self.half_length!r}: must be positive [mm]"
+            )
 
     def scaled(self, factor: float) -> "Domain":
         """The same domain, `factor` times as large."""
@@ -46,7 +53,7 @@ def far_end(contour: Contour, domain: Domain, direction: int) -> float:
     """Arc length [mm] at which the contour meets the far arc, growing s for direction +1."""
     joint = contour.limits[1 if direction > 0 else 0]
     if np.hypot(*contour.position(joint)) >= domain.far_radius:
-        raise ValueError(
+        raise WrongInput(
             f"far_radius = {domain.far_radius:g} mm: the curved part of the contour, which ends at "
             f"s = {joint:g} mm, must lie inside the far arc; enlarge far_radius"
         )

@@ -5,7 +5,7 @@ delta(s) [rad] is positive where the contour falls as s grows, so the tangent is
 (cos delta, -sin delta) and the normal (sin delta, cos delta). Both bodies use the same formulas.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -178,7 +178,8 @@ class Contour:
         s = np.linspace(0, max(np.abs(self.limits)), 101)[1:]
         right, left = self.position(s), self.position(-s)
         mirrored = np.stack([-left[0], left[1]])
-        ends_agree = np.isclose(-self.extent[0], self.extent[1], rtol=1e-9)
+        pairs = np.array([self.extent, self.limits])
+        ends_agree = np.allclose(-pairs[:, 0], pairs[:, 1], rtol=1e-9)
         return bool(ends_agree and np.allclose(right, mirrored, rtol=0, atol=1e-9 * s[-1]))
 
     def nearest(self, points: Array, s_range: tuple[float, float]) -> Array:
@@ -200,11 +201,13 @@ def arc(radius: float, left: float, right: float) -> Contour:
 
     A positive radius [mm] gives a crown (the contour falls on both sides), a negative one a groove.
     """
+    _check_arc({"radius": abs(radius)}, left, right)
     return Contour(Arc(radius), (-left * abs(radius), right * abs(radius)))
 
 
 def ellipse(b_el: float, d_el: float, left: float, right: float) -> Contour:
     """Elliptic arc, semi-axes lateral b_el, vertical d_el [mm], up to the flank inclinations [rad]."""
+    _check_arc({"b_el": b_el, "d_el": d_el}, left, right)
     core = Ellipse(b_el, d_el)
     ends = np.arctan2(b_el * np.sin([-left, right]), d_el * np.cos([left, right]))
     s_left, s_right = core.arc_length(ends)
@@ -228,6 +231,15 @@ def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> Contour
     whole = core.arc_length(chord[[0, -1]]) - core.arc_length(np.array(core.t_centre))
     limits = (float(whole[0]), float(whole[1]))
     return Contour(core, limits, limits)
+
+
+def _check_arc(lengths: Mapping[str, float], left: float, right: float) -> None:
+    for name, value in lengths.items():
+        if not 0 < value < np.inf:
+            raise WrongInput(f"{name} = {value!r}: must be a positive length [mm]")
+    for name, flank in (("left", left), ("right", right)):
+        if not 0 <= flank < np.pi / 2:
+            raise WrongInput(f"{name} flank inclination = {flank!r}: must lie in 0 ... pi/2 [rad]")
 
 
 def _check_points(points: Array) -> None:

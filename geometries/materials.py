@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from geometries.errors import WrongInput
+
 
 @dataclass(frozen=True)
 class Material:
@@ -12,9 +14,9 @@ class Material:
 
     def __post_init__(self) -> None:
         if not self.E > 0:
-            raise ValueError(f"E = {self.E!r}: Young's modulus must be positive [MPa]")
+            raise WrongInput(f"E = {self.E!r}: Young's modulus must be positive [MPa]")
         if not 0 <= self.nu <= 0.5:
-            raise ValueError(f"nu = {self.nu!r}: Poisson's ratio must lie in 0 ... 0.5")
+            raise WrongInput(f"nu = {self.nu!r}: Poisson's ratio must lie in 0 ... 0.5")
 
     @property
     def G(self) -> float:

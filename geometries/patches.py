@@ -6,6 +6,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from geometries.errors import WrongInput
+
 Array = NDArray[np.float64]
 
 
@@ -19,7 +21,7 @@ class Patch:
 
     def __post_init__(self) -> None:
         if not (self.a > 0 and self.b > 0):
-            raise ValueError(f"patch half-sides a = {self.a!r}, b = {self.b!r} must be positive [mm]")
+            raise WrongInput(f"patch half-sides a = {self.a!r}, b = {self.b!r} must be positive [mm]")
 
     @property
     def area(self) -> float:

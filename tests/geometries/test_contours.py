@@ -5,6 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometries.contours import Contour, arc, ellipse, plane, through_points
+from geometries.errors import WrongInput
 
 C, Y_0 = 9.0, 1.3  # parameter of the catenary z = -C (cosh(y / C) - 1), and where its s = 0 lies
 quiet = settings(deadline=None, max_examples=40, database=None)
@@ -319,3 +320,21 @@ def test_nearest_is_the_foot_of_the_normal_of_a_point_slightly_off(contour, heig
     found = contour.nearest(points, (s[0] - 1.0, s[-1] + 1.0))
     # eight steps shrink the error by |height| / radius each: 0.03 / 0.2 at worst, from 0.01 mm
     np.testing.assert_allclose(found, s, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: arc(0.0, 0.3, 0.4), r"radius = 0\.0"),
+        (lambda: arc(10.0, -0.3, 0.4), r"left flank inclination = -0\.3"),
+        (lambda: ellipse(2.0, -1.0, 0.3, 0.4), r"d_el = -1\.0"),
+        (lambda: ellipse(2.0, 1.0, 0.3, 1.6), r"right flank inclination = 1\.6"),
+    ],
+)
+def test_impossible_contours_are_refused_with_the_value(make, message):
+    with pytest.raises(WrongInput, match=message):
+        make()
+
+
+def test_nearly_equal_flanks_are_not_symmetric():
+    assert not arc(10.0, 0.4, 0.4 + 1e-6).symmetric
