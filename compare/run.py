@@ -69,7 +69,7 @@ def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path
 
 
 def _draw_meshes(scene: Scene, folder: Path) -> list[Path]:
-    """The mesh of each solved body in 3D if the machine can, and the surface mesh of the first."""
+    """The mesh of each solved body in 3D if the machine can, and the surface mesh of the last."""
     paths = []
     in_3d = views.can_render()
     for name, job in jobs(scene).items():
