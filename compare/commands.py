@@ -6,20 +6,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    SpinnerColumn,
-    TextColumn,
-    TimeElapsedColumn,
-)
 
-from compare.pipeline import n_models
+from compare import overlay, overlay_report, progress
 from compare.run import run_scene
 from compare.scene_listing import listing
-from compare.scenes import builtin_names, load_scene
-from femic.reference import Solved
+from compare.scenes import Scene, builtin_names, load_scene
 
 
 def run(
@@ -39,26 +30,42 @@ def run(
     loaded = load_scene(scene)
     folder = out or Path("out") / loaded.name
     console = Console()
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console) as progress:
-        task = progress.add_task("3D models", total=n_models(loaded))
+    report = _computed(loaded, folder, workers, console)
+    console.print(f"Report: {report}", soft_wrap=True)
 
-        def on_model(solved: Solved) -> None:
-            cost = solved.raw.cost
-            took = "kept from an earlier run" if solved.kept else f"{sum(cost.seconds.values()):.1f} s"
-            name = f"{solved.job} body, {solved.model} model"
-            progress.console.print(f"  {name}: {cost.unknowns:,} unknowns, {took}")
-            progress.advance(task)
-            if progress.finished:
-                progress.update(task, description="figures and report")
 
-        report = run_scene(loaded, folder, workers=workers or os.cpu_count() or 1, on_model=on_model)
+def _computed(scene: Scene, folder: Path, workers: int | None, console: Console) -> Path:
+    """Compute a scene, with its progress on the console; returns the path of its report."""
+    with progress.shown(console) as watch:
+        return run_scene(scene, folder, workers=workers or os.cpu_count() or 1, watch=watch)
+
+
+def compare(
+    *scene: str,
+    results: Annotated[Path, Parameter(help="folder that has the results of each scene in SCENE/")] = Path(
+        "out"
+    ),
+    out: Annotated[Path | None, Parameter(help="folder for the overlay; default RESULTS/SCENE_SCENE")] = None,
+    workers: Annotated[int | None, Parameter(help="parallel processes; default: one per core")] = None,
+) -> None:
+    """Show the results of two or more scenes in the same figures and tables; write a report.
+
+    Scenes without results, or changed since, are computed first, as by `femic run`.
+
+    Parameters
+    ----------
+    scene
+        built-in name (see `femic scenes`), TOML file, or folder with results of `femic run`
+    """
+    found = overlay.sources(scene, results)
+    overlay.common(found)  # raises before any work starts
+    folder = overlay_report.folder_of(found, out, results)
+    console = Console()
+    for source in found:
+        if source.scene is not None and not overlay.up_to_date(source):
+            console.print(f"{source.name}: no results of this scene yet, computing them", markup=False)
+            _computed(source.scene, source.folder, workers, console)
+    report = overlay_report.write(overlay.load(found), folder)
     console.print(f"Report: {report}", soft_wrap=True)
 
 

@@ -14,7 +14,7 @@ from skfem import MeshTri
 from approx.variants import VARIANTS
 from compare.pipeline import Results
 from compare.scenes import Scene
-from geometries.bodies import PrismaticBody
+from geometries.bodies import Body
 from geometries.patches import OffsetLine
 
 Array = NDArray[np.float64]
@@ -59,7 +59,7 @@ def sections(scene: Scene) -> Figure:
         return figure
 
 
-def _draw_body(axes: Axes, body: PrismaticBody, name: str, colour: str) -> None:
+def _draw_body(axes: Axes, body: Body, name: str, colour: str) -> None:
     far = body.domain.far_radius
     start, end = body.s_range
     near = np.linspace(max(start, -0.1 * far), min(end, 0.1 * far), 401)

@@ -1,6 +1,6 @@
 """From a scene to labelled results: reference ICs, approximations, dataset."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from approx.variants import approximate
 from compare.scenes import Scene
-from femic.accuracy import line_errors, require_converged
-from femic.reference import MODELS, Job, Reference, Solved, combine, solve_models
-from femic.solid import Points, RawICs, directions_of
-from geometries.bodies import PrismaticBody
+from femic import reference
+from femic.reference import SILENT, Job, Reference, Watch, references
+from femic.solid import Points
+from geometries.bodies import Body
 from geometries.materials import one_body
 
 Array = NDArray[np.float64]
@@ -43,44 +43,34 @@ def scene_points(scene: Scene) -> tuple[Points, dict[str, slice]]:
 
 def jobs(scene: Scene) -> dict[str, Job]:
     """What the reference engine has to do: only the bodies and load directions asked for."""
-    points, _ = scene_points(scene)
-    directions = directions_of(scene.components)
+    points, lines = scene_points(scene)
     return {
         name: Job(
-            scene.bodies[name],
-            scene.patch,
-            directions,
-            points,
-            scene.cells,
-            scene.rotation_reach,
-            scene.solver,
+            body=scene.bodies[name],
+            patch=scene.patch,
+            components=scene.components,
+            points=points,
+            lines=lines,
+            cells=scene.cells,
+            rotation_reach=scene.rotation_reach,
+            moment_arm=scene.moment_arm,
+            tolerance=scene.tolerance,
+            most_unknowns=scene.most_unknowns,
+            solver=scene.solver,
         )
         for name in scene.solved
     }
 
 
-def n_models(scene: Scene) -> int:
-    """Number of models to solve."""
-    return len(MODELS) * len(scene.solved)
+def compute(scene: Scene, *, workers: int, memory: Memory, watch: Watch = SILENT) -> Results:
+    """Compute everything the scene asks for.
 
-
-def compute(scene: Scene, *, workers: int, memory: Memory, on_model: Callable[[Solved], None]) -> Results:
-    """Compute everything the scene asks for; `on_model` hears of each finished model.
-
-    Raises NotConverged where the estimated error of a body exceeds the scene's tolerance.
+    Raises NotConverged where the estimated error of a body cannot be brought down to the tolerance.
     """
-    todo = jobs(scene)
-    raw: dict[str, dict[str, RawICs]] = {name: {} for name in todo}
-    for solved in solve_models(todo, workers=workers, memory=memory):
-        raw[solved.job][solved.model] = solved.raw
-        on_model(solved)
-    references = {name: combine(job, raw[name]) for name, job in todo.items()}
+    found = references(jobs(scene), workers=workers, memory=memory, watch=watch)
     points, lines = scene_points(scene)
     approximations, seconds = _approximations(scene, points)
-    seconds |= _reference_seconds(references)
-    results = Results(scene, points, lines, references, approximations, seconds)
-    require_converged(estimated_errors(results), scene.components, scene.tolerance)
-    return results
+    return Results(scene, points, lines, found, approximations, seconds | _reference_seconds(found))
 
 
 def _approximations(
@@ -97,7 +87,7 @@ def _approximations(
     return ics, seconds
 
 
-def _timed(variant: str, scene: Scene, body: PrismaticBody, points: Points) -> tuple[Array, float]:
+def _timed(variant: str, scene: Scene, body: Body, points: Points) -> tuple[Array, float]:
     """ICs per unit load, and the least seconds of a few repetitions."""
     constants, seconds = one_body(body.material, body.side), []
     for _ in range(REPETITIONS):
@@ -107,11 +97,11 @@ def _timed(variant: str, scene: Scene, body: PrismaticBody, points: Points) -> t
     return ic / scene.patch.area, min(seconds)
 
 
-def _reference_seconds(references: Mapping[str, Reference]) -> dict[tuple[str, str], float]:
+def _reference_seconds(found: Mapping[str, Reference]) -> dict[tuple[str, str], float]:
     """Seconds of C, summed over its models; of both bodies under "combined"."""
     per_body = {
-        ("C", name): sum(sum(cost.seconds.values()) for cost in reference.models.values())
-        for name, reference in references.items()
+        ("C", name): sum(sum(cost.seconds.values()) for cost in solved.models.values())
+        for name, solved in found.items()
     }
     return per_body | {("C", "combined"): sum(per_body.values())}
 
@@ -139,11 +129,9 @@ def scale_nn(results: Results, body: str) -> Array:
 def estimated_errors(results: Results) -> dict[tuple[str, str], Array]:
     """Estimated error of C by (body, line), shape (3, 3), of every solved body."""
     return {
-        (body, line): line_errors(
-            reference_estimate(results, body)[..., part],
-            reference_ic(results, body)[..., part],
-            scale_nn(results, body)[part],
-        )
-        for body in results.scene.solved
-        for line, part in results.lines.items()
+        (body, line): errors
+        for body, job in jobs(results.scene).items()
+        for line, errors in reference.estimated_errors(
+            job, results.references[body], results.references[body].estimate
+        ).items()
     }

@@ -2,7 +2,6 @@
 
 import re
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import xarray as xr
@@ -13,12 +12,12 @@ from compare import figures, report, views
 from compare.pipeline import Results, compute, jobs
 from compare.scenes import Scene
 from femic.provenance import code_digest
-from femic.reference import Solved, requests
+from femic.reference import Watch, request
 from femic.solid import build_mesh
 from geometries.errors import WrongInput
 
 
-def run_scene(scene: Scene, out: Path, *, workers: int, on_model: Callable[[Solved], None]) -> Path:
+def run_scene(scene: Scene, out: Path, *, workers: int, watch: Watch) -> Path:
     """Compute the scene, write `ics.nc`, `errors.nc`, CSV, figures and `report.html`; returns its path.
 
     Solved models are kept under `out/solved`: an interrupted run resumes behind the last of them.
@@ -27,7 +26,7 @@ def run_scene(scene: Scene, out: Path, *, workers: int, on_model: Callable[[Solv
         raise WrongInput(f"--out {out}: is a file; name a folder")
     solved = out / "solved" / code_digest()
     solved.mkdir(parents=True, exist_ok=True)
-    results = compute(scene, workers=workers, memory=Memory(solved, verbose=0), on_model=on_model)
+    results = compute(scene, workers=workers, memory=Memory(solved, verbose=0), watch=watch)
     _forget_other_code(solved)
     dataset = data.to_dataset(results)
     errors = data.errors(results, dataset)
@@ -56,7 +55,7 @@ def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path
     return {
         "scene": [
             figures.save(figures.sections(scene), folder / "sections.png"),
-            *_draw_meshes(scene, folder),
+            *_draw_meshes(results, folder),
         ],
         "curves": [
             figures.save(figures.curves(results, dataset, component), folder / f"curves_{component}.png")
@@ -68,12 +67,12 @@ def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path
     }
 
 
-def _draw_meshes(scene: Scene, folder: Path) -> list[Path]:
+def _draw_meshes(results: Results, folder: Path) -> list[Path]:
     """The mesh of each solved body in 3D if the machine can, and the surface mesh of the last."""
     paths = []
     in_3d = views.can_render()
-    for name, job in jobs(scene).items():
-        solid = build_mesh(requests(job)["fine"])
+    for name, job in jobs(results.scene).items():
+        solid = build_mesh(request(job, results.references[name].level))
         if in_3d:
             paths.append(folder / f"mesh_{name}.png")
             vertices = solid.nodes[:, : solid.n_vertices]
@@ -81,5 +80,5 @@ def _draw_meshes(scene: Scene, folder: Path) -> list[Path]:
                 vertices, solid.mesh.t, paths[-1], title=f"{name} body, {solid.mesh.nelements} cells"
             )
     chart = solid.trace.basis.mesh
-    paths.append(figures.save(figures.surface_mesh(chart, scene, name), folder / "mesh_surface.png"))
+    paths.append(figures.save(figures.surface_mesh(chart, results.scene, name), folder / "mesh_surface.png"))
     return paths

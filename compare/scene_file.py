@@ -63,13 +63,20 @@ class BodyTable(Section):
     E: Positive = Field(description="Young's modulus [MPa]")
     nu: float = Field(ge=0, le=0.49, description="Poisson's ratio, 0 ... 0.49")
     contour: AnyContour = Field(description="contact contour in (y, z)")
+    rolling_radius: Annotated[float, Field(ge=50)] = Field(
+        float("inf"), description="radius of the circle through the contact centre [mm]; inf: prismatic"
+    )
+    hub_radius: Positive | None = Field(
+        None, description="radius of the clamped hub [mm]; default: 0.2 rolling_radius, the least allowed"
+    )
 
 
 class PatchTable(Section):
-    """The loaded element, centred at the contact centre."""
+    """The loaded element, centred at x = 0."""
 
     a: Positive = Field(description="half-side along x [mm]")
     b: Positive = Field(description="half-side along s [mm]")
+    s: Finite = Field(0.0, description="arc length of its centre [mm]")
 
     @model_validator(mode="after")
     def _aspect(self) -> "PatchTable":
@@ -107,21 +114,24 @@ DEFAULT_LINES: tuple[LineAlongX | LineAlongS, ...] = (
 class EngineTable(Section):
     """How the reference C is computed."""
 
-    kind: Literal["solid"] = Field("solid", description="3D finite elements of extruded bodies")
-    tolerance: Positive = Field(
-        0.01, description="largest estimated error of C of each body; beyond it: error"
+    kind: Literal["solid"] = Field("solid", description="3D finite elements of extruded or revolved bodies")
+    tolerance: Annotated[float, Field(ge=1e-4, le=1)] = Field(
+        0.005, description="estimated error of C of each body that is good enough; cells follow from it"
+    )
+    most_unknowns: Annotated[int, Field(ge=1000)] = Field(
+        1_000_000, description="largest model that refinement may lead to"
     )
     smallest_cell: Positive | None = Field(
-        None, description="cell size at the patch [mm]; default: a twelfth of the smaller half-side"
+        None, description="first cell size at the patch [mm]; default: min(a, b)/12 at tolerance 0.005"
     )
-    growth: Annotated[float, Field(ge=0.02, le=0.5)] = Field(
-        0.14, description="cell size over distance from the nearest line"
+    growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
+        None, description="first cell size over distance from the lines; default: 0.14 at tolerance 0.005"
     )
-    line_growth: Annotated[float, Field(ge=0.02, le=0.5)] = Field(
-        0.05, description="cell size on a line over distance from the patch"
+    line_growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
+        None, description="first cell size on a line over distance from the patch; default: 0.05, likewise"
     )
-    far_radius: Positive = Field(320.0, description="radius of the clamped far arc [mm]")
-    half_length: Positive = Field(320.0, description="extent along +x and -x, clamped ends [mm]")
+    far_radius: Positive = Field(320.0, description="first radius of the clamped far arc [mm]")
+    half_length: Positive = Field(320.0, description="first extent along +x and -x, clamped ends [mm]")
     solver: Literal["auto", "multigrid", "direct"] = Field(
         "auto", description="linear solver; direct needs the extra femic[direct]"
     )
@@ -151,9 +161,14 @@ class SceneFile(Section):
         description="|s| where the rigid rotation is discounted [mm]; default: 2 x reference_length, "
         "at most an eighth of the domain",
     )
+    moment_arm: Positive | None = Field(
+        None,
+        description="s of the normal load that fixes M in rotation [mm], needed if patch.s is not 0; "
+        "default: reference_length / 2",
+    )
     lower: BodyTable = Field(description="lower body (rail), fills n < 0")
     upper: BodyTable = Field(description="upper body (wheel), fills n > 0")
-    patch: PatchTable = Field(description="loaded element at x = 0, s = 0")
+    patch: PatchTable = Field(description="loaded element at x = 0")
     lines: tuple[Line, ...] = Field(
         DEFAULT_LINES, min_length=1, description="offset lines; default: s = 1.6, s = 0, x = 1.6 mm"
     )

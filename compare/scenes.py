@@ -14,15 +14,19 @@ from pydantic_core import ErrorDetails
 from compare import scene_file as files
 from femic.linear import SolverChoice
 from femic.pardiso import available as direct_available
+from femic.reference import MESH_ORDER
 from femic.tetrahedra import Cells
 from geometries import contours
-from geometries.bodies import LOWER, UPPER, Domain, PrismaticBody
+from geometries.bodies import LOWER, UPPER, Body, Domain
 from geometries.contours import Contour
 from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
 
-CELLS_PER_HALF_SIDE = 12
+# Cells that meet TUNED_TOLERANCE on the built-in scenes; errors fall like the cube of the cell size.
+TUNED_TOLERANCE = 0.005
+CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
+COARSEST = 3.0  # times these cells
 STEEPEST = 75  # degrees
 INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 FLAT_REFERENCE_LENGTH = 10.0
@@ -44,7 +48,7 @@ class Scene:
     name: str
     title: str
     text: str  # the TOML it came from
-    bodies: Mapping[str, PrismaticBody]  # "lower", "upper"
+    bodies: Mapping[str, Body]  # "lower", "upper"
     compared: tuple[str, ...]  # of "combined", "lower", "upper"
     components: tuple[str, ...]
     variants: tuple[str, ...]
@@ -53,8 +57,10 @@ class Scene:
     cells: Cells
     solver: SolverChoice
     tolerance: float
+    most_unknowns: int
     reference_length: float
     rotation_reach: float
+    moment_arm: float
 
     @property
     def solved(self) -> tuple[str, ...]:
@@ -93,8 +99,8 @@ def scene_path(name_or_path: str) -> Path:
     builtin = files.BUILTIN / f"{name_or_path}.toml"
     path = builtin if name_or_path in builtin_names() else Path(name_or_path)
     if not path.is_file():
-        near = get_close_matches(name_or_path, builtin_names(), n=1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
+        near = get_close_matches(name_or_path, builtin_names(), cutoff=0.7)
+        hint = f"did you mean {' or '.join(map(repr, sorted(near)))}? " if near else ""
         raise BadScene(
             f"scene {name_or_path!r}: no such file and no built-in scene; {hint}"
             f"Built-in: {', '.join(builtin_names())}"
@@ -159,12 +165,11 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
     """Turn a valid file into geometry; raises BadScene where the parts do not fit together."""
     domain = Domain(scene.engine.far_radius, scene.engine.half_length)
     bodies = {
-        key: PrismaticBody(side, _contour(key, table.contour), Material(table.E, table.nu), domain)
+        key: _body(key, side, table, domain)
         for key, side, table in (("lower", LOWER, scene.lower), ("upper", UPPER, scene.upper))
     }
     reference_length = scene.reference_length or _crown_radius(bodies["lower"].contour)
-    patch = Patch(scene.patch.a, scene.patch.b)
-    smallest = scene.engine.smallest_cell or min(patch.a, patch.b) / CELLS_PER_HALF_SIDE
+    patch = Patch(scene.patch.a, scene.patch.b, scene.patch.s)
     extent = _common_extent(bodies)
     built = Scene(
         name=name,
@@ -176,16 +181,44 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         variants=scene.variants,
         patch=patch,
         lines=tuple(_line(line, extent) for line in scene.lines),
-        cells=Cells(smallest, scene.engine.growth, scene.engine.line_growth),
+        cells=_cells(scene.engine, patch),
         solver=scene.engine.solver,
         tolerance=scene.engine.tolerance,
+        most_unknowns=scene.engine.most_unknowns,
         reference_length=reference_length,
         rotation_reach=scene.rotation_reach or _default_reach(reference_length, domain, extent),
+        moment_arm=scene.moment_arm or min(reference_length / 2, extent[1] - patch.b),
     )
     errors = list(_misfits(built, extent, domain))
     if errors:
         raise BadScene(f"{name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
     return built
+
+
+def _body(name: str, side: int, table: files.BodyTable, domain: Domain) -> Body:
+    try:
+        return Body(
+            side,
+            _contour(name, table.contour),
+            Material(table.E, table.nu),
+            domain,
+            table.rolling_radius,
+            table.hub_radius,
+        )
+    except BadScene:
+        raise
+    except WrongInput as error:
+        raise BadScene(f"{name}.{error}") from error
+
+
+def _cells(engine: files.EngineTable, patch: Patch) -> Cells:
+    """Cells to start with: what the scene says, else what the tolerance needs."""
+    factor = min((engine.tolerance / TUNED_TOLERANCE) ** (1 / MESH_ORDER), COARSEST)
+    return Cells(
+        engine.smallest_cell or factor * min(patch.a, patch.b) / CELLS_PER_HALF_SIDE,
+        engine.growth or factor * GROWTH,
+        engine.line_growth or factor * LINE_GROWTH,
+    )
 
 
 def _contour(body: str, table: files.Plane | files.Arc | files.Ellipse | files.PointsFile) -> Contour:
@@ -222,7 +255,7 @@ def _default_reach(reference_length: float, domain: Domain, extent: tuple[float,
     return min(2 * reference_length, domain.far_radius / 8, domain.half_length / 8, -extent[0], extent[1])
 
 
-def _common_extent(bodies: Mapping[str, PrismaticBody]) -> tuple[float, float]:
+def _common_extent(bodies: Mapping[str, Body]) -> tuple[float, float]:
     low, high = zip(*(body.contour.extent for body in bodies.values()), strict=True)
     return max(low), min(high)
 
@@ -236,8 +269,9 @@ def _line(line: files.LineAlongX | files.LineAlongS, extent: tuple[float, float]
 
 def _misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterator[str]:
     """What is wrong between the tables of a scene."""
-    size = min(domain.far_radius, domain.half_length)
-    far = f"half of the smaller of engine.far_radius and engine.half_length ({size / 2:g} mm)"
+    around = min(np.pi * body.rolling_radius for body in scene.bodies.values())
+    size = min(domain.far_radius, domain.half_length, around)
+    far = f"half of the least of engine.far_radius, engine.half_length and half a turn ({size / 2:g} mm)"
     yield from _patch_misfits(scene, extent, size, far)
     yield from _line_misfits(scene, extent, size, far)
     for name, body in scene.bodies.items():
@@ -247,18 +281,22 @@ def _misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Itera
 
 
 def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
-    patch, reach, smallest = scene.patch, scene.rotation_reach, scene.cells.smallest
+    patch, smallest = scene.patch, scene.cells.smallest
     ends = f"the contours go from s = {extent[0]:g} to {extent[1]:g} mm"
-    if not extent[0] <= -patch.b < patch.b <= extent[1]:
-        yield f"patch.b = {patch.b:g}: the patch reaches beyond the contour; {ends}"
+    if not extent[0] <= patch.s - patch.b < patch.s + patch.b <= extent[1]:
+        yield f"patch.s = {patch.s:g}, patch.b = {patch.b:g}: the patch reaches beyond the contour; {ends}"
     if 10 * max(patch.a, patch.b) > size / 2:
         yield f"patch.a = {patch.a:g}, patch.b = {patch.b:g}: each at most a tenth of {far}"
+    if 2 * abs(patch.s) > size:
+        yield f"patch.s = {patch.s:g}: beyond {far}"
     if smallest > min(patch.a, patch.b):
         yield f"engine.smallest_cell = {smallest:g}: at most the smaller half-side of the patch"
-    if not extent[0] <= -reach < reach <= extent[1]:
-        yield f"rotation_reach = {reach:g}: beyond the contour; {ends}: give a smaller one"
-    if 2 * reach > size:
-        yield f"rotation_reach = {reach:g}: at most {far}"
+    for name in ("rotation_reach", "moment_arm"):
+        reach = getattr(scene, name)
+        if not extent[0] <= -reach < reach <= extent[1]:
+            yield f"{name} = {reach:g}: beyond the contour; {ends}: give a smaller one"
+        if 2 * reach > size:
+            yield f"{name} = {reach:g}: at most {far}"
 
 
 def _line_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
@@ -267,11 +305,17 @@ def _line_misfits(scene: Scene, extent: tuple[float, float], size: float, far: s
             yield f"lines.{k} ({line.name}): beyond the contour, s = {extent[0]:g} to {extent[1]:g} mm"
         if 2 * max(np.max(np.abs(line.x)), np.max(np.abs(line.s))) > size:
             yield f"lines.{k} ({line.name}): reaches beyond {far}: shorten it or enlarge both"
+        for name, body in scene.bodies.items():
+            if np.any(2 * body.side * body.contour.position(line.s)[1] > body.depth):
+                yield (
+                    f"lines.{k} ({line.name}): reaches beyond half the height of the hub of the {name} body "
+                    f"({body.depth / 2:g} mm): shorten it, or enlarge {name}.rolling_radius"
+                )
     if len({line.name for line in scene.lines}) < len(scene.lines):
         yield "lines: two of them are the same line: remove one"
 
 
-def _body_misfits(name: str, body: PrismaticBody) -> Iterator[str]:
+def _body_misfits(name: str, body: Body) -> Iterator[str]:
     contour, far_radius = body.contour, body.domain.far_radius
     steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
     if steepest > STEEPEST * (1 + 1e-9):

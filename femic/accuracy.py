@@ -4,12 +4,8 @@ max |v - C| over a line, divided by the scale of that line, body and component: 
 max |C_ij| and 0.05 max |C_nn|. Design section 2.
 """
 
-from collections.abc import Iterable, Mapping
-
 import numpy as np
 from numpy.typing import NDArray
-
-from femic.linear import NotConverged
 
 Array = NDArray[np.float64]
 
@@ -31,29 +27,3 @@ def component_of(values: Array, component: str) -> float:
     """The entry of (3, 3) values that a component names: "xn" is displacement x, traction n."""
     i, j = (DIRECTION_NAMES.index(letter) for letter in component)
     return float(values[i, j])
-
-
-def require_converged(
-    estimates: Mapping[tuple[str, str], Array], components: Iterable[str], tolerance: float
-) -> None:
-    """Raise NotConverged where an estimated error exceeds the tolerance.
-
-    `estimates` maps (body, line) to estimated errors per component, shape (3, 3).
-    """
-    worst = [
-        (error, component, body, line)
-        for (body, line), errors in estimates.items()
-        for component in components
-        if not (error := component_of(errors, component)) <= tolerance
-    ]
-    if not worst:
-        return
-    listed = "; ".join(
-        f"C_{component} of the {body} body on the line {line}: {error:.2%}"
-        for error, component, body, line in sorted(worst, reverse=True)[:5]
-    )
-    raise NotConverged(
-        f"{len(worst)} estimated errors of C exceed the tolerance {tolerance:.2%}. Largest: {listed}. "
-        "Try a smaller engine.growth and engine.line_growth (mesh), a larger engine.far_radius and "
-        "engine.half_length (truncation), or a larger engine.tolerance"
-    )

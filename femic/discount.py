@@ -6,110 +6,165 @@ the x axis through the contact centre), Phi(I)^T a rigid motion to the local dis
 one symmetric matrix per body, so reciprocity is kept. Source: [BVSV] section 5.1, design section 4.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from approx.variants import approximate
-from femic.solid import Points, local_axes
+from femic.solid import Points
 from femic.symmetry import N, S, X
-from geometries.bodies import PrismaticBody
-from geometries.contours import Contour
-from geometries.errors import WrongInput
+from geometries.bodies import Body
 from geometries.materials import one_body
-from geometries.patches import Patch
+from geometries.patches import Load, Patch
 
 Array = NDArray[np.float64]
 
 FX, FY, FZ, MOMENT = range(4)
 AXES = ("x", "y", "z", "phi")
 ELEMENTS_AWAY = 3  # centre to centre, where C_jj must equal A_jj
+NEAR, RIGHT, LEFT, ARM_RIGHT, ARM_LEFT = range(5)  # the points of `DiscountRule.points`
+
+
+@dataclass(frozen=True)
+class DiscountRule:
+    """Where M is fitted: loads at s = 0 and `moment_arm`, observers at +-rotation_reach [mm]."""
+
+    a: float
+    b: float
+    rotation_reach: float
+    moment_arm: float
+
+    def load(self, direction: int, s: float = 0.0) -> Load:
+        """A load of the rule."""
+        return Load(Patch(self.a, self.b, s), direction)
+
+    @property
+    def moment_load(self) -> Load:
+        """The normal load that turns the body about x."""
+        return self.load(N, self.moment_arm)
+
+    def points(self, body: Body) -> Points:
+        """Three elements away along x, s = +-reach, and as far on both sides of the moment load."""
+        low, high = body.contour.extent
+        arm = min(self.rotation_reach, high - self.moment_arm, self.moment_arm - low)
+        s = [0.0, self.rotation_reach, -self.rotation_reach, self.moment_arm + arm, self.moment_arm - arm]
+        return Points(np.array([ELEMENTS_AWAY * 2 * self.a, 0.0, 0.0, 0.0, 0.0]), np.array(s))
 
 
 @dataclass(frozen=True)
 class Condition:
-    """One equation for M: `measure` of the discounted ICs (3, 3, 3) must equal `target`."""
+    """One equation for M: `measure` of the displacements (3, n_points) under `loads` must be `target`."""
 
     entry: tuple[int, int]  # the entry of M that it determines
-    load: int
-    measure: Callable[[Array], float]
+    loads: tuple[Load, ...]
+    measure: Callable[..., float]
     target: float
 
 
-def discount_points(patch: Patch, rotation_reach: float) -> Points:
-    """Where the raw ICs must be known to fit M: three elements along x, and s = +-reach at x = 0."""
-    x = np.array([ELEMENTS_AWAY * 2 * patch.a, 0.0, 0.0])
-    return Points(x, np.array([0.0, rotation_reach, -rotation_reach]))
-
-
-def wrench(contour: Contour, s: Array) -> Array:
-    """Phi: wrench of unit loads in the local directions at arc length s, shape (4, 3, *s.shape)."""
-    s = np.asarray(s, dtype=float)
-    y, z = contour.position(s)
-    force = np.swapaxes(local_axes(contour, s), 0, 1)  # (component, direction, ...)
+def wrench(body: Body, xi: ArrayLike, s: ArrayLike) -> Array:
+    """Phi: wrench of unit loads in the local directions at (xi, s), shape (4, 3, n)."""
+    force = np.swapaxes(body.axes(xi, s), 0, 1)  # (component, direction, n)
+    _, y, z = body.surface(xi, s)
     return np.concatenate([force, (y * force[2] - z * force[1])[None]])
 
 
-def rigid_part(m: Array, contour: Contour, s_observer: Array, s_load: float) -> Array:
-    """D = Phi(I)^T M Phi(J) [mm/N] at observers s_observer (n,), shape (3, 3, n)."""
-    observer = wrench(contour, s_observer)
-    return np.einsum("aip,ab,bj->ijp", observer, m, wrench(contour, np.array(s_load)))
+def rigid_part(m: Array, body: Body, points: Points, load: Load) -> Array:
+    """D = Phi(I)^T M Phi(J) [mm/N] of a load at the points, shape (3, n)."""
+    s_load = load.patch.s
+    observer = wrench(body, body.chart_x(points.x, points.s, s_load), points.s)
+    return np.einsum("aip,ab,b->ip", observer, m, wrench(body, 0.0, s_load)[:, load.direction])
 
 
-def loads_needed(contour: Contour, directions: tuple[int, ...]) -> tuple[int, ...]:
-    """Load directions to solve: where the section has no symmetry, s and n are discounted together."""
-    if contour.symmetric or not set(directions) & {S, N}:
-        return directions
-    return tuple(sorted({*directions, S, N}))
+def conditions(body: Body, rule: DiscountRule, loads: tuple[Load, ...]) -> list[Condition]:
+    """What determines the entries of M that concern the given loads.
 
-
-def fit_discount(
-    body: PrismaticBody, patch: Patch, points: Points, raw: Array, directions: tuple[int, ...]
-) -> Array:
-    """M [mm/N, 1/N, 1/(N mm)], shape (4, 4), from raw ICs (3, 3, 3) per unit load at s = 0.
-
-    `points` are those of `discount_points`. C_jj = A_jj three elements away; under the lateral load
-    u_z(reach) - u_z(-reach) equals that of A_ns on a plane. In sections without symmetry also: the
-    same difference vanishes under the normal load, and C_sn + C_ns does three elements away. Entries
-    that concern loads which were not solved are 0.
+    C_jj = A_jj three elements away along x; under the lateral load u_z(reach) - u_z(-reach) equals
+    that of A_ns on a plane. Off-centre loads need all entries, also phi-phi: under a normal load at
+    the moment arm, the part of C_nn that is antisymmetric about the load is that of B-hat. In
+    sections without symmetry, which couple s and n: the first difference vanishes under the normal
+    load, and C_sn + C_ns does three elements away.
     """
-    if patch.s != 0:
-        raise WrongInput(f"patch.s = {patch.s:g} mm: the discount is fitted to loads at s = 0 only")
-    conditions = [c for c in _conditions(body, patch, points) if c.load in directions]
-    entries = [_symmetric_entry(c.entry) for c in conditions]
-    rigid = [rigid_part(entry, body.contour, points.s, 0.0) for entry in entries]
-    matrix = np.array([[c.measure(d) for d in rigid] for c in conditions])
-    defects = np.array([c.measure(raw) - c.target for c in conditions])
+    directions = {load.direction for load in loads}
+    off_centre = any(load.patch.s != 0 and load.direction != X for load in loads)
+    coupled = not body.contour.symmetric and not directions.isdisjoint({S, N})
+    lateral, normal = (d in directions or coupled or off_centre for d in (S, N))
+    found: list[Condition] = []
+    if X in directions:
+        found.append(_near(body, rule, X))
+    if lateral:
+        found += [_near(body, rule, S), _tilt_under_lateral_load(body, rule)]
+    if normal:
+        found.append(_near(body, rule, N))
+    if coupled:
+        found += [_tilt_under_normal_load(body, rule), _coupling(rule)]
+    if off_centre:
+        found.append(_turning(body, rule))
+    return found
+
+
+def fit_discount(body: Body, rule: DiscountRule, fit: list[Condition], u: Mapping[Load, Array]) -> Array:
+    """M [mm/N, 1/N, 1/(N mm)], shape (4, 4), from displacements (3, 5) at the rule's points.
+
+    Entries that no condition determines are 0.
+    """
+    if not fit:
+        return np.zeros((4, 4))
+    points = rule.points(body)
+    entries = [_symmetric_entry(condition.entry) for condition in fit]
+    matrix = [
+        [c.measure(*(rigid_part(entry, body, points, load) for load in c.loads)) for entry in entries]
+        for c in fit
+    ]
+    defects = [c.measure(*(u[load] for load in c.loads)) - c.target for c in fit]
     return np.asarray(np.tensordot(np.linalg.solve(matrix, defects), entries, axes=1))
 
 
-def _conditions(body: PrismaticBody, patch: Patch, points: Points) -> list[Condition]:
+def _near(body: Body, rule: DiscountRule, j: int) -> Condition:
+    """C_jj = A_jj three elements away; j = 0, 1, 2 turns the entries xx, yy, zz."""
+    a = _half_space("A", body, rule.load(j).patch, rule.points(body))
+    return Condition((j, j), (rule.load(j),), lambda u: float(u[j, NEAR]), float(a[j, j, NEAR]))
+
+
+def _tilt_under_lateral_load(body: Body, rule: DiscountRule) -> Condition:
+    a = _half_space("A", body, rule.load(S).patch, rule.points(body))
+    target = float(a[N, S, RIGHT] - a[N, S, LEFT])
+    return Condition((FY, MOMENT), (rule.load(S),), lambda u: _tilt(body, rule, u), target)
+
+
+def _tilt_under_normal_load(body: Body, rule: DiscountRule) -> Condition:
+    return Condition((FZ, MOMENT), (rule.load(N),), lambda u: _tilt(body, rule, u), 0.0)
+
+
+def _tilt(body: Body, rule: DiscountRule, u: Array) -> float:
+    """u_z(reach) - u_z(-reach) at x = 0."""
+    to_vertical = body.axes(0.0, rule.points(body).s)[:, FZ]  # (3 directions, 5)
+    u_z = np.sum(to_vertical * u, axis=0)
+    return float(u_z[RIGHT] - u_z[LEFT])
+
+
+def _coupling(rule: DiscountRule) -> Condition:
+    def measure(u_n: Array, u_s: Array) -> float:
+        return float(u_n[S, NEAR] + u_s[N, NEAR])
+
+    return Condition((FY, FZ), (rule.load(N), rule.load(S)), measure, 0.0)
+
+
+def _turning(body: Body, rule: DiscountRule) -> Condition:
+    b_hat = _half_space("Bhat", body, rule.moment_load.patch, rule.points(body))[N, N]
+
+    def antisymmetric(u_n: Array) -> float:
+        return float(u_n[ARM_RIGHT] - u_n[ARM_LEFT])
+
+    return Condition(
+        (MOMENT, MOMENT), (rule.moment_load,), lambda u: antisymmetric(u[N]), antisymmetric(b_hat)
+    )
+
+
+def _half_space(variant: str, body: Body, patch: Patch, points: Points) -> Array:
     constants = one_body(body.material, body.side)
-    a = approximate("A", constants, body.contour, patch, (points.x, points.s)) / patch.area
-    to_vertical = local_axes(body.contour, points.s)[:, FZ]  # (3 directions, 3 points)
-
-    def tilt(ic: Array, load: int) -> float:
-        """u_z(reach) - u_z(-reach) at x = 0."""
-        u_z = np.sum(to_vertical * ic[:, load], axis=0)
-        return float(u_z[1] - u_z[2])
-
-    def coupling(ic: Array) -> float:
-        return float(ic[S, N, 0] + ic[N, S, 0])
-
-    conditions = [
-        Condition((FX, FX), X, lambda ic: float(ic[X, X, 0]), float(a[X, X, 0])),
-        Condition((FY, FY), S, lambda ic: float(ic[S, S, 0]), float(a[S, S, 0])),
-        Condition((FZ, FZ), N, lambda ic: float(ic[N, N, 0]), float(a[N, N, 0])),
-        Condition((FY, MOMENT), S, lambda ic: tilt(ic, S), float(a[N, S, 1] - a[N, S, 2])),
-    ]
-    if not body.contour.symmetric:
-        conditions += [
-            Condition((FZ, MOMENT), N, lambda ic: tilt(ic, N), 0.0),
-            Condition((FY, FZ), N, coupling, 0.0),
-        ]
-    return conditions
+    return approximate(variant, constants, body.contour, patch, (points.x, points.s)) / patch.area
 
 
 def _symmetric_entry(entry: tuple[int, int]) -> Array:

@@ -1,7 +1,7 @@
 """Second-order solid meshes whose nodes lie on the true contour, and the trace on it.
 
-On the contact surface the arc length s and x are a chart in which every curved facet is a straight
-triangle with its mid-side nodes half way: fields on the surface are quadratic splines of (x, s).
+On the contact surface (xi, s) is a chart (`geometries.bodies`) in which every curved facet is a
+straight triangle with its mid-side nodes half way: fields there are quadratic splines of (xi, s).
 """
 
 from dataclasses import dataclass, replace
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from skfem import Basis, ElementTetP2, ElementTriP2, MeshTet, MeshTet2, MeshTri
 
-from femic.tetrahedra import Cells, Tetrahedra, extrude
-from geometries.bodies import PrismaticBody
+from femic.tetrahedra import Cells, Focus, Tetrahedra, fill
+from geometries.bodies import Body
 from geometries.errors import Failure
 
 Array = NDArray[np.float64]
@@ -21,21 +21,21 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """The contact surface in its chart (x, s): quadratic triangles and the solid's nodes on it."""
+    """The contact surface in its chart (xi, s): quadratic triangles and the solid's nodes on it."""
 
     basis: Basis
     nodes: Indices  # (n,) the solid mesh's node of each surface node
 
-    def interpolation(self, x: Array, s: Array) -> csr_matrix:
-        """Matrix (n_points, n) that takes nodal values on the surface to the points (x, s) [mm]."""
-        return self.basis.probes(np.vstack([x, s]))
+    def interpolation(self, xi: Array, s: Array) -> csr_matrix:
+        """Matrix (n_points, n) that takes nodal values on the surface to the points (xi, s) [mm]."""
+        return self.basis.probes(np.vstack([xi, s]))
 
 
 @dataclass(frozen=True, eq=False)
 class SolidMesh:
     """Half (x >= 0) or quarter (x, y >= 0) of a body in quadratic tetrahedra."""
 
-    body: PrismaticBody
+    body: Body
     mesh: MeshTet2
     trace: Trace
     half_section: bool
@@ -51,21 +51,33 @@ class SolidMesh:
         return int(self.mesh.nvertices)
 
 
-def solid_mesh(body: PrismaticBody, cells: Cells, focus: Array, *, half_section: bool) -> SolidMesh:
-    """Mesh a body with cells refined around `focus` (3, n), the patch centre first."""
-    linear = extrude(body, cells, focus, half_section=half_section)
+def solid_mesh(body: Body, cells: Cells, focus: Focus, *, half_section: bool) -> SolidMesh:
+    """Mesh a body with cells refined around the focus."""
+    return curved(body, fill(body, cells, focus, half_section=half_section), half_section=half_section)
+
+
+def curved(body: Body, linear: Tetrahedra, *, half_section: bool) -> SolidMesh:
+    """Second-order mesh from tetrahedra: nodes near the contact surface are moved onto it."""
     on_surface = np.unique(linear.contact_triangles)
-    s = np.full(linear.points.shape[1], np.nan)
-    s[on_surface] = body.contour.nearest(linear.points[1:, on_surface], body.s_range)
+    chart = np.full((2, linear.points.shape[1]), np.nan)
+    chart[:, on_surface] = _chart_of(body, linear.points[:, on_surface])
     points = linear.points.copy()
-    points[1:, on_surface] = body.contour.position(s[on_surface])
+    points[:, on_surface] = body.surface(*chart[:, on_surface])
     mesh = MeshTet(points, np.ascontiguousarray(linear.cells))
     edges = mesh_edges(mesh, surface_edges(linear))
-    curved = MeshTet2.from_mesh(mesh)
-    nodes = curved.doflocs.copy()
-    nodes[1:, points.shape[1] + edges] = body.contour.position(s[mesh.edges[:, edges]].mean(axis=0))
-    trace = _trace(mesh, linear, points[0], s)
-    return _checked(SolidMesh(body, replace(curved, doflocs=nodes), trace, half_section))
+    second_order = MeshTet2.from_mesh(mesh)
+    nodes = second_order.doflocs.copy()
+    nodes[:, points.shape[1] + edges] = body.surface(*chart[:, mesh.edges[:, edges]].mean(axis=1))
+    trace = _trace(mesh, linear, chart)
+    return _checked(SolidMesh(body, replace(second_order, doflocs=nodes), trace, half_section))
+
+
+def _chart_of(body: Body, points: Array) -> Array:
+    """Chart coordinates (xi, s) of points near the contact surface, exact on the model's ends."""
+    xi, y, z = body.turned_back(points)
+    for end in (0.0, body.xi_end):
+        xi = np.where(np.abs(xi - end) < 1e-9 * body.xi_end, end, xi)
+    return np.stack([xi, body.contour.nearest(np.stack([y, z]), body.s_range)])
 
 
 def surface_edges(linear: Tetrahedra) -> Indices:
@@ -83,14 +95,14 @@ def mesh_edges(mesh: MeshTet, pairs: Indices) -> Indices:
     return order[np.searchsorted(keys, np.sort(pairs, axis=0).T @ [n, 1], sorter=order)]
 
 
-def _trace(mesh: MeshTet, linear: Tetrahedra, x: Array, s: Array) -> Trace:
+def _trace(mesh: MeshTet, linear: Tetrahedra, chart: Array) -> Trace:
     vertices, triangles = np.unique(linear.contact_triangles, return_inverse=True)
-    chart = MeshTri(
-        np.vstack([x[vertices], s[vertices]]),
+    surface = MeshTri(
+        np.ascontiguousarray(chart[:, vertices]),
         np.ascontiguousarray(triangles.reshape(linear.contact_triangles.shape)),
     )
-    mid_nodes = mesh.p.shape[1] + mesh_edges(mesh, vertices[chart.facets])
-    return Trace(Basis(chart, ElementTriP2()), np.concatenate([vertices, mid_nodes]))
+    mid_nodes = mesh.p.shape[1] + mesh_edges(mesh, vertices[surface.facets])
+    return Trace(Basis(surface, ElementTriP2()), np.concatenate([vertices, mid_nodes]))
 
 
 def _checked(solid: SolidMesh) -> SolidMesh:

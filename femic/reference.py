@@ -1,11 +1,12 @@
-"""C with its error estimate: one body solved on several models, discounted, compared.
+"""C with its error estimate, refined until it is as accurate as asked.
 
-The estimate has two parts. Mesh: the same body with cells `COARSER` times as large. Truncation: those
-larger cells in a domain half as large. With errors that fall like h^2 and L^-2, an error is at most
-the observed difference over (ratio^2 - 1).
+Every body is solved on three models: fine, coarse (cells `COARSER` times as large) and small (the
+coarse cells in a domain half as large). Their differences give the two parts of the estimate; the
+larger one says what to refine. Errors of displacements fall like h^3 on quadratic elements and like
+L^-2 with the domain (measured: docs/solid-engine.md); a factor of safety covers the rest.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -14,33 +15,72 @@ from joblib import Memory, Parallel, delayed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 from numpy.typing import NDArray
 
-from femic.discount import discount_points, fit_discount, loads_needed, rigid_part
-from femic.linear import SolverChoice
-from femic.solid import Cost, Points, RawICs, Request, raw_ics
+from approx.variants import approximate
+from femic.accuracy import component_of, line_errors
+from femic.discount import DiscountRule, conditions, fit_discount, rigid_part
+from femic.linear import NotConverged, SolverChoice
+from femic.solid import Cost, Points, RawICs, Request, directions_of, raw_ics
+from femic.symmetry import N
 from femic.tetrahedra import Cells
-from geometries.bodies import PrismaticBody
+from geometries.bodies import Body
 from geometries.errors import Failure
-from geometries.patches import Patch
+from geometries.materials import one_body
+from geometries.patches import Load, Patch
 
 Array = NDArray[np.float64]
 
 COARSER = 1.5
-SMALLER = 0.5
+LARGER = 2.0
+MESH_ORDER, TRUNCATION_ORDER = 3, 2  # of the errors, in cell size and in 1 / domain size
+SAFETY = (
+    1.5  # between Roache's factors for three grids (1.25) and two (3); calibrated in docs/solid-engine.md
+)
 MODELS = ("fine", "coarse", "small")  # the most expensive first
-ORDER = 2  # of both errors, in cell size and in 1 / domain size
+MOST_STEPS = 3  # of refinement per round
 
 
 @dataclass(frozen=True)
 class Job:
-    """The reference ICs of one body that a scene asks for."""
+    """The reference ICs of one body: what is asked, how accurately, and with which cells to start.
 
-    body: PrismaticBody
+    `lines` says which points lie on which line: errors refer to the scale of a line. No model may
+    have more than `most_unknowns`.
+    """
+
+    body: Body
     patch: Patch
-    directions: tuple[int, ...]
+    components: tuple[str, ...]
     points: Points
+    lines: Mapping[str, slice]
     cells: Cells
     rotation_reach: float
+    moment_arm: float
+    tolerance: float
+    most_unknowns: int
     solver: SolverChoice = "auto"
+
+    @property
+    def loads(self) -> tuple[Load, ...]:
+        """The loads whose displacements are asked for."""
+        return tuple(Load(self.patch, direction) for direction in directions_of(self.components))
+
+    @property
+    def rule(self) -> DiscountRule:
+        """How M is fitted."""
+        return DiscountRule(self.patch.a, self.patch.b, self.rotation_reach, self.moment_arm)
+
+
+@dataclass(frozen=True)
+class Level:
+    """Steps of refinement of a model from what the job starts with."""
+
+    cells: int = 0
+    domain: int = 0
+
+    def models(self) -> dict[str, "Level"]:
+        """The models that give C at this level, and its error."""
+        coarse = replace(self, cells=self.cells - 1)
+        return {"fine": self, "coarse": coarse, "small": replace(coarse, domain=self.domain - 1)}
 
 
 @dataclass(frozen=True)
@@ -49,18 +89,18 @@ class Reference:
 
     ic: Array  # after the discount
     raw: Array  # before it, with clamped far boundaries
-    estimate: Array  # of the error of `ic`, not negative
+    mesh_error: Array  # estimates of the two parts of the error of `ic`, not negative
+    truncation_error: Array
     discount: Array  # M, (4, 4)
-    models: Mapping[str, Cost]  # "fine", "coarse", "small"
+    level: Level
+    cells: Cells  # of the fine model, as its domain
+    body: Body
+    models: Mapping[str, Cost]  # "fine", "coarse", "small", and those of earlier rounds
 
-
-@dataclass(frozen=True)
-class Discounted:
-    """One model's ICs after the discount (3, 3, n), with M (4, 4)."""
-
-    ic: Array
-    raw: Array
-    m: Array
+    @property
+    def estimate(self) -> Array:
+        """Estimate of the error of `ic`."""
+        return self.mesh_error + self.truncation_error
 
 
 @dataclass(frozen=True)
@@ -68,51 +108,188 @@ class Solved:
     """The raw ICs of one model of one job; `kept` if an earlier run had solved it."""
 
     job: str
-    model: str
+    level: Level
     raw: RawICs
     kept: bool
 
 
-def requests(job: Job) -> dict[str, Request]:
-    """The models whose differences give the error estimate, the finest first."""
-    extra = discount_points(job.patch, job.rotation_reach)
+Models = dict[Level, RawICs]
+
+
+@dataclass(frozen=True)
+class Watch:
+    """Who wants to hear of the progress: which models come next, and each finished one."""
+
+    on_round: Callable[[list[tuple[str, Level]]], None]
+    on_model: Callable[[Solved], None]
+
+
+SILENT = Watch(lambda _: None, lambda _: None)
+
+
+def references(
+    jobs: Mapping[str, Job], *, workers: int, memory: Memory, watch: Watch = SILENT
+) -> dict[str, Reference]:
+    """Solve all jobs, refining each until its estimate meets its tolerance.
+
+    Finished models are kept in `memory`. Raises NotConverged where the tolerance would need a
+    larger model than the job allows.
+    """
+    levels = dict.fromkeys(jobs, Level())
+    models: dict[str, Models] = {name: {} for name in jobs}
+    found: dict[str, Reference] = {}
+    while pending := [name for name in jobs if name not in found]:
+        todo = [
+            (name, level)
+            for model in MODELS
+            for name in pending
+            if (level := levels[name].models()[model]) not in models[name]
+        ]
+        watch.on_round(todo)
+        for solved in solve_models(jobs, todo, workers=workers, memory=memory):
+            models[solved.job][solved.level] = solved.raw
+            watch.on_model(solved)
+        for name in pending:
+            reference = combine(jobs[name], levels[name], models[name])
+            if converged(jobs[name], reference):
+                found[name] = reference
+            else:
+                levels[name] = refined(name, jobs[name], reference)
+    return {name: found[name] for name in jobs}
+
+
+def request(job: Job, level: Level) -> Request:
+    """The model of a job at a level: all loads and points that C and its discount need."""
+    fit = conditions(job.body, job.rule, job.loads)
+    loads = tuple(dict.fromkeys([*job.loads, *(load for c in fit for load in c.loads)]))
+    extra = job.rule.points(job.body)
     points = Points(np.concatenate([job.points.x, extra.x]), np.concatenate([job.points.s, extra.s]))
-    directions = loads_needed(job.body.contour, job.directions)
-    fine = Request(job.body, job.patch, directions, points, job.cells, job.solver)
-    coarse = replace(fine, cells=job.cells.scaled(COARSER))
-    small_body = replace(job.body, domain=job.body.domain.scaled(SMALLER))
-    return {"fine": fine, "coarse": coarse, "small": replace(coarse, body=small_body)}
+    body, cells = scaled(job, level)
+    return Request(body, loads, points, cells, job.solver)
 
 
-def combine(job: Job, raw: Mapping[str, RawICs]) -> Reference:
-    """Discount each model's ICs and estimate the error of the finest from their differences."""
-    fine, coarse, small = (discounted(job, raw[name].ic) for name in MODELS)
-    mesh = np.abs(fine.ic - coarse.ic) / (COARSER**ORDER - 1)
-    truncation = np.abs(coarse.ic - small.ic) / (SMALLER**-ORDER - 1)
-    models = MappingProxyType({name: result.cost for name, result in raw.items()})
-    return Reference(fine.ic, fine.raw, mesh + truncation, fine.m, models)
+def scaled(job: Job, level: Level) -> tuple[Body, Cells]:
+    """Body and cells of a job at a level."""
+    cells, domain = factors(level)
+    body = replace(job.body, domain=job.body.domain.scaled(domain))
+    return body, job.cells.scaled(cells)
 
 
-def discounted(job: Job, raw: Array) -> Discounted:
-    """Subtract the rigid part from the raw ICs (3, 3, n) of one of the job's models."""
-    extra = discount_points(job.patch, job.rotation_reach)
+def factors(level: Level) -> tuple[float, float]:
+    """Size of the cells and of the domain at a level, as multiples of the job's own."""
+    return COARSER**-level.cells, LARGER**level.domain
+
+
+def combine(job: Job, level: Level, models: Models) -> Reference:
+    """Discount each model's displacements and estimate the error of the finest from their differences."""
+    of_level = level.models()
+    (ic, raw, m), (coarse, *_), (small, *_) = (discounted(job, models[of_level[name]]) for name in MODELS)
+    costs = {name: models[of_level[name]].cost for name in MODELS}
+    earlier = [other for other in models if other not in of_level.values()]
+    costs |= {f"earlier {k + 1}": models[other].cost for k, other in enumerate(earlier)}
+    body, cells = scaled(job, level)
+    return Reference(
+        ic,
+        raw,
+        SAFETY * np.abs(ic - coarse) / (COARSER**MESH_ORDER - 1),
+        SAFETY * np.abs(coarse - small) / (LARGER**TRUNCATION_ORDER - 1),
+        m,
+        level,
+        cells,
+        body,
+        MappingProxyType(costs),
+    )
+
+
+def discounted(job: Job, model: RawICs) -> tuple[Array, Array, Array]:
+    """ICs (3, 3, n) after and before the subtraction of the rigid part, and M, of one model of a job."""
+    fit = conditions(job.body, job.rule, job.loads)
+    loads = request(job, Level()).loads
     n = len(job.points.x)
-    directions = loads_needed(job.body.contour, job.directions)
-    m = fit_discount(job.body, job.patch, extra, raw[..., n:], directions)
-    rigid = rigid_part(m, job.body.contour, job.points.s, job.patch.s)
-    return Discounted(raw[..., :n] - rigid, raw[..., :n], m)
+    at_fit_points = {load: u[:, n:] for load, u in zip(loads, model.u, strict=True)}
+    m = fit_discount(job.body, job.rule, fit, at_fit_points)
+    raw, rigid = np.full((2, 3, 3, n), np.nan)
+    for load, u in zip(job.loads, model.u, strict=False):  # the job's own loads come first
+        raw[:, load.direction] = u[:, :n]
+        rigid[:, load.direction] = rigid_part(m, job.body, job.points, load)
+    return raw - rigid, raw, m
 
 
-def solve_models(jobs: Mapping[str, Job], *, workers: int, memory: Memory) -> Iterator[Solved]:
-    """Solve all models of all jobs in parallel processes; yields them as they finish.
+def estimated_errors(job: Job, reference: Reference, error: Array) -> dict[str, Array]:
+    """Estimated errors per line as shares of its scale, shape (3, 3): of `estimate` or a part of it."""
+    nn = scale_nn(job, reference.ic)
+    return {line: line_errors(error[..., p], reference.ic[..., p], nn[p]) for line, p in job.lines.items()}
+
+
+def scale_nn(job: Job, ic: Array) -> Array:
+    """The nn ICs that set the scale of small components, shape (n,): C's, A's where not solved."""
+    if not np.any(np.isnan(ic[N, N])):
+        return ic[N, N]
+    constants = one_body(job.body.material, job.body.side)
+    at = job.points.x, job.points.s
+    return approximate("A", constants, job.body.contour, job.patch, at)[N, N] / job.patch.area
+
+
+def worst(job: Job, reference: Reference, error: Array) -> tuple[float, str, str]:
+    """Largest estimated error over lines and components: (share, component, line)."""
+    errors = estimated_errors(job, reference, np.nan_to_num(error, nan=np.inf))
+    return max((component_of(errors[line], c), c, line) for c in job.components for line in errors)
+
+
+def converged(job: Job, reference: Reference) -> bool:
+    """Whether the estimate meets the tolerance."""
+    return worst(job, reference, reference.estimate)[0] <= job.tolerance
+
+
+def refined(name: str, job: Job, reference: Reference) -> Level:
+    """The next level: finer cells, a larger domain or both, as the parts of the estimate ask for."""
+    parts = {
+        "mesh": worst(job, reference, reference.mesh_error)[0],
+        "truncation": worst(job, reference, reference.truncation_error)[0],
+    }
+    too_large = {part for part, error in parts.items() if error > job.tolerance / 2}
+    level = Level(
+        reference.level.cells + ("mesh" in too_large) * _steps(parts["mesh"], job, COARSER**MESH_ORDER),
+        reference.level.domain
+        + ("truncation" in too_large) * _steps(parts["truncation"], job, LARGER**TRUNCATION_ORDER),
+    )
+    unknowns = reference.models["fine"].unknowns
+    expected = round(unknowns * COARSER ** (2.7 * (level.cells - reference.level.cells)))
+    if expected > job.most_unknowns:
+        raise NotConverged(_too_expensive(name, job, reference, parts, expected))
+    return level
+
+
+def _steps(error: float, job: Job, gain: float) -> int:
+    """Steps that bring an error down to half of the tolerance, each dividing it by `gain`."""
+    return int(np.clip(np.ceil(np.log(2 * error / job.tolerance) / np.log(gain)), 1, MOST_STEPS))
+
+
+def _too_expensive(
+    name: str, job: Job, reference: Reference, parts: Mapping[str, float], expected: int
+) -> str:
+    error, component, line = worst(job, reference, reference.estimate)
+    return (
+        f"{name} body: the estimated error of C_{component} on the line {line} is {error:.2%} with "
+        f"{reference.models['fine'].unknowns:,} unknowns (at worst {parts['mesh']:.2%} from the mesh, "
+        f"{parts['truncation']:.2%} from the domain); the tolerance {job.tolerance:.2%} would take about "
+        f"{expected:,}, more than engine.most_unknowns = {job.most_unknowns:,}. Try a larger "
+        "engine.tolerance or engine.most_unknowns, shorter lines, or only the components that matter"
+    )
+
+
+def solve_models(
+    jobs: Mapping[str, Job], todo: list[tuple[str, Level]], *, workers: int, memory: Memory
+) -> Iterator[Solved]:
+    """Solve models in parallel processes; yields them as they finish.
 
     Finished models are kept in `memory`: an interrupted run resumes behind the last of them.
     """
-    of_job = {name: requests(job) for name, job in jobs.items()}
-    tasks = [(name, model, of_job[name][model]) for model in MODELS for name in jobs]
     run = Parallel(n_jobs=workers, return_as="generator_unordered")
     try:
-        yield from run(delayed(_solve_once)(memory, *task) for task in tasks)
+        yield from run(
+            delayed(_solve_once)(memory, name, level, request(jobs[name], level)) for name, level in todo
+        )
     except TerminatedWorkerError as error:
         raise Failure(
             f"one of {workers} worker processes was killed, most likely for memory: use fewer (--workers 1) "
@@ -120,7 +297,7 @@ def solve_models(jobs: Mapping[str, Job], *, workers: int, memory: Memory) -> It
         ) from error
 
 
-def _solve_once(memory: Memory, job: str, model: str, request: Request) -> Solved:
+def _solve_once(memory: Memory, job: str, level: Level, asked: Request) -> Solved:
     solve = memory.cache(raw_ics)
-    kept = solve.check_call_in_cache(request)
-    return Solved(job, model, solve(request), kept)
+    kept = solve.check_call_in_cache(asked)
+    return Solved(job, level, solve(asked), kept)

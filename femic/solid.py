@@ -1,11 +1,12 @@
-"""The solid engine: raw influence coefficients of one body from unit patch loads in 3D.
+"""The solid engine: displacements of one body under unit patch loads in 3D, before any discount.
 
-model -> load -> solve -> observe. The model is a quarter or a half of the body; observers anywhere
-on its surface are served by the symmetry of the load.
+model -> load -> solve -> observe. The model is a quarter of the body where the section is symmetric,
+else half of it; loads and observers anywhere on its surface are served by parity.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 
@@ -17,16 +18,16 @@ from scipy.sparse import eye as identity
 from femic.elasticity import rigid_body_modes, stiffness
 from femic.linear import Solution, SolverChoice, System, prepare
 from femic.mesh import SolidMesh, solid_mesh
-from femic.symmetry import N, S, X, held_by_symmetry, parity, quarter_suffices
-from femic.tetrahedra import Cells
-from geometries.bodies import PrismaticBody
-from geometries.contours import Contour
-from geometries.patches import Patch
+from femic.symmetry import Parity, X, Y, held_by_symmetry, parities
+from femic.tetrahedra import Cells, Focus
+from geometries.bodies import Body
+from geometries.patches import Load, Patch
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-DIRECTIONS = (X, S, N)
+Field = tuple[tuple[Parity, Solution], ...]  # what adds up to the field of a load
+
 LOAD_QUADRATURE = 12  # Gauss points per subdivision, of which there are
 LOAD_SUBDIVISIONS = 8  # per side of the patch
 RESIDUAL = 1e-9
@@ -42,11 +43,10 @@ class Points:
 
 @dataclass(frozen=True)
 class Request:
-    """What one model is built and solved for."""
+    """What one model is built and solved for; points are relative to each load in x."""
 
-    body: PrismaticBody
-    patch: Patch
-    directions: tuple[int, ...]
+    body: Body
+    loads: tuple[Load, ...]
     points: Points
     cells: Cells
     solver: SolverChoice = "auto"
@@ -58,7 +58,7 @@ class SolidModel:
 
     solid: SolidMesh
     stiffness: bsr_matrix  # [N/mm]
-    clamped: Mask  # (n_nodes,)
+    supported: Mask  # (n_nodes, 3) components held by the supports
 
     @property
     def unknowns(self) -> int:
@@ -68,7 +68,7 @@ class SolidModel:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a model took: iterations per load, worst residual, seconds per stage, memory in MB.
+    """What a model took: iterations per field, worst residual, seconds per stage, memory in MB.
 
     `peak_memory` is the largest that the process has had so far.
     """
@@ -86,11 +86,10 @@ class Cost:
 class RawICs:
     """Displacements per unit total load [mm/N] with clamped far boundaries, before any discount.
 
-    `ic` has shape (3, 3, n_points): displacement i due to traction j, directions x, s, n; columns
-    that were not asked for are NaN.
+    `u` has shape (n_loads, 3, n_points): local components x, s, n at each observer.
     """
 
-    ic: Array
+    u: Array
     cost: Cost
 
 
@@ -101,52 +100,66 @@ def raw_ics(request: Request) -> RawICs:
     meshed = perf_counter()
     model = assemble(solid)
     assembled = perf_counter()
-    solutions = solve(model, request.patch, request.directions, request.solver)
-    ic = np.full((3, 3, len(request.points.x)), np.nan)
-    for direction, solution in solutions.items():
-        ic[:, direction] = observe(model, solution, direction, request.points)
+    fields = solve(model, request.loads, request.solver)
+    u = np.stack([observe(model, load, field, request.points) for load, field in fields.items()])
     seconds = {
         "mesh": meshed - start,
         "assembly": assembled - meshed,
         "solution": perf_counter() - assembled,
     }
+    solutions = [solution for field in fields.values() for _, solution in field]
     cost = Cost(
         model.unknowns,
         int(solid.mesh.nelements),
-        ", ".join(sorted({solution.solver for solution in solutions.values()})),
-        tuple(solution.iterations for solution in solutions.values()),
-        max(solution.residual for solution in solutions.values()),
+        ", ".join(sorted({solution.solver for solution in solutions})),
+        tuple(solution.iterations for solution in solutions),
+        max(solution.residual for solution in solutions),
         seconds,
         getrusage(RUSAGE_SELF).ru_maxrss / 1024,
     )
-    return RawICs(ic, cost)
+    return RawICs(u, cost)
 
 
 def build_mesh(request: Request) -> SolidMesh:
-    """The mesh for a request: a quarter where symmetry allows it, refined at patch and points."""
-    body, patch = request.body, request.patch
-    half_section = quarter_suffices(body, patch)
-    x = np.abs(request.points.x)
-    s = np.abs(request.points.s) if half_section else request.points.s
-    x, s = np.concatenate([[0.0], x]), np.concatenate([[patch.s], s])
-    focus = np.vstack([x, body.contour.position(s)])
-    distinct = np.sort(np.unique((focus / request.cells.smallest).round(3), axis=1, return_index=True)[1])
-    return solid_mesh(body, request.cells, focus[:, distinct], half_section=half_section)
+    """The mesh for a request: a quarter where symmetry allows it, refined at patches and points."""
+    body, points, smallest = request.body, request.points, request.cells.smallest
+    half_section = body.contour.symmetric
+    patches = list(dict.fromkeys(load.patch for load in request.loads))
+    x, s = np.hstack([_spine(patch) for patch in patches])
+    s_loads = [patch.s for patch in patches]
+    at_patches = np.stack([body.chart_x(x, s, s), s])
+    at_points = np.hstack([[body.chart_x(points.x, points.s, s_load), points.s] for s_load in s_loads])
+    centres, read = (
+        _distinct(body.surface(np.abs(xi), np.abs(s) if half_section else s), smallest)
+        for xi, s in (at_patches, np.hstack([at_points, at_patches]))
+    )
+    return solid_mesh(body, request.cells, Focus(centres, read), half_section=half_section)
+
+
+def _spine(patch: Patch) -> Array:
+    """Points (x, s) in the middle of squares that cover a patch, shape (2, n): its centre if it is square."""
+    width = min(patch.a, patch.b)
+    x, s = (np.linspace(-1, 1, round(np.ceil(half / width))) * (half - width) for half in (patch.a, patch.b))
+    return np.stack([grid.ravel() for grid in np.meshgrid(x, patch.s + s, indexing="ij")])
+
+
+def _distinct(points: Array, apart: float) -> Array:
+    """Points (3, n) without those that repeat an earlier one."""
+    return points[:, np.sort(np.unique((points / apart).round(3), axis=1, return_index=True)[1])]
 
 
 def assemble(solid: SolidMesh) -> SolidModel:
-    """Stiffness of the body and its clamped nodes: far arc and end face."""
-    domain = solid.body.domain
-    on_end = solid.mesh.facets_satisfying(
-        lambda x: np.abs(x[0] - domain.half_length) < 1e-6 * domain.half_length, boundaries_only=True
-    )
-    on_far_arc = _facets_with_vertices(
-        solid, np.hypot(*solid.nodes[1:, : solid.n_vertices]) > (1 - 1e-6) * domain.far_radius
-    )
-    facets = np.union1d(on_end, on_far_arc)
-    clamped = np.zeros(solid.nodes.shape[1], dtype=bool)
-    clamped[solid.mesh.dofs.get_facet_dofs(facets).flatten()] = True
-    return SolidModel(solid, stiffness(solid.mesh, solid.body.material), clamped)
+    """Stiffness of the body and its clamped nodes: far arc, hub and end face."""
+    body = solid.body
+    xi, y, z = body.turned_back(solid.nodes[:, : solid.n_vertices])
+    on_far_arc = np.hypot(y, z) > (1 - 1e-6) * body.domain.far_radius
+    on_hub = body.side * z > (1 - 1e-6) * body.depth
+    on_end = (xi > (1 - 1e-6) * body.xi_end) & (not body.closed)
+    supported = np.zeros((solid.nodes.shape[1], 3), dtype=bool)
+    for vertices in (on_far_arc, on_hub, on_end):
+        facets = _facets_with_vertices(solid, vertices)
+        supported[solid.mesh.dofs.get_facet_dofs(facets).flatten()] = True
+    return SolidModel(solid, stiffness(solid.mesh, body.material), supported)
 
 
 def _facets_with_vertices(solid: SolidMesh, chosen: Mask) -> NDArray[np.int64]:
@@ -154,61 +167,51 @@ def _facets_with_vertices(solid: SolidMesh, chosen: Mask) -> NDArray[np.int64]:
     return np.asarray(facets[np.all(chosen[solid.mesh.facets[:, facets]], axis=0)])
 
 
-def patch_load(solid: SolidMesh, patch: Patch, direction: int) -> Array:
-    """Consistent nodal forces [N], shape (n_nodes, 3), of a unit total load over the patch.
+def patch_load(solid: SolidMesh, load: Load, parity: Parity) -> Array:
+    """Consistent nodal forces [N], shape (n_nodes, 3), of the part of a unit load with some parity.
 
-    The traction is uniform in the local direction, which turns with the surface. Only the part of
-    the patch on the modelled side counts. Gauss points in the chart reproduce force, moments and
-    second moments exactly on any mesh, so cells need not end at the patch's edges.
+    The traction is uniform in the local direction, which turns with the surface. Only what lies on
+    the modelled side counts. Gauss points in the chart reproduce force, moments and second moments
+    exactly on any mesh, so cells need not end at the patch's edges.
     """
-    x_low, s_low = 0.0, 0.0 if solid.half_section else patch.s - patch.b
-    x, w_x = _composite_gauss(x_low, patch.a)
-    s, w_s = _composite_gauss(s_low, patch.s + patch.b)
+    body, patch = solid.body, load.patch
+    s_ends = patch.s - patch.b, patch.s + patch.b
+    across = [0.0] if parity.y and s_ends[0] < 0 < s_ends[1] else []
+    x, w_x = _composite_gauss([0.0, patch.a])
+    s, w_s = _composite_gauss([s_ends[0], *across, s_ends[1]])
     x, s = (grid.ravel() for grid in np.meshgrid(x, s, indexing="ij"))
-    weights = np.outer(w_x, w_s).ravel() / patch.area
-    traction = local_axes(solid.body.contour, s)[direction] * weights  # (3, n_points)
+    xi = body.chart_x(x, s, s)
+    traction = body.axes(xi, s)[load.direction] * np.outer(w_x, w_s).ravel() / patch.area  # (3, n)
+    if parity.y:  # half of f(s), and half of its mirror image
+        traction = np.where(s < 0, parity.signs(Y)[:, None], 1.0) * traction / 2
+        s = np.abs(s)
     force = np.zeros((solid.nodes.shape[1], 3))
-    force[solid.trace.nodes] = solid.trace.interpolation(x, s).T @ traction.T
+    force[solid.trace.nodes] = solid.trace.interpolation(xi, s).T @ traction.T
     return force
 
 
-def _composite_gauss(low: float, high: float) -> tuple[Array, Array]:
+def _composite_gauss(breaks: list[float]) -> tuple[Array, Array]:
+    """Points and weights on the intervals between breaks, each subdivided."""
     nodes, weights = np.polynomial.legendre.leggauss(LOAD_QUADRATURE)
-    edges = np.linspace(low, high, LOAD_SUBDIVISIONS + 1)
-    half = np.diff(edges)[:, None] / 2
-    return (edges[:-1, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
+    pieces = [np.linspace(low, high, LOAD_SUBDIVISIONS + 1) for low, high in pairwise(breaks)]
+    start = np.concatenate([piece[:-1] for piece in pieces])
+    half = np.concatenate([np.diff(piece) for piece in pieces])[:, None] / 2
+    return (start[:, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
 
 
-def local_axes(contour: Contour, s: Array) -> Array:
-    """Directions x, s, n at arc length s in global axes, shape (3 directions, 3 components, n)."""
-    tangent, normal = contour.tangent(s), contour.normal(s)
-    zero, one = np.zeros_like(s), np.ones_like(s)
-    return np.array([[one, zero, zero], [zero, *tangent], [zero, *normal]])
-
-
-def solve(
-    model: SolidModel, patch: Patch, directions: tuple[int, ...], solver: SolverChoice
-) -> dict[int, Solution]:
-    """Displacements of the model under unit total loads in local directions.
-
-    Loads that hold the same components (s and n in a half model) share one preparation.
-    """
+def solve(model: SolidModel, loads: Sequence[Load], solver: SolverChoice) -> dict[Load, Field]:
+    """Fields of the model under unit total loads; fields of one parity share one preparation."""
     solid = model.solid
-    held = {
-        direction: model.clamped[:, None]
-        | held_by_symmetry(solid.nodes, direction, half_section=solid.half_section)
-        for direction in directions
-    }
+    wanted = [(load, p) for load in loads for p in parities(load, half_section=solid.half_section)]
     modes, from_vertices = rigid_body_modes(solid.nodes), _from_vertices(solid)
-    solutions: dict[int, Solution] = {}
-    while len(solutions) < len(directions):
-        first = next(d for d in directions if d not in solutions)
-        alike = [d for d in directions if np.array_equal(held[d], held[first])]
-        system = System(model.stiffness, held[first], modes, from_vertices)
-        solve_load = prepare(system, solver, n_loads=len(alike))
-        for direction in alike:
-            solutions[direction] = solve_load(patch_load(solid, patch, direction), RESIDUAL)
-    return {direction: solutions[direction] for direction in directions}
+    parts: dict[Load, list[tuple[Parity, Solution]]] = {load: [] for load in loads}
+    for parity in dict.fromkeys(p for _, p in wanted):
+        alike = [load for load, p in wanted if p == parity]
+        held = model.supported | held_by_symmetry(solid.nodes, parity)
+        solve_load = prepare(System(model.stiffness, held, modes, from_vertices), solver, n_loads=len(alike))
+        for load in alike:
+            parts[load].append((parity, solve_load(patch_load(solid, load, parity), RESIDUAL)))
+    return {load: tuple(found) for load, found in parts.items()}
 
 
 def _from_vertices(solid: SolidMesh) -> csr_matrix:
@@ -220,20 +223,19 @@ def _from_vertices(solid: SolidMesh) -> csr_matrix:
     return csr_matrix(vstack([identity(solid.n_vertices), means]))
 
 
-def observe(model: SolidModel, solution: Solution, direction: int, points: Points) -> Array:
-    """Displacements [mm] in the observers' local directions, shape (3, n_points).
-
-    Observers outside the model are mirrored into it; `direction` is that of the load.
-    """
+def observe(model: SolidModel, load: Load, field: Field, points: Points) -> Array:
+    """Displacements [mm] in the observers' local directions, shape (3, n_points)."""
     solid = model.solid
-    mirrored_x = points.x < 0
-    mirrored_s = (points.s < 0) & solid.half_section
-    x, s = np.abs(points.x), np.where(mirrored_s, -points.s, points.s)
-    on_surface = solution.displacement[solid.trace.nodes]
-    u = solid.trace.interpolation(x, s) @ on_surface  # (n_points, 3)
-    local = np.einsum("icp,pc->ip", local_axes(solid.body.contour, s), u)
-    local = np.where(mirrored_x, parity(direction, X)[:, None] * local, local)
-    return np.where(mirrored_s, parity(direction, S)[:, None] * local, local)
+    xi = solid.body.chart_x(points.x, points.s, load.patch.s)
+    to_points = solid.trace.interpolation(np.abs(xi), np.abs(points.s) if solid.half_section else points.s)
+    u = np.zeros((3, len(xi)))
+    for parity, solution in field:
+        part = (to_points @ solution.displacement[solid.trace.nodes]).T
+        part = np.where(xi < 0, parity.signs(X)[:, None] * part, part)
+        if parity.y:
+            part = np.where(points.s < 0, parity.signs(Y)[:, None] * part, part)
+        u += part
+    return np.asarray(np.einsum("icp,cp->ip", solid.body.axes(xi, points.s), u))
 
 
 def directions_of(components: Iterable[str]) -> tuple[int, ...]:

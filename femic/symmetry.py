@@ -1,38 +1,55 @@
-"""Even and odd: how a load at x = 0 halves the body, and what the other half does.
+"""Even and odd: how the planes of symmetry halve a body, and what its other half does.
 
-Under a load in direction j the displacement component j is even in x and the other components
-follow from the mirror image: the component along the mirrored axis changes its sign once more. The
-same holds across y = 0 where section and patch are their own mirror image.
+Every body is its own mirror image in x. A patch sits at x = 0, so one parity in x serves each load.
+Where the section is its own mirror image in y, half of it is enough too: a load at s = 0 has one
+parity in y, any other load is the sum of an even and an odd part.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geometries.bodies import PrismaticBody
-from geometries.patches import Patch
+from geometries.patches import Load
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-X, S, N = range(3)  # directions; in global axes x, y, z
+X, S, N = range(3)  # directions x, s, n; components x, y, z
+Y = S
 
 
-def parity(direction: int, mirrored: int) -> Array:
-    """+1 for components even in the mirrored coordinate under a load in `direction`, else -1."""
-    flips = np.where(np.arange(3) == mirrored, -1.0, 1.0)
-    return flips * flips[direction]
+@dataclass(frozen=True)
+class Parity:
+    """+1: the field is its own mirror image in x (in y); -1: the opposite of it. y = 0: no symmetry used."""
+
+    x: int
+    y: int
+
+    def signs(self, mirrored: int) -> Array:
+        """What the mirror does to the components, shape (3,): +1 even, -1 odd in the mirrored coordinate."""
+        whole = self.x if mirrored == X else self.y
+        return whole * np.where(np.arange(3) == mirrored, -1.0, 1.0)
 
 
-def quarter_suffices(body: PrismaticBody, patch: Patch) -> bool:
-    """Whether section and patch are symmetric in y, so that y >= 0 is enough."""
-    return patch.s == 0 and body.contour.symmetric
+def parities(load: Load, *, half_section: bool) -> tuple[Parity, ...]:
+    """Parities of the fields that add up to the field of a load."""
+    in_x = -1 if load.direction == X else +1
+    if not half_section:
+        return (Parity(in_x, 0),)
+    if load.patch.s == 0:
+        return (Parity(in_x, -1 if load.direction == S else +1),)
+    return Parity(in_x, +1), Parity(in_x, -1)
 
 
-def held_by_symmetry(nodes: Array, direction: int, *, half_section: bool) -> Mask:
+def held_by_symmetry(nodes: Array, parity: Parity) -> Mask:
     """Components (n_nodes, 3) that vanish on the planes of symmetry, where they are odd."""
     held = np.zeros((nodes.shape[1], 3), dtype=bool)
-    tolerance = 1e-9 * np.ptp(nodes, axis=1).max()
-    for mirrored in (X, S) if half_section else (X,):
-        on_plane = np.abs(nodes[mirrored]) < tolerance
-        held |= on_plane[:, None] & (parity(direction, mirrored) < 0)
+    for mirrored in (X, Y) if parity.y else (X,):
+        held |= on_plane(nodes, mirrored)[:, None] & (parity.signs(mirrored) < 0)
     return held
+
+
+def on_plane(nodes: Array, mirrored: int) -> Mask:
+    """Whether nodes (3, n) lie on the plane of symmetry x = 0 (y = 0)."""
+    return np.asarray(np.abs(nodes[mirrored]) < 1e-9 * np.ptp(nodes, axis=1).max())

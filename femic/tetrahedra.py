@@ -1,17 +1,17 @@
-"""Gmsh extrudes the section of a body along x and fills it with graded tetrahedra.
+"""Gmsh extrudes or revolves the section of a body and fills it with graded tetrahedra.
 
 Only x >= 0 is meshed, and only y >= 0 where the symmetry of section and load allows it. The curves
 that Gmsh sees may deviate a little from the true contour; `femic.mesh` moves the nodes onto it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femic.gmsh_session import gmsh_session
-from geometries.bodies import PrismaticBody
+from geometries.bodies import Body
 from geometries.contours import Contour
 from geometries.errors import Failure
 
@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 SAMPLES_PER_CURVE = 81
+BENT = 20  # rolling radius over far radius beyond which bending distorts cells by 5 % at most
+ROUND = 0.5  # largest cell over its distance from the axis of revolution
 HXT = 10  # Gmsh's fastest tetrahedral mesher
 TETRAHEDRON = 4  # Gmsh's number of the 4-node tetrahedron
 
@@ -27,7 +29,7 @@ TETRAHEDRON = 4  # Gmsh's number of the 4-node tetrahedron
 class Cells:
     """Target cell size h = sqrt(smallest^2 + (line_growth r)^2 + (growth d)^2).
 
-    r is the distance from the patch centre, d from the nearest line where results are read.
+    r is the distance from the nearest patch centre, d from the nearest point where results are read.
     """
 
     smallest: float
@@ -40,6 +42,14 @@ class Cells:
 
 
 @dataclass(frozen=True)
+class Focus:
+    """Where cells are small: patch centres, and the points where results are read [mm], (3, n) each."""
+
+    centres: Array
+    points: Array
+
+
+@dataclass(frozen=True)
 class Tetrahedra:
     """First-order tetrahedra, with the triangles that lie on the contact surface."""
 
@@ -48,29 +58,59 @@ class Tetrahedra:
     contact_triangles: Indices  # (3, n_triangles)
 
 
-def extrude(body: PrismaticBody, cells: Cells, focus: Array, *, half_section: bool) -> Tetrahedra:
-    """Mesh x >= 0 of a body (y >= 0 too for `half_section`).
-
-    `focus` (3, n): the patch centre first, then points along the lines where results are read.
-    """
+def fill(body: Body, cells: Cells, focus: Focus, *, half_section: bool) -> Tetrahedra:
+    """Mesh x >= 0 of a body (y >= 0 too for `half_section`)."""
+    if BENT * body.domain.far_radius < body.rolling_radius < np.inf:
+        return _bent(body, cells, focus, half_section)
     with gmsh_session() as gmsh:
         _add_volume(gmsh, body, half_section)
-        _set_cell_size(gmsh, cells, focus)
+        _set_cell_size(gmsh, body, cells, focus)
         gmsh.model.mesh.generate(3)
         return _collect(gmsh, body)
 
 
-def _add_volume(gmsh: ModuleType, body: PrismaticBody, half_section: bool) -> None:
+def _bent(body: Body, cells: Cells, focus: Focus, half_section: bool) -> Tetrahedra:
+    """The mesh of the prismatic body, bent: Gmsh does not mesh surfaces of tiny angles."""
+    straight = replace(body, rolling_radius=np.inf, hub_radius=None)
+    unbent = Focus(body.turned_back(focus.centres), body.turned_back(focus.points))
+    linear = fill(straight, cells, unbent, half_section=half_section)
+    return replace(linear, points=body.turned(linear.points))
+
+
+def _add_volume(gmsh: ModuleType, body: Body, half_section: bool) -> None:
     occ = gmsh.model.occ
     s_left, s_right = body.s_range
-    far_pole = occ.addPoint(0, 0, body.side * body.domain.far_radius)
-    centre = occ.addPoint(0, 0, 0)
     ends, curves = _add_contour(gmsh, body.contour, 0.0 if half_section else s_left, s_right)
-    right = occ.addCircleArc(ends[1], centre, far_pole)
-    left = occ.addLine(far_pole, ends[0]) if half_section else occ.addCircleArc(far_pole, centre, ends[0])
-    section = occ.addPlaneSurface([occ.addCurveLoop([*curves, right, left])])
-    occ.extrude([(2, section)], body.domain.half_length, 0, 0)
+    closing = _add_closing(gmsh, body, ends, half_section)
+    section = [(2, occ.addPlaneSurface([occ.addCurveLoop([*curves, *closing])]))]
+    if np.isinf(body.rolling_radius):
+        occ.extrude(section, body.xi_end, 0, 0)
+    else:
+        angle = -body.side * body.xi_end / body.rolling_radius  # towards +x
+        occ.revolve(section, 0, 0, body.side * body.rolling_radius, 0, 1, 0, angle)
     occ.synchronize()
+
+
+def _add_closing(gmsh: ModuleType, body: Body, ends: tuple[int, int], half_section: bool) -> list[int]:
+    """Curves from the contour's right end along far arc and hub back to its left end."""
+    occ, far = gmsh.model.occ, body.domain.far_radius
+    centre = occ.addPoint(0, 0, 0)
+    top = min(far, body.depth)
+    corner = np.sqrt(far**2 - top**2)  # where far arc and hub meet; 0 without a hub
+    pole = occ.addPoint(0, 0, body.side * top)
+
+    def to_pole(end: int, s: float, side: int) -> list[int]:
+        z = body.contour.position(s)[1]
+        if body.side * z > (1 - 1e-9) * body.depth:
+            return [occ.addLine(end, pole)]
+        if not corner:
+            return [occ.addCircleArc(end, centre, pole)]
+        hub_end = occ.addPoint(0, side * corner, body.side * top)
+        return [occ.addCircleArc(end, centre, hub_end), occ.addLine(hub_end, pole)]
+
+    right = to_pole(ends[1], body.s_range[1], +1)
+    left = [occ.addLine(pole, ends[0])] if half_section else to_pole(ends[0], body.s_range[0], -1)[::-1]
+    return [*right, *left]
 
 
 def _add_contour(
@@ -94,27 +134,35 @@ def _add_piece(gmsh: ModuleType, contour: Contour, s: Array, ends: list[int]) ->
     return int(occ.addSpline([ends[0], *inner, ends[1]]))
 
 
-def _set_cell_size(gmsh: ModuleType, cells: Cells, focus: Array) -> None:
+def _set_cell_size(gmsh: ModuleType, body: Body, cells: Cells, focus: Focus) -> None:
     field = gmsh.model.mesh.field
-    tags = [gmsh.model.occ.addPoint(*point) for point in focus.T]
-    gmsh.model.occ.synchronize()
-    to_lines = field.add("Distance")
-    field.setNumbers(to_lines, "PointsList", tags)
-    size = field.add("MathEval")
-    r_squared = "+".join(f"({axis}-({at:.17g}))^2" for axis, at in zip("xyz", focus[:, 0], strict=True))
-    field.setString(
-        size,
-        "F",
-        f"sqrt({cells.smallest:.17g}^2+({cells.line_growth:.17g})^2*({r_squared})"
-        f"+({cells.growth:.17g}*F{to_lines})^2)",
-    )
+    r, d = (_distance(gmsh, points) for points in (focus.centres, focus.points))
+    sizes = [
+        f"sqrt({cells.smallest:.17g}^2+({cells.line_growth:.17g}*F{r})^2+({cells.growth:.17g}*F{d})^2)"
+    ]
+    if body.rolling_radius < np.inf:
+        sizes.append(f"{ROUND:g}*sqrt(x^2+(z-({body.side * body.rolling_radius:.17g}))^2)")
+    evaluated = [field.add("MathEval") for _ in sizes]
+    for tag, formula in zip(evaluated, sizes, strict=True):
+        field.setString(tag, "F", formula)
+    size = field.add("Min")
+    field.setNumbers(size, "FieldsList", evaluated)
     field.setAsBackgroundMesh(size)
     for source in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
         gmsh.option.setNumber(f"Mesh.MeshSize{source}", 0)
     gmsh.option.setNumber("Mesh.Algorithm3D", HXT)
 
 
-def _collect(gmsh: ModuleType, body: PrismaticBody) -> Tetrahedra:
+def _distance(gmsh: ModuleType, points: Array) -> int:
+    """Number of a field: the distance to the nearest of some points."""
+    tags = [gmsh.model.occ.addPoint(*point) for point in points.T]
+    gmsh.model.occ.synchronize()
+    field = gmsh.model.mesh.field.add("Distance")
+    gmsh.model.mesh.field.setNumbers(field, "PointsList", tags)
+    return int(field)
+
+
+def _collect(gmsh: ModuleType, body: Body) -> Tetrahedra:
     tags, xyz, _ = gmsh.model.mesh.getNodes()
     types, _, nodes = gmsh.model.mesh.getElements(3)
     if list(types) != [TETRAHEDRON]:
@@ -130,11 +178,12 @@ def _collect(gmsh: ModuleType, body: PrismaticBody) -> Tetrahedra:
     return Tetrahedra(points, flat.reshape(-1, 4).T, np.concatenate(triangles).reshape(-1, 3).T)
 
 
-def _on_contact_surface(gmsh: ModuleType, tag: int, body: PrismaticBody) -> bool:
+def _on_contact_surface(gmsh: ModuleType, tag: int, body: Body) -> bool:
     """Whether the middle of a boundary face lies on the contour rather than on a cut or far face."""
     low, high = (np.array(bound) for bound in gmsh.model.getParametrizationBounds(2, tag))
-    x, y, z = gmsh.model.getValue(2, tag, (low + high) / 2)
-    inside_length = 0 < x < body.domain.half_length
-    s = body.contour.nearest(np.array([[y], [z]]), body.s_range)
-    gap = np.linalg.norm(body.contour.position(s)[:, 0] - [y, z])
+    middle = np.array(gmsh.model.getValue(2, tag, (low + high) / 2)).reshape(3, 1)
+    xi, y, z = body.turned_back(middle)
+    inside_length = 1e-6 < xi[0] / body.xi_end < 1 - 1e-6
+    s = body.contour.nearest(np.stack([y, z]), body.s_range)
+    gap = np.linalg.norm(body.contour.position(s) - [y, z])
     return bool(inside_length and gap < 1e-3 * body.domain.far_radius)

@@ -29,6 +29,14 @@ class Patch:
         return 4 * self.a * self.b
 
 
+@dataclass(frozen=True)
+class Load:
+    """A unit total load, uniform over a patch, in local direction 0, 1, 2 = x, s, n of each point."""
+
+    patch: Patch
+    direction: int
+
+
 @dataclass(frozen=True, eq=False)
 class OffsetLine:
     """Points on the surface along x (at fixed s) or along s (at fixed x); coordinates in mm."""

@@ -61,11 +61,12 @@ def write_scene(tmp_path):
 def geometry1(tmp_path_factory):
     """Results of Geometry 1 on cells about 1.4 times the default: (results, dataset, errors)."""
     text = (
-        load_scene("geometry1").text + "\n[engine]\nsmallest_cell = 0.025\ngrowth = 0.2\nline_growth = 0.07\n"
+        load_scene("geometry1").text
+        + "\n[engine]\nsmallest_cell = 0.025\ngrowth = 0.2\nline_growth = 0.07\ntolerance = 0.01\n"
     )
     path = tmp_path_factory.mktemp("scenes") / "geometry1.toml"
     path.write_text(text, encoding="utf-8")
-    results = compute(load_scene(str(path)), workers=1, memory=Memory(None), on_model=lambda *_: None)
+    results = compute(load_scene(str(path)), workers=1, memory=Memory(None))
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
 
@@ -75,7 +76,7 @@ def small(tmp_path_factory):
     """Results of a coarse scene with unlike bodies: (results, dataset, errors)."""
     path = tmp_path_factory.mktemp("scenes") / "small.toml"
     path.write_text(scene_text(upper_E=70e3), encoding="utf-8")
-    results = compute(load_scene(str(path)), workers=1, memory=Memory(None), on_model=lambda *_: None)
+    results = compute(load_scene(str(path)), workers=1, memory=Memory(None))
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
 

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.mark.parametrize("name", builtin_names())
 def test_default_settings_know_c_of_each_body_to_half_a_percent(name):
-    results = compute(load_scene(name), workers=1, memory=Memory(None), on_model=lambda *_: None)
+    results = compute(load_scene(name), workers=1, memory=Memory(None))
     for where, estimate in estimated_errors(results).items():
         assert np.nanmax(estimate) < 0.005, where
     if name == "flat":

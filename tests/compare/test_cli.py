@@ -29,7 +29,7 @@ def test_a_run_writes_data_figures_and_report(write_scene, tmp_path, capsys):
 def test_nn_of_one_body_solves_one_load_per_model(write_scene, tmp_path, monkeypatch):
     loads, bodies = [], []
     load, assemble = solid.patch_load, solid.assemble
-    monkeypatch.setattr(solid, "patch_load", lambda *a: loads.append(a[2]) or load(*a))
+    monkeypatch.setattr(solid, "patch_load", lambda *a: loads.append(a[1].direction) or load(*a))
     monkeypatch.setattr(solid, "assemble", lambda s: bodies.append(s.body.side) or assemble(s))
     path = write_scene(ONE)
     assert exit_code(["run", str(path), "--out", str(tmp_path / "o"), "--workers", "1"]) == DONE
@@ -53,11 +53,11 @@ def test_missing_scene_and_unknown_option_exit_with_2(capsys):
 
 @pytest.mark.parametrize("bodies", ["combined", "lower"])
 def test_not_converged_exits_with_1_and_says_what_to_try(bodies, write_scene, tmp_path, capsys):
-    strict = COARSE_ENGINE.replace("tolerance = 0.5", "tolerance = 1e-6")
+    strict = COARSE_ENGINE.replace("tolerance = 0.5", "tolerance = 1e-4\nmost_unknowns = 20_000")
     path = write_scene(ONE.replace("lower", bodies), engine=strict)
     out = tmp_path / "results"
     assert exit_code(["run", str(path), "--out", str(out), "--workers", "1"]) == FAILED
-    assert "Try a smaller engine.growth" in capsys.readouterr().err
+    assert "Try a larger engine.tolerance" in capsys.readouterr().err
     assert not (out / "report.html").exists()
 
 

@@ -10,6 +10,7 @@ from compare import dataset as data
 from compare import report
 from femic.discount import rigid_part
 from geometries.materials import both_bodies
+from geometries.patches import Load
 from tests.compare.conftest import on_line
 
 
@@ -44,8 +45,9 @@ def test_raw_and_discount_give_c(small):
     results, dataset, _ = small
     for name in ("lower", "upper"):
         m = dataset.discount.sel(solved=name).values
-        rigid = rigid_part(m, results.scene.bodies[name].contour, dataset.s.values, 0.0)
-        c = dataset.raw.sel(solved=name).values - rigid
+        loads = [Load(results.scene.patch, j) for j in range(3)]
+        rigid = [rigid_part(m, results.scene.bodies[name], results.points, load) for load in loads]
+        c = dataset.raw.sel(solved=name).values - np.swapaxes(rigid, 0, 1)
         np.testing.assert_allclose(dataset.ic.sel(variant="C", body=name), c, rtol=1e-12, atol=1e-20)
 
 

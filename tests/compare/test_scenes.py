@@ -137,7 +137,7 @@ def test_all_errors_come_at_once(write_scene):
 
 
 def test_unknown_scene_suggests_the_nearest():
-    with pytest.raises(BadScene, match="did you mean 'geometry1'"):
+    with pytest.raises(BadScene, match="did you mean 'geometry1' or 'geometry2'"):
         load_scene("geometry")
 
 

@@ -5,12 +5,12 @@ import logging
 import numpy as np
 import pytest
 
-from femic.solid import Points, Request, assemble, build_mesh
+from femic.solid import Points, Request, assemble, build_mesh, raw_ics
 from femic.tetrahedra import Cells
 from geometries import contours
-from geometries.bodies import LOWER, UPPER, Domain, PrismaticBody
+from geometries.bodies import LOWER, UPPER, Body, Domain
 from geometries.materials import Material
-from geometries.patches import Patch
+from geometries.patches import Load, Patch
 
 logging.getLogger("skfem").setLevel(logging.ERROR)
 
@@ -23,11 +23,24 @@ PATCH = Patch(0.3, 0.5)
 
 
 def request_for(contour, *, side=LOWER, patch=PATCH, directions=(0, 1, 2), cells=COARSE, **changes):
-    body = PrismaticBody(side, contour, changes.get("material", STEEL), changes.get("domain", SMALL))
+    body = Body(
+        side,
+        contour,
+        changes.get("material", STEEL),
+        changes.get("domain", SMALL),
+        changes.get("rolling_radius", np.inf),
+        changes.get("hub_radius"),
+    )
     x = np.array([1.5, -1.5, 0.0, 4.0, 1.5, -1.5])
     s = np.array([0.8, 0.8, 2.0, -3.0, -0.8, -0.8])
     points = changes.get("points", Points(x, s))
-    return Request(body, patch, directions, points, cells, changes.get("solver", "multigrid"))
+    loads = tuple(Load(patch, direction) for direction in directions)
+    return Request(body, loads, points, cells, changes.get("solver", "multigrid"))
+
+
+def ics_of(request):
+    """ICs (3, 3, n) of a request with three loads x, s, n."""
+    return np.swapaxes(raw_ics(request).u, 0, 1)
 
 
 @pytest.fixture(scope="session", params=[LOWER, UPPER], ids=["lower", "upper"])

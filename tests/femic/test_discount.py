@@ -4,95 +4,157 @@ import numpy as np
 import pytest
 
 from approx.variants import approximate
-from femic.discount import discount_points, fit_discount, loads_needed, rigid_part, wrench
-from femic.solid import raw_ics
+from femic.discount import DiscountRule, conditions, fit_discount, rigid_part, wrench
+from femic.solid import Points, raw_ics
 from geometries.bodies import LOWER, UPPER
 from geometries.materials import one_body
-from geometries.patches import Patch
+from geometries.patches import Load, Patch
 from tests.femic.conftest import PATCH, STEEL, SYMMETRIC, UNSYMMETRIC, request_for
 
-REACH = 9.0
-ALL = (0, 1, 2)
+REACH, ARM = 9.0, 4.0
+RULE = DiscountRule(PATCH.a, PATCH.b, REACH, ARM)
+CENTRAL = tuple(Load(PATCH, j) for j in range(3))
+OFF_CENTRE = tuple(Load(Patch(PATCH.a, PATCH.b, 2.5), j) for j in range(3))
 RNG = np.random.default_rng(7)
+CENTRAL_ENTRIES = {(0, 0), (1, 1), (2, 2), (1, 3), (3, 1)}
+COUPLED_ENTRIES = CENTRAL_ENTRIES | {(2, 3), (3, 2), (1, 2), (2, 1)}
 
 
-def fitted(contour, side):
-    points = discount_points(PATCH, REACH)
-    request = request_for(contour, side=side, points=points)
-    raw = raw_ics(request).ic
-    return request.body, points, raw, fit_discount(request.body, PATCH, points, raw, ALL)
+class Fit:
+    """M of a coarse model, and what it was fitted from."""
+
+    def __init__(self, contour, side, loads, **changes):
+        self.body = request_for(contour, side=side, **changes).body
+        self.conditions = conditions(self.body, RULE, loads)
+        self.points = RULE.points(self.body)
+        needed = tuple(dict.fromkeys([*loads, *(load for c in self.conditions for load in c.loads)]))
+        request = request_for(contour, side=side, points=self.points, **changes)
+        raw = raw_ics(type(request)(self.body, needed, self.points, request.cells, "multigrid"))
+        self.u = dict(zip(needed, raw.u, strict=True))
+        self.m = self.again(self.u)
+
+    def again(self, u):
+        return fit_discount(self.body, RULE, self.conditions, u)
+
+    def discounted(self, load):
+        return self.u[load] - rigid_part(self.m, self.body, self.points, load)
+
+    def half_space(self, variant, load):
+        constants = one_body(STEEL, self.body.side)
+        at = self.points.x, self.points.s
+        return approximate(variant, constants, self.body.contour, load.patch, at) / load.patch.area
 
 
-@pytest.fixture(scope="module", params=[(SYMMETRIC, LOWER), (SYMMETRIC, UPPER), (UNSYMMETRIC, LOWER)])
+CASES = {
+    "symmetric": (SYMMETRIC, LOWER, CENTRAL),
+    "upper": (SYMMETRIC, UPPER, CENTRAL),
+    "unsymmetric": (UNSYMMETRIC, LOWER, CENTRAL),
+    "off centre": (SYMMETRIC, UPPER, OFF_CENTRE),
+    "off centre, unsymmetric": (UNSYMMETRIC, UPPER, OFF_CENTRE),
+    "revolved": (SYMMETRIC, UPPER, OFF_CENTRE, 60.0),
+}
+
+
+@pytest.fixture(scope="module", params=CASES.values(), ids=CASES)
 def fit(request):
-    return fitted(*request.param)
+    contour, side, loads, *radius = request.param
+    return Fit(contour, side, loads, **({"rolling_radius": radius[0]} if radius else {}))
 
 
-def test_displacements_of_a_wrench_are_rigid():
+@pytest.mark.parametrize("rolling_radius", [np.inf, 60.0])
+def test_displacements_of_a_wrench_are_rigid(rolling_radius):
     """Phi(I)^T q is the translation plus the rotation about x of the point, seen in its local frame."""
-    s = np.array([-7.0, 0.4, 5.0])
+    body = request_for(UNSYMMETRIC, side=UPPER, rolling_radius=rolling_radius).body
+    xi, s = np.array([0.0, 3.0, -8.0]), np.array([-7.0, 0.4, 5.0])
     q = np.array([0.3, -0.2, 0.5, 0.1])
-    y, z = UNSYMMETRIC.position(s)
-    u = q[:3, None] + np.stack([np.zeros_like(y), -q[3] * z, q[3] * y])  # t + phi e_x x r
-    delta = UNSYMMETRIC.inclination(s)
-    local = [u[0], u[1] * np.cos(delta) - u[2] * np.sin(delta), u[1] * np.sin(delta) + u[2] * np.cos(delta)]
-    np.testing.assert_allclose(np.einsum("aip,a->ip", wrench(UNSYMMETRIC, s), q), local, atol=1e-14)
+    position = body.surface(xi, s)
+    u = q[:3, None] + np.cross([q[3], 0, 0], position.T).T  # t + phi e_x x r
+    delta, theta = UNSYMMETRIC.inclination(s), xi / rolling_radius
+    across = u[1], np.cos(theta) * u[2] - np.sin(theta) * u[0]  # in the observer's section
+    local = [
+        np.cos(theta) * u[0] + np.sin(theta) * u[2],
+        across[0] * np.cos(delta) - across[1] * np.sin(delta),
+        across[0] * np.sin(delta) + across[1] * np.cos(delta),
+    ]
+    np.testing.assert_allclose(np.einsum("aip,a->ip", wrench(body, xi, s), q), local, atol=1e-14)
 
 
 def test_rigid_part_is_reciprocal_between_any_two_positions():
     m = RNG.normal(size=(4, 4))
     m = m + m.T
+    body = request_for(UNSYMMETRIC).body
     for s_i, s_j in RNG.uniform(-9, 9, size=(5, 2)):
-        there = rigid_part(m, UNSYMMETRIC, np.array([s_i]), s_j)[..., 0]
-        back = rigid_part(m, UNSYMMETRIC, np.array([s_j]), s_i)[..., 0]
+        there, back = (
+            np.array([rigid_part(m, body, Points(np.zeros(1), np.array([i])), Load(Patch(1, 1, j), d))[:, 0]
+                      for d in range(3)])
+            for i, j in ((s_i, s_j), (s_j, s_i))
+        )  # fmt: skip
         np.testing.assert_allclose(there, back.T, atol=1e-12)
 
 
 def test_m_is_symmetric_and_only_has_the_entries_of_the_design(fit):
-    body, *_, m = fit
-    np.testing.assert_array_equal(m, m.T)
-    free = {(0, 0), (1, 1), (2, 2), (1, 3), (3, 1)}
-    if not body.contour.symmetric:
-        free |= {(2, 3), (3, 2), (1, 2), (2, 1)}
-    assert {(int(a), int(b)) for a, b in np.argwhere(m != 0)} == free
+    np.testing.assert_array_equal(fit.m, fit.m.T)
+    free = CENTRAL_ENTRIES if fit.body.contour.symmetric else COUPLED_ENTRIES
+    if OFF_CENTRE[0] in fit.u:
+        free = free | {(3, 3)}
+    assert {(int(a), int(b)) for a, b in np.argwhere(fit.m != 0)} == free
 
 
 def test_discounted_ics_meet_the_half_space_where_the_design_says(fit):
-    body, points, raw, m = fit
-    ic = raw - rigid_part(m, body.contour, points.s, 0.0)
-    a = approximate("A", one_body(STEEL, body.side), body.contour, PATCH, (points.x, points.s)) / PATCH.area
-    np.testing.assert_allclose(np.diagonal(ic[..., 0]), np.diagonal(a[..., 0]), rtol=1e-10)
-    delta = body.contour.inclination(points.s)
-    u_z = -np.sin(delta) * ic[1, 1] + np.cos(delta) * ic[2, 1]
+    for j, load in enumerate(CENTRAL):
+        if load in fit.u:
+            assert fit.discounted(load)[j, 0] == pytest.approx(fit.half_space("A", load)[j, j, 0], rel=1e-10)
+    u, a = fit.discounted(CENTRAL[1]), fit.half_space("A", CENTRAL[1])
+    delta = fit.body.contour.inclination(fit.points.s)
+    u_z = -np.sin(delta) * u[1] + np.cos(delta) * u[2]
     assert u_z[1] - u_z[2] == pytest.approx(a[2, 1, 1] - a[2, 1, 2], rel=1e-9)
+
+
+def test_the_moment_load_turns_as_b_hat_does():
+    fit = Fit(UNSYMMETRIC, LOWER, OFF_CENTRE)
+    load = RULE.moment_load
+    c, b_hat = fit.discounted(load)[2], fit.half_space("Bhat", load)[2, 2]
+    assert fit.points.s[3] - ARM == pytest.approx(ARM - fit.points.s[4])  # equally far on both sides
+    assert c[3] - c[4] == pytest.approx(b_hat[3] - b_hat[4], rel=1e-9)
 
 
 def test_a_rigid_compliance_of_the_support_leaves_no_trace(fit):
     """Softer supports add D of some M: the fit takes exactly that M out again."""
-    body, points, raw, m = fit
-    support = np.where(m != 0, RNG.normal(size=(4, 4)) * 1e-6, 0.0)
+    support = np.where(fit.m != 0, RNG.normal(size=(4, 4)) * 1e-6, 0.0)
     support = support + support.T
-    moved = raw + rigid_part(support, body.contour, points.s, 0.0)
-    again = fit_discount(body, PATCH, points, moved, ALL)
-    np.testing.assert_allclose(again - support, m, atol=1e-10 * np.abs(support).max())
+    moved = {load: u + rigid_part(support, fit.body, fit.points, load) for load, u in fit.u.items()}
+    np.testing.assert_allclose(fit.again(moved) - support, fit.m, atol=1e-10 * np.abs(support).max())
 
 
-def test_only_what_was_solved_is_fitted():
-    body, points, raw, m = fitted(SYMMETRIC, LOWER)
-    only_n = raw.copy()
-    only_n[:, :2] = np.nan
-    m_n = fit_discount(body, PATCH, points, only_n, (2,))
-    assert m_n[2, 2] == pytest.approx(m[2, 2])
-    assert np.count_nonzero(m_n) == 1
+def test_off_centre_loads_share_the_m_of_a_central_one():
+    """At s = 0 M reproduces the procedure for a single load: only phi-phi is new."""
+    central, off_centre = (Fit(UNSYMMETRIC, LOWER, loads) for loads in (CENTRAL, (*CENTRAL, *OFF_CENTRE)))
+    same_model = central.again(off_centre.u)
+    without = off_centre.m.copy()
+    without[3, 3] = 0.0
+    np.testing.assert_allclose(without, same_model, rtol=1e-9)
+    for load in CENTRAL:  # a load at s = 0 has no moment
+        rigid = [rigid_part(m, central.body, central.points, load) for m in (off_centre.m, same_model)]
+        np.testing.assert_allclose(*rigid, rtol=1e-9, atol=1e-12 * np.abs(rigid[0]).max())
 
 
-def test_unsymmetric_sections_need_s_and_n_together():
-    assert loads_needed(UNSYMMETRIC, (2,)) == (1, 2)
-    assert loads_needed(UNSYMMETRIC, (0,)) == (0,)
-    assert loads_needed(SYMMETRIC, (2,)) == (2,)
+def test_only_what_was_asked_is_fitted():
+    fit = Fit(SYMMETRIC, LOWER, (CENTRAL[2],))
+    assert np.count_nonzero(fit.m) == 1
+    assert list(fit.u) == [CENTRAL[2]]
 
 
-def test_off_centre_loads_are_refused():
-    body, points, raw, _ = fitted(SYMMETRIC, LOWER)
-    with pytest.raises(ValueError, match=r"patch\.s = 1 mm"):
-        fit_discount(body, Patch(0.2, 0.3, s=1.0), points, raw, ALL)
+LOADS_NEEDED = [
+    (SYMMETRIC, CENTRAL[2], {CENTRAL[2]}),
+    (SYMMETRIC, CENTRAL[0], {CENTRAL[0]}),
+    (UNSYMMETRIC, CENTRAL[0], {CENTRAL[0]}),
+    (UNSYMMETRIC, CENTRAL[2], {CENTRAL[1], CENTRAL[2]}),
+    (SYMMETRIC, OFF_CENTRE[0], {CENTRAL[0]}),
+    (SYMMETRIC, OFF_CENTRE[2], {CENTRAL[1], CENTRAL[2], RULE.moment_load}),
+]
+
+
+@pytest.mark.parametrize(("contour", "asked", "needed"), LOADS_NEEDED)
+def test_no_more_loads_are_solved_for_m_than_it_needs(contour, asked, needed):
+    body = request_for(contour).body
+    assert {load for c in conditions(body, RULE, (asked,)) for load in c.loads} == needed

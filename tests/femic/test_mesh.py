@@ -15,8 +15,8 @@ from tests.femic.conftest import SMALL, SYMMETRIC, UNSYMMETRIC, request_for
 def test_surface_nodes_lie_on_the_true_contour(contour):
     solid = build_mesh(request_for(contour))
     s = solid.trace.basis.doflocs[1]
-    on_contour = contour.position(s)
     # 1e-12 of the far radius: rounding of the projection
+    on_contour = contour.position(s)
     np.testing.assert_allclose(solid.nodes[1:, solid.trace.nodes], on_contour, atol=1e-12 * SMALL.far_radius)
 
 

@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
 
-from geometries.bodies import LOWER, UPPER, Domain, PrismaticBody, far_end
+from geometries.bodies import LOWER, UPPER, Body, Domain, section_end
 from geometries.contours import arc, ellipse, plane, through_points
 from geometries.materials import Material
 
 DOMAIN = Domain(far_radius=60.0, half_length=130.0)
 Y = np.linspace(-7.0, 9.0, 15)
+STEEL = Material(210e3, 0.28)
 CONTOURS = {
     "plane": plane(),
     "arc": arc(10.0, 0.45, 1.1),
@@ -14,6 +15,10 @@ CONTOURS = {
     "ellipse": ellipse(5.0, 11.0, 1.3, 0.8),
     "spline": through_points(Y, -(Y**2) / 25 + 0.1 * Y, 1.7),
 }
+
+
+def far_end(contour, domain, direction, side=LOWER):
+    return section_end(Body(side, contour, STEEL, domain), direction)
 
 
 @pytest.mark.parametrize("contour", CONTOURS.values(), ids=CONTOURS)
@@ -33,12 +38,12 @@ def test_far_end_of_an_arc_solves_its_quadratic_equation(radius):
         along, height = 10 * np.sin(flank), 10 * (1 - np.cos(flank))  # where the flank begins
         inward = along * np.cos(flank) + height * np.sin(flank)  # on the flank's direction
         ends.append(10 * flank - inward + np.sqrt(inward**2 - along**2 - height**2 + 60.0**2))
-    body = PrismaticBody(LOWER, arc(radius, left, right), Material(210e3, 0.28), DOMAIN)
+    body = Body(LOWER, arc(radius, left, right), STEEL, DOMAIN)
     assert body.s_range == pytest.approx((-ends[0], ends[1]), rel=1e-13)
 
 
 def test_plane_ends_at_the_far_radius():
-    body = PrismaticBody(UPPER, plane(), Material(210e3, 0.28), DOMAIN)
+    body = Body(UPPER, plane(), STEEL, DOMAIN)
     assert body.s_range == pytest.approx((-60.0, 60.0), rel=1e-13)
 
 
@@ -69,3 +74,77 @@ def test_scaled_domain_has_both_lengths_multiplied():
 
 def test_sides_are_the_signs_of_the_design():
     assert (UPPER, LOWER) == (+1, -1)
+
+
+WHEEL = {
+    "upper": Body(UPPER, CONTOURS["arc"], STEEL, DOMAIN, rolling_radius=120.0),
+    "lower": Body(LOWER, CONTOURS["spline"], STEEL, DOMAIN, rolling_radius=80.0),
+    "prismatic": Body(UPPER, CONTOURS["ellipse"], STEEL, DOMAIN),
+}
+XI, S = np.array([0.0, 3.0, -40.0, 100.0]), np.array([2.0, -1.0, 0.5, 6.0])
+
+
+@pytest.mark.parametrize("body", WHEEL.values(), ids=WHEEL)
+def test_axes_are_the_directions_of_growing_xi_and_s_and_right_handed(body):
+    step = 1e-5
+    along_xi = body.surface(XI + step, S) - body.surface(XI - step, S)
+    along_s = body.surface(XI, S + step) - body.surface(XI, S - step)
+    x, s, n = body.axes(XI, S)
+    np.testing.assert_allclose(along_xi / np.linalg.norm(along_xi, axis=0), x, atol=1e-8)
+    np.testing.assert_allclose(along_s / (2 * step), s, atol=1e-8)
+    np.testing.assert_allclose(np.cross(x.T, s.T).T, n, atol=1e-15)
+    assert np.all(n[2, :2] > 0)  # near the contact the normal points up, into the upper body
+
+
+@pytest.mark.parametrize("body", WHEEL.values(), ids=WHEEL)
+def test_turning_back_undoes_turning(body):
+    section = np.stack([XI, np.array([5.0, -3.0, 0.0, 8.0]), np.array([1.0, -20.0, 4.0, -2.0])])
+    np.testing.assert_allclose(body.turned_back(body.turned(section)), section, atol=1e-11)
+
+
+def test_prismatic_is_the_limit_of_a_large_rolling_radius():
+    wheel, prism = (Body(UPPER, CONTOURS["arc"], STEEL, DOMAIN, radius) for radius in (1e9, np.inf))
+    np.testing.assert_allclose(wheel.surface(XI, S), prism.surface(XI, S), atol=1e-5)
+    np.testing.assert_allclose(wheel.axes(XI, S), prism.axes(XI, S), atol=2e-7)
+    np.testing.assert_allclose(wheel.chart_x(XI, S, 0.0), XI, atol=1e-5)
+    np.testing.assert_array_equal(prism.chart_x(XI, S, 3.0), XI)
+    assert wheel.s_range == pytest.approx(prism.s_range)
+
+
+@pytest.mark.parametrize("body", list(WHEEL.values())[:2], ids=["upper", "lower"])
+def test_circles_have_the_radius_of_the_surface_and_angles_are_lag_over_their_mean(body):
+    points = body.surface(XI, S)
+    height = body.rolling_radius - body.side * points[2]
+    np.testing.assert_allclose(np.hypot(points[0], height), body.circle_radius(S), rtol=1e-14)
+    angle = body.chart_x(5.0, S, 1.0) / body.rolling_radius
+    np.testing.assert_allclose(angle, 5.0 / (body.circle_radius(S) + body.circle_radius(1.0)) * 2)
+
+
+def test_a_section_ends_at_its_hub():
+    ball = Body(UPPER, arc(-50.0, 1.4, 1.4), STEEL, Domain(100.0, 100.0), 50.0, hub_radius=20.0)
+    assert ball.s_range == pytest.approx((-50 * np.arccos(0.4), 50 * np.arccos(0.4)))
+    assert ball.depth == 30.0
+    assert ball.reaches_hub
+    default = Body(UPPER, plane(), STEEL, Domain(60.0, 100.0), 100.0)
+    assert default.depth == pytest.approx(80.0)
+    assert not default.reaches_hub
+
+
+def test_a_model_goes_at_most_once_round():
+    wheel = Body(UPPER, plane(), STEEL, Domain(60.0, 200.0), 50.0)
+    assert wheel.closed
+    assert wheel.xi_end == pytest.approx(50 * np.pi)
+    assert not Body(UPPER, plane(), STEEL, Domain(60.0, 150.0), 50.0).closed
+
+
+@pytest.mark.parametrize(
+    ("radius", "hub", "message"),
+    [
+        (-5.0, None, "rolling_radius = -5"),
+        (100.0, 10.0, "hub_radius = 10.0: at least 0.2"),
+        (100.0, 100.0, "smaller than rolling_radius"),
+    ],
+)
+def test_impossible_wheels_are_refused(radius, hub, message):
+    with pytest.raises(ValueError, match=message):
+        Body(UPPER, plane(), STEEL, DOMAIN, radius, hub)

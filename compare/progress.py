@@ -1,0 +1,49 @@
+"""Progress on the terminal while models are solved."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+)
+
+from femic.reference import Level, Solved, Watch, factors
+
+
+@contextmanager
+def shown(console: Console) -> Iterator[Watch]:
+    """A progress bar over the models, with a line for each finished one; refinement adds models."""
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console) as progress:
+        task = progress.add_task("3D models", total=0)
+
+        def on_round(todo: list[tuple[str, Level]]) -> None:
+            total = progress.tasks[task].total or 0
+            if total and todo:
+                bodies = " and ".join(dict.fromkeys(body for body, _ in todo))
+                console.print(f"  {bodies} body: not yet as accurate as engine.tolerance asks: refining")
+            progress.update(task, total=total + len(todo))
+
+        def on_model(solved: Solved) -> None:
+            cost = solved.raw.cost
+            took = "kept from an earlier run" if solved.kept else f"{sum(cost.seconds.values()):.1f} s"
+            cells, domain = factors(solved.level)
+            console.print(
+                f"  {solved.job} body, cells x {cells:.3g}, domain x {domain:.3g}: "
+                f"{cost.unknowns:,} unknowns, {took}"
+            )
+            progress.advance(task)
+
+        yield Watch(on_round, on_model)
