@@ -2,15 +2,18 @@
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare import overlay, overlay_report, progress
+from compare import fields, overlay, overlay_report, progress
 from compare.run import run_scene
 from compare.scene_listing import listing
 from compare.scenes import Scene, builtin_names, load_scene
+
+SolidName = Literal["lower", "upper"]
+DirectionName = Literal["x", "s", "n"]
 
 
 def run(
@@ -67,6 +70,29 @@ def compare(
             _computed(source.scene, source.folder, workers, console)
     report = overlay_report.write(overlay.load(found), folder)
     console.print(f"Report: {report}", soft_wrap=True)
+
+
+def show(
+    target: str,
+    /,
+    *,
+    body: Annotated[SolidName | None, Parameter(help="default: the first that the scene compares")] = None,
+    load: Annotated[DirectionName | None, Parameter(help="direction of the load; default n")] = None,
+    out: Annotated[Path | None, Parameter(help="PNG; default beside the .vtu, out/SCENE/show/")] = None,
+    window: Annotated[bool | None, Parameter(help="open a window; default: where there is a screen")] = None,
+) -> None:
+    """Draw a body under a unit load: its cells, displacements and stresses.
+
+    A scene is solved with coarse cells: a preview in seconds.
+
+    Parameters
+    ----------
+    target
+        built-in name (see `femic scenes`), TOML file, or .vtu file of displacements and stresses
+    """
+    console = Console(soft_wrap=True, highlight=False)
+    asked = fields.Shown(target, body, load, out, window)
+    fields.show(asked, lambda text: console.print(text, markup=False))
 
 
 def scenes(

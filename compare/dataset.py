@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.pipeline import Results, reference_estimate, reference_ic, scale_nn
+from compare.pipeline import Results, reference_ic, scale_nn, sum_over
 from compare.scenes import Scene
 from femic.accuracy import line_scale
 from femic.discount import AXES
@@ -31,13 +31,22 @@ def to_dataset(results: Results) -> xr.Dataset:
     solved = list(results.references)
     line = np.concatenate([np.full(p.stop - p.start, name) for name, p in results.lines.items()])
     per_load = {"units": "mm/N"}
-    estimate = np.stack([reference_estimate(results, body) for body in bodies])
+    estimate, mesh, truncation = (
+        np.stack([sum_over(results, body, quantity) for body in bodies])
+        for quantity in (
+            lambda found: found.estimate,
+            lambda found: found.mesh_error,
+            lambda found: found.truncation_error,
+        )
+    )
     raw = np.stack([results.references[name].raw for name in solved])
     discount = np.stack([results.references[name].discount for name in solved])
     return xr.Dataset(
         {
             "ic": (("variant", *dims), ic, per_load),
             "estimate": (dims, estimate, per_load | {"meaning": "estimated error of C"}),
+            "estimate_mesh": (dims, mesh, per_load | {"meaning": "its part from the mesh"}),
+            "estimate_truncation": (dims, truncation, per_load | {"meaning": "its part from the domain"}),
             "raw": (("solved", *dims[1:]), raw, per_load | {"meaning": "C before the rigid-body discount"}),
             "discount": (("solved", "axis", "axis_"), discount, {"units": "mm/N, 1/N, 1/(N mm)"}),
         },
@@ -59,7 +68,6 @@ def to_dataset(results: Results) -> xr.Dataset:
 
 def _attributes(results: Results) -> dict[str, str | float]:
     scene = results.scene
-    domain = next(iter(scene.bodies.values())).domain
     models = {
         f"{body} {model}": {
             "unknowns": cost.unknowns,
@@ -79,8 +87,8 @@ def _attributes(results: Results) -> dict[str, str | float]:
         "reference_length": scene.reference_length,
         "reference_E": scene.reference_E,
         "rotation_reach": scene.rotation_reach,
-        "far_radius": domain.far_radius,
-        "half_length": domain.half_length,
+        "moment_arm": scene.moment_arm,
+        "domain": json.dumps(domains(results)),
         "models": json.dumps(models),
         "seconds": json.dumps({f"{v} {body}": value for (v, body), value in results.seconds.items()}),
         "settings": json.dumps(settings(scene)),
@@ -88,21 +96,41 @@ def _attributes(results: Results) -> dict[str, str | float]:
     }
 
 
+def domains(results: Results) -> dict[str, dict[str, float | None]]:
+    """Shape and final size of each solved body's model [mm]; None: prismatic, no hub."""
+    return {
+        name: {
+            "far_radius": found.body.domain.far_radius,
+            "half_length": found.body.xi_end,
+            "rolling_radius": _finite(found.body.rolling_radius),
+            "hub_radius": found.body.rolling_radius - found.body.depth if found.body.reaches_hub else None,
+            "smallest_cell": found.cells.smallest,
+        }
+        for name, found in results.references.items()
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
 def settings(scene: Scene) -> dict[str, float | str]:
     """Everything that was set for the reference engine, defaults included."""
     domain = scene.bodies["lower"].domain
     return {
         "engine": "solid: quadratic tetrahedra",
-        "smallest_cell [mm]": scene.cells.smallest,
-        "growth": scene.cells.growth,
-        "line_growth": scene.cells.line_growth,
-        "far_radius [mm]": domain.far_radius,
-        "half_length [mm]": domain.half_length,
+        "tolerance": scene.tolerance,
+        "most_unknowns": scene.most_unknowns,
+        "first smallest_cell [mm]": scene.cells.smallest,
+        "first growth": scene.cells.growth,
+        "first line_growth": scene.cells.line_growth,
+        "first far_radius [mm]": domain.far_radius,
+        "first half_length [mm]": domain.half_length,
         "solver": scene.solver,
         "relative residual": RESIDUAL,
-        "tolerance": scene.tolerance,
         "reference_length [mm]": scene.reference_length,
         "rotation_reach [mm]": scene.rotation_reach,
+        "moment_arm [mm]": scene.moment_arm,
     }
 
 

@@ -64,18 +64,25 @@ def _draw_body(axes: Axes, body: Body, name: str, colour: str) -> None:
     start, end = body.s_range
     near = np.linspace(max(start, -0.1 * far), min(end, 0.1 * far), 401)
     s = np.union1d(np.linspace(start, end, 801), near)
-    y, z = body.contour.position(s)
-    ends = np.unwrap(np.arctan2([z[-1], body.side * far, z[0]], [y[-1], 0, y[0]]))
+    contour = body.contour.position(s)
+    clamped = _closing(body, contour[:, -1], contour[:, 0])
+    axes.fill(*np.hstack([contour, clamped]), facecolor=colour, alpha=0.15, label=f"{name} body")
+    axes.plot(*clamped, color=colour, linewidth=2.5)
+    axes.plot(*contour, color=colour, linewidth=1)
+
+
+def _closing(body: Body, right: Array, left: Array) -> Array:
+    """Far arc, cut by the hub, from the contour's right end to its left end, shape (2, n)."""
+    far, top = body.domain.far_radius, body.side * min(body.domain.far_radius, body.depth)
+    ends = np.unwrap(np.arctan2([right[1], top, left[1]], [right[0], 0, left[0]]))
     angle = np.interp(np.linspace(0, 2, 201), [0, 1, 2], ends)
-    arc = far * np.cos(angle), far * np.sin(angle)
-    axes.fill(*np.hstack([(y, z), arc]), facecolor=colour, alpha=0.15, label=f"{name} body")
-    axes.plot(*arc, color=colour, linewidth=2.5)
-    axes.plot(y, z, color=colour, linewidth=1)
+    height = body.side * np.minimum(body.side * far * np.sin(angle), body.depth)
+    return np.column_stack([right, np.stack([far * np.cos(angle), height]), left])
 
 
 def _draw_marks(axes: Axes, scene: Scene) -> None:
     contour = scene.bodies["lower"].contour
-    patch = contour.position(np.linspace(-scene.patch.b, scene.patch.b, 9))
+    patch = contour.position(scene.patch.s + np.linspace(-scene.patch.b, scene.patch.b, 9))
     axes.plot(*patch, color="black", linewidth=4, label="patch")
     for line in scene.lines:
         points = contour.position(line.s if line.along == "s" else line.s[:1])
@@ -93,8 +100,8 @@ def _draw_marks(axes: Axes, scene: Scene) -> None:
 def _draw_plan(axes: Axes, scene: Scene) -> None:
     for line in scene.lines:
         axes.plot(line.s, line.x, linewidth=1.2, label=f"line {line.name}")
-    a, b = scene.patch.a, scene.patch.b
-    axes.fill([-b, b, b, -b], [-a, -a, a, a], color="black", label="patch")
+    a, b, centre = scene.patch.a, scene.patch.b, scene.patch.s
+    axes.fill(centre + b * np.array([-1, 1, 1, -1]), [-a, -a, a, a], color="black", label="patch")
     for s in scene.bodies["lower"].contour.joints:
         axes.axvline(s, color="grey", linestyle=":", linewidth=1)
     axes.set(xlabel="s [mm]", ylabel="x [mm]", title="developed surface")
@@ -167,7 +174,8 @@ def _show_zero(axes: Axes) -> None:
 
 def _shown(scene: Scene, line: OffsetLine) -> NDArray[np.bool_]:
     """The half of a line that symmetry does not repeat."""
-    symmetric = line.along == "x" or all(body.contour.symmetric for body in scene.bodies.values())
+    mirrored = scene.patch.s == 0 and all(body.contour.symmetric for body in scene.bodies.values())
+    symmetric = line.along == "x" or mirrored
     return line.running >= (0 if symmetric else -np.inf)
 
 
@@ -203,13 +211,14 @@ def surface_mesh(chart: MeshTri, scene: Scene, body: str) -> Figure:
         figure = Figure(figsize=(10, 4.8), layout="constrained")
         reach = max(float(np.max(np.abs(line.running))) for line in scene.lines)
         windows = {
-            "where the lines run": 1.2 * reach,
-            "near the patch": 8 * max(scene.patch.a, scene.patch.b),
+            "where the lines run": (0.0, 1.2 * reach),
+            "near the patch": (scene.patch.s, 8 * max(scene.patch.a, scene.patch.b)),
         }
-        for axes, (title, window) in zip(figure.subplots(1, 2), windows.items(), strict=True):
+        for axes, (title, (centre, window)) in zip(figure.subplots(1, 2), windows.items(), strict=True):
             axes.triplot(s, x, chart.t.T, linewidth=0.3, color="tab:blue")
             _draw_plan(axes, scene)
-            axes.set(xlim=(max(s.min(), -window), window), ylim=(0, window), aspect="equal", title=title)
+            axes.set(xlim=(max(s.min(), centre - window), centre + window), ylim=(0, window))
+            axes.set(aspect="equal", title=title)
             axes.get_legend().remove()
         figure.suptitle(f"surface mesh of the {body} body (modelled part; the rest follows by symmetry)")
         return figure

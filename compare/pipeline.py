@@ -1,6 +1,6 @@
 """From a scene to labelled results: reference ICs, approximations, dataset."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -108,16 +108,18 @@ def _reference_seconds(found: Mapping[str, Reference]) -> dict[tuple[str, str], 
 
 def reference_ic(results: Results, body: str) -> Array:
     """C of a body, or of both."""
-    if body == "combined":
-        return results.references["upper"].ic + results.references["lower"].ic
-    return results.references[body].ic
+    return sum_over(results, body, lambda found: found.ic)
 
 
 def reference_estimate(results: Results, body: str) -> Array:
     """Error estimate of C; those of two bodies add up."""
-    if body == "combined":
-        return results.references["upper"].estimate + results.references["lower"].estimate
-    return results.references[body].estimate
+    return sum_over(results, body, lambda found: found.estimate)
+
+
+def sum_over(results: Results, body: str, quantity: Callable[[Reference], Array]) -> Array:
+    """A quantity of a body's reference ICs, or its sum over both bodies for "combined"."""
+    bodies = ("upper", "lower") if body == "combined" else (body,)
+    return np.asarray(sum(quantity(results.references[name]) for name in bodies))
 
 
 def scale_nn(results: Results, body: str) -> Array:

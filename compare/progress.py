@@ -46,4 +46,4 @@ def shown(console: Console) -> Iterator[Watch]:
             )
             progress.advance(task)
 
-        yield Watch(on_round, on_model)
+        yield Watch(on_round, on_model, lambda text: console.print(text, soft_wrap=True))

@@ -11,9 +11,11 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from compare.dataset import settings
 from compare.figures import SYMBOLS
-from compare.pipeline import Results
+from compare.pipeline import Results, jobs
 from femic.discount import AXES
 from femic.provenance import versions
+from femic.reference import factors, worst
+from geometries.bodies import Body
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,7 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
             (SYMBOLS[name], results.seconds[name, scene.compared[0]]) for name in (*scene.variants, "C")
         ],
         settings=settings(scene),
+        known=_known(results),
         first=scene.compared[0],
         discounts=[(name, _entries(reference.discount)) for name, reference in results.references.items()],
         scene_text=scene.text,
@@ -126,18 +129,45 @@ def _colour(error: float) -> str:
 
 def _setting(results: Results) -> str:
     scene = results.scene
-    domain = scene.bodies["lower"].domain
-    materials = "; ".join(
-        f"{name} body: E = {body.material.E:g} MPa, ν = {body.material.nu:g}"
+    bodies = "; ".join(
+        f"{name} body: E = {body.material.E:g} MPa, ν = {body.material.nu:g}, {_shape(body)}"
         for name, body in scene.bodies.items()
     )
+    at = "the contact centre" if scene.patch.s == 0 else f"s = {scene.patch.s:g} mm"
     return (
-        f"{materials}. Unit loads on a patch of {2 * scene.patch.a:g} × {2 * scene.patch.b:g} mm at the "
-        f"contact centre. Each body is its contour, continued by straight flanks and closed by a far arc "
-        f"of radius {domain.far_radius:g} mm, which is clamped, extruded to x = ±{domain.half_length:g} mm, "
-        "where it is clamped too; contour and flanks are free. The rigid-body motion that this adds is "
-        "discounted. The shape of the body far away is a convention of this program."
+        f"{bodies}. Unit loads on a patch of {2 * scene.patch.a:g} × {2 * scene.patch.b:g} mm at {at}. "
+        "Each body is its contour, continued by straight flanks and closed by a far arc about the contact "
+        "centre, which is clamped as both ends are; contour and flanks are free. The rigid-body motion "
+        "that this adds is discounted. The shape of the body far away is a convention of this program."
     )
+
+
+def _shape(body: Body) -> str:
+    if np.isinf(body.rolling_radius):
+        return "extruded"
+    hub = f", clamped at a hub of radius {body.rolling_radius - body.depth:g} mm" if body.reaches_hub else ""
+    return f"revolved, rolling radius {body.rolling_radius:g} mm{hub}"
+
+
+def _known(results: Results) -> list[dict[str, str]]:
+    """How well C of each solved body is known, and what that took."""
+    rows = []
+    for name, job in jobs(results.scene).items():
+        found = results.references[name]
+        error, component, line = worst(job, found, found.estimate)
+        cells, domain = factors(found.level)
+        rows.append(
+            {
+                "body": name,
+                "error": f"{error:.2%} ({component} on {line})",
+                "mesh": f"{worst(job, found, found.mesh_error)[0]:.2%}",
+                "truncation": f"{worst(job, found, found.truncation_error)[0]:.2%}",
+                "cells": f"{found.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
+                "domain": f"far arc {found.body.domain.far_radius:g} mm, half-length "
+                f"{found.body.xi_end:.4g} mm (first × {domain:.3g})",
+            }
+        )
+    return rows
 
 
 def _embedded(path: Path) -> dict[str, str]:

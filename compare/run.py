@@ -1,5 +1,6 @@
 """`femic run`: compute a scene and write its results, figures and report into a folder."""
 
+import logging
 import re
 import shutil
 from pathlib import Path
@@ -9,12 +10,15 @@ from joblib import Memory
 
 from compare import dataset as data
 from compare import figures, report, views
+from compare.fields import write_fields
 from compare.pipeline import Results, compute, jobs
 from compare.scenes import Scene
 from femic.provenance import code_digest
 from femic.reference import Watch, request
 from femic.solid import build_mesh
 from geometries.errors import WrongInput
+
+log = logging.getLogger(__name__)
 
 
 def run_scene(scene: Scene, out: Path, *, workers: int, watch: Watch) -> Path:
@@ -38,6 +42,8 @@ def run_scene(scene: Scene, out: Path, *, workers: int, watch: Watch) -> Path:
     path.write_text(
         report.render(results, errors, draw(results, dataset, errors, out / "figures")), encoding="utf-8"
     )
+    if scene.fields:
+        write_fields(results, out / "fields", watch)
     return path
 
 
@@ -71,6 +77,8 @@ def _draw_meshes(results: Results, folder: Path) -> list[Path]:
     """The mesh of each solved body in 3D if the machine can, and the surface mesh of the last."""
     paths = []
     in_3d = views.can_render()
+    if not in_3d:
+        log.warning(f"no 3D pictures of the meshes: {views.NO_RENDERING}. All other figures are drawn")
     for name, job in jobs(results.scene).items():
         solid = build_mesh(request(job, results.references[name].level))
         if in_3d:

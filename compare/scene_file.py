@@ -104,11 +104,15 @@ class LineAlongS(Section):
 
 
 Line = Annotated[LineAlongX | LineAlongS, Field(discriminator="along")]
-DEFAULT_LINES: tuple[LineAlongX | LineAlongS, ...] = (
-    LineAlongX(along="x", s=1.6),
-    LineAlongX(along="x", s=0.0),
-    LineAlongS(along="s", x=1.6),
-)
+
+
+def default_lines(s_patch: float) -> tuple[LineAlongX | LineAlongS, ...]:
+    """Beside the patch and through it along x, and across in front of it."""
+    return (
+        LineAlongX(along="x", s=s_patch + 1.6),
+        LineAlongX(along="x", s=s_patch),
+        LineAlongS(along="s", x=1.6),
+    )
 
 
 class EngineTable(Section):
@@ -166,11 +170,16 @@ class SceneFile(Section):
         description="s of the normal load that fixes M in rotation [mm], needed if patch.s is not 0; "
         "default: reference_length / 2",
     )
+    fields: bool = Field(
+        False,
+        description="write the displacement and stress fields of the finest model as .vtu, "
+        "one per body and load",
+    )
     lower: BodyTable = Field(description="lower body (rail), fills n < 0")
     upper: BodyTable = Field(description="upper body (wheel), fills n > 0")
     patch: PatchTable = Field(description="loaded element at x = 0")
-    lines: tuple[Line, ...] = Field(
-        DEFAULT_LINES, min_length=1, description="offset lines; default: s = 1.6, s = 0, x = 1.6 mm"
+    lines: Annotated[tuple[Line, ...], Field(min_length=1)] | None = Field(
+        None, description="offset lines; default: s = patch.s + 1.6, s = patch.s, x = 1.6 mm"
     )
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")
 

@@ -26,7 +26,8 @@ def listing(name_or_path: str) -> str:
         lines += _entries(_model(field.annotation), table.get(name, {}))
         lines += _contour_kinds() if name == "lower" else []
     lines += ["", f"# {files.SceneFile.model_fields['lines'].description}"]
-    for entry in table.get("lines", [line.model_dump() for line in files.DEFAULT_LINES]):
+    default = files.default_lines(table["patch"].get("s", 0.0))
+    for entry in table.get("lines", [line.model_dump() for line in default]):
         kind = files.LineAlongX if entry["along"] == "x" else files.LineAlongS
         lines += ["[[lines]]", *_entries(kind, entry)]
     return "\n".join(lines) + "\n"
@@ -82,4 +83,4 @@ def _toml(value: Any) -> str:
         return "{ " + ", ".join(f"{key} = {_toml(item)}" for key, item in value.items()) + " }"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(_toml(item) for item in value) + "]"
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else str(value)

@@ -2,12 +2,14 @@
 
 import tomllib
 from collections.abc import Iterator, Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomlkit
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
@@ -61,6 +63,7 @@ class Scene:
     reference_length: float
     rotation_reach: float
     moment_arm: float
+    fields: bool
 
     @property
     def solved(self) -> tuple[str, ...]:
@@ -83,6 +86,11 @@ def load_scene(name_or_path: str) -> Scene:
     path = scene_path(name_or_path)
     text, table = read_scene(path)
     return build_scene(path.stem, text, parse(table, path))
+
+
+def scene_from_table(table: dict[str, Any], name: str) -> Scene:
+    """The scene of a table with the keys of a scene file, for use from Python; files are relative to `.`."""
+    return build_scene(name, tomlkit.dumps(table), parse(deepcopy(table), Path(name)))
 
 
 def read_scene(path: Path) -> tuple[str, dict[str, Any]]:
@@ -180,7 +188,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         components=scene.components,
         variants=scene.variants,
         patch=patch,
-        lines=tuple(_line(line, extent) for line in scene.lines),
+        lines=tuple(_line(line, extent) for line in scene.lines or files.default_lines(patch.s)),
         cells=_cells(scene.engine, patch),
         solver=scene.engine.solver,
         tolerance=scene.engine.tolerance,
@@ -188,6 +196,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         reference_length=reference_length,
         rotation_reach=scene.rotation_reach or _default_reach(reference_length, domain, extent),
         moment_arm=scene.moment_arm or min(reference_length / 2, extent[1] - patch.b),
+        fields=scene.fields,
     )
     errors = list(_misfits(built, extent, domain))
     if errors:
@@ -316,13 +325,7 @@ def _line_misfits(scene: Scene, extent: tuple[float, float], size: float, far: s
 
 
 def _body_misfits(name: str, body: Body) -> Iterator[str]:
-    contour, far_radius = body.contour, body.domain.far_radius
+    contour = body.contour
     steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
     if steepest > STEEPEST * (1 + 1e-9):
         yield f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {STEEPEST}: cut it there"
-    goes_to = np.hypot(*contour.position(np.array(contour.limits))).max()
-    if goes_to >= 0.5 * far_radius:
-        yield (
-            f"engine.far_radius = {far_radius:g}: the curved part of {name}.contour goes to "
-            f"{goes_to:.4g} mm from the centre; use at least twice that"
-        )

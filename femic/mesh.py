@@ -26,6 +26,11 @@ class Trace:
     basis: Basis
     nodes: Indices  # (n,) the solid mesh's node of each surface node
 
+    @property
+    def smallest(self) -> float:
+        """Size of the smallest triangle [mm]: the root of twice its area."""
+        return float(np.sqrt(2 * self.basis.dx.sum(axis=1).min()))
+
     def interpolation(self, xi: Array, s: Array) -> csr_matrix:
         """Matrix (n_points, n) that takes nodal values on the surface to the points (xi, s) [mm]."""
         return self.basis.probes(np.vstack([xi, s]))

@@ -1,9 +1,9 @@
 """C with its error estimate, refined until it is as accurate as asked.
 
 Every body is solved on three models: fine, coarse (cells `COARSER` times as large) and small (the
-coarse cells in a domain half as large). Their differences give the two parts of the estimate; the
-larger one says what to refine. Errors of displacements fall like h^3 on quadratic elements and like
-L^-2 with the domain (measured: docs/solid-engine.md); a factor of safety covers the rest.
+coarse cells in a domain half as large). Their differences give the two parts of the estimate, as in
+Roache's grid convergence index; the larger part says what to refine. Errors fall like h^3 and L^-2
+(measured: docs/solid-engine.md); the estimate assumes h^2, because mesh errors are partly random.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -32,9 +32,8 @@ Array = NDArray[np.float64]
 COARSER = 1.5
 LARGER = 2.0
 MESH_ORDER, TRUNCATION_ORDER = 3, 2  # of the errors, in cell size and in 1 / domain size
-SAFETY = (
-    1.5  # between Roache's factors for three grids (1.25) and two (3); calibrated in docs/solid-engine.md
-)
+ESTIMATE_ORDER = 2  # assumed by the estimate of both parts
+SAFETY = 1.25  # Roache's factor
 MODELS = ("fine", "coarse", "small")  # the most expensive first
 MOST_STEPS = 3  # of refinement per round
 
@@ -116,15 +115,20 @@ class Solved:
 Models = dict[Level, RawICs]
 
 
+def _ignored(_: object) -> None:
+    """Nobody wants to hear of it."""
+
+
 @dataclass(frozen=True)
 class Watch:
-    """Who wants to hear of the progress: which models come next, and each finished one."""
+    """Who wants to hear of the progress: which models come next, each finished one, and what follows."""
 
     on_round: Callable[[list[tuple[str, Level]]], None]
     on_model: Callable[[Solved], None]
+    on_stage: Callable[[str], None] = _ignored
 
 
-SILENT = Watch(lambda _: None, lambda _: None)
+SILENT = Watch(_ignored, _ignored)
 
 
 def references(
@@ -191,8 +195,8 @@ def combine(job: Job, level: Level, models: Models) -> Reference:
     return Reference(
         ic,
         raw,
-        SAFETY * np.abs(ic - coarse) / (COARSER**MESH_ORDER - 1),
-        SAFETY * np.abs(coarse - small) / (LARGER**TRUNCATION_ORDER - 1),
+        SAFETY * np.abs(ic - coarse) / (COARSER**ESTIMATE_ORDER - 1),
+        SAFETY * np.abs(coarse - small) / (LARGER**ESTIMATE_ORDER - 1),
         m,
         level,
         cells,

@@ -28,8 +28,8 @@ Mask = NDArray[np.bool_]
 
 Field = tuple[tuple[Parity, Solution], ...]  # what adds up to the field of a load
 
-LOAD_QUADRATURE = 12  # Gauss points per subdivision, of which there are
-LOAD_SUBDIVISIONS = 8  # per side of the patch
+LOAD_QUADRATURE = 4  # Gauss points per interval, which is as long as the smallest surface cell
+FEWEST_INTERVALS = 24  # per side of the patch
 RESIDUAL = 1e-9
 
 
@@ -177,8 +177,8 @@ def patch_load(solid: SolidMesh, load: Load, parity: Parity) -> Array:
     body, patch = solid.body, load.patch
     s_ends = patch.s - patch.b, patch.s + patch.b
     across = [0.0] if parity.y and s_ends[0] < 0 < s_ends[1] else []
-    x, w_x = _composite_gauss([0.0, patch.a])
-    s, w_s = _composite_gauss([s_ends[0], *across, s_ends[1]])
+    x, w_x = _composite_gauss([0.0, patch.a], solid.trace.smallest)
+    s, w_s = _composite_gauss([s_ends[0], *across, s_ends[1]], solid.trace.smallest)
     x, s = (grid.ravel() for grid in np.meshgrid(x, s, indexing="ij"))
     xi = body.chart_x(x, s, s)
     traction = body.axes(xi, s)[load.direction] * np.outer(w_x, w_s).ravel() / patch.area  # (3, n)
@@ -190,12 +190,15 @@ def patch_load(solid: SolidMesh, load: Load, parity: Parity) -> Array:
     return force
 
 
-def _composite_gauss(breaks: list[float]) -> tuple[Array, Array]:
-    """Points and weights on the intervals between breaks, each subdivided."""
+def _composite_gauss(breaks: list[float], longest: float) -> tuple[Array, Array]:
+    """Points and weights on the spans between breaks, in intervals that are not longer than `longest`."""
     nodes, weights = np.polynomial.legendre.leggauss(LOAD_QUADRATURE)
-    pieces = [np.linspace(low, high, LOAD_SUBDIVISIONS + 1) for low, high in pairwise(breaks)]
-    start = np.concatenate([piece[:-1] for piece in pieces])
-    half = np.concatenate([np.diff(piece) for piece in pieces])[:, None] / 2
+    spans = [
+        np.linspace(low, high, max(FEWEST_INTERVALS, int(np.ceil((high - low) / longest))) + 1)
+        for low, high in pairwise(breaks)
+    ]
+    start = np.concatenate([span[:-1] for span in spans])
+    half = np.concatenate([np.diff(span) for span in spans])[:, None] / 2
     return (start[:, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
 
 

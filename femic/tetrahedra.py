@@ -137,9 +137,7 @@ def _add_piece(gmsh: ModuleType, contour: Contour, s: Array, ends: list[int]) ->
 def _set_cell_size(gmsh: ModuleType, body: Body, cells: Cells, focus: Focus) -> None:
     field = gmsh.model.mesh.field
     r, d = (_distance(gmsh, points) for points in (focus.centres, focus.points))
-    sizes = [
-        f"sqrt({cells.smallest:.17g}^2+({cells.line_growth:.17g}*F{r})^2+({cells.growth:.17g}*F{d})^2)"
-    ]
+    sizes = [f"sqrt({cells.smallest:.17g}^2+({cells.line_growth:.17g}*F{r})^2+({cells.growth:.17g}*F{d})^2)"]
     if body.rolling_radius < np.inf:
         sizes.append(f"{ROUND:g}*sqrt(x^2+(z-({body.side * body.rolling_radius:.17g}))^2)")
     evaluated = [field.add("MathEval") for _ in sizes]

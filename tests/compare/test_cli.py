@@ -1,5 +1,7 @@
 """The command line: exit codes, files, messages."""
 
+import json
+
 import pytest
 import xarray as xr
 
@@ -20,7 +22,7 @@ def test_a_run_writes_data_figures_and_report(write_scene, tmp_path, capsys):
         assert list(dataset.variant.values) == ["A", "Bhat", "C"]
         assert dataset.ic.sel(j="s", variant="C").isnull().all()  # not computed: not a number
         assert dataset.ic.sel(i="n", j="n").notnull().all()
-        assert dataset.attrs["far_radius"] == 60
+        assert json.loads(dataset.attrs["domain"])["lower"]["far_radius"] == 60
     html = (out / "report.html").read_text(encoding="utf-8")
     assert html.count("data:image/png") == len(list((out / "figures").glob("*.png")))
     assert "http" not in html.replace("http-equiv", "")  # self-contained
