@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare import fields, overlay, overlay_report, progress
+from compare import fields, overlay, overlay_report, plausibility, progress
 from compare.run import run_scene
 from compare.scene_listing import listing
 from compare.scenes import Scene, builtin_names, load_scene
@@ -38,7 +38,9 @@ def run(
 
 
 def _computed(scene: Scene, folder: Path, workers: int | None, console: Console) -> Path:
-    """Compute a scene, with its progress on the console; returns the path of its report."""
+    """Compute a scene, with warnings and progress on the console; returns the path of its report."""
+    for text in plausibility.warnings(scene):
+        console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
     with progress.shown(console) as watch:
         return run_scene(scene, folder, workers=workers or os.cpu_count() or 1, watch=watch)
 

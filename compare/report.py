@@ -12,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from compare.dataset import settings
 from compare.figures import SYMBOLS
 from compare.pipeline import Results, jobs
+from compare.plausibility import warnings
 from femic.discount import AXES
 from femic.provenance import versions
 from femic.reference import factors, worst
@@ -63,6 +64,7 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
         ],
         settings=settings(scene),
         known=_known(results),
+        notes=warnings(scene),
         first=scene.compared[0],
         discounts=[(name, _entries(reference.discount)) for name, reference in results.references.items()],
         scene_text=scene.text,

@@ -195,7 +195,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         most_unknowns=scene.engine.most_unknowns,
         reference_length=reference_length,
         rotation_reach=scene.rotation_reach or _default_reach(reference_length, domain, extent),
-        moment_arm=scene.moment_arm or min(reference_length / 2, extent[1] - patch.b),
+        moment_arm=scene.moment_arm or _default_arm(reference_length, domain, extent, patch),
         fields=scene.fields,
     )
     errors = list(_misfits(built, extent, domain))
@@ -264,6 +264,11 @@ def _default_reach(reference_length: float, domain: Domain, extent: tuple[float,
     return min(2 * reference_length, domain.far_radius / 8, domain.half_length / 8, -extent[0], extent[1])
 
 
+def _default_arm(reference_length: float, domain: Domain, extent: tuple[float, float], patch: Patch) -> float:
+    """Half the reference length, as far as contour and domain go."""
+    return min(reference_length / 2, domain.far_radius / 16, domain.half_length / 16, extent[1] - patch.b)
+
+
 def _common_extent(bodies: Mapping[str, Body]) -> tuple[float, float]:
     low, high = zip(*(body.contour.extent for body in bodies.values()), strict=True)
     return max(low), min(high)
@@ -300,7 +305,7 @@ def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: 
         yield f"patch.s = {patch.s:g}: beyond {far}"
     if smallest > min(patch.a, patch.b):
         yield f"engine.smallest_cell = {smallest:g}: at most the smaller half-side of the patch"
-    for name in ("rotation_reach", "moment_arm"):
+    for name in ("rotation_reach", *(["moment_arm"] if patch.s else [])):
         reach = getattr(scene, name)
         if not extent[0] <= -reach < reach <= extent[1]:
             yield f"{name} = {reach:g}: beyond the contour; {ends}: give a smaller one"

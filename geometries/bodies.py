@@ -62,6 +62,10 @@ class Body:
     def __post_init__(self) -> None:
         if not self.rolling_radius > 0:
             raise WrongInput(f"rolling_radius = {self.rolling_radius!r}: must be positive [mm]")
+        if self.hub_radius is not None and np.isinf(self.rolling_radius):
+            raise WrongInput(
+                f"hub_radius = {self.hub_radius!r}: a prismatic body has none; give rolling_radius"
+            )
         if self.hub_radius is not None and not HUB * self.rolling_radius <= self.hub_radius:
             raise WrongInput(
                 f"hub_radius = {self.hub_radius!r}: at least {HUB:g} rolling_radius "

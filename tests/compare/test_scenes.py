@@ -75,7 +75,20 @@ BAD = {
     ),
     "a line at nan": (("s = 1.6", "s = nan"), r"lines\.0\.s = nan: .*finite"),
     "coarse cells": (("smallest_cell = 0.1", "smallest_cell = 3.0"), r"engine\.smallest_cell = 3: at most"),
-    "small domain": (("far_radius = 60.0", "far_radius = 8.0"), r"engine\.far_radius = 8"),
+    "small domain": (
+        ("far_radius = 60.0", "far_radius = 8.0"),
+        r"rotation_reach = 10: at most half of the least of engine\.far_radius",
+    ),
+    "patch too far out": (("b = 0.2", "b = 0.2\ns = 40.0"), r"patch\.s = 40: beyond half"),
+    "small wheel": (("nu = 0.3", "nu = 0.3\nrolling_radius = 20.0"), r"rolling_radius = 20\.0: .*50"),
+    "small hub": (
+        ("nu = 0.3", "nu = 0.3\nrolling_radius = 100.0\nhub_radius = 5.0"),
+        r"lower\.hub_radius = 5\.0: at least 0\.2 rolling_radius \(20 mm\)",
+    ),
+    "hub without a wheel": (
+        ("nu = 0.3", "nu = 0.3\nhub_radius = 50.0"),
+        r"lower\.hub_radius = 50.0: a prismatic body has none",
+    ),
     "not TOML": (("[patch]", "[patch"), "not TOML"),
 }
 

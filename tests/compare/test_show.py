@@ -58,6 +58,7 @@ def test_a_scene_is_solved_and_drawn(body, write_scene, capsys):
     panels = quarters(FILES / f"{body}_s.png")
     for panel in panels:
         assert 0.1 < np.mean(panel.min(axis=2) < 0.95) < 0.9  # something on white
+        assert np.any(panel[10:50, 20:300].max(axis=2) < 0.3)  # a caption
     red, green, blue = np.moveaxis(panels[2] - panels[2].min(axis=2, keepdims=True), 2, 0)
     assert np.mean(blue > red + 0.2) > 0.005  # large displacements are blue
     red, green, blue = np.moveaxis(panels[3] - panels[3].min(axis=2, keepdims=True), 2, 0)
@@ -85,7 +86,8 @@ def test_a_body_that_the_scene_does_not_compare(write_scene, drawn):
     assert drawn[0][0] == FILES / "lower_x.png"
 
 
-def test_contact_surfaces_face_the_camera(write_scene, drawn):
+@pytest.mark.usefixtures("drawn")
+def test_contact_surfaces_face_the_camera(write_scene):
     path = str(write_scene())
     for body, from_above in (("lower", True), ("upper", False)):
         assert exit_code(["show", path, "--body", body]) == DONE

@@ -126,7 +126,7 @@ def test_a_quadratic_displacement_has_its_exact_stress_on_straight_cells(flat):
 
 def test_rigid_motions_have_no_stress(flat):
     spin = np.array([[0, -1.0, 0.5], [1.0, 0, -2.0], [-0.5, 2.0, 0]])
-    u = (spin @ flat.nodes).T + [1.0, 2.0, 3.0]
+    u = (spin @ flat.nodes).T + np.array([1.0, 2.0, 3.0])
     assert von_mises(stress(flat, STEEL, u)).max() < 1e-9 * STEEL.E
 
 

@@ -1,0 +1,76 @@
+"""Plausibility warnings: each with its number, and none for the built-in scenes."""
+
+import re
+
+import numpy as np
+import pytest
+
+from compare.plausibility import warnings
+from compare.scenes import builtin_names, load_scene, scene_from_table
+from tests.compare.conftest import scene_text
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_built_in_scenes_give_no_reason_to_warn(name):
+    assert warnings(load_scene(name)) == []
+
+
+ARC = {"kind": "arc", "radius": 10.0, "flank_inclination_deg": 25.5}
+TABLE = {
+    "lower": {"E": 210e3, "nu": 0.28, "contour": ARC},
+    "upper": {"E": 210e3, "nu": 0.28, "contour": ARC},
+    "patch": {"a": 0.2, "b": 0.2},
+    "lines": [{"along": "x", "s": 1.6}],
+}
+CASES = {
+    "curved": ({"patch": {"b": 1.5, "a": 1.5}}, r"lower\.contour: radius 10 mm at the patch, 6\.7 times"),
+    "joint": ({"patch": {"s": 4.5}}, r"patch\.s = 4\.5: the patch lies on the joint .* \(s = 4\.451 mm\)"),
+    "slender": (
+        {"lower": {"contour": ARC | {"flank_inclination_deg": 75.0}}},
+        r"lower\.contour: 30 degrees of material between the flanks",
+    ),
+    "hub": (
+        {"upper": {"rolling_radius": 200.0}},
+        r"upper\.rolling_radius = 200: below 300 mm the hub \(radius 40",
+    ),
+    "turned": (
+        {"upper": {"rolling_radius": 400.0}},
+        r"16 times the longest line along x \(25 mm\): .* turned by 3\.6 degrees",
+    ),
+    "long line": ({"lines": [{"along": "x", "s": 1.6, "reach": 80.0}]}, r"reaches 80 mm, 25% of the domain"),
+    "patch aspect": (
+        {"patch": {"a": 2.0}, "lines": [{"along": "x", "s": 0.0}]},
+        r"patch of aspect 10: on the line s = 0 mm",
+    ),
+    "incompressible": ({"upper": {"nu": 0.48}}, r"upper\.nu = 0\.48: nearly incompressible"),
+    "unlike": ({"lower": {"E": 10.0}}, r"upper\.E / lower\.E = 2\.1e\+04: .* those of the lower body alone"),
+    "not conformal": (
+        {"upper": {"contour": ARC | {"flank_inclination_deg": 50.0}}, "lines": [{"along": "s", "x": 1.6}]},
+        r"the contours differ by 24\.5 degrees at s = -25 mm",
+    ),
+}
+
+
+def changed(table, changes):
+    merged = dict(table)
+    for key, value in changes.items():
+        merged[key] = table[key] | value if isinstance(value, dict) else value
+    return merged
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_each_warning_names_the_value_and_its_number(case):
+    changes, expected = CASES[case]
+    assert warnings(scene_from_table(TABLE, "plain")) == []
+    texts = warnings(scene_from_table(changed(TABLE, changes), case))
+    assert any(re.search(expected, text) for text in texts), texts
+
+
+def test_a_patch_near_the_end_of_a_measured_contour(tmp_path, write_scene):
+    y = np.linspace(-12, 12, 41)
+    np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 60]))
+    path, arc = write_scene(), '"arc", radius = 10.0, flank_inclination_deg = 25.0'
+    text = scene_text().replace(arc, '"points", file = "rail.txt"').replace("a = 0.3", "a = 0.3\ns = 11.5")
+    path.write_text(text, encoding="utf-8")
+    (found,) = [text for text in warnings(load_scene(str(path))) if "from the end of lower.contour" in text]
+    assert re.search(r"patch\.s = 11\.5: 0\.\d+ mm from the end", found) or "1." in found
