@@ -5,7 +5,7 @@ READY := .venv/.ready
 FEMIC := $(BIN)/femic
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 flat test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat compare test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -20,8 +20,11 @@ $(READY): pyproject.toml constraints.txt tools/system-libraries.sh
 
 run: geometry1  ## the main job: ICs of Geometry 1 by finite elements against A, B, B-bar, B-hat
 
-geometry1 flat: $(READY)  ## run a built-in scene; the report is out/SCENE/report.html
+geometry1 geometry2 flat: $(READY)  ## run a built-in scene; the report is out/SCENE/report.html
 	$(FEMIC) run $@
+
+compare: $(READY)  ## both geometries in one report: out/geometry1_geometry2/report.html
+	$(FEMIC) compare geometry1 geometry2
 
 test: $(READY)  ## all tests but the slow ones (minutes)
 	$(BIN)/pytest

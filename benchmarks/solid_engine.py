@@ -1,8 +1,12 @@
-"""Benchmark of the solid engine: prints the tables of docs/performance.md as Markdown.
+"""Benchmarks of the solid engine: print the tables of docs/performance.md as Markdown.
 
-1. True error of C on `flat` (where A is exact), its estimate, and the cost, for several meshes.
-2. Multigrid against the sparse direct solver (if installed), quarter and half models.
-3. Wall time of `femic run geometry1` as a whole process, seconds and memory of its stages.
+    python benchmarks/solid_engine.py [runs] [flat] [geometries] [solvers] [growth]
+
+runs        wall time of `femic run` on the two geometries, by stage and model
+flat        true error of C (A is exact there), its estimate, and the cost, for several meshes
+geometries  the same for Geometries 1 and 2, errors against the finest mesh of the series
+solvers     multigrid against the sparse direct solver (if installed), quarter and half models
+growth      seconds and memory against unknowns, to about a million, and their exponents
 """
 
 import json
@@ -10,7 +14,7 @@ import logging
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
@@ -18,18 +22,21 @@ from time import perf_counter
 
 import numpy as np
 import xarray as xr
-from joblib import Memory
 
-from compare.dataset import errors, to_dataset
-from compare.pipeline import compute, jobs
-from compare.scenes import Scene, load_scene
+from approx.variants import approximate
+from compare.pipeline import jobs
+from compare.scenes import load_scene
 from femic import pardiso
-from femic.reference import requests
-from femic.solid import Cost, Request, raw_ics
-from geometries.patches import Patch
+from femic.accuracy import component_of, line_errors
+from femic.reference import Job, Level, combine, factors, request
+from femic.solid import Cost, RawICs, Request, raw_ics
+from geometries.contours import arc
+from geometries.materials import one_body
 
-SOLVERS = ("multigrid", "direct")
 COMPONENTS = ("nn", "ss", "xx", "xs", "xn", "sn")
+LINES = ("s = 1.6 mm", "x = 1.6 mm")
+DIRECT_MOST = 600_000  # unknowns: about 12 GB
+STAGES = ("mesh", "assembly", "solution")
 
 
 def table(title: str, head: list[str], rows: Iterator[list[str]]) -> None:
@@ -38,45 +45,86 @@ def table(title: str, head: list[str], rows: Iterator[list[str]]) -> None:
         print(f"| {' | '.join(row)} |", flush=True)
 
 
-def coarser(scene: Scene, factor: float) -> Scene:
-    return replace(scene, cells=scene.cells.scaled(factor), tolerance=1.0)
+def in_fresh_process(asked: Request) -> RawICs:
+    """Its peak memory is its own, and idle threads of a direct solver slow down nothing else."""
+    with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn")) as pool:
+        return pool.submit(raw_ics, asked).result()
 
 
-def error_rows(scene: Scene) -> Iterator[list[str]]:
-    """True error (against A) and estimate of the lower body on the lines at 1.6 mm."""
-    for factor in (4, 2.83, 2, 1.41, 1):
-        results = compute(coarser(scene, factor), workers=1, memory=Memory(None), on_model=lambda *_: None)
-        found = errors(results, to_dataset(results))["max"].sel(
-            line=["s = 1.6 mm", "x = 1.6 mm"], body="lower"
-        )
-        worst = {v: found.sel(variant=v).max("line") for v in ("A", "C")}
-        models = results.references["lower"].models
-        seconds = [sum(models[name].seconds.values()) for name in ("fine", "coarse", "small")]
-        shares = [[100 * worst[v].sel(i=c[0], j=c[1]).item() for v in ("A", "C")] for c in COMPONENTS]
-        cells = [f"{error:.2f} ({estimate:.2f})" for error, estimate in shares]
+def seconds_of(cost: Cost) -> float:
+    return sum(cost.seconds.values())
+
+
+def series(job: Job, levels: list[Level]) -> tuple[dict[Level, RawICs], dict[Level, np.ndarray], dict]:
+    """All models of some levels, and C and its estimate at each."""
+    models: dict[Level, RawICs] = {}
+    for level in levels:
+        for needed in level.models().values():
+            if needed not in models:
+                models[needed] = in_fresh_process(request(job, needed))
+    found = {level: combine(job, level, models) for level in levels}
+    return models, {k: r.ic for k, r in found.items()}, {k: r.estimate for k, r in found.items()}
+
+
+def accuracy_rows(job: Job, levels: list[Level], truth: np.ndarray | None = None) -> Iterator[list[str]]:
+    """Error and estimate of each level in percent, worst of the two lines; truth: else the last level's C."""
+    models, ic, estimate = series(job, levels)
+    c = ic[levels[-1]] if truth is None else truth
+    for level in levels if truth is not None else levels[:-1]:
+        cells, _ = factors(level)
+        cost = [models[model].cost for model in level.models().values()]
+        shares = [worst_share(job, c, difference) for difference in (ic[level] - c, estimate[level])]
+        both = [f"{100 * e:.2f} ({100 * s:.2f})" for e, s in zip(*shares, strict=True)]
         yield [
-            f"{factor}",
-            f"{models['fine'].unknowns:,}",
-            f"{seconds[0]:.1f}",
-            f"{sum(seconds):.1f}",
-            *cells,
+            f"{cells:.3g}",
+            f"{cost[0].unknowns:,}",
+            f"{seconds_of(cost[0]):.1f}",
+            f"{sum(map(seconds_of, cost)):.1f}",
+            *both,
         ]
 
 
-def cost_in_fresh_process(request: Request) -> Cost:
-    """MKL's idle threads would slow down whatever the same process solves next."""
-    context = get_context("spawn")
-    with ProcessPoolExecutor(max_workers=1, mp_context=context) as pool:
-        return pool.submit(raw_ics, request).result().cost
+def worst_share(job: Job, c: np.ndarray, difference: np.ndarray) -> list[float]:
+    errors = [
+        line_errors(difference[..., p], c[..., p], c[2, 2, p]) for p in (job.lines[name] for name in LINES)
+    ]
+    return [component_of(np.max(errors, axis=0), component) for component in COMPONENTS]
 
 
-def solver_rows(scene: Scene) -> Iterator[list[str]]:
-    """Seconds of the linear solution, three loads, per solver and symmetry."""
-    for model, patch in (("quarter", scene.patch), ("half", Patch(scene.patch.a, scene.patch.b, s=1e-6))):
-        for factor in (4, 2.83, 2, 1.41):
-            job = replace(jobs(scene)["lower"], cells=scene.cells.scaled(factor), patch=patch)
-            request = requests(job)["fine"]
-            costs = [cost_in_fresh_process(replace(request, solver=name)) for name in SOLVERS]
+HEAD = ["cells ×", "unknowns", "fine model [s]", "with estimate [s]", *COMPONENTS]
+
+
+def flat() -> None:
+    job = jobs(load_scene("flat"))["lower"]
+    constants = one_body(job.body.material, job.body.side)
+    at = job.points.x, job.points.s
+    a = approximate("A", constants, job.body.contour, job.patch, at) / job.patch.area
+    levels = [Level(cells) for cells in (-3, -2, -1, 0)]
+    table("`flat`, lower body: true error (estimate) [%]", HEAD, accuracy_rows(job, levels, a))
+
+
+def geometries() -> None:
+    levels = [Level(cells) for cells in (-3, -2, -1, 0, 1)]
+    for name in ("geometry1", "geometry2"):
+        for body, job in jobs(load_scene(name)).items():
+            title = f"`{name}`, {body} body: difference to cells × 0.667 (estimate) [%]"
+            table(title, HEAD, accuracy_rows(job, levels))
+
+
+def solvers() -> None:
+    head = ["model", "unknowns", "iterations", "multigrid [s]", "direct [s]", "multigrid / direct"]
+    if pardiso.available():
+        table("`geometry1`, lower body: linear solution, three loads", head, solver_rows())
+
+
+def solver_rows() -> Iterator[list[str]]:
+    quarter = jobs(load_scene("geometry1"))["lower"]
+    unsymmetric = arc(10.0, np.radians(25.5), np.radians(25.6))
+    half = replace(quarter, body=replace(quarter.body, contour=unsymmetric))
+    for model, job in (("quarter", quarter), ("half", half)):
+        for cells in (4, 2.83, 2, 1.41):
+            asked = request(replace(job, cells=job.cells.scaled(cells)), Level())
+            costs = [in_fresh_process(replace(asked, solver=name)).cost for name in ("multigrid", "direct")]
             seconds = [cost.seconds["solution"] for cost in costs]
             yield [
                 model,
@@ -87,10 +135,48 @@ def solver_rows(scene: Scene) -> Iterator[list[str]]:
             ]
 
 
-def run_geometry1(out: str) -> float:
-    """Wall seconds of `femic run geometry1` as a process of its own."""
-    command = [sys.executable, "-m", "compare", "run", "geometry1", "--out", out]
+def growth() -> None:
+    head = ["solver", "unknowns", "iterations", *(f"{stage} [s]" for stage in STAGES), "peak memory [MB]"]
+    measured: dict[str, list[Cost]] = {"multigrid": []} | ({"direct": []} if pardiso.available() else {})
+    table("`geometry2`, upper body, three loads", head, growth_rows(measured))
+    for solver, costs in measured.items():
+        unknowns = np.log([cost.unknowns for cost in costs])
+        quantities = {stage: [cost.seconds[stage] for cost in costs] for stage in STAGES}
+        quantities["peak memory"] = [cost.peak_memory for cost in costs]
+        rates = {name: np.polyfit(unknowns[1:], np.log(v[1:]), 1)[0] for name, v in quantities.items()}
+        print(f"\nexponents, {solver}: " + ", ".join(f"{name} {rate:.2f}" for name, rate in rates.items()))
+
+
+def growth_rows(measured: dict[str, list[Cost]]) -> Iterator[list[str]]:
+    job = jobs(load_scene("geometry2"))["upper"]
+    for solver, costs in measured.items():
+        for cells in (3.5, 2.4, 1.7, 1.2, 0.85, 0.65):
+            if solver == "direct" and costs and costs[-1].unknowns * 2.3 > DIRECT_MOST:
+                break
+            asked = request(replace(job, cells=job.cells.scaled(cells), solver=solver), Level())
+            costs.append(cost := in_fresh_process(asked).cost)
+            yield [
+                solver,
+                f"{cost.unknowns:,}",
+                f"{max(cost.iterations)}",
+                *(f"{cost.seconds[stage]:.1f}" for stage in STAGES),
+                f"{cost.peak_memory:.0f}",
+            ]
+
+
+def runs() -> None:
+    for scene in ("geometry1", "geometry2"):
+        with tempfile.TemporaryDirectory() as out:
+            first, second = run(scene, out), run(scene, out)
+            print(f"\n`femic run {scene}`: {first:.0f} s, again with the models kept: {second:.0f} s")
+            head = ["model", "unknowns", "solver", *(f"{s} [s]" for s in STAGES), "peak of its process [MB]"]
+            table(f"`femic run {scene}` by stage, one process per core", head, stage_rows(out))
+
+
+def run(scene: str, out: str) -> float:
+    """Wall seconds of `femic run` as a process of its own."""
     start = perf_counter()
+    command = [sys.executable, "-m", "compare", "run", scene, "--out", out]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return perf_counter() - start
 
@@ -99,38 +185,19 @@ def stage_rows(out: str) -> Iterator[list[str]]:
     with xr.open_dataset(f"{out}/ics.nc", engine="h5netcdf") as dataset:
         models = json.loads(dataset.attrs["models"])
     for name, cost in models.items():
-        stages = [f"{cost['seconds'][stage]:.1f}" for stage in ("mesh", "assembly", "solution")]
+        stages = [f"{cost['seconds'][stage]:.1f}" for stage in STAGES]
         yield [name, f"{cost['unknowns']:,}", cost["solver"], *stages, f"{cost['peak_memory']:.0f}"]
 
 
-def main() -> None:
-    logging.getLogger("skfem").setLevel(logging.ERROR)
-    np.set_printoptions(precision=3)
-    with tempfile.TemporaryDirectory() as out:
-        first, second = run_geometry1(out), run_geometry1(out)
-        print(f"\n`femic run geometry1`: {first:.0f} s, again with the models kept: {second:.0f} s")
-        head = [
-            "model",
-            "unknowns",
-            "solver",
-            "mesh [s]",
-            "assembly [s]",
-            "solution [s]",
-            "peak of its process [MB]",
-        ]
-        table("`femic run geometry1` by stage, one process per core", head, stage_rows(out))
-    table(
-        "`flat`: true error (estimate) of the lower body on the lines at 1.6 mm [%]",
-        ["cells ×", "unknowns", "fine model [s]", "with estimate [s]", *COMPONENTS],
-        error_rows(load_scene("flat")),
-    )
-    if pardiso.available():
-        table(
-            "`geometry1`: linear solution, three loads",
-            ["model", "unknowns", "iterations", "multigrid [s]", "direct [s]", "multigrid / direct"],
-            solver_rows(load_scene("geometry1")),
-        )
-
+BENCHMARKS: dict[str, Callable[[], None]] = {
+    "runs": runs,
+    "flat": flat,
+    "geometries": geometries,
+    "solvers": solvers,
+    "growth": growth,
+}
 
 if __name__ == "__main__":
-    main()
+    logging.getLogger("skfem").setLevel(logging.ERROR)
+    for name in sys.argv[1:] or BENCHMARKS:
+        BENCHMARKS[name]()

@@ -83,10 +83,9 @@ def _draw_meshes(results: Results, folder: Path) -> list[Path]:
         solid = build_mesh(request(job, results.references[name].level))
         if in_3d:
             paths.append(folder / f"mesh_{name}.png")
-            vertices = solid.nodes[:, : solid.n_vertices]
-            views.draw_mesh(
-                vertices, solid.mesh.t, paths[-1], title=f"{name} body, {solid.mesh.nelements} cells"
-            )
+            vertices, patch = solid.nodes[:, : solid.n_vertices], job.body.surface(0.0, job.patch.s)
+            title = f"{name} body, {solid.mesh.nelements:,} cells"
+            views.draw_mesh(vertices, solid.mesh.t, patch, paths[-1], title=title)
     chart = solid.trace.basis.mesh
     paths.append(figures.save(figures.surface_mesh(chart, results.scene, name), folder / "mesh_surface.png"))
     return paths

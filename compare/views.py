@@ -54,8 +54,8 @@ def can_render() -> bool:
     return True
 
 
-def draw_mesh(points: Array, cells: NDArray[np.int64], path: Path, *, title: str) -> None:
-    """PNG of a tetrahedral mesh, points (3, n) [mm], cells (4, m), beside a close-up of the contact."""
+def draw_mesh(points: Array, cells: NDArray[np.int64], patch: Array, path: Path, *, title: str) -> None:
+    """PNG of a tetrahedral mesh, points (3, n) [mm], cells (4, m), beside a close-up of the patch."""
     import pyvista
 
     os.environ.update(OFF_SCREEN)
@@ -63,13 +63,14 @@ def draw_mesh(points: Array, cells: NDArray[np.int64], path: Path, *, title: str
     plotter = pyvista.Plotter(off_screen=True, shape=(1, 2), window_size=(1400, 620))
     size = np.ptp(points[0])
     lower = points[2].min() < -points[2].max()
-    for column, (distance, caption) in enumerate(((2.9 * size, title), (0.09 * size, "near the patch"))):
+    away = np.array([-0.8, -1.0, 0.75 if lower else -0.75])
+    for column, (focus, caption) in enumerate(((points.mean(axis=1), title), (patch, "near the patch"))):
         plotter.subplot(0, column)
-        plotter.add_mesh(grid, color="lightsteelblue", show_edges=True, line_width=0.5)
+        plotter.add_mesh(grid, **CELLS, **SHADE)
         plotter.add_text(caption, font_size=10)
-        focus = np.array([0.0, 0.0, 0.0]) if column else points.mean(axis=1)
-        away = np.array([-0.8, -1.0, 0.75 if lower else -0.75])
-        plotter.camera_position = [focus + distance * away / 1.5, focus, (0, 0, 1)]
+        plotter.camera_position = [focus + 0.06 * size * away, focus, (0, 0, 1)]
+        if column == 0:
+            plotter.reset_camera()
         plotter.show_axes()
     plotter.screenshot(str(path))
     plotter.close()

@@ -24,7 +24,8 @@ Array = NDArray[np.float64]
 FX, FY, FZ, MOMENT = range(4)
 AXES = ("x", "y", "z", "phi")
 ELEMENTS_AWAY = 3  # centre to centre, where C_jj must equal A_jj
-NEAR, RIGHT, LEFT, ARM_RIGHT, ARM_LEFT = range(5)  # the points of `DiscountRule.points`
+NEAR, RIGHT, LEFT = range(3)  # the first points of `DiscountRule.points`
+BESIDE = {+1: (3, 4), -1: (5, 6)}  # those on both sides of the moment load at +-moment_arm
 
 
 @dataclass(frozen=True)
@@ -40,17 +41,19 @@ class DiscountRule:
         """A load of the rule."""
         return Load(Patch(self.a, self.b, s), direction)
 
-    @property
-    def moment_load(self) -> Load:
-        """The normal load that turns the body about x."""
-        return self.load(N, self.moment_arm)
+    def moment_load(self, side: int = 1) -> Load:
+        """A normal load that turns the body about x."""
+        return self.load(N, side * self.moment_arm)
 
     def points(self, body: Body) -> Points:
-        """Three elements away along x, s = +-reach, and as far on both sides of the moment load."""
+        """Three elements away along x, s = +-reach, and as far on both sides of each moment load."""
         low, high = body.contour.extent
-        arm = min(self.rotation_reach, high - self.moment_arm, self.moment_arm - low)
-        s = [0.0, self.rotation_reach, -self.rotation_reach, self.moment_arm + arm, self.moment_arm - arm]
-        return Points(np.array([ELEMENTS_AWAY * 2 * self.a, 0.0, 0.0, 0.0, 0.0]), np.array(s))
+        beside = min(self.rotation_reach, high - self.moment_arm, -low - self.moment_arm)
+        around = [side * self.moment_arm + d for side in (1, -1) for d in (beside, -beside)]
+        s = np.array([0.0, self.rotation_reach, -self.rotation_reach, *around])
+        x = np.zeros_like(s)
+        x[NEAR] = ELEMENTS_AWAY * 2 * self.a
+        return Points(x, s)
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,7 @@ def conditions(body: Body, rule: DiscountRule, loads: tuple[Load, ...]) -> list[
     that of A_ns on a plane. Off-centre loads need all entries, also phi-phi: under a normal load at
     the moment arm, the part of C_nn that is antisymmetric about the load is that of B-hat. In
     sections without symmetry, which couple s and n: the first difference vanishes under the normal
-    load, and C_sn + C_ns does three elements away.
+    load, C_sn + C_ns does three elements away, and phi-phi is fitted to moment loads on both sides.
     """
     directions = {load.direction for load in loads}
     off_centre = any(load.patch.s != 0 and load.direction != X for load in loads)
@@ -105,7 +108,7 @@ def conditions(body: Body, rule: DiscountRule, loads: tuple[Load, ...]) -> list[
 
 
 def fit_discount(body: Body, rule: DiscountRule, fit: list[Condition], u: Mapping[Load, Array]) -> Array:
-    """M [mm/N, 1/N, 1/(N mm)], shape (4, 4), from displacements (3, 5) at the rule's points.
+    """M [mm/N, 1/N, 1/(N mm)], shape (4, 4), from displacements (3, 7) at the rule's points.
 
     Entries that no condition determines are 0.
     """
@@ -139,7 +142,7 @@ def _tilt_under_normal_load(body: Body, rule: DiscountRule) -> Condition:
 
 def _tilt(body: Body, rule: DiscountRule, u: Array) -> float:
     """u_z(reach) - u_z(-reach) at x = 0."""
-    to_vertical = body.axes(0.0, rule.points(body).s)[:, FZ]  # (3 directions, 5)
+    to_vertical = body.axes(0.0, rule.points(body).s)[:, FZ]  # (3 directions, 7)
     u_z = np.sum(to_vertical * u, axis=0)
     return float(u_z[RIGHT] - u_z[LEFT])
 
@@ -152,14 +155,20 @@ def _coupling(rule: DiscountRule) -> Condition:
 
 
 def _turning(body: Body, rule: DiscountRule) -> Condition:
-    b_hat = _half_space("Bhat", body, rule.moment_load.patch, rule.points(body))[N, N]
+    sides = (1,) if body.contour.symmetric else (1, -1)
+    loads = tuple(rule.moment_load(side) for side in sides)
 
-    def antisymmetric(u_n: Array) -> float:
-        return float(u_n[ARM_RIGHT] - u_n[ARM_LEFT])
+    def antisymmetric(*u: Array) -> float:
+        """C_nn further out minus C_nn further in, summed over the loads."""
+        return float(
+            sum(
+                side * (v[N, BESIDE[side][0]] - v[N, BESIDE[side][1]])
+                for side, v in zip(sides, u, strict=True)
+            )
+        )
 
-    return Condition(
-        (MOMENT, MOMENT), (rule.moment_load,), lambda u: antisymmetric(u[N]), antisymmetric(b_hat)
-    )
+    b_hat = [_half_space("Bhat", body, load.patch, rule.points(body))[:, N] for load in loads]
+    return Condition((MOMENT, MOMENT), loads, antisymmetric, antisymmetric(*b_hat))
 
 
 def _half_space(variant: str, body: Body, patch: Patch, points: Points) -> Array:

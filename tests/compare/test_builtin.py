@@ -1,21 +1,26 @@
 """The built-in scenes at their default settings (minutes: `make test-all`)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from joblib import Memory
 
 from compare.dataset import errors, to_dataset
-from compare.pipeline import compute, estimated_errors
+from compare.pipeline import compute, estimated_errors, jobs
 from compare.scenes import builtin_names, load_scene
+from femic.reference import Level, combine, request, scaled, worst
+from femic.solid import raw_ics
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.mark.parametrize("name", builtin_names())
-def test_default_settings_know_c_of_each_body_to_half_a_percent(name):
+def test_default_settings_know_c_of_each_body_to_half_a_percent_at_once(name):
     results = compute(load_scene(name), workers=1, memory=Memory(None))
     for where, estimate in estimated_errors(results).items():
         assert np.nanmax(estimate) < 0.005, where
+    assert all(found.level == Level() for found in results.references.values())
     if name == "flat":
         _check_against_the_half_space(results)
 
@@ -25,3 +30,17 @@ def _check_against_the_half_space(results):
     found = errors(results, to_dataset(results))["max"].sel(variant="A")
     assert np.nanmax(found.sel(line=["s = 1.6 mm", "x = 1.6 mm"])) < 0.002
     assert np.nanmax(found.sel(line="s = 0 mm")) < 0.01
+
+
+@pytest.mark.parametrize("body", ["lower", "upper"])
+def test_doubling_the_domain_of_geometry_2_changes_c_by_less_than_the_estimate(body):
+    job = jobs(load_scene("geometry2"))[body]
+    job = replace(job, cells=job.cells.scaled(1.5))
+    reference = combine(
+        job, Level(), {level: raw_ics(request(job, level)) for level in Level().models().values()}
+    )
+    doubled = replace(job, body=scaled(job, Level(domain=1))[0])
+    models = {level: raw_ics(request(doubled, level)) for level in Level().models().values()}
+    change = np.abs(combine(doubled, Level(), models).ic - reference.ic)
+    changed, known = (worst(job, reference, v) for v in (change, reference.estimate))
+    assert changed[0] < known[0], (changed, known)

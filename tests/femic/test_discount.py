@@ -111,11 +111,21 @@ def test_discounted_ics_meet_the_half_space_where_the_design_says(fit):
 
 
 def test_the_moment_load_turns_as_b_hat_does():
-    fit = Fit(UNSYMMETRIC, LOWER, OFF_CENTRE)
-    load = RULE.moment_load
+    fit = Fit(SYMMETRIC, LOWER, OFF_CENTRE)
+    load = RULE.moment_load()
     c, b_hat = fit.discounted(load)[2], fit.half_space("Bhat", load)[2, 2]
     assert fit.points.s[3] - ARM == pytest.approx(ARM - fit.points.s[4])  # equally far on both sides
     assert c[3] - c[4] == pytest.approx(b_hat[3] - b_hat[4], rel=1e-9)
+
+
+def test_without_symmetry_moment_loads_on_both_sides_turn_as_b_hat_does():
+    fit = Fit(UNSYMMETRIC, LOWER, OFF_CENTRE)
+    outwards = []
+    for side, (right, left) in ((1, (3, 4)), (-1, (5, 6))):
+        load = RULE.moment_load(side)
+        difference = fit.discounted(load)[2] - fit.half_space("Bhat", load)[2, 2]
+        outwards.append(side * (difference[right] - difference[left]))
+    assert outwards[0] == pytest.approx(-outwards[1], rel=1e-6)
 
 
 def test_a_rigid_compliance_of_the_support_leaves_no_trace(fit):
@@ -150,7 +160,12 @@ LOADS_NEEDED = [
     (UNSYMMETRIC, CENTRAL[0], {CENTRAL[0]}),
     (UNSYMMETRIC, CENTRAL[2], {CENTRAL[1], CENTRAL[2]}),
     (SYMMETRIC, OFF_CENTRE[0], {CENTRAL[0]}),
-    (SYMMETRIC, OFF_CENTRE[2], {CENTRAL[1], CENTRAL[2], RULE.moment_load}),
+    (SYMMETRIC, OFF_CENTRE[2], {CENTRAL[1], CENTRAL[2], RULE.moment_load()}),
+    (
+        UNSYMMETRIC,
+        OFF_CENTRE[2],
+        {CENTRAL[1], CENTRAL[2], RULE.moment_load(), RULE.moment_load(-1)},
+    ),
 ]
 
 
