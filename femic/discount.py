@@ -107,8 +107,15 @@ def conditions(body: Body, rule: DiscountRule, loads: tuple[Load, ...]) -> list[
     return found
 
 
+def observers(body: Body, rule: DiscountRule, fit: list[Condition]) -> Points:
+    """The rule's points that the conditions look at: those beside moment loads only if there are any."""
+    points = rule.points(body)
+    n = len(points.x) if any(c.entry == (MOMENT, MOMENT) for c in fit) else len((NEAR, RIGHT, LEFT))
+    return Points(points.x[:n], points.s[:n])
+
+
 def fit_discount(body: Body, rule: DiscountRule, fit: list[Condition], u: Mapping[Load, Array]) -> Array:
-    """M [mm/N, 1/N, 1/(N mm)], shape (4, 4), from displacements (3, 7) at the rule's points.
+    """M [mm/N, 1/N, 1/(N mm)], shape (4, 4), from displacements (3, n) at the observers.
 
     Entries that no condition determines are 0.
     """

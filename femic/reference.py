@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from approx.variants import approximate
 from femic.accuracy import component_of, line_errors
-from femic.discount import DiscountRule, conditions, fit_discount, rigid_part
+from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part
 from femic.linear import NotConverged, SolverChoice
 from femic.solid import Cost, Points, RawICs, Request, directions_of, raw_ics
 from femic.symmetry import N
@@ -166,7 +166,7 @@ def request(job: Job, level: Level) -> Request:
     """The model of a job at a level: all loads and points that C and its discount need."""
     fit = conditions(job.body, job.rule, job.loads)
     loads = tuple(dict.fromkeys([*job.loads, *(load for c in fit for load in c.loads)]))
-    extra = job.rule.points(job.body)
+    extra = observers(job.body, job.rule, fit)
     points = Points(np.concatenate([job.points.x, extra.x]), np.concatenate([job.points.s, extra.s]))
     body, cells = scaled(job, level)
     return Request(body, loads, points, cells, job.solver)
