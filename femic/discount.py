@@ -149,9 +149,10 @@ def _tilt_under_normal_load(body: Body, rule: DiscountRule) -> Condition:
 
 def _tilt(body: Body, rule: DiscountRule, u: Array) -> float:
     """u_z(reach) - u_z(-reach) at x = 0."""
-    to_vertical = body.axes(0.0, rule.points(body).s)[:, FZ]  # (3 directions, 7)
-    u_z = np.sum(to_vertical * u, axis=0)
-    return float(u_z[RIGHT] - u_z[LEFT])
+    ends = [RIGHT, LEFT]
+    to_vertical = body.axes(0.0, rule.points(body).s[ends])[:, FZ]  # (3 directions, 2)
+    right, left = np.sum(to_vertical * u[:, ends], axis=0)
+    return float(right - left)
 
 
 def _coupling(rule: DiscountRule) -> Condition:
