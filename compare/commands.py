@@ -1,6 +1,5 @@
 """What the commands of `femic` do: scenes in, files and messages out."""
 
-import os
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -42,7 +41,7 @@ def _computed(scene: Scene, folder: Path, workers: int | None, console: Console)
     for text in plausibility.warnings(scene):
         console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
     with progress.shown(console) as watch:
-        return run_scene(scene, folder, workers=workers or os.cpu_count() or 1, watch=watch)
+        return run_scene(scene, folder, workers=workers, watch=watch)
 
 
 def compare(

@@ -147,7 +147,10 @@ def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
         )
         for body in results.scene.compared
     ]
-    return xr.concat(per_body, dim=xr.Variable("body", list(results.scene.compared)))
+    found = xr.concat(per_body, dim=xr.Variable("body", list(results.scene.compared)))
+    for measure in found.data_vars.values():
+        measure.attrs = {"units": "1"}
+    return found
 
 
 def _line_errors(results: Results, dataset: xr.Dataset, body: str, part: slice) -> xr.Dataset:

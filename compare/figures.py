@@ -152,20 +152,26 @@ def curves(results: Results, dataset: xr.Dataset, component: str) -> Figure:
 def _draw_curve(axes: Axes, scene: Scene, line: OffsetLine, curve: xr.Dataset) -> None:
     shown = _shown(scene, line)
     at = line.running[shown] / scene.reference_length
-    unit = scene.reference_E * scene.reference_length
-    c = curve.ic.sel(variant="C").values[shown] * unit
-    band = curve.estimate.values[shown] * unit
-    axes.fill_between(at, c - band, c + band, color="black", alpha=0.2, linewidth=0, label="C ± estimate")
-    for variant in ("C", *scene.variants):
-        axes.plot(
-            at, curve.ic.sel(variant=variant).values[shown] * unit, label=SYMBOLS[variant], **STYLES[variant]
-        )
-    _show_zero(axes)
+    draw_curve(axes, at, curve.isel(point=shown))
     if line.along == "s":
         _mark_joints(axes, scene, at)
 
 
-def _show_zero(axes: Axes) -> None:
+def draw_curve(axes: Axes, at: Array, curve: xr.Dataset) -> None:
+    """One component on one line, dimensionless: C with its error band, and every approximation.
+
+    `curve` is a part of the dataset of `compare.dataset.to_dataset` with the dims variant and point,
+    drawn against the abscissas `at`.
+    """
+    unit = curve.reference_E * curve.reference_length
+    c, band = curve.ic.sel(variant="C").values * unit, curve.estimate.values * unit
+    axes.fill_between(at, c - band, c + band, color="black", alpha=0.2, linewidth=0, label="C ± estimate")
+    for variant in sorted(curve.variant.values, key=list(STYLES).index, reverse=True):
+        axes.plot(at, curve.ic.sel(variant=variant).values * unit, label=SYMBOLS[variant], **STYLES[variant])
+    show_zero(axes)
+
+
+def show_zero(axes: Axes) -> None:
     """A curve that vanishes by symmetry is shown as a line, not as blown-up rounding noise."""
     if max(np.max(np.abs(drawn.get_ydata())) for drawn in axes.get_lines()) < INVISIBLE:
         axes.set_ylim(-1e-3, 1e-3)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from compare.figures import STYLE, STYLES, SYMBOLS, _show_zero
+from compare.figures import STYLE, STYLES, SYMBOLS, show_zero
 from compare.overlay import Curve, Overlay, Result, curve, is_mirrored
 
 DRAWN = ("A", "B", "Bhat")  # the others stay in the tables
@@ -50,7 +50,7 @@ def _draw_panel(axes: Axes, drawn: Sequence[Curve], variants: Sequence[str], *, 
         axes.fill_between(at, c - band, c + band, color="black", alpha=0.2, linewidth=0)
         for variant in variants:
             axes.plot(at, one.values[variant][shown], **_style(variant) | {"linestyle": linestyle})
-    _show_zero(axes)
+    show_zero(axes)
 
 
 def _style(variant: str) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from compare import overlay_figures
 from compare.figures import SYMBOLS, save
 from compare.overlay import Overlay, Source, differences, worst, write_curves
-from compare.report import Cell, _colour
+from compare.report import Cell, colour
 from geometries.errors import WrongInput
 
 JUDGED = ("A", "Bhat")  # variants of the summary
@@ -83,7 +83,7 @@ def _rows(overlay: Overlay, body: str) -> Iterator[Row]:
 def _cell(error: float) -> Cell:
     if error < ZERO:
         return Cell("0", "#ffffff")
-    return Cell(f"{100 * error:.2f} %" if error < 0.1 else f"{100 * error:.1f} %", _colour(error))
+    return Cell(f"{100 * error:.2f} %" if error < 0.1 else f"{100 * error:.1f} %", colour(error))
 
 
 def summary(overlay: Overlay) -> str:

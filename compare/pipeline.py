@@ -1,11 +1,12 @@
 """From a scene to labelled results: reference ICs, approximations, dataset."""
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from joblib import Memory
 from numpy.typing import NDArray
 
 from approx.variants import approximate
@@ -62,12 +63,15 @@ def jobs(scene: Scene) -> dict[str, Job]:
     }
 
 
-def compute(scene: Scene, *, workers: int, memory: Memory, watch: Watch = SILENT) -> Results:
-    """Compute everything the scene asks for.
+def compute(
+    scene: Scene, *, workers: int | None = None, kept: Path | None = None, watch: Watch = SILENT
+) -> Results:
+    """Compute everything the scene asks for, in parallel processes (default: one per core).
 
-    Raises NotConverged where the estimated error of a body cannot be brought down to the tolerance.
+    Solved models are kept in the folder `kept`. Raises NotConverged where the estimated error of a
+    body cannot be brought down to the tolerance.
     """
-    found = references(jobs(scene), workers=workers, memory=memory, watch=watch)
+    found = references(jobs(scene), workers=workers or os.cpu_count() or 1, kept=kept, watch=watch)
     points, lines = scene_points(scene)
     approximations, seconds = _approximations(scene, points)
     return Results(scene, points, lines, found, approximations, seconds | _reference_seconds(found))

@@ -119,10 +119,10 @@ def _cell(error: float, at: xr.Dataset, component: str) -> Cell:
     text = f"{100 * error:.2f} %" if error < 0.1 else f"{100 * error:.1f} %"
     if own > 1.0001 * scaled:
         text += f" ({100 * own * error / scaled:.3g} %)"
-    return Cell(text, _colour(error))
+    return Cell(text, colour(error))
 
 
-def _colour(error: float) -> str:
+def colour(error: float) -> str:
     """White at 0.1 %, red at 100 %, by decades."""
     share = float(np.clip((np.log10(max(error, 1e-9)) + 3) / 3, 0, 1))
     green_blue = round(255 - 120 * share)

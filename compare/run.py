@@ -1,19 +1,15 @@
 """`femic run`: compute a scene and write its results, figures and report into a folder."""
 
 import logging
-import re
-import shutil
 from pathlib import Path
 
 import xarray as xr
-from joblib import Memory
 
 from compare import dataset as data
 from compare import figures, report, views
 from compare.fields import write_fields
 from compare.pipeline import Results, compute, jobs
 from compare.scenes import Scene
-from femic.provenance import code_digest
 from femic.reference import Watch, request
 from femic.solid import build_mesh
 from geometries.errors import WrongInput
@@ -21,17 +17,15 @@ from geometries.errors import WrongInput
 log = logging.getLogger(__name__)
 
 
-def run_scene(scene: Scene, out: Path, *, workers: int, watch: Watch) -> Path:
+def run_scene(scene: Scene, out: Path, *, workers: int | None, watch: Watch) -> Path:
     """Compute the scene, write `ics.nc`, `errors.nc`, CSV, figures and `report.html`; returns its path.
 
     Solved models are kept under `out/solved`: an interrupted run resumes behind the last of them.
     """
     if out.exists() and not out.is_dir():
         raise WrongInput(f"--out {out}: is a file; name a folder")
-    solved = out / "solved" / code_digest()
-    solved.mkdir(parents=True, exist_ok=True)
-    results = compute(scene, workers=workers, memory=Memory(solved, verbose=0), watch=watch)
-    _forget_other_code(solved)
+    out.mkdir(parents=True, exist_ok=True)
+    results = compute(scene, workers=workers, kept=out / "solved", watch=watch)
     dataset = data.to_dataset(results)
     errors = data.errors(results, dataset)
     data.write(dataset, out / "ics.nc")
@@ -45,13 +39,6 @@ def run_scene(scene: Scene, out: Path, *, workers: int, watch: Watch) -> Path:
     if scene.fields:
         write_fields(results, out / "fields", watch)
     return path
-
-
-def _forget_other_code(solved: Path) -> None:
-    """Delete models that other versions of this code solved; nothing else."""
-    for folder in solved.parent.iterdir():
-        if folder != solved and re.fullmatch("[0-9a-f]{12}", folder.name):
-            shutil.rmtree(folder)
 
 
 def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path) -> dict[str, list[Path]]:

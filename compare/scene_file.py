@@ -50,8 +50,19 @@ class PointsFile(Section):
     """A smooth curve through points, continued by its end tangents."""
 
     kind: Literal["points"] = Field(description="smooth curve through points")
-    file: FilePath = Field(description="text file of two columns y, z [mm], y growing; # comments")
+    file: FilePath | None = Field(
+        None, description="text file of two columns y, z [mm], y growing; # comments"
+    )
+    points: tuple[tuple[Finite, Finite], ...] = Field(
+        (), description="instead of a file: [[y, z], ...] [mm], y growing"
+    )
     y_centre: Finite = Field(0.0, description="y of the contact centre [mm]")
+
+    @model_validator(mode="after")
+    def _one_source(self) -> "PointsFile":
+        if (self.file is None) == (not self.points):
+            raise ValueError("give either file or points")
+        return self
 
 
 AnyContour = Annotated[Plane | Arc | Ellipse | PointsFile, Field(discriminator="kind")]

@@ -16,7 +16,7 @@ from pydantic_core import ErrorDetails
 from compare import scene_file as files
 from femic.linear import SolverChoice
 from femic.pardiso import available as direct_available
-from femic.reference import MESH_ORDER
+from femic.reference import cells_for
 from femic.tetrahedra import Cells
 from geometries import contours
 from geometries.bodies import LOWER, UPPER, Body, Domain
@@ -25,10 +25,6 @@ from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
 
-# Cells that meet TUNED_TOLERANCE on the built-in scenes; errors fall like the cube of the cell size.
-TUNED_TOLERANCE = 0.005
-CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
-COARSEST = 3.0  # times these cells
 STEEPEST = 75  # degrees
 INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 FLAT_REFERENCE_LENGTH = 10.0
@@ -81,11 +77,29 @@ def builtin_names() -> list[str]:
     return sorted(path.stem for path in files.BUILTIN.glob("*.toml"))
 
 
-def load_scene(name_or_path: str) -> Scene:
-    """The scene of a built-in name or a TOML file; raises BadScene before any work starts."""
+def load_scene(name_or_path: str, changes: Mapping[str, Any] | None = None) -> Scene:
+    """The scene of a built-in name or a TOML file, with some keys changed; raises BadScene before any work.
+
+    `changes` has the keys of a scene file; a table in it replaces those keys only that it names, unless
+    it names a `kind`.
+    """
     path = scene_path(name_or_path)
     text, table = read_scene(path)
+    if changes:
+        table = _merged(table, changes)
+        text = tomlkit.dumps(table)
     return build_scene(path.stem, text, parse(table, path))
+
+
+def _merged(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    merged = dict(table)
+    for key, value in changes.items():
+        old = table.get(key)
+        if isinstance(value, Mapping) and isinstance(old, Mapping) and "kind" not in value:
+            merged[key] = _merged(old, value)
+        else:
+            merged[key] = deepcopy(value)
+    return merged
 
 
 def scene_from_table(table: dict[str, Any], name: str) -> Scene:
@@ -138,7 +152,8 @@ def _message(detail: ErrorDetails) -> str:
     field = ".".join(str(part) for part in _without_tags(detail["loc"]))
     kind = detail["type"]
     if kind == "extra_forbidden":
-        near = get_close_matches(str(detail["loc"][-1]), sorted(_keys(files.SceneFile)), n=1)
+        key = str(detail["loc"][-1])
+        near = get_close_matches(key, sorted(_keys(files.SceneFile) - {key}), n=1)
         hint = f"did you mean {near[0]!r}?" if near else "see `femic scenes --show flat` for all keys"
         return f"{field}: unknown key; {hint}"
     value = "" if kind == "missing" else f" = {_shown(detail['input'])}"
@@ -222,11 +237,11 @@ def _body(name: str, side: int, table: files.BodyTable, domain: Domain) -> Body:
 
 def _cells(engine: files.EngineTable, patch: Patch) -> Cells:
     """Cells to start with: what the scene says, else what the tolerance needs."""
-    factor = min((engine.tolerance / TUNED_TOLERANCE) ** (1 / MESH_ORDER), COARSEST)
+    default = cells_for(engine.tolerance, patch)
     return Cells(
-        engine.smallest_cell or factor * min(patch.a, patch.b) / CELLS_PER_HALF_SIDE,
-        engine.growth or factor * GROWTH,
-        engine.line_growth or factor * LINE_GROWTH,
+        engine.smallest_cell or default.smallest,
+        engine.growth or default.growth,
+        engine.line_growth or default.line_growth,
     )
 
 
@@ -238,13 +253,14 @@ def _contour(body: str, table: files.Plane | files.Arc | files.Ellipse | files.P
             return contours.arc(table.radius, *_flanks(table.flank_inclination_deg))
         case files.Ellipse():
             return contours.ellipse(table.b_el, table.d_el, *_flanks(table.flank_inclination_deg))
+    where = f"{body}.contour.points" if table.file is None else f"{body}.contour.file = {table.file}"
     try:
-        columns = np.loadtxt(table.file, ndmin=2)
+        columns = np.array(table.points) if table.file is None else np.loadtxt(table.file, ndmin=2)
         if columns.shape[1] != 2:
             raise WrongInput(f"{columns.shape[1]} columns; give two, y and z, separated by blanks")
         return contours.through_points(columns[:, 0], columns[:, 1], table.y_centre)
     except ValueError as error:
-        raise BadScene(f"{body}.contour.file = {table.file}: {error}") from error
+        raise BadScene(f"{where}: {error}") from error
 
 
 def _flanks(degrees: float | tuple[float, float]) -> tuple[float, float]:

@@ -12,25 +12,22 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from cyclopts import run
-from joblib import Memory
 from matplotlib.figure import Figure
 
 from compare.dataset import errors, to_dataset
-from compare.figures import STYLES, SYMBOLS
+from compare.figures import draw_curve
 from compare.pipeline import compute
 from compare.scenes import Scene, scene_from_table
-from femic.provenance import code_digest
 
 STEEL = {"E": 210e3, "nu": 0.28}
 VARIANTS = ["A", "B", "Bhat", "C"]
 
 
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.02) -> xr.DataArray:
-    """Compute to an estimated error of `tolerance`; picture, points and solved models go to `out`."""
+    """Compute to an estimated error of `tolerance`; picture and solved models go to `out`."""
     out.mkdir(parents=True, exist_ok=True)
-    np.savetxt(out / "rail_head.txt", rail_head(), fmt="%.4f", header="y, z [mm]")
-    scene = rail_scene(out / "rail_head.txt", tolerance)
-    results = compute(scene, workers=2, memory=Memory(out / "solved" / code_digest(), verbose=0))
+    scene = rail_scene(tolerance)
+    results = compute(scene, kept=out / "solved")
     ics = to_dataset(results)
     draw(scene, ics.sel(body="lower", j="n")).savefig(out / "custom_section.png", dpi=150)
     worst = errors(results, ics)["max"].max("line").sel(body="lower", i=["n", "s"], j="n", variant=VARIANTS)
@@ -48,12 +45,13 @@ def rail_head() -> np.ndarray:
     return (points - points[:, s == 0]).T[::150]
 
 
-def rail_scene(points: Path, tolerance: float) -> Scene:
+def rail_scene(tolerance: float) -> Scene:
     """The head with its contact centre, s = 0, at y = 26 mm: where the gauge corner begins."""
-    head = {"kind": "points", "file": str(points), "y_centre": 26.0}
+    head = {"kind": "points", "points": rail_head().round(4).tolist(), "y_centre": 26.0}
     table = {
         "bodies": ["lower"],
         "components": ["nn", "sn"],
+        "variants": VARIANTS[:-1],
         "reference_length": 13.0,
         "lower": STEEL | {"contour": head},
         "upper": STEEL | {"contour": {"kind": "plane"}},  # needed, but not computed
@@ -68,7 +66,7 @@ def draw(scene: Scene, ics: xr.Dataset) -> Figure:
     """The section with its patch; below, nn and sn along s, the patch shaded."""
     figure = Figure(figsize=(9, 5.6), layout="constrained")
     panels = figure.subplot_mosaic([["section", "section"], ["n", "s"]], height_ratios=[1, 2.4])
-    contour, L, E = scene.bodies["lower"].contour, scene.reference_length, scene.reference_E
+    contour, L = scene.bodies["lower"].contour, scene.reference_length
     patch = scene.patch.s + scene.patch.b * np.array([-1, 1])
     section = panels.pop("section")
     section.plot(*contour.position(np.linspace(*contour.limits, 400)), "k-", label="lower body")
@@ -77,11 +75,7 @@ def draw(scene: Scene, ics: xr.Dataset) -> Figure:
     section.legend(loc="lower center", ncols=2)
     for i, axes in panels.items():
         axes.axvspan(*patch / L, color="C3", alpha=0.15)
-        curves = E * L * ics.sel(i=i)
-        band = [curves.ic.sel(variant="C") + sign * curves.estimate for sign in (-1, 1)]
-        axes.fill_between(ics.s / L, *band, color="black", alpha=0.2, label="C ± estimate")
-        for variant in VARIANTS:
-            axes.plot(ics.s / L, curves.ic.sel(variant=variant), label=SYMBOLS[variant], **STYLES[variant])
+        draw_curve(axes, ics.s / L, ics.sel(i=i))
         axes.set(title=f"{i}n on x = 1.6 mm", xlabel=f"s / L  [-],  L = {L:g} mm", ylabel="IC · E · L  [-]")
     panels["n"].legend()
     return figure

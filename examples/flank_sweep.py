@@ -11,14 +11,12 @@ from pathlib import Path
 
 import xarray as xr
 from cyclopts import run
-from joblib import Memory
 from matplotlib.figure import Figure
 
 from compare.dataset import errors, to_dataset
 from compare.figures import MARKERS, STYLES, SYMBOLS
 from compare.pipeline import compute
 from compare.scenes import Scene, scene_from_table
-from femic.provenance import code_digest
 
 ANGLES = [0, 15, 30, 45, 60]  # degrees
 VARIANTS = ["A", "B", "Bhat", "C"]
@@ -26,8 +24,7 @@ VARIANTS = ["A", "B", "Bhat", "C"]
 
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.05) -> xr.DataArray:
     """Compute to estimated errors of `tolerance`; picture and solved models go to `out`."""
-    memory = Memory(out / "solved" / code_digest(), verbose=0)
-    found = [worst_errors(flanks(angle, tolerance), memory) for angle in ANGLES]
+    found = [worst_errors(flanks(angle, tolerance), out / "solved") for angle in ANGLES]
     worst = xr.concat(found, xr.Variable("angle", ANGLES))
     for i in "ns":
         print(f"Errors of {i}n against the inclination of the flanks; of C estimated:")
@@ -52,9 +49,9 @@ def flanks(angle: float, tolerance: float) -> Scene:
     return scene_from_table(table, f"flanks at {angle} degrees")
 
 
-def worst_errors(scene: Scene, memory: Memory) -> xr.DataArray:
+def worst_errors(scene: Scene, kept: Path) -> xr.DataArray:
     """Worst errors of the combined ICs under a normal load, by direction i and variant."""
-    results = compute(scene, workers=2, memory=memory)
+    results = compute(scene, kept=kept)
     worst = errors(results, to_dataset(results))["max"].max("line")
     return worst.sel(body="combined", i=["n", "s"], j="n", variant=VARIANTS)
 

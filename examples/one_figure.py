@@ -10,25 +10,25 @@ from pathlib import Path
 
 import xarray as xr
 from cyclopts import run
-from joblib import Memory
 from matplotlib.figure import Figure
 
 from compare.dataset import to_dataset
-from compare.figures import STYLES, SYMBOLS
+from compare.figures import draw_curve
 from compare.pipeline import compute
-from compare.scenes import read_scene, scene_from_table, scene_path
-from femic.provenance import code_digest
+from compare.scenes import load_scene
 
-LINE = {"along": "s", "x": 1.6}
+ASKED = {
+    "bodies": ["lower"],
+    "components": ["sn"],
+    "variants": ["A", "B", "Bhat"],
+    "lines": [{"along": "s", "x": 1.6}],
+}
 
 
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.005) -> xr.Dataset:
     """Compute to an estimated error of `tolerance`; picture and solved models go to `out`."""
-    _, table = read_scene(scene_path("geometry1"))
-    table |= {"bodies": ["lower"], "components": ["sn"], "lines": [LINE], "engine": {"tolerance": tolerance}}
-    scene = scene_from_table(table, "geometry1")
-    memory = Memory(out / "solved" / code_digest(), verbose=0)
-    ics = to_dataset(compute(scene, workers=2, memory=memory))
+    scene = load_scene("geometry1", ASKED | {"engine": {"tolerance": tolerance}})
+    ics = to_dataset(compute(scene, kept=out / "solved"))
     sn = ics.sel(body="lower", i="s", j="n")
     draw(sn).savefig(out / "one_figure.png", dpi=150)
     return sn
@@ -39,12 +39,7 @@ def draw(sn: xr.Dataset) -> Figure:
     L, E = sn.reference_length, sn.reference_E
     figure = Figure(figsize=(6, 4), layout="constrained")
     axes = figure.subplots()
-    c = sn.ic.sel(variant="C")
-    low, high = ((c + sign * sn.estimate) * E * L for sign in (-1, 1))
-    axes.fill_between(sn.s / L, low, high, color="black", alpha=0.2, linewidth=0, label="C ± estimate")
-    for variant in ("C", "A", "B", "Bhat"):
-        curve = sn.ic.sel(variant=variant) * E * L
-        axes.plot(sn.s / L, curve, label=SYMBOLS[variant], **STYLES[variant])
+    draw_curve(axes, sn.s / L, sn)
     axes.set(
         title="Geometry 1, lower body, x = 1.6 mm",
         xlabel=f"s / L  [-],  L = {L:g} mm",

@@ -6,8 +6,11 @@ Roache's grid convergence index; the larger part says what to refine. Errors fal
 (measured: docs/solid-engine.md); the estimate assumes h^2, because mesh errors are partly random.
 """
 
+import re
+import shutil
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
@@ -19,6 +22,7 @@ from approx.variants import approximate
 from femic.accuracy import component_of, line_errors
 from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part
 from femic.linear import NotConverged, SolverChoice
+from femic.provenance import code_digest
 from femic.solid import Cost, Points, RawICs, Request, directions_of, raw_ics
 from femic.symmetry import N
 from femic.tetrahedra import Cells
@@ -37,13 +41,25 @@ SAFETY = 1.25  # Roache's factor
 MODELS = ("fine", "coarse", "small")  # the most expensive first
 MOST_STEPS = 3  # of refinement per round
 
+# Cells that meet TUNED_TOLERANCE on the built-in scenes
+TUNED_TOLERANCE = 0.005
+CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
+COARSEST = 3.0  # times these cells, however large the tolerance
+
+
+def cells_for(tolerance: float, patch: Patch) -> Cells:
+    """Cells that are likely to meet a tolerance: errors fall like the cube of the cell size."""
+    factor = min((tolerance / TUNED_TOLERANCE) ** (1 / MESH_ORDER), COARSEST)
+    return Cells(min(patch.a, patch.b) / CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH).scaled(factor)
+
 
 @dataclass(frozen=True)
 class Job:
     """The reference ICs of one body: what is asked, how accurately, and with which cells to start.
 
-    `lines` says which points lie on which line: errors refer to the scale of a line. No model may
-    have more than `most_unknowns`.
+    `lines` says which points lie on which line: errors refer to the scale of a line. Lengths in mm;
+    `rotation_reach` and `moment_arm` say where M is fitted (`femic.discount`); `cells` are those to
+    start with, by default what the tolerance needs. No model may have more than `most_unknowns`.
     """
 
     body: Body
@@ -51,12 +67,17 @@ class Job:
     components: tuple[str, ...]
     points: Points
     lines: Mapping[str, slice]
-    cells: Cells
-    rotation_reach: float
-    moment_arm: float
-    tolerance: float
-    most_unknowns: int
+    tolerance: float = TUNED_TOLERANCE
+    cells: Cells | None = None
+    rotation_reach: float = 20.0
+    moment_arm: float = 5.0
+    most_unknowns: int = 1_000_000
     solver: SolverChoice = "auto"
+
+    @property
+    def first_cells(self) -> Cells:
+        """The cells to start with."""
+        return self.cells or cells_for(self.tolerance, self.patch)
 
     @property
     def loads(self) -> tuple[Load, ...]:
@@ -132,13 +153,14 @@ SILENT = Watch(_ignored, _ignored)
 
 
 def references(
-    jobs: Mapping[str, Job], *, workers: int, memory: Memory, watch: Watch = SILENT
+    jobs: Mapping[str, Job], *, workers: int = 1, kept: Path | None = None, watch: Watch = SILENT
 ) -> dict[str, Reference]:
     """Solve all jobs, refining each until its estimate meets its tolerance.
 
-    Finished models are kept in `memory`. Raises NotConverged where the tolerance would need a
-    larger model than the job allows.
+    Solved models are kept in the folder `kept`, where the next run of the same code finds them.
+    Raises NotConverged where the tolerance would need a larger model than the job allows.
     """
+    memory = Memory(kept and _folder_of_this_code(kept), verbose=0)
     levels = dict.fromkeys(jobs, Level())
     models: dict[str, Models] = {name: {} for name in jobs}
     found: dict[str, Reference] = {}
@@ -176,7 +198,7 @@ def scaled(job: Job, level: Level) -> tuple[Body, Cells]:
     """Body and cells of a job at a level."""
     cells, domain = factors(level)
     body = replace(job.body, domain=job.body.domain.scaled(domain))
-    return body, job.cells.scaled(cells)
+    return body, job.first_cells.scaled(cells)
 
 
 def factors(level: Level) -> tuple[float, float]:
@@ -299,6 +321,16 @@ def solve_models(
             f"one of {workers} worker processes was killed, most likely for memory: use fewer (--workers 1) "
             "or larger cells (engine.growth, engine.line_growth). Finished models are kept"
         ) from error
+
+
+def _folder_of_this_code(kept: Path) -> Path:
+    """Where this code keeps its models; deletes those of other versions, and nothing else."""
+    folder = kept / code_digest()
+    folder.mkdir(parents=True, exist_ok=True)
+    for other in kept.iterdir():
+        if other != folder and re.fullmatch("[0-9a-f]{12}", other.name):
+            shutil.rmtree(other)
+    return folder
 
 
 def _solve_once(memory: Memory, job: str, level: Level, asked: Request) -> Solved:

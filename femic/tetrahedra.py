@@ -87,7 +87,8 @@ def _add_volume(gmsh: ModuleType, body: Body, half_section: bool) -> None:
         occ.extrude(section, body.xi_end, 0, 0)
     else:
         angle = -body.side * body.xi_end / body.rolling_radius  # towards +x
-        occ.revolve(section, 0, 0, body.side * body.rolling_radius, 0, 1, 0, angle)
+        turned = occ.revolve(section, 0, 0, body.side * body.rolling_radius, 0, 1, 0, angle)
+        occ.convertToNURBS([(dim, tag) for dim, tag in turned if dim == 3])  # meshed 15 times faster
     occ.synchronize()
 
 

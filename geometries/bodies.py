@@ -6,6 +6,7 @@ At s = 0 xi is x; for R_roll = infinity, the prismatic body, it is x everywhere.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -149,6 +150,7 @@ class Body:
         return np.array([[cos, zero, sin], turned(tangent), turned(normal)])
 
 
+@lru_cache(maxsize=64)
 def section_end(body: Body, direction: int) -> float:
     """Arc length [mm] at which the contour meets the far arc or the hub, growing s for direction +1."""
     far, contour = body.domain.far_radius, body.contour

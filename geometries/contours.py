@@ -19,6 +19,7 @@ from geometries.errors import Failure, WrongInput
 
 Array = NDArray[np.float64]
 NEWTON_STEPS = 30
+GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(16)
 ROUNDING = 1e-14  # of the length of a curve: to this its arc length is known
 
 
@@ -85,6 +86,7 @@ class Spline:
 
     curve: CubicSpline
     t_centre: float
+    to_knots: Array  # arc length from the first knot to each
 
     def position(self, s: Array) -> Array:
         """Points (y, z) [mm] relative to the contact centre, shape (2, *s.shape)."""
@@ -100,25 +102,24 @@ class Spline:
         return invert(self.arc_length, self._speed, s, self.curve.x)
 
     def arc_length(self, t: Array) -> Array:
-        """Arc length [mm] from the contact centre to parameter t: Gauss quadrature per interval."""
-        knots = self.curve.x
-        to_knots = np.concatenate([[0.0], np.cumsum(self._between(knots[:-1], knots[1:]))])
-        from_first = [self._from_first(to_knots, u) for u in (t, np.array(self.t_centre))]
-        return from_first[0] - from_first[1]
+        """Arc length [mm] from the contact centre to parameter t."""
+        return self._from_first(t) - self._from_first(np.array(self.t_centre))
 
-    def _from_first(self, to_knots: Array, t: Array) -> Array:
+    def _from_first(self, t: Array) -> Array:
         knots = self.curve.x
         k = np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(knots) - 2)
-        return np.asarray(to_knots[k] + self._between(knots[k], t))
-
-    def _between(self, start: Array, end: Array) -> Array:
-        nodes, weights = np.polynomial.legendre.leggauss(16)
-        half = np.asarray(end - start)[..., None] / 2
-        t = start[..., None] + half * (1 + nodes)
-        return np.asarray(np.sum(weights * half * self._speed(t), axis=-1))
+        return np.asarray(self.to_knots[k] + length_between(self.curve, knots[k], t))
 
     def _speed(self, t: Array) -> Array:
         return np.asarray(np.linalg.norm(self.curve(t, 1), axis=-1))
+
+
+def length_between(curve: CubicSpline, start: Array, end: Array) -> Array:
+    """Arc length [mm] of a spline between parameters of one of its intervals, by Gauss quadrature."""
+    half = np.asarray(end - start)[..., None] / 2
+    t = start[..., None] + half * (1 + GAUSS_POINTS)
+    speed = np.linalg.norm(curve(t, 1), axis=-1)
+    return np.asarray(np.sum(GAUSS_WEIGHTS * half * speed, axis=-1))
 
 
 def invert(
@@ -227,7 +228,8 @@ def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> Contour
     roots = CubicSpline(chord, points[:, 0] - y_centre).roots(extrapolate=False)
     if len(roots) == 0:
         raise WrongInput(f"y_centre = {y_centre:g} mm: not between the first and last point")
-    core = Spline(curve, float(roots[0]))
+    pieces = length_between(curve, chord[:-1], chord[1:])
+    core = Spline(curve, float(roots[0]), np.concatenate([[0.0], np.cumsum(pieces)]))
     whole = core.arc_length(chord[[0, -1]]) - core.arc_length(np.array(core.t_centre))
     limits = (float(whole[0]), float(whole[1]))
     return Contour(core, limits, limits)

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from joblib import Memory
 
 from compare.dataset import errors, to_dataset
 from compare.pipeline import compute
@@ -66,7 +65,7 @@ def geometry1(tmp_path_factory):
     )
     path = tmp_path_factory.mktemp("scenes") / "geometry1.toml"
     path.write_text(text, encoding="utf-8")
-    results = compute(load_scene(str(path)), workers=1, memory=Memory(None))
+    results = compute(load_scene(str(path)), workers=1)
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
 
@@ -76,7 +75,7 @@ def small(tmp_path_factory):
     """Results of a coarse scene with unlike bodies: (results, dataset, errors)."""
     path = tmp_path_factory.mktemp("scenes") / "small.toml"
     path.write_text(scene_text(upper_E=70e3), encoding="utf-8")
-    results = compute(load_scene(str(path)), workers=1, memory=Memory(None))
+    results = compute(load_scene(str(path)), workers=1)
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
 

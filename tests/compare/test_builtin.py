@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joblib import Memory
 
 from compare.dataset import errors, to_dataset
 from compare.pipeline import compute, estimated_errors, jobs
@@ -17,7 +16,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.mark.parametrize("name", builtin_names())
 def test_default_settings_know_c_of_each_body_to_half_a_percent_at_once(name):
-    results = compute(load_scene(name), workers=1, memory=Memory(None))
+    results = compute(load_scene(name), workers=1)
     for where, estimate in estimated_errors(results).items():
         assert np.nanmax(estimate) < 0.005, where
     assert all(found.level == Level() for found in results.references.values())

@@ -157,3 +157,45 @@ def test_unknown_scene_suggests_the_nearest():
 def test_only_what_is_compared_is_solved(write_scene):
     assert load_scene(str(write_scene('bodies = ["upper"]'))).solved == ("upper",)
     assert load_scene(str(write_scene('bodies = ["combined"]'))).solved == ("lower", "upper")
+
+
+def test_changes_replace_the_keys_they_name_and_no_others():
+    scene = load_scene("geometry1", {"lower": {"nu": 0.4}, "engine": {"tolerance": 0.1}, "bodies": ["lower"]})
+    original = load_scene("geometry1")
+    assert scene.bodies["lower"].material.nu == 0.4
+    assert scene.bodies["lower"].material.E == original.bodies["lower"].material.E
+    assert scene.bodies["upper"].material.nu == original.bodies["upper"].material.nu
+    assert (scene.tolerance, scene.solved) == (0.1, ("lower",))
+    again = load_scene_text(scene.text)  # what is recorded is what was computed
+    assert (again["lower"]["nu"], again["engine"], again["patch"]) == (
+        0.4,
+        {"tolerance": 0.1},
+        {"a": 0.2, "b": 0.2},
+    )
+
+
+def load_scene_text(text):
+    return tomllib.loads(text)
+
+
+def test_the_first_cells_follow_from_the_tolerance():
+    fine, coarse = (load_scene("geometry1", {"engine": {"tolerance": t}}).cells for t in (0.005, 0.04))
+    assert coarse.growth == pytest.approx(2 * fine.growth)  # eight times the error, cubic convergence
+    assert coarse.smallest == pytest.approx(2 * fine.smallest)
+    coarsest = load_scene("geometry1", {"engine": {"tolerance": 1.0}}).cells
+    assert coarsest.growth == pytest.approx(3 * fine.growth)
+    given = load_scene("geometry1", {"engine": {"tolerance": 0.04, "growth": 0.2}}).cells
+    assert (given.growth, given.smallest) == (0.2, coarse.smallest)
+
+
+def test_points_may_stand_in_the_scene_itself():
+    y = np.linspace(-40, 40, 41)
+    points = np.column_stack([y, -(y**2) / 100]).tolist()
+    scene = load_scene("geometry1", {"lower": {"contour": {"kind": "points", "points": points}}})
+    assert scene.bodies["lower"].contour.position(0.0) == pytest.approx([0, 0])
+
+
+@pytest.mark.parametrize("contour", [{}, {"file": "a.txt", "points": [[0, 0]]}])
+def test_points_come_from_one_source(contour):
+    with pytest.raises(BadScene, match="contour"):
+        load_scene("geometry1", {"lower": {"contour": {"kind": "points"} | contour}})

@@ -32,7 +32,8 @@ def job(size, factor, *, side=LOWER, s=0.0, material=STEEL, **changes):
     patch = Patch(PATCH.a, PATCH.b, s)
     reach = min(20.0, size / 8)
     lines = {"s": LINES[0], "x": LINES[1]}
-    return Job(body, patch, ALL, points, lines, DEFAULT.scaled(factor), reach, 5.0, 0.01, 1_000_000)
+    cells = DEFAULT.scaled(factor)
+    return Job(body, patch, ALL, points, lines, cells=cells, rotation_reach=reach)
 
 
 def halfspace(asked):

@@ -23,7 +23,8 @@ def solved(body, s_load, s_observer, x=0.0):
     """Reference ICs at one observer, with their estimate."""
     points = Points(np.array([x]), np.array([s_observer]))
     lines = {"point": slice(0, 1)}
-    job = Job(body, Patch(0.2, 0.2, s_load), LATERAL, points, lines, CELLS, 5.0, 2.0, 1.0, 1_000_000)
+    rule = {"rotation_reach": 5.0, "moment_arm": 2.0}
+    job = Job(body, Patch(0.2, 0.2, s_load), LATERAL, points, lines, cells=CELLS, **rule)
     models = {level: raw_ics(request(job, level)) for level in Level().models().values()}
     return job, combine(job, Level(), models)
 

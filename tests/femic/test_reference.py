@@ -28,7 +28,17 @@ from tests.femic.conftest import COARSE, PATCH, SYMMETRIC, request_for
 BODY = request_for(SYMMETRIC).body
 POINTS = request_for(SYMMETRIC).points
 LINES = {"near": slice(0, 3), "far": slice(3, 6)}
-JOB = Job(BODY, PATCH, ("nn",), POINTS, LINES, COARSE, 9.0, 4.0, tolerance=1.0, most_unknowns=100_000)
+JOB = Job(
+    BODY,
+    PATCH,
+    ("nn",),
+    POINTS,
+    LINES,
+    tolerance=1.0,
+    cells=COARSE,
+    rotation_reach=9.0,
+    most_unknowns=100_000,
+)
 FIRST = list(Level().models().values())
 
 
@@ -142,7 +152,7 @@ def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice
     asked = []
     watch = Watch(asked.append, SILENT.on_model)
     job = replace(JOB, tolerance=0.002)
-    found = references({"lower": job}, workers=1, memory=Memory(None), watch=watch)["lower"]
+    found = references({"lower": job}, watch=watch)["lower"]
     assert len(asked) > 1
     flat = [level for levels in asked for _, level in levels]
     assert len(set(flat)) == len(flat)
