@@ -327,6 +327,9 @@ def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: 
             yield f"{name} = {reach:g}: beyond the contour; {ends}: give a smaller one"
         if 2 * reach > size:
             yield f"{name} = {reach:g}: at most {far}"
+    furthest = scene.moment_arm + scene.rotation_reach
+    if patch.s and 2 * furthest > size:
+        yield f"moment_arm + rotation_reach = {furthest:g}: at most {far}"
 
 
 def _line_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:

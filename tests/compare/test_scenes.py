@@ -199,3 +199,10 @@ def test_points_may_stand_in_the_scene_itself():
 def test_points_come_from_one_source(contour):
     with pytest.raises(BadScene, match="contour"):
         load_scene("geometry1", {"lower": {"contour": {"kind": "points"} | contour}})
+
+
+def test_points_of_the_discount_lie_inside_the_domain():
+    changes = {"rotation_reach": 60.0, "moment_arm": 40.0, "engine": {"far_radius": 160.0}}
+    assert load_scene("geometry1", changes).moment_arm == 40  # a central load has no use for it
+    with pytest.raises(BadScene, match=r"moment_arm \+ rotation_reach = 100: at most half .* \(80 mm\)"):
+        load_scene("geometry1", changes | {"patch": {"s": 1.0}})
