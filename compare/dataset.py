@@ -10,7 +10,7 @@ from compare.pipeline import Results, reference_ic, scale_nn, sum_over
 from compare.scenes import Scene
 from femic.accuracy import line_scale
 from femic.discount import AXES
-from femic.provenance import versions
+from femic.provenance import code_digest, versions
 from femic.solid import RESIDUAL
 
 DIRECTIONS = ["x", "s", "n"]
@@ -93,6 +93,7 @@ def _attributes(results: Results) -> dict[str, str | float]:
         "seconds": json.dumps({f"{v} {body}": value for (v, body), value in results.seconds.items()}),
         "settings": json.dumps(settings(scene)),
         "versions": json.dumps(versions()),
+        "code": code_digest(),
     }
 
 

@@ -68,10 +68,16 @@ def compute(
 ) -> Results:
     """Compute everything the scene asks for, in parallel processes (default: one per core).
 
-    Solved models are kept in the folder `kept`. Raises NotConverged where the estimated error of a
-    body cannot be brought down to the tolerance.
+    Solved models are kept in the folder `kept`. Raises NotConverged where the estimated error of
+    what is compared cannot be brought down to the tolerance.
     """
-    found = references(jobs(scene), workers=workers or os.cpu_count() or 1, kept=kept, watch=watch)
+    found = references(
+        jobs(scene),
+        combined="combined" in scene.compared,
+        workers=workers or os.cpu_count() or 1,
+        kept=kept,
+        watch=watch,
+    )
     points, lines = scene_points(scene)
     approximations, seconds = _approximations(scene, points)
     return Results(scene, points, lines, found, approximations, seconds | _reference_seconds(found))

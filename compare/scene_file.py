@@ -131,16 +131,16 @@ class EngineTable(Section):
 
     kind: Literal["solid"] = Field("solid", description="3D finite elements of extruded or revolved bodies")
     tolerance: Annotated[float, Field(ge=1e-4, le=1)] = Field(
-        0.005, description="estimated error of C of each body that is good enough; cells follow from it"
+        0.01, description="estimated error of C that is good enough, each body and combined; sets the cells"
     )
     most_unknowns: Annotated[int, Field(ge=1000)] = Field(
         1_000_000, description="largest model that refinement may lead to"
     )
     smallest_cell: Positive | None = Field(
-        None, description="first cell size at the patch [mm]; default: min(a, b)/12 at tolerance 0.005"
+        None, description="first cell size at the patch [mm]; default: min(a, b)/12 at tolerance 0.01"
     )
     growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
-        None, description="first cell size over distance from the lines; default: 0.14 at tolerance 0.005"
+        None, description="first cell size over distance from the lines; default: 0.14 at tolerance 0.01"
     )
     line_growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
         None, description="first cell size on a line over distance from the patch; default: 0.05, likewise"

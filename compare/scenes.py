@@ -25,6 +25,7 @@ from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
 
+CLEAR_OF_PATCH = 6  # half-widths beside a moment load
 STEEPEST = 75  # degrees
 INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 FLAT_REFERENCE_LENGTH = 10.0
@@ -210,7 +211,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         most_unknowns=scene.engine.most_unknowns,
         reference_length=reference_length,
         rotation_reach=scene.rotation_reach or _default_reach(reference_length, domain, extent),
-        moment_arm=scene.moment_arm or _default_arm(reference_length, domain, extent, patch),
+        moment_arm=scene.moment_arm or _default_arm(reference_length, domain, extent),
         fields=scene.fields,
     )
     errors = list(_misfits(built, extent, domain))
@@ -280,9 +281,11 @@ def _default_reach(reference_length: float, domain: Domain, extent: tuple[float,
     return min(2 * reference_length, domain.far_radius / 8, domain.half_length / 8, -extent[0], extent[1])
 
 
-def _default_arm(reference_length: float, domain: Domain, extent: tuple[float, float], patch: Patch) -> float:
+def _default_arm(reference_length: float, domain: Domain, extent: tuple[float, float]) -> float:
     """Half the reference length, as far as contour and domain go."""
-    return min(reference_length / 2, domain.far_radius / 16, domain.half_length / 16, extent[1] - patch.b)
+    return min(
+        reference_length / 2, domain.far_radius / 16, domain.half_length / 16, -extent[0] / 2, extent[1] / 2
+    )
 
 
 def _common_extent(bodies: Mapping[str, Body]) -> tuple[float, float]:
@@ -327,9 +330,21 @@ def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: 
             yield f"{name} = {reach:g}: beyond the contour; {ends}: give a smaller one"
         if 2 * reach > size:
             yield f"{name} = {reach:g}: at most {far}"
-    furthest = scene.moment_arm + scene.rotation_reach
-    if patch.s and 2 * furthest > size:
-        yield f"moment_arm + rotation_reach = {furthest:g}: at most {far}"
+    if patch.s:
+        yield from _moment_misfits(scene, extent, size, far)
+
+
+def _moment_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
+    arm, reach, b = scene.moment_arm, scene.rotation_reach, scene.patch.b
+    if 2 * (arm + reach) > size:
+        yield f"moment_arm + rotation_reach = {arm + reach:g}: at most {far}"
+    beside = min(reach, extent[1] - arm, -extent[0] - arm)
+    if beside < CLEAR_OF_PATCH * b:
+        yield (
+            f"moment_arm = {arm:g}: displacements are compared {beside:.3g} mm beside a load there, as far "
+            f"as the contour goes; at least {CLEAR_OF_PATCH:g} patch.b = {CLEAR_OF_PATCH * b:g} mm are "
+            "needed: give a smaller moment_arm, a longer contour or a smaller patch"
+        )
 
 
 def _line_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:

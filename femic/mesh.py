@@ -26,10 +26,12 @@ class Trace:
     basis: Basis
     nodes: Indices  # (n,) the solid mesh's node of each surface node
 
-    @property
-    def smallest(self) -> float:
-        """Size of the smallest triangle [mm]: the root of twice its area."""
-        return float(np.sqrt(2 * self.basis.dx.sum(axis=1).min()))
+    def smallest(self, xi_range: tuple[float, float], s_range: tuple[float, float]) -> float:
+        """Size of the smallest triangle near a rectangle [mm]: the root of twice its area."""
+        corners = self.basis.mesh.p[:, self.basis.mesh.t]  # (2, 3, n_triangles)
+        low, high = np.array([xi_range, s_range]).T[..., None]
+        near = np.all((corners.min(axis=1) <= high) & (corners.max(axis=1) >= low), axis=0)
+        return float(np.sqrt(2 * self.basis.dx.sum(axis=1)[near].min()))
 
     def interpolation(self, xi: Array, s: Array) -> csr_matrix:
         """Matrix (n_points, n) that takes nodal values on the surface to the points (xi, s) [mm]."""
@@ -111,12 +113,19 @@ def _trace(mesh: MeshTet, linear: Tetrahedra, chart: Array) -> Trace:
 
 
 def _checked(solid: SolidMesh) -> SolidMesh:
-    """Refuse meshes with cells turned inside out where their edges were curved."""
+    """Refuse meshes whose cells fold where their edges were curved, or that miss part of the surface."""
     basis = Basis(solid.mesh, ElementTetP2(), intorder=2)
     jacobian = basis.mapping.detDF(basis.X, None)
     folded = int(np.sum(np.any(jacobian <= 0, axis=1) & np.any(jacobian > 0, axis=1)))
     if folded:
         raise Failure(
             f"{folded} cells fold when their edges are curved onto the contour: make the cells smaller"
+        )
+    start, end = solid.body.s_range
+    whole = solid.body.xi_end * (end - (0.0 if solid.half_section else start))
+    covered = float(solid.trace.basis.dx.sum())
+    if not abs(covered - whole) < 1e-6 * whole:
+        raise Failure(
+            f"the surface mesh covers {covered:g} of {whole:g} mm^2: a fault of the mesher; try other cells"
         )
     return solid

@@ -27,7 +27,7 @@ from femic.solid import Cost, Points, RawICs, Request, directions_of, raw_ics
 from femic.symmetry import N
 from femic.tetrahedra import Cells
 from geometries.bodies import Body
-from geometries.errors import Failure
+from geometries.errors import Failure, WrongInput
 from geometries.materials import one_body
 from geometries.patches import Load, Patch
 
@@ -40,9 +40,11 @@ ESTIMATE_ORDER = 2  # assumed by the estimate of both parts
 SAFETY = 1.25  # Roache's factor
 MODELS = ("fine", "coarse", "small")  # the most expensive first
 MOST_STEPS = 3  # of refinement per round
+GROWTH_OF_UNKNOWNS = 2.7  # with 1 / cell size, measured
+FURTHEST = 4  # steps of cells or domain from where a job starts
 
 # Cells that meet TUNED_TOLERANCE on the built-in scenes
-TUNED_TOLERANCE = 0.005
+TUNED_TOLERANCE = 0.01
 CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
 COARSEST = 3.0  # times these cells, however large the tolerance
 
@@ -153,35 +155,83 @@ SILENT = Watch(_ignored, _ignored)
 
 
 def references(
-    jobs: Mapping[str, Job], *, workers: int = 1, kept: Path | None = None, watch: Watch = SILENT
+    jobs: Mapping[str, Job],
+    *,
+    combined: bool = False,
+    workers: int = 1,
+    kept: Path | None = None,
+    watch: Watch = SILENT,
 ) -> dict[str, Reference]:
-    """Solve all jobs, refining each until its estimate meets its tolerance.
+    """Solve all jobs, refining each until its estimate meets its tolerance; `combined`: their sum's too.
 
     Solved models are kept in the folder `kept`, where the next run of the same code finds them.
-    Raises NotConverged where the tolerance would need a larger model than the job allows.
+    Raises WrongInput for points outside a model, NotConverged where the tolerance would need a
+    larger model than the job allows.
     """
+    for name, job in jobs.items():
+        require_inside(name, job)
     memory = Memory(kept and _folder_of_this_code(kept), verbose=0)
     levels = dict.fromkeys(jobs, Level())
     models: dict[str, Models] = {name: {} for name in jobs}
-    found: dict[str, Reference] = {}
-    while pending := [name for name in jobs if name not in found]:
+    while True:
         todo = [
             (name, level)
             for model in MODELS
-            for name in pending
+            for name in jobs
             if (level := levels[name].models()[model]) not in models[name]
         ]
         watch.on_round(todo)
         for solved in solve_models(jobs, todo, workers=workers, memory=memory):
             models[solved.job][solved.level] = solved.raw
             watch.on_model(solved)
-        for name in pending:
-            reference = combine(jobs[name], levels[name], models[name])
-            if converged(jobs[name], reference):
-                found[name] = reference
-            else:
-                levels[name] = refined(name, jobs[name], reference)
-    return {name: found[name] for name in jobs}
+        found = {name: combine(jobs[name], levels[name], models[name]) for name in jobs}
+        refinements = refine(jobs, found, combined=combined)
+        if not refinements:
+            return found
+        levels |= refinements
+
+
+def refine(jobs: Mapping[str, Job], found: Mapping[str, Reference], *, combined: bool) -> dict[str, Level]:
+    """The next levels of the bodies that are not accurate enough; for the sum, of the worse one."""
+    short = [name for name, job in jobs.items() if not converged(job, found[name])]
+    if short or not combined:
+        return {name: refined(name, jobs[name], found[name], found[name]) for name in short}
+    job, total = next(iter(jobs.values())), summed(list(found.values()))
+    if converged(job, total):
+        return {}
+    name = max(found, key=lambda name: worst(job, total, found[name].estimate))
+    shared = replace(jobs[name], tolerance=job.tolerance / len(jobs))
+    return {name: refined(name, shared, found[name], total)}
+
+
+def summed(parts: list[Reference]) -> Reference:
+    """The combined ICs of some bodies; their estimates add up."""
+    ic, mesh, truncation = (
+        np.sum([getattr(part, name) for part in parts], axis=0)
+        for name in ("ic", "mesh_error", "truncation_error")
+    )
+    return replace(parts[0], ic=ic, mesh_error=mesh, truncation_error=truncation)
+
+
+def require_inside(name: str, job: Job) -> None:
+    """Raise WrongInput if a point or a patch lies outside the smallest model."""
+    small = request(job, Level().models()["small"])
+    body = small.body
+    low, high = body.s_range
+    for load in small.loads:
+        patch = load.patch
+        ends = np.array([patch.s - patch.b, patch.s + patch.b])
+        s = np.append(small.points.s, ends)
+        xi = body.chart_x(np.append(small.points.x, [patch.a, patch.a]), s, patch.s)
+        outside = np.flatnonzero((np.abs(xi) > body.xi_end) | (s < low) | (s > high))
+        if len(outside):
+            k = int(outside[0])
+            raise WrongInput(
+                f"{name} body: the point s = {s[k]:g} mm, {abs(xi[k]):g} mm along x, lies outside the model "
+                f"of the error estimate, which goes from s = {low:.4g} to {high:.4g} mm and "
+                f"{body.xi_end:.4g} mm along x: shorten lines, rotation_reach or moment_arm, move the patch, or enlarge "
+                "engine.far_radius and engine.half_length"
+            )
 
 
 def request(job: Job, level: Level) -> Request:
@@ -267,39 +317,45 @@ def converged(job: Job, reference: Reference) -> bool:
     return worst(job, reference, reference.estimate)[0] <= job.tolerance
 
 
-def refined(name: str, job: Job, reference: Reference) -> Level:
-    """The next level: finer cells, a larger domain or both, as the parts of the estimate ask for."""
+def refined(name: str, job: Job, own: Reference, scale: Reference) -> Level:
+    """The next level of a body: finer cells, a larger domain or both, as its parts of the error ask for.
+
+    Errors are shares of the scales of `scale`: the body's own ICs, or the sum of both bodies'.
+    """
     parts = {
-        "mesh": worst(job, reference, reference.mesh_error)[0],
-        "truncation": worst(job, reference, reference.truncation_error)[0],
+        "mesh": worst(job, scale, own.mesh_error)[0],
+        "truncation": worst(job, scale, own.truncation_error)[0],
     }
-    too_large = {part for part, error in parts.items() if error > job.tolerance / 2}
     level = Level(
-        reference.level.cells + ("mesh" in too_large) * _steps(parts["mesh"], job, COARSER**MESH_ORDER),
-        reference.level.domain
-        + ("truncation" in too_large) * _steps(parts["truncation"], job, LARGER**TRUNCATION_ORDER),
+        own.level.cells + _steps(parts["mesh"], job, COARSER**MESH_ORDER),
+        own.level.domain + _steps(parts["truncation"], job, LARGER**TRUNCATION_ORDER),
     )
-    unknowns = reference.models["fine"].unknowns
-    expected = round(unknowns * COARSER ** (2.7 * (level.cells - reference.level.cells)))
-    if expected > job.most_unknowns:
-        raise NotConverged(_too_expensive(name, job, reference, parts, expected))
+    unknowns = own.models["fine"].unknowns
+    expected = round(unknowns * COARSER ** (GROWTH_OF_UNKNOWNS * (level.cells - own.level.cells)))
+    if max(level.cells, level.domain) > FURTHEST or expected > job.most_unknowns:
+        raise NotConverged(_too_expensive(name, job, (own, scale), parts, expected))
     return level
 
 
 def _steps(error: float, job: Job, gain: float) -> int:
-    """Steps that bring an error down to half of the tolerance, each dividing it by `gain`."""
+    """Steps that bring a part of the error to half of the tolerance, each dividing it by `gain`."""
+    if error <= job.tolerance / 2:
+        return 0
     return int(np.clip(np.ceil(np.log(2 * error / job.tolerance) / np.log(gain)), 1, MOST_STEPS))
 
 
 def _too_expensive(
-    name: str, job: Job, reference: Reference, parts: Mapping[str, float], expected: int
+    name: str, job: Job, found: tuple[Reference, Reference], parts: Mapping[str, float], expected: int
 ) -> str:
-    error, component, line = worst(job, reference, reference.estimate)
+    own, scale = found
+    error, component, line = worst(job, scale, own.estimate)
+    cells, domain = factors(own.level)
     return (
         f"{name} body: the estimated error of C_{component} on the line {line} is {error:.2%} with "
-        f"{reference.models['fine'].unknowns:,} unknowns (at worst {parts['mesh']:.2%} from the mesh, "
-        f"{parts['truncation']:.2%} from the domain); the tolerance {job.tolerance:.2%} would take about "
-        f"{expected:,}, more than engine.most_unknowns = {job.most_unknowns:,}. Try a larger "
+        f"{own.models['fine'].unknowns:,} unknowns, cells x {cells:.3g}, domain x {domain:.3g} (at worst "
+        f"{parts['mesh']:.2%} from the mesh, {parts['truncation']:.2%} from the domain); the tolerance "
+        f"{job.tolerance:.2%} would take about {expected:,} unknowns (engine.most_unknowns = "
+        f"{job.most_unknowns:,}) or a domain more than {LARGER**FURTHEST:g} times the first. Try a larger "
         "engine.tolerance or engine.most_unknowns, shorter lines, or only the components that matter"
     )
 
@@ -314,7 +370,8 @@ def solve_models(
     run = Parallel(n_jobs=workers, return_as="generator_unordered")
     try:
         yield from run(
-            delayed(_solve_once)(memory, name, level, request(jobs[name], level)) for name, level in todo
+            delayed(_solve_once)(memory, name, level, request(jobs[name], level), jobs[name].most_unknowns)
+            for name, level in todo
         )
     except TerminatedWorkerError as error:
         raise Failure(
@@ -333,7 +390,7 @@ def _folder_of_this_code(kept: Path) -> Path:
     return folder
 
 
-def _solve_once(memory: Memory, job: str, level: Level, asked: Request) -> Solved:
-    solve = memory.cache(raw_ics)
-    kept = solve.check_call_in_cache(asked)
-    return Solved(job, level, solve(asked), kept)
+def _solve_once(memory: Memory, job: str, level: Level, asked: Request, most_unknowns: int) -> Solved:
+    solve = memory.cache(raw_ics, ignore=["most_unknowns"])
+    kept = solve.check_call_in_cache(asked, most_unknowns)
+    return Solved(job, level, solve(asked, most_unknowns), kept)

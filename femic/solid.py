@@ -16,7 +16,7 @@ from scipy.sparse import bsr_matrix, coo_array, csr_matrix, vstack
 from scipy.sparse import eye as identity
 
 from femic.elasticity import rigid_body_modes, stiffness
-from femic.linear import Solution, SolverChoice, System, prepare
+from femic.linear import NotConverged, Solution, SolverChoice, System, prepare
 from femic.mesh import SolidMesh, solid_mesh
 from femic.symmetry import Parity, X, Y, held_by_symmetry, parities
 from femic.tetrahedra import Cells, Focus
@@ -29,7 +29,7 @@ Mask = NDArray[np.bool_]
 Field = tuple[tuple[Parity, Solution], ...]  # what adds up to the field of a load
 
 LOAD_QUADRATURE = 4  # Gauss points per interval, which is as long as the smallest surface cell
-FEWEST_INTERVALS = 24  # per side of the patch
+INTERVALS = 24, 2000  # fewest and most per side of the patch
 RESIDUAL = 1e-9
 
 
@@ -93,11 +93,20 @@ class RawICs:
     cost: Cost
 
 
-def raw_ics(request: Request) -> RawICs:
-    """Mesh, assemble and solve what the request needs, and nothing else."""
+def raw_ics(request: Request, most_unknowns: int | None = None) -> RawICs:
+    """Mesh, assemble and solve what the request needs, and nothing else.
+
+    Raises NotConverged if the mesh has more than `most_unknowns`.
+    """
     start = perf_counter()
     solid = build_mesh(request)
     meshed = perf_counter()
+    unknowns = 3 * solid.nodes.shape[1]
+    if most_unknowns is not None and unknowns > most_unknowns:
+        raise NotConverged(
+            f"a model needs {unknowns:,} unknowns, engine.most_unknowns = {most_unknowns:,}: give a larger "
+            "engine.tolerance, larger cells (engine.growth, engine.line_growth) or a larger most_unknowns"
+        )
     model = assemble(solid)
     assembled = perf_counter()
     fields = solve(model, request.loads, request.solver)
@@ -177,8 +186,10 @@ def patch_load(solid: SolidMesh, load: Load, parity: Parity) -> Array:
     body, patch = solid.body, load.patch
     s_ends = patch.s - patch.b, patch.s + patch.b
     across = [0.0] if parity.y and s_ends[0] < 0 < s_ends[1] else []
-    x, w_x = _composite_gauss([0.0, patch.a], solid.trace.smallest)
-    s, w_s = _composite_gauss([s_ends[0], *across, s_ends[1]], solid.trace.smallest)
+    modelled = sorted(np.abs(s_ends)) if parity.y else s_ends
+    smallest = solid.trace.smallest((0.0, patch.a), (0.0 if across else modelled[0], modelled[1]))
+    x, w_x = _composite_gauss([0.0, patch.a], smallest)
+    s, w_s = _composite_gauss([s_ends[0], *across, s_ends[1]], smallest)
     x, s = (grid.ravel() for grid in np.meshgrid(x, s, indexing="ij"))
     xi = body.chart_x(x, s, s)
     traction = body.axes(xi, s)[load.direction] * np.outer(w_x, w_s).ravel() / patch.area  # (3, n)
@@ -194,7 +205,7 @@ def _composite_gauss(breaks: list[float], longest: float) -> tuple[Array, Array]
     """Points and weights on the spans between breaks, in intervals that are not longer than `longest`."""
     nodes, weights = np.polynomial.legendre.leggauss(LOAD_QUADRATURE)
     spans = [
-        np.linspace(low, high, max(FEWEST_INTERVALS, int(np.ceil((high - low) / longest))) + 1)
+        np.linspace(low, high, int(np.clip(np.ceil((high - low) / longest), *INTERVALS)) + 1)
         for low, high in pairwise(breaks)
     ]
     start = np.concatenate([span[:-1] for span in spans])

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femic.gmsh_session import gmsh_session
-from geometries.bodies import Body
+from geometries.bodies import Body, Domain
 from geometries.contours import Contour
 from geometries.errors import Failure
 
@@ -60,7 +60,7 @@ class Tetrahedra:
 
 def fill(body: Body, cells: Cells, focus: Focus, *, half_section: bool) -> Tetrahedra:
     """Mesh x >= 0 of a body (y >= 0 too for `half_section`)."""
-    if BENT * body.domain.far_radius < body.rolling_radius < np.inf:
+    if not body.reaches_hub and BENT * body.domain.far_radius < body.rolling_radius < np.inf:
         return _bent(body, cells, focus, half_section)
     with gmsh_session() as gmsh:
         _add_volume(gmsh, body, half_section)
@@ -71,7 +71,8 @@ def fill(body: Body, cells: Cells, focus: Focus, *, half_section: bool) -> Tetra
 
 def _bent(body: Body, cells: Cells, focus: Focus, half_section: bool) -> Tetrahedra:
     """The mesh of the prismatic body, bent: Gmsh does not mesh surfaces of tiny angles."""
-    straight = replace(body, rolling_radius=np.inf, hub_radius=None)
+    domain = Domain(body.domain.far_radius, body.xi_end)
+    straight = replace(body, domain=domain, rolling_radius=np.inf, hub_radius=None)
     unbent = Focus(body.turned_back(focus.centres), body.turned_back(focus.points))
     linear = fill(straight, cells, unbent, half_section=half_section)
     return replace(linear, points=body.turned(linear.points))

@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 UPPER, LOWER = +1, -1
 HUB = 0.2  # default hub radius, and the smallest one, as a share of the rolling radius
 END_SAMPLES = 4001
+SEAM = 1e-9  # rad, where a model that goes all the way round ends
 
 
 @dataclass(frozen=True)
@@ -128,14 +129,16 @@ class Body:
         return np.stack([x, y, self.side * sagitta + z * np.cos(theta)])
 
     def turned_back(self, points: Array) -> Array:
-        """(xi, y, z) of points in global axes: the inverse of `turned`, shape (3, n)."""
+        """(xi, y, z) of points in global axes: the inverse of `turned`, -pi R < xi <= pi R; shape (3, n)."""
         if np.isinf(self.rolling_radius):
             return points
         x, y, z = points
         R, height = self.rolling_radius, self.side * points[2]
         radius = np.hypot(x, R - height)
         depth = (2 * R * height - z**2 - x**2) / (R + radius)
-        return np.stack([R * np.arctan2(x, R - height), y, self.side * depth])
+        theta = np.arctan2(x, R - height)
+        on_seam = np.pi - np.abs(theta) < SEAM  # x is 0 but for rounding, of either sign
+        return np.stack([R * np.where(on_seam, np.abs(theta), theta), y, self.side * depth])
 
     def axes(self, xi: ArrayLike, s: ArrayLike) -> Array:
         """Local directions x, s, n in global axes, shape (3 directions, 3 components, n)."""

@@ -179,12 +179,12 @@ def load_scene_text(text):
 
 
 def test_the_first_cells_follow_from_the_tolerance():
-    fine, coarse = (load_scene("geometry1", {"engine": {"tolerance": t}}).cells for t in (0.005, 0.04))
+    fine, coarse = (load_scene("geometry1", {"engine": {"tolerance": t}}).cells for t in (0.01, 0.08))
     assert coarse.growth == pytest.approx(2 * fine.growth)  # eight times the error, cubic convergence
     assert coarse.smallest == pytest.approx(2 * fine.smallest)
     coarsest = load_scene("geometry1", {"engine": {"tolerance": 1.0}}).cells
     assert coarsest.growth == pytest.approx(3 * fine.growth)
-    given = load_scene("geometry1", {"engine": {"tolerance": 0.04, "growth": 0.2}}).cells
+    given = load_scene("geometry1", {"engine": {"tolerance": 0.08, "growth": 0.2}}).cells
     assert (given.growth, given.smallest) == (0.2, coarse.smallest)
 
 
@@ -206,3 +206,13 @@ def test_points_of_the_discount_lie_inside_the_domain():
     assert load_scene("geometry1", changes).moment_arm == 40  # a central load has no use for it
     with pytest.raises(BadScene, match=r"moment_arm \+ rotation_reach = 100: at most half .* \(80 mm\)"):
         load_scene("geometry1", changes | {"patch": {"s": 1.0}})
+
+
+def test_moment_loads_keep_clear_of_the_end_of_the_contour():
+    y = np.linspace(-7, 7, 41)
+    contour = {"kind": "points", "points": np.column_stack([y, -(y**2) / 40]).tolist()}
+    changes = {"lower": {"contour": contour}, "upper": {"contour": contour}, "patch": {"s": 2.0}}
+    line = {"lines": [{"along": "x", "s": 2.0}]}
+    assert load_scene("geometry1", changes | line).moment_arm == pytest.approx(3.5, abs=0.1)
+    with pytest.raises(BadScene, match=r"moment_arm = 6: .* 1\.\d* mm beside .* 6 patch\.b = 1\.2 mm"):
+        load_scene("geometry1", changes | line | {"moment_arm": 6.0})

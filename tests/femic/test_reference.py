@@ -19,10 +19,14 @@ from femic.reference import (
     estimated_errors,
     factors,
     references,
+    refine,
     refined,
     request,
     solve_models,
+    summed,
 )
+from femic.solid import Points
+from geometries.errors import WrongInput
 from tests.femic.conftest import COARSE, PATCH, SYMMETRIC, request_for
 
 BODY = request_for(SYMMETRIC).body
@@ -129,7 +133,7 @@ def test_the_part_that_is_too_large_is_refined(models, mesh, truncation, toleran
     job = replace(JOB, tolerance=tolerance)
     reference = with_errors(models, mesh, truncation)
     assert not converged(job, reference)
-    assert refined("lower", job, reference) == level
+    assert refined("lower", job, reference, reference) == level
 
 
 def test_estimates_within_the_tolerance_are_enough(models):
@@ -144,8 +148,9 @@ def test_an_estimate_that_is_not_a_number_is_not_convergence(models):
 
 def test_too_large_a_model_is_refused_with_the_numbers_and_what_to_try(models):
     job = replace(JOB, tolerance=0.01)
-    with pytest.raises(NotConverged, match=r"lower body: .*C_nn .*5\.00% from the mesh.*10,000\. Try"):
-        refined("lower", replace(job, most_unknowns=10_000), with_errors(models, 0.05, 0.2))
+    reference = with_errors(models, 0.05, 0.2)
+    with pytest.raises(NotConverged, match=r"lower body: .*C_nn .*5\.00% from the mesh.*10,000\).*Try"):
+        refined("lower", replace(job, most_unknowns=10_000), reference, reference)
 
 
 def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice():
@@ -162,3 +167,42 @@ def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice
     assert found.cells == COARSE.scaled(cells)
     assert found.body.domain == BODY.domain.scaled(domain)
     assert len(found.models) == len(flat)
+
+
+def test_a_part_without_error_is_not_refined(models):
+    reference = with_errors(models, 0.02, 0.0)
+    assert refined("lower", replace(JOB, tolerance=0.01), reference, reference) == Level(2, 0)
+
+
+def test_refinement_that_does_not_help_ends(models):
+    job = replace(JOB, tolerance=0.01)
+    reference = replace(with_errors(models, 0.0, 0.02), level=Level(0, 4))
+    with pytest.raises(NotConverged, match=r"2\.00% from the domain.*domain more than 16 times the first"):
+        refined("lower", job, reference, reference)
+
+
+def test_the_sum_of_both_bodies_is_judged_too(models):
+    """Opposite ICs of two bodies cancel: their errors do not, and the scale of the sum is small."""
+    job = replace(JOB, tolerance=0.02, most_unknowns=10_000_000)
+    good = with_errors(models, 0.001, 0.0)
+    worse = replace(with_errors(models, 0.011, 0.0), ic=-0.95 * good.ic, level=Level(0, 0))
+    jobs, found = {"lower": job, "upper": job}, {"lower": good, "upper": worse}
+    assert refine(jobs, found, combined=False) == {}
+    assert set(refine(jobs, found, combined=True)) == {"upper"}
+    total = summed([good, worse])
+    np.testing.assert_allclose(total.estimate, good.estimate + worse.estimate)
+    assert refine(jobs, found | {"upper": replace(worse, ic=good.ic)}, combined=True) == {}
+
+
+def test_a_first_model_beyond_the_limit_is_refused():
+    with pytest.raises(NotConverged, match=r"a model needs [\d,]+ unknowns, engine\.most_unknowns = 1,000"):
+        references({"lower": replace(JOB, most_unknowns=1000)})
+
+
+def test_points_outside_the_smallest_model_are_refused_before_any_work(monkeypatch):
+    monkeypatch.setattr(solid, "build_mesh", lambda _: pytest.fail("a mesh was made"))
+    far = replace(JOB, points=Points(np.array([30.0]), np.array([0.0])), lines={"far": slice(0, 1)})
+    with pytest.raises(WrongInput, match=r"lower body: the point s = 0 mm, 30 mm along x, .* 25 mm along x"):
+        references({"lower": far})  # the small model goes to x = 25 mm
+    with pytest.raises(WrongInput, match="lies outside"):
+        references({"lower": replace(JOB, patch=replace(PATCH, s=22.0))})

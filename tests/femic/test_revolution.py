@@ -18,6 +18,9 @@ CASES = {  # contour, side, rolling radius, domain
     "lower": (SYMMETRIC, LOWER, 100.0, Domain(40.0, 50.0)),
     "hub": (SYMMETRIC, UPPER, 30.0, Domain(40.0, 50.0)),
     "all round": (plane(), UPPER, 50.0, Domain(60.0, 200.0)),
+    "all round, seam": (plane(), LOWER, 52.0, Domain(60.0, 200.0)),  # 52 pi / 52 rounds to more than pi
+    "bent": (SYMMETRIC, UPPER, 1000.0, Domain(40.0, 50.0)),
+    "shallow hub": (SYMMETRIC, UPPER, 1000.0, Domain(40.0, 50.0), 990.0),
     "all round, unsymmetric": (UNSYMMETRIC, LOWER, 50.0, Domain(60.0, 200.0)),
     "ball": (arc(-50.0, 1.4, 1.4), UPPER, 50.0, Domain(100.0, 200.0)),
 }
@@ -25,8 +28,9 @@ CASES = {  # contour, side, rolling radius, domain
 
 @pytest.fixture(scope="module", params=CASES.values(), ids=CASES)
 def solid(request):
-    contour, side, radius, domain = request.param
-    return build_mesh(request_for(contour, side=side, rolling_radius=radius, domain=domain))
+    contour, side, radius, domain, *hub = request.param
+    wheel = {"rolling_radius": radius, "domain": domain, "hub_radius": hub[0] if hub else None}
+    return build_mesh(request_for(contour, side=side, **wheel))
 
 
 def test_surface_nodes_lie_on_the_surface_of_revolution(solid):
@@ -38,7 +42,7 @@ def test_surface_nodes_lie_on_the_surface_of_revolution(solid):
     np.testing.assert_allclose(on_surface[1], y, atol=1e-10)
     radius = np.hypot(on_surface[0], R - body.side * on_surface[2])
     np.testing.assert_allclose(radius, R - body.side * z, atol=1e-10)
-    angle = np.arctan2(on_surface[0], R - body.side * on_surface[2])
+    angle = np.abs(np.arctan2(on_surface[0], R - body.side * on_surface[2]))  # x >= 0 is modelled
     np.testing.assert_allclose(R * angle, xi, atol=1e-9)
 
 
