@@ -54,7 +54,7 @@ def compare(
 ) -> None:
     """Show the results of two or more scenes in the same figures and tables; write a report.
 
-    Scenes without results, or changed since, are computed first, as by `femic run`.
+    Scenes without results, or with results of another text or femic, are computed first, as by `femic run`.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def compare(
     console = Console()
     for source in found:
         if source.scene is not None and not overlay.up_to_date(source):
-            console.print(f"{source.name}: no results of this scene yet, computing them", markup=False)
+            console.print(f"{source.name}: no results of it by this femic yet, computing", markup=False)
             _computed(source.scene, source.folder, workers, console)
     report = overlay_report.write(overlay.load(found), folder)
     console.print(f"Report: {report}", soft_wrap=True)

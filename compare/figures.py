@@ -30,6 +30,7 @@ STYLES: dict[str, dict[str, Any]] = {
 MARKERS = {"A": "s", "B": "o", "Bbar": "^", "Bhat": "D", "C": "*"}
 STYLE: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.2, "figure.dpi": 110}
 INVISIBLE = 1e-9  # of a dimensionless IC
+ON_HUB = 1e-9  # of its depth: a contour that ends there ends on the hub
 HALF_WINDOW = 1.4  # of the zoomed section, in reach of the longest line
 
 
@@ -72,12 +73,18 @@ def _draw_body(axes: Axes, body: Body, name: str, colour: str) -> None:
 
 
 def _closing(body: Body, right: Array, left: Array) -> Array:
-    """Far arc, cut by the hub, from the contour's right end to its left end, shape (2, n)."""
-    far, top = body.domain.far_radius, body.side * min(body.domain.far_radius, body.depth)
-    ends = np.unwrap(np.arctan2([right[1], top, left[1]], [right[0], 0, left[0]]))
-    angle = np.interp(np.linspace(0, 2, 201), [0, 1, 2], ends)
-    height = body.side * np.minimum(body.side * far * np.sin(angle), body.depth)
-    return np.column_stack([right, np.stack([far * np.cos(angle), height]), left])
+    """Far arc and hub from the contour's right end to its left end, shape (2, n)."""
+    return np.hstack([_to_hub(body, right), _to_hub(body, left)[:, ::-1]])
+
+
+def _to_hub(body: Body, end: Array) -> Array:
+    """The far arc from an end of the contour to the hub or the pole; only the end if it lies on the hub."""
+    far, (y, z) = body.domain.far_radius, end
+    if body.side * z > (1 - ON_HUB) * body.depth:
+        return end[:, None]
+    ends = np.arctan2(body.side * z, abs(y)), np.arcsin(min(1.0, body.depth / far))
+    angle = np.linspace(*ends, 101)
+    return far * np.stack([np.sign(y) * np.cos(angle), body.side * np.sin(angle)])
 
 
 def _draw_marks(axes: Axes, scene: Scene) -> None:
@@ -97,13 +104,14 @@ def _draw_marks(axes: Axes, scene: Scene) -> None:
         )
 
 
-def _draw_plan(axes: Axes, scene: Scene) -> None:
+def _draw_plan(axes: Axes, scene: Scene, side: int = 1) -> None:
+    """Lines and patch on the developed surface; side -1: mirrored in s."""
     for line in scene.lines:
-        axes.plot(line.s, line.x, linewidth=1.2, label=f"line {line.name}")
-    a, b, centre = scene.patch.a, scene.patch.b, scene.patch.s
+        axes.plot(side * line.s, line.x, linewidth=1.2, label=f"line {line.name}")
+    a, b, centre = scene.patch.a, scene.patch.b, side * scene.patch.s
     axes.fill(centre + b * np.array([-1, 1, 1, -1]), [-a, -a, a, a], color="black", label="patch")
     for s in scene.bodies["lower"].contour.joints:
-        axes.axvline(s, color="grey", linestyle=":", linewidth=1)
+        axes.axvline(side * s, color="grey", linestyle=":", linewidth=1)
     axes.set(xlabel="s [mm]", ylabel="x [mm]", title="developed surface")
     axes.legend(loc="upper left", fontsize=8)
 
@@ -210,19 +218,22 @@ def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
         return figure
 
 
-def surface_mesh(chart: MeshTri, scene: Scene, body: str) -> Figure:
-    """The contact surface's mesh in its chart (x, s): where the lines run, and near the patch."""
+def surface_mesh(chart: MeshTri, scene: Scene, body: str, *, side: int) -> Figure:
+    """The contact surface's mesh in its chart (x, s): where the lines run, and near the patch.
+
+    side -1: the model is the mirror image of the side of the patch.
+    """
     x, s = chart.p
     with mpl.rc_context(STYLE | {"axes.grid": False}):
         figure = Figure(figsize=(10, 4.8), layout="constrained")
         reach = max(float(np.max(np.abs(line.running))) for line in scene.lines)
         windows = {
             "where the lines run": (0.0, 1.2 * reach),
-            "near the patch": (scene.patch.s, 8 * max(scene.patch.a, scene.patch.b)),
+            "near the patch": (side * scene.patch.s, 8 * max(scene.patch.a, scene.patch.b)),
         }
         for axes, (title, (centre, window)) in zip(figure.subplots(1, 2), windows.items(), strict=True):
             axes.triplot(s, x, chart.t.T, linewidth=0.3, color="tab:blue")
-            _draw_plan(axes, scene)
+            _draw_plan(axes, scene, side)
             axes.set(xlim=(max(s.min(), centre - window), centre + window), ylim=(0, window))
             axes.set(aspect="equal", title=title)
             axes.get_legend().remove()

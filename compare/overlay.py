@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from compare import scene_file as files
 from compare.scenes import Scene, build_scene, builtin_names, parse, read_scene, scene_path
+from femic.provenance import code_digest
 from geometries.errors import WrongInput
 
 Array = NDArray[np.float64]
@@ -23,6 +24,14 @@ Array = NDArray[np.float64]
 MOST = 5  # scenes in one overlay: line styles that the eye can tell apart
 MIRRORED = 1e-6  # of the largest value on a line
 ABSENT, DEFAULT = "–", "default"
+FILLED_IN = {  # keys of a scene file with computed defaults, by their names in the settings of results
+    "reference_length [mm]": "reference_length",
+    "rotation_reach [mm]": "rotation_reach",
+    "moment_arm [mm]": "moment_arm",
+    "first smallest_cell [mm]": "engine.smallest_cell",
+    "first growth": "engine.growth",
+    "first line_growth": "engine.line_growth",
+}
 
 
 @dataclass(frozen=True)
@@ -165,14 +174,15 @@ def common(found: Sequence[Source]) -> Content:
 
 
 def up_to_date(source: Source) -> bool:
-    """Whether the folder has the results of the scene as it is now."""
+    """Whether the folder has the results of the scene and of the code as they are now."""
     try:
         ics, _ = _read(source.folder)
     except OSError:  # missing, or no NetCDF file
         return False
     written = (source.folder / "ics.nc").stat().st_mtime
     points_changed = any(path.stat().st_mtime > written for path in source.files)
-    return ics.attrs.get("scene") == source.text and not points_changed
+    same_code = ics.attrs.get("code") == code_digest()
+    return ics.attrs.get("scene") == source.text and same_code and not points_changed
 
 
 def load(found: Sequence[Source]) -> Overlay:
@@ -254,18 +264,19 @@ def differences(overlay: Overlay) -> Iterator[Difference]:
 
 
 def _settings(result: Result) -> dict[str, Any]:
-    """Every key of a scene file under its dotted name, and "computed with" its versions."""
+    """Every key of a scene file under its dotted name, and "computed with" its code and versions."""
     attributes = result.ics.attrs
     text = attributes["scene"]
     named = {key: value for key, value in _flat(tomllib.loads(text)).items() if key.endswith(".file")}
-    chosen = {key: float(attributes[key]) for key in ("reference_length", "rotation_reach")}
-    versions = json.loads(attributes["versions"])
+    settings = json.loads(attributes["settings"])
+    chosen = {key: settings[name] for name, key in FILLED_IN.items()}
+    programs = {"code": attributes.get("code", ABSENT)} | json.loads(attributes["versions"])
     return (
         _flat(_parsed(text, Path(result.name)).model_dump())
         | named
         | chosen
         | {"title": attributes["title"]}
-        | {f"computed with {program}": version for program, version in versions.items()}
+        | {f"computed with {program}": version for program, version in programs.items()}
     )
 
 

@@ -20,8 +20,11 @@ SLENDER = 4  # of a patch; on it the estimate is least reliable
 
 
 def warnings(scene: Scene) -> list[str]:
-    """What a user should know before trusting the results of a scene, one sentence each."""
-    per_body = [text for name, body in scene.bodies.items() for text in _of_body(scene, name, body)]
+    """What a user should know before trusting the results of a scene, one sentence each.
+
+    Bodies that are neither solved nor approximated, since the scene does not compare them, give none.
+    """
+    per_body = [text for name in scene.solved for text in _of_body(scene, name, scene.bodies[name])]
     return [*per_body, *_of_domain(scene), *_of_pair(scene)]
 
 
@@ -71,7 +74,7 @@ def _of_shape(scene: Scene, name: str, body: Body) -> Iterator[str]:
     if np.isinf(body.rolling_radius):
         return
     reach = max(np.max(np.abs(line.x)) for line in scene.lines)
-    if body.rolling_radius < HUB_PROBLEM:
+    if body.reaches_hub and body.rolling_radius < HUB_PROBLEM:
         yield (
             f"{name}.rolling_radius = {body.rolling_radius:g}: below {HUB_PROBLEM} mm the hub (radius "
             f"{body.rolling_radius - body.depth:g} mm, clamped) is part of the answer"

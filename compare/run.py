@@ -68,11 +68,12 @@ def _draw_meshes(results: Results, folder: Path) -> list[Path]:
         log.warning(f"no 3D pictures of the meshes: {views.NO_RENDERING}. All other figures are drawn")
     for name, job in jobs(results.scene).items():
         solid = build_mesh(request(job, results.references[name].level))
+        side = -1 if solid.half_section and job.patch.s < 0 else 1  # only s >= 0 is modelled
         if in_3d:
             paths.append(folder / f"mesh_{name}.png")
-            vertices, patch = solid.nodes[:, : solid.n_vertices], job.body.surface(0.0, job.patch.s)
+            vertices, patch = solid.nodes[:, : solid.n_vertices], job.body.surface(0.0, side * job.patch.s)
             title = f"{name} body, {solid.mesh.nelements:,} cells"
             views.draw_mesh(vertices, solid.mesh.t, patch, paths[-1], title=title)
-    chart = solid.trace.basis.mesh
-    paths.append(figures.save(figures.surface_mesh(chart, results.scene, name), folder / "mesh_surface.png"))
+    surface = figures.surface_mesh(solid.trace.basis.mesh, results.scene, name, side=side)
+    paths.append(figures.save(surface, folder / "mesh_surface.png"))
     return paths

@@ -229,8 +229,8 @@ def require_inside(name: str, job: Job) -> None:
             raise WrongInput(
                 f"{name} body: the point s = {s[k]:g} mm, {abs(xi[k]):g} mm along x, lies outside the model "
                 f"of the error estimate, which goes from s = {low:.4g} to {high:.4g} mm and "
-                f"{body.xi_end:.4g} mm along x: shorten lines, rotation_reach or moment_arm, move the patch, or enlarge "
-                "engine.far_radius and engine.half_length"
+                f"{body.xi_end:.4g} mm along x: shorten lines, rotation_reach or moment_arm, move the patch, "
+                "or enlarge engine.far_radius and engine.half_length"
             )
 
 

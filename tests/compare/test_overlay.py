@@ -16,6 +16,7 @@ from compare.cli import DONE, INTERRUPTED, WRONG_INPUT, exit_code
 from compare.overlay import MOST, curve, differences, is_mirrored, load, sources, up_to_date, worst
 from compare.overlay_figures import LINE_STYLES, curves, drawn_variants
 from compare.overlay_report import _rank, summary
+from femic.provenance import code_digest
 from tests.compare.conftest import on_line, scene_text
 
 ALONG_S = '\n[[lines]]\nalong = "s"\nx = 1.6\nreach = 8.0\npoints = 33\n'
@@ -195,17 +196,33 @@ def test_only_what_differs_is_listed(compared):
     assert "Young's modulus [MPa]" in {difference.meaning for difference in listed}
 
 
+def differences_with(overlay, **attributes):
+    """The table of differences if the second results had other attributes."""
+    first, second = overlay.results
+    second = replace(second, ics=second.ics.assign_attrs(attributes))
+    return {found.key: found.values for found in differences(replace(overlay, results=(first, second)))}
+
+
 def test_programs_of_another_version_are_listed(compared):
     overlay = opened(compared)
-    gentle, steep = overlay.results
-    other = json.loads(steep.ics.attrs["versions"]) | {"gmsh": "0.1"}
-    steep = replace(steep, ics=steep.ics.assign_attrs(versions=json.dumps(other)))
-    found = {
-        difference.key: difference.values
-        for difference in differences(replace(overlay, results=(gentle, steep)))
-    }
+    attributes = overlay.results[1].ics.attrs
+    assert not {key for key in differences_with(overlay) if key.startswith("computed with")}
+    versions = json.loads(attributes["versions"]) | {"gmsh": "0.1"}
+    found = differences_with(overlay, versions=json.dumps(versions), code="0123456789ab")
     assert found["computed with gmsh"][1] == "0.1"
+    assert found["computed with code"] == [attributes["code"], "0123456789ab"]
     assert "computed with femic" not in found
+
+
+def test_defaults_that_depend_on_the_scene_are_listed_with_their_values(compared):
+    overlay = opened(compared)
+    assert differences_with(overlay)["moment_arm"] == ["3.75", "2"]  # 60 / 16, 4 / 2
+    settings = json.loads(overlay.results[1].ics.attrs["settings"])
+    other = {"first smallest_cell [mm]": 0.05, "first growth": 0.2, "first line_growth": 0.07}
+    found = differences_with(overlay, settings=json.dumps(settings | other))
+    assert found["engine.smallest_cell"] == ["0.1", "0.05"]
+    assert found["engine.growth"] == ["0.3", "0.2"]
+    assert found["engine.line_growth"] == ["0.2", "0.07"]
 
 
 def test_results_that_are_up_to_date_are_not_computed_again(copied, computed):
@@ -221,6 +238,16 @@ def test_results_of_another_text_are_computed_again(copied):
     assert read(copied, "steep/ics.nc").attrs["scene"] == changed
     assert (copied / "results/gentle/ics.nc").stat().st_mtime_ns == before
     assert "# changed" in (copied / "results/gentle_steep/report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("code", [None, "0123456789ab"])
+def test_results_of_other_code_are_computed_again(code, copied, computed):
+    path = copied / "results" / "steep" / "ics.nc"
+    ics = read(copied, "steep/ics.nc")
+    ics.attrs = {key: value for key, value in ics.attrs.items() if key != "code"}
+    ics.assign_attrs({"code": code} if code else {}).to_netcdf(path, engine="h5netcdf")
+    assert compare(copied, *SCENES) == INTERRUPTED
+    assert computed == ["steep"]
 
 
 @pytest.mark.parametrize("name", ["ics.nc", "errors.nc"])
@@ -248,7 +275,9 @@ def test_results_older_than_a_file_of_points_are_out_of_date(tmp_path):
     mine, _ = sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)
     mine.folder.mkdir()
     for name in ("ics.nc", "errors.nc"):
-        xr.Dataset(attrs={"scene": text}).to_netcdf(mine.folder / name, engine="h5netcdf")
+        xr.Dataset(attrs={"scene": text, "code": code_digest()}).to_netcdf(
+            mine.folder / name, engine="h5netcdf"
+        )
     written = (mine.folder / "ics.nc").stat().st_mtime
     for age, expected in ((+10, True), (-10, False)):
         os.utime(tmp_path / "rail.txt", (written - age, written - age))

@@ -73,4 +73,34 @@ def test_a_patch_near_the_end_of_a_measured_contour(tmp_path, write_scene):
     text = scene_text().replace(arc, '"points", file = "rail.txt"').replace("a = 0.3", "a = 0.3\ns = 11.5")
     path.write_text(text, encoding="utf-8")
     (found,) = [text for text in warnings(load_scene(str(path))) if "from the end of lower.contour" in text]
-    assert re.search(r"patch\.s = 11\.5: 0\.\d+ mm from the end", found) or "1." in found
+    slope = 12 / 30
+    arc_length = 15 * (slope * np.hypot(1, slope) + np.arcsinh(slope))  # of the parabola, to y = 12
+    number = re.match(r"patch\.s = 11\.5: (\S+) mm from the end", found)[1]
+    assert float(number) == pytest.approx(arc_length - 11.5 - 0.2, abs=2e-3)
+
+
+UNLIKELY = {
+    "E": 210e3,
+    "nu": 0.48,
+    "contour": {"kind": "arc", "radius": 1.0, "flank_inclination_deg": 75.0},
+    "rolling_radius": 60.0,
+}
+REASONS = ("radius 1 mm", "30 degrees of material", "nearly incompressible", "the hub", "turned")
+
+
+@pytest.mark.parametrize(
+    ("bodies", "n"), [(["upper"], 0), (["lower"], 5), (["combined"], 5), (["lower", "upper"], 5)]
+)
+def test_only_bodies_that_the_scene_compares_are_warned_about(bodies, n):
+    lines = [{"along": "x", "s": 1.0, "reach": 10.0}]
+    table = TABLE | {"bodies": bodies, "lower": UNLIKELY, "lines": lines}
+    texts = [text for text in warnings(scene_from_table(table, "unlikely")) if text.startswith("lower.")]
+    assert len(texts) == n, texts
+    assert all(any(reason in text for text in texts) for reason in REASONS[:n])
+
+
+@pytest.mark.parametrize(("far_radius", "expected"), [(150.0, False), (170.0, True)])
+def test_a_hub_is_warned_about_only_if_the_model_reaches_it(far_radius, expected):
+    changes = {"upper": {"rolling_radius": 200.0}, "lines": [{"along": "x", "s": 1.6, "reach": 10.0}]}
+    table = changed(TABLE, changes) | {"engine": {"far_radius": far_radius}}
+    assert any("the hub" in text for text in warnings(scene_from_table(table, "wheel"))) == expected

@@ -44,12 +44,14 @@ def ics_of(request):
 
 
 def assert_honest(error, estimate):
-    """No estimate is below the error; none is above ten times it, but for one component of nine at most.
+    """No estimate is below the error; none is above ten times it, but for one component at most.
 
-    Mesh errors change sign along a line: now and then one component comes out accurate by luck.
+    Mesh errors change sign along a line: now and then one component comes out accurate by luck. By
+    reciprocity ij and ji then do so together: they count once.
     """
     assert np.all(error <= estimate), estimate / error
-    assert np.sum(estimate > 10 * error) <= 1, estimate / error
+    too_large = estimate > 10 * error
+    assert np.sum(np.triu(too_large | too_large.T)) <= 1, estimate / error
     assert np.sqrt(np.mean(estimate**2)) < 10 * np.sqrt(np.mean(error**2))
 
 
