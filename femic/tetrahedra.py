@@ -66,7 +66,6 @@ def fill(body: Body, cells: Cells, focus: Focus, *, half_section: bool) -> Tetra
         _add_volume(gmsh, body, half_section)
         _set_cell_size(gmsh, body, cells, focus)
         gmsh.model.mesh.generate(3)
-        gmsh.model.mesh.optimize("Netgen")  # now and then halves the iterations of the solver
         return _collect(gmsh, body)
 
 

@@ -12,7 +12,7 @@ from matplotlib.image import imread
 from compare.figures import STYLES
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-COARSE = 0.2  # beyond 0.005 * 3^3 = 0.135 cells do not grow any more
+COARSE = 0.2  # about where cells stop growing with the tolerance (femic.reference.cells_for)
 DRAWN = 100  # pixels that are in the colour of a curve, at least
 
 

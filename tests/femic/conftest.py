@@ -43,16 +43,19 @@ def ics_of(request):
     return np.swapaxes(raw_ics(request).u, 0, 1)
 
 
-def assert_honest(error, estimate):
-    """No estimate is below the error; none is above ten times it, but for one component at most.
+def assert_honest(cases):
+    """Of (error, estimate) pairs: every estimate bounds its error; 90 of 100 are below ten times it.
 
     Mesh errors change sign along a line: now and then one component comes out accurate by luck. By
     reciprocity ij and ji then do so together: they count once.
     """
-    assert np.all(error <= estimate), estimate / error
-    too_large = estimate > 10 * error
-    assert np.sum(np.triu(too_large | too_large.T)) <= 1, estimate / error
-    assert np.sqrt(np.mean(estimate**2)) < 10 * np.sqrt(np.mean(error**2))
+    above = []
+    for error, estimate in cases:
+        assert np.all(error <= estimate), estimate / error
+        too_large = estimate > 10 * error
+        above.append((too_large | too_large.T)[np.triu_indices(len(error))])
+        assert np.sqrt(np.mean(estimate**2)) < 10 * np.sqrt(np.mean(error**2))
+    assert np.mean(above) <= 0.1, np.array(above)
 
 
 @pytest.fixture(scope="session", params=[LOWER, UPPER], ids=["lower", "upper"])
