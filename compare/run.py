@@ -71,8 +71,9 @@ def _draw_meshes(results: Results, folder: Path) -> list[Path]:
         side = -1 if solid.half_section and job.patch.s < 0 else 1  # only s >= 0 is modelled
         if in_3d:
             paths.append(folder / f"mesh_{name}.png")
-            vertices, patch = solid.nodes[:, : solid.n_vertices], job.body.surface(0.0, side * job.patch.s)
+            patch = job.body.surface.position(0.0, side * job.patch.s)
             title = f"{name} body, {solid.mesh.nelements:,} cells"
+            vertices = solid.nodes[:, : solid.n_vertices]
             views.draw_mesh(vertices, solid.mesh.t, patch, paths[-1], title=title)
     surface = figures.surface_mesh(solid.trace.basis.mesh, results.scene, name, side=side)
     paths.append(figures.save(surface, folder / "mesh_surface.png"))

@@ -68,15 +68,15 @@ class Condition:
 
 def wrench(body: Body, xi: ArrayLike, s: ArrayLike) -> Array:
     """Phi: wrench of unit loads in the local directions at (xi, s), shape (4, 3, n)."""
-    force = np.swapaxes(body.axes(xi, s), 0, 1)  # (component, direction, n)
-    _, y, z = body.surface(xi, s)
+    force = np.swapaxes(body.surface.axes(xi, s), 0, 1)  # (component, direction, n)
+    _, y, z = body.surface.position(xi, s)
     return np.concatenate([force, (y * force[2] - z * force[1])[None]])
 
 
 def rigid_part(m: Array, body: Body, points: Points, load: Load) -> Array:
     """D = Phi(I)^T M Phi(J) [mm/N] of a load at the points, shape (3, n)."""
     s_load = load.patch.s
-    observer = wrench(body, body.chart_x(points.x, points.s, s_load), points.s)
+    observer = wrench(body, body.surface.chart_x(points.x, points.s, s_load), points.s)
     return np.einsum("aip,ab,b->ip", observer, m, wrench(body, 0.0, s_load)[:, load.direction])
 
 
@@ -150,7 +150,7 @@ def _tilt_under_normal_load(body: Body, rule: DiscountRule) -> Condition:
 def _tilt(body: Body, rule: DiscountRule, u: Array) -> float:
     """u_z(reach) - u_z(-reach) at x = 0."""
     ends = [RIGHT, LEFT]
-    to_vertical = body.axes(0.0, rule.points(body).s[ends])[:, FZ]  # (3 directions, 2)
+    to_vertical = body.surface.axes(0.0, rule.points(body).s[ends])[:, FZ]  # (3 directions, 2)
     right, left = np.sum(to_vertical * u[:, ends], axis=0)
     return float(right - left)
 

@@ -1,6 +1,6 @@
 """Second-order solid meshes whose nodes lie on the true contour, and the trace on it.
 
-On the contact surface (xi, s) is a chart (`geometries.bodies`) in which every curved facet is a
+On the contact surface (xi, s) is a chart (`geometries.surfaces`) in which every curved facet is a
 straight triangle with its mid-side nodes half way: fields there are quadratic splines of (xi, s).
 """
 
@@ -69,19 +69,19 @@ def curved(body: Body, linear: Tetrahedra, *, half_section: bool) -> SolidMesh:
     chart = np.full((2, linear.points.shape[1]), np.nan)
     chart[:, on_surface] = _chart_of(body, linear.points[:, on_surface])
     points = linear.points.copy()
-    points[:, on_surface] = body.surface(*chart[:, on_surface])
+    points[:, on_surface] = body.surface.position(*chart[:, on_surface])
     mesh = MeshTet(points, np.ascontiguousarray(linear.cells))
     edges = mesh_edges(mesh, surface_edges(linear))
     second_order = MeshTet2.from_mesh(mesh)
     nodes = second_order.doflocs.copy()
-    nodes[:, points.shape[1] + edges] = body.surface(*chart[:, mesh.edges[:, edges]].mean(axis=1))
+    nodes[:, points.shape[1] + edges] = body.surface.position(*chart[:, mesh.edges[:, edges]].mean(axis=1))
     trace = _trace(mesh, linear, chart)
     return _checked(SolidMesh(body, replace(second_order, doflocs=nodes), trace, half_section))
 
 
 def _chart_of(body: Body, points: Array) -> Array:
     """Chart coordinates (xi, s) of points near the contact surface, exact on the model's ends."""
-    xi, y, z = body.turned_back(points)
+    xi, y, z = body.surface.turned_back(points)
     for end in (0.0, body.xi_end):
         xi = np.where(np.abs(xi - end) < 1e-9 * body.xi_end, end, xi)
     return np.stack([xi, body.contour.nearest(np.stack([y, z]), body.s_range)])

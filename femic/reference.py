@@ -222,7 +222,7 @@ def require_inside(name: str, job: Job) -> None:
         patch = load.patch
         ends = np.array([patch.s - patch.b, patch.s + patch.b])
         s = np.append(small.points.s, ends)
-        xi = body.chart_x(np.append(small.points.x, [patch.a, patch.a]), s, patch.s)
+        xi = body.surface.chart_x(np.append(small.points.x, [patch.a, patch.a]), s, patch.s)
         outside = np.flatnonzero((np.abs(xi) > body.xi_end) | (s < low) | (s > high))
         if len(outside):
             k = int(outside[0])

@@ -132,14 +132,15 @@ def raw_ics(request: Request, most_unknowns: int | None = None) -> RawICs:
 def build_mesh(request: Request) -> SolidMesh:
     """The mesh for a request: a quarter where symmetry allows it, refined at patches and points."""
     body, points, smallest = request.body, request.points, request.cells.smallest
+    surface = body.surface
     half_section = body.contour.symmetric
     patches = list(dict.fromkeys(load.patch for load in request.loads))
     x, s = np.hstack([_spine(patch) for patch in patches])
     s_loads = [patch.s for patch in patches]
-    at_patches = np.stack([body.chart_x(x, s, s), s])
-    at_points = np.hstack([[body.chart_x(points.x, points.s, s_load), points.s] for s_load in s_loads])
+    at_patches = np.stack([surface.chart_x(x, s, s), s])
+    at_points = np.hstack([[surface.chart_x(points.x, points.s, s_load), points.s] for s_load in s_loads])
     centres, read = (
-        _distinct(body.surface(np.abs(xi), np.abs(s) if half_section else s), smallest)
+        _distinct(surface.position(np.abs(xi), np.abs(s) if half_section else s), smallest)
         for xi, s in (at_patches, np.hstack([at_points, at_patches]))
     )
     return solid_mesh(body, request.cells, Focus(centres, read), half_section=half_section)
@@ -160,7 +161,7 @@ def _distinct(points: Array, apart: float) -> Array:
 def assemble(solid: SolidMesh) -> SolidModel:
     """Stiffness of the body and its clamped nodes: far arc, hub and end face."""
     body = solid.body
-    xi, y, z = body.turned_back(solid.nodes[:, : solid.n_vertices])
+    xi, y, z = body.surface.turned_back(solid.nodes[:, : solid.n_vertices])
     on_far_arc = np.hypot(y, z) > (1 - 1e-6) * body.domain.far_radius
     on_hub = body.side * z > (1 - 1e-6) * body.depth
     on_end = (xi > (1 - 1e-6) * body.xi_end) & (not body.closed)
@@ -183,7 +184,7 @@ def patch_load(solid: SolidMesh, load: Load, parity: Parity) -> Array:
     the modelled side counts. Gauss points in the chart reproduce force, moments and second moments
     exactly on any mesh, so cells need not end at the patch's edges.
     """
-    body, patch = solid.body, load.patch
+    surface, patch = solid.body.surface, load.patch
     s_ends = patch.s - patch.b, patch.s + patch.b
     across = [0.0] if parity.y and s_ends[0] < 0 < s_ends[1] else []
     modelled = sorted(np.abs(s_ends)) if parity.y else s_ends
@@ -191,8 +192,8 @@ def patch_load(solid: SolidMesh, load: Load, parity: Parity) -> Array:
     x, w_x = _composite_gauss([0.0, patch.a], smallest)
     s, w_s = _composite_gauss([s_ends[0], *across, s_ends[1]], smallest)
     x, s = (grid.ravel() for grid in np.meshgrid(x, s, indexing="ij"))
-    xi = body.chart_x(x, s, s)
-    traction = body.axes(xi, s)[load.direction] * np.outer(w_x, w_s).ravel() / patch.area  # (3, n)
+    xi = surface.chart_x(x, s, s)
+    traction = surface.axes(xi, s)[load.direction] * np.outer(w_x, w_s).ravel() / patch.area  # (3, n)
     if parity.y:  # half of f(s), and half of its mirror image
         traction = np.where(s < 0, parity.signs(Y)[:, None], 1.0) * traction / 2
         s = np.abs(s)
@@ -239,8 +240,8 @@ def _from_vertices(solid: SolidMesh) -> csr_matrix:
 
 def observe(model: SolidModel, load: Load, field: Field, points: Points) -> Array:
     """Displacements [mm] in the observers' local directions, shape (3, n_points)."""
-    solid = model.solid
-    xi = solid.body.chart_x(points.x, points.s, load.patch.s)
+    solid, surface = model.solid, model.solid.body.surface
+    xi = surface.chart_x(points.x, points.s, load.patch.s)
     to_points = solid.trace.interpolation(np.abs(xi), np.abs(points.s) if solid.half_section else points.s)
     u = np.zeros((3, len(xi)))
     for parity, solution in field:
@@ -249,7 +250,7 @@ def observe(model: SolidModel, load: Load, field: Field, points: Points) -> Arra
         if parity.y:
             part = np.where(points.s < 0, parity.signs(Y)[:, None] * part, part)
         u += part
-    return np.asarray(np.einsum("icp,cp->ip", solid.body.axes(xi, points.s), u))
+    return np.asarray(np.einsum("icp,cp->ip", surface.axes(xi, points.s), u))
 
 
 def directions_of(components: Iterable[str]) -> tuple[int, ...]:

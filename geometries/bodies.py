@@ -1,9 +1,4 @@
-"""Bodies: a contact contour, extruded along x or revolved about an axis parallel to y, and a material.
-
-On a body of revolution x is arc length along the rolling circles. Points of its surface have the
-chart (xi, s): s is arc length along the contour, xi = R_roll theta, theta the angle about the axis.
-At s = 0 xi is x; for R_roll = infinity, the prismatic body, it is x everywhere.
-"""
+"""Bodies: what is behind a contact surface, its material, and how much of it is modelled."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,13 +10,13 @@ from scipy.optimize import brentq
 from geometries.contours import Contour
 from geometries.errors import WrongInput
 from geometries.materials import Material
+from geometries.surfaces import Surface
 
 Array = NDArray[np.float64]
 
 UPPER, LOWER = +1, -1
 HUB = 0.2  # default hub radius, and the smallest one, as a share of the rolling radius
 END_SAMPLES = 4001
-SEAM = 1e-9  # rad, where a model that goes all the way round ends
 
 
 @dataclass(frozen=True)
@@ -62,9 +57,8 @@ class Body:
     hub_radius: float | None = None
 
     def __post_init__(self) -> None:
-        if not self.rolling_radius > 0:
-            raise WrongInput(f"rolling_radius = {self.rolling_radius!r}: must be positive [mm]")
-        if self.hub_radius is not None and np.isinf(self.rolling_radius):
+        surface = self.surface  # checks the rolling radius
+        if self.hub_radius is not None and np.isinf(surface.rolling_radius):
             raise WrongInput(
                 f"hub_radius = {self.hub_radius!r}: a prismatic body has none; give rolling_radius"
             )
@@ -75,6 +69,11 @@ class Body:
             )
         if not self.depth > 0:
             raise WrongInput(f"hub_radius = {self.hub_radius!r}: must be smaller than rolling_radius")
+
+    @property
+    def surface(self) -> Surface:
+        """The contact surface."""
+        return Surface(self.side, self.contour, self.rolling_radius)
 
     @property
     def depth(self) -> float:
@@ -102,55 +101,6 @@ class Body:
     def s_range(self) -> tuple[float, float]:
         """Arc lengths at which the contour meets the far arc or the hub."""
         return section_end(self, -1), section_end(self, +1)
-
-    def circle_radius(self, s: ArrayLike) -> Array:
-        """Radius R(s) [mm] of the rolling circle at arc length s."""
-        return np.asarray(self.rolling_radius - self.side * self.contour.position(s)[1])
-
-    def chart_x(self, x: ArrayLike, s: ArrayLike, s_load: ArrayLike) -> Array:
-        """Chart coordinate xi [mm] of an element at distance x from one at arc length s_load.
-
-        The angle between them is x over the mean radius of their circles.
-        """
-        z = (self.contour.position(s)[1] + self.contour.position(s_load)[1]) / 2
-        return np.asarray(x / (1 - self.side * z / self.rolling_radius))
-
-    def surface(self, xi: ArrayLike, s: ArrayLike) -> Array:
-        """Points of the contact surface in global axes [mm], shape (3, n)."""
-        xi, s = np.broadcast_arrays(np.asarray(xi, dtype=float), np.asarray(s, dtype=float))
-        return self.turned(np.stack([xi, *self.contour.position(s)]))
-
-    def turned(self, section_points: Array) -> Array:
-        """Global positions of points (xi, y, z): section coordinates (y, z), turned to xi; (3, n)."""
-        xi, y, z = section_points
-        theta = xi / self.rolling_radius
-        x = xi * np.sinc(theta / np.pi) - self.side * z * np.sin(theta)
-        sagitta = xi * np.sin(theta / 2) * np.sinc(theta / 2 / np.pi)
-        return np.stack([x, y, self.side * sagitta + z * np.cos(theta)])
-
-    def turned_back(self, points: Array) -> Array:
-        """(xi, y, z) of points in global axes: the inverse of `turned`, -pi R < xi <= pi R; shape (3, n)."""
-        if np.isinf(self.rolling_radius):
-            return points
-        x, y, z = points
-        R, height = self.rolling_radius, self.side * points[2]
-        radius = np.hypot(x, R - height)
-        depth = (2 * R * height - z**2 - x**2) / (R + radius)
-        theta = np.arctan2(x, R - height)
-        on_seam = np.pi - np.abs(theta) < SEAM  # x is 0 but for rounding, of either sign
-        return np.stack([R * np.where(on_seam, np.abs(theta), theta), y, self.side * depth])
-
-    def axes(self, xi: ArrayLike, s: ArrayLike) -> Array:
-        """Local directions x, s, n in global axes, shape (3 directions, 3 components, n)."""
-        xi, s = np.broadcast_arrays(np.asarray(xi, dtype=float), np.asarray(s, dtype=float))
-        theta = xi / self.rolling_radius
-        cos, sin, zero = np.cos(theta), self.side * np.sin(theta), np.zeros_like(theta)
-
-        def turned(v: Array) -> list[Array]:
-            return [-sin * v[1], v[0], cos * v[1]]
-
-        tangent, normal = self.contour.tangent(s), self.contour.normal(s)
-        return np.array([[cos, zero, sin], turned(tangent), turned(normal)])
 
 
 @lru_cache(maxsize=64)

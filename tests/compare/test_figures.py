@@ -100,4 +100,4 @@ def test_the_close_up_aims_at_the_modelled_side(s, flanks, shown, tmp_path, monk
     monkeypatch.setattr(views, "draw_mesh", lambda *given, **_: drawn.append(given[2]))
     names = [path.name for path in run._draw_meshes(results, tmp_path)]
     assert names == ["mesh_lower.png", "mesh_surface.png"]
-    np.testing.assert_allclose(drawn, [scene.bodies["lower"].surface(0.0, shown)])
+    np.testing.assert_allclose(drawn, [scene.bodies["lower"].surface.position(0.0, shown)])

@@ -156,8 +156,8 @@ def test_a_run_writes_the_fields_of_the_finest_model_where_asked(write_scene, ca
         raw = dataset.raw.sel(solved="upper", i="n", j="n")
         x, s = raw.x.values, raw.s.values
     body = load_scene(str(path)).bodies["upper"]
-    normal = body.axes(x, s)[2]
-    inside = body.surface(x, s) + 1e-5 * normal
+    normal = body.surface.axes(x, s)[2]
+    inside = body.surface.position(x, s) + 1e-5 * normal
     seen = pyvista.PolyData(inside.T).sample(pyvista.read("o/fields/upper_n.vtu"))
     assert np.all(seen["vtkValidPointMask"])
     u = np.sum(seen["displacement"].T * normal, axis=0)

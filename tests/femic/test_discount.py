@@ -67,7 +67,7 @@ def test_displacements_of_a_wrench_are_rigid(rolling_radius):
     body = request_for(UNSYMMETRIC, side=UPPER, rolling_radius=rolling_radius).body
     xi, s = np.array([0.0, 3.0, -8.0]), np.array([-7.0, 0.4, 5.0])
     q = np.array([0.3, -0.2, 0.5, 0.1])
-    position = body.surface(xi, s)
+    position = body.surface.position(xi, s)
     u = q[:3, None] + np.cross([q[3], 0, 0], position.T).T  # t + phi e_x x r
     delta, theta = UNSYMMETRIC.inclination(s), xi / rolling_radius
     across = u[1], np.cos(theta) * u[2] - np.sin(theta) * u[0]  # in the observer's section

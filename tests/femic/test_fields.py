@@ -52,19 +52,19 @@ def test_images_of_surface_nodes_lie_on_the_surface(model):
     solid, grid = model.solid, grid_of(model.solid)
     near, chart = chart_of(solid, grid)
     assert np.all(np.any(chart < -0.1, axis=1))
-    np.testing.assert_allclose(grid.nodes[:, near], solid.body.surface(*chart), atol=1e-12 * 40)
+    np.testing.assert_allclose(grid.nodes[:, near], solid.body.surface.position(*chart), atol=1e-12 * 40)
 
 
 @pytest.mark.parametrize("patch", [CENTRED, ASIDE], ids=["centred", "aside"])
 def test_displacements_are_those_that_observers_see(model, fields, patch):
     solid, grid = model.solid, grid_of(model.solid)
     near, (xi, s) = chart_of(solid, grid)
-    x = xi / solid.body.chart_x(1.0, s, patch.s)
+    x = xi / solid.body.surface.chart_x(1.0, s, patch.s)
     for direction in (0, 1, 2):
         load = Load(patch, direction)
         u = displacement(grid, fields[load])
         seen = observe(model, load, fields[load], Points(x, s))
-        local = np.einsum("icp,pc->ip", solid.body.axes(xi, s), u[near])
+        local = np.einsum("icp,pc->ip", solid.body.surface.axes(xi, s), u[near])
         np.testing.assert_allclose(local, seen, atol=1e-9 * np.abs(seen).max())
 
 

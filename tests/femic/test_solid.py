@@ -39,9 +39,9 @@ def test_patch_load_carries_unit_force_and_its_moments(half_model, direction):
     force = patch_load(solid, load, the_parity(load))
     s, w = np.polynomial.legendre.leggauss(20)
     s, w = patch.s + patch.b * s, w / 4  # half of the patch is modelled: x >= 0
-    axes = solid.body.axes(0.0, s)[direction]
+    axes = solid.body.surface.axes(0.0, s)[direction]
     np.testing.assert_allclose(force.sum(axis=0), axes @ w, atol=1e-13)
-    points = solid.body.surface(patch.a / 2, s)
+    points = solid.body.surface.position(patch.a / 2, s)
     moments = np.cross(points.T, axes.T).T @ w
     by_nodes = np.cross(solid.nodes.T, force).sum(axis=0)
     # nodes lie on the arc, facets between them deviate from it by h^4 terms of order 1e-6 here
@@ -62,7 +62,7 @@ def test_even_and_odd_parts_of_a_load_add_up_to_it(direction, s):
     for side, found in ((1, force.sum(axis=0)), (-1, mirrored.sum(axis=0))):
         ends = np.clip([s - 0.5, s + 0.5], *((0, 9) if side > 0 else (-9, 0)))
         at = ends.mean() + np.ptp(ends) / 2 * nodes
-        share = solid.body.axes(0.0, at)[direction] @ weights * np.ptp(ends) / 2 / (2 * 1.0)
+        share = solid.body.surface.axes(0.0, at)[direction] @ weights * np.ptp(ends) / 2 / (2 * 1.0)
         np.testing.assert_allclose(found, share, atol=1e-12)
 
 

@@ -4,6 +4,7 @@ import pytest
 from geometries.bodies import LOWER, UPPER, Body, Domain, section_end
 from geometries.contours import arc, ellipse, plane, through_points
 from geometries.materials import Material
+from geometries.surfaces import Surface
 
 DOMAIN = Domain(far_radius=60.0, half_length=130.0)
 Y = np.linspace(-7.0, 9.0, 15)
@@ -76,48 +77,15 @@ def test_sides_are_the_signs_of_the_design():
     assert (UPPER, LOWER) == (+1, -1)
 
 
-WHEEL = {
-    "upper": Body(UPPER, CONTOURS["arc"], STEEL, DOMAIN, rolling_radius=120.0),
-    "lower": Body(LOWER, CONTOURS["spline"], STEEL, DOMAIN, rolling_radius=80.0),
-    "prismatic": Body(UPPER, CONTOURS["ellipse"], STEEL, DOMAIN),
-}
-XI, S = np.array([0.0, 3.0, -40.0, 100.0]), np.array([2.0, -1.0, 0.5, 6.0])
+def test_the_surface_is_that_of_the_contour_at_the_rolling_radius():
+    wheel = Body(UPPER, CONTOURS["arc"], STEEL, DOMAIN, rolling_radius=120.0)
+    assert wheel.surface == Surface(UPPER, CONTOURS["arc"], 120.0)
+    assert Body(LOWER, CONTOURS["arc"], STEEL, DOMAIN).surface == Surface(LOWER, CONTOURS["arc"])
 
 
-@pytest.mark.parametrize("body", WHEEL.values(), ids=WHEEL)
-def test_axes_are_the_directions_of_growing_xi_and_s_and_right_handed(body):
-    step = 1e-5
-    along_xi = body.surface(XI + step, S) - body.surface(XI - step, S)
-    along_s = body.surface(XI, S + step) - body.surface(XI, S - step)
-    x, s, n = body.axes(XI, S)
-    np.testing.assert_allclose(along_xi / np.linalg.norm(along_xi, axis=0), x, atol=1e-8)
-    np.testing.assert_allclose(along_s / (2 * step), s, atol=1e-8)
-    np.testing.assert_allclose(np.cross(x.T, s.T).T, n, atol=1e-15)
-    assert np.all(n[2, :2] > 0)  # near the contact the normal points up, into the upper body
-
-
-@pytest.mark.parametrize("body", WHEEL.values(), ids=WHEEL)
-def test_turning_back_undoes_turning(body):
-    section = np.stack([XI, np.array([5.0, -3.0, 0.0, 8.0]), np.array([1.0, -20.0, 4.0, -2.0])])
-    np.testing.assert_allclose(body.turned_back(body.turned(section)), section, atol=1e-11)
-
-
-def test_prismatic_is_the_limit_of_a_large_rolling_radius():
+def test_the_prismatic_section_is_the_limit_of_a_large_rolling_radius():
     wheel, prism = (Body(UPPER, CONTOURS["arc"], STEEL, DOMAIN, radius) for radius in (1e9, np.inf))
-    np.testing.assert_allclose(wheel.surface(XI, S), prism.surface(XI, S), atol=1e-5)
-    np.testing.assert_allclose(wheel.axes(XI, S), prism.axes(XI, S), atol=2e-7)
-    np.testing.assert_allclose(wheel.chart_x(XI, S, 0.0), XI, atol=1e-5)
-    np.testing.assert_array_equal(prism.chart_x(XI, S, 3.0), XI)
     assert wheel.s_range == pytest.approx(prism.s_range)
-
-
-@pytest.mark.parametrize("body", list(WHEEL.values())[:2], ids=["upper", "lower"])
-def test_circles_have_the_radius_of_the_surface_and_angles_are_lag_over_their_mean(body):
-    points = body.surface(XI, S)
-    height = body.rolling_radius - body.side * points[2]
-    np.testing.assert_allclose(np.hypot(points[0], height), body.circle_radius(S), rtol=1e-14)
-    angle = body.chart_x(5.0, S, 1.0) / body.rolling_radius
-    np.testing.assert_allclose(angle, 5.0 / (body.circle_radius(S) + body.circle_radius(1.0)) * 2)
 
 
 def test_a_section_ends_at_its_hub():
