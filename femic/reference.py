@@ -18,6 +18,7 @@ from joblib import Memory, Parallel, delayed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 from numpy.typing import NDArray
 
+from approx.halfspace import HalfSpace
 from approx.variants import approximate
 from femic.accuracy import component_of, line_errors
 from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part
@@ -301,9 +302,9 @@ def scale_nn(job: Job, ic: Array) -> Array:
     """The nn ICs that set the scale of small components, shape (n,): C's, A's where not solved."""
     if not np.any(np.isnan(ic[N, N])):
         return ic[N, N]
-    constants = one_body(job.body.material, job.body.side)
+    half_space = HalfSpace(one_body(job.body.material, job.body.side))
     at = job.points.x, job.points.s
-    return approximate("A", constants, job.body.contour, job.patch, at)[N, N] / job.patch.area
+    return approximate("A", half_space, job.body.surface, job.patch, at)[N, N] / job.patch.area
 
 
 def worst(job: Job, reference: Reference, error: Array) -> tuple[float, str, str]:

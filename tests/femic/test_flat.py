@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from approx.variants import approximate
+from approx.halfspace import HalfSpace
 from femic.accuracy import line_errors
 from femic.reference import Job, Level, combine, discounted, request
 from femic.solid import Points, raw_ics
@@ -37,8 +37,8 @@ def job(size, factor, *, side=LOWER, s=0.0, material=STEEL, **changes):
 
 
 def halfspace(asked):
-    constants, at = one_body(asked.body.material, asked.body.side), (asked.points.x, asked.points.s)
-    return approximate("A", constants, contours.plane(), asked.patch, at) / asked.patch.area
+    solid = HalfSpace(one_body(asked.body.material, asked.body.side))
+    return solid.ics(asked.patch, asked.points.x, asked.points.s) / asked.patch.area
 
 
 def shares(difference, a):
