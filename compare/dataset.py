@@ -12,8 +12,7 @@ from femic.accuracy import line_scale
 from femic.discount import AXES
 from femic.provenance import code_digest, versions
 from femic.solid import RESIDUAL
-
-DIRECTIONS = ["x", "s", "n"]
+from geometries.patches import DIRECTIONS
 
 
 def to_dataset(results: Results) -> xr.Dataset:
@@ -53,8 +52,8 @@ def to_dataset(results: Results) -> xr.Dataset:
         coords={
             "variant": variants,
             "body": bodies,
-            "i": DIRECTIONS,
-            "j": DIRECTIONS,
+            "i": list(DIRECTIONS),
+            "j": list(DIRECTIONS),
             "solved": solved,
             "axis": list(AXES),
             "axis_": list(AXES),
