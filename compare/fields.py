@@ -10,7 +10,8 @@ from compare import views
 from compare.pipeline import Results, jobs
 from compare.scenes import Scene, load_scene
 from femic.fields import nodal_fields
-from femic.reference import Job, Level, Watch, request
+from femic.reference import Job, Level, request
+from femic.refinement import Watch
 from femic.vtu import write_vtu
 from geometries.errors import Failure, WrongInput
 from geometries.patches import DIRECTIONS, Load

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from approx.variants import approximate
 from compare.scenes import Scene
 from femic import reference
-from femic.reference import SILENT, Job, Reference, Watch, references
+from femic.reference import Job, Reference
+from femic.refinement import SILENT, Watch, references
 from femic.solid import Points
 from geometries.bodies import Body
 from geometries.materials import one_body
