@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from compare.dataset import settings
 from compare.figures import SYMBOLS
-from compare.pipeline import Results, jobs
+from compare.pipeline import Results, jobs, scales_of
 from compare.plausibility import warnings
 from femic.discount import AXES
 from femic.provenance import versions
@@ -155,15 +155,15 @@ def _known(results: Results) -> list[dict[str, str]]:
     """How well C of each solved body is known, and what that took."""
     rows = []
     for name, job in jobs(results.scene).items():
-        found = results.references[name]
-        error, component, line = worst(job, found, found.estimate)
+        found, scale = results.references[name], scales_of(results, name)
+        error, component, line = worst(job, found.c.estimate, scale)
         cells, domain = factors(found.level)
         rows.append(
             {
                 "body": name,
                 "error": f"{error:.2%} ({component} on {line})",
-                "mesh": f"{worst(job, found, found.mesh_error)[0]:.2%}",
-                "truncation": f"{worst(job, found, found.truncation_error)[0]:.2%}",
+                "mesh": f"{worst(job, found.c.mesh_error, scale)[0]:.2%}",
+                "truncation": f"{worst(job, found.c.truncation_error, scale)[0]:.2%}",
                 "cells": f"{found.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
                 "domain": f"far arc {found.body.domain.far_radius:g} mm, half-length "
                 f"{found.body.xi_end:.4g} mm (first × {domain:.3g})",

@@ -6,7 +6,7 @@ Roache's grid convergence index. Errors fall like h^3 and L^-2 (measured: docs/s
 estimate assumes h^2, because mesh errors are partly random.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from approx.variants import approximate
-from femic.accuracy import component_of, line_errors
+from femic.accuracy import component_of, line_scale
 from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part
 from femic.linear import SolverChoice
 from femic.solid import Cost, Points, RawICs, Request, directions_of
@@ -96,18 +96,12 @@ class Level:
 
 
 @dataclass(frozen=True)
-class Reference:
-    """C of one body per unit total load [mm/N], shape (3, 3, n); NaN where nothing was solved."""
+class Estimated:
+    """ICs per unit total load [mm/N], shape (3, 3, n), after the discount; NaN where nothing was solved."""
 
-    ic: Array  # after the discount
-    raw: Array  # before it, with clamped far boundaries
-    mesh_error: Array  # estimates of the two parts of the error of `ic`, not negative
+    ic: Array
+    mesh_error: Array  # estimates of the two parts of its error, not negative
     truncation_error: Array
-    discount: Array  # M, (4, 4)
-    level: Level
-    cells: Cells  # of the fine model, as its domain
-    body: Body
-    models: Mapping[str, Cost]  # "fine", "coarse", "small", and those of earlier rounds
 
     @property
     def estimate(self) -> Array:
@@ -115,16 +109,29 @@ class Reference:
         return self.mesh_error + self.truncation_error
 
 
-Models = dict[Level, RawICs]
-
-
-def summed(parts: list[Reference]) -> Reference:
-    """The combined ICs of some bodies; their estimates add up."""
+def total(parts: Sequence[Estimated]) -> Estimated:
+    """The sum over some bodies; their estimates add up."""
     ic, mesh, truncation = (
         np.sum([getattr(part, name) for part in parts], axis=0)
         for name in ("ic", "mesh_error", "truncation_error")
     )
-    return replace(parts[0], ic=ic, mesh_error=mesh, truncation_error=truncation)
+    return Estimated(ic, mesh, truncation)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """C of one body with its estimate, and how it was got."""
+
+    c: Estimated
+    raw: Array  # C before the discount [mm/N], with clamped far boundaries, (3, 3, n)
+    discount: Array  # M, (4, 4)
+    level: Level
+    cells: Cells  # of the fine model, as its domain
+    body: Body
+    models: Mapping[str, Cost]  # "fine", "coarse", "small", and those of earlier rounds
+
+
+Models = dict[Level, RawICs]
 
 
 def request(job: Job, level: Level) -> Request:
@@ -157,17 +164,12 @@ def combine(job: Job, level: Level, models: Models) -> Reference:
     earlier = [other for other in models if other not in of_level.values()]
     costs |= {f"earlier {k + 1}": models[other].cost for k, other in enumerate(earlier)}
     body, cells = scaled(job, level)
-    return Reference(
+    c = Estimated(
         ic,
-        raw,
         SAFETY * np.abs(ic - coarse) / (COARSER**ESTIMATE_ORDER - 1),
         SAFETY * np.abs(coarse - small) / (LARGER**ESTIMATE_ORDER - 1),
-        m,
-        level,
-        cells,
-        body,
-        MappingProxyType(costs),
     )
+    return Reference(c, raw, m, level, cells, body, MappingProxyType(costs))
 
 
 def discounted(job: Job, model: RawICs) -> tuple[Array, Array, Array]:
@@ -184,22 +186,30 @@ def discounted(job: Job, model: RawICs) -> tuple[Array, Array, Array]:
     return raw - rigid, raw, m
 
 
-def estimated_errors(job: Job, reference: Reference, error: Array) -> dict[str, Array]:
-    """Estimated errors per line as shares of its scale, shape (3, 3): of `estimate` or a part of it."""
-    nn = scale_nn(job, reference.ic)
-    return {line: line_errors(error[..., p], reference.ic[..., p], nn[p]) for line, p in job.lines.items()}
+def scales(jobs: Sequence[Job], ic: Array) -> dict[str, Array]:
+    """Scale per line, shape (3, 3), of the ICs (3, 3, n) that some bodies have together.
+
+    Where nn was not solved, the sum of the bodies' A_nn takes its place.
+    """
+    nn = ic[N, N]
+    if np.any(np.isnan(nn)):
+        nn = np.sum([_half_space_nn(job) for job in jobs], axis=0)
+    return {line: line_scale(ic[..., p], nn[p]) for line, p in jobs[0].lines.items()}
 
 
-def scale_nn(job: Job, ic: Array) -> Array:
-    """The nn ICs that set the scale of small components, shape (n,): C's, A's where not solved."""
-    if not np.any(np.isnan(ic[N, N])):
-        return ic[N, N]
+def _half_space_nn(job: Job) -> Array:
+    """A_nn of a body per unit total load [mm/N], shape (n,)."""
     constants = one_body(job.body.material, job.body.side)
     at = job.points.x, job.points.s
     return approximate("A", constants, job.body.contour, job.patch, at)[N, N] / job.patch.area
 
 
-def worst(job: Job, reference: Reference, error: Array) -> tuple[float, str, str]:
-    """Largest estimated error over lines and components: (share, component, line)."""
-    errors = estimated_errors(job, reference, np.nan_to_num(error, nan=np.inf))
+def estimated_errors(job: Job, error: Array, scale: Mapping[str, Array]) -> dict[str, Array]:
+    """Errors (3, 3, n) per line as shares of its scale, shape (3, 3)."""
+    return {line: np.max(np.abs(error[..., p]), axis=-1) / scale[line] for line, p in job.lines.items()}
+
+
+def worst(job: Job, error: Array, scale: Mapping[str, Array]) -> tuple[float, str, str]:
+    """Largest error over lines and components: (share, component, line)."""
+    errors = estimated_errors(job, np.nan_to_num(error, nan=np.inf), scale)
     return max((component_of(errors[line], c), c, line) for c in job.components for line in errors)

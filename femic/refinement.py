@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femic.linear import NotConverged
 from femic.reference import (
@@ -17,6 +18,7 @@ from femic.reference import (
     MESH_ORDER,
     MODELS,
     TRUNCATION_ORDER,
+    Estimated,
     Job,
     Level,
     Models,
@@ -24,11 +26,14 @@ from femic.reference import (
     combine,
     factors,
     request,
-    summed,
+    scales,
+    total,
     worst,
 )
 from femic.workers import Solved, memory_in, solve_models
 from geometries.errors import WrongInput
+
+Array = NDArray[np.float64]
 
 MOST_STEPS = 3  # of refinement per round
 GROWTH_OF_UNKNOWNS = 2.7  # with 1 / cell size, measured
@@ -90,15 +95,17 @@ def references(
 
 def refine(jobs: Mapping[str, Job], found: Mapping[str, Reference], *, combined: bool) -> dict[str, Level]:
     """The next levels of the bodies that are not accurate enough; for the sum, of the worse one."""
-    short = [name for name, job in jobs.items() if not converged(job, found[name])]
+    own = {name: scales([job], found[name].c.ic) for name, job in jobs.items()}
+    short = [name for name, job in jobs.items() if not converged(job, found[name].c, own[name])]
     if short or not combined:
-        return {name: refined(name, jobs[name], found[name], found[name]) for name in short}
-    job, total = next(iter(jobs.values())), summed(list(found.values()))
-    if converged(job, total):
+        return {name: refined(name, jobs[name], found[name], own[name]) for name in short}
+    job, c = next(iter(jobs.values())), total([reference.c for reference in found.values()])
+    scale = scales(list(jobs.values()), c.ic)
+    if converged(job, c, scale):
         return {}
-    name = max(found, key=lambda name: worst(job, total, found[name].estimate))
+    name = max(found, key=lambda name: worst(job, found[name].c.estimate, scale))
     shared = replace(jobs[name], tolerance=job.tolerance / len(jobs))
-    return {name: refined(name, shared, found[name], total)}
+    return {name: refined(name, shared, found[name], scale)}
 
 
 def require_inside(name: str, job: Job) -> None:
@@ -122,28 +129,25 @@ def require_inside(name: str, job: Job) -> None:
             )
 
 
-def converged(job: Job, reference: Reference) -> bool:
+def converged(job: Job, c: Estimated, scale: Mapping[str, Array]) -> bool:
     """Whether the estimate meets the tolerance."""
-    return worst(job, reference, reference.estimate)[0] <= job.tolerance
+    return worst(job, c.estimate, scale)[0] <= job.tolerance
 
 
-def refined(name: str, job: Job, own: Reference, scale: Reference) -> Level:
+def refined(name: str, job: Job, own: Reference, scale: Mapping[str, Array]) -> Level:
     """The next level of a body: finer cells, a larger domain or both, as its parts of the error ask for.
 
-    Errors are shares of the scales of `scale`: the body's own ICs, or the sum of both bodies'.
+    `scale` is that of the body's own ICs, or that of the sum of both bodies'.
     """
-    parts = {
-        "mesh": worst(job, scale, own.mesh_error)[0],
-        "truncation": worst(job, scale, own.truncation_error)[0],
-    }
+    mesh, truncation = (worst(job, error, scale)[0] for error in (own.c.mesh_error, own.c.truncation_error))
     level = Level(
-        own.level.cells + _steps(parts["mesh"], job, COARSER**MESH_ORDER),
-        own.level.domain + _steps(parts["truncation"], job, LARGER**TRUNCATION_ORDER),
+        own.level.cells + _steps(mesh, job, COARSER**MESH_ORDER),
+        own.level.domain + _steps(truncation, job, LARGER**TRUNCATION_ORDER),
     )
     unknowns = own.models["fine"].unknowns
     expected = round(unknowns * COARSER ** (GROWTH_OF_UNKNOWNS * (level.cells - own.level.cells)))
     if max(level.cells, level.domain) > FURTHEST or expected > job.most_unknowns:
-        raise NotConverged(_too_expensive(name, job, (own, scale), parts, expected))
+        raise NotConverged(_too_expensive(name, job, own, scale, expected))
     return level
 
 
@@ -154,16 +158,14 @@ def _steps(error: float, job: Job, gain: float) -> int:
     return int(np.clip(np.ceil(np.log(2 * error / job.tolerance) / np.log(gain)), 1, MOST_STEPS))
 
 
-def _too_expensive(
-    name: str, job: Job, found: tuple[Reference, Reference], parts: Mapping[str, float], expected: int
-) -> str:
-    own, scale = found
-    error, component, line = worst(job, scale, own.estimate)
+def _too_expensive(name: str, job: Job, own: Reference, scale: Mapping[str, Array], expected: int) -> str:
+    error, component, line = worst(job, own.c.estimate, scale)
+    mesh, truncation = (worst(job, part, scale)[0] for part in (own.c.mesh_error, own.c.truncation_error))
     cells, domain = factors(own.level)
     return (
         f"{name} body: the estimated error of C_{component} on the line {line} is {error:.2%} with "
         f"{own.models['fine'].unknowns:,} unknowns, cells x {cells:.3g}, domain x {domain:.3g} (at worst "
-        f"{parts['mesh']:.2%} from the mesh, {parts['truncation']:.2%} from the domain); the tolerance "
+        f"{mesh:.2%} from the mesh, {truncation:.2%} from the domain); the tolerance "
         f"{job.tolerance:.2%} would take about {expected:,} unknowns (engine.most_unknowns = "
         f"{job.most_unknowns:,}) or a domain more than {LARGER**FURTHEST:g} times the first. Try a larger "
         "engine.tolerance or engine.most_unknowns, shorter lines, or only the components that matter"

@@ -79,7 +79,7 @@ def error_and_estimate(asked):
     reference = combine(
         asked, Level(), {level: raw_ics(request(asked, level)) for level in Level().models().values()}
     )
-    return shares(reference.ic - a, a), shares(reference.estimate, a)
+    return shares(reference.c.ic - a, a), shares(reference.c.estimate, a)
 
 
 MESHES, DOMAINS = (2.8, 2.4, 2.0), (80.0, 160.0)

@@ -38,7 +38,7 @@ def error_and_estimate(asked, truth):
     reference = combine(asked, Level(), models)
     error, estimate = (
         np.max([line_errors(d[..., p], truth[..., p], truth[2, 2, p]) for p in LINES], axis=0)
-        for d in (reference.ic - truth, reference.estimate)
+        for d in (reference.c.ic - truth, reference.c.estimate)
     )
     return error, estimate
 
