@@ -55,8 +55,10 @@ def solve_models(
         )
     except TerminatedWorkerError as error:
         raise Failure(
-            f"one of {workers} worker processes was killed, most likely for memory: use fewer (--workers 1) "
-            "or larger cells (engine.growth, engine.line_growth). Finished models are kept"
+            f"one of {workers} worker processes ended without an answer. It was killed, most likely for "
+            "memory: use fewer (--workers 1) or larger cells (engine.growth, engine.line_growth). Or the "
+            "mesher crashed, which it does at the same place with one process too: change the cells a "
+            "little (engine.smallest_cell, engine.growth). Finished models are kept"
         ) from error
 
 
