@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from compare.pipeline import Results, reference_of, scales_of
-from compare.scenes import Scene
+from compare.scene import Scene
 from femic.discount import AXES
 from femic.provenance import code_digest, versions
 from femic.solid import RESIDUAL

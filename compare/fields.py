@@ -8,7 +8,8 @@ from pathlib import Path
 
 from compare import views
 from compare.pipeline import Results, jobs
-from compare.scenes import Scene, load_scene
+from compare.scene import Scene
+from compare.scenes import load_scene
 from femic.fields import nodal_fields
 from femic.reference import Job, Level, request
 from femic.refinement import Watch

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from approx.variants import approximate
-from compare.scenes import Scene
+from compare.scene import Scene
 from femic import reference
 from femic.reference import Estimated, Job, Reference, scales, total
 from femic.refinement import SILENT, Watch, references

@@ -9,7 +9,7 @@ from compare import dataset as data
 from compare import figures, report, views
 from compare.fields import write_fields
 from compare.pipeline import Results, compute, jobs
-from compare.scenes import Scene
+from compare.scene import Scene
 from femic.reference import request
 from femic.refinement import Watch
 from femic.solid import build_mesh
