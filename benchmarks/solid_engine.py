@@ -63,7 +63,7 @@ def series(job: Job, levels: list[Level]) -> tuple[dict[Level, RawICs], dict[Lev
             if needed not in models:
                 models[needed] = in_fresh_process(request(job, needed))
     found = {level: combine(job, level, models) for level in levels}
-    return models, {k: r.ic for k, r in found.items()}, {k: r.estimate for k, r in found.items()}
+    return models, {k: r.c.ic for k, r in found.items()}, {k: r.c.estimate for k, r in found.items()}
 
 
 def accuracy_rows(job: Job, levels: list[Level], truth: np.ndarray | None = None) -> Iterator[list[str]]:

@@ -8,11 +8,12 @@ from rich.console import Console
 
 from compare import fields, overlay, overlay_report, plausibility, progress
 from compare.run import run_scene
+from compare.scene import Scene
 from compare.scene_listing import listing
-from compare.scenes import Scene, builtin_names, load_scene
+from compare.scenes import builtin_names, load_scene
+from geometries.patches import DirectionName
 
 SolidName = Literal["lower", "upper"]
-DirectionName = Literal["x", "s", "n"]
 
 
 def run(

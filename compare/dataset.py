@@ -5,15 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
-from compare.pipeline import Results, reference_ic, scale_nn, sum_over
-from compare.scenes import Scene
-from femic.accuracy import line_scale
+from compare.pipeline import Results, reference_of, scales_of
+from compare.scene import Scene
 from femic.discount import AXES
 from femic.provenance import code_digest, versions
 from femic.solid import RESIDUAL
+from geometries.patches import DIRECTIONS
 
-DIRECTIONS = ["x", "s", "n"]
+Array = NDArray[np.float64]
 
 
 def to_dataset(results: Results) -> xr.Dataset:
@@ -26,18 +27,14 @@ def to_dataset(results: Results) -> xr.Dataset:
     for b, body in enumerate(bodies):
         for v, variant in enumerate(scene.variants):
             ic[v, b] = results.approximations[variant, body]
-        ic[-1, b] = reference_ic(results, body)
+        ic[-1, b] = reference_of(results, body).ic
     dims = ("body", "i", "j", "point")
     solved = list(results.references)
     line = np.concatenate([np.full(p.stop - p.start, name) for name, p in results.lines.items()])
     per_load = {"units": "mm/N"}
     estimate, mesh, truncation = (
-        np.stack([sum_over(results, body, quantity) for body in bodies])
-        for quantity in (
-            lambda found: found.estimate,
-            lambda found: found.mesh_error,
-            lambda found: found.truncation_error,
-        )
+        np.stack([getattr(reference_of(results, body), part) for body in bodies])
+        for part in ("estimate", "mesh_error", "truncation_error")
     )
     raw = np.stack([results.references[name].raw for name in solved])
     discount = np.stack([results.references[name].discount for name in solved])
@@ -53,8 +50,8 @@ def to_dataset(results: Results) -> xr.Dataset:
         coords={
             "variant": variants,
             "body": bodies,
-            "i": DIRECTIONS,
-            "j": DIRECTIONS,
+            "i": list(DIRECTIONS),
+            "j": list(DIRECTIONS),
             "solved": solved,
             "axis": list(AXES),
             "axis_": list(AXES),
@@ -141,25 +138,25 @@ def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
     `max` and `rms` refer to the scale of design section 2, `own` to max |C_ij| itself; the variant
     "C" carries its estimated error.
     """
-    per_body = [
-        xr.concat(
-            [_line_errors(results, dataset, body, part) for part in results.lines.values()],
-            dim=xr.Variable("line", list(results.lines)),
-        )
-        for body in results.scene.compared
-    ]
-    found = xr.concat(per_body, dim=xr.Variable("body", list(results.scene.compared)))
+    bodies = list(results.scene.compared)
+    per_body = [_body_errors(results, dataset, body) for body in bodies]
+    found = xr.concat(per_body, dim=xr.Variable("body", bodies))
     for measure in found.data_vars.values():
         measure.attrs = {"units": "1"}
     return found
 
 
-def _line_errors(results: Results, dataset: xr.Dataset, body: str, part: slice) -> xr.Dataset:
-    on_line = dataset.sel(body=body).isel(point=part)
+def _body_errors(results: Results, dataset: xr.Dataset, body: str) -> xr.Dataset:
+    of_body, scales = dataset.sel(body=body), scales_of(results, body)
+    per_line = [_line_errors(of_body.isel(point=p), scales[line]) for line, p in results.lines.items()]
+    return xr.concat(per_line, dim=xr.Variable("line", list(results.lines)))
+
+
+def _line_errors(on_line: xr.Dataset, scale_ij: Array) -> xr.Dataset:
     c = on_line.ic.sel(variant="C")
     difference = abs(on_line.ic - c)
     difference = difference.where(on_line.variant != "C", on_line.estimate)
-    scale = xr.DataArray(line_scale(c.values, scale_nn(results, body)[part]), dims=("i", "j"))
+    scale = xr.DataArray(scale_ij, dims=("i", "j"))
     own = abs(c).max("point")
     negligible = own < 1e-9 * scale  # zero by symmetry: it has no share of its own
     return xr.Dataset(

@@ -8,13 +8,14 @@ from pathlib import Path
 
 from compare import views
 from compare.pipeline import Results, jobs
-from compare.scenes import Scene, load_scene
-from femic.accuracy import DIRECTION_NAMES
+from compare.scene import Scene
+from compare.scenes import load_scene
 from femic.fields import nodal_fields
-from femic.reference import Job, Level, Watch, request
+from femic.reference import Job, Level, request
+from femic.refinement import Watch
 from femic.vtu import write_vtu
 from geometries.errors import Failure, WrongInput
-from geometries.patches import Load
+from geometries.patches import DIRECTIONS, Load
 
 Say = Callable[[str], None]
 
@@ -43,7 +44,7 @@ def write_fields(results: Results, folder: Path, watch: Watch) -> None:
 def _written(job: Job, level: Level, loads: tuple[Load, ...], stem: Path) -> Iterator[Path]:
     """Solve loads on one model of a job and write their fields as STEM_LOAD.vtu."""
     for load, field in nodal_fields(replace(request(job, level), loads=loads)):
-        yield write_vtu(field, stem.with_name(f"{stem.name}_{DIRECTION_NAMES[load.direction]}.vtu"))
+        yield write_vtu(field, stem.with_name(f"{stem.name}_{DIRECTIONS[load.direction]}.vtu"))
 
 
 def show(asked: Shown, say: Say) -> None:
@@ -86,7 +87,7 @@ def _preview(asked: Shown, say: Say) -> tuple[Path, str]:
     title = f"{scene.name}, {name} body, 1 N along +{direction}"
     say(f"{title}: solving a preview with coarse cells; `fields = true` in a scene gives the finest")
     folder = Path("out") / scene.name / "show"
-    load = Load(scene.patch, DIRECTION_NAMES.index(direction))
+    load = Load(scene.patch, DIRECTIONS.index(direction))
     (vtu,) = _written(_job(scene, name), COARSE, (load,), folder / name)
     say(f"Fields: {vtu}")
     return vtu, title

@@ -15,7 +15,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from compare import scene_file as files
-from compare.scenes import Scene, build_scene, builtin_names, parse, read_scene, scene_path
+from compare.scene import Scene
+from compare.scenes import build_scene, builtin_names, parse, read_scene, scene_path
 from femic.provenance import code_digest
 from geometries.errors import WrongInput
 

@@ -1,21 +1,18 @@
 """The self-contained HTML report of an overlay, its figures and CSV files."""
 
-import base64
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from compare import overlay_figures
 from compare.figures import SYMBOLS, save
+from compare.html import ZERO, Cell, embedded, error_cell, rendered
 from compare.overlay import Overlay, Source, differences, worst, write_curves
-from compare.report import Cell, colour
 from geometries.errors import WrongInput
 
 JUDGED = ("A", "Bhat")  # variants of the summary
 ALIKE = "alike within the accuracy of C"
-ZERO = 1e-9  # an error that rounding makes, where curves vanish by symmetry
+NEGLIGIBLE = 1e-9  # an error that rounding makes, where curves vanish by symmetry
 
 
 @dataclass(frozen=True)
@@ -53,10 +50,8 @@ def write(overlay: Overlay, folder: Path) -> Path:
 
 def render(overlay: Overlay, figures: Sequence[Path]) -> str:
     """The report as HTML with the PNG figures in it."""
-    environment = Environment(
-        loader=PackageLoader("compare"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
-    )
-    return environment.get_template("overlay.html.j2").render(
+    return rendered(
+        "overlay.html.j2",
         title=", ".join(result.name for result in overlay.results),
         scenes=[(result.name, result.ics.attrs["title"]) for result in overlay.results],
         summary=summary(overlay),
@@ -64,7 +59,7 @@ def render(overlay: Overlay, figures: Sequence[Path]) -> str:
         tables=[{"body": body, "rows": list(_rows(overlay, body))} for body in overlay.common.bodies],
         differences=list(differences(overlay)),
         drawn=", ".join(SYMBOLS[variant] for variant in overlay_figures.drawn_variants(overlay)),
-        figures=[(path.stem, base64.b64encode(path.read_bytes()).decode()) for path in figures],
+        figures=[embedded(path) for path in figures],
         texts=[(result.name, result.ics.attrs["scene"]) for result in overlay.results],
     )
 
@@ -81,9 +76,7 @@ def _rows(overlay: Overlay, body: str) -> Iterator[Row]:
 
 
 def _cell(error: float) -> Cell:
-    if error < ZERO:
-        return Cell("0", "#ffffff")
-    return Cell(f"{100 * error:.2f} %" if error < 0.1 else f"{100 * error:.1f} %", colour(error))
+    return ZERO if error < NEGLIGIBLE else error_cell(error)
 
 
 def summary(overlay: Overlay) -> str:
@@ -116,7 +109,7 @@ def _rank(errors: Sequence[tuple[float, float, str]]) -> tuple[str, str]:
     (least, known, _), (largest, known_there, scene) = min(errors), max(errors)
     if largest - least <= known + known_there:
         return "", ""
-    if max(least, known) < ZERO:
+    if max(least, known) < NEGLIGIBLE:
         return scene, " (0 elsewhere)"
     factor = largest / max(least, known)
     over = "over " if least < known else ""

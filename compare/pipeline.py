@@ -1,7 +1,7 @@
 """From a scene to labelled results: reference ICs, approximations, dataset."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
-from compare.scenes import Scene
+from compare.scene import Scene
 from femic import reference
-from femic.reference import SILENT, Job, Reference, Watch, references
+from femic.reference import Estimated, Job, Reference, scales, total
+from femic.refinement import SILENT, Watch, references
 from femic.solid import Points
 from geometries.bodies import Body
 from geometries.materials import one_body
@@ -90,7 +91,7 @@ def _approximations(
     """Approximations of each body and their seconds; the combined ones are sums, each body with its alpha."""
     ics: dict[tuple[str, str], Array] = {}
     seconds: dict[tuple[str, str], float] = {}
-    for variant in dict.fromkeys(("A", *scene.variants)):  # A also scales lines without C_nn
+    for variant in scene.variants:
         for name, body in scene.bodies.items():
             ics[variant, name], seconds[variant, name] = _timed(variant, scene, body, points)
         ics[variant, "combined"] = ics[variant, "upper"] + ics[variant, "lower"]
@@ -117,26 +118,20 @@ def _reference_seconds(found: Mapping[str, Reference]) -> dict[tuple[str, str], 
     return per_body | {("C", "combined"): sum(per_body.values())}
 
 
-def reference_ic(results: Results, body: str) -> Array:
-    """C of a body, or of both."""
-    return sum_over(results, body, lambda found: found.ic)
+def reference_of(results: Results, body: str) -> Estimated:
+    """C of a body with its estimate, or of both."""
+    return total([results.references[name].c for name in parts_of(body)])
 
 
-def reference_estimate(results: Results, body: str) -> Array:
-    """Error estimate of C; those of two bodies add up."""
-    return sum_over(results, body, lambda found: found.estimate)
+def scales_of(results: Results, body: str) -> dict[str, Array]:
+    """Scale of the errors per line, shape (3, 3), of a body's ICs or of both bodies'."""
+    of_body = jobs(results.scene)
+    return scales([of_body[name] for name in parts_of(body)], reference_of(results, body).ic)
 
 
-def sum_over(results: Results, body: str, quantity: Callable[[Reference], Array]) -> Array:
-    """A quantity of a body's reference ICs, or its sum over both bodies for "combined"."""
-    bodies = ("upper", "lower") if body == "combined" else (body,)
-    return np.asarray(sum(quantity(results.references[name]) for name in bodies))
-
-
-def scale_nn(results: Results, body: str) -> Array:
-    """The nn ICs that set the scale of small components, shape (n_points,): C's, A's if not solved."""
-    c_nn = reference_ic(results, body)[2, 2]
-    return results.approximations["A", body][2, 2] if np.any(np.isnan(c_nn)) else c_nn
+def parts_of(body: str) -> tuple[str, ...]:
+    """The bodies whose ICs add up to those of a body of the comparison."""
+    return ("upper", "lower") if body == "combined" else (body,)
 
 
 def estimated_errors(results: Results) -> dict[tuple[str, str], Array]:
@@ -145,6 +140,6 @@ def estimated_errors(results: Results) -> dict[tuple[str, str], Array]:
         (body, line): errors
         for body, job in jobs(results.scene).items()
         for line, errors in reference.estimated_errors(
-            job, results.references[body], results.references[body].estimate
+            job, results.references[body].c.estimate, scales_of(results, body)
         ).items()
     }

@@ -13,7 +13,9 @@ from rich.progress import (
     TimeElapsedColumn,
 )
 
-from femic.reference import Level, Solved, Watch, factors
+from femic.reference import Level, factors
+from femic.refinement import Watch
+from femic.workers import Solved
 
 
 @contextmanager

@@ -1,30 +1,21 @@
 """The self-contained HTML report of a comparison."""
 
-import base64
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from compare.dataset import settings
 from compare.figures import SYMBOLS
-from compare.pipeline import Results, jobs
+from compare.html import ZERO, Cell, embedded, error_cell, rendered
+from compare.pipeline import Results, jobs, scales_of
 from compare.plausibility import warnings
 from femic.discount import AXES
 from femic.provenance import versions
 from femic.reference import factors, worst
 from geometries.bodies import Body
-
-
-@dataclass(frozen=True)
-class Cell:
-    """A number of a table with its background."""
-
-    text: str
-    colour: str
 
 
 @dataclass(frozen=True)
@@ -40,10 +31,8 @@ class Row:
 def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[Path]]) -> str:
     """The report as HTML; `figures` has the paths of PNGs under "scene", "curves", "cost"."""
     scene = results.scene
-    environment = Environment(
-        loader=PackageLoader("compare"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
-    )
-    return environment.get_template("report.html.j2").render(
+    return rendered(
+        "report.html.j2",
         title=scene.title,
         summary=summary(results, errors),
         components=scene.components,
@@ -53,7 +42,7 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
         E=scene.reference_E,
         L=scene.reference_length,
         rotation_reach=scene.rotation_reach,
-        figures={kind: [_embedded(path) for path in paths] for kind, paths in figures.items()},
+        figures={kind: [embedded(path) for path in paths] for kind, paths in figures.items()},
         models=[
             {"name": f"{body}, {model}", "cost": cost}
             for body, reference in results.references.items()
@@ -115,18 +104,8 @@ def _cell(error: float, at: xr.Dataset, component: str) -> Cell:
     own = at["own"].sel(i=component[0], j=component[1]).item()
     scaled = at["max"].sel(i=component[0], j=component[1]).item()
     if np.isnan(own) and scaled < 1e-9:
-        return Cell("0", "#ffffff")
-    text = f"{100 * error:.2f} %" if error < 0.1 else f"{100 * error:.1f} %"
-    if own > 1.0001 * scaled:
-        text += f" ({100 * own * error / scaled:.3g} %)"
-    return Cell(text, colour(error))
-
-
-def colour(error: float) -> str:
-    """White at 0.1 %, red at 100 %, by decades."""
-    share = float(np.clip((np.log10(max(error, 1e-9)) + 3) / 3, 0, 1))
-    green_blue = round(255 - 120 * share)
-    return f"#ff{green_blue:02x}{green_blue:02x}"
+        return ZERO
+    return error_cell(error, f" ({100 * own * error / scaled:.3g} %)" if own > 1.0001 * scaled else "")
 
 
 def _setting(results: Results) -> str:
@@ -155,25 +134,21 @@ def _known(results: Results) -> list[dict[str, str]]:
     """How well C of each solved body is known, and what that took."""
     rows = []
     for name, job in jobs(results.scene).items():
-        found = results.references[name]
-        error, component, line = worst(job, found, found.estimate)
+        found, scale = results.references[name], scales_of(results, name)
+        error, component, line = worst(job, found.c.estimate, scale)
         cells, domain = factors(found.level)
         rows.append(
             {
                 "body": name,
                 "error": f"{error:.2%} ({component} on {line})",
-                "mesh": f"{worst(job, found, found.mesh_error)[0]:.2%}",
-                "truncation": f"{worst(job, found, found.truncation_error)[0]:.2%}",
+                "mesh": f"{worst(job, found.c.mesh_error, scale)[0]:.2%}",
+                "truncation": f"{worst(job, found.c.truncation_error, scale)[0]:.2%}",
                 "cells": f"{found.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
                 "domain": f"far arc {found.body.domain.far_radius:g} mm, half-length "
                 f"{found.body.xi_end:.4g} mm (first × {domain:.3g})",
             }
         )
     return rows
-
-
-def _embedded(path: Path) -> dict[str, str]:
-    return {"name": path.stem, "data": base64.b64encode(path.read_bytes()).decode()}
 
 
 def _entries(m: np.ndarray) -> list[str]:

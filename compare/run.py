@@ -9,8 +9,9 @@ from compare import dataset as data
 from compare import figures, report, views
 from compare.fields import write_fields
 from compare.pipeline import Results, compute, jobs
-from compare.scenes import Scene
-from femic.reference import Watch, request
+from compare.scene import Scene
+from femic.reference import request
+from femic.refinement import Watch
 from femic.solid import build_mesh
 from geometries.errors import WrongInput
 

@@ -3,7 +3,6 @@
 import tomllib
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
-from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -14,20 +13,18 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from compare import scene_file as files
-from femic.linear import SolverChoice
-from femic.pardiso import available as direct_available
+from compare.scene import Scene
+from compare.scene_checks import misfits
 from femic.reference import cells_for
 from femic.tetrahedra import Cells
 from geometries import contours
-from geometries.bodies import LOWER, UPPER, Body, Domain
+from geometries.bodies import Body, Domain
 from geometries.contours import Contour
 from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
+from geometries.surfaces import LOWER, UPPER
 
-CLEAR_OF_PATCH = 6  # half-widths beside a moment load
-STEEPEST = 75  # degrees
-INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 FLAT_REFERENCE_LENGTH = 10.0
 REMEDIES: Mapping[str, str] = {
     "missing": "add the key",
@@ -38,39 +35,6 @@ REMEDIES: Mapping[str, str] = {
 
 class BadScene(WrongInput):
     """A scene that cannot be run; the message lists every error with field, value and remedy."""
-
-
-@dataclass(frozen=True)
-class Scene:
-    """A validated scene in terms of `geometries`."""
-
-    name: str
-    title: str
-    text: str  # the TOML it came from
-    bodies: Mapping[str, Body]  # "lower", "upper"
-    compared: tuple[str, ...]  # of "combined", "lower", "upper"
-    components: tuple[str, ...]
-    variants: tuple[str, ...]
-    patch: Patch
-    lines: tuple[OffsetLine, ...]
-    cells: Cells
-    solver: SolverChoice
-    tolerance: float
-    most_unknowns: int
-    reference_length: float
-    rotation_reach: float
-    moment_arm: float
-    fields: bool
-
-    @property
-    def solved(self) -> tuple[str, ...]:
-        """Names of the bodies whose reference ICs the comparison needs."""
-        return tuple(name for name in self.bodies if name in self.compared or "combined" in self.compared)
-
-    @property
-    def reference_E(self) -> float:
-        """Young's modulus that makes ICs dimensionless [MPa]: the lower body's."""
-        return self.bodies["lower"].material.E
 
 
 def builtin_names() -> list[str]:
@@ -214,7 +178,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         moment_arm=scene.moment_arm or _default_arm(reference_length, domain, extent),
         fields=scene.fields,
     )
-    errors = list(_misfits(built, extent, domain))
+    errors = list(misfits(built, extent, domain))
     if errors:
         raise BadScene(f"{name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
     return built
@@ -298,73 +262,3 @@ def _line(line: files.LineAlongX | files.LineAlongS, extent: tuple[float, float]
         return line_along_x(line.s, line.reach, line.points)
     s_range = max(-line.reach, extent[0]), min(line.reach, extent[1])
     return line_along_s(line.x, s_range, line.points)
-
-
-def _misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterator[str]:
-    """What is wrong between the tables of a scene."""
-    around = min(np.pi * body.rolling_radius for body in scene.bodies.values())
-    size = min(domain.far_radius, domain.half_length, around)
-    far = f"half of the least of engine.far_radius, engine.half_length and half a turn ({size / 2:g} mm)"
-    yield from _patch_misfits(scene, extent, size, far)
-    yield from _line_misfits(scene, extent, size, far)
-    for name, body in scene.bodies.items():
-        yield from _body_misfits(name, body)
-    if scene.solver == "direct" and not direct_available():
-        yield f"engine.solver = 'direct': not installed; {INSTALL_DIRECT}, or use 'auto'"
-
-
-def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
-    patch, smallest = scene.patch, scene.cells.smallest
-    ends = f"the contours go from s = {extent[0]:g} to {extent[1]:g} mm"
-    if not extent[0] <= patch.s - patch.b < patch.s + patch.b <= extent[1]:
-        yield f"patch.s = {patch.s:g}, patch.b = {patch.b:g}: the patch reaches beyond the contour; {ends}"
-    if 10 * max(patch.a, patch.b) > size / 2:
-        yield f"patch.a = {patch.a:g}, patch.b = {patch.b:g}: each at most a tenth of {far}"
-    if 2 * abs(patch.s) > size:
-        yield f"patch.s = {patch.s:g}: beyond {far}"
-    if smallest > min(patch.a, patch.b):
-        yield f"engine.smallest_cell = {smallest:g}: at most the smaller half-side of the patch"
-    for name in ("rotation_reach", *(["moment_arm"] if patch.s else [])):
-        reach = getattr(scene, name)
-        if not extent[0] <= -reach < reach <= extent[1]:
-            yield f"{name} = {reach:g}: beyond the contour; {ends}: give a smaller one"
-        if 2 * reach > size:
-            yield f"{name} = {reach:g}: at most {far}"
-    if patch.s:
-        yield from _moment_misfits(scene, extent, size, far)
-
-
-def _moment_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
-    arm, reach, b = scene.moment_arm, scene.rotation_reach, scene.patch.b
-    if 2 * (arm + reach) > size:
-        yield f"moment_arm + rotation_reach = {arm + reach:g}: at most {far}"
-    beside = min(reach, extent[1] - arm, -extent[0] - arm)
-    if beside < CLEAR_OF_PATCH * b:
-        yield (
-            f"moment_arm = {arm:g}: displacements are compared {beside:.3g} mm beside a load there, as far "
-            f"as the contour goes; at least {CLEAR_OF_PATCH:g} patch.b = {CLEAR_OF_PATCH * b:g} mm are "
-            "needed: give a smaller moment_arm, a longer contour or a smaller patch"
-        )
-
-
-def _line_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
-    for k, line in enumerate(scene.lines):
-        if np.min(line.s) < extent[0] or np.max(line.s) > extent[1]:
-            yield f"lines.{k} ({line.name}): beyond the contour, s = {extent[0]:g} to {extent[1]:g} mm"
-        if 2 * max(np.max(np.abs(line.x)), np.max(np.abs(line.s))) > size:
-            yield f"lines.{k} ({line.name}): reaches beyond {far}: shorten it or enlarge both"
-        for name, body in scene.bodies.items():
-            if np.any(2 * body.side * body.contour.position(line.s)[1] > body.depth):
-                yield (
-                    f"lines.{k} ({line.name}): reaches beyond half the height of the hub of the {name} body "
-                    f"({body.depth / 2:g} mm): shorten it, or enlarge {name}.rolling_radius"
-                )
-    if len({line.name for line in scene.lines}) < len(scene.lines):
-        yield "lines: two of them are the same line: remove one"
-
-
-def _body_misfits(name: str, body: Body) -> Iterator[str]:
-    contour = body.contour
-    steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
-    if steepest > STEEPEST * (1 + 1e-9):
-        yield f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {STEEPEST}: cut it there"

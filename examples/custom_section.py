@@ -17,7 +17,8 @@ from matplotlib.figure import Figure
 from compare.dataset import errors, to_dataset
 from compare.figures import draw_curve
 from compare.pipeline import compute
-from compare.scenes import Scene, scene_from_table
+from compare.scene import Scene
+from compare.scenes import scene_from_table
 
 STEEL = {"E": 210e3, "nu": 0.28}
 VARIANTS = ["A", "B", "Bhat", "C"]

@@ -7,10 +7,11 @@ max |C_ij| and 0.05 max |C_nn|. Design section 2.
 import numpy as np
 from numpy.typing import NDArray
 
+from geometries.patches import DIRECTIONS
+
 Array = NDArray[np.float64]
 
 FLOOR = 0.05
-DIRECTION_NAMES = "xsn"
 
 
 def line_scale(c_line: Array, nn_line: Array) -> Array:
@@ -25,5 +26,5 @@ def line_errors(difference: Array, c_line: Array, nn_line: Array) -> Array:
 
 def component_of(values: Array, component: str) -> float:
     """The entry of (3, 3) values that a component names: "xn" is displacement x, traction n."""
-    i, j = (DIRECTION_NAMES.index(letter) for letter in component)
+    i, j = (DIRECTIONS.index(letter) for letter in component)
     return float(values[i, j])

@@ -21,7 +21,7 @@ from femic.mesh import SolidMesh, solid_mesh
 from femic.symmetry import Parity, X, Y, held_by_symmetry, parities
 from femic.tetrahedra import Cells, Focus
 from geometries.bodies import Body
-from geometries.patches import Load, Patch
+from geometries.patches import DIRECTIONS, Load, Patch
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -255,4 +255,4 @@ def observe(model: SolidModel, load: Load, field: Field, points: Points) -> Arra
 
 def directions_of(components: Iterable[str]) -> tuple[int, ...]:
     """Load directions that the components ("xn": displacement x due to traction n) need."""
-    return tuple(sorted({"xsn".index(component[1]) for component in components}))
+    return tuple(sorted({DIRECTIONS.index(component[1]) for component in components}))

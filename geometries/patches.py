@@ -1,7 +1,7 @@
 """Loaded patches and the offset lines along which displacements are read."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 from geometries.errors import WrongInput
 
 Array = NDArray[np.float64]
+
+DirectionName = Literal["x", "s", "n"]
+DIRECTIONS: tuple[DirectionName, ...] = get_args(DirectionName)  # names of the directions 0, 1, 2
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,17 @@ import logging
 
 import numpy as np
 import pytest
+from joblib import Memory
 
+from femic.reference import Job, Level
 from femic.solid import Points, Request, assemble, build_mesh, raw_ics
 from femic.tetrahedra import Cells
+from femic.workers import solve_models
 from geometries import contours
-from geometries.bodies import LOWER, UPPER, Body, Domain
+from geometries.bodies import Body, Domain
 from geometries.materials import Material
 from geometries.patches import Load, Patch
+from geometries.surfaces import LOWER, UPPER
 
 logging.getLogger("skfem").setLevel(logging.ERROR)
 
@@ -61,3 +65,29 @@ def assert_honest(cases):
 @pytest.fixture(scope="session", params=[LOWER, UPPER], ids=["lower", "upper"])
 def half_model(request):
     return assemble(build_mesh(request_for(UNSYMMETRIC, side=request.param)))
+
+
+LINES = {"near": slice(0, 3), "far": slice(3, 6)}
+JOB = Job(
+    request_for(SYMMETRIC).body,
+    PATCH,
+    ("nn",),
+    request_for(SYMMETRIC).points,
+    LINES,
+    tolerance=1.0,
+    cells=COARSE,
+    rotation_reach=9.0,
+    most_unknowns=100_000,
+)
+FIRST = list(Level().models().values())
+
+
+def solve_all(memory):
+    todo = [("lower", level) for level in FIRST]
+    found = solve_models({"lower": JOB}, todo, workers=1, memory=memory)
+    return {solved.level: solved.raw for solved in found}
+
+
+@pytest.fixture(scope="session")
+def models():
+    return solve_all(Memory(None))

@@ -7,9 +7,9 @@ from approx.halfspace import HalfSpace
 from approx.variants import approximate
 from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part, wrench
 from femic.solid import Points, raw_ics
-from geometries.bodies import LOWER, UPPER
 from geometries.materials import one_body
 from geometries.patches import Load, Patch
+from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import PATCH, STEEL, SYMMETRIC, UNSYMMETRIC, request_for
 
 REACH, ARM = 9.0, 4.0

@@ -9,9 +9,10 @@ from femic.reference import Job, Level, combine, discounted, request
 from femic.solid import Points, raw_ics
 from femic.tetrahedra import Cells
 from geometries import contours
-from geometries.bodies import LOWER, UPPER, Body, Domain
+from geometries.bodies import Body, Domain
 from geometries.materials import Material, one_body
 from geometries.patches import Patch
+from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import STEEL, assert_honest
 
 PATCH = Patch(0.2, 0.3)
@@ -79,7 +80,7 @@ def error_and_estimate(asked):
     reference = combine(
         asked, Level(), {level: raw_ics(request(asked, level)) for level in Level().models().values()}
     )
-    return shares(reference.ic - a, a), shares(reference.estimate, a)
+    return shares(reference.c.ic - a, a), shares(reference.c.estimate, a)
 
 
 MESHES, DOMAINS = (2.8, 2.4, 2.0), (80.0, 160.0)

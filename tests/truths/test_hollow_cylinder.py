@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from geometries.materials import Material
+from tests.truths.derivatives import gradient
 from tests.truths.hollow_cylinder import (
     amplitudes,
     cavity_compliance,
@@ -34,15 +35,6 @@ def field(m, nu, load, x):
     U, V = solutions(m, kappa_of(nu), r, 1.7)[:2] @ amplitudes(m, kappa_of(nu), 1.7)[:, load]
     radial, tangential = np.array([x[0], x[1]]) / r, np.array([-x[1], x[0]]) / r
     return U * np.cos(m * delta) * radial + V * np.sin(m * delta) * tangential
-
-
-def gradient(f, x, h=1e-3):
-    """Derivatives along the last axis, to h^4."""
-    near, far = (
-        np.stack([(f(x + k * h * e) - f(x - k * h * e)) / (2 * k * h) for e in np.eye(2)], axis=-1)
-        for k in (1, 2)
-    )
-    return (4 * near - far) / 3
 
 
 @NUS

@@ -6,6 +6,7 @@ import pytest
 from approx.halfspace import HalfSpace
 from geometries.materials import Material, one_body
 from geometries.patches import Patch
+from tests.truths.derivatives import gradient
 from tests.truths.sphere import (
     DEGREES,
     TERMS,
@@ -40,15 +41,6 @@ def field(n, nu, which, x):
     U, V = (row[which] for row in regular_solutions(n, nu)[:2])
     phi, grad = harmonic(n, x)
     return V * (x @ x) ** which * grad + (U - n * V) * phi * x
-
-
-def gradient(f, x, h=1e-3):
-    """Derivatives along the last axis, to h^4."""
-    near, far = (
-        np.stack([(f(x + k * h * e) - f(x - k * h * e)) / (2 * k * h) for e in np.eye(3)], axis=-1)
-        for k in (1, 2)
-    )
-    return (4 * near - far) / 3
 
 
 @NUS

@@ -1,0 +1,42 @@
+"""What is to be compared: bodies, patch, lines, and how C is to be computed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from femic.linear import SolverChoice
+from femic.tetrahedra import Cells
+from geometries.bodies import Body
+from geometries.patches import OffsetLine, Patch
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A validated scene in terms of `geometries`."""
+
+    name: str
+    title: str
+    text: str  # the TOML it came from
+    bodies: Mapping[str, Body]  # "lower", "upper"
+    compared: tuple[str, ...]  # of "combined", "lower", "upper"
+    components: tuple[str, ...]
+    variants: tuple[str, ...]
+    patch: Patch
+    lines: tuple[OffsetLine, ...]
+    cells: Cells
+    solver: SolverChoice
+    tolerance: float
+    most_unknowns: int
+    reference_length: float
+    rotation_reach: float
+    moment_arm: float
+    fields: bool
+
+    @property
+    def solved(self) -> tuple[str, ...]:
+        """Names of the bodies whose reference ICs the comparison needs."""
+        return tuple(name for name in self.bodies if name in self.compared or "combined" in self.compared)
+
+    @property
+    def reference_E(self) -> float:
+        """Young's modulus that makes ICs dimensionless [MPa]: the lower body's."""
+        return self.bodies["lower"].material.E

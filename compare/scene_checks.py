@@ -1,0 +1,83 @@
+"""Whether the parts of a scene fit together: every misfit as a line with field, value and remedy."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from compare.scene import Scene
+from femic.pardiso import available as direct_available
+from geometries.bodies import Body, Domain
+
+CLEAR_OF_PATCH = 6  # half-widths beside a moment load
+STEEPEST = 75  # degrees
+INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
+
+
+def misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterator[str]:
+    """What is wrong between the tables of a scene."""
+    around = min(np.pi * body.rolling_radius for body in scene.bodies.values())
+    size = min(domain.far_radius, domain.half_length, around)
+    far = f"half of the least of engine.far_radius, engine.half_length and half a turn ({size / 2:g} mm)"
+    yield from _patch_misfits(scene, extent, size, far)
+    yield from _line_misfits(scene, extent, size, far)
+    for name, body in scene.bodies.items():
+        yield from _body_misfits(name, body)
+    if scene.solver == "direct" and not direct_available():
+        yield f"engine.solver = 'direct': not installed; {INSTALL_DIRECT}, or use 'auto'"
+
+
+def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
+    patch, smallest = scene.patch, scene.cells.smallest
+    ends = f"the contours go from s = {extent[0]:g} to {extent[1]:g} mm"
+    if not extent[0] <= patch.s - patch.b < patch.s + patch.b <= extent[1]:
+        yield f"patch.s = {patch.s:g}, patch.b = {patch.b:g}: the patch reaches beyond the contour; {ends}"
+    if 10 * max(patch.a, patch.b) > size / 2:
+        yield f"patch.a = {patch.a:g}, patch.b = {patch.b:g}: each at most a tenth of {far}"
+    if 2 * abs(patch.s) > size:
+        yield f"patch.s = {patch.s:g}: beyond {far}"
+    if smallest > min(patch.a, patch.b):
+        yield f"engine.smallest_cell = {smallest:g}: at most the smaller half-side of the patch"
+    for name in ("rotation_reach", *(["moment_arm"] if patch.s else [])):
+        reach = getattr(scene, name)
+        if not extent[0] <= -reach < reach <= extent[1]:
+            yield f"{name} = {reach:g}: beyond the contour; {ends}: give a smaller one"
+        if 2 * reach > size:
+            yield f"{name} = {reach:g}: at most {far}"
+    if patch.s:
+        yield from _moment_misfits(scene, extent, size, far)
+
+
+def _moment_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
+    arm, reach, b = scene.moment_arm, scene.rotation_reach, scene.patch.b
+    if 2 * (arm + reach) > size:
+        yield f"moment_arm + rotation_reach = {arm + reach:g}: at most {far}"
+    beside = min(reach, extent[1] - arm, -extent[0] - arm)
+    if beside < CLEAR_OF_PATCH * b:
+        yield (
+            f"moment_arm = {arm:g}: displacements are compared {beside:.3g} mm beside a load there, as far "
+            f"as the contour goes; at least {CLEAR_OF_PATCH:g} patch.b = {CLEAR_OF_PATCH * b:g} mm are "
+            "needed: give a smaller moment_arm, a longer contour or a smaller patch"
+        )
+
+
+def _line_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
+    for k, line in enumerate(scene.lines):
+        if np.min(line.s) < extent[0] or np.max(line.s) > extent[1]:
+            yield f"lines.{k} ({line.name}): beyond the contour, s = {extent[0]:g} to {extent[1]:g} mm"
+        if 2 * max(np.max(np.abs(line.x)), np.max(np.abs(line.s))) > size:
+            yield f"lines.{k} ({line.name}): reaches beyond {far}: shorten it or enlarge both"
+        for name, body in scene.bodies.items():
+            if np.any(2 * body.side * body.contour.position(line.s)[1] > body.depth):
+                yield (
+                    f"lines.{k} ({line.name}): reaches beyond half the height of the hub of the {name} body "
+                    f"({body.depth / 2:g} mm): shorten it, or enlarge {name}.rolling_radius"
+                )
+    if len({line.name for line in scene.lines}) < len(scene.lines):
+        yield "lines: two of them are the same line: remove one"
+
+
+def _body_misfits(name: str, body: Body) -> Iterator[str]:
+    contour = body.contour
+    steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
+    if steepest > STEEPEST * (1 + 1e-9):
+        yield f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {STEEPEST}: cut it there"

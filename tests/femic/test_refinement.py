@@ -1,0 +1,144 @@
+"""What is refined, how far, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from femic import solid
+from femic.linear import NotConverged
+from femic.reference import Estimated, Level, combine, factors, scales, total, worst
+from femic.refinement import SILENT, Watch, converged, references, refine, refined
+from femic.solid import Points
+from geometries.errors import WrongInput
+from geometries.materials import Material
+from geometries.surfaces import UPPER
+from tests.femic.conftest import COARSE, JOB, LINES, PATCH
+
+
+def with_errors(models, mesh, truncation):
+    """A reference whose two estimates are the given shares of max C_nn on each line."""
+    reference = combine(JOB, Level(), models)
+    scale = np.zeros(len(JOB.points.x))
+    for part in LINES.values():
+        scale[part] = np.abs(reference.c.ic[2, 2, part]).max()
+    whole = np.broadcast_to(scale, reference.c.ic.shape)
+    return replace(reference, c=Estimated(reference.c.ic, mesh * whole, truncation * whole))
+
+
+def own_scale(job, reference):
+    return scales([job], reference.c.ic)
+
+
+def met(job, reference):
+    return converged(job, reference.c, own_scale(job, reference))
+
+
+STEPS = [  # estimates, tolerance, expected level; cells gain 1.5^3 = 3.4 a step, the domain 2^2 = 4
+    (0.02, 0.001, 0.02, Level(1, 0)),
+    (0.001, 0.02, 0.02, Level(0, 1)),
+    (0.02, 0.02, 0.03, Level(1, 1)),
+    (0.05, 0.001, 0.01, Level(2, 0)),
+]
+
+
+@pytest.mark.parametrize(("mesh", "truncation", "tolerance", "level"), STEPS)
+def test_the_part_that_is_too_large_is_refined(models, mesh, truncation, tolerance, level):
+    job = replace(JOB, tolerance=tolerance)
+    reference = with_errors(models, mesh, truncation)
+    assert not met(job, reference)
+    assert refined("lower", job, reference, own_scale(job, reference)) == level
+
+
+def test_estimates_within_the_tolerance_are_enough(models):
+    assert met(replace(JOB, tolerance=0.02), with_errors(models, 0.011, 0.008))
+
+
+def test_an_estimate_that_is_not_a_number_is_not_convergence(models):
+    one_missing = with_errors(models, 0.0, 0.0)
+    one_missing.c.mesh_error[..., 4] = np.nan
+    assert not met(JOB, one_missing)
+
+
+def test_too_large_a_model_is_refused_with_the_numbers_and_what_to_try(models):
+    job = replace(JOB, tolerance=0.01)
+    reference = with_errors(models, 0.05, 0.2)
+    with pytest.raises(NotConverged, match=r"lower body: .*C_nn .*5\.00% from the mesh.*10,000\).*Try"):
+        refined("lower", replace(job, most_unknowns=10_000), reference, own_scale(job, reference))
+
+
+def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice():
+    asked = []
+    watch = Watch(asked.append, SILENT.on_model)
+    job = replace(JOB, tolerance=0.002)
+    found = references({"lower": job}, watch=watch)["lower"]
+    assert len(asked) > 1
+    flat = [level for levels in asked for _, level in levels]
+    assert len(set(flat)) == len(flat)
+    assert found.level != Level()
+    assert met(job, found)
+    cells, domain = factors(found.level)
+    assert found.cells == COARSE.scaled(cells)
+    assert found.body.domain == JOB.body.domain.scaled(domain)
+    assert len(found.models) == len(flat)
+
+
+def test_a_part_without_error_is_not_refined(models):
+    reference = with_errors(models, 0.02, 0.0)
+    assert refined("lower", replace(JOB, tolerance=0.01), reference, own_scale(JOB, reference)) == Level(2, 0)
+
+
+def test_refinement_that_does_not_help_ends(models):
+    job = replace(JOB, tolerance=0.01)
+    reference = replace(with_errors(models, 0.0, 0.02), level=Level(0, 4))
+    with pytest.raises(NotConverged, match=r"2\.00% from the domain.*domain more than 16 times the first"):
+        refined("lower", job, reference, own_scale(job, reference))
+
+
+def test_the_sum_of_both_bodies_is_judged_too(models):
+    """Opposite ICs of two bodies cancel: their errors do not, and the scale of the sum is small."""
+    job = replace(JOB, tolerance=0.02, most_unknowns=10_000_000)
+    good = with_errors(models, 0.001, 0.0)
+    poor = with_errors(models, 0.011, 0.0)
+    worse = replace(poor, c=replace(poor.c, ic=-0.95 * good.c.ic))
+    jobs, found = {"lower": job, "upper": job}, {"lower": good, "upper": worse}
+    assert refine(jobs, found, combined=False) == {}
+    assert set(refine(jobs, found, combined=True)) == {"upper"}
+    found_sum = total([good.c, worse.c])
+    np.testing.assert_allclose(found_sum.estimate, good.c.estimate + worse.c.estimate)
+    assert refine(jobs, found | {"upper": poor}, combined=True) == {}
+
+
+def test_a_first_model_beyond_the_limit_is_refused():
+    with pytest.raises(NotConverged, match=r"a model needs [\d,]+ unknowns, engine\.most_unknowns = 1,000"):
+        references({"lower": replace(JOB, most_unknowns=1000)})
+
+
+def test_points_outside_the_smallest_model_are_refused_before_any_work(monkeypatch):
+    monkeypatch.setattr(solid, "build_mesh", lambda _: pytest.fail("a mesh was made"))
+    far = replace(JOB, points=Points(np.array([30.0]), np.array([0.0])), lines={"far": slice(0, 1)})
+    with pytest.raises(WrongInput, match=r"lower body: the point s = 0 mm, 30 mm along x, .* 25 mm along x"):
+        references({"lower": far})  # the small model goes to x = 25 mm
+    with pytest.raises(WrongInput, match="lies outside"):
+        references({"lower": replace(JOB, patch=replace(PATCH, s=22.0))})
+
+
+def without_nn(models, job, share):
+    """A reference of which xx alone was solved: it is 0, its estimate the given share of its scale."""
+    ic, error = np.full((2, 3, 3, len(JOB.points.x)), np.nan)
+    ic[0, 0] = 0.0
+    for line, scale in scales([job], ic).items():
+        error[0, 0, LINES[line]] = share * scale[0, 0]
+    return replace(combine(JOB, Level(), models), c=Estimated(ic, error, 0 * error))
+
+
+def test_without_nn_the_sum_of_both_half_spaces_is_the_scale_of_the_sum(models):
+    """What is a share of each body's scale is the same share of the scale of their sum."""
+    job = replace(JOB, components=("xx",), tolerance=0.02)
+    softer = replace(JOB.body, side=UPPER, material=Material(70e3, 0.33))
+    jobs = {"lower": job, "upper": replace(job, body=softer)}
+    found = {name: without_nn(models, of_body, 0.7 * job.tolerance) for name, of_body in jobs.items()}
+    c = total([reference.c for reference in found.values()])
+    share, *_ = worst(job, c.estimate, scales(list(jobs.values()), c.ic))
+    assert share == pytest.approx(0.7 * job.tolerance)
+    assert refine(jobs, found, combined=True) == {}
