@@ -1,73 +1,107 @@
-"""A: influence coefficients of the elastic half-space under a uniformly loaded rectangle.
+"""A: influence coefficients of elastic half-spaces, and A' with properties that vary with distance."""
 
-Closed forms of Boussinesq and Cerruti, design section 3. Each integral over the rectangle is a
-kernel at one corner, summed over the corners with signs. The terms of a kernel that depend on one
-of its two coordinates only drop out of that sum, so ln(S + R) stands as asinh(S / |X|): finite on
-the lines through the edges. Far away the corners cancel: the relative error grows like
-1e-16 r^2 / (a b), in xn and sn several times faster.
-"""
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from geometries.materials import HalfSpaces
+from approx.effective import EffectiveProperties
+from approx.hat import over_hat, over_hat_lags
+from approx.rectangle import over_lags, over_rectangle
+from geometries.errors import WrongInput
+from geometries.materials import ElasticConstants
 from geometries.patches import Patch
 
 Array = NDArray[np.float64]
 
 
-def halfspace_ics(constants: HalfSpaces, patch: Patch, x: ArrayLike, s: ArrayLike) -> Array:
-    """A per unit pressure [mm/MPa] at observers (x, s) [mm] relative to the patch centre.
+@dataclass(frozen=True)
+class Element:
+    """How the traction is distributed about an element: its integrals at points and at lags of a grid."""
 
-    Returns shape (3, 3, *broadcast(x, s).shape): displacement i due to traction j, directions
-    x, s, n. Source: [BVSV] section 2, Kalker (1990).
-    """
-    x, s = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(s, dtype=float))
-    xx_part, ss_part, I_xs, J_x, J_s = over_rectangle(patch, x, s)
-    nu, K = constants.nu, constants.mismatch_k
-    I_0 = xx_part + ss_part
-    nn = (1 - nu) * I_0
-    xx = nn + nu * xx_part
-    ss = nn + nu * ss_part
-    xs = nu * I_xs
-    xn, sn = -K * J_x, -K * J_s
-    rows = np.array([[xx, xs, xn], [xs, ss, sn], [-xn, -sn, nn]])
-    return constants.factor / (2 * np.pi * constants.G) * rows
+    at_points: Callable[[Patch, Array, Array], Array]
+    at_lags: Callable[[Patch, int, int], Array]
 
 
-def over_rectangle(patch: Patch, x: Array, s: Array) -> Array:
-    """Integrals I_xx, I_ss, I_xs [mm], J_x, J_s [mm] over the patch, shape (5, *x.shape).
-
-    They are the integrals of X^2/R^3, S^2/R^3, X S/R^3, X/R^2, S/R^2 with X, S = observer minus
-    loaded point; that of 1/R is I_xx + I_ss.
-    """
-    near, far = (
-        at_corner(x + patch.a, s + side * patch.b) - at_corner(x - patch.a, s + side * patch.b)
-        for side in (+1, -1)
-    )
-    return near - far  # differences of pairs: what vanishes by symmetry is exactly 0
+ELEMENTS: Mapping[str, Element] = MappingProxyType(
+    {
+        "uniform": Element(over_rectangle, over_lags),  # over the element
+        "bilinear": Element(over_hat, over_hat_lags),  # a hat of peak 1 over 2 x 2 elements
+    }
+)
 
 
-def at_corner(X: Array, S: Array) -> Array:
-    """The five primitives at one corner, shape (5, *X.shape)."""
-    R = np.hypot(X, S)
-    log_R = np.log(np.where(R > 0, R, 1.0))
-    return np.stack(
-        [
-            _times_asinh(S, X),
-            _times_asinh(X, S),
-            -R,
-            S * log_R + _times_arctan(X, S),
-            X * log_R + _times_arctan(S, X),
-        ]
-    )
+@dataclass(frozen=True)
+class HalfSpace:
+    """One body or both as half-spaces: elastic constants, the element's traction, and what varies in A'."""
+
+    constants: ElasticConstants
+    element: str = "uniform"
+    effective: EffectiveProperties | None = None
+
+    def __post_init__(self) -> None:
+        if self.element not in ELEMENTS:
+            raise WrongInput(f"element = {self.element!r}: one of {', '.join(ELEMENTS)}")
+
+    def ics(self, patch: Patch, x: ArrayLike, s: ArrayLike) -> Array:
+        """A per unit pressure [mm/MPa] at observers (x, s) [mm] relative to the patch centre.
+
+        Shape (3, 3, *broadcast(x, s).shape): displacement i due to traction j, directions x, s, n.
+        Relative errors below 1e-14 everywhere (bilinear: docs/analytic.md); zeros of symmetry are exact.
+        Raises WrongInput for points that are not finite or do not broadcast. Source: [BVSV] section 2,
+        Kalker (1990).
+        """
+        return nine(self.constants, self._integrals(patch, *observers(x, s)))
+
+    def effective_ics(self, patch: Patch, x: ArrayLike, s: ArrayLike) -> Array:
+        """A' likewise. Raises WrongInput where no effective properties are given."""
+        if self.effective is None:
+            raise WrongInput("effective properties: give those of B-hat-prime (far, r_inf, m, n)")
+        x, s = observers(x, s)
+        constants = self.effective.at(np.hypot(x, s), self.constants)
+        return nine(constants, self._integrals(patch, x, s))
+
+    def lags(self, patch: Patch, n_x: int, n_s: int) -> Array:
+        """A at the lags (2 a k, 2 b l) of a grid of such elements, shape (3, 3, n_x, n_s) [mm/MPa].
+
+        k = 0 ... n_x - 1, l = 0 ... n_s - 1; negative lags by the parity of the components.
+        """
+        if not (n_x >= 1 and n_s >= 1):
+            raise WrongInput(f"n_x = {n_x!r}, n_s = {n_s!r}: at least one lag each")
+        return nine(self.constants, ELEMENTS[self.element].at_lags(patch, n_x, n_s))
+
+    def _integrals(self, patch: Patch, x: Array, s: Array) -> Array:
+        return ELEMENTS[self.element].at_points(patch, x, s)
 
 
-def _times_asinh(u: Array, v: Array) -> Array:
-    """U asinh(v / |u|) with its limit 0 at u = 0: u ln(v + R) up to a term of u alone."""
-    return u * np.arcsinh(v / np.where(u == 0, 1.0, np.abs(u)))
+def nine(constants: ElasticConstants, integrals: Array) -> Array:
+    """The components made of I_xx, I_ss, I_xs, J_x, J_s (5, ...), design section 3; shape (3, 3, ...)."""
+    scale = constants.factor / (2 * np.pi * constants.G)
+    I_xx, I_ss, I_xs, J_x, J_s = integrals
+    nn = scale * (1 - constants.nu) * (I_xx + I_ss)
+    out = np.empty((3, 3, *nn.shape))
+    out[0, 0] = nn + scale * constants.nu * I_xx
+    out[1, 1] = nn + scale * constants.nu * I_ss
+    out[0, 1] = out[1, 0] = scale * constants.nu * I_xs
+    out[2, 0] = scale * constants.mismatch_k * J_x
+    out[2, 1] = scale * constants.mismatch_k * J_s
+    out[:2, 2] = -out[2, :2]
+    out[2, 2] = nn
+    return out
 
 
-def _times_arctan(u: Array, v: Array) -> Array:
-    """U arctan(v / u) with its limit 0 at u = 0."""
-    return u * np.arctan(v / np.where(u == 0, 1.0, u))
+def observers(x: ArrayLike, s: ArrayLike) -> tuple[Array, Array]:
+    """Coordinates as arrays of one shape; raises WrongInput if they do not broadcast or are not finite."""
+    try:
+        x, s = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(s, dtype=float))
+    except (TypeError, ValueError) as error:
+        raise WrongInput(f"points x, s: must be numbers whose shapes broadcast ({error})") from error
+    for name, values in (("x", x), ("s", s)):
+        bad = values[~np.isfinite(values)]
+        if bad.size:
+            raise WrongInput(
+                f"points: {name} = {bad.flat[0]} at {bad.size} of {values.size}: must be finite [mm]"
+            )
+    return x, s

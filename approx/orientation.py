@@ -1,20 +1,64 @@
-"""B, B-bar, B-hat: half-space ICs turned by the orientation difference of two elements.
+"""Turns between the local directions of two elements, and ICs turned by them: B, B-bar, B-hat.
 
-alpha = delta(s_I) - delta(s_J) is the inclination of the observer minus that of the load, the same
-for both bodies. Source: [BVSV] section 3; design section 3 corrects the printed matrix of B-bar.
+With the local directions of an element in global axes as the columns of Q, T = Q_I^T Q_J takes load
+directions into those of the observer. On a prismatic surface T = R_x(alpha), alpha = delta(s_I) -
+delta(s_J), the same for both bodies. Source: [BVSV] section 3 (design section 3 corrects B-bar).
 """
 
+from dataclasses import dataclass
+
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from geometries.surfaces import Surface
 
 Array = NDArray[np.float64]
 
 
-def rotation(alpha: Array) -> Array:
-    """R_x(alpha) = [[1, 0, 0], [0, cos, -sin], [0, sin, cos]], shape (3, 3, *alpha.shape)."""
-    zero, one = np.zeros_like(alpha), np.ones_like(alpha)
-    cos, sin = np.cos(alpha), np.sin(alpha)
-    return np.array([[one, zero, zero], [zero, cos, -sin], [zero, sin, cos]])
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """Rotations T as unit quaternions, shape (4, ...)."""
+
+    quaternion: Array
+
+    @property
+    def matrix(self) -> Array:
+        """T, shape (3, 3, ...)."""
+        w, i, j, k = self.quaternion
+        return np.array(
+            [
+                [1 - 2 * (j * j + k * k), 2 * (i * j - w * k), 2 * (i * k + w * j)],
+                [2 * (i * j + w * k), 1 - 2 * (i * i + k * k), 2 * (j * k - w * i)],
+                [2 * (i * k - w * j), 2 * (j * k + w * i), 1 - 2 * (i * i + j * j)],
+            ]
+        )
+
+    @property
+    def half(self) -> "Turn":
+        """T^(1/2): half the angle about the same axis."""
+        w, *axis = self.quaternion
+        return Turn(np.array([1 + w, *axis]) / np.sqrt(2 * (1 + w)))
+
+
+def turn_about_x(alpha: ArrayLike) -> Turn:
+    """R_x(alpha)."""
+    half = np.asarray(alpha, dtype=float) / 2
+    return Turn(np.array([np.cos(half), np.sin(half), 0 * half, 0 * half]))
+
+
+def turn_between(surface: Surface, points: tuple[Array, Array], s_load: float) -> Turn:
+    """T of observers at (x, s) [mm] on a surface and a load at (0, s_load).
+
+    T = R_x(delta_I) R_y(side theta) R_x(-delta_J), theta the angle between the two about the axis.
+    """
+    x, s = points
+    delta_I, delta_J = surface.contour.inclination(s), surface.contour.inclination(s_load)
+    half = surface.side * surface.chart_x(x, s, s_load) / surface.rolling_radius / 2
+    alpha, mean = (delta_I - delta_J) / 2, (delta_I + delta_J) / 2
+    along, about = np.cos(half), np.sin(half)
+    return Turn(
+        np.array([along * np.cos(alpha), along * np.sin(alpha), about * np.cos(mean), about * np.sin(mean)])
+    )
 
 
 def matmul(left: Array, right: Array) -> Array:
@@ -22,17 +66,17 @@ def matmul(left: Array, right: Array) -> Array:
     return np.einsum("ik...,kj...->ij...", left, right)
 
 
-def load_rotated(a: Array, alpha: Array) -> Array:
-    """B = A R_x(alpha): the load is turned into the observer's frame."""
-    return matmul(a, rotation(alpha))
+def load_turned(a: Array, turn: Turn) -> Array:
+    """B = A T: the load is turned into the observer's directions."""
+    return matmul(a, turn.matrix)
 
 
-def observer_rotated(a: Array, alpha: Array) -> Array:
-    """B-bar = R_x(alpha) A: the displacement is turned."""
-    return matmul(rotation(alpha), a)
+def observer_turned(a: Array, turn: Turn) -> Array:
+    """B-bar = T A: the displacement is turned."""
+    return matmul(turn.matrix, a)
 
 
-def split_rotation(a: Array, alpha: Array) -> Array:
-    """B-hat = R_x(alpha/2) A R_x(alpha/2): half each; keeps reciprocity."""
-    half = rotation(alpha / 2)
+def both_turned(a: Array, turn: Turn) -> Array:
+    """B-hat = S A S, S = T^(1/2): half each; keeps reciprocity."""
+    half = turn.half.matrix
     return matmul(matmul(half, a), half)

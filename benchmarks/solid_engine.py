@@ -23,7 +23,7 @@ from time import perf_counter
 import numpy as np
 import xarray as xr
 
-from approx.variants import approximate
+from approx.halfspace import HalfSpace
 from compare.pipeline import jobs
 from compare.scenes import load_scene
 from femic import pardiso
@@ -99,9 +99,8 @@ HEAD = ["cells ×", "unknowns", "fine model [s]", "with estimate [s]", *COMPONEN
 
 def flat() -> None:
     job = jobs(load_scene("flat"))["lower"]
-    constants = one_body(job.body.material, job.body.side)
-    at = job.points.x, job.points.s
-    a = approximate("A", constants, job.body.contour, job.patch, at) / job.patch.area
+    solid = HalfSpace(one_body(job.body.material, job.body.side))
+    a = solid.ics(job.patch, job.points.x, job.points.s) / job.patch.area
     levels = [Level(cells) for cells in (-3, -2, -1, 0)]
     table("`flat`, lower body: true error (estimate) [%]", HEAD, accuracy_rows(job, levels, a))
 

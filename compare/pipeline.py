@@ -9,6 +9,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from approx.halfspace import HalfSpace
 from approx.variants import approximate
 from compare.scene import Scene
 from femic import reference
@@ -100,10 +101,10 @@ def _approximations(
 
 def _timed(variant: str, scene: Scene, body: Body, points: Points) -> tuple[Array, float]:
     """ICs per unit load, and the least seconds of a few repetitions."""
-    constants, seconds = one_body(body.material, body.side), []
+    half_space, seconds = HalfSpace(one_body(body.material, body.side)), []
     for _ in range(REPETITIONS):
         start = perf_counter()
-        ic = approximate(variant, constants, body.contour, scene.patch, (points.x, points.s))
+        ic = approximate(variant, half_space, body.surface, scene.patch, (points.x, points.s))
         seconds.append(perf_counter() - start)
     return ic / scene.patch.area, min(seconds)
 

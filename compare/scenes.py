@@ -18,11 +18,12 @@ from compare.scene_checks import misfits
 from femic.reference import cells_for
 from femic.tetrahedra import Cells
 from geometries import contours
-from geometries.bodies import LOWER, UPPER, Body, Domain
+from geometries.bodies import Body, Domain
 from geometries.contours import Contour
 from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
+from geometries.surfaces import LOWER, UPPER
 
 FLAT_REFERENCE_LENGTH = 10.0
 REMEDIES: Mapping[str, str] = {

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from approx.halfspace import HalfSpace
 from approx.variants import approximate
 from femic.solid import Points
 from femic.symmetry import N, S, X
@@ -180,8 +181,8 @@ def _turning(body: Body, rule: DiscountRule) -> Condition:
 
 
 def _half_space(variant: str, body: Body, patch: Patch, points: Points) -> Array:
-    constants = one_body(body.material, body.side)
-    return approximate(variant, constants, body.contour, patch, (points.x, points.s)) / patch.area
+    half_space = HalfSpace(one_body(body.material, body.side))
+    return approximate(variant, half_space, body.surface, patch, (points.x, points.s)) / patch.area
 
 
 def _symmetric_entry(entry: tuple[int, int]) -> Array:

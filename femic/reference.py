@@ -13,7 +13,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from approx.variants import approximate
+from approx.halfspace import HalfSpace
 from femic.accuracy import component_of, line_scale
 from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part
 from femic.linear import SolverChoice
@@ -199,9 +199,8 @@ def scales(jobs: Sequence[Job], ic: Array) -> dict[str, Array]:
 
 def _half_space_nn(job: Job) -> Array:
     """A_nn of a body per unit total load [mm/N], shape (n,)."""
-    constants = one_body(job.body.material, job.body.side)
-    at = job.points.x, job.points.s
-    return approximate("A", constants, job.body.contour, job.patch, at)[N, N] / job.patch.area
+    half_space = HalfSpace(one_body(job.body.material, job.body.side))
+    return half_space.ics(job.patch, job.points.x, job.points.s - job.patch.s)[N, N] / job.patch.area
 
 
 def estimated_errors(job: Job, error: Array, scale: Mapping[str, Array]) -> dict[str, Array]:

@@ -14,7 +14,6 @@ from geometries.surfaces import Surface
 
 Array = NDArray[np.float64]
 
-UPPER, LOWER = +1, -1
 HUB = 0.2  # default hub radius, and the smallest one, as a share of the rolling radius
 END_SAMPLES = 4001
 

@@ -1,8 +1,14 @@
 """Isotropic linear elastic materials, one body and combined."""
 
+import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from geometries.errors import WrongInput
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -13,8 +19,8 @@ class Material:
     nu: float
 
     def __post_init__(self) -> None:
-        if not self.E > 0:
-            raise WrongInput(f"E = {self.E!r}: Young's modulus must be positive [MPa]")
+        if not 0 < self.E < math.inf:
+            raise WrongInput(f"E = {self.E!r}: Young's modulus must be positive and finite [MPa]")
         if not 0 <= self.nu <= 0.5:
             raise WrongInput(f"nu = {self.nu!r}: Poisson's ratio must lie in 0 ... 0.5")
 
@@ -32,30 +38,30 @@ class Material:
 
 
 @dataclass(frozen=True)
-class HalfSpaces:
-    """What the half-space ICs depend on, of one body or of both.
+class ElasticConstants:
+    """What the half-space ICs depend on, of one body or of both; arrays where they vary from point to point.
 
     The ICs are `factor` / (2 pi G) times geometry: factor 1 for one body, 2 for both. The mismatch
     constant `mismatch_k` (K of design section 3) scales xn, nx, sn, ns.
     """
 
-    G: float
-    nu: float
-    mismatch_k: float
+    G: float | Array
+    nu: float | Array
+    mismatch_k: float | Array
     factor: int
 
 
-def one_body(material: Material, side: int) -> HalfSpaces:
+def one_body(material: Material, side: int) -> ElasticConstants:
     """One body; side +1 for the upper, -1 for the lower.
 
     Its mismatch term side (1 - 2 nu) / (4 pi G) is K / (2 pi G) with K = side (1 - 2 nu) / 2.
     """
-    return HalfSpaces(material.G, material.nu, side * (1 - 2 * material.nu) / 2, 1)
+    return ElasticConstants(material.G, material.nu, side * (1 - 2 * material.nu) / 2, 1)
 
 
-def both_bodies(upper: Material, lower: Material) -> HalfSpaces:
+def both_bodies(upper: Material, lower: Material) -> ElasticConstants:
     """Combined constants: 1/G, nu/G the means, K/G a quarter of the difference (1 - 2 nu)/G."""
     G = 2 / (1 / upper.G + 1 / lower.G)
     nu = G * (upper.nu / upper.G + lower.nu / lower.G) / 2
     mismatch_k = G * ((1 - 2 * upper.nu) / upper.G - (1 - 2 * lower.nu) / lower.G) / 4
-    return HalfSpaces(G, nu, mismatch_k, 2)
+    return ElasticConstants(G, nu, mismatch_k, 2)

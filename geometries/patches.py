@@ -23,8 +23,12 @@ class Patch:
     s: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (self.a > 0 and self.b > 0):
-            raise WrongInput(f"patch half-sides a = {self.a!r}, b = {self.b!r} must be positive [mm]")
+        if not (0 < self.a < np.inf and 0 < self.b < np.inf):
+            raise WrongInput(
+                f"patch half-sides a = {self.a!r}, b = {self.b!r} must be positive and finite [mm]"
+            )
+        if not np.isfinite(self.s):
+            raise WrongInput(f"patch centre s = {self.s!r} must be finite [mm]")
 
     @property
     def area(self) -> float:

@@ -15,6 +15,7 @@ from geometries.errors import WrongInput
 
 Array = NDArray[np.float64]
 
+UPPER, LOWER = +1, -1
 SEAM = 1e-9  # rad, where a model that goes all the way round ends
 
 
@@ -31,6 +32,8 @@ class Surface:
     rolling_radius: float = np.inf
 
     def __post_init__(self) -> None:
+        if self.side not in (UPPER, LOWER):
+            raise WrongInput(f"side = {self.side!r}: +1 for the upper body, -1 for the lower")
         if not self.rolling_radius > 0:
             raise WrongInput(f"rolling_radius = {self.rolling_radius!r}: must be positive [mm]")
 

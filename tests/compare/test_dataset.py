@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from approx.halfspace import halfspace_ics
+from approx.halfspace import HalfSpace
 from approx.variants import VARIANTS
 from compare import dataset as data
 from compare import report
@@ -24,7 +24,7 @@ def test_combined_a_is_the_half_space_of_combined_constants(small):
     results, dataset, _ = small
     scene = results.scene
     constants = both_bodies(scene.bodies["upper"].material, scene.bodies["lower"].material)
-    a = halfspace_ics(constants, scene.patch, dataset.x.values, dataset.s.values) / scene.patch.area
+    a = HalfSpace(constants).ics(scene.patch, dataset.x.values, dataset.s.values) / scene.patch.area
     computed = dataset.ic.sel(variant="A", body="combined").values
     np.testing.assert_allclose(computed, a, rtol=1e-11, atol=1e-13 * np.abs(a).max())
 

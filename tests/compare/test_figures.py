@@ -11,9 +11,10 @@ from compare import run, views
 from compare.figures import _closing, surface_mesh
 from compare.scenes import load_scene
 from femic.reference import Level
-from geometries.bodies import LOWER, UPPER, Body, Domain
+from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material
+from geometries.surfaces import LOWER, UPPER
 from tests.compare.conftest import scene_text
 
 STEEL = Material(210e3, 0.28)

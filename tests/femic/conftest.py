@@ -11,9 +11,10 @@ from femic.solid import Points, Request, assemble, build_mesh, raw_ics
 from femic.tetrahedra import Cells
 from femic.workers import solve_models
 from geometries import contours
-from geometries.bodies import LOWER, UPPER, Body, Domain
+from geometries.bodies import Body, Domain
 from geometries.materials import Material
 from geometries.patches import Load, Patch
+from geometries.surfaces import LOWER, UPPER
 
 logging.getLogger("skfem").setLevel(logging.ERROR)
 

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
+from approx.halfspace import HalfSpace
 from approx.variants import approximate
 from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part, wrench
 from femic.solid import Points, raw_ics
-from geometries.bodies import LOWER, UPPER
 from geometries.materials import one_body
 from geometries.patches import Load, Patch
+from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import PATCH, STEEL, SYMMETRIC, UNSYMMETRIC, request_for
 
 REACH, ARM = 9.0, 4.0
@@ -40,9 +41,8 @@ class Fit:
         return self.u[load] - rigid_part(self.m, self.body, self.points, load)
 
     def half_space(self, variant, load):
-        constants = one_body(STEEL, self.body.side)
-        at = self.points.x, self.points.s
-        return approximate(variant, constants, self.body.contour, load.patch, at) / load.patch.area
+        solid, at = HalfSpace(one_body(STEEL, self.body.side)), (self.points.x, self.points.s)
+        return approximate(variant, solid, self.body.surface, load.patch, at) / load.patch.area
 
 
 CASES = {

@@ -12,9 +12,9 @@ from femic.fields import displacement, grid_of, nodal_fields, stress, von_mises
 from femic.solid import Points, assemble, build_mesh, observe, solve
 from femic.symmetry import X, Y, on_plane
 from femic.tetrahedra import Cells
-from geometries.bodies import LOWER, UPPER
 from geometries.contours import plane
 from geometries.patches import Load, Patch
+from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import STEEL, SYMMETRIC, UNSYMMETRIC, request_for
 
 CENTRED, ASIDE = Patch(0.3, 0.5), Patch(0.3, 0.5, s=1.2)

@@ -3,15 +3,16 @@
 import numpy as np
 import pytest
 
-from approx.variants import approximate
+from approx.halfspace import HalfSpace
 from femic.accuracy import line_errors
 from femic.reference import Job, Level, combine, discounted, request
 from femic.solid import Points, raw_ics
 from femic.tetrahedra import Cells
 from geometries import contours
-from geometries.bodies import LOWER, UPPER, Body, Domain
+from geometries.bodies import Body, Domain
 from geometries.materials import Material, one_body
 from geometries.patches import Patch
+from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import STEEL, assert_honest
 
 PATCH = Patch(0.2, 0.3)
@@ -37,8 +38,8 @@ def job(size, factor, *, side=LOWER, s=0.0, material=STEEL, **changes):
 
 
 def halfspace(asked):
-    constants, at = one_body(asked.body.material, asked.body.side), (asked.points.x, asked.points.s)
-    return approximate("A", constants, contours.plane(), asked.patch, at) / asked.patch.area
+    solid = HalfSpace(one_body(asked.body.material, asked.body.side))
+    return solid.ics(asked.patch, asked.points.x, asked.points.s) / asked.patch.area
 
 
 def shares(difference, a):

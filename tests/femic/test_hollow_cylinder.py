@@ -15,10 +15,11 @@ from femic.mesh import curved
 from femic.reference import COARSER, ESTIMATE_ORDER, SAFETY
 from femic.solid import Points, SolidModel, observe, solve
 from femic.tetrahedra import _collect
-from geometries.bodies import UPPER, Body, Domain
+from geometries.bodies import Body, Domain
 from geometries.contours import Arc, Contour
 from geometries.materials import Material
 from geometries.patches import Load, Patch
+from geometries.surfaces import UPPER
 from tests.femic.conftest import assert_honest
 from tests.truths.hollow_cylinder import line_load_ics, pressure
 

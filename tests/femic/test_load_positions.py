@@ -8,9 +8,9 @@ import pytest
 from femic.discount import rigid_part
 from femic.reference import Job, Level, combine, request
 from femic.solid import Points, raw_ics
-from geometries.bodies import LOWER, UPPER
 from geometries.contours import through_points
 from geometries.patches import Load, Patch
+from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import COARSE, UNSYMMETRIC, request_for
 
 HERE, THERE = -1.5, 2.5

@@ -7,7 +7,7 @@ from skfem import Basis, ElementTetP2
 
 from femic.solid import Points, build_mesh
 from femic.tetrahedra import Cells
-from geometries.bodies import UPPER
+from geometries.surfaces import UPPER
 from tests.femic.conftest import SMALL, SYMMETRIC, UNSYMMETRIC, request_for
 
 

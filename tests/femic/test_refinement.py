@@ -10,9 +10,9 @@ from femic.linear import NotConverged
 from femic.reference import Estimated, Level, combine, factors, scales, total, worst
 from femic.refinement import SILENT, Watch, converged, references, refine, refined
 from femic.solid import Points
-from geometries.bodies import UPPER
 from geometries.errors import WrongInput
 from geometries.materials import Material
+from geometries.surfaces import UPPER
 from tests.femic.conftest import COARSE, JOB, LINES, PATCH
 
 

@@ -7,8 +7,9 @@ from skfem import Basis, ElementTetP2
 from femic.accuracy import line_errors
 from femic.reference import Level, discounted, request
 from femic.solid import Points, assemble, build_mesh, raw_ics
-from geometries.bodies import LOWER, UPPER, Domain
+from geometries.bodies import Domain
 from geometries.contours import arc, plane
+from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import SYMMETRIC, UNSYMMETRIC, ics_of, request_for
 from tests.femic.test_flat import LINES, job
 

@@ -16,10 +16,11 @@ from femic.solid import (
     solve,
 )
 from femic.symmetry import Parity, held_by_symmetry, parities
-from geometries.bodies import LOWER, UPPER, Domain
+from geometries.bodies import Domain
 from geometries.contours import arc, through_points
 from geometries.materials import Material
 from geometries.patches import Load, Patch
+from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import PATCH, SMALL, STEEL, SYMMETRIC, UNSYMMETRIC, ics_of, request_for
 
 EVEN_IN_X = np.array([[1, -1, -1], [-1, 1, 1], [-1, 1, 1]])  # [i, j]: parity of component i under load j

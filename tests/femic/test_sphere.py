@@ -6,8 +6,8 @@ from femic.accuracy import line_errors
 from femic.discount import conditions, fit_discount, rigid_part
 from femic.reference import Level, combine, request
 from femic.solid import raw_ics
-from geometries.bodies import LOWER, UPPER
 from geometries.contours import arc
+from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import STEEL, assert_honest
 from tests.femic.test_flat import LINES, halfspace, job
 from tests.truths.sphere import sphere_ics

@@ -6,8 +6,8 @@ import pytest
 from femic.fields import NodalField, grid_of
 from femic.solid import build_mesh
 from femic.vtu import write_vtu
-from geometries.bodies import UPPER
 from geometries.contours import plane
+from geometries.surfaces import UPPER
 from tests.femic.conftest import UNSYMMETRIC, request_for
 
 QUADRATIC_TETRAHEDRON = 24

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from geometries.bodies import LOWER, UPPER, Body, Domain, section_end
+from geometries.bodies import Body, Domain, section_end
 from geometries.contours import arc, ellipse, plane, through_points
 from geometries.materials import Material
-from geometries.surfaces import Surface
+from geometries.surfaces import LOWER, UPPER, Surface
 
 DOMAIN = Domain(far_radius=60.0, half_length=130.0)
 Y = np.linspace(-7.0, 9.0, 15)

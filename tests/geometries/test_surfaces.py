@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
 
-from geometries.bodies import LOWER, UPPER
 from geometries.contours import arc, ellipse, plane, through_points
 from geometries.errors import WrongInput
-from geometries.surfaces import Surface
+from geometries.surfaces import LOWER, UPPER, Surface
 
 Y = np.linspace(-7.0, 9.0, 15)
 SURFACES = {
@@ -54,3 +53,8 @@ def test_circles_have_the_radius_of_the_surface_and_angles_are_lag_over_their_me
 def test_impossible_rolling_radii_are_refused(radius):
     with pytest.raises(WrongInput, match=f"rolling_radius = {radius}: must be positive"):
         Surface(UPPER, plane(), radius)
+
+
+def test_impossible_sides_are_refused():
+    with pytest.raises(WrongInput, match="side = 0: "):
+        Surface(0, plane())

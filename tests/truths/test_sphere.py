@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from approx.variants import approximate
-from geometries.contours import plane
+from approx.halfspace import HalfSpace
 from geometries.materials import Material, one_body
 from geometries.patches import Patch
 from tests.truths.derivatives import gradient
@@ -210,7 +209,7 @@ def without_rigid_motion(u):
 
 @SIDES
 def test_a_large_sphere_is_a_half_space_to_1_over_radius(side):
-    a = approximate("A", one_body(STEEL, side), plane(), PATCH, (X, S)) / PATCH.area
+    a = HalfSpace(one_body(STEEL, side)).ics(PATCH, X, S) / PATCH.area
     radii = np.array([1e3, 1e4, 1e5])
     for j in range(3):
         found = [without_rigid_motion((sphere_ics(STEEL, R, side, PATCH, X, S) - a)[:, j]) for R in radii]

@@ -1,0 +1,224 @@
+"""Integrals of the half-space kernels over a rectangle, to the last digit everywhere.
+
+The sums of logarithms over the corners that textbooks give cancel: far away they lose digits like
+r^2 / (a b), and beside the patch in other ways. Here
+
+- kernels are even or odd in X and in S = observer minus loaded point, so that each integral is a sum
+  of integrals of one sign over rectangles in the quadrant X, S >= 0 (`_straddling`);
+- over such a rectangle the differences between corners are written as products (`Corners`): with
+  g_x = X1^2 - X0^2 and R01 = R(X0, S1), R11 - R01 = g_x / (R11 + R01), and so on, and differences
+  of asinh, ln and atan as one asinh, log1p, atan2 of such products.
+
+Errors are below 2e-15 of I_0 for I_xx and I_ss, of the value itself for I_xs, J_x, J_s; what vanishes by
+symmetry is exactly 0. Limits: lengths within 1e-70 ... 1e70 mm, where fourth powers stay finite.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometries.patches import Patch
+
+Array = NDArray[np.float64]
+
+XX, SS, XS, JX, JS = range(5)  # rows of the arrays of integrals
+IN_CACHE = 16384  # points worked on at a time (measured: docs/analytic.md)
+BELOW_ONE = np.nextafter(1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """0 <= low <= high along one axis; `length` = high - low, known more exactly than that difference."""
+
+    low: Array
+    high: Array
+    length: Array
+
+    @property
+    def g(self) -> Array:
+        """high^2 - low^2."""
+        return self.length * (self.low + self.high)
+
+    def __getitem__(self, part: slice | tuple[slice, None]) -> "Interval":
+        return Interval(self.low[part], self.high[part], self.length[part])
+
+
+@dataclass(frozen=True)
+class Corners:
+    """A rectangle of the first quadrant, and the distances R of its corners from the observer."""
+
+    X: Interval
+    S: Interval
+    R00: Array  # at X.low, S.low
+    R01: Array  # at X.low, S.high
+    R10: Array
+    R11: Array
+
+    @property
+    def swapped(self) -> "Corners":
+        """The same with x and s exchanged."""
+        return Corners(self.S, self.X, self.R00, self.R10, self.R01, self.R11)
+
+
+def corners(X: Interval, S: Interval) -> Corners:
+    """The corners of X x S."""
+    pairs = ((X.low, S.low), (X.low, S.high), (X.high, S.low), (X.high, S.high))
+    return Corners(X, S, *(np.hypot(x, s) for x, s in pairs))
+
+
+# --- over a rectangle of the first quadrant ----------------------------------------------------------
+
+
+def five(at: Corners) -> Array:
+    """I_xx, I_ss, I_xs, J_x, J_s, shape (5, ...)."""
+    over = at.swapped
+    return np.stack([even_even(at), even_even(over), odd_odd(at), odd_even(at), odd_even(over)])
+
+
+def even_even(at: Corners) -> Array:
+    """Integral of X^2/R^3: S1 D(S1) - S0 D(S0), D(S) = asinh(X1/S) - asinh(X0/S).
+
+    Written as h D(S1) + S0 (D(S1) - D(S0)), h = S1 - S0.
+    """
+    X0, X1, S0 = at.X.low, at.X.high, at.S.low
+    g, low, high = at.X.g, at.R01 + at.R00, at.R11 + at.R10
+    D1 = np.arcsinh(g / (X1 * at.R01 + X0 * at.R11))
+    defect = g * (1 / (at.R11 + at.R01) + 1 / (at.R10 + at.R00)) * (X1 + at.R10)
+    defect += low * (at.X.length + g / (at.R10 + at.R00))
+    Q = at.S.g * defect / (high * (X1 + at.R10) * low * (X0 + at.R01))
+    return at.S.length * D1 + S0 * _log1m(Q)
+
+
+def odd_odd(at: Corners) -> Array:
+    """Integral of XS/R^3: R01 + R10 - R00 - R11."""
+    inverse = 1 / (at.R11 + at.R10) + 1 / (at.R01 + at.R00)
+    return at.X.g * at.S.g * inverse / ((at.R10 + at.R00) * (at.R11 + at.R01))
+
+
+def odd_even(at: Corners) -> Array:
+    """Integral of X/R^2: S1 L(S1) - S0 L(S0) + X1 A(X1) - X0 A(X0).
+
+    L(S) = ln(R(X1, S) / R(X0, S)), A(X) = atan(S1/X) - atan(S0/X); differences as in `even_even`.
+    """
+    X0, X1, S0, S1 = at.X.low, at.X.high, at.S.low, at.S.high
+    w, h, P = at.X.length, at.S.length, S0 * S1
+    L1 = np.log1p(at.X.g / at.R01**2) / 2
+    q = at.R01 * at.R10
+    A1 = np.arctan2(h * X1, X1**2 + P)
+    turn = np.arctan2(h * w * (P - X0 * X1), (X1**2 + P) * (X0**2 + P) + h**2 * X0 * X1)
+    return h * L1 + S0 * _log1m(at.X.g * at.S.g / (q * (q + at.R11 * at.R00))) + w * A1 + X0 * turn
+
+
+def _log1m(Q: Array) -> Array:
+    """ln(1 - Q), finite at Q = 1: there S0 or X0 before it is 0, or nothing beside the other terms."""
+    return np.log1p(-np.minimum(Q, BELOW_ONE))
+
+
+# --- scattered observers -----------------------------------------------------------------------------
+
+
+def over_rectangle(patch: Patch, x: Array, s: Array) -> Array:
+    """Integrals I_xx, I_ss, I_xs, J_x, J_s [mm] over the patch, shape (5, *x.shape).
+
+    They are the integrals of X^2/R^3, S^2/R^3, X S/R^3, X/R^2, S/R^2; that of 1/R is I_xx + I_ss.
+    x, s [mm], of one shape: observer minus patch centre.
+    """
+    out = np.empty((5, x.size))
+    flat_x, flat_s = x.ravel(), s.ravel()
+    for start in range(0, x.size, IN_CACHE):
+        part = slice(start, start + IN_CACHE)
+        out[:, part] = _quadrant(patch, np.abs(flat_x[part]), np.abs(flat_s[part]))
+    return with_signs(out.reshape(5, *x.shape), x, s)
+
+
+def with_signs(integrals: Array, x: Array, s: Array) -> Array:
+    """The integrals at (x, s), of both signs, given those at (|x|, |s|); changes its argument."""
+    sign_x, sign_s = np.sign(x), np.sign(s)
+    integrals[XS] *= sign_x * sign_s
+    integrals[JX] *= sign_x
+    integrals[JS] *= sign_s
+    return integrals
+
+
+def _quadrant(patch: Patch, x: Array, s: Array) -> Array:
+    """Observers at x, s >= 0."""
+    straddles = (x < patch.a) | (s < patch.b)
+    outside = ~straddles
+    if outside.all():
+        return five(corners(_beside(x, patch.a), _beside(s, patch.b)))
+    out = np.empty((5, len(x)))
+    out[:, outside] = five(corners(_beside(x[outside], patch.a), _beside(s[outside], patch.b)))
+    out[:, straddles] = _straddling(patch, x[straddles], s[straddles])
+    return out
+
+
+def _beside(x: Array, half: float) -> Interval:
+    """The patch as seen by an observer beside it."""
+    return Interval(x - half, x + half, np.full_like(x, 2 * half))
+
+
+def _folded(x: Array, half: float) -> Interval:
+    """Where an odd kernel does not cancel: |x - half| ... x + half."""
+    return Interval(np.abs(x - half), x + half, 2 * np.minimum(x, half))
+
+
+def _parts(x: Array, half: float) -> Iterator[tuple[Interval, Array]]:
+    """Intervals of an even kernel: cut at 0, both halves folded to X >= 0, with weights 1 or 0."""
+    inside = x < half
+    low = np.where(inside, 0.0, x - half)
+    yield Interval(low, x + half, np.where(inside, x + half, 2 * half)), np.ones_like(x)
+    rest = np.where(inside, half - x, half)  # weight 0: any interval
+    yield Interval(np.zeros_like(x), rest, rest), inside.astype(float)
+
+
+def _straddling(patch: Patch, x: Array, s: Array) -> Array:
+    """Observers between the edge lines of the patch."""
+    out = np.zeros((5, len(x)))
+    odd_x, odd_s = _folded(x, patch.a), _folded(s, patch.b)
+    out[XS] = odd_odd(corners(odd_x, odd_s))
+    for X, weight in _parts(x, patch.a):
+        out[JS] += weight * odd_even(corners(odd_s, X))
+        for S, other in _parts(s, patch.b):
+            at = corners(X, S)
+            out[XX] += weight * other * even_even(at)
+            out[SS] += weight * other * even_even(at.swapped)
+    for S, weight in _parts(s, patch.b):
+        out[JX] += weight * odd_even(corners(odd_x, S))
+    return out
+
+
+# --- a grid of lags ------------------------------------------------------------------------------------
+
+
+def over_lags(patch: Patch, n_x: int, n_s: int) -> Array:
+    """The same integrals at the lags (2 a k, 2 b l) of a grid of such patches, shape (5, n_x, n_s).
+
+    k = 0 ... n_x - 1, l = 0 ... n_s - 1; negative lags by parity. Each corner is evaluated once.
+    """
+    X, S = _edges(patch.a, n_x), _edges(patch.b, n_s)
+    out = np.empty((5, n_x, n_s))
+    rows = max(1, IN_CACHE // n_s)
+    for start in range(0, n_x, rows):
+        block = slice(start, min(start + rows, n_x))
+        out[:, block] = five(_grid(X[block], S))
+    # the middle row and column: only half of the patch has been integrated
+    for row, (factor_x, factor_s) in enumerate([(2, 2), (2, 2), (0, 0), (0, 2), (2, 0)]):
+        out[row, 0] *= factor_x
+        out[row, :, 0] *= factor_s
+    return out
+
+
+def _edges(half: float, n: int) -> Interval:
+    """The patches at lags 0 ... n - 1 along one axis, of the first one the half at positive X."""
+    high = half * (2 * np.arange(n, dtype=np.float64) + 1)
+    length = np.full_like(high, 2 * half)
+    length[0] = half
+    return Interval(np.append(0.0, high[:-1]), high, length)
+
+
+def _grid(X: Interval, S: Interval) -> Corners:
+    """Corners of adjoining rectangles, each distance taken once."""
+    R = np.hypot(np.append(X.low[0], X.high)[:, None], np.append(S.low[0], S.high))
+    return Corners(X[:, None], S, R[:-1, :-1], R[:-1, 1:], R[1:, :-1], R[1:, 1:])
