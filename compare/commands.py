@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare import fields, overlay, overlay_report, plausibility, progress
+from compare import fields, overlay, overlay_report, overlay_sources, plausibility, progress
 from compare.run import run_scene
 from compare.scene import Scene
 from compare.scene_listing import listing
@@ -62,12 +62,12 @@ def compare(
     scene
         built-in name (see `femic scenes`), TOML file, or folder with results of `femic run`
     """
-    found = overlay.sources(scene, results)
-    overlay.common(found)  # raises before any work starts
+    found = overlay_sources.sources(scene, results)
+    overlay_sources.common(found)  # raises before any work starts
     folder = overlay_report.folder_of(found, out, results)
     console = Console()
     for source in found:
-        if source.scene is not None and not overlay.up_to_date(source):
+        if source.scene is not None and not overlay_sources.up_to_date(source):
             console.print(f"{source.name}: no results of it by this femic yet, computing", markup=False)
             _computed(source.scene, source.folder, workers, console)
     report = overlay_report.write(overlay.load(found), folder)

@@ -1,60 +1,21 @@
-"""Overlay of the results of several scenes: what they have in common, curves, errors, differences."""
+"""Overlay of the results of several scenes: curves and errors of what they have in common."""
 
 import csv
-import json
-import tomllib
-from collections.abc import Iterator, Mapping, Sequence
-from copy import deepcopy
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from compare import scene_file as files
-from compare.scene import Scene
-from compare.scenes import build_scene, builtin_names, parse, read_scene, scene_path
-from femic.provenance import code_digest
-from geometries.errors import WrongInput
+from compare.overlay_sources import Content, Source, common, read
 
 Array = NDArray[np.float64]
 
-MOST = 5  # scenes in one overlay: line styles that the eye can tell apart
 MIRRORED = 1e-6  # of the largest value on a line
-ABSENT, DEFAULT = "–", "default"
-FILLED_IN = {  # keys of a scene file with computed defaults, by their names in the settings of results
-    "reference_length [mm]": "reference_length",
-    "rotation_reach [mm]": "rotation_reach",
-    "moment_arm [mm]": "moment_arm",
-    "first smallest_cell [mm]": "engine.smallest_cell",
-    "first growth": "engine.growth",
-    "first line_growth": "engine.line_growth",
-}
-
-
-@dataclass(frozen=True)
-class Content:
-    """What results have curves and errors of."""
-
-    bodies: tuple[str, ...]
-    components: tuple[str, ...]
-    variants: tuple[str, ...]
-    lines: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Source:
-    """One of the scenes to overlay, and the folder of its results."""
-
-    name: str
-    folder: Path
-    content: Content
-    scene: Scene | None  # None: a result folder, taken as it is
-    text: str
-    files: tuple[Path, ...] = ()  # of points, that the scene reads
 
 
 @dataclass(frozen=True)
@@ -94,107 +55,9 @@ class Curve:
     estimate: Array
 
 
-@dataclass(frozen=True)
-class Difference:
-    """A key of the scene file that is not the same in all scenes."""
-
-    key: str
-    meaning: str
-    values: list[str]
-
-
-def sources(arguments: Sequence[str], results: Path) -> tuple[Source, ...]:
-    """The scenes that names, TOML files and result folders mean; raises WrongInput."""
-    if not 2 <= len(arguments) <= MOST:
-        given = ", ".join(arguments) or "none"
-        raise WrongInput(f"scenes = {given}: {len(arguments)} of them; give 2 to {MOST}")
-    found = tuple(_source(argument, results) for argument in arguments)
-    for k, source in enumerate(found):
-        for other, argument in zip(found[:k], arguments, strict=False):
-            if source.name == other.name:
-                raise WrongInput(
-                    f"scenes = {argument}, {arguments[k]}: {source.name!r} twice; "
-                    "give different scenes, or rename one of them"
-                )
-    return found
-
-
-def _source(argument: str, results: Path) -> Source:
-    if argument not in builtin_names() and Path(argument).is_dir():
-        return _of_folder(Path(argument))
-    path = scene_path(argument)
-    text, table = read_scene(path)
-    parsed = parse(deepcopy(table), path)
-    scene = build_scene(path.stem, text, parsed)
-    content = _content(parsed, [line.name for line in scene.lines])
-    contours = (parsed.lower.contour, parsed.upper.contour)
-    read = tuple(c.file for c in contours if isinstance(c, files.PointsFile) and c.file is not None)
-    return Source(scene.name, results / scene.name, content, scene, text, read)
-
-
-def _of_folder(folder: Path) -> Source:
-    try:
-        ics, _ = _read(folder)
-        text, lines = ics.attrs["scene"], list(dict.fromkeys(ics.line.values.tolist()))
-    except (OSError, KeyError) as error:
-        raise WrongInput(
-            f"{folder}: no ics.nc and errors.nc of femic in this folder ({error}); "
-            "give one that `femic run` finished, or a scene"
-        ) from error
-    return Source(folder.resolve().name, folder, _content(_parsed(text, folder), lines), None, text)
-
-
-def _parsed(text: str, folder: Path) -> files.SceneFile:
-    """The scene that a text describes; the files of points that it names need not be there."""
-    table = tomllib.loads(text)
-    for body in ("lower", "upper"):
-        if "file" in table[body]["contour"]:
-            table[body]["contour"]["file"] = __file__
-    return parse(table, folder / "scene.toml")
-
-
-def _content(parsed: files.SceneFile, lines: Sequence[str]) -> Content:
-    return Content(parsed.bodies, parsed.components, parsed.variants, tuple(lines))
-
-
-def common(found: Sequence[Source]) -> Content:
-    """What all scenes have, in the order of the first; raises WrongInput where that is not enough."""
-    contents = {source.name: asdict(source.content) for source in found}
-    first, *others = contents.values()
-    shared = {kind: tuple(v for v in first[kind] if all(v in o[kind] for o in others)) for kind in first}
-    misfits = [
-        f"{kind} = "
-        + " against ".join(f"[{', '.join(content[kind])}] of {name}" for name, content in contents.items())
-        + f": none in common; add one of them to all scenes ({kind})"
-        for kind in ("bodies", "components", "lines")
-        if not shared[kind]
-    ]
-    if misfits:
-        raise WrongInput("\n  ".join(misfits))
-    return Content(**shared)
-
-
-def up_to_date(source: Source) -> bool:
-    """Whether the folder has the results of the scene and of the code as they are now."""
-    try:
-        ics, _ = _read(source.folder)
-    except OSError:  # missing, or no NetCDF file
-        return False
-    written = (source.folder / "ics.nc").stat().st_mtime
-    points_changed = any(path.stat().st_mtime > written for path in source.files)
-    same_code = ics.attrs.get("code") == code_digest()
-    return ics.attrs.get("scene") == source.text and same_code and not points_changed
-
-
 def load(found: Sequence[Source]) -> Overlay:
     """Read the results of all scenes from their folders."""
-    return Overlay(common(found), tuple(Result(source.name, *_read(source.folder)) for source in found))
-
-
-def _read(folder: Path) -> tuple[xr.Dataset, xr.Dataset]:
-    """ICs and errors."""
-    ics, errors = (xr.load_dataset(folder / name, engine="h5netcdf") for name in ("ics.nc", "errors.nc"))
-    return ics, errors
+    return Overlay(common(found), tuple(Result(source.name, *read(source.folder)) for source in found))
 
 
 def curve(result: Result, line: str, body: str, component: str) -> Curve:
@@ -250,59 +113,3 @@ def write_curves(overlay: Overlay, folder: Path) -> None:
                 columns = [drawn.at, *(drawn.values[variant] for variant in variants), drawn.estimate]
                 for row in np.column_stack(columns):
                     table.writerow([result.name, body, component, *(f"{value:.8g}" for value in row)])
-
-
-def differences(overlay: Overlay) -> Iterator[Difference]:
-    """What the scenes set differently, defaults filled in; and the programs that computed them."""
-    settings = [_settings(result) for result in overlay.results]
-    meanings = _meanings()
-    keys = dict.fromkeys(key for setting in settings for key in setting)
-    tables = list(dict.fromkeys(key.rpartition(".")[0] for key in keys))
-    for key in sorted(keys, key=lambda key: tables.index(key.rpartition(".")[0])):
-        values = [_shown(setting.get(key, ABSENT)) for setting in settings]
-        if len(set(values)) > 1:
-            yield Difference(key, meanings.get(key.rpartition(".")[2], ""), values)
-
-
-def _settings(result: Result) -> dict[str, Any]:
-    """Every key of a scene file under its dotted name, and "computed with" its code and versions."""
-    attributes = result.ics.attrs
-    text = attributes["scene"]
-    named = {key: value for key, value in _flat(tomllib.loads(text)).items() if key.endswith(".file")}
-    settings = json.loads(attributes["settings"])
-    chosen = {key: settings[name] for name, key in FILLED_IN.items()}
-    programs = {"code": attributes.get("code", ABSENT)} | json.loads(attributes["versions"])
-    return (
-        _flat(_parsed(text, Path(result.name)).model_dump())
-        | named
-        | chosen
-        | {"title": attributes["title"]}
-        | {f"computed with {program}": version for program, version in programs.items()}
-    )
-
-
-def _flat(value: Any, key: str = "") -> dict[str, Any]:
-    """Nested tables and lists of tables as one, under dotted keys."""
-    if isinstance(value, dict):
-        entries = dict(value)
-    elif isinstance(value, list | tuple) and any(isinstance(entry, dict) for entry in value):
-        entries = dict(enumerate(value))
-    else:
-        return {key: value}
-    parts = (_flat(entry, f"{key}.{name}" if key else str(name)) for name, entry in entries.items())
-    return {name: entry for part in parts for name, entry in part.items()}
-
-
-def _meanings() -> dict[str, str]:
-    """What the keys of a scene file mean, where a key means the same in every table."""
-    said: dict[str, set[str]] = {}
-    for section in files.Section.__subclasses__():
-        for key, field in section.model_fields.items():
-            said.setdefault(key, set()).add(field.description or "")
-    return {key: next(iter(texts)) for key, texts in said.items() if len(texts) == 1}
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, list | tuple):
-        return ", ".join(_shown(entry) for entry in value)
-    return DEFAULT if value is None else f"{value:g}" if isinstance(value, float) else str(value)

@@ -7,7 +7,9 @@ from pathlib import Path
 from compare import overlay_figures
 from compare.figures import SYMBOLS, save
 from compare.html import ZERO, Cell, embedded, error_cell, rendered
-from compare.overlay import Overlay, Source, differences, worst, write_curves
+from compare.overlay import Overlay, worst, write_curves
+from compare.overlay_differences import differences
+from compare.overlay_sources import Source
 from geometries.errors import WrongInput
 
 JUDGED = ("A", "Bhat")  # variants of the summary

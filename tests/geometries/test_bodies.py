@@ -88,8 +88,9 @@ def test_the_prismatic_section_is_the_limit_of_a_large_rolling_radius():
     assert wheel.s_range == pytest.approx(prism.s_range)
 
 
-def test_a_section_ends_at_its_hub():
-    ball = Body(UPPER, arc(-50.0, 1.4, 1.4), STEEL, Domain(100.0, 100.0), 50.0, hub_radius=20.0)
+@pytest.mark.parametrize("side", [LOWER, UPPER])
+def test_a_section_ends_at_its_hub(side):
+    ball = Body(side, arc(-side * 50.0, 1.4, 1.4), STEEL, Domain(100.0, 100.0), 50.0, hub_radius=20.0)
     assert ball.s_range == pytest.approx((-50 * np.arccos(0.4), 50 * np.arccos(0.4)))
     assert ball.depth == 30.0
     assert ball.reaches_hub
