@@ -16,6 +16,7 @@ from geometries.surfaces import Surface
 
 Array = NDArray[np.float64]
 X, S, N = range(3)
+COUPLING = ((X, N), (N, X))  # index of xn and nx
 
 
 class Symmetry(Enum):
@@ -68,7 +69,7 @@ def _mixed(of: Ingredients) -> Array:
     coupling = both_turned(of.a_prime, of.turn) if of.half_space.effective else a
     out[S, N] = load_turned(a, of.turn)[S, N]
     out[N, S] = observer_turned(a, of.turn)[N, S]
-    out[X, N], out[N, X] = coupling[X, N], coupling[N, X]
+    out[COUPLING] = coupling[COUPLING]
     return out
 
 

@@ -25,9 +25,11 @@ STYLES: dict[str, dict[str, Any]] = {
     "B": {"color": "tab:orange", "linestyle": "-"},
     "Bbar": {"color": "tab:green", "linestyle": (0, (3, 1, 1, 1))},
     "Bhat": {"color": "tab:red", "linestyle": (0, (2, 1))},
+    "mix": {"color": "tab:purple", "linestyle": (0, (1, 2)), "linewidth": 2.0},
+    "Bhat_prime": {"color": "tab:brown", "linestyle": (0, (6, 1))},
     "C": {"color": "black", "linewidth": 1.8, "zorder": 1},
 }
-MARKERS = {"A": "s", "B": "o", "Bbar": "^", "Bhat": "D", "C": "*"}
+MARKERS = {"A": "s", "B": "o", "Bbar": "^", "Bhat": "D", "mix": "P", "Bhat_prime": "v", "C": "*"}
 STYLE: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.2, "figure.dpi": 110}
 INVISIBLE = 1e-9  # of a dimensionless IC
 ON_HUB = 1e-9  # of its depth: a contour that ends there ends on the hub
@@ -175,7 +177,9 @@ def draw_curve(axes: Axes, at: Array, curve: xr.Dataset) -> None:
     c, band = curve.ic.sel(variant="C").values * unit, curve.estimate.values * unit
     axes.fill_between(at, c - band, c + band, color="black", alpha=0.2, linewidth=0, label="C ± estimate")
     for variant in sorted(curve.variant.values, key=list(STYLES).index, reverse=True):
-        axes.plot(at, curve.ic.sel(variant=variant).values * unit, label=SYMBOLS[variant], **STYLES[variant])
+        values = curve.ic.sel(variant=variant).values * unit
+        if not np.all(np.isnan(values)):
+            axes.plot(at, values, label=SYMBOLS[variant], **STYLES[variant])
     show_zero(axes)
 
 
@@ -202,6 +206,8 @@ def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
         for axes, body in zip(grid, scene.compared, strict=True):
             worst = errors["max"].sel(body=body).max("line")
             for variant in (*scene.variants, "C"):
+                if np.isnan(results.seconds[variant, body]):
+                    continue
                 values = [worst.sel(variant=variant, i=c[0], j=c[1]).item() for c in scene.components]
                 seconds = np.full(len(values), results.seconds[variant, body])
                 axes.loglog(

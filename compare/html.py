@@ -36,7 +36,9 @@ def rendered(template: str, **values: object) -> str:
 
 
 def error_cell(error: float, note: str = "") -> Cell:
-    """An error in percent, its background by its size."""
+    """An error in percent, its background by its size; a dash where nothing was computed."""
+    if np.isnan(error):
+        return Cell("–", "#ffffff")
     text = f"{100 * error:.2f} %" if error < 0.1 else f"{100 * error:.1f} %"
     return Cell(text + note, colour(error))
 

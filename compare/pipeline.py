@@ -9,15 +9,13 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from approx.halfspace import HalfSpace
-from approx.variants import approximate
+from approx.pair import Pair, Solid
 from compare.scene import Scene
 from femic import reference
 from femic.reference import Estimated, Job, Reference, scales, total
 from femic.refinement import SILENT, Watch, references
 from femic.solid import Points
-from geometries.bodies import Body
-from geometries.materials import one_body
+from geometries.patches import Patch
 
 Array = NDArray[np.float64]
 
@@ -88,25 +86,30 @@ def compute(
 def _approximations(
     scene: Scene, points: Points
 ) -> tuple[dict[tuple[str, str], Array], dict[tuple[str, str], float]]:
-    """Approximations of each body and their seconds; the combined ones are sums, each body with its alpha."""
+    """Approximations of what is compared, and their seconds; NaN where there are no effective properties."""
+    pair = scene.pair
+    solids: dict[str, Solid | Pair] = {"lower": pair.lower, "upper": pair.upper, "combined": pair}
     ics: dict[tuple[str, str], Array] = {}
     seconds: dict[tuple[str, str], float] = {}
-    for variant in scene.variants:
-        for name, body in scene.bodies.items():
-            ics[variant, name], seconds[variant, name] = _timed(variant, scene, body, points)
-        ics[variant, "combined"] = ics[variant, "upper"] + ics[variant, "lower"]
-        seconds[variant, "combined"] = seconds[variant, "upper"] + seconds[variant, "lower"]
+    for name in scene.compared:
+        for variant in scene.variants:
+            if variant == "Bhat_prime" and not pair.has_effective(name):
+                ics[variant, name], seconds[variant, name] = np.full((3, 3, len(points.x)), np.nan), np.nan
+            else:
+                ics[variant, name], seconds[variant, name] = _timed(
+                    variant, solids[name], scene.patch, points
+                )
     return ics, seconds
 
 
-def _timed(variant: str, scene: Scene, body: Body, points: Points) -> tuple[Array, float]:
+def _timed(variant: str, solid: Solid | Pair, patch: Patch, points: Points) -> tuple[Array, float]:
     """ICs per unit load, and the least seconds of a few repetitions."""
-    half_space, seconds = HalfSpace(one_body(body.material, body.side)), []
+    seconds = []
     for _ in range(REPETITIONS):
         start = perf_counter()
-        ic = approximate(variant, half_space, body.surface, scene.patch, (points.x, points.s))
+        ic = solid.approximate(variant, patch, (points.x, points.s))
         seconds.append(perf_counter() - start)
-    return ic / scene.patch.area, min(seconds)
+    return ic / patch.area, min(seconds)
 
 
 def _reference_seconds(found: Mapping[str, Reference]) -> dict[tuple[str, str], float]:

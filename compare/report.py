@@ -49,7 +49,8 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
             for model, cost in reference.models.items()
         ],
         variant_seconds=[
-            (SYMBOLS[name], results.seconds[name, scene.compared[0]]) for name in (*scene.variants, "C")
+            (SYMBOLS[name], results.seconds[name, scene.compared[0]])
+            for name in (*_computed(results, scene.compared[0]), "C")
         ],
         settings=settings(scene),
         known=_known(results),
@@ -65,14 +66,14 @@ def summary(results: Results, errors: xr.Dataset) -> str:
     """One paragraph, computed: worst error per variant, best variant per component, accuracy of C."""
     body = results.scene.compared[0]
     worst = errors["max"].sel(body=body)
-    parts = []
-    for variant in results.scene.variants:
+    parts, computed = [], _computed(results, body)
+    for variant in computed:
         error, component, line = _worst_of(results, worst.sel(variant=variant))
         parts.append(f"{SYMBOLS[variant]} {error:.1%} ({component} on {line})")
     best = []
     for component in results.scene.components:
         per_variant = worst.sel(i=component[0], j=component[1]).max("line")
-        values = {v: per_variant.sel(variant=v).item() for v in results.scene.variants}
+        values = {v: per_variant.sel(variant=v).item() for v in computed}
         least = min(values.values())
         names = " = ".join(SYMBOLS[v] for v, value in values.items() if value <= least * (1 + 1e-6))
         best.append(f"{component}: {names} ({least:.1%})")
@@ -82,6 +83,12 @@ def summary(results: Results, errors: xr.Dataset) -> str:
         f"{', '.join(parts)}. Closest to C: {'; '.join(best)}. "
         f"C itself is known to {known:.2%} or better (least well: {component} on {line})."
     )
+
+
+def _computed(results: Results, body: str) -> list[str]:
+    """The variants that could be computed."""
+    seconds = results.seconds
+    return [variant for variant in results.scene.variants if not np.isnan(seconds[variant, body])]
 
 
 def _worst_of(results: Results, errors: xr.DataArray) -> tuple[float, str, str]:

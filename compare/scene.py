@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from approx.effective import EffectiveProperties
+from approx.pair import Pair, Solid
 from femic.linear import SolverChoice
 from femic.tetrahedra import Cells
 from geometries.bodies import Body
@@ -20,6 +22,7 @@ class Scene:
     compared: tuple[str, ...]  # of "combined", "lower", "upper"
     components: tuple[str, ...]
     variants: tuple[str, ...]
+    effective: Mapping[str, EffectiveProperties]  # of "combined", "lower", "upper", where given
     patch: Patch
     lines: tuple[OffsetLine, ...]
     cells: Cells
@@ -35,6 +38,15 @@ class Scene:
     def solved(self) -> tuple[str, ...]:
         """Names of the bodies whose reference ICs the comparison needs."""
         return tuple(name for name in self.bodies if name in self.compared or "combined" in self.compared)
+
+    @property
+    def pair(self) -> Pair:
+        """The bodies as approximations see them."""
+        lower, upper = (
+            Solid(body.material, body.surface, self.effective.get(name))
+            for name, body in ((name, self.bodies[name]) for name in ("lower", "upper"))
+        )
+        return Pair(upper, lower, self.effective.get("combined"))
 
     @property
     def reference_E(self) -> float:

@@ -22,6 +22,11 @@ def misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterat
     yield from _line_misfits(scene, extent, size, far)
     for name, body in scene.bodies.items():
         yield from _body_misfits(name, body)
+    if "Bhat_prime" in scene.variants and not any(scene.pair.has_effective(name) for name in scene.compared):
+        yield (
+            "variants: Bhat_prime needs effective properties of what is compared: add a table "
+            "[effective.combined.mismatch_k] with far, r_inf, m, n (or of lower, upper; of G, nu)"
+        )
     if scene.solver == "direct" and not direct_available():
         yield f"engine.solver = 'direct': not installed; {INSTALL_DIRECT}, or use 'auto'"
 

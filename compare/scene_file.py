@@ -10,7 +10,7 @@ Flank = Annotated[float, Field(ge=0, le=75)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 BodyName = Literal["combined", "lower", "upper"]
 Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
-VariantName = Literal["A", "B", "Bbar", "Bhat"]
+VariantName = Literal["A", "B", "Bbar", "Bhat", "Bhat_prime", "mix"]
 
 
 class Section(BaseModel):
@@ -126,6 +126,31 @@ def default_lines(s_patch: float) -> tuple[LineAlongX | LineAlongS, ...]:
     )
 
 
+class TransitionTable(Section):
+    """A property that goes over to another value at a distance from the load."""
+
+    far: Finite = Field(description="its value at r_inf and beyond")
+    r_inf: Positive = Field(description="distance from the load [mm]")
+    m: Positive = Field(description="exponent near the load")
+    n: Positive = Field(description="exponent near r_inf")
+
+
+class PropertiesTable(Section):
+    """Effective properties of one body, or of both."""
+
+    G: TransitionTable | None = Field(None, description="shear modulus [MPa]")
+    nu: TransitionTable | None = Field(None, description="Poisson's ratio")
+    mismatch_k: TransitionTable | None = Field(None, description="mismatch constant K")
+
+
+class EffectiveTable(Section):
+    """What Bhat_prime is made of."""
+
+    combined: PropertiesTable | None = Field(None, description="of both bodies together")
+    lower: PropertiesTable | None = Field(None, description="of the lower body")
+    upper: PropertiesTable | None = Field(None, description="of the upper body")
+
+
 class EngineTable(Section):
     """How the reference C is computed."""
 
@@ -165,7 +190,7 @@ class SceneFile(Section):
         description="displacement direction, then traction direction",
     )
     variants: tuple[VariantName, ...] = Field(
-        ("A", "B", "Bbar", "Bhat"), min_length=1, description="approximations to compare with C"
+        ("A", "B", "Bbar", "Bhat", "mix"), min_length=1, description="approximations to compare with C"
     )
     reference_length: Positive | None = Field(
         None,
@@ -191,6 +216,9 @@ class SceneFile(Section):
     patch: PatchTable = Field(description="loaded element at x = 0")
     lines: Annotated[tuple[Line, ...], Field(min_length=1)] | None = Field(
         None, description="offset lines; default: s = patch.s + 1.6, s = patch.s, x = 1.6 mm"
+    )
+    effective: EffectiveTable = Field(
+        EffectiveTable(), description="properties that vary with the distance from the load, for Bhat_prime"
     )
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")
 

@@ -25,12 +25,25 @@ def listing(name_or_path: str) -> str:
         lines += ["", f"# {field.description}", f"[{name}]"]
         lines += _entries(_model(field.annotation), table.get(name, {}))
         lines += _contour_kinds() if name == "lower" else []
+    lines += ["", f"# {files.SceneFile.model_fields['effective'].description}"]
+    lines += _effective(table.get("effective", {}))
     lines += ["", f"# {files.SceneFile.model_fields['lines'].description}"]
     default = files.default_lines(table["patch"].get("s", 0.0))
     for entry in table.get("lines", [line.model_dump() for line in default]):
         kind = files.LineAlongX if entry["along"] == "x" else files.LineAlongS
         lines += ["[[lines]]", *_entries(kind, entry)]
     return "\n".join(lines) + "\n"
+
+
+def _effective(table: dict[str, Any]) -> Iterator[str]:
+    """The effective properties that are given, and how others would be."""
+    for name, field in files.EffectiveTable.model_fields.items():
+        given = name in table
+        yield f"{'' if given else '# '}[effective.{name}]  # {field.description}"
+        yield from _entries(files.PropertiesTable, table[name]) if given else ()
+    keys = files.TransitionTable.model_fields.items()
+    yield "#   mismatch_k, G or nu = { " + ", ".join(f"{key} = ..." for key, _ in keys) + " }"
+    yield from (f"#     {key}: {field.description}" for key, field in keys)
 
 
 def _contour_kinds() -> Iterator[str]:

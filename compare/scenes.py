@@ -12,6 +12,7 @@ import tomlkit
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from approx.effective import EffectiveProperties, Transition
 from compare import scene_file as files
 from compare.scene import Scene
 from compare.scene_checks import misfits
@@ -167,6 +168,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         compared=scene.bodies,
         components=scene.components,
         variants=scene.variants,
+        effective=_effective(scene.effective),
         patch=patch,
         lines=tuple(_line(line, extent) for line in scene.lines or files.default_lines(patch.s)),
         cells=_cells(scene.engine, patch),
@@ -182,6 +184,19 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
     if errors:
         raise BadScene(f"{name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
     return built
+
+
+def _effective(table: files.EffectiveTable) -> dict[str, EffectiveProperties]:
+    """Effective properties of "combined", "lower", "upper", where given."""
+    found = {}
+    for name, properties in table:
+        if properties is not None:
+            given = {key: Transition(**dict(value)) for key, value in properties if value is not None}
+            try:
+                found[name] = EffectiveProperties(**given)
+            except WrongInput as error:
+                raise BadScene(f"effective.{name}: {error}") from error
+    return found
 
 
 def _body(name: str, side: int, table: files.BodyTable, domain: Domain) -> Body:

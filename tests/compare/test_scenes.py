@@ -6,10 +6,11 @@ import tomllib
 import numpy as np
 import pytest
 
+from approx.effective import EffectiveProperties, Transition
 from compare.scene_file import SceneFile
 from compare.scene_listing import listing
 from compare.scenes import BadScene, builtin_names, load_scene
-from tests.compare.conftest import scene_text
+from tests.compare.conftest import SHORT_LINES, scene_text
 
 
 def errors_of(path):
@@ -42,6 +43,37 @@ def test_geometry1_is_the_design_s():
         assert (body.material.E, body.material.nu) == (210e3, 0.28)
     assert (scene.patch.a, scene.patch.b) == (0.2, 0.2)
     assert scene.reference_length == pytest.approx(10)
+
+
+EFFECTIVE = """
+[effective.combined]
+mismatch_k = { far = 0.12, r_inf = 11.0, m = 1.5, n = 2.5 }
+[effective.upper]
+G = { far = 7e4, r_inf = 9.0, m = 1.0, n = 2.0 }
+"""
+
+
+def test_effective_properties_reach_the_pair_and_the_listing(write_scene):
+    path = write_scene('variants = ["Bhat_prime"]', lines=EFFECTIVE + SHORT_LINES)
+    pair = load_scene(str(path)).pair
+    assert pair.effective == EffectiveProperties(mismatch_k=Transition(0.12, 11.0, 1.5, 2.5))
+    assert pair.upper.effective == EffectiveProperties(G=Transition(7e4, 9.0, 1.0, 2.0))
+    assert [pair.has_effective(name) for name in ("combined", "upper", "lower")] == [True, True, False]
+    shown = SceneFile.model_validate(tomllib.loads(listing(str(path))))
+    assert shown.effective == SceneFile.model_validate(tomllib.loads(path.read_text())).effective
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        (SHORT_LINES, "variants: Bhat_prime needs effective properties"),
+        (EFFECTIVE.replace("7e4", "-1.0") + SHORT_LINES, "effective.upper: effective G far away = -1.0"),
+        (EFFECTIVE.replace("r_inf = 9.0", "r_inf = 0") + SHORT_LINES, "effective.upper.G.r_inf = 0"),
+        (EFFECTIVE.replace("mismatch_k", "K") + SHORT_LINES, "effective.combined.K: unknown key"),
+    ],
+)
+def test_bad_effective_properties_are_refused(write_scene, lines, message):
+    assert message in errors_of(write_scene('variants = ["Bhat_prime"]', lines=lines))
 
 
 def test_files_are_found_relative_to_the_scene(tmp_path, write_scene):

@@ -1,0 +1,66 @@
+"""Two bodies in contact: approximations of one of them, or of the displacement difference of both."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from approx.effective import EffectiveProperties
+from approx.halfspace import HalfSpace
+from approx.variants import COUPLING, approximate
+from geometries.materials import Material, both_bodies, one_body
+from geometries.patches import Patch
+from geometries.surfaces import Surface
+
+Array = NDArray[np.float64]
+Points = tuple[ArrayLike, ArrayLike]
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A body as approximations see it; `effective`: what its B-hat-prime is made of."""
+
+    material: Material
+    surface: Surface
+    effective: EffectiveProperties | None = None
+
+    def approximate(self, variant: str, patch: Patch, points: Points) -> Array:
+        """ICs of this body per unit pressure [mm/MPa], as `approx.variants.approximate`."""
+        constants = one_body(self.material, self.surface.side)
+        return approximate(
+            variant, HalfSpace(constants, effective=self.effective), self.surface, patch, points
+        )
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Upper and lower body; `effective`: what the combined B-hat-prime is made of."""
+
+    upper: Solid
+    lower: Solid
+    effective: EffectiveProperties | None = None
+
+    def approximate(self, variant: str, patch: Patch, points: Points) -> Array:
+        """ICs of both bodies per unit pressure [mm/MPa]: their sum, each with its own turns.
+
+        Where combined effective properties are given, B-hat-prime and xn, nx of the mix are those of the
+        combined constants on the surface of the lower body: the properties stand for everything else, also
+        for the curvature of a wheel along x. Source: [BVSV] section 4, design section 2.
+        """
+        if variant == "Bhat_prime" and self.effective:
+            return self._effective(patch, points)
+        both = [body.approximate(variant, patch, points) for body in (self.upper, self.lower)]
+        total = np.sum(both, axis=0)
+        if variant == "mix" and self.effective:
+            total[COUPLING] = self._effective(patch, points)[COUPLING]
+        return np.asarray(total)
+
+    def _effective(self, patch: Patch, points: Points) -> Array:
+        constants = both_bodies(self.upper.material, self.lower.material)
+        half_space = HalfSpace(constants, effective=self.effective)
+        return approximate("Bhat_prime", half_space, self.lower.surface, patch, points)
+
+    def has_effective(self, body: str) -> bool:
+        """Whether B-hat-prime of "upper", "lower" or "combined" can be computed."""
+        of_bodies = {"upper": bool(self.upper.effective), "lower": bool(self.lower.effective)}
+        return of_bodies[body] if body in of_bodies else bool(self.effective) or all(of_bodies.values())
