@@ -7,6 +7,7 @@ from approx.halfspace import HalfSpace
 from approx.variants import approximate
 from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part, wrench
 from femic.solid import Points, raw_ics
+from geometries.contours import through_points
 from geometries.materials import one_body
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER
@@ -61,6 +62,18 @@ def fit(request):
     return Fit(contour, side, loads, **({"rolling_radius": radius[0]} if radius else {}))
 
 
+@pytest.mark.parametrize("y", [np.linspace(-12, 15, 28), np.linspace(-15, 12, 28)], ids=["right", "left"])
+def test_the_rule_looks_three_elements_away_and_on_both_sides_of_moment_loads(y):
+    contour = through_points(y, -(y**2) / 40)  # longer on one side
+    points = RULE.points(request_for(contour).body)
+    np.testing.assert_allclose(points.x, [3 * 2 * PATCH.a, 0, 0, 0, 0, 0, 0], rtol=1e-14)
+    low, high = contour.extent
+    beside = min(-low, high) - ARM  # less than REACH: both loads have the same, within the contour
+    assert 0 < beside < REACH
+    around = [ARM + beside, ARM - beside, -ARM + beside, -ARM - beside]
+    np.testing.assert_allclose(points.s, [0, REACH, -REACH, *around], rtol=1e-12)
+
+
 @pytest.mark.parametrize("rolling_radius", [np.inf, 60.0])
 def test_displacements_of_a_wrench_are_rigid(rolling_radius):
     """Phi(I)^T q is the translation plus the rotation about x of the point, seen in its local frame."""
@@ -90,6 +103,19 @@ def test_rigid_part_is_reciprocal_between_any_two_positions():
             for i, j in ((s_i, s_j), (s_j, s_i))
         )  # fmt: skip
         np.testing.assert_allclose(there, back.T, atol=1e-12)
+
+
+def test_the_rigid_part_is_seen_by_observers_where_they_are():
+    """On a wheel the angle to an observer is its distance over the mean radius of both circles."""
+    m = RNG.normal(size=(4, 4))
+    m = m + m.T
+    body = request_for(UNSYMMETRIC, side=UPPER, rolling_radius=60.0).body
+    points, load = Points(np.array([3.0, -8.0]), np.array([-7.0, 5.0])), Load(Patch(1, 1, 2.5), 1)
+    radii = body.surface.circle_radius(points.s), body.surface.circle_radius(load.patch.s)
+    xi = body.rolling_radius * points.x / np.mean(np.broadcast_arrays(*radii), axis=0)
+    moved = m @ wrench(body, 0.0, load.patch.s)[:, load.direction]
+    expected = np.einsum("aip,a->ip", wrench(body, xi, points.s), moved)
+    np.testing.assert_allclose(rigid_part(m, body, points, load), expected, rtol=1e-12)
 
 
 def test_m_is_symmetric_and_only_has_the_entries_of_the_design(fit):

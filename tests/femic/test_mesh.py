@@ -1,14 +1,17 @@
 """Meshes: nodes on the true contour, the chart, the volume."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from skfem import Basis, ElementTetP2
+from skfem import Basis, ElementTetP2, ElementTriP2, MeshTri
 
+from femic.mesh import Trace, curved
 from femic.solid import Points, build_mesh
-from femic.tetrahedra import Cells
+from femic.tetrahedra import Cells, Focus, fill
 from geometries.surfaces import UPPER
-from tests.femic.conftest import SMALL, SYMMETRIC, UNSYMMETRIC, request_for
+from tests.femic.conftest import COARSE, SMALL, SYMMETRIC, UNSYMMETRIC, request_for
 
 
 @pytest.mark.parametrize("contour", [SYMMETRIC, UNSYMMETRIC], ids=["quarter", "half"])
@@ -29,6 +32,28 @@ def test_chart_covers_the_whole_contact_surface(half_model):
     start, end = half_model.solid.body.s_range
     area = trace_area(half_model.solid)
     assert area == pytest.approx(SMALL.half_length * (end - start), rel=1e-9)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_rounding_of_the_mesher_does_not_move_the_ends_of_the_chart(side):
+    """Points at x = 0 and at the end lie in a triangle, whichever way the mesher rounds."""
+    body = request_for(SYMMETRIC, domain=SMALL.scaled(0.5)).body
+    centre = np.zeros((3, 1))
+    linear = fill(body, COARSE.scaled(4), Focus(centre, centre), half_section=True)
+    rounded = linear.points.copy()
+    rounded[0, np.isin(rounded[0], [0.0, body.xi_end])] += side * 1e-12
+    trace = curved(body, replace(linear, points=rounded), half_section=True).trace
+    assert (trace.basis.mesh.p[0].min(), trace.basis.mesh.p[0].max()) == (0.0, body.xi_end)
+    ends = trace.interpolation(np.array([0.0, body.xi_end]), np.array([1.0, 2.0]))
+    np.testing.assert_allclose(ends.sum(axis=1), 1, rtol=1e-12)
+
+
+def test_size_of_a_triangle_is_the_leg_of_the_right_one_of_its_area():
+    grid = MeshTri.init_tensor(np.array([0.0, 1.0, 2.0, 5.0]), np.array([0.0, 2.0, 4.0, 8.0]))
+    trace = Trace(Basis(grid, ElementTriP2()), np.arange(0))
+    assert trace.smallest((0.2, 0.4), (0.5, 1.0)) == pytest.approx(np.sqrt(1 * 2))  # half of a cell 1 x 2
+    assert trace.smallest((0.0, 5.0), (0.0, 8.0)) == pytest.approx(np.sqrt(1 * 2))
+    assert trace.smallest((3.0, 4.0), (5.0, 6.0)) == pytest.approx(np.sqrt(3 * 4))  # far from small ones
 
 
 def trace_area(solid):

@@ -1,9 +1,11 @@
 """Models of a body: what is solved, and how it combines."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from femic.reference import MODELS, Level, combine, estimated_errors, request, scales
+from femic.reference import MODELS, Level, combine, discounted, estimated_errors, factors, request, scales
 from tests.femic.conftest import JOB, LINES
 
 
@@ -31,3 +33,33 @@ def test_estimated_errors_are_shares_of_the_scale_of_their_line(models):
     for line, part in LINES.items():
         expected = reference.c.estimate[2, 2, part].max() / np.abs(c[part]).max()
         assert errors[line][2, 2] == pytest.approx(expected)
+
+
+ERRORS = {  # of models with cells and a domain of some sizes
+    "mesh_error": lambda cells, _: cells**2,
+    "truncation_error": lambda _, domain: domain**-2,
+}
+
+
+@pytest.mark.parametrize("part", ERRORS)
+def test_estimates_are_a_quarter_above_errors_of_second_order(models, part):
+    rng = np.random.default_rng(3)
+    exact, error = rng.normal(size=(2, *models[Level()].u.shape))
+    wrong = {
+        level: replace(model, u=exact + ERRORS[part](*factors(level)) * error)
+        for level, model in models.items()
+    }
+    c, (truth, *_) = combine(JOB, Level(), wrong).c, discounted(JOB, replace(models[Level()], u=exact))
+    np.testing.assert_allclose(getattr(c, part), 1.25 * np.abs(c.ic - truth), atol=1e-12)
+    np.testing.assert_allclose(c.estimate, getattr(c, part), atol=1e-12)
+
+
+def test_where_nn_was_not_solved_small_components_are_judged_by_that_of_a_point_load():
+    """Boussinesq: (1 - nu) / (2 pi G r), of which the floor is a twentieth."""
+    ic = np.full((3, 3, len(JOB.points.x)), np.nan)
+    ic[0, 0] = 0.0
+    material, r = JOB.body.material, np.hypot(JOB.points.x, JOB.points.s)
+    nn = (1 - material.nu) / (2 * np.pi * material.G * r)
+    for line, part in LINES.items():  # patches are small against r
+        expected = 0.05 * nn[part].max()
+        assert scales([JOB], ic)[line][0, 0] == pytest.approx(expected, rel=0.03)
