@@ -92,17 +92,19 @@ def _distances(g: Array, low: tuple[Array, Array], high: tuple[Array, Array]) ->
 def over(X: Interval, S: Interval) -> Rectangle:
     """The rectangle X x S."""
     corners = ((X.low, S.low), (X.low, S.high), (X.high, S.low), (X.high, S.high))
-    R00, R01, R10, R11 = (np.hypot(x, s) for x, s in corners)
+    R00, R01, R10, R11 = (np.sqrt(x * x + s * s) for x, s in corners)
     return rectangle(X, S, (R00, R01, R10, R11))
 
 
 # --- over a rectangle of the first quadrant ----------------------------------------------------------
 
 
-def five(at: Rectangle) -> Array:
-    """I_xx, I_ss, I_xs, J_x, J_s, shape (5, ...)."""
+def fill(out: Array, at: Rectangle) -> None:
+    """I_xx, I_ss, I_xs, J_x, J_s into an array of shape (5, ...)."""
     turned = at.swapped
-    return np.stack([even_even(at), even_even(turned), odd_odd(at), odd_even(at), odd_even(turned)])
+    out[XX], out[SS] = even_even(at), even_even(turned)
+    out[XS] = odd_odd(at)
+    out[JX], out[JS] = odd_even(at), odd_even(turned)
 
 
 def even_even(at: Rectangle) -> Array:
@@ -158,7 +160,7 @@ def over_rectangle(patch: Patch, x: Array, s: Array) -> Array:
     flat_x, flat_s = x.ravel(), s.ravel()
     for start in range(0, x.size, IN_CACHE):
         part = slice(start, start + IN_CACHE)
-        out[:, part] = _quadrant(patch, np.abs(flat_x[part]), np.abs(flat_s[part]))
+        _quadrant(out[:, part], patch, np.abs(flat_x[part]), np.abs(flat_s[part]))
     return with_signs(out.reshape(5, *x.shape), x, s)
 
 
@@ -171,16 +173,17 @@ def with_signs(integrals: Array, x: Array, s: Array) -> Array:
     return integrals
 
 
-def _quadrant(patch: Patch, x: Array, s: Array) -> Array:
-    """Observers at x, s >= 0."""
+def _quadrant(out: Array, patch: Patch, x: Array, s: Array) -> None:
+    """Observers at x, s >= 0: beside the patch in both directions, and the others."""
     straddles = (x < patch.a) | (s < patch.b)
-    outside = ~straddles
-    if outside.all():
-        return five(over(_beside(x, patch.a), _beside(s, patch.b)))
-    out = np.empty((5, len(x)))
-    out[:, outside] = five(over(_beside(x[outside], patch.a), _beside(s[outside], patch.b)))
-    out[:, straddles] = _straddling(patch, x[straddles], s[straddles])
-    return out
+    if straddles.any():
+        beside = ~straddles
+        part = np.empty((5, np.count_nonzero(beside)))
+        fill(part, over(_beside(x[beside], patch.a), _beside(s[beside], patch.b)))
+        out[:, beside] = part
+        out[:, straddles] = _straddling(patch, x[straddles], s[straddles])
+    else:
+        fill(out, over(_beside(x, patch.a), _beside(s, patch.b)))
 
 
 def _beside(x: Array, half: float) -> Interval:
@@ -231,7 +234,7 @@ def over_lags(patch: Patch, n_x: int, n_s: int) -> Array:
     rows = max(1, IN_CACHE // n_s)
     for start in range(0, n_x, rows):
         block = slice(start, min(start + rows, n_x))
-        out[:, block] = five(_grid(X[block], S))
+        fill(out[:, block], _grid(X[block], S))
     # the middle row and column: only half of the patch has been integrated
     for row, (factor_x, factor_s) in enumerate([(2, 2), (2, 2), (0, 0), (0, 2), (2, 0)]):
         out[row, 0] *= factor_x
@@ -249,5 +252,6 @@ def _edges(half: float, n: int) -> Interval:
 
 def _grid(X: Interval, S: Interval) -> Rectangle:
     """Adjoining rectangles, each distance taken once."""
-    R = np.hypot(np.append(X.low[0], X.high)[:, None], np.append(S.low[0], S.high))
+    x, s = np.append(X.low[0], X.high)[:, None], np.append(S.low[0], S.high)
+    R = np.sqrt(x * x + s * s)
     return rectangle(X[:, None], S, (R[:-1, :-1], R[:-1, 1:], R[1:, :-1], R[1:, 1:]))

@@ -20,12 +20,12 @@ from geometries.patches import OffsetLine
 Array = NDArray[np.float64]
 
 SYMBOLS = {name: variant.symbol for name, variant in VARIANTS.items()} | {"C": "C"}
-STYLES: dict[str, dict[str, Any]] = {
+STYLES: dict[str, dict[str, Any]] = {  # the first on top: mix coincides with others
+    "mix": {"color": "tab:purple", "linestyle": (0, (1, 3)), "linewidth": 2.2},
     "A": {"color": "tab:blue", "linestyle": (0, (5, 2))},
     "B": {"color": "tab:orange", "linestyle": "-"},
     "Bbar": {"color": "tab:green", "linestyle": (0, (3, 1, 1, 1))},
     "Bhat": {"color": "tab:red", "linestyle": (0, (2, 1))},
-    "mix": {"color": "tab:purple", "linestyle": (0, (1, 2)), "linewidth": 2.0},
     "Bhat_prime": {"color": "tab:brown", "linestyle": (0, (6, 1))},
     "C": {"color": "black", "linewidth": 1.8, "zorder": 1},
 }
