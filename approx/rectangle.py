@@ -5,7 +5,7 @@ r^2 / (a b), and beside the patch in other ways. Here
 
 - kernels are even or odd in X and in S = observer minus loaded point, so that each integral is a sum
   of integrals of one sign over rectangles in the quadrant X, S >= 0 (`_straddling`);
-- over such a rectangle the differences between corners are written as products (`Corners`): with
+- over such a rectangle the differences between corners are written as products (`Rectangle`): with
   g_x = X1^2 - X0^2 and R01 = R(X0, S1), R11 - R01 = g_x / (R11 + R01), and so on, and differences
   of asinh, ln and atan as one asinh, log1p, atan2 of such products.
 
@@ -46,69 +46,98 @@ class Interval:
 
 
 @dataclass(frozen=True)
-class Corners:
-    """A rectangle of the first quadrant, and the distances R of its corners from the observer."""
+class Distances:
+    """From the observer to the ends of the two sides of a rectangle at S.low (0) and at S.high (1)."""
+
+    low: tuple[Array, Array]  # at X.low, on side 0 and 1
+    high: tuple[Array, Array]  # at X.high
+    total: tuple[Array, Array]  # high + low
+    difference: tuple[Array, Array]  # high - low = g_x / total
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """X x S in the first quadrant, the distances along its sides, and ln(R00 R11 / (R01 R10))."""
 
     X: Interval
     S: Interval
-    R00: Array  # at X.low, S.low
-    R01: Array  # at X.low, S.high
-    R10: Array
-    R11: Array
+    along_x: Distances
+    along_s: Distances
+    log_ratio: Array
 
     @property
-    def swapped(self) -> "Corners":
+    def swapped(self) -> "Rectangle":
         """The same with x and s exchanged."""
-        return Corners(self.S, self.X, self.R00, self.R10, self.R01, self.R11)
+        return Rectangle(self.S, self.X, self.along_s, self.along_x, self.log_ratio)
 
 
-def corners(X: Interval, S: Interval) -> Corners:
-    """The corners of X x S."""
-    pairs = ((X.low, S.low), (X.low, S.high), (X.high, S.low), (X.high, S.high))
-    return Corners(X, S, *(np.hypot(x, s) for x, s in pairs))
+def rectangle(X: Interval, S: Interval, R: tuple[Array, Array, Array, Array]) -> Rectangle:
+    """From the distances R00, R01, R10, R11 of the corners: first index X, second S."""
+    R00, R01, R10, R11 = R
+    q, r = R01 * R10, R11 * R00
+    return Rectangle(
+        X,
+        S,
+        _distances(X.g, (R00, R01), (R10, R11)),
+        _distances(S.g, (R00, R10), (R01, R11)),
+        _log1m(X.g * S.g / (q * (q + r))),
+    )
+
+
+def _distances(g: Array, low: tuple[Array, Array], high: tuple[Array, Array]) -> Distances:
+    total = low[0] + high[0], low[1] + high[1]
+    return Distances(low, high, total, (g / total[0], g / total[1]))
+
+
+def over(X: Interval, S: Interval) -> Rectangle:
+    """The rectangle X x S."""
+    corners = ((X.low, S.low), (X.low, S.high), (X.high, S.low), (X.high, S.high))
+    R00, R01, R10, R11 = (np.hypot(x, s) for x, s in corners)
+    return rectangle(X, S, (R00, R01, R10, R11))
 
 
 # --- over a rectangle of the first quadrant ----------------------------------------------------------
 
 
-def five(at: Corners) -> Array:
+def five(at: Rectangle) -> Array:
     """I_xx, I_ss, I_xs, J_x, J_s, shape (5, ...)."""
-    over = at.swapped
-    return np.stack([even_even(at), even_even(over), odd_odd(at), odd_even(at), odd_even(over)])
+    turned = at.swapped
+    return np.stack([even_even(at), even_even(turned), odd_odd(at), odd_even(at), odd_even(turned)])
 
 
-def even_even(at: Corners) -> Array:
+def even_even(at: Rectangle) -> Array:
     """Integral of X^2/R^3: S1 D(S1) - S0 D(S0), D(S) = asinh(X1/S) - asinh(X0/S).
 
     Written as h D(S1) + S0 (D(S1) - D(S0)), h = S1 - S0.
     """
-    X0, X1, S0 = at.X.low, at.X.high, at.S.low
-    g, low, high = at.X.g, at.R01 + at.R00, at.R11 + at.R10
-    D1 = np.arcsinh(g / (X1 * at.R01 + X0 * at.R11))
-    defect = g * (1 / (at.R11 + at.R01) + 1 / (at.R10 + at.R00)) * (X1 + at.R10)
-    defect += low * (at.X.length + g / (at.R10 + at.R00))
-    Q = at.S.g * defect / (high * (X1 + at.R10) * low * (X0 + at.R01))
-    return at.S.length * D1 + S0 * _log1m(Q)
+    X0, X1, along = at.X.low, at.X.high, at.along_x
+    R01, (R10, R11), (step0, step1) = along.low[1], along.high, along.difference
+    low, high = at.along_s.total
+    D1 = np.arcsinh(at.X.g / (X1 * R01 + X0 * R11))
+    further = X1 + R10
+    defect = (step0 + step1) * further + low * (at.X.length + step0)
+    Q = at.S.g * defect / (high * further * low * (X0 + R01))
+    return at.S.length * D1 + at.S.low * _log1m(Q)
 
 
-def odd_odd(at: Corners) -> Array:
+def odd_odd(at: Rectangle) -> Array:
     """Integral of XS/R^3: R01 + R10 - R00 - R11."""
-    inverse = 1 / (at.R11 + at.R10) + 1 / (at.R01 + at.R00)
-    return at.X.g * at.S.g * inverse / ((at.R10 + at.R00) * (at.R11 + at.R01))
+    total, (step0, step1) = at.along_x.total, at.along_s.difference
+    return at.X.g * (step0 + step1) / (total[0] * total[1])
 
 
-def odd_even(at: Corners) -> Array:
+def odd_even(at: Rectangle) -> Array:
     """Integral of X/R^2: S1 L(S1) - S0 L(S0) + X1 A(X1) - X0 A(X0).
 
     L(S) = ln(R(X1, S) / R(X0, S)), A(X) = atan(S1/X) - atan(S0/X); differences as in `even_even`.
     """
-    X0, X1, S0, S1 = at.X.low, at.X.high, at.S.low, at.S.high
-    w, h, P = at.X.length, at.S.length, S0 * S1
-    L1 = np.log1p(at.X.g / at.R01**2) / 2
-    q = at.R01 * at.R10
-    A1 = np.arctan2(h * X1, X1**2 + P)
-    turn = np.arctan2(h * w * (P - X0 * X1), (X1**2 + P) * (X0**2 + P) + h**2 * X0 * X1)
-    return h * L1 + S0 * _log1m(at.X.g * at.S.g / (q * (q + at.R11 * at.R00))) + w * A1 + X0 * turn
+    X0, X1, w, h = at.X.low, at.X.high, at.X.length, at.S.length
+    P, XX = at.S.low * at.S.high, X0 * X1
+    L1 = np.log1p(at.X.g / at.along_x.low[1] ** 2) / 2
+    nearer, further, hX1 = X0 * X0 + P, X1 * X1 + P, h * X1
+    A1 = np.arctan2(hX1, further)
+    turn = np.arctan2(h * w * (P - XX), further * nearer + h * X0 * hX1)
+    return h * L1 + at.S.low * at.log_ratio + w * A1 + X0 * turn
 
 
 def _log1m(Q: Array) -> Array:
@@ -147,9 +176,9 @@ def _quadrant(patch: Patch, x: Array, s: Array) -> Array:
     straddles = (x < patch.a) | (s < patch.b)
     outside = ~straddles
     if outside.all():
-        return five(corners(_beside(x, patch.a), _beside(s, patch.b)))
+        return five(over(_beside(x, patch.a), _beside(s, patch.b)))
     out = np.empty((5, len(x)))
-    out[:, outside] = five(corners(_beside(x[outside], patch.a), _beside(s[outside], patch.b)))
+    out[:, outside] = five(over(_beside(x[outside], patch.a), _beside(s[outside], patch.b)))
     out[:, straddles] = _straddling(patch, x[straddles], s[straddles])
     return out
 
@@ -177,15 +206,15 @@ def _straddling(patch: Patch, x: Array, s: Array) -> Array:
     """Observers between the edge lines of the patch."""
     out = np.zeros((5, len(x)))
     odd_x, odd_s = _folded(x, patch.a), _folded(s, patch.b)
-    out[XS] = odd_odd(corners(odd_x, odd_s))
+    out[XS] = odd_odd(over(odd_x, odd_s))
     for X, weight in _parts(x, patch.a):
-        out[JS] += weight * odd_even(corners(odd_s, X))
+        out[JS] += weight * odd_even(over(odd_s, X))
         for S, other in _parts(s, patch.b):
-            at = corners(X, S)
+            at = over(X, S)
             out[XX] += weight * other * even_even(at)
             out[SS] += weight * other * even_even(at.swapped)
     for S, weight in _parts(s, patch.b):
-        out[JX] += weight * odd_even(corners(odd_x, S))
+        out[JX] += weight * odd_even(over(odd_x, S))
     return out
 
 
@@ -218,7 +247,7 @@ def _edges(half: float, n: int) -> Interval:
     return Interval(np.append(0.0, high[:-1]), high, length)
 
 
-def _grid(X: Interval, S: Interval) -> Corners:
-    """Corners of adjoining rectangles, each distance taken once."""
+def _grid(X: Interval, S: Interval) -> Rectangle:
+    """Adjoining rectangles, each distance taken once."""
     R = np.hypot(np.append(X.low[0], X.high)[:, None], np.append(S.low[0], S.high))
-    return Corners(X[:, None], S, R[:-1, :-1], R[:-1, 1:], R[1:, :-1], R[1:, 1:])
+    return rectangle(X[:, None], S, (R[:-1, :-1], R[:-1, 1:], R[1:, :-1], R[1:, 1:]))

@@ -89,3 +89,16 @@ def test_errors_grow_with_the_flanks(outcome):
     assert np.all(worst.sel(i="n", variant="A").diff("angle") > 0)
     assert np.all((steepest > worst.sel(angle=15)).sel(i="s", variant=["B", "Bhat"]))
     np.testing.assert_allclose(worst.sel(i="s", variant="A")[1:], 1)  # A_sn of equal bodies is 0
+
+
+def test_the_factor_of_the_cylinder_cancels_for_equal_bodies_and_helps_only_the_upper_one_everywhere(outcome):
+    _, worst = outcome("cylinder_factor")
+    b, faded = (
+        worst.sel(variant=variant, line=["s = 1.6 mm", "x = 1.6 mm"]) for variant in ("B", "B with factor")
+    )
+    combined = {"scene": "geometry1", "body": "combined"}
+    np.testing.assert_allclose(faded.sel(combined), b.sel(combined), rtol=1e-12)
+    assert np.all(faded.sel(body="upper") < b.sel(body="upper"))
+    lower = (faded - b).sel(body="lower")
+    assert np.all(lower.sel(line="x = 1.6 mm") < 0)
+    assert np.all(lower.sel(line="s = 1.6 mm") > 0.05)

@@ -1,0 +1,276 @@
+"""Benchmarks of the analytic ICs: print the tables of docs/analytic.md as Markdown.
+
+    python benchmarks/analytic.py [accuracy] [speed] [hat] [library]
+
+accuracy  digits of the exact form and of the corner sums against 120-digit arithmetic
+speed     nanoseconds per point and set of nine components: textbook form, exact form, lag grid, variants
+hat       bilinear elements: errors against a finer rule, microseconds per point
+library   the half-space kernels of slippy, if it is installed: error and nanoseconds
+"""
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from time import perf_counter
+from tracemalloc import get_traced_memory, start, stop
+
+import mpmath
+import numpy as np
+
+from approx import hat, rectangle
+from approx.effective import EffectiveProperties, Transition
+from approx.halfspace import HalfSpace, nine
+from approx.variants import VARIANTS, approximate
+from geometries.contours import arc
+from geometries.materials import Material, both_bodies, one_body
+from geometries.patches import Patch
+from geometries.surfaces import UPPER, Surface
+
+Array = np.ndarray
+Form = Callable[[Patch, Array, Array], Array]
+Case = tuple[Patch, float, float]
+STEEL, BRASS = Material(210e3, 0.28), Material(97e3, 0.36)
+PATCH = Patch(0.2, 0.3)
+POINTS = 200_000
+LAGS = (512, 400)
+REPETITIONS = 7
+
+
+def table(title: str, head: list[str], rows: Iterator[Sequence[str]]) -> None:
+    print(f"\n### {title}\n\n| {' | '.join(head)} |\n|{'---|' * len(head)}", flush=True)
+    for row in rows:
+        print(f"| {' | '.join(row)} |", flush=True)
+
+
+def textbook(patch: Patch, x: Array, s: Array) -> Array:
+    """The sums of logarithms over the corners, as they are usually programmed."""
+    total = np.zeros((5, *x.shape))
+    for i in (1, -1):
+        for j in (1, -1):
+            X, S = x + i * patch.a, s + j * patch.b
+            R = np.sqrt(X * X + S * S)
+            log = np.log(R)
+            parts = (
+                S * np.log(X + R),
+                X * np.log(S + R),
+                -R,
+                S * log + X * np.arctan(S / X),
+                X * log + S * np.arctan(X / S),
+            )
+            for row, part in enumerate(parts):
+                total[row] += i * j * part
+    return total
+
+
+def seconds(call: Callable[[], object]) -> float:
+    times = []
+    for _ in range(REPETITIONS):
+        begin = perf_counter()
+        call()
+        times.append(perf_counter() - begin)
+    return min(times)
+
+
+def megabytes(call: Callable[[], object]) -> float:
+    start()
+    call()
+    peak = get_traced_memory()[1]
+    stop()
+    return peak / 2**20
+
+
+# --- accuracy ------------------------------------------------------------------------------------------
+
+
+def exact(patch: Patch, x: float, s: float) -> list[mpmath.mpf]:
+    with mpmath.workdps(120):
+        a, b, x, s = (mpmath.mpf(float(v)) for v in (patch.a, patch.b, x, s))
+        total = [mpmath.mpf(0)] * 5
+        for i, j in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+            X, S = x + i * a, s + j * b
+            R = mpmath.sqrt(X * X + S * S)
+            parts = [
+                S * mpmath.asinh(X / abs(S)) if S else 0,
+                X * mpmath.asinh(S / abs(X)) if X else 0,
+                -R,
+                (S * mpmath.log(R) if R else 0) + (X * mpmath.atan(S / X) if X else 0),
+                (X * mpmath.log(R) if R else 0) + (S * mpmath.atan(X / S) if S else 0),
+            ]
+            total = [t + i * j * part for t, part in zip(total, parts, strict=True)]
+    return total
+
+
+def worst_error(form: Form, cases: Sequence[Case]) -> float:
+    """Largest relative error of the nine components of one steel body; infinite where it is nan."""
+    constants, worst = one_body(STEEL, UPPER), 0.0
+    with np.errstate(all="ignore"):
+        for patch, x, s in cases:
+            integrals = np.array([float(v) for v in exact(patch, x, s)])
+            truth = nine(constants, integrals)
+            got = nine(constants, form(patch, np.array(x), np.array(s)))
+            errors = np.abs(got - truth)[truth != 0] / np.abs(truth[truth != 0])
+            worst = max(worst, float(np.max(np.where(np.isnan(errors), np.inf, errors))))
+    return worst
+
+
+def accuracy() -> None:
+    rng = np.random.default_rng(0)
+
+    def spread(r: float, patch: Patch = PATCH) -> list[Case]:
+        angles = rng.uniform(0, 2 * np.pi, 200)
+        return [(patch, r * np.cos(t), r * np.sin(t)) for t in angles]
+
+    groups = {
+        "within 3 patches": [(PATCH, *rng.uniform(-1, 1, 2)) for _ in range(200)],
+        "100 patches away": spread(40.0),
+        "1e4 patches away": spread(4e3),
+        "1e8 patches away": spread(4e7),
+        "1e10 patches away": spread(4e9),
+        "on edge lines": [(PATCH, PATCH.a, v) for v in rng.uniform(-3, 3, 100)],
+        "1e-12 beside an edge line": [(PATCH, PATCH.a * (1 + 1e-12), v) for v in rng.uniform(-3, 3, 100)],
+        "1e-6 beside an axis": [(PATCH, 1e-6, v) for v in rng.uniform(-3, 3, 100)],
+        "aspect 1e6, within 3 patches": [
+            (Patch(300.0, 3e-4), u, v) for u, v in rng.uniform(-1, 1, (200, 2)) * [900, 9e-4]
+        ],
+        "aspect 1e6, 1e4 patches away": spread(3e6, Patch(300.0, 3e-4)),
+    }
+    table(
+        "Largest relative error of a component",
+        ["observers", "textbook form", "femic"],
+        (
+            [
+                name,
+                f"{worst_error(textbook, cases):.0e}",
+                f"{worst_error(rectangle.over_rectangle, cases):.0e}",
+            ]
+            for name, cases in groups.items()
+        ),
+    )
+
+
+# --- speed ---------------------------------------------------------------------------------------------
+
+
+def speed() -> None:
+    rng = np.random.default_rng(0)
+    x, s = rng.uniform(-25, 25, (2, POINTS))
+    lag_x, lag_s = np.meshgrid(
+        2 * PATCH.a * np.arange(LAGS[0]), 2 * PATCH.b * np.arange(LAGS[1]), indexing="ij"
+    )
+    half_space = HalfSpace(both_bodies(STEEL, BRASS))
+    calls = {
+        f"textbook form, {POINTS} scattered points": (
+            lambda: nine(half_space.constants, textbook(PATCH, x, s)),
+            POINTS,
+        ),
+        f"femic, {POINTS} scattered points": (lambda: half_space.ics(PATCH, x, s), POINTS),
+        "textbook form, lags 512 x 400": (
+            lambda: nine(half_space.constants, textbook(PATCH, lag_x, lag_s)),
+            lag_x.size,
+        ),
+        "femic, lags 512 x 400": (lambda: half_space.lags(PATCH, *LAGS), lag_x.size),
+        "femic, 100 points": (lambda: half_space.ics(PATCH, x[:100], s[:100]), 100),
+    }
+    base = {}
+
+    def rows() -> Iterator[list[str]]:
+        for name, (call, n) in calls.items():
+            each = seconds(call) / n * 1e9
+            kind = "lags" if "lags" in name else "scattered"
+            base.setdefault(kind, each)
+            yield [name, f"{each:.0f}", f"{each / base[kind]:.2f}", f"{megabytes(call):.0f}"]
+
+    table(
+        "A: nine components of both bodies",
+        ["what", "ns per point", "share of the textbook form", "peak memory with result [MB]"],
+        rows(),
+    )
+    fade = EffectiveProperties(mismatch_k=Transition(0.1, 12.0, 1.5, 2.5))
+    solid = HalfSpace(both_bodies(STEEL, BRASS), effective=fade)
+    wheel = Surface(UPPER, arc(10.0, 1.0, 1.0), 500.0)
+
+    def each_variant() -> Iterator[list[str]]:
+        for name in VARIANTS:
+            took = seconds(lambda name=name: approximate(name, solid, wheel, PATCH, (x, s)))
+            yield [name, f"{took / POINTS * 1e9:.0f}"]
+
+    table("Variants on a wheel, scattered points", ["variant", "ns per point"], each_variant())
+
+
+# --- bilinear elements ---------------------------------------------------------------------------------
+
+
+def hat_cases(patch: Patch, rng: np.random.Generator, n: int) -> tuple[Array, Array]:
+    """Points on the scale of either side, and nodes of the grid."""
+    a, b = patch.a, patch.b
+    x = np.concatenate([a * 10 ** rng.uniform(-2, 1, n), b * 10 ** rng.uniform(-2, 4, n)])
+    s = np.concatenate([b * 10 ** rng.uniform(-2, 4, n), a * 10 ** rng.uniform(-2, 1, n)])
+    return np.append(x, 2 * a * rng.integers(0, 3, n)), np.append(s, 2 * b * rng.integers(0, 6, n))
+
+
+def bilinear() -> None:
+    def rows() -> Iterator[list[str]]:
+        for aspect in (1, 1.5, 50, 1e3, 1e6):
+            patch = Patch(1.0, 1.0 / aspect)
+            x, s = hat_cases(patch, np.random.default_rng(0), 60)
+            took = seconds(lambda patch=patch, x=x, s=s: hat.over_hat(patch, x, s))
+            got, fine = hat.over_hat(patch, x, s), with_finer_rules(patch, x, s)
+            of_largest = np.max(np.abs(got - fine) / np.max(np.abs(fine), axis=0))
+            scale = np.abs(fine)
+            scale[:2] = fine[0] + fine[1]
+            own = np.max(np.divide(np.abs(got - fine), scale, out=np.zeros_like(scale), where=scale > 0))
+            yield [f"{aspect:g}", f"{of_largest:.0e}", f"{own:.0e}", f"{took / len(x) * 1e6:.0f}"]
+
+    table(
+        "Bilinear elements near the load: error against a rule of twice the nodes",
+        ["aspect", "of the largest integral", "of the value itself", "µs per point"],
+        rows(),
+    )
+    took = seconds(lambda: hat.over_hat_lags(PATCH, 128, 64))
+    print(f"\nLags 128 x 64: {took * 1e3:.0f} ms, {took / 128 / 64 * 1e9:.0f} ns each.")
+
+
+def with_finer_rules(patch: Patch, x: Array, s: Array) -> Array:
+    kept = hat.GAUSS, hat.LEAST, hat.MOST
+    hat.GAUSS, hat.LEAST, hat.MOST = (48,), 301, 301
+    try:
+        return hat.over_hat(patch, x, s)
+    finally:
+        hat.GAUSS, hat.LEAST, hat.MOST = kept
+
+
+# --- another library -----------------------------------------------------------------------------------
+
+
+def library() -> None:
+    try:
+        from slippy.core.elastic_material import elastic_influence_matrix_spatial as of_slippy  # noqa: PLC0415
+    except ImportError:
+        print("\nslippy is not installed: no comparison.")
+        return
+    shape, components = (257, 201), ("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz")
+
+    def nine_of_slippy(spacing: tuple[float, float]) -> Array:
+        return np.array([of_slippy(c, shape, spacing, STEEL.G, STEEL.nu) for c in components])
+
+    def rows() -> Iterator[list[str]]:
+        for a, b in ((0.2, 0.2), (0.2, 0.3)):
+            patch, solid = Patch(a, b), HalfSpace(one_body(STEEL, UPPER))
+            centre = (shape[0] // 2, shape[1] // 2)
+            theirs = nine_of_slippy((2 * a, 2 * b))[8, centre[0] :, centre[1] :]
+            ours = solid.lags(patch, shape[1] - centre[1], shape[0] - centre[0])[2, 2].T
+            error = np.max(np.abs(theirs - ours) / ours)
+            per_point = seconds(lambda a=a, b=b: nine_of_slippy((2 * a, 2 * b))) / np.prod(shape) * 1e9
+            yield [f"{2 * a:g} x {2 * b:g} mm", f"{error:.0e}", f"{per_point:.0f}"]
+
+    table(
+        "slippy, nine components on a grid of lags",
+        ["element", "largest error of nn", "ns per point"],
+        rows(),
+    )
+
+
+PARTS = {"accuracy": accuracy, "speed": speed, "hat": bilinear, "library": library}
+
+if __name__ == "__main__":
+    for part in sys.argv[1:] or PARTS:
+        PARTS[part]()
