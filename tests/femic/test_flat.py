@@ -39,7 +39,7 @@ def job(size, factor, *, side=LOWER, s=0.0, material=STEEL, **changes):
 
 def halfspace(asked):
     solid = HalfSpace(one_body(asked.body.material, asked.body.side))
-    return solid.ics(asked.patch, asked.points.x, asked.points.s) / asked.patch.area
+    return solid.ics(asked.patch, asked.points.x, asked.points.s - asked.patch.s) / asked.patch.area
 
 
 def shares(difference, a):

@@ -49,6 +49,18 @@ def test_patch_load_carries_unit_force_and_its_moments(half_model, direction):
     np.testing.assert_allclose(by_nodes, moments, atol=2e-6)
 
 
+def test_patches_on_a_wheel_are_equally_long_on_every_circle():
+    """|x| <= a is an angle of a / R(s): the load's second moment along the chart says so."""
+    load = Load(Patch(0.3, 0.5, s=2.5), 1)
+    solid = build_mesh(request_for(UNSYMMETRIC, side=UPPER, rolling_radius=60.0, patch=load.patch))
+    force, xi = patch_load(solid, load, the_parity(load)), solid.trace.basis.doflocs[0]
+    s, w = np.polynomial.legendre.leggauss(20)
+    s, w = load.patch.s + load.patch.b * s, w / 4  # half of the patch is modelled: x >= 0
+    end = 60.0 * load.patch.a / solid.body.surface.circle_radius(s)
+    expected = end**2 / 3 * np.cos(UNSYMMETRIC.inclination(s)) @ w  # a lateral load's part along y
+    assert xi**2 @ force[solid.trace.nodes, 1] == pytest.approx(expected, rel=1e-8)
+
+
 @pytest.mark.parametrize("direction", [0, 1, 2])
 @pytest.mark.parametrize("s", [0.0, 0.2, 3.0])
 def test_even_and_odd_parts_of_a_load_add_up_to_it(direction, s):
