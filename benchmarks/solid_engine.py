@@ -100,7 +100,7 @@ HEAD = ["cells ×", "unknowns", "fine model [s]", "with estimate [s]", *COMPONEN
 def flat() -> None:
     job = jobs(load_scene("flat"))["lower"]
     solid = HalfSpace(one_body(job.body.material, job.body.side))
-    a = solid.ics(job.patch, job.points.x, job.points.s) / job.patch.area
+    a = solid.ics(job.patch, job.points.x, job.points.s - job.patch.s) / job.patch.area
     levels = [Level(cells) for cells in (-3, -2, -1, 0)]
     table("`flat`, lower body: true error (estimate) [%]", HEAD, accuracy_rows(job, levels, a))
 

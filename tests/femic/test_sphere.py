@@ -56,8 +56,8 @@ def test_estimates_bound_the_errors_and_are_at_most_ten_times_them():
 
 
 def test_estimates_bound_the_errors_of_off_centre_loads():
-    """Even and odd parts on a quarter of the ball; half of it where the section ends unlike on both sides."""
-    balls = ball(80.0, 2.8, LOWER, s=4.0), ball(80.0, 2.8, UPPER, s=-4.0, right_flank=1.1)
+    """8 and 5 degrees inclined: even and odd parts on a quarter of the ball, half of it if flanks differ."""
+    balls = ball(160.0, 2.8, LOWER, s=40.0), ball(160.0, 2.8, UPPER, s=-25.0, right_flank=1.1)
     assert [asked.body.contour.symmetric for asked in balls] == [True, False]
     assert_honest([error_and_estimate(asked, exact(asked)) for asked in balls])
 

@@ -6,8 +6,9 @@ from joblib import Memory
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from femic import solid, workers
+from femic.provenance import code_digest
 from femic.reference import MODELS, Level
-from femic.workers import solve_models
+from femic.workers import memory_in, solve_models
 from geometries.errors import Failure
 from tests.femic.conftest import FIRST, JOB, solve_all
 
@@ -51,3 +52,13 @@ def test_a_dead_worker_is_reported_with_both_causes_and_what_to_try(monkeypatch)
     todo = [("lower", level) for level in FIRST]
     with pytest.raises(Failure, match=r"memory: use fewer.*mesher crashed.*change the cells.*are kept"):
         list(solve_models({"lower": JOB}, todo, workers=2, memory=Memory(None)))
+
+
+def test_models_of_other_code_are_deleted_and_nothing_else(tmp_path):
+    for name in ("0123456789ab", "0123456789abc", "mine"):
+        (tmp_path / name).mkdir()
+    memory_in(tmp_path)
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"0123456789abc", "mine", code_digest()}
+    memory_in(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == names
