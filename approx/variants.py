@@ -34,22 +34,28 @@ MIRRORS = frozenset({Symmetry.PARITY, Symmetry.MIRROR})
 
 @dataclass(frozen=True, eq=False)
 class Ingredients:
-    """What approximations are made of: the half-space at an observer and the turn T of the directions."""
+    """What approximations are made of: half-spaces at the observers, and turns of the directions."""
 
     half_space: HalfSpace
+    surface: Surface
     patch: Patch
-    lag: tuple[Array, Array]  # observer minus patch centre
-    turn: Turn
+    x: Array
+    s: Array
 
     @property
     def a(self) -> Array:
         """A, (3, 3, ...)."""
-        return self.half_space.ics(self.patch, *self.lag)
+        return self.half_space.ics(self.patch, self.x, self.s - self.patch.s)
 
     @property
     def a_prime(self) -> Array:
         """A', of the effective properties."""
-        return self.half_space.effective_ics(self.patch, *self.lag)
+        return self.half_space.effective_ics(self.patch, self.x, self.s - self.patch.s)
+
+    @property
+    def turn(self) -> Turn:
+        """T from load to observer."""
+        return turn_between(self.surface, (self.x, self.s), self.patch.s)
 
 
 @dataclass(frozen=True)
@@ -64,11 +70,11 @@ class Variant:
 
 def _mixed(of: Ingredients) -> Array:
     """B-hat; sn from B, ns from B-bar, its reciprocal; xn and nx from B-hat-prime, without it from A."""
-    a = of.a
-    out = both_turned(a, of.turn)
-    coupling = both_turned(of.a_prime, of.turn) if of.half_space.effective else a
-    out[S, N] = load_turned(a, of.turn)[S, N]
-    out[N, S] = observer_turned(a, of.turn)[N, S]
+    a, turn = of.a, of.turn
+    out = both_turned(a, turn)
+    coupling = both_turned(of.a_prime, turn) if of.half_space.effective else a
+    out[S, N] = load_turned(a, turn)[S, N]
+    out[N, S] = observer_turned(a, turn)[N, S]
     out[COUPLING] = coupling[COUPLING]
     return out
 
@@ -106,5 +112,4 @@ def approximate(
     if variant not in VARIANTS:
         raise WrongInput(f"variant = {variant!r}: one of {', '.join(VARIANTS)}")
     x, s = observers(*points)
-    turn = turn_between(surface, (x, s), patch.s)
-    return VARIANTS[variant].formula(Ingredients(half_space, patch, (x, s - patch.s), turn))
+    return VARIANTS[variant].formula(Ingredients(half_space, surface, patch, x, s))
