@@ -28,8 +28,9 @@ from compare.pipeline import jobs
 from compare.scenes import load_scene
 from femic import pardiso
 from femic.accuracy import component_of, line_errors
+from femic.engine import Cost, RawICs
 from femic.reference import Job, Level, combine, factors, request
-from femic.solid import Cost, RawICs, Request, raw_ics
+from femic.solid import Request, raw_ics
 from geometries.contours import arc
 from geometries.materials import one_body
 

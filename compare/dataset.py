@@ -32,9 +32,9 @@ def to_dataset(results: Results) -> xr.Dataset:
     solved = list(results.references)
     line = np.concatenate([np.full(p.stop - p.start, name) for name, p in results.lines.items()])
     per_load = {"units": "mm/N"}
-    estimate, mesh, truncation = (
+    estimate, mesh, truncation, waves = (
         np.stack([getattr(reference_of(results, body), part) for body in bodies])
-        for part in ("estimate", "mesh_error", "truncation_error")
+        for part in ("estimate", "mesh_error", "truncation_error", "waves_error")
     )
     raw = np.stack([results.references[name].raw for name in solved])
     discount = np.stack([results.references[name].discount for name in solved])
@@ -44,6 +44,7 @@ def to_dataset(results: Results) -> xr.Dataset:
             "estimate": (dims, estimate, per_load | {"meaning": "estimated error of C"}),
             "estimate_mesh": (dims, mesh, per_load | {"meaning": "its part from the mesh"}),
             "estimate_truncation": (dims, truncation, per_load | {"meaning": "its part from the domain"}),
+            "estimate_wavenumbers": (dims, waves, per_load | {"meaning": "its part from the wavenumbers"}),
             "raw": (("solved", *dims[1:]), raw, per_load | {"meaning": "C before the rigid-body discount"}),
             "discount": (("solved", "axis", "axis_"), discount, {"units": "mm/N, 1/N, 1/(N mm)"}),
         },
@@ -112,11 +113,14 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
+ENGINES = {"solid": "solid: quadratic tetrahedra", "harmonic": "harmonic: quadratic triangles of the section"}
+
+
 def settings(scene: Scene) -> dict[str, float | str]:
     """Everything that was set for the reference engine, defaults included."""
     domain = scene.bodies["lower"].domain
     return {
-        "engine": "solid: quadratic tetrahedra",
+        "engine": ENGINES[scene.engine],
         "tolerance": scene.tolerance,
         "most_unknowns": scene.most_unknowns,
         "first smallest_cell [mm]": scene.cells.smallest,

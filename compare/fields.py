@@ -11,7 +11,7 @@ from compare.pipeline import Results, jobs
 from compare.scene import Scene
 from compare.scenes import load_scene
 from femic.fields import nodal_fields
-from femic.reference import Job, Level, request
+from femic.reference import Job, Level, solid_request
 from femic.refinement import Watch
 from femic.vtu import write_vtu
 from geometries.errors import Failure, WrongInput
@@ -43,7 +43,7 @@ def write_fields(results: Results, folder: Path, watch: Watch) -> None:
 
 def _written(job: Job, level: Level, loads: tuple[Load, ...], stem: Path) -> Iterator[Path]:
     """Solve loads on one model of a job and write their fields as STEM_LOAD.vtu."""
-    for load, field in nodal_fields(replace(request(job, level), loads=loads)):
+    for load, field in nodal_fields(replace(solid_request(job, level), loads=loads)):
         yield write_vtu(field, stem.with_name(f"{stem.name}_{DIRECTIONS[load.direction]}.vtu"))
 
 

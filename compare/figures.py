@@ -245,3 +245,20 @@ def surface_mesh(chart: MeshTri, scene: Scene, body: str, *, side: int) -> Figur
             axes.get_legend().remove()
         figure.suptitle(f"surface mesh of the {body} body (modelled part; the rest follows by symmetry)")
         return figure
+
+
+def section_mesh(mesh: MeshTri, scene: Scene, body: str) -> Figure:
+    """The section's mesh, whole and near the patch."""
+    y, z = mesh.p
+    with mpl.rc_context(STYLE | {"axes.grid": False}):
+        figure = Figure(figsize=(10, 4.8), layout="constrained")
+        at_y, at_z = scene.bodies[body].contour.position(scene.patch.s)
+        near = 8 * max(scene.patch.a, scene.patch.b)
+        whole, close = figure.subplots(1, 2)
+        for axes in (whole, close):
+            axes.triplot(y, z, mesh.t.T, linewidth=0.3, color="tab:blue")
+            axes.set(aspect="equal", xlabel="y [mm]", ylabel="z [mm]")
+        whole.set_title(f"{mesh.nelements:,} cells")
+        close.set(title="near the patch", xlim=(at_y - near, at_y + near), ylim=(at_z - near, at_z + near))
+        figure.suptitle(f"section of the {body} body")
+        return figure

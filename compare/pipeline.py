@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from approx.pair import Pair, Solid
 from compare.scene import Scene
 from femic import reference
+from femic.engine import Points
 from femic.reference import Estimated, Job, Reference, scales, total
 from femic.refinement import SILENT, Watch, references
-from femic.solid import Points
 from geometries.patches import Patch
 
 Array = NDArray[np.float64]
@@ -58,6 +58,7 @@ def jobs(scene: Scene) -> dict[str, Job]:
             tolerance=scene.tolerance,
             most_unknowns=scene.most_unknowns,
             solver=scene.solver,
+            engine=scene.engine,
         )
         for name in scene.solved
     }

@@ -14,7 +14,7 @@ from compare.pipeline import Results, jobs, scales_of
 from compare.plausibility import warnings
 from femic.discount import AXES
 from femic.provenance import versions
-from femic.reference import factors, worst
+from femic.reference import Engine, Reference, factors, worst
 from geometries.bodies import Body
 
 
@@ -150,12 +150,20 @@ def _known(results: Results) -> list[dict[str, str]]:
                 "error": f"{error:.2%} ({component} on {line})",
                 "mesh": f"{worst(job, found.c.mesh_error, scale)[0]:.2%}",
                 "truncation": f"{worst(job, found.c.truncation_error, scale)[0]:.2%}",
+                "waves": f"{worst(job, found.c.waves_error, scale)[0]:.2%}",
                 "cells": f"{found.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
-                "domain": f"far arc {found.body.domain.far_radius:g} mm, half-length "
-                f"{found.body.xi_end:.4g} mm (first × {domain:.3g})",
+                "domain": f"far arc {found.body.domain.far_radius:g} mm, {_length(found, job.engine)} "
+                f"(first × {domain:.3g})",
             }
         )
     return rows
+
+
+def _length(found: Reference, engine: Engine) -> str:
+    """How far a model goes along x."""
+    if engine == "solid":
+        return f"half-length {found.body.xi_end:.4g} mm"
+    return "endless along x" if np.isinf(found.body.rolling_radius) else "all the way round"
 
 
 def _entries(m: np.ndarray) -> list[str]:

@@ -10,8 +10,10 @@ from compare import figures, report, views
 from compare.fields import write_fields
 from compare.pipeline import Results, compute, jobs
 from compare.scene import Scene
-from femic.reference import request
+from femic.harmonic import strips
+from femic.reference import solid_request
 from femic.refinement import Watch
+from femic.section import section_mesh
 from femic.solid import build_mesh
 from geometries.errors import WrongInput
 
@@ -49,7 +51,7 @@ def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path
     return {
         "scene": [
             figures.save(figures.sections(scene), folder / "sections.png"),
-            *_draw_meshes(results, folder),
+            *(_draw_sections if scene.engine == "harmonic" else _draw_meshes)(results, folder),
         ],
         "curves": [
             figures.save(figures.curves(results, dataset, component), folder / f"curves_{component}.png")
@@ -61,6 +63,17 @@ def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path
     }
 
 
+def _draw_sections(results: Results, folder: Path) -> list[Path]:
+    """The section mesh of each solved body."""
+    paths = []
+    for name, job in jobs(results.scene).items():
+        asked = solid_request(job, results.references[name].level)
+        section = section_mesh(asked.body, asked.cells, strips(asked.loads))
+        figure = figures.section_mesh(section.mesh, results.scene, name)
+        paths.append(figures.save(figure, folder / f"mesh_{name}.png"))
+    return paths
+
+
 def _draw_meshes(results: Results, folder: Path) -> list[Path]:
     """The mesh of each solved body in 3D if the machine can, and the surface mesh of the last."""
     paths = []
@@ -68,7 +81,7 @@ def _draw_meshes(results: Results, folder: Path) -> list[Path]:
     if not in_3d:
         log.warning(f"no 3D pictures of the meshes: {views.NO_RENDERING}. All other figures are drawn")
     for name, job in jobs(results.scene).items():
-        solid = build_mesh(request(job, results.references[name].level))
+        solid = build_mesh(solid_request(job, results.references[name].level))
         side = -1 if solid.half_section and job.patch.s < 0 else 1  # only s >= 0 is modelled
         if in_3d:
             paths.append(folder / f"mesh_{name}.png")

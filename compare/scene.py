@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from approx.effective import EffectiveProperties
 from approx.pair import Pair, Solid
 from femic.linear import SolverChoice
+from femic.reference import Engine
 from femic.tetrahedra import Cells
 from geometries.bodies import Body
 from geometries.patches import OffsetLine, Patch
@@ -25,6 +26,7 @@ class Scene:
     effective: Mapping[str, EffectiveProperties]  # of "combined", "lower", "upper", where given
     patch: Patch
     lines: tuple[OffsetLine, ...]
+    engine: Engine
     cells: Cells
     solver: SolverChoice
     tolerance: float

@@ -154,7 +154,11 @@ class EffectiveTable(Section):
 class EngineTable(Section):
     """How the reference C is computed."""
 
-    kind: Literal["solid"] = Field("solid", description="3D finite elements of extruded or revolved bodies")
+    kind: Literal["solid", "harmonic"] = Field(
+        "solid",
+        description="solid: 3D finite elements; harmonic: one section problem per wavenumber along x "
+        "(without half_length, line_growth, solver)",
+    )
     tolerance: Annotated[float, Field(ge=1e-4, le=1)] = Field(
         0.01, description="estimated error of C that is good enough, each body and combined; sets the cells"
     )
@@ -162,10 +166,14 @@ class EngineTable(Section):
         1_000_000, description="largest model that refinement may lead to"
     )
     smallest_cell: Positive | None = Field(
-        None, description="first cell size at the patch [mm]; default: min(a, b)/12 at tolerance 0.01"
+        None,
+        description="first cell size at the patch [mm]; default: min(a, b)/12 at tolerance 0.01 (harmonic: "
+        "min(a, b)/6)",
     )
     growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
-        None, description="first cell size over distance from the lines; default: 0.14 at tolerance 0.01"
+        None,
+        description="first cell size over distance from the lines (harmonic: from the patch); default: 0.14 "
+        "at tolerance 0.01 (harmonic: 0.2)",
     )
     line_growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
         None, description="first cell size on a line over distance from the patch; default: 0.05, likewise"

@@ -171,6 +171,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         effective=_effective(scene.effective),
         patch=patch,
         lines=tuple(_line(line, extent) for line in scene.lines or files.default_lines(patch.s)),
+        engine=scene.engine.kind,
         cells=_cells(scene.engine, patch),
         solver=scene.engine.solver,
         tolerance=scene.engine.tolerance,
@@ -217,7 +218,7 @@ def _body(name: str, side: int, table: files.BodyTable, domain: Domain) -> Body:
 
 def _cells(engine: files.EngineTable, patch: Patch) -> Cells:
     """Cells to start with: what the scene says, else what the tolerance needs."""
-    default = cells_for(engine.tolerance, patch)
+    default = cells_for(engine.tolerance, patch, engine.kind)
     return Cells(
         engine.smallest_cell or default.smallest,
         engine.growth or default.growth,

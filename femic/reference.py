@@ -1,23 +1,29 @@
 """C with its error estimate.
 
 Every body is solved on three models: fine, coarse (cells `COARSER` times as large) and small (the
-coarse cells in a domain half as large). Their differences give the two parts of the estimate, as in
-Roache's grid convergence index. Errors fall like h^3 and L^-2 (measured: docs/solid-engine.md); the
-estimate assumes h^2, because mesh errors are partly random.
+coarse cells in a domain half as large); by the harmonic engine on a fourth, sparse (coarse cells, half as
+many wavenumbers). Their differences give the parts of the estimate, as in Roache's grid convergence
+index. Errors fall like h^3, L^-2 and the fourth power of the wavenumbers' spacing (measured:
+docs/solid-engine.md, docs/harmonic-engine.md); the estimate assumes order 2 of the first two, because
+mesh errors are partly random, and 3 of the last.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from approx.halfspace import HalfSpace
+from femic import harmonic, solid
 from femic.accuracy import component_of, line_scale
 from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part
+from femic.engine import Cost, Points, RawICs
+from femic.harmonic import HarmonicRequest
 from femic.linear import SolverChoice
-from femic.solid import Cost, Points, RawICs, Request, directions_of
+from femic.solid import Request, directions_of
 from femic.symmetry import N
 from femic.tetrahedra import Cells
 from geometries.bodies import Body
@@ -26,23 +32,34 @@ from geometries.patches import Load, Patch
 
 Array = NDArray[np.float64]
 
+Engine = Literal["solid", "harmonic"]
 COARSER = 1.5
 LARGER = 2.0
+DENSER = 2.0
 MESH_ORDER, TRUNCATION_ORDER = 3, 2  # of the errors, in cell size and in 1 / domain size
 ESTIMATE_ORDER = 2  # assumed by the estimate of both parts
 SAFETY = 1.25  # Roache's factor
-MODELS = ("fine", "coarse", "small")  # the most expensive first
+MODELS = {  # the most expensive first
+    "solid": ("fine", "coarse", "small"),
+    "harmonic": ("fine", "coarse", "small", "sparse"),
+}
+FIRST_SPACING = 0.35  # of the wavenumbers, in ln k
+WAVES_ORDER = 3  # assumed by the estimate, in the spacing of the wavenumbers
 
 # Cells that meet TUNED_TOLERANCE on the built-in scenes
 TUNED_TOLERANCE = 0.01
 CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
+SECTION_CELLS_PER_HALF_SIDE, SECTION_GROWTH = 6, 0.2  # of the harmonic engine
 COARSEST = 3.0  # times these cells, however large the tolerance
 
 
-def cells_for(tolerance: float, patch: Patch) -> Cells:
+def cells_for(tolerance: float, patch: Patch, engine: Engine = "solid") -> Cells:
     """Cells that are likely to meet a tolerance: errors fall like the cube of the cell size."""
     factor = min((tolerance / TUNED_TOLERANCE) ** (1 / MESH_ORDER), COARSEST)
-    return Cells(min(patch.a, patch.b) / CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH).scaled(factor)
+    least = min(patch.a, patch.b)
+    if engine == "harmonic":
+        return Cells(least / SECTION_CELLS_PER_HALF_SIDE, SECTION_GROWTH, SECTION_GROWTH).scaled(factor)
+    return Cells(least / CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH).scaled(factor)
 
 
 @dataclass(frozen=True)
@@ -52,6 +69,7 @@ class Job:
     `lines` says which points lie on which line: errors refer to the scale of a line. Lengths in mm;
     `rotation_reach` and `moment_arm` say where M is fitted (`femic.discount`); `cells` are those to
     start with, by default what the tolerance needs. No model may have more than `most_unknowns`.
+    `solver` is that of the solid engine.
     """
 
     body: Body
@@ -65,11 +83,12 @@ class Job:
     moment_arm: float = 5.0
     most_unknowns: int = 1_000_000
     solver: SolverChoice = "auto"
+    engine: Engine = "solid"
 
     @property
     def first_cells(self) -> Cells:
         """The cells to start with."""
-        return self.cells or cells_for(self.tolerance, self.patch)
+        return self.cells or cells_for(self.tolerance, self.patch, self.engine)
 
     @property
     def loads(self) -> tuple[Load, ...]:
@@ -88,11 +107,15 @@ class Level:
 
     cells: int = 0
     domain: int = 0
+    waves: int = 0
 
-    def models(self) -> dict[str, "Level"]:
+    def models(self, engine: Engine = "solid") -> dict[str, "Level"]:
         """The models that give C at this level, and its error."""
         coarse = replace(self, cells=self.cells - 1)
-        return {"fine": self, "coarse": coarse, "small": replace(coarse, domain=self.domain - 1)}
+        small = replace(coarse, domain=self.domain - 1)
+        sparse = replace(coarse, waves=self.waves - 1)
+        found = {"fine": self, "coarse": coarse, "small": small, "sparse": sparse}
+        return {name: found[name] for name in MODELS[engine]}
 
 
 @dataclass(frozen=True)
@@ -100,22 +123,21 @@ class Estimated:
     """ICs per unit total load [mm/N], shape (3, 3, n), after the discount; NaN where nothing was solved."""
 
     ic: Array
-    mesh_error: Array  # estimates of the two parts of its error, not negative
+    mesh_error: Array  # estimates of the parts of its error, not negative
     truncation_error: Array
+    waves_error: Array  # of the interpolation between wavenumbers; 0 of the solid engine
 
     @property
     def estimate(self) -> Array:
         """Estimate of the error of `ic`."""
-        return self.mesh_error + self.truncation_error
+        return self.mesh_error + self.truncation_error + self.waves_error
 
 
 def total(parts: Sequence[Estimated]) -> Estimated:
     """The sum over some bodies; their estimates add up."""
-    ic, mesh, truncation = (
-        np.sum([getattr(part, name) for part in parts], axis=0)
-        for name in ("ic", "mesh_error", "truncation_error")
+    return Estimated(
+        *(np.sum([getattr(part, field.name) for part in parts], axis=0) for field in fields(parts[0]))
     )
-    return Estimated(ic, mesh, truncation)
 
 
 @dataclass(frozen=True)
@@ -134,7 +156,16 @@ class Reference:
 Models = dict[Level, RawICs]
 
 
-def request(job: Job, level: Level) -> Request:
+def request(job: Job, level: Level) -> Request | HarmonicRequest:
+    """The model of a job at a level, for the job's engine."""
+    if job.engine == "solid":
+        return solid_request(job, level)
+    asked = solid_request(job, level)
+    spacing = FIRST_SPACING * DENSER**-level.waves
+    return HarmonicRequest(asked.body, asked.loads, asked.points, asked.cells, spacing)
+
+
+def solid_request(job: Job, level: Level) -> Request:
     """The model of a job at a level: all loads and points that C and its discount need."""
     fit = conditions(job.body, job.rule, job.loads)
     loads = tuple(dict.fromkeys([*job.loads, *(load for c in fit for load in c.loads)]))
@@ -142,6 +173,13 @@ def request(job: Job, level: Level) -> Request:
     points = Points(np.concatenate([job.points.x, extra.x]), np.concatenate([job.points.s, extra.s]))
     body, cells = scaled(job, level)
     return Request(body, loads, points, cells, job.solver)
+
+
+def solve_request(asked: Request | HarmonicRequest, most_unknowns: int | None = None) -> RawICs:
+    """Raw ICs by the engine that the request is for. Raises NotConverged beyond `most_unknowns`."""
+    if isinstance(asked, HarmonicRequest):
+        return harmonic.raw_ics(asked, most_unknowns)
+    return solid.raw_ics(asked, most_unknowns)
 
 
 def scaled(job: Job, level: Level) -> tuple[Body, Cells]:
@@ -158,9 +196,11 @@ def factors(level: Level) -> tuple[float, float]:
 
 def combine(job: Job, level: Level, models: Models) -> Reference:
     """Discount each model's displacements and estimate the error of the finest from their differences."""
-    of_level = level.models()
-    (ic, raw, m), (coarse, *_), (small, *_) = (discounted(job, models[of_level[name]]) for name in MODELS)
-    costs = {name: models[of_level[name]].cost for name in MODELS}
+    of_level = level.models(job.engine)
+    found = {name: discounted(job, models[model]) for name, model in of_level.items()}
+    (ic, raw, m), coarse, small = found["fine"], found["coarse"][0], found["small"][0]
+    sparse = found["sparse"][0] if "sparse" in found else coarse
+    costs = {name: models[model].cost for name, model in of_level.items()}
     earlier = [other for other in models if other not in of_level.values()]
     costs |= {f"earlier {k + 1}": models[other].cost for k, other in enumerate(earlier)}
     body, cells = scaled(job, level)
@@ -168,6 +208,7 @@ def combine(job: Job, level: Level, models: Models) -> Reference:
         ic,
         SAFETY * np.abs(ic - coarse) / (COARSER**ESTIMATE_ORDER - 1),
         SAFETY * np.abs(coarse - small) / (LARGER**ESTIMATE_ORDER - 1),
+        SAFETY * np.abs(coarse - sparse) / (DENSER**WAVES_ORDER - 1),
     )
     return Reference(c, raw, m, level, cells, body, MappingProxyType(costs))
 
@@ -175,7 +216,7 @@ def combine(job: Job, level: Level, models: Models) -> Reference:
 def discounted(job: Job, model: RawICs) -> tuple[Array, Array, Array]:
     """ICs (3, 3, n) after and before the subtraction of the rigid part, and M, of one model of a job."""
     fit = conditions(job.body, job.rule, job.loads)
-    loads = request(job, Level()).loads
+    loads = solid_request(job, Level()).loads
     n = len(job.points.x)
     at_fit_points = {load: u[:, n:] for load, u in zip(loads, model.u, strict=True)}
     m = fit_discount(job.body, job.rule, fit, at_fit_points)

@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 from femic.linear import NotConverged
 from femic.reference import (
     COARSER,
+    DENSER,
     LARGER,
     MESH_ORDER,
     MODELS,
     TRUNCATION_ORDER,
+    WAVES_ORDER,
     Estimated,
     Job,
     Level,
@@ -36,7 +38,7 @@ from geometries.errors import WrongInput
 Array = NDArray[np.float64]
 
 MOST_STEPS = 3  # of refinement per round
-GROWTH_OF_UNKNOWNS = 2.7  # with 1 / cell size, measured
+GROWTH_OF_UNKNOWNS = {"solid": 2.7, "harmonic": 2.0}  # with 1 / cell size, measured
 FURTHEST = 4  # steps of cells or domain from where a job starts
 
 
@@ -78,9 +80,9 @@ def references(
     while True:
         todo = [
             (name, level)
-            for model in MODELS
-            for name in jobs
-            if (level := levels[name].models()[model]) not in models[name]
+            for model in MODELS["harmonic"]
+            for name, job in jobs.items()
+            if (level := levels[name].models(job.engine).get(model)) and level not in models[name]
         ]
         watch.on_round(todo)
         for solved in solve_models(jobs, todo, workers=workers, memory=memory):
@@ -110,21 +112,22 @@ def refine(jobs: Mapping[str, Job], found: Mapping[str, Reference], *, combined:
 
 def require_inside(name: str, job: Job) -> None:
     """Raise WrongInput if a point or a patch lies outside the smallest model."""
-    small = request(job, Level().models()["small"])
+    small = request(job, Level().models(job.engine)["small"])
     body = small.body
+    xi_end = body.xi_end if job.engine == "solid" else np.pi * body.rolling_radius
     low, high = body.s_range
     for load in small.loads:
         patch = load.patch
         ends = np.array([patch.s - patch.b, patch.s + patch.b])
         s = np.append(small.points.s, ends)
         xi = body.surface.chart_x(np.append(small.points.x, [patch.a, patch.a]), s, patch.s)
-        outside = np.flatnonzero((np.abs(xi) > body.xi_end) | (s < low) | (s > high))
+        outside = np.flatnonzero((np.abs(xi) > xi_end) | (s < low) | (s > high))
         if len(outside):
             k = int(outside[0])
             raise WrongInput(
                 f"{name} body: the point s = {s[k]:g} mm, {abs(xi[k]):g} mm along x, lies outside the model "
                 f"of the error estimate, which goes from s = {low:.4g} to {high:.4g} mm and "
-                f"{body.xi_end:.4g} mm along x: shorten lines, rotation_reach or moment_arm, move the patch, "
+                f"{xi_end:.4g} mm along x: shorten lines, rotation_reach or moment_arm, move the patch, "
                 "or enlarge engine.far_radius and engine.half_length"
             )
 
@@ -139,16 +142,24 @@ def refined(name: str, job: Job, own: Reference, scale: Mapping[str, Array]) -> 
 
     `scale` is that of the body's own ICs, or that of the sum of both bodies'.
     """
-    mesh, truncation = (worst(job, error, scale)[0] for error in (own.c.mesh_error, own.c.truncation_error))
+    mesh, truncation, waves = _parts(job, own, scale)
     level = Level(
         own.level.cells + _steps(mesh, job, COARSER**MESH_ORDER),
         own.level.domain + _steps(truncation, job, LARGER**TRUNCATION_ORDER),
+        own.level.waves + _steps(waves, job, DENSER**WAVES_ORDER),
     )
     unknowns = own.models["fine"].unknowns
-    expected = round(unknowns * COARSER ** (GROWTH_OF_UNKNOWNS * (level.cells - own.level.cells)))
-    if max(level.cells, level.domain) > FURTHEST or expected > job.most_unknowns:
+    growth = GROWTH_OF_UNKNOWNS[job.engine]
+    expected = round(unknowns * COARSER ** (growth * (level.cells - own.level.cells)))
+    if max(level.cells, level.domain, level.waves) > FURTHEST or expected > job.most_unknowns:
         raise NotConverged(_too_expensive(name, job, own, scale, expected))
     return level
+
+
+def _parts(job: Job, own: Reference, scale: Mapping[str, Array]) -> list[float]:
+    """Worst shares of the parts of the estimate: mesh, truncation, wavenumbers."""
+    parts = (own.c.mesh_error, own.c.truncation_error, own.c.waves_error)
+    return [worst(job, part, scale)[0] for part in parts]
 
 
 def _steps(error: float, job: Job, gain: float) -> int:
@@ -160,12 +171,13 @@ def _steps(error: float, job: Job, gain: float) -> int:
 
 def _too_expensive(name: str, job: Job, own: Reference, scale: Mapping[str, Array], expected: int) -> str:
     error, component, line = worst(job, own.c.estimate, scale)
-    mesh, truncation = (worst(job, part, scale)[0] for part in (own.c.mesh_error, own.c.truncation_error))
+    mesh, truncation, waves = _parts(job, own, scale)
     cells, domain = factors(own.level)
     return (
         f"{name} body: the estimated error of C_{component} on the line {line} is {error:.2%} with "
         f"{own.models['fine'].unknowns:,} unknowns, cells x {cells:.3g}, domain x {domain:.3g} (at worst "
-        f"{mesh:.2%} from the mesh, {truncation:.2%} from the domain); the tolerance "
+        f"{mesh:.2%} from the mesh, {truncation:.2%} from the domain, {waves:.2%} from the wavenumbers); the "
+        "tolerance "
         f"{job.tolerance:.2%} would take about {expected:,} unknowns (engine.most_unknowns = "
         f"{job.most_unknowns:,}) or a domain more than {LARGER**FURTHEST:g} times the first. Try a larger "
         "engine.tolerance or engine.most_unknowns, shorter lines, or only the components that matter"

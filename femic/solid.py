@@ -7,7 +7,6 @@ else half of it; loads and observers anywhere on its surface are served by parit
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 
 import numpy as np
@@ -16,6 +15,7 @@ from scipy.sparse import bsr_matrix, coo_array, csr_matrix, vstack
 from scipy.sparse import eye as identity
 
 from femic.elasticity import rigid_body_modes, stiffness
+from femic.engine import Cost, Points, RawICs, peak_memory
 from femic.linear import NotConverged, Solution, SolverChoice, System, prepare
 from femic.mesh import SolidMesh, solid_mesh
 from femic.symmetry import Parity, X, Y, held_by_symmetry, parities
@@ -31,14 +31,6 @@ Field = tuple[tuple[Parity, Solution], ...]  # what adds up to the field of a lo
 LOAD_QUADRATURE = 4  # Gauss points per interval, which is as long as the smallest surface cell
 INTERVALS = 24, 2000  # fewest and most per side of the patch
 RESIDUAL = 1e-9
-
-
-@dataclass(frozen=True)
-class Points:
-    """Observers on the contact surface: x and arc length s [mm], shape (n,) each."""
-
-    x: Array
-    s: Array
 
 
 @dataclass(frozen=True)
@@ -64,33 +56,6 @@ class SolidModel:
     def unknowns(self) -> int:
         """Displacement components of the model, held ones included."""
         return int(self.stiffness.shape[0])
-
-
-@dataclass(frozen=True)
-class Cost:
-    """What a model took: iterations per field, worst residual, seconds per stage, memory in MB.
-
-    `peak_memory` is the largest that the process has had so far.
-    """
-
-    unknowns: int
-    cells: int
-    solver: str
-    iterations: tuple[int, ...]  # 0 for the direct solver
-    residual: float
-    seconds: dict[str, float]
-    peak_memory: float
-
-
-@dataclass(frozen=True)
-class RawICs:
-    """Displacements per unit total load [mm/N] with clamped far boundaries, before any discount.
-
-    `u` has shape (n_loads, 3, n_points): local components x, s, n at each observer.
-    """
-
-    u: Array
-    cost: Cost
 
 
 def raw_ics(request: Request, most_unknowns: int | None = None) -> RawICs:
@@ -124,7 +89,7 @@ def raw_ics(request: Request, most_unknowns: int | None = None) -> RawICs:
         tuple(solution.iterations for solution in solutions),
         max(solution.residual for solution in solutions),
         seconds,
-        getrusage(RUSAGE_SELF).ru_maxrss / 1024,
+        peak_memory(),
     )
     return RawICs(u, cost)
 

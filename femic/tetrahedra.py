@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femic.gmsh_session import gmsh_session
+from femic.outline import add_section
 from geometries.bodies import Body, Domain
-from geometries.contours import Contour
 from geometries.errors import Failure
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-SAMPLES_PER_CURVE = 81
 BENT = 20  # rolling radius over far radius beyond which bending distorts cells by 5 % at most
 ROUND = 0.5  # largest cell over its distance from the axis of revolution
 DELAUNAY = 1  # HXT is no faster here, and crashes on some coarse meshes
@@ -80,10 +79,7 @@ def _bent(body: Body, cells: Cells, focus: Focus, half_section: bool) -> Tetrahe
 
 def _add_volume(gmsh: ModuleType, body: Body, half_section: bool) -> None:
     occ = gmsh.model.occ
-    s_left, s_right = body.s_range
-    ends, curves = _add_contour(gmsh, body.contour, 0.0 if half_section else s_left, s_right)
-    closing = _add_closing(gmsh, body, ends, half_section)
-    section = [(2, occ.addPlaneSurface([occ.addCurveLoop([*curves, *closing])]))]
+    section = [(2, add_section(gmsh, body, half_section=half_section)[0])]
     if np.isinf(body.rolling_radius):
         occ.extrude(section, body.xi_end, 0, 0)
     else:
@@ -91,49 +87,6 @@ def _add_volume(gmsh: ModuleType, body: Body, half_section: bool) -> None:
         turned = occ.revolve(section, 0, 0, body.side * body.rolling_radius, 0, 1, 0, angle)
         occ.convertToNURBS([(dim, tag) for dim, tag in turned if dim == 3])  # meshed 15 times faster
     occ.synchronize()
-
-
-def _add_closing(gmsh: ModuleType, body: Body, ends: tuple[int, int], half_section: bool) -> list[int]:
-    """Curves from the contour's right end along far arc and hub back to its left end."""
-    occ, far = gmsh.model.occ, body.domain.far_radius
-    centre = occ.addPoint(0, 0, 0)
-    top = min(far, body.depth)
-    corner = np.sqrt(far**2 - top**2)  # where far arc and hub meet; 0 without a hub
-    pole = occ.addPoint(0, 0, body.side * top)
-
-    def to_pole(end: int, s: float, side: int) -> list[int]:
-        z = body.contour.position(s)[1]
-        if body.side * z > (1 - 1e-9) * body.depth:
-            return [occ.addLine(end, pole)]
-        if not corner:
-            return [occ.addCircleArc(end, centre, pole)]
-        hub_end = occ.addPoint(0, side * corner, body.side * top)
-        return [occ.addCircleArc(end, centre, hub_end), occ.addLine(hub_end, pole)]
-
-    right = to_pole(ends[1], body.s_range[1], +1)
-    left = [occ.addLine(pole, ends[0])] if half_section else to_pole(ends[0], body.s_range[0], -1)[::-1]
-    return [*right, *left]
-
-
-def _add_contour(
-    gmsh: ModuleType, contour: Contour, s_start: float, s_end: float
-) -> tuple[tuple[int, int], list[int]]:
-    """Curves along the contour, one per smooth piece; returns the end points' and curves' tags."""
-    breaks = [s_start, *(s for s in contour.joints if s_start < s < s_end), s_end]
-    tags = [gmsh.model.occ.addPoint(0, *contour.position(s)) for s in breaks]
-    curves = [
-        _add_piece(gmsh, contour, np.linspace(breaks[k], breaks[k + 1], SAMPLES_PER_CURVE), tags[k : k + 2])
-        for k in range(len(breaks) - 1)
-    ]
-    return (tags[0], tags[-1]), curves
-
-
-def _add_piece(gmsh: ModuleType, contour: Contour, s: Array, ends: list[int]) -> int:
-    occ = gmsh.model.occ
-    if np.ptp(contour.inclination(s)) < 1e-12:
-        return int(occ.addLine(*ends))
-    inner = [occ.addPoint(0, y, z) for y, z in contour.position(s[1:-1]).T]
-    return int(occ.addSpline([ends[0], *inner, ends[1]]))
 
 
 def _set_cell_size(gmsh: ModuleType, body: Body, cells: Cells, focus: Focus) -> None:

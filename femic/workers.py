@@ -9,9 +9,11 @@ from pathlib import Path
 from joblib import Memory, Parallel, delayed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
+from femic.engine import RawICs
+from femic.harmonic import HarmonicRequest
 from femic.provenance import code_digest
-from femic.reference import Job, Level, request
-from femic.solid import RawICs, Request, raw_ics
+from femic.reference import Job, Level, request, solve_request
+from femic.solid import Request
 from geometries.errors import Failure
 
 
@@ -62,7 +64,9 @@ def solve_models(
         ) from error
 
 
-def _solve_once(memory: Memory, job: str, level: Level, asked: Request, most_unknowns: int) -> Solved:
-    solve = memory.cache(raw_ics, ignore=["most_unknowns"])
+def _solve_once(
+    memory: Memory, job: str, level: Level, asked: Request | HarmonicRequest, most_unknowns: int
+) -> Solved:
+    solve = memory.cache(solve_request, ignore=["most_unknowns"])
     kept = solve.check_call_in_cache(asked, most_unknowns)
     return Solved(job, level, solve(asked, most_unknowns), kept)

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from femic.elasticity import stiffness
+from femic.engine import Points
 from femic.gmsh_session import gmsh_session
 from femic.mesh import curved
 from femic.reference import COARSER, ESTIMATE_ORDER, SAFETY
-from femic.solid import Points, SolidModel, observe, solve
+from femic.solid import SolidModel, observe, solve
 from femic.tetrahedra import _collect
 from geometries.bodies import Body, Domain
 from geometries.contours import Arc, Contour

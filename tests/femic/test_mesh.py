@@ -7,8 +7,9 @@ import pytest
 from scipy.spatial import cKDTree
 from skfem import Basis, ElementTetP2, ElementTriP2, MeshTri
 
+from femic.engine import Points
 from femic.mesh import Trace, curved
-from femic.solid import Points, build_mesh
+from femic.solid import build_mesh
 from femic.tetrahedra import Cells, Focus, fill
 from geometries.surfaces import UPPER
 from tests.femic.conftest import COARSE, SMALL, SYMMETRIC, UNSYMMETRIC, request_for

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from femic import solid
+from femic.engine import Points
 from femic.linear import NotConverged
 from femic.reference import Estimated, Level, combine, factors, scales, total, worst
 from femic.refinement import SILENT, Watch, converged, references, refine, refined
-from femic.solid import Points
 from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.surfaces import UPPER

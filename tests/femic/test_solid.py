@@ -6,15 +6,8 @@ import numpy as np
 import pytest
 
 from femic.elasticity import stiffness
-from femic.solid import (
-    Points,
-    build_mesh,
-    directions_of,
-    observe,
-    patch_load,
-    raw_ics,
-    solve,
-)
+from femic.engine import Points
+from femic.solid import build_mesh, directions_of, observe, patch_load, raw_ics, solve
 from femic.symmetry import Parity, held_by_symmetry, parities
 from geometries.bodies import Domain
 from geometries.contours import arc, through_points

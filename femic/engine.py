@@ -1,0 +1,49 @@
+"""What the engines take and give: observers, raw displacements, and what they cost."""
+
+from dataclasses import dataclass
+from resource import RUSAGE_SELF, getrusage
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Points:
+    """Observers on the contact surface: x and arc length s [mm], shape (n,) each."""
+
+    x: Array
+    s: Array
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a model took: iterations per field, worst residual, seconds per stage, memory in MB.
+
+    `peak_memory` is the largest that the process has had so far.
+    """
+
+    unknowns: int
+    cells: int
+    solver: str
+    iterations: tuple[int, ...]  # 0 for the direct solver
+    residual: float
+    seconds: dict[str, float]
+    peak_memory: float
+
+
+@dataclass(frozen=True)
+class RawICs:
+    """Displacements per unit total load [mm/N] with clamped far boundaries, before any discount.
+
+    `u` has shape (n_loads, 3, n_points): local components x, s, n at each observer.
+    """
+
+    u: Array
+    cost: Cost
+
+
+def peak_memory() -> float:
+    """Largest memory that this process has had so far [MB]."""
+    return getrusage(RUSAGE_SELF).ru_maxrss / 1024

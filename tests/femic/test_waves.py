@@ -1,0 +1,113 @@
+"""Wavenumbers: sums that come out in closed form, and the half-space that they must add up to."""
+
+import numpy as np
+import pytest
+
+from approx.halfspace import HalfSpace
+from femic.waves import (
+    half_space_response,
+    integral,
+    interpolated,
+    orders,
+    spectrum,
+    synthesis,
+    tail,
+)
+from geometries.materials import Material, both_bodies, one_body
+from geometries.patches import Patch
+
+SOLID = HalfSpace(both_bodies(Material(210e3, 0.28), Material(97e3, 0.36)))
+PATCH = Patch(0.2, 0.15)
+WAVES = ((2, 2, "cos"), (1, 1, "cos"), (0, 0, "cos"), (0, 1, "sin"), (0, 2, "sin"), (1, 2, "cos"))
+X = np.array([0.0, 0.3, 1.6, 6.0, 25.0])
+
+
+def a_of(x, s):
+    return SOLID.ics(PATCH, x, np.full_like(x, s)) / PATCH.area
+
+
+# --- sums ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("x_max", [0.1, 3.0, 200.0])
+def test_the_integral_has_its_nodes_where_the_waves_need_them(x_max):
+    over = integral(30.0, x_max)
+    for x in (0.0, x_max / 7, x_max):
+        got = over.weights @ (np.exp(-over.k) * np.cos(over.k * x))
+        assert got == pytest.approx(1 / (np.pi * (1 + x * x)), rel=1e-9, abs=1e-12)  # e^-30 is left out
+
+
+def test_orders_of_a_ring_add_up_to_a_periodic_sum():
+    radius, x = 5.0, 3.0
+    over = orders(40.0, radius)
+    got = over.weights @ (np.exp(-over.k) * np.cos(over.k * x))
+    images = x + 2 * np.pi * radius * np.arange(-20000, 20001)
+    assert got == pytest.approx(np.sum(1 / (np.pi * (1 + images**2))), rel=1e-5)  # 1 / 20000 of images left
+
+
+def test_a_wheel_is_summed_and_what_is_endless_integrated():
+    assert np.allclose(np.diff(spectrum(20.0, 25.0, 500.0).k), 1 / 500)
+    assert len(spectrum(20.0, 25.0, np.inf).k) == len(integral(20.0, 25.0).k)
+
+
+# --- the half-space --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("s", [0.0, 0.1, -0.4, 2.0])
+@pytest.mark.parametrize("k", [0.03, 1.0, 9.0])
+def test_responses_are_the_transforms_of_a_line_load_s_displacements(k, s):
+    """A thin patch along x is a point of it: its A, transformed by a trapezium rule, faded out far away."""
+    got = half_space_response(SOLID, PATCH.b, s, np.array([k]))[..., 0]
+    thin = Patch(1e-6, PATCH.b)
+    x = np.append(0.0, np.geomspace(1e-9, 400 / k, 200_001))
+    at = SOLID.ics(thin, x, np.full_like(x, s)) / thin.area * np.exp(-((k * x / 150) ** 4))
+    for i, j, wave in WAVES:
+        expected = 2 * np.trapezoid(at[i, j] * (np.cos(k * x) if wave == "cos" else np.sin(k * x)), x)
+        assert got[i, j] == pytest.approx(expected, rel=1e-5, abs=1e-6 * got.max())  # the thin patch's ends
+
+
+@pytest.mark.parametrize("s", [0.0, 0.1, 0.4, -1.6])
+def test_all_wavenumbers_add_up_to_a(s):
+    """The tail beyond k falls to nothing: about like 1 / k^2 on the strip, exponentially beside it."""
+    scale = np.abs(a_of(X, s)[2, 2])
+    shares = [np.max(np.abs(tail(SOLID, PATCH, k, X, s)) / scale) for k in (20.0, 80.0, 320.0)]
+    assert shares[0] < 0.06
+    if abs(s) > PATCH.b:
+        assert shares[1] < 1e-6
+    else:
+        assert shares[0] > 4 * shares[1] > 16 * shares[2]  # sin(k a) lets it swing
+
+
+def test_the_tail_completes_what_is_below_it():
+    k_max, s = 15.0, 0.2
+    over = integral(k_max, 25.0)
+    response = half_space_response(SOLID, PATCH.b, s, over.k)
+    below = np.stack([synthesis(response[:, j], j, over, PATCH.a, X) for j in range(3)], axis=1)
+    whole = below + tail(SOLID, PATCH, k_max, X, s)
+    np.testing.assert_allclose(whole, a_of(X, s), rtol=0, atol=1e-12 * np.max(whole))
+
+
+# --- interpolation -----------------------------------------------------------------------------------
+
+
+def test_interpolation_between_wavenumbers_is_of_fourth_order():
+    scale, at = 1e-3, np.geomspace(1e-4, 20.0, 500)
+
+    def response(k):
+        even = np.exp(-1.6 * np.hypot(k, scale)) / (1 + (k / scale) ** 2) ** 0.05
+        odd = k / (1 + k * k)
+        return np.stack([odd, even, even], axis=-1)  # of a load along n
+
+    errors = []
+    for n in (60, 120, 240):
+        k = scale * np.sinh(np.linspace(0, np.arcsinh(20.0 / scale), n))
+        errors.append(np.max(np.abs(interpolated(k, response(k), 2, at, scale) - response(at).T)))
+    assert np.all(-np.diff(np.log2(errors)) > 3.5)
+    assert errors[-1] < 1e-4
+
+
+def test_one_body_has_the_tail_of_its_side():
+    bodies = (HalfSpace(one_body(Material(210e3, 0.28), side)) for side in (1, -1))
+    upper, lower = (tail(body, PATCH, 20.0, X, 0.0) for body in bodies)
+    np.testing.assert_allclose(upper[0, 2], -lower[0, 2], rtol=1e-12)
+    np.testing.assert_allclose(upper[2, 2], lower[2, 2], rtol=1e-12)
