@@ -39,6 +39,7 @@ DENSER = 2.0
 MESH_ORDER, TRUNCATION_ORDER = 3, 2  # of the errors, in cell size and in 1 / domain size
 ESTIMATE_ORDER = 2  # assumed by the estimate of both parts
 SAFETY = 1.25  # Roache's factor
+MESH_SAFETY = {"solid": SAFETY, "harmonic": 2.0}  # fewer cells: their errors cancel more often by luck
 MODELS = {  # the most expensive first
     "solid": ("fine", "coarse", "small"),
     "harmonic": ("fine", "coarse", "small", "sparse"),
@@ -206,7 +207,7 @@ def combine(job: Job, level: Level, models: Models) -> Reference:
     body, cells = scaled(job, level)
     c = Estimated(
         ic,
-        SAFETY * np.abs(ic - coarse) / (COARSER**ESTIMATE_ORDER - 1),
+        MESH_SAFETY[job.engine] * np.abs(ic - coarse) / (COARSER**ESTIMATE_ORDER - 1),
         SAFETY * np.abs(coarse - small) / (LARGER**ESTIMATE_ORDER - 1),
         SAFETY * np.abs(coarse - sparse) / (DENSER**WAVES_ORDER - 1),
     )

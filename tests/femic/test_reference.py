@@ -10,7 +10,7 @@ from tests.femic.conftest import JOB, LINES
 
 
 def test_models_differ_in_cells_and_domain_only_as_stated():
-    fine, coarse, small = (request(JOB, Level().models()[name]) for name in MODELS)
+    fine, coarse, small = (request(JOB, Level().models()[name]) for name in MODELS["solid"])
     assert coarse.cells == JOB.cells.scaled(1.5)
     assert small.cells == coarse.cells
     assert small.body.domain == JOB.body.domain.scaled(0.5)

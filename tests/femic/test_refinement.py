@@ -16,14 +16,14 @@ from geometries.surfaces import UPPER
 from tests.femic.conftest import COARSE, JOB, LINES, PATCH
 
 
-def with_errors(models, mesh, truncation):
+def with_errors(models, mesh, truncation, waves=0.0):
     """A reference whose two estimates are the given shares of max C_nn on each line."""
     reference = combine(JOB, Level(), models)
     scale = np.zeros(len(JOB.points.x))
     for part in LINES.values():
         scale[part] = np.abs(reference.c.ic[2, 2, part]).max()
     whole = np.broadcast_to(scale, reference.c.ic.shape)
-    return replace(reference, c=Estimated(reference.c.ic, mesh * whole, truncation * whole))
+    return replace(reference, c=Estimated(reference.c.ic, mesh * whole, truncation * whole, waves * whole))
 
 
 def own_scale(job, reference):
@@ -88,6 +88,22 @@ def test_a_part_without_error_is_not_refined(models):
     assert refined("lower", replace(JOB, tolerance=0.01), reference, own_scale(JOB, reference)) == Level(2, 0)
 
 
+def test_wavenumbers_are_refined_on_their_own(models):
+    job = replace(JOB, tolerance=0.01, engine="harmonic")
+    reference = with_errors(models, 0.001, 0.001, waves=0.03)
+    assert refined("lower", job, reference, own_scale(JOB, reference)) == Level(0, 0, 1)  # 0.03 / 8 < 0.005
+
+
+def test_a_harmonic_job_solves_four_models_a_solid_one_three():
+    assert list(Level(1, 1, 1).models("harmonic").values()) == [
+        Level(1, 1, 1),
+        Level(0, 1, 1),
+        Level(0, 0, 1),
+        Level(0, 1, 0),
+    ]
+    assert list(Level(1, 1).models("solid").values()) == [Level(1, 1), Level(0, 1), Level(0, 0)]
+
+
 def test_refinement_that_does_not_help_ends(models):
     job = replace(JOB, tolerance=0.01)
     reference = replace(with_errors(models, 0.0, 0.02), level=Level(0, 4))
@@ -129,7 +145,7 @@ def without_nn(models, job, share):
     ic[0, 0] = 0.0
     for line, scale in scales([job], ic).items():
         error[0, 0, LINES[line]] = share * scale[0, 0]
-    return replace(combine(JOB, Level(), models), c=Estimated(ic, error, 0 * error))
+    return replace(combine(JOB, Level(), models), c=Estimated(ic, error, 0 * error, 0 * error))
 
 
 def test_without_nn_the_sum_of_both_half_spaces_is_the_scale_of_the_sum(models):

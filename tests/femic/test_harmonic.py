@@ -1,0 +1,255 @@
+"""The harmonic engine: the half-space, the ball, the solid engine, and what elasticity demands."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_matrix
+
+from femic.accuracy import line_errors
+from femic.engine import Points
+from femic.harmonic import raw_ics, responses, strip_force
+from femic.reference import Level, combine, discounted, request
+from femic.section import section_mesh
+from femic.section_model import assemble
+from femic.solid import raw_ics as solid_raw_ics
+from femic.tetrahedra import Cells
+from geometries.bodies import Body, Domain
+from geometries.contours import arc, plane
+from geometries.materials import Material
+from geometries.patches import Load, Patch
+from geometries.surfaces import LOWER, UPPER
+from tests.femic import test_sphere as sphere
+from tests.femic.conftest import STEEL, UNSYMMETRIC, assert_honest
+from tests.femic.test_flat import LINES, halfspace, job, shares
+
+DEFAULT = Cells(0.2 / 6, 0.2, 0.2)
+BARE = Cells(0.1, 0.3, 0.3)
+
+
+def harmonic(asked, factor=1.0):
+    """The same by the harmonic engine, cells `factor` times the default."""
+    return replace(asked, engine="harmonic", cells=DEFAULT.scaled(factor))
+
+
+def reference(asked):
+    models = {model: raw_ics(request(asked, model)) for model in Level().models("harmonic").values()}
+    return combine(asked, Level(), models)
+
+
+# --- the half-space ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("side", [LOWER, UPPER])
+def test_all_nine_components_are_the_half_space_also_on_the_element(side):
+    """1e-3 of the line's scale four elements away and more, 5e-3 of the local value nearer."""
+    near = np.array([0.0, 0.1, 0.4, 0.8, 1.2, 2.0])
+    asked = harmonic(job(1000.0, 1.0, side=side), 0.8)
+    own = Points(np.append(asked.points.x, near), np.append(asked.points.s, 0 * near))
+    asked = replace(asked, points=own)
+    model = raw_ics(request(asked, Level()))
+    found, a = discounted(asked, model)[0], halfspace(asked)
+    assert model.cost.unknowns <= 30_000
+    far = np.hypot(asked.points.x, asked.points.s) >= 4 * 0.6
+    for part in LINES:
+        chosen = np.arange(len(far))[part][far[part]]
+        assert np.all(line_errors((found - a)[..., chosen], a[..., part], a[2, 2, part]) < 1e-3)
+    local = (found - a)[..., -len(near) :] / a[2, 2, -len(near) :]
+    assert np.max(np.abs(local)) < 5e-3
+
+
+def test_error_falls_at_least_like_h_squared():
+    factors = np.array([2.8, 2.0, 1.4])
+    rms = []
+    for factor in factors:
+        asked = harmonic(job(1500.0, 1.0), factor)
+        a = halfspace(asked)
+        found = discounted(asked, raw_ics(request(asked, Level(waves=1))))[0]
+        rms.append(np.sqrt(np.mean(shares(found - a, a) ** 2)))
+    assert np.polyfit(np.log(factors), np.log(rms), 1)[0] > 2
+
+
+OTHERS = {
+    "upper": {"side": UPPER},
+    "nu = 0": {"material": Material(210e3, 0.0)},
+    "nu = 0.49": {"material": Material(210e3, 0.49)},
+    "soft": {"material": Material(1.0, 0.28)},
+    "off centre": {"s": 1.0},
+}
+
+
+def test_estimates_bound_the_errors_and_are_at_most_ten_times_them():
+    jobs = [harmonic(job(size, 1.0), factor) for size in (80.0, 160.0) for factor in (2.2, 1.6)]
+    jobs += [harmonic(job(160.0, 1.0, **changes), 1.8) for changes in OTHERS.values()]
+    cases = []
+    for asked in jobs:
+        found, a = reference(asked), halfspace(asked)
+        cases.append((shares(found.c.ic - a, a), shares(found.c.estimate, a)))
+    assert_honest(cases)
+
+
+# --- bodies of revolution ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("side", "s"), [(UPPER, 0.0), (LOWER, 40.0)])
+def test_the_ball_is_known_to_the_estimate(side, s):
+    asked = harmonic(sphere.ball(160.0, 1.0, side, s=s))
+    truth, found = sphere.exact(asked), reference(asked)
+    error, estimate = (
+        np.max([line_errors(d[..., p], truth[..., p], truth[2, 2, p]) for p in LINES], axis=0)
+        for d in (found.c.ic - truth, found.c.estimate)
+    )
+    assert np.all(error <= estimate), error / estimate
+
+
+def test_prismatic_is_the_limit_of_a_large_wheel_with_a_difference_like_1_over_r():
+    radii = np.array([1e3, 2e3, 4e3])
+    crown = {"side": UPPER, "contour": arc(10.0, 0.4, 0.4)}
+    asked = [harmonic(job(80.0, 1.0, rolling_radius=R, **crown), 2.0) for R in radii]
+    straight = harmonic(job(80.0, 1.0, **crown), 2.0)
+    c = discounted(straight, raw_ics(request(straight, Level())))[0]
+    off = [np.max(np.abs(discounted(j, raw_ics(request(j, Level())))[0] - c), axis=-1)[0, 2] for j in asked]
+    assert np.polyfit(np.log(radii), np.log(off), 1)[0] == pytest.approx(-1, abs=0.1)
+
+
+def test_a_wheel_is_periodic():
+    """Observers once round apart see the same."""
+    body = Body(UPPER, plane(), STEEL, Domain(60.0, 60.0), 40.0)
+    loads = tuple(Load(Patch(0.5, 0.4), direction) for direction in range(3))
+    x = np.array([3.0, 3.0 - 2 * np.pi * 40.0])
+    asked = request(harmonic(job(60.0, 1.0)), Level())
+    u = raw_ics(replace(asked, body=body, loads=loads, points=Points(x, 0 * x + 2.0), cells=BARE)).u
+    np.testing.assert_allclose(u[..., 1], u[..., 0], rtol=0, atol=1e-9 * np.max(np.abs(u)))
+
+
+# --- the solid engine ----------------------------------------------------------------------------------
+
+BOTH = {
+    "unsymmetric": {"contour": UNSYMMETRIC},
+    "wheel": {"contour": UNSYMMETRIC, "side": UPPER, "rolling_radius": 60.0},
+    "roller": {"contour": arc(10.0, 0.7, 0.4), "side": LOWER, "rolling_radius": 400.0, "s": -1.0},
+}
+
+
+@pytest.mark.parametrize("changes", BOTH.values(), ids=BOTH)
+def test_both_engines_agree_within_their_estimates(changes):
+    """The same section; that of the solid is clamped at its ends too, which its estimate contains."""
+    solid = job(80.0, 2.4, **changes)
+    found = combine(solid, Level(), {m: solid_raw_ics(request(solid, m)) for m in Level().models().values()})
+    other = reference(harmonic(solid))
+    scale = found.c.ic
+    off, known = (shares(v, scale) for v in (found.c.ic - other.c.ic, found.c.estimate + other.c.estimate))
+    assert np.all(off <= known), off / known
+
+
+# --- what elasticity demands ---------------------------------------------------------------------------
+
+WHEEL = Body(UPPER, UNSYMMETRIC, STEEL, Domain(40.0, 40.0), 70.0)
+LOADS = tuple(Load(Patch(0.3, 0.4, s), direction) for s in (0.0, 2.0) for direction in range(3))
+
+
+RAIL = replace(WHEEL, side=LOWER, rolling_radius=np.inf)
+
+
+@pytest.fixture(scope="module", params=[WHEEL, RAIL], ids=["wheel", "rail"])
+def model(request):
+    strips = np.array([[-0.4, 0.4], [1.6, 2.4]])
+    return assemble(section_mesh(request.param, BARE, strips))
+
+
+@pytest.mark.parametrize("k", [0.0, 0.02, 0.7, 5.0])
+def test_the_stiffness_is_symmetric_and_positive_and_loads_are_reciprocal(model, k):
+    forces = np.stack([strip_force(model.section, load) for load in LOADS], axis=1)
+    u, residual = model.solved(k, forces)
+    work = forces.T @ u
+    assert residual < 1e-10
+    np.testing.assert_allclose(work, work.T, rtol=0, atol=1e-11 * np.max(work))
+    assert np.all(np.linalg.eigvalsh((work + work.T) / 2) > 0)
+
+
+def stiffness_without_supports(section, k):
+    """K(k) of a section on which nothing is held."""
+    free = assemble(replace(section, body=replace(section.body, domain=Domain(1e9, 1e9))))
+    data = free.parts[0] + k * free.parts[1] + k * k * free.parts[2]
+    return csc_matrix((data, free.pattern.indices, free.pattern.indptr), shape=free.pattern.shape)
+
+
+def share(K, u):
+    """Largest force on nodes that all move by u, over the largest entry of K."""
+    return np.max(np.abs(K @ np.tile(u, K.shape[0] // 3))) / np.max(np.abs(K.data))
+
+
+def bare_section(body):
+    return section_mesh(body, BARE, np.array([[-0.4, 0.4]]))
+
+
+def test_a_rail_does_not_resist_translations_that_do_not_change_along_x():
+    section = bare_section(RAIL)
+    K = stiffness_without_supports(section, 0.0)
+    for axis in range(3):
+        assert share(K, np.eye(3)[axis]) < 1e-10
+    assert share(stiffness_without_supports(section, 0.3), np.eye(3)[1]) > 1e-4
+
+
+@pytest.mark.parametrize("side", [LOWER, UPPER])
+def test_a_wheel_does_not_resist_a_translation_along_its_axis_or_across_it(side):
+    """Across: of order one, u_z = cos(theta), u_x = side sin(theta) of the turned section."""
+    section = bare_section(replace(WHEEL, side=side))
+    assert share(stiffness_without_supports(section, 0.0), np.array([0.0, 1.0, 0.0])) < 1e-10
+    of_order_one = stiffness_without_supports(section, 1 / WHEEL.rolling_radius)
+    assert share(of_order_one, np.array([side, 0.0, 1.0])) < 1e-9
+    assert share(of_order_one, np.array([-side, 0.0, 1.0])) > 1e-4
+
+
+def test_supports_carry_the_load(model):
+    """k = 0: the reactions balance a force along y."""
+    force = strip_force(model.section, LOADS[1])
+    u, _ = model.solved(0.0, force[:, None])
+    K = stiffness_without_supports(model.section, 0.0)
+    reaction = K @ u[:, 0] - force
+    carried = force[1::3].sum()
+    assert carried == pytest.approx(1, rel=1e-3)  # the strip is curved: cosines of 0.05
+    assert reaction[1::3].sum() == pytest.approx(-carried, rel=1e-9)
+    assert np.max(np.abs(reaction[model.free])) < 1e-9
+
+
+def test_observers_in_front_and_behind_see_mirror_images(model):
+    asked = request(harmonic(job(40.0, 1.0)), Level())
+    x, s = np.array([1.5, -1.5]), np.array([0.8, 0.8])
+    u = raw_ics(replace(asked, body=model.section.body, loads=LOADS[:3], points=Points(x, s), cells=BARE)).u
+    signs = np.outer([-1, 1, 1], [-1, 1, 1])  # load, displacement
+    np.testing.assert_allclose(u[..., 1], signs * u[..., 0], rtol=0, atol=1e-12 * np.max(np.abs(u)))
+
+
+def test_units_do_not_matter():
+    """Millimetres and MPa, or metres and Pa."""
+    asked = request(harmonic(job(40.0, 1.0)), Level())
+    points = Points(np.array([0.0, 1.5]), np.array([0.3, 1.6]))
+    u = []
+    for length, stress in ((1.0, 1.0), (1e-3, 1e6)):
+        body = Body(
+            LOWER,
+            arc(8.0 * length, 0.3, 0.6),
+            Material(210e3 * stress, 0.28),
+            Domain(40.0 * length, 40.0 * length),
+        )
+        loads = tuple(Load(Patch(0.3 * length, 0.4 * length), direction) for direction in range(3))
+        scaled = Points(points.x * length, points.s * length)
+        cells = Cells(0.1 * length, 0.3, 0.3)
+        u.append(
+            raw_ics(replace(asked, body=body, loads=loads, points=scaled, cells=cells)).u * length * stress
+        )
+    # Gmsh's mesh may differ by rounding: the mesh error of these coarse cells
+    np.testing.assert_allclose(u[1], u[0], rtol=0, atol=1e-3 * np.max(np.abs(u[0])))
+
+
+def test_responses_are_smooth_at_zero():
+    """Even in k (or odd): what the interpolation assumes."""
+    body = Body(LOWER, UNSYMMETRIC, STEEL, Domain(40.0, 40.0))
+    found = assemble(section_mesh(body, BARE, np.array([[-0.3, 0.5]])))
+    at = responses(found, [Load(Patch(0.3, 0.4, 0.1), 2)], np.array([1.0]))
+    k = np.array([1e-4, 2e-4])
+    zero, one, two = (at(value)[0][0, :, 0] for value in (0.0, *k))
+    assert zero[0] == 0
+    assert two[0] / one[0] == pytest.approx(2, rel=1e-3)
+    np.testing.assert_allclose((two - zero)[1:] / (one - zero)[1:], 4, rtol=1e-2)
