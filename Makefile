@@ -44,6 +44,7 @@ format: $(READY)  ## format the code
 
 bench: $(READY)  ## seconds, memory and errors (tables go to docs/performance.md by hand)
 	$(BIN)/python benchmarks/analytic.py
+	$(BIN)/python benchmarks/engines.py
 	$(BIN)/python benchmarks/solid_engine.py
 
 clean:  ## remove results and the virtual environment

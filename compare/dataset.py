@@ -11,6 +11,7 @@ from compare.pipeline import Results, reference_of, scales_of
 from compare.scene import Scene
 from femic.discount import AXES
 from femic.provenance import code_digest, versions
+from femic.reference import FIRST_SPACING
 from femic.solid import RESIDUAL
 from geometries.patches import DIRECTIONS
 
@@ -96,11 +97,11 @@ def _attributes(results: Results) -> dict[str, str | float]:
 
 
 def domains(results: Results) -> dict[str, dict[str, float | None]]:
-    """Shape and final size of each solved body's model [mm]; None: prismatic, no hub."""
+    """Shape and final size of each solved body's model [mm]; None: prismatic, no hub, endless along x."""
     return {
         name: {
             "far_radius": found.body.domain.far_radius,
-            "half_length": found.body.xi_end,
+            "half_length": found.body.xi_end if results.scene.engine == "solid" else None,
             "rolling_radius": _finite(found.body.rolling_radius),
             "hub_radius": found.body.rolling_radius - found.body.depth if found.body.reaches_hub else None,
             "smallest_cell": found.cells.smallest,
@@ -119,17 +120,22 @@ ENGINES = {"solid": "solid: quadratic tetrahedra", "harmonic": "harmonic: quadra
 def settings(scene: Scene) -> dict[str, float | str]:
     """Everything that was set for the reference engine, defaults included."""
     domain = scene.bodies["lower"].domain
+    of_engine: dict[str, float | str] = {
+        "first line_growth": scene.cells.line_growth,
+        "first half_length [mm]": domain.half_length,
+        "solver": scene.solver,
+        "relative residual": RESIDUAL,
+    }
+    if scene.engine == "harmonic":
+        of_engine = {"first spacing of wavenumbers, in ln k": FIRST_SPACING}
     return {
         "engine": ENGINES[scene.engine],
         "tolerance": scene.tolerance,
         "most_unknowns": scene.most_unknowns,
         "first smallest_cell [mm]": scene.cells.smallest,
         "first growth": scene.cells.growth,
-        "first line_growth": scene.cells.line_growth,
         "first far_radius [mm]": domain.far_radius,
-        "first half_length [mm]": domain.half_length,
-        "solver": scene.solver,
-        "relative residual": RESIDUAL,
+        **of_engine,
         "reference_length [mm]": scene.reference_length,
         "rotation_reach [mm]": scene.rotation_reach,
         "moment_arm [mm]": scene.moment_arm,

@@ -39,6 +39,33 @@ def test_nn_of_one_body_solves_one_load_per_model(write_scene, tmp_path, monkeyp
     assert bodies == [-1, -1, -1]
 
 
+def test_the_harmonic_engine_needs_no_model_in_3d_and_its_report_says_what_it_did(
+    write_scene, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(solid, "assemble", lambda _: pytest.fail("a 3D model"))
+    path = write_scene(ONE, engine=COARSE_ENGINE.replace("[engine]", '[engine]\nkind = "harmonic"'))
+    out = tmp_path / "results"
+    assert exit_code(["run", str(path), "--out", str(out), "--workers", "1"]) == DONE
+    with xr.open_dataset(out / "ics.nc", engine="h5netcdf") as dataset:
+        models = json.loads(dataset.attrs["models"])
+        assert set(models) == {f"lower {name}" for name in ("fine", "coarse", "small", "sparse")}
+        nn = {"i": "n", "j": "n"}
+        parts = dataset.estimate_mesh + dataset.estimate_truncation + dataset.estimate_wavenumbers
+        xr.testing.assert_allclose(parts.sel(nn), dataset.estimate.sel(nn))
+        assert dataset.estimate_wavenumbers.sel(nn).max() > 0
+        assert json.loads(dataset.attrs["domain"])["lower"]["half_length"] is None
+    html = (out / "report.html").read_text(encoding="utf-8")
+    assert "endless along x" in html
+    assert "wavenumbers" in html
+    assert (out / "figures/mesh_lower.png").is_file()
+
+
+def test_fields_in_3d_need_the_solid_engine(write_scene, capsys):
+    engine = COARSE_ENGINE.replace("[engine]", '[engine]\nkind = "harmonic"')
+    assert exit_code(["run", str(write_scene("fields = true", engine=engine))]) == WRONG_INPUT
+    assert "fields = true: only engine.kind = 'solid'" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("bad", ["[lower", 'variants = ["D"]', "unknown = 1"])
 def test_wrong_input_exits_with_2_and_writes_nothing(bad, write_scene, tmp_path, capsys):
     out = tmp_path / "results"
