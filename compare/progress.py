@@ -29,7 +29,7 @@ def shown(console: Console) -> Iterator[Watch]:
         TimeElapsedColumn(),
     )
     with Progress(*columns, console=console) as progress:
-        task = progress.add_task("3D models", total=0)
+        task = progress.add_task("models", total=0)
 
         def on_round(todo: list[tuple[str, Level]]) -> None:
             total = progress.tasks[task].total or 0

@@ -121,11 +121,12 @@ def _setting(results: Results) -> str:
         f"{name} body: E = {body.material.E:g} MPa, ν = {body.material.nu:g}, {_shape(body)}"
         for name, body in scene.bodies.items()
     )
+    ends = " as both ends are" if scene.engine == "solid" else " (along x the bodies have no ends)"
     at = "the contact centre" if scene.patch.s == 0 else f"s = {scene.patch.s:g} mm"
     return (
         f"{bodies}. Unit loads on a patch of {2 * scene.patch.a:g} × {2 * scene.patch.b:g} mm at {at}. "
         "Each body is its contour, continued by straight flanks and closed by a far arc about the contact "
-        "centre, which is clamped as both ends are; contour and flanks are free. The rigid-body motion "
+        f"centre, which is clamped{ends}; contour and flanks are free. The rigid-body motion "
         "that this adds is discounted. The shape of the body far away is a convention of this program."
     )
 
