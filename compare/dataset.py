@@ -11,7 +11,7 @@ from compare.pipeline import Results, reference_of, scales_of
 from compare.scene import Scene
 from femic.discount import AXES
 from femic.provenance import code_digest, versions
-from femic.reference import FIRST_SPACING
+from femic.reference import spacing_for
 from femic.solid import RESIDUAL
 from geometries.patches import DIRECTIONS
 
@@ -127,7 +127,7 @@ def settings(scene: Scene) -> dict[str, float | str]:
         "relative residual": RESIDUAL,
     }
     if scene.engine == "harmonic":
-        of_engine = {"first spacing of wavenumbers, in ln k": FIRST_SPACING}
+        of_engine = {"first spacing of wavenumbers, in ln k": spacing_for(scene.tolerance)}
     return {
         "engine": ENGINES[scene.engine],
         "tolerance": scene.tolerance,

@@ -44,7 +44,7 @@ MODELS = {  # the most expensive first
     "solid": ("fine", "coarse", "small"),
     "harmonic": ("fine", "coarse", "small", "sparse"),
 }
-FIRST_SPACING = 0.35  # of the wavenumbers, in ln k
+TUNED_SPACING = 0.35  # of the wavenumbers, in ln k, that meets TUNED_TOLERANCE
 WAVES_ORDER = 3  # assumed by the estimate, in the spacing of the wavenumbers
 
 # Cells that meet TUNED_TOLERANCE on the built-in scenes
@@ -61,6 +61,11 @@ def cells_for(tolerance: float, patch: Patch, engine: Engine = "solid") -> Cells
     if engine == "harmonic":
         return Cells(least / SECTION_CELLS_PER_HALF_SIDE, SECTION_GROWTH, SECTION_GROWTH).scaled(factor)
     return Cells(least / CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH).scaled(factor)
+
+
+def spacing_for(tolerance: float) -> float:
+    """Spacing of wavenumbers in ln k that is likely to meet a tolerance."""
+    return TUNED_SPACING * min(tolerance / TUNED_TOLERANCE, 1.0) ** (1 / WAVES_ORDER)
 
 
 @dataclass(frozen=True)
@@ -162,7 +167,7 @@ def request(job: Job, level: Level) -> Request | HarmonicRequest:
     if job.engine == "solid":
         return solid_request(job, level)
     asked = solid_request(job, level)
-    spacing = FIRST_SPACING * DENSER**-level.waves
+    spacing = spacing_for(job.tolerance) * DENSER**-level.waves
     return HarmonicRequest(asked.body, asked.loads, asked.points, asked.cells, spacing)
 
 
