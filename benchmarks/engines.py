@@ -13,6 +13,7 @@ import numpy as np
 
 from compare.pipeline import Results, compute, scales_of
 from compare.scenes import load_scene
+from femic.accuracy import component_of
 
 BODIES = ("lower", "upper")
 
@@ -30,7 +31,7 @@ def worst_share(results: Results, off: dict[str, np.ndarray]) -> float:
     for body in BODIES:
         for line, part in results.lines.items():
             share = np.max(np.abs(off[body][..., part]), axis=-1) / scales_of(results, body)[line]
-            shares += [share["xsn".index(c[0]), "xsn".index(c[1])] for c in results.scene.components]
+            shares += [component_of(share, c) for c in results.scene.components]
     return max(shares)
 
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from approx.effective import EffectiveProperties
 from approx.pair import Pair, Solid
+from femic.cell_size import Cells
 from femic.linear import SolverChoice
 from femic.reference import Engine
-from femic.tetrahedra import Cells
 from geometries.bodies import Body
 from geometries.patches import OffsetLine, Patch
 

@@ -16,8 +16,8 @@ from approx.effective import EffectiveProperties, Transition
 from compare import scene_file as files
 from compare.scene import Scene
 from compare.scene_checks import misfits
+from femic.cell_size import Cells
 from femic.reference import cells_for
-from femic.tetrahedra import Cells
 from geometries import contours
 from geometries.bodies import Body, Domain
 from geometries.contours import Contour

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from approx.halfspace import HalfSpace
+from femic.cell_size import Cells
 from femic.engine import Cost, Points, RawICs, peak_memory
 from femic.linear import NotConverged
 from femic.section import SectionMesh, section_mesh
 from femic.section_model import SectionModel, assemble
 from femic.symmetry import X
-from femic.tetrahedra import Cells
 from femic.waves import interpolated, spectrum, synthesis, tail
 from geometries.bodies import Body
 from geometries.materials import one_body

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from skfem import Basis, ElementTetP2, ElementTriP2, MeshTet, MeshTet2, MeshTri
 
-from femic.tetrahedra import Cells, Focus, Tetrahedra, fill
+from femic.cell_size import Cells
+from femic.edges import edge_numbers
+from femic.tetrahedra import Focus, Tetrahedra, fill
 from geometries.bodies import Body
 from geometries.errors import Failure
 
@@ -71,7 +73,7 @@ def curved(body: Body, linear: Tetrahedra, *, half_section: bool) -> SolidMesh:
     points = linear.points.copy()
     points[:, on_surface] = body.surface.position(*chart[:, on_surface])
     mesh = MeshTet(points, np.ascontiguousarray(linear.cells))
-    edges = mesh_edges(mesh, surface_edges(linear))
+    edges = edge_numbers(mesh.edges, surface_edges(linear))
     second_order = MeshTet2.from_mesh(mesh)
     nodes = second_order.doflocs.copy()
     nodes[:, points.shape[1] + edges] = body.surface.position(*chart[:, mesh.edges[:, edges]].mean(axis=1))
@@ -94,21 +96,13 @@ def surface_edges(linear: Tetrahedra) -> Indices:
     return np.unique(np.sort(pairs, axis=0), axis=1)
 
 
-def mesh_edges(mesh: MeshTet, pairs: Indices) -> Indices:
-    """Numbers of the mesh's edges with the given vertex pairs, shape (n_edges,)."""
-    n = mesh.p.shape[1]
-    keys = np.sort(mesh.edges, axis=0).astype(np.int64).T @ [n, 1]
-    order = np.argsort(keys)
-    return order[np.searchsorted(keys, np.sort(pairs, axis=0).T @ [n, 1], sorter=order)]
-
-
 def _trace(mesh: MeshTet, linear: Tetrahedra, chart: Array) -> Trace:
     vertices, triangles = np.unique(linear.contact_triangles, return_inverse=True)
     surface = MeshTri(
         np.ascontiguousarray(chart[:, vertices]),
         np.ascontiguousarray(triangles.reshape(linear.contact_triangles.shape)),
     )
-    mid_nodes = mesh.p.shape[1] + mesh_edges(mesh, vertices[surface.facets])
+    mid_nodes = mesh.p.shape[1] + edge_numbers(mesh.edges, vertices[surface.facets])
     return Trace(Basis(surface, ElementTriP2()), np.concatenate([vertices, mid_nodes]))
 
 

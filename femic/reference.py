@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from approx.halfspace import HalfSpace
 from femic import harmonic, solid
 from femic.accuracy import component_of, line_scale
+from femic.cell_size import Cells
 from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part
 from femic.engine import Cost, Points, RawICs
 from femic.harmonic import HarmonicRequest
 from femic.linear import SolverChoice
 from femic.solid import Request, directions_of
 from femic.symmetry import N
-from femic.tetrahedra import Cells
 from geometries.bodies import Body
 from geometries.materials import one_body
 from geometries.patches import Load, Patch

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from skfem import MeshTri, MeshTri2
 
+from femic.cell_size import Cells, distance, set_cell_size
+from femic.edges import edge_numbers
 from femic.gmsh_session import gmsh_session
 from femic.outline import add_section
-from femic.tetrahedra import Cells
 from geometries.bodies import Body
 from geometries.errors import Failure
 
@@ -22,7 +23,6 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 TRIANGLE = 2  # Gmsh's number of the 3-node triangle
-ROUND = 0.5  # largest cell over its distance from the axis of revolution
 DISTANCE_SAMPLES = 200  # points per curve for distances from a strip
 
 
@@ -62,22 +62,9 @@ def section_mesh(body: Body, cells: Cells, strips: Array) -> SectionMesh:
 
 
 def _set_cell_size(gmsh: ModuleType, body: Body, cells: Cells, strips: Array) -> None:
-    field, s = gmsh.model.mesh.field, np.unique(np.linspace(strips[:, 0], strips[:, 1], DISTANCE_SAMPLES))
-    tags = [gmsh.model.occ.addPoint(0, y, z) for y, z in body.contour.position(s).T]
-    gmsh.model.occ.synchronize()
-    distance = field.add("Distance")
-    field.setNumbers(distance, "PointsList", tags)
-    formulas = [f"sqrt({cells.smallest:.17g}^2+({cells.growth:.17g}*F{distance})^2)"]
-    if body.rolling_radius < np.inf:
-        formulas.append(f"{ROUND:g}*abs(z-({body.side * body.rolling_radius:.17g}))")
-    evaluated = [field.add("MathEval") for _ in formulas]
-    for tag, formula in zip(evaluated, formulas, strict=True):
-        field.setString(tag, "F", formula)
-    size = field.add("Min")
-    field.setNumbers(size, "FieldsList", evaluated)
-    field.setAsBackgroundMesh(size)
-    for source in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
-        gmsh.option.setNumber(f"Mesh.MeshSize{source}", 0)
+    s = np.unique(np.linspace(strips[:, 0], strips[:, 1], DISTANCE_SAMPLES))
+    d = distance(gmsh, np.stack([0 * s, *body.contour.position(s)]))
+    set_cell_size(gmsh, body, f"sqrt({cells.smallest:.17g}^2+({cells.growth:.17g}*F{d})^2)")
 
 
 def _collect(gmsh: ModuleType, surface: int, curves: list[int]) -> tuple[Array, Indices, Indices]:
@@ -103,18 +90,10 @@ def _curved(body: Body, points: Array, triangles: Indices, on_contour: Indices) 
     second = MeshTri2.from_mesh(mesh)
     edges = on_contour[:, np.argsort(s[on_contour].mean(axis=0))]
     ends = np.sort(s[edges], axis=0)
-    number = _facet_numbers(mesh, edges)
+    number = edge_numbers(mesh.facets, edges)
     nodes = second.doflocs.copy()
     nodes[:, points.shape[1] + number] = body.contour.position(ends.mean(axis=0))
     left = edges[np.argmin(s[edges], axis=0), np.arange(edges.shape[1])]
     last = edges[np.argmax(s[edges[:, -1]]), -1]
     order = np.append(np.stack([left, points.shape[1] + number]).T.ravel(), last)
     return SectionMesh(body, replace(second, doflocs=nodes), np.append(ends[0], ends[1, -1]), order)
-
-
-def _facet_numbers(mesh: MeshTri, pairs: Indices) -> Indices:
-    """Numbers of the mesh's edges with the given vertices, shape (n,)."""
-    n = mesh.p.shape[1]
-    keys = np.sort(mesh.facets, axis=0).astype(np.int64).T @ [n, 1]
-    order = np.argsort(keys)
-    return order[np.searchsorted(keys, np.sort(pairs, axis=0).T @ [n, 1], sorter=order)]

@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, coo_array, csr_matrix, vstack
 from scipy.sparse import eye as identity
 
+from femic.cell_size import Cells
 from femic.elasticity import rigid_body_modes, stiffness
 from femic.engine import Cost, Points, RawICs, peak_memory
 from femic.linear import NotConverged, Solution, SolverChoice, System, prepare
 from femic.mesh import SolidMesh, solid_mesh
 from femic.symmetry import Parity, X, Y, held_by_symmetry, parities
-from femic.tetrahedra import Cells, Focus
+from femic.tetrahedra import Focus
 from geometries.bodies import Body
 from geometries.patches import DIRECTIONS, Load, Patch
 

@@ -10,6 +10,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
+from femic.cell_size import Cells, distance, set_cell_size
 from femic.gmsh_session import gmsh_session
 from femic.outline import add_section
 from geometries.bodies import Body, Domain
@@ -19,25 +20,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 BENT = 20  # rolling radius over far radius beyond which bending distorts cells by 5 % at most
-ROUND = 0.5  # largest cell over its distance from the axis of revolution
 DELAUNAY = 1  # HXT is no faster here, and crashes on some coarse meshes
 TETRAHEDRON = 4  # Gmsh's number of the 4-node tetrahedron
-
-
-@dataclass(frozen=True)
-class Cells:
-    """Target cell size h = sqrt(smallest^2 + (line_growth r)^2 + (growth d)^2).
-
-    r is the distance from the nearest patch centre, d from the nearest point where results are read.
-    """
-
-    smallest: float
-    growth: float
-    line_growth: float
-
-    def scaled(self, factor: float) -> "Cells":
-        """Cells `factor` times as large everywhere."""
-        return Cells(factor * self.smallest, factor * self.growth, factor * self.line_growth)
 
 
 @dataclass(frozen=True)
@@ -90,29 +74,10 @@ def _add_volume(gmsh: ModuleType, body: Body, half_section: bool) -> None:
 
 
 def _set_cell_size(gmsh: ModuleType, body: Body, cells: Cells, focus: Focus) -> None:
-    field = gmsh.model.mesh.field
-    r, d = (_distance(gmsh, points) for points in (focus.centres, focus.points))
-    sizes = [f"sqrt({cells.smallest:.17g}^2+({cells.line_growth:.17g}*F{r})^2+({cells.growth:.17g}*F{d})^2)"]
-    if body.rolling_radius < np.inf:
-        sizes.append(f"{ROUND:g}*sqrt(x^2+(z-({body.side * body.rolling_radius:.17g}))^2)")
-    evaluated = [field.add("MathEval") for _ in sizes]
-    for tag, formula in zip(evaluated, sizes, strict=True):
-        field.setString(tag, "F", formula)
-    size = field.add("Min")
-    field.setNumbers(size, "FieldsList", evaluated)
-    field.setAsBackgroundMesh(size)
-    for source in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
-        gmsh.option.setNumber(f"Mesh.MeshSize{source}", 0)
+    r, d = (distance(gmsh, points) for points in (focus.centres, focus.points))
+    h = f"sqrt({cells.smallest:.17g}^2+({cells.line_growth:.17g}*F{r})^2+({cells.growth:.17g}*F{d})^2)"
+    set_cell_size(gmsh, body, h)
     gmsh.option.setNumber("Mesh.Algorithm3D", DELAUNAY)
-
-
-def _distance(gmsh: ModuleType, points: Array) -> int:
-    """Number of a field: the distance to the nearest of some points."""
-    tags = [gmsh.model.occ.addPoint(*point) for point in points.T]
-    gmsh.model.occ.synchronize()
-    field = gmsh.model.mesh.field.add("Distance")
-    gmsh.model.mesh.field.setNumbers(field, "PointsList", tags)
-    return int(field)
 
 
 def _collect(gmsh: ModuleType, body: Body) -> Tetrahedra:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from joblib import Memory
 
+from femic.cell_size import Cells
 from femic.engine import Points
 from femic.reference import Job, Level
 from femic.solid import Request, assemble, build_mesh, raw_ics
-from femic.tetrahedra import Cells
 from femic.workers import solve_models
 from geometries import contours
 from geometries.bodies import Body, Domain

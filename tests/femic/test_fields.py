@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from femic.cell_size import Cells
 from femic.elasticity import is_curved
 from femic.engine import Points
 from femic.fields import displacement, grid_of, nodal_fields, stress, von_mises
 from femic.solid import assemble, build_mesh, observe, solve
 from femic.symmetry import X, Y, on_plane
-from femic.tetrahedra import Cells
 from geometries.contours import plane
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER

@@ -5,10 +5,10 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from femic.accuracy import line_errors
+from femic.cell_size import Cells
 from femic.engine import Points
 from femic.reference import Job, Level, combine, discounted, request
 from femic.solid import raw_ics
-from femic.tetrahedra import Cells
 from geometries import contours
 from geometries.bodies import Body, Domain
 from geometries.materials import Material, one_body

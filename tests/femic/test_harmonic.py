@@ -7,13 +7,13 @@ import pytest
 from scipy.sparse import csc_matrix
 
 from femic.accuracy import line_errors
+from femic.cell_size import Cells
 from femic.engine import Points
 from femic.harmonic import raw_ics, responses, strip_force
 from femic.reference import Level, combine, discounted, request
 from femic.section import section_mesh
 from femic.section_model import assemble
 from femic.solid import raw_ics as solid_raw_ics
-from femic.tetrahedra import Cells
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.materials import Material
@@ -21,7 +21,7 @@ from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER
 from tests.femic import test_sphere as sphere
 from tests.femic.conftest import STEEL, UNSYMMETRIC, assert_honest
-from tests.femic.test_flat import LINES, halfspace, job, shares
+from tests.femic.test_flat import LINES, OTHERS, halfspace, job, shares
 
 DEFAULT = Cells(0.2 / 6, 0.2, 0.2)
 BARE = Cells(0.1, 0.3, 0.3)
@@ -67,15 +67,6 @@ def test_error_falls_at_least_like_h_squared():
         found = discounted(asked, raw_ics(request(asked, Level(waves=1))))[0]
         rms.append(np.sqrt(np.mean(shares(found - a, a) ** 2)))
     assert np.polyfit(np.log(factors), np.log(rms), 1)[0] > 2
-
-
-OTHERS = {
-    "upper": {"side": UPPER},
-    "nu = 0": {"material": Material(210e3, 0.0)},
-    "nu = 0.49": {"material": Material(210e3, 0.49)},
-    "soft": {"material": Material(1.0, 0.28)},
-    "off centre": {"s": 1.0},
-}
 
 
 def test_estimates_bound_the_errors_and_are_at_most_ten_times_them():

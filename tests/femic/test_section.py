@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from skfem import Basis, ElementTriP2
 
+from femic.cell_size import Cells
 from femic.section import section_mesh
 from femic.section_model import assemble
-from femic.tetrahedra import Cells
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse, plane
 from geometries.materials import Material

@@ -1,0 +1,54 @@
+"""How large cells are: the same rule for sections and solids, as Gmsh's background field."""
+
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometries.bodies import Body
+
+Array = NDArray[np.float64]
+
+ROUND = 0.5  # largest cell over its distance from the axis of revolution
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Target cell size h = sqrt(smallest^2 + (line_growth r)^2 + (growth d)^2).
+
+    r is the distance from the nearest patch centre, d from the nearest point where results are read;
+    in a section d is the distance from the nearest loaded strip, and there is no r.
+    """
+
+    smallest: float
+    growth: float
+    line_growth: float
+
+    def scaled(self, factor: float) -> "Cells":
+        """Cells `factor` times as large everywhere."""
+        return Cells(factor * self.smallest, factor * self.growth, factor * self.line_growth)
+
+
+def distance(gmsh: ModuleType, points: Array) -> int:
+    """Number of a field: the distance to the nearest of some points (3, n)."""
+    tags = [gmsh.model.occ.addPoint(*point) for point in points.T]
+    gmsh.model.occ.synchronize()
+    field = gmsh.model.mesh.field.add("Distance")
+    gmsh.model.mesh.field.setNumbers(field, "PointsList", tags)
+    return int(field)
+
+
+def set_cell_size(gmsh: ModuleType, body: Body, h: str) -> None:
+    """Take cells of size h, a formula of fields F1, F2, ...; smaller ones close to the axis of a wheel."""
+    field, formulas = gmsh.model.mesh.field, [h]
+    if body.rolling_radius < np.inf:
+        formulas.append(f"{ROUND:g}*sqrt(x^2+(z-({body.side * body.rolling_radius:.17g}))^2)")
+    evaluated = [field.add("MathEval") for _ in formulas]
+    for tag, formula in zip(evaluated, formulas, strict=True):
+        field.setString(tag, "F", formula)
+    size = field.add("Min")
+    field.setNumbers(size, "FieldsList", evaluated)
+    field.setAsBackgroundMesh(size)
+    for source in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
+        gmsh.option.setNumber(f"Mesh.MeshSize{source}", 0)
