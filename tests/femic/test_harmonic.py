@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_matrix
 
+from approx.halfspace import HalfSpace
 from femic.accuracy import line_errors
 from femic.cell_size import Cells
 from femic.engine import Points
@@ -16,7 +17,7 @@ from femic.section_model import assemble
 from femic.solid import raw_ics as solid_raw_ics
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
-from geometries.materials import Material
+from geometries.materials import Material, one_body
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER
 from tests.femic import test_sphere as sphere
@@ -244,3 +245,15 @@ def test_responses_are_smooth_at_zero():
     assert zero[0] == 0
     assert two[0] / one[0] == pytest.approx(2, rel=1e-3)
     np.testing.assert_allclose((two - zero)[1:] / (one - zero)[1:], 4, rtol=1e-2)
+
+
+def test_on_the_flank_of_a_wheel_the_patch_keeps_its_length():
+    """R(s) is 15 % above R_roll there: close to a small patch it gives way as the half-space does."""
+    body = Body(UPPER, arc(10.0, 0.9, 0.9), STEEL, Domain(15.0, 15.0), 20.0)
+    assert body.surface.circle_radius(8.0) == pytest.approx(23.0, rel=0.01)
+    patch, x = Patch(0.05, 0.04, 8.0), np.array([0.0, 0.05, 0.2])
+    asked = request(harmonic(job(15.0, 1.0)), Level())
+    points, load = Points(x, 0 * x + 8.0), (Load(patch, 2),)
+    u = raw_ics(replace(asked, body=body, loads=load, points=points, cells=Cells(0.008, 0.2, 0.2))).u[0, 2]
+    a = HalfSpace(one_body(STEEL, UPPER)).ics(patch, x, 0 * x)[2, 2] / patch.area
+    np.testing.assert_allclose(u[:2] - u[2], a[:2] - a[2], rtol=0.01)  # 0.2 mm of radii of 10 and 23 mm
