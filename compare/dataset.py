@@ -11,7 +11,6 @@ from compare.pipeline import Results, reference_of, scales_of
 from compare.scene import Scene
 from femic.discount import AXES
 from femic.provenance import code_digest, versions
-from femic.reference import spacing_for
 from femic.solid import RESIDUAL
 from geometries.patches import DIRECTIONS
 
@@ -114,7 +113,7 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-ENGINES = {"solid": "solid: quadratic tetrahedra", "harmonic": "harmonic: quadratic triangles of the section"}
+ENGINES = {"solid": "solid: quadratic tetrahedra", "harmonic": "harmonic: quartic triangles of the section"}
 
 
 def settings(scene: Scene) -> dict[str, float | str]:
@@ -127,7 +126,7 @@ def settings(scene: Scene) -> dict[str, float | str]:
         "relative residual": RESIDUAL,
     }
     if scene.engine == "harmonic":
-        of_engine = {"first spacing of wavenumbers, in ln k": spacing_for(scene.tolerance)}
+        of_engine = {}
     return {
         "engine": ENGINES[scene.engine],
         "tolerance": scene.tolerance,

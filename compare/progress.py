@@ -48,4 +48,7 @@ def shown(console: Console) -> Iterator[Watch]:
             )
             progress.advance(task)
 
-        yield Watch(on_round, on_model, lambda text: console.print(text, soft_wrap=True))
+        def on_step(text: str) -> None:
+            progress.update(task, description=text)
+
+        yield Watch(on_round, on_model, lambda text: console.print(text, soft_wrap=True), on_step)

@@ -10,10 +10,9 @@ from compare import figures, report, views
 from compare.fields import write_fields
 from compare.pipeline import Results, compute, jobs
 from compare.scene import Scene
-from femic.harmonic import strips
-from femic.reference import solid_request
+from femic.harmonic import build_section
+from femic.reference import harmonic_request, solid_request
 from femic.refinement import Watch
-from femic.section import section_mesh
 from femic.solid import build_mesh
 from geometries.errors import WrongInput
 
@@ -67,8 +66,7 @@ def _draw_sections(results: Results, folder: Path) -> list[Path]:
     """The section mesh of each solved body."""
     paths = []
     for name, job in jobs(results.scene).items():
-        asked = solid_request(job, results.references[name].level)
-        section = section_mesh(asked.body, asked.cells, strips(asked.loads))
+        section = build_section(harmonic_request(job, results.references[name].level))
         figure = figures.section_mesh(section.mesh, results.scene, name)
         paths.append(figures.save(figure, folder / f"mesh_{name}.png"))
     return paths

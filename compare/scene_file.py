@@ -154,10 +154,10 @@ class EffectiveTable(Section):
 class EngineTable(Section):
     """How the reference C is computed."""
 
-    kind: Literal["solid", "harmonic"] = Field(
-        "solid",
-        description="solid: 3D finite elements; harmonic: one section problem per wavenumber along x "
-        "(without half_length, line_growth, solver)",
+    kind: Literal["harmonic", "solid"] = Field(
+        "harmonic",
+        description="harmonic: one section problem per wavenumber along x, seconds (half_length, "
+        "line_growth and solver do not matter); solid: 3D finite elements, minutes",
     )
     tolerance: Annotated[float, Field(ge=1e-4, le=1)] = Field(
         0.01, description="estimated error of C that is good enough, each body and combined; sets the cells"
@@ -167,18 +167,21 @@ class EngineTable(Section):
     )
     smallest_cell: Positive | None = Field(
         None,
-        description="first cell size at the patch [mm]; default: min(a, b)/12 at tolerance 0.01 (harmonic: "
-        "min(a, b)/6)",
+        description="first cell size at the patch [mm]; default: b/8 (solid: min(a, b)/12 at tolerance 0.01)",
     )
     growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
         None,
-        description="first cell size over distance from the lines (harmonic: from the patch); default: 0.14 "
-        "at tolerance 0.01 (harmonic: 0.2)",
+        description="first cell size over distance from the patch's edges; default: 0.5, less below "
+        "tolerance 0.002 (solid: over distance from the lines; 0.14 at tolerance 0.01)",
     )
     line_growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
         None, description="first cell size on a line over distance from the patch; default: 0.05, likewise"
     )
-    far_radius: Positive = Field(320.0, description="first radius of the clamped far arc [mm]")
+    far_radius: Positive | None = Field(
+        None,
+        description="first radius of the clamped far arc [mm]; default: 1280, more below tolerance 0.001 "
+        "(solid: 320)",
+    )
     half_length: Positive = Field(320.0, description="first extent along +x and -x, clamped ends [mm]")
     solver: Literal["auto", "multigrid", "direct"] = Field(
         "auto", description="linear solver; direct needs the extra femic[direct]"

@@ -17,7 +17,7 @@ from compare import scene_file as files
 from compare.scene import Scene
 from compare.scene_checks import misfits
 from femic.cell_size import Cells
-from femic.reference import cells_for
+from femic.reference import cells_for, far_radius_for
 from geometries import contours
 from geometries.bodies import Body, Domain
 from geometries.contours import Contour
@@ -152,7 +152,9 @@ def _keys(model: type[BaseModel]) -> set[str]:
 
 def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
     """Turn a valid file into geometry; raises BadScene where the parts do not fit together."""
-    domain = Domain(scene.engine.far_radius, scene.engine.half_length)
+    engine = scene.engine
+    far_radius = engine.far_radius or far_radius_for(engine.tolerance, engine.kind)
+    domain = Domain(far_radius, engine.half_length)
     bodies = {
         key: _body(key, side, table, domain)
         for key, side, table in (("lower", LOWER, scene.lower), ("upper", UPPER, scene.upper))

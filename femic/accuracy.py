@@ -7,11 +7,16 @@ max |C_ij| and 0.05 max |C_nn|. Design section 2.
 import numpy as np
 from numpy.typing import NDArray
 
+from geometries.errors import Failure
 from geometries.patches import DIRECTIONS
 
 Array = NDArray[np.float64]
 
 FLOOR = 0.05
+
+
+class NotConverged(Failure):
+    """A result is not as accurate as it must be; the message has the numbers and what to try."""
 
 
 def line_scale(c_line: Array, nn_line: Array) -> Array:

@@ -1,5 +1,6 @@
 """How large cells are: the same rule for sections and solids, as Gmsh's background field."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import ModuleType
 
@@ -17,8 +18,8 @@ ROUND = 0.5  # largest cell over its distance from the axis of revolution
 class Cells:
     """Target cell size h = sqrt(smallest^2 + (line_growth r)^2 + (growth d)^2).
 
-    r is the distance from the nearest patch centre, d from the nearest point where results are read;
-    in a section d is the distance from the nearest loaded strip, and there is no r.
+    r is the distance from the nearest patch centre, d from the nearest point where results are read. In a
+    section d is the distance from the nearest end of a loaded strip, and there is no r.
     """
 
     smallest: float
@@ -39,9 +40,9 @@ def distance(gmsh: ModuleType, points: Array) -> int:
     return int(field)
 
 
-def set_cell_size(gmsh: ModuleType, body: Body, h: str) -> None:
-    """Take cells of size h, a formula of fields F1, F2, ...; smaller ones close to the axis of a wheel."""
-    field, formulas = gmsh.model.mesh.field, [h]
+def set_cell_size(gmsh: ModuleType, body: Body, sizes: Sequence[str]) -> None:
+    """Take the least of some sizes, formulas of fields F1, F2, ...; small cells close to a wheel's axis."""
+    field, formulas = gmsh.model.mesh.field, list(sizes)
     if body.rolling_radius < np.inf:
         formulas.append(f"{ROUND:g}*sqrt(x^2+(z-({body.side * body.rolling_radius:.17g}))^2)")
     evaluated = [field.add("MathEval") for _ in formulas]

@@ -1,6 +1,7 @@
 """What the engines take and give: observers, raw displacements, and what they cost."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from resource import RUSAGE_SELF, getrusage
 
 import numpy as np
@@ -37,11 +38,13 @@ class Cost:
 class RawICs:
     """Displacements per unit total load [mm/N] with clamped far boundaries, before any discount.
 
-    `u` has shape (n_loads, 3, n_points): local components x, s, n at each observer.
+    `u` has shape (n_loads, 3, n_points): local components x, s, n at each observer. `perturbed` are what `u`
+    would be with something less, for estimates of its error, where the engine can tell at little cost.
     """
 
     u: Array
     cost: Cost
+    perturbed: Mapping[str, Array] = field(default_factory=dict)
 
 
 def peak_memory() -> float:

@@ -19,7 +19,7 @@ from scipy.sparse.linalg import cg
 from threadpoolctl import threadpool_limits
 
 from femic import pardiso
-from geometries.errors import Failure
+from femic.accuracy import NotConverged
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -28,10 +28,6 @@ SolverChoice = Literal["auto", "multigrid", "direct"]
 MAX_ITERATIONS = 300
 DIRECT_LIMIT = 80_000  # unknowns
 SMOOTHER = ("block_gauss_seidel", {"sweep": "symmetric"})
-
-
-class NotConverged(Failure):
-    """A result is not as accurate as it must be; the message has the numbers and what to try."""
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,11 @@
 """C with its error estimate.
 
-Every body is solved on three models: fine, coarse (cells `COARSER` times as large) and small (the
-coarse cells in a domain half as large); by the harmonic engine on a fourth, sparse (coarse cells, half as
-many wavenumbers). Their differences give the parts of the estimate, as in Roache's grid convergence
-index. Errors fall like h^3, L^-2 and the fourth power of the wavenumbers' spacing (measured:
-docs/solid-engine.md, docs/harmonic-engine.md); the estimate assumes order 2 of the first two, because
-mesh errors are partly random, and 3 of the last.
+By the solid engine every body is solved on three models: fine, coarse (cells `COARSER` times as large) and
+small (the coarse cells in a domain half as large); by the harmonic engine on two, fine and coarse, each
+also with a nearer far arc and with fewer wavenumbers. The differences give the parts of the
+estimate, as in Roache's grid convergence index. Errors fall like h^3 (harmonic: h^4) and L^-2 (measured:
+docs/solid-engine.md, docs/harmonic-engine.md); the estimate assumes one order less of the mesh, because
+its errors are partly random.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from approx.halfspace import HalfSpace
-from femic import harmonic, solid
-from femic.accuracy import component_of, line_scale
+from femic.accuracy import FLOOR, component_of, line_scale
 from femic.cell_size import Cells
 from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part
 from femic.engine import Cost, Points, RawICs
-from femic.harmonic import HarmonicRequest
+from femic.harmonic import HIGHEST, LOWER, HarmonicRequest
 from femic.linear import SolverChoice
 from femic.solid import Request, directions_of
 from femic.symmetry import N
@@ -35,37 +34,45 @@ Array = NDArray[np.float64]
 Engine = Literal["solid", "harmonic"]
 COARSER = 1.5
 LARGER = 2.0
-DENSER = 2.0
 MESH_ORDER, TRUNCATION_ORDER = 3, 2  # of the errors, in cell size and in 1 / domain size
-ESTIMATE_ORDER = 2  # assumed by the estimate of both parts
+ESTIMATE_ORDER = {"solid": 2, "harmonic": 3}  # in cell size, assumed by the estimate
 SAFETY = 1.25  # Roache's factor
 MESH_SAFETY = {"solid": SAFETY, "harmonic": 2.0}  # fewer cells: their errors cancel more often by luck
 MODELS = {  # the most expensive first
     "solid": ("fine", "coarse", "small"),
-    "harmonic": ("fine", "coarse", "small", "sparse"),
+    "harmonic": ("fine", "coarse"),
 }
-TUNED_SPACING = 0.35  # of the wavenumbers, in ln k, that meets TUNED_TOLERANCE
-WAVES_ORDER = 3  # assumed by the estimate, in the spacing of the wavenumbers
+WAVES_GAIN = {"sparser": 32.0, "lower": 3.0}  # error with the perturbed wavenumbers over that with all
+WAVES_ORDER = 3  # of the error due to the largest wavenumber
+WAVES_SHARE = 0.5  # of the tolerance that the interpolation between wavenumbers may take
 
-# Cells that meet TUNED_TOLERANCE on the built-in scenes
-TUNED_TOLERANCE = 0.01
+# Cells that meet the tolerance on the built-in scenes, and the largest that may be begun with
+TUNED_TOLERANCE = {"solid": 0.01, "harmonic": 0.001}
+COARSEST = {"solid": 3.0, "harmonic": 1.25}  # times the tuned ones, however large the tolerance
 CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
-SECTION_CELLS_PER_HALF_SIDE, SECTION_GROWTH = 6, 0.2  # of the harmonic engine
-COARSEST = 3.0  # times these cells, however large the tolerance
+SECTION_CELLS_PER_HALF_SIDE, SECTION_GROWTH = 10, 0.4  # of the harmonic engine
+FAR_RADIUS = {"solid": 320.0, "harmonic": 1280.0}  # [mm] that meet the tuned tolerance
 
 
 def cells_for(tolerance: float, patch: Patch, engine: Engine = "solid") -> Cells:
     """Cells that are likely to meet a tolerance: errors fall like the cube of the cell size."""
-    factor = min((tolerance / TUNED_TOLERANCE) ** (1 / MESH_ORDER), COARSEST)
-    least = min(patch.a, patch.b)
+    factor = min((tolerance / TUNED_TOLERANCE[engine]) ** (1 / MESH_ORDER), COARSEST[engine])
     if engine == "harmonic":
-        return Cells(least / SECTION_CELLS_PER_HALF_SIDE, SECTION_GROWTH, SECTION_GROWTH).scaled(factor)
-    return Cells(least / CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH).scaled(factor)
+        smallest = patch.b / SECTION_CELLS_PER_HALF_SIDE
+        return Cells(smallest, SECTION_GROWTH, SECTION_GROWTH).scaled(factor)
+    return Cells(min(patch.a, patch.b) / CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH).scaled(factor)
 
 
-def spacing_for(tolerance: float) -> float:
-    """Spacing of wavenumbers in ln k that is likely to meet a tolerance."""
-    return TUNED_SPACING * min(tolerance / TUNED_TOLERANCE, 1.0) ** (1 / WAVES_ORDER)
+def far_radius_for(tolerance: float, engine: Engine) -> float:
+    """Radius [mm] of the far arc that is likely to meet a tolerance: errors fall like its square."""
+    if engine == "solid":
+        return FAR_RADIUS[engine]
+    return FAR_RADIUS[engine] * _tighter(tolerance) ** (1 / TRUNCATION_ORDER)
+
+
+def _tighter(tolerance: float) -> float:
+    """How much tighter a tolerance is than the one for which the harmonic engine is tuned, at least 1."""
+    return max(1.0, TUNED_TOLERANCE["harmonic"] / tolerance)
 
 
 @dataclass(frozen=True)
@@ -83,7 +90,7 @@ class Job:
     components: tuple[str, ...]
     points: Points
     lines: Mapping[str, slice]
-    tolerance: float = TUNED_TOLERANCE
+    tolerance: float = 0.01
     cells: Cells | None = None
     rotation_reach: float = 20.0
     moment_arm: float = 5.0
@@ -113,14 +120,13 @@ class Level:
 
     cells: int = 0
     domain: int = 0
-    waves: int = 0
+    waves: int = 0  # of the harmonic engine: larger wavenumbers, and more of them
 
     def models(self, engine: Engine = "solid") -> dict[str, "Level"]:
         """The models that give C at this level, and its error."""
         coarse = replace(self, cells=self.cells - 1)
         small = replace(coarse, domain=self.domain - 1)
-        sparse = replace(coarse, waves=self.waves - 1)
-        found = {"fine": self, "coarse": coarse, "small": small, "sparse": sparse}
+        found = {"fine": self, "coarse": coarse, "small": small}
         return {name: found[name] for name in MODELS[engine]}
 
 
@@ -166,9 +172,17 @@ def request(job: Job, level: Level) -> Request | HarmonicRequest:
     """The model of a job at a level, for the job's engine."""
     if job.engine == "solid":
         return solid_request(job, level)
+    return harmonic_request(job, level)
+
+
+def harmonic_request(job: Job, level: Level) -> HarmonicRequest:
+    """The model of a job at a level, its wavenumbers as dense as the least scale of a line needs."""
     asked = solid_request(job, level)
-    spacing = spacing_for(job.tolerance) * DENSER**-level.waves
-    return HarmonicRequest(asked.body, asked.loads, asked.points, asked.cells, spacing)
+    nn = _half_space_nn(job)
+    least = FLOOR * min(float(np.max(nn[line])) for line in job.lines.values())
+    accuracy = WAVES_SHARE * job.tolerance * least / WAVES_GAIN["sparser"] ** level.waves
+    highest = HIGHEST * LOWER**level.waves * _tighter(job.tolerance) ** (1 / WAVES_ORDER)
+    return HarmonicRequest(asked.body, asked.loads, asked.points, asked.cells, accuracy, highest)
 
 
 def solid_request(job: Job, level: Level) -> Request:
@@ -179,13 +193,6 @@ def solid_request(job: Job, level: Level) -> Request:
     points = Points(np.concatenate([job.points.x, extra.x]), np.concatenate([job.points.s, extra.s]))
     body, cells = scaled(job, level)
     return Request(body, loads, points, cells, job.solver)
-
-
-def solve_request(asked: Request | HarmonicRequest, most_unknowns: int | None = None) -> RawICs:
-    """Raw ICs by the engine that the request is for. Raises NotConverged beyond `most_unknowns`."""
-    if isinstance(asked, HarmonicRequest):
-        return harmonic.raw_ics(asked, most_unknowns)
-    return solid.raw_ics(asked, most_unknowns)
 
 
 def scaled(job: Job, level: Level) -> tuple[Body, Cells]:
@@ -203,32 +210,36 @@ def factors(level: Level) -> tuple[float, float]:
 def combine(job: Job, level: Level, models: Models) -> Reference:
     """Discount each model's displacements and estimate the error of the finest from their differences."""
     of_level = level.models(job.engine)
-    found = {name: discounted(job, models[model]) for name, model in of_level.items()}
-    (ic, raw, m), coarse, small = found["fine"], found["coarse"][0], found["small"][0]
-    sparse = found["sparse"][0] if "sparse" in found else coarse
+    found = {name: discounted(job, models[model].u) for name, model in of_level.items()}
+    (ic, raw, m), coarse = found["fine"], found["coarse"][0]
+    perturbed = {name: discounted(job, u)[0] for name, u in models[level].perturbed.items()}
+    truncation = coarse - found["small"][0] if "small" in found else ic - perturbed["nearer"]
+    waves = [
+        np.abs(ic - perturbed[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in perturbed
+    ]
     costs = {name: models[model].cost for name, model in of_level.items()}
     earlier = [other for other in models if other not in of_level.values()]
     costs |= {f"earlier {k + 1}": models[other].cost for k, other in enumerate(earlier)}
     body, cells = scaled(job, level)
     c = Estimated(
         ic,
-        MESH_SAFETY[job.engine] * np.abs(ic - coarse) / (COARSER**ESTIMATE_ORDER - 1),
-        SAFETY * np.abs(coarse - small) / (LARGER**ESTIMATE_ORDER - 1),
-        SAFETY * np.abs(coarse - sparse) / (DENSER**WAVES_ORDER - 1),
+        MESH_SAFETY[job.engine] * np.abs(ic - coarse) / (COARSER ** ESTIMATE_ORDER[job.engine] - 1),
+        SAFETY * np.abs(truncation) / (LARGER**TRUNCATION_ORDER - 1),
+        SAFETY * np.sum([np.zeros_like(ic), *waves], axis=0),
     )
     return Reference(c, raw, m, level, cells, body, MappingProxyType(costs))
 
 
-def discounted(job: Job, model: RawICs) -> tuple[Array, Array, Array]:
-    """ICs (3, 3, n) after and before the subtraction of the rigid part, and M, of one model of a job."""
+def discounted(job: Job, u: Array) -> tuple[Array, Array, Array]:
+    """ICs (3, 3, n) after and before the subtraction of the rigid part, and M, of a model's displacements."""
     fit = conditions(job.body, job.rule, job.loads)
     loads = solid_request(job, Level()).loads
     n = len(job.points.x)
-    at_fit_points = {load: u[:, n:] for load, u in zip(loads, model.u, strict=True)}
+    at_fit_points = {load: of_load[:, n:] for load, of_load in zip(loads, u, strict=True)}
     m = fit_discount(job.body, job.rule, fit, at_fit_points)
     raw, rigid = np.full((2, 3, 3, n), np.nan)
-    for load, u in zip(job.loads, model.u, strict=False):  # the job's own loads come first
-        raw[:, load.direction] = u[:, :n]
+    for load, of_load in zip(job.loads, u, strict=False):  # the job's own loads come first
+        raw[:, load.direction] = of_load[:, :n]
         rigid[:, load.direction] = rigid_part(m, job.body, job.points, load)
     return raw - rigid, raw, m
 

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from femic.linear import NotConverged
+from femic.accuracy import NotConverged
+from femic.harmonic import LOWER
 from femic.reference import (
     COARSER,
-    DENSER,
     LARGER,
     MESH_ORDER,
     MODELS,
@@ -53,6 +53,7 @@ class Watch:
     on_round: Callable[[list[tuple[str, Level]]], None]
     on_model: Callable[[Solved], None]
     on_stage: Callable[[str], None] = _ignored
+    on_step: Callable[[str], None] = _ignored  # within a model
 
 
 SILENT = Watch(_ignored, _ignored)
@@ -80,12 +81,12 @@ def references(
     while True:
         todo = [
             (name, level)
-            for model in MODELS["harmonic"]
+            for model in MODELS["solid"]
             for name, job in jobs.items()
             if (level := levels[name].models(job.engine).get(model)) and level not in models[name]
         ]
         watch.on_round(todo)
-        for solved in solve_models(jobs, todo, workers=workers, memory=memory):
+        for solved in solve_models(jobs, todo, workers=workers, memory=memory, on_step=watch.on_step):
             models[solved.job][solved.level] = solved.raw
             watch.on_model(solved)
         found = {name: combine(jobs[name], levels[name], models[name]) for name in jobs}
@@ -112,7 +113,7 @@ def refine(jobs: Mapping[str, Job], found: Mapping[str, Reference], *, combined:
 
 def require_inside(name: str, job: Job) -> None:
     """Raise WrongInput if a point or a patch lies outside the smallest model."""
-    small = request(job, Level().models(job.engine)["small"])
+    small = request(job, Level(domain=-1))
     body = small.body
     xi_end = body.xi_end if job.engine == "solid" else np.pi * body.rolling_radius
     low, high = body.s_range
@@ -146,7 +147,7 @@ def refined(name: str, job: Job, own: Reference, scale: Mapping[str, Array]) -> 
     level = Level(
         own.level.cells + _steps(mesh, job, COARSER**MESH_ORDER),
         own.level.domain + _steps(truncation, job, LARGER**TRUNCATION_ORDER),
-        own.level.waves + _steps(waves, job, DENSER**WAVES_ORDER),
+        own.level.waves + _steps(waves, job, LOWER**WAVES_ORDER),
     )
     unknowns = own.models["fine"].unknowns
     growth = GROWTH_OF_UNKNOWNS[job.engine]

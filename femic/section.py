@@ -1,7 +1,7 @@
-"""Second-order meshes of a section, graded from the loaded strips to the far arc, nodes on the true contour.
+"""Fourth-order meshes of a section, fine at the loaded strips, nodes on the true contour.
 
-On the contact contour a field is a quadratic spline of the arc length s: vertices and mid-side nodes lie at
-known s, the latter half way.
+On the contact contour a field is a polynomial of fourth degree in the arc length s on each edge: nodes lie
+evenly in s.
 """
 
 from dataclasses import dataclass, replace
@@ -9,13 +9,15 @@ from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import BarycentricInterpolator
 from scipy.sparse import csr_matrix
-from skfem import MeshTri, MeshTri2
+from skfem import ElementTriP4, MeshTri, MeshTri2
 
-from femic.cell_size import Cells, distance, set_cell_size
+from femic.cell_size import Cells
 from femic.edges import edge_numbers
 from femic.gmsh_session import gmsh_session
 from femic.outline import add_section
+from femic.section_size import set_section_size
 from geometries.bodies import Body
 from geometries.errors import Failure
 
@@ -23,48 +25,56 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 TRIANGLE = 2  # Gmsh's number of the 3-node triangle
-DISTANCE_SAMPLES = 200  # points per curve for distances from a strip
+DEGREE = 4
+INNER = slice(-3, None)  # nodes of a cell that are not on its edges
+LAGRANGE = BarycentricInterpolator(np.arange(DEGREE + 1) / DEGREE, np.eye(DEGREE + 1))
+
+
+@dataclass(repr=False)
+class MeshTri4(MeshTri2):  # type: ignore[misc]
+    """Triangles whose geometry is as curved as the fields on them; vertices in growing order."""
+
+    elem: type = ElementTriP4
+    sort_t: bool = True
 
 
 @dataclass(frozen=True, eq=False)
 class SectionMesh:
-    """A section in quadratic triangles; its contact contour in edges of growing s."""
+    """A section, or its half y >= 0, in quartic triangles; its contact contour in edges of growing s."""
 
     body: Body
-    mesh: MeshTri2
+    mesh: MeshTri4
     knots: Array  # (n_edges + 1,) arc length of the vertices on the contour
-    contour_nodes: Indices  # (2 n_edges + 1,) nodes on the contour: vertex, mid-side, vertex, ...
+    contour_nodes: Indices  # (4 n_edges + 1,) nodes on the contour in order, evenly between knots
+    half_section: bool
 
     def interpolation(self, s: Array) -> csr_matrix:
         """Matrix (len(s), n_nodes) from nodal values to points of the contour."""
         edge = np.clip(np.searchsorted(self.knots, s, side="right") - 1, 0, len(self.knots) - 2)
         start, end = self.knots[edge], self.knots[edge + 1]
-        t = (s - start) / (end - start)
-        shapes = np.stack([(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)])
-        columns = self.contour_nodes[2 * edge + np.arange(3)[:, None]]
+        shapes = LAGRANGE((s - start) / (end - start)).T
+        columns = self.contour_nodes[DEGREE * edge + np.arange(DEGREE + 1)[:, None]]
         rows = np.broadcast_to(np.arange(len(s)), shapes.shape)
         shape = (len(s), self.mesh.doflocs.shape[1])
         return csr_matrix((shapes.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
 
-def section_mesh(body: Body, cells: Cells, strips: Array) -> SectionMesh:
-    """Mesh the section of a body; `strips`: (n, 2) ends of the loaded strips [mm], vertices lie there.
+def section_mesh(
+    body: Body, cells: Cells, strips: Array, wave: float = np.inf, *, half_section: bool = False
+) -> SectionMesh:
+    """Mesh the section of a body, only y >= 0 of it for `half_section`.
 
-    Cell size h = sqrt(smallest^2 + (growth r)^2), r the distance from the nearest strip.
+    `strips`: (n, 2) ends of the loaded strips [mm], vertices lie there. Cells on the strips are not larger
+    than `wave` [mm]. Raises Failure where cells are too coarse for the contour.
     """
+    ends = np.abs(strips) if half_section else strips
     with gmsh_session() as gmsh:
-        surface, curves = add_section(gmsh, body, half_section=False, breaks=np.unique(strips).tolist())
+        surface, curves = add_section(gmsh, body, half_section=half_section, breaks=np.unique(ends).tolist())
         gmsh.model.occ.synchronize()
-        _set_cell_size(gmsh, body, cells, strips)
+        set_section_size(gmsh, body, cells, strips, wave)
         gmsh.model.mesh.generate(2)
         points, triangles, on_contour = _collect(gmsh, surface, curves)
-    return _curved(body, points, triangles, on_contour)
-
-
-def _set_cell_size(gmsh: ModuleType, body: Body, cells: Cells, strips: Array) -> None:
-    s = np.unique(np.linspace(strips[:, 0], strips[:, 1], DISTANCE_SAMPLES))
-    d = distance(gmsh, np.stack([0 * s, *body.contour.position(s)]))
-    set_cell_size(gmsh, body, f"sqrt({cells.smallest:.17g}^2+({cells.growth:.17g}*F{d})^2)")
+    return _curved(body, points, triangles, on_contour, half_section)
 
 
 def _collect(gmsh: ModuleType, surface: int, curves: list[int]) -> tuple[Array, Indices, Indices]:
@@ -80,20 +90,40 @@ def _collect(gmsh: ModuleType, surface: int, curves: list[int]) -> tuple[Array, 
     return np.ascontiguousarray(points), flat.reshape(-1, 3).T, np.concatenate(edges).reshape(-1, 2).T
 
 
-def _curved(body: Body, points: Array, triangles: Indices, on_contour: Indices) -> SectionMesh:
-    """Second order; vertices and mid-side nodes of the contour on it, the latter at the middle of s."""
+def _curved(
+    body: Body, points: Array, triangles: Indices, on_contour: Indices, half_section: bool
+) -> SectionMesh:
+    """Fourth order; nodes of the contour on it, evenly in s; inner nodes of its cells follow them."""
     vertices = np.unique(on_contour)
     s = np.full(points.shape[1], np.nan)
     s[vertices] = body.contour.nearest(points[:, vertices], body.s_range)
+    if half_section:
+        s[vertices] = np.maximum(s[vertices], 0.0)
     points[:, vertices] = body.contour.position(s[vertices])
-    mesh = MeshTri(points, np.ascontiguousarray(triangles))
-    second = MeshTri2.from_mesh(mesh)
-    edges = on_contour[:, np.argsort(s[on_contour].mean(axis=0))]
-    ends = np.sort(s[edges], axis=0)
-    number = edge_numbers(mesh.facets, edges)
-    nodes = second.doflocs.copy()
-    nodes[:, points.shape[1] + number] = body.contour.position(ends.mean(axis=0))
-    left = edges[np.argmin(s[edges], axis=0), np.arange(edges.shape[1])]
-    last = edges[np.argmax(s[edges[:, -1]]), -1]
-    order = np.append(np.stack([left, points.shape[1] + number]).T.ravel(), last)
-    return SectionMesh(body, replace(second, doflocs=nodes), np.append(ends[0], ends[1, -1]), order)
+    mesh = MeshTri4.from_mesh(MeshTri(points, np.ascontiguousarray(triangles)))
+    edges = edge_numbers(mesh.facets, on_contour)
+    edges = edges[np.argsort(s[mesh.facets[:, edges]].mean(axis=0))]
+    starts, ends = s[mesh.facets[:, edges]]  # an edge runs from its vertex of lower number
+    nodes = np.vstack([mesh.facets[:1, edges], mesh.dofs.facet_dofs[:, edges], mesh.facets[1:, edges]])
+    at = np.linspace(starts, ends, DEGREE + 1)  # (node, edge)
+    bulge = body.contour.position(at) - mesh.doflocs[:, nodes]  # (2, node, edge)
+    moved = mesh.doflocs.copy()
+    moved[:, nodes[1:-1]] += bulge[:, 1:-1]
+    _move_inner_nodes(mesh, edges, moved, bulge)
+    nodes = np.where(starts < ends, nodes, nodes[::-1])
+    order = np.append(nodes[:-1].T.ravel(), nodes[-1, -1])
+    knots = np.append(np.minimum(starts, ends), max(starts[-1], ends[-1]))
+    return SectionMesh(body, replace(mesh, doflocs=moved), knots, order, half_section)
+
+
+def _move_inner_nodes(mesh: MeshTri4, edges: Indices, moved: Array, bulge: Array) -> None:
+    """Inner nodes of a cell follow the bulge of its edge on the contour, less the further away."""
+    cells = mesh.f2t[0, edges]
+    y, z = ElementTriP4.doflocs[INNER].T
+    corners = np.stack([1 - y - z, y, z])  # barycentric coordinates
+    for local, (a, b) in enumerate(((0, 1), (1, 2), (0, 2))):
+        mine = mesh.t2f[local, cells] == edges
+        weight = corners[a] + corners[b]
+        along = LAGRANGE(corners[b] / weight)  # (inner node, node of the edge)
+        follow = np.einsum("i,in,cne->cie", weight**2, along, bulge[..., mine])
+        moved[:, mesh.dofs.interior_dofs[:, cells[mine]]] += follow

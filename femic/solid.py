@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, coo_array, csr_matrix, vstack
 from scipy.sparse import eye as identity
 
+from femic.accuracy import NotConverged
 from femic.cell_size import Cells
 from femic.elasticity import rigid_body_modes, stiffness
 from femic.engine import Cost, Points, RawICs, peak_memory
-from femic.linear import NotConverged, Solution, SolverChoice, System, prepare
+from femic.linear import Solution, SolverChoice, System, prepare
 from femic.mesh import SolidMesh, solid_mesh
 from femic.symmetry import Parity, X, Y, held_by_symmetry, parities
 from femic.tetrahedra import Focus

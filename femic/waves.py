@@ -3,17 +3,17 @@
 A unit load, uniform over |x| <= a and over a strip of s, is the sum over wavenumbers k of line loads that
 vary as cos(k x), of weight sin(k a) / (k a); displacements vary as cos(k x) or sin(k x). On a closed ring of
 radius R only k = m / R, m = 0, 1, 2, ... exist. Beyond a largest k a body responds like its tangent
-half-space, whose integrals are known in closed form: `Tail`.
+half-space, whose integrals are known in closed form: `tail`.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.special import iti0k0, k0, k1
+from scipy.special import erfc, iti0k0, k0, k1
 
 from approx.halfspace import HalfSpace, nine
+from femic.wavenumbers import Axis
 from geometries.patches import Patch
 
 Array = NDArray[np.float64]
@@ -23,15 +23,18 @@ GAUSS = 8  # points per panel
 PANELS_PER_PERIOD = 1.5
 RATIO = 1.5  # of successive panels, as long as they are shorter
 LOWEST = 1e-12  # first panel, times the largest wavenumber
-MOST_ORDERS = 400_000  # circumferential orders that are summed; beyond, the integral
+CHUNK = 4096  # wavenumbers of a sum at a time
+GOING_OVER, STEEPNESS = 300, 4.0  # the order at which a sum goes over into an integral, and how fast
+LAST_ORDER = 1200  # of such a sum: its weight is below 1e-14
 
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """Wavenumbers k [1/mm] and weights of the sum (1 / pi) integral dk."""
+    """Wavenumbers k [1/mm] and weights of the sum (1 / pi) integral dk, up to k_max."""
 
     k: Array
     weights: Array
+    k_max: float
 
 
 def integral(k_max: float, x_max: float) -> Spectrum:
@@ -42,7 +45,7 @@ def integral(k_max: float, x_max: float) -> Spectrum:
         edges.append(min(RATIO * edges[-1], edges[-1] + longest, k_max))
     at, weights = np.polynomial.legendre.leggauss(GAUSS)
     low, half = np.array(edges[:-1])[:, None], np.diff(edges)[:, None] / 2
-    return Spectrum((low + half * (1 + at)).ravel(), (half * weights).ravel() / np.pi)
+    return Spectrum((low + half * (1 + at)).ravel(), (half * weights).ravel() / np.pi, k_max)
 
 
 def orders(k_max: float, radius: float) -> Spectrum:
@@ -50,14 +53,28 @@ def orders(k_max: float, radius: float) -> Spectrum:
     k = np.arange(int(np.floor(k_max * radius)) + 1) / radius
     weights = np.full_like(k, 1 / (np.pi * radius))
     weights[[0, -1]] /= 2
-    return Spectrum(k, weights)
+    return Spectrum(k, weights, k[-1])
+
+
+def ring(k_max: float, x_max: float, radius: float) -> Spectrum:
+    """Of a closed ring: the sum over its low orders goes over smoothly into the integral.
+
+    The two differ by what comes round the ring, x + 2 pi R: of waves that are short compared with that
+    and taken with smooth weights, nothing does.
+    """
+    if k_max * radius < LAST_ORDER:
+        return orders(k_max, radius)
+    low, high = orders(LAST_ORDER / radius, radius), integral(k_max, x_max)
+    k = np.append(low.k, high.k)
+    by_sum = erfc(STEEPNESS * np.log(np.maximum(k * radius, 1e-9) / GOING_OVER)) / 2
+    weights = np.append(low.weights, high.weights) * np.append(by_sum[: len(low.k)], 1 - by_sum[len(low.k) :])
+    kept = weights != 0
+    return Spectrum(k[kept], weights[kept], k_max)
 
 
 def spectrum(k_max: float, x_max: float, radius: float) -> Spectrum:
-    """The sum over orders on a wheel, as long as it is affordable; else the integral."""
-    if radius * k_max < MOST_ORDERS:
-        return orders(k_max, radius)
-    return integral(k_max, x_max)
+    """The wavenumbers of a body of some rolling radius, up to k_max."""
+    return integral(k_max, x_max) if np.isinf(radius) else ring(k_max, x_max, radius)
 
 
 def synthesis(response: Array, direction: int, over: Spectrum, a: float, xi: Array) -> Array:
@@ -67,17 +84,18 @@ def synthesis(response: Array, direction: int, over: Spectrum, a: float, xi: Arr
     return np.where(SINES[:, direction, None], weighted @ np.sin(phase), weighted @ np.cos(phase))
 
 
-def interpolated(k: Array, response: Array, direction: int, at: Array, scale: float) -> Array:
-    """Responses (3, len(at)) to a load between solved wavenumbers, from (len(k), 3); k[0] = 0.
-
-    A cubic spline over asinh(k / scale): like ln k beyond the scale, and smooth at k = 0, where
-    even responses have no slope and odd ones no curvature.
-    """
-    t, at_t = np.arcsinh(k / scale), np.arcsinh(at / scale)
-    out = np.empty((3, len(at)))
-    for i, odd in enumerate(SINES[:, direction]):
-        out[i] = CubicSpline(t, response[:, i], bc_type=((2 if odd else 1, 0.0), "not-a-knot"))(at_t)
-    return out
+def synthesis_weights(axis: Axis, k: Array, over: Spectrum, a: float, xi: Array) -> tuple[Array, Array]:
+    """Shares (len(k), n) of the responses at k in displacements at xi [mm]: of even ones, of odd ones."""
+    even, odd = np.zeros((2, len(k), len(xi)))
+    for start in range(0, len(over.k), CHUNK):
+        part = slice(start, start + CHUNK)
+        at = over.k[part]
+        weights = (over.weights[part] * np.sinc(at * a / np.pi))[:, None]
+        of_even, of_odd = axis.interpolation(k, at)
+        phase = np.outer(at, xi)
+        even += of_even.T @ (weights * np.cos(phase))
+        odd += of_odd.T @ (weights * np.sin(phase))
+    return even, odd
 
 
 # --- the half-space --------------------------------------------------------------------------------

@@ -2,18 +2,18 @@
 
 import re
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from joblib import Memory, Parallel, delayed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
+from femic import harmonic, solid
 from femic.engine import RawICs
-from femic.harmonic import HarmonicRequest
 from femic.provenance import code_digest
-from femic.reference import Job, Level, request, solve_request
-from femic.solid import Request
+from femic.reference import Job, Level, harmonic_request, solid_request
 from geometries.errors import Failure
 
 
@@ -43,16 +43,41 @@ def _folder_of_this_code(kept: Path) -> Path:
 
 
 def solve_models(
-    jobs: Mapping[str, Job], todo: list[tuple[str, Level]], *, workers: int, memory: Memory
+    jobs: Mapping[str, Job],
+    todo: list[tuple[str, Level]],
+    *,
+    workers: int,
+    memory: Memory,
+    on_step: Callable[[str], None],
 ) -> Iterator[Solved]:
-    """Solve models in parallel processes; yields them as they finish.
+    """Solve models, solid ones in parallel processes, harmonic ones by themselves in parallel threads.
 
-    Finished models are kept in `memory`: an interrupted run resumes behind the last of them.
+    Yields them as they finish. Finished models are kept in `memory`: an interrupted run resumes behind the
+    last of them. `on_step` hears what is going on within a model.
     """
+    for name, level in todo:
+        if jobs[name].engine == "harmonic":
+            solve = memory.cache(harmonic.raw_ics, ignore=["most_unknowns", "workers", "progress"])
+            heard = partial(_tell, on_step, name)
+            asked = harmonic_request(jobs[name], level), jobs[name].most_unknowns, workers, heard
+            kept = solve.check_call_in_cache(*asked)
+            yield Solved(name, level, solve(*asked), kept)
+    yield from _solve_solid(memory, [one for one in todo if jobs[one[0]].engine == "solid"], jobs, workers)
+
+
+def _tell(on_step: Callable[[str], None], name: str, solved: int) -> None:
+    on_step(f"{name} body: {solved} wavenumbers")
+
+
+def _solve_solid(
+    memory: Memory, todo: list[tuple[str, Level]], jobs: Mapping[str, Job], workers: int
+) -> Iterator[Solved]:
     run = Parallel(n_jobs=workers, return_as="generator_unordered")
     try:
         yield from run(
-            delayed(_solve_once)(memory, name, level, request(jobs[name], level), jobs[name].most_unknowns)
+            delayed(_solve_once)(
+                memory, name, level, solid_request(jobs[name], level), jobs[name].most_unknowns
+            )
             for name, level in todo
         )
     except TerminatedWorkerError as error:
@@ -64,9 +89,7 @@ def solve_models(
         ) from error
 
 
-def _solve_once(
-    memory: Memory, job: str, level: Level, asked: Request | HarmonicRequest, most_unknowns: int
-) -> Solved:
-    solve = memory.cache(solve_request, ignore=["most_unknowns"])
+def _solve_once(memory: Memory, job: str, level: Level, asked: solid.Request, most_unknowns: int) -> Solved:
+    solve = memory.cache(solid.raw_ics, ignore=["most_unknowns"])
     kept = solve.check_call_in_cache(asked, most_unknowns)
     return Solved(job, level, solve(asked, most_unknowns), kept)

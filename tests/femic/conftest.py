@@ -48,16 +48,16 @@ def ics_of(request):
     return np.swapaxes(raw_ics(request).u, 0, 1)
 
 
-def assert_honest(cases):
+def assert_honest(cases, sharp_from=0.0):
     """Of (error, estimate) pairs: every estimate bounds its error; 90 of 100 are below ten times it.
 
     Mesh errors change sign along a line: now and then one component comes out accurate by luck. By
-    reciprocity ij and ji then do so together: they count once.
+    reciprocity ij and ji then do so together: they count once. Estimates below `sharp_from` need not be sharp.
     """
     above = []
     for error, estimate in cases:
         assert np.all(error <= estimate), estimate / error
-        too_large = estimate > 10 * error
+        too_large = (estimate > 10 * error) & (estimate > sharp_from)
         above.append((too_large | too_large.T)[np.triu_indices(len(error))])
         assert np.sqrt(np.mean(estimate**2)) < 10 * np.sqrt(np.mean(error**2))
     assert np.mean(above) <= 0.1, np.array(above)
@@ -85,7 +85,7 @@ FIRST = list(Level().models().values())
 
 def solve_all(memory):
     todo = [("lower", level) for level in FIRST]
-    found = solve_models({"lower": JOB}, todo, workers=1, memory=memory)
+    found = solve_models({"lower": JOB}, todo, workers=1, memory=memory, on_step=str)
     return {solved.level: solved.raw for solved in found}
 
 

@@ -51,7 +51,7 @@ def shares(difference, a):
 def flat_errors(size, factor, **changes):
     asked = job(size, factor, **changes)
     a = halfspace(asked)
-    return shares(discounted(asked, raw_ics(request(asked, Level())))[0] - a, a)
+    return shares(discounted(asked, raw_ics(request(asked, Level())).u)[0] - a, a)
 
 
 @pytest.mark.parametrize("side", [LOWER, UPPER])

@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse import csc_matrix
 
 from approx.halfspace import HalfSpace
 from femic.accuracy import line_errors
 from femic.cell_size import Cells
 from femic.engine import Points
-from femic.harmonic import raw_ics, responses, strip_force
+from femic.harmonic import raw_ics
 from femic.reference import Level, combine, discounted, request
 from femic.section import section_mesh
 from femic.section_model import assemble
+from femic.section_response import Respond, strip_force
 from femic.solid import raw_ics as solid_raw_ics
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
@@ -24,13 +24,13 @@ from tests.femic import test_sphere as sphere
 from tests.femic.conftest import STEEL, UNSYMMETRIC, assert_honest
 from tests.femic.test_flat import LINES, OTHERS, halfspace, job, shares
 
-DEFAULT = Cells(0.2 / 6, 0.2, 0.2)
-BARE = Cells(0.1, 0.3, 0.3)
+DEFAULT = Cells(0.03, 0.4, 0.4)
+BARE = Cells(0.1, 0.5, 0.5)
 
 
 def harmonic(asked, factor=1.0):
-    """The same by the harmonic engine, cells `factor` times the default."""
-    return replace(asked, engine="harmonic", cells=DEFAULT.scaled(factor))
+    """The same by the harmonic engine, cells `factor` times those for a tolerance of 0.1 %."""
+    return replace(asked, engine="harmonic", cells=DEFAULT.scaled(factor), tolerance=1e-3)
 
 
 def reference(asked):
@@ -45,11 +45,11 @@ def reference(asked):
 def test_all_nine_components_are_the_half_space_also_on_the_element(side):
     """1e-3 of the line's scale four elements away and more, 5e-3 of the local value nearer."""
     near = np.array([0.0, 0.1, 0.4, 0.8, 1.2, 2.0])
-    asked = harmonic(job(1000.0, 1.0, side=side), 0.8)
+    asked = harmonic(job(1280.0, 1.0, side=side))
     own = Points(np.append(asked.points.x, near), np.append(asked.points.s, 0 * near))
     asked = replace(asked, points=own)
     model = raw_ics(request(asked, Level()))
-    found, a = discounted(asked, model)[0], halfspace(asked)
+    found, a = discounted(asked, model.u)[0], halfspace(asked)
     assert model.cost.unknowns <= 30_000
     far = np.hypot(asked.points.x, asked.points.s) >= 4 * 0.6
     for part in LINES:
@@ -59,25 +59,63 @@ def test_all_nine_components_are_the_half_space_also_on_the_element(side):
     assert np.max(np.abs(local)) < 5e-3
 
 
-def test_error_falls_at_least_like_h_squared():
-    factors = np.array([2.8, 2.0, 1.4])
+def test_error_falls_at_least_like_h_cubed():
+    factors = np.array([2.2, 1.6, 1.2])
     rms = []
     for factor in factors:
-        asked = harmonic(job(1500.0, 1.0), factor)
+        asked = replace(harmonic(job(10_000.0, 1.0), factor), tolerance=1e-4)
         a = halfspace(asked)
-        found = discounted(asked, raw_ics(request(asked, Level(waves=1))))[0]
+        found = discounted(asked, raw_ics(request(asked, Level())).u)[0]
         rms.append(np.sqrt(np.mean(shares(found - a, a) ** 2)))
-    assert np.polyfit(np.log(factors), np.log(rms), 1)[0] > 2
+    assert np.polyfit(np.log(factors), np.log(rms), 1)[0] > 3
+
+
+def test_error_falls_about_like_the_square_of_the_domain():
+    sizes, off = np.array([40.0, 80.0, 160.0]), []
+    for size in sizes:
+        asked = replace(harmonic(job(size, 1.0)), rotation_reach=5.0)
+        off.append(
+            shares(
+                discounted(asked, raw_ics(request(asked, Level())).u)[0] - halfspace(asked), halfspace(asked)
+            )
+        )
+    for i, j in ((0, 2), (2, 0), (1, 2)):  # the components in which truncation dominates
+        rate = -np.polyfit(np.log(sizes), np.log([errors[i, j] for errors in off]), 1)[0]
+        assert rate == pytest.approx(2, abs=0.3), (i, j)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.49, 0.4999])
+def test_poisson_s_ratio_may_come_close_to_one_half(nu):
+    """No locking: as accurate as the truncation lets it be."""
+    asked = harmonic(job(2560.0, 1.0, material=Material(210e3, nu)))
+    model = raw_ics(request(asked, Level()))
+    a = halfspace(asked)
+    assert np.max(shares(discounted(asked, model.u)[0] - a, a)) < 1e-3
+    assert model.cost.residual < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("a", "b"), [pytest.param(0.02, 2.0, marks=pytest.mark.slow), (0.2, 2.0), (2.0, 0.02)]
+)
+def test_slender_patches(a, b):
+    patch = Patch(a, b)
+    base = harmonic(job(1280.0, 1.0))
+    asked = replace(
+        base, patch=patch, cells=Cells(b / 10, 0.4, 0.4), points=Points(base.points.x, base.points.s)
+    )
+    found, exact = reference(asked), halfspace(asked)
+    assert np.all(shares(found.c.ic - exact, exact) <= shares(found.c.estimate, exact))
+    assert np.max(shares(found.c.estimate, exact)) < 5e-3
 
 
 def test_estimates_bound_the_errors_and_are_at_most_ten_times_them():
-    jobs = [harmonic(job(size, 1.0), factor) for size in (80.0, 160.0) for factor in (2.2, 1.6)]
-    jobs += [harmonic(job(160.0, 1.0, **changes), 1.8) for changes in OTHERS.values()]
+    jobs = [harmonic(job(size, 1.0), factor) for size in (80.0, 640.0) for factor in (1.5, 1.2)]
+    jobs += [harmonic(job(320.0, 1.0, **changes), 1.3) for changes in OTHERS.values()]
     cases = []
     for asked in jobs:
         found, a = reference(asked), halfspace(asked)
         cases.append((shares(found.c.ic - a, a), shares(found.c.estimate, a)))
-    assert_honest(cases)
+    assert_honest(cases, sharp_from=1e-4)  # a tenth of the tolerance
 
 
 # --- bodies of revolution ------------------------------------------------------------------------------
@@ -99,8 +137,8 @@ def test_prismatic_is_the_limit_of_a_large_wheel_with_a_difference_like_1_over_r
     crown = {"side": UPPER, "contour": arc(10.0, 0.4, 0.4)}
     asked = [harmonic(job(80.0, 1.0, rolling_radius=R, **crown), 2.0) for R in radii]
     straight = harmonic(job(80.0, 1.0, **crown), 2.0)
-    c = discounted(straight, raw_ics(request(straight, Level())))[0]
-    off = [np.max(np.abs(discounted(j, raw_ics(request(j, Level())))[0] - c), axis=-1)[0, 2] for j in asked]
+    c = discounted(straight, raw_ics(request(straight, Level())).u)[0]
+    off = [np.max(np.abs(discounted(j, raw_ics(request(j, Level())).u)[0] - c), axis=-1)[0, 2] for j in asked]
     assert np.polyfit(np.log(radii), np.log(off), 1)[0] == pytest.approx(-1, abs=0.1)
 
 
@@ -152,7 +190,7 @@ def model(request):
 @pytest.mark.parametrize("k", [0.0, 0.02, 0.7, 5.0])
 def test_the_stiffness_is_symmetric_and_positive_and_loads_are_reciprocal(model, k):
     forces = np.stack([strip_force(model.section, load) for load in LOADS], axis=1)
-    u, residual = model.solved(k, forces)
+    u, residual = model.free_of(model.supported).solved(k, forces)
     work = forces.T @ u
     assert residual < 1e-10
     np.testing.assert_allclose(work, work.T, rtol=0, atol=1e-11 * np.max(work))
@@ -161,9 +199,8 @@ def test_the_stiffness_is_symmetric_and_positive_and_loads_are_reciprocal(model,
 
 def stiffness_without_supports(section, k):
     """K(k) of a section on which nothing is held."""
-    free = assemble(replace(section, body=replace(section.body, domain=Domain(1e9, 1e9))))
-    data = free.parts[0] + k * free.parts[1] + k * k * free.parts[2]
-    return csc_matrix((data, free.pattern.indices, free.pattern.indptr), shape=free.pattern.shape)
+    k0, k1, k2 = assemble(section).parts
+    return k0 + k * k1 + k * k * k2
 
 
 def share(K, u):
@@ -196,13 +233,13 @@ def test_a_wheel_does_not_resist_a_translation_along_its_axis_or_across_it(side)
 def test_supports_carry_the_load(model):
     """k = 0: the reactions balance a force along y."""
     force = strip_force(model.section, LOADS[1])
-    u, _ = model.solved(0.0, force[:, None])
+    u, _ = model.free_of(model.supported).solved(0.0, force[:, None])
     K = stiffness_without_supports(model.section, 0.0)
     reaction = K @ u[:, 0] - force
     carried = force[1::3].sum()
     assert carried == pytest.approx(1, rel=1e-3)  # the strip is curved: cosines of 0.05
     assert reaction[1::3].sum() == pytest.approx(-carried, rel=1e-9)
-    assert np.max(np.abs(reaction[model.free])) < 1e-9
+    assert np.max(np.abs(reaction[~model.supported.ravel()])) < 1e-9
 
 
 def test_observers_in_front_and_behind_see_mirror_images(model):
@@ -211,6 +248,47 @@ def test_observers_in_front_and_behind_see_mirror_images(model):
     u = raw_ics(replace(asked, body=model.section.body, loads=LOADS[:3], points=Points(x, s), cells=BARE)).u
     signs = np.outer([-1, 1, 1], [-1, 1, 1])  # load, displacement
     np.testing.assert_allclose(u[..., 1], signs * u[..., 0], rtol=0, atol=1e-12 * np.max(np.abs(u)))
+
+
+@pytest.mark.parametrize("side", [LOWER, UPPER])
+def test_halves_of_a_section_give_what_the_whole_gives(side):
+    """Loads at the plane of symmetry, over its edge and beside it; observers on both sides."""
+    body = Body(side, arc(10.0, 0.6, 0.6), STEEL, Domain(40.0, 40.0), 70.0 if side == UPPER else np.inf)
+    loads = [Load(Patch(0.3, 0.4, s), direction) for s in (0.0, 0.3, -2.0) for direction in range(3)]
+    s = np.array([-3.0, -0.2, 0.0, 0.7, 2.0])
+    strips = np.array([[-0.4, 0.4], [-0.1, 0.7], [-2.4, -1.6]])
+    fine = Cells(0.05, 0.3, 0.3)
+    whole, half = (
+        Respond(assemble(section_mesh(body, fine, strips, half_section=h)), loads, s, nearer=0.5)
+        for h in (False, True)
+    )
+    for k in (0.0, 0.1, 2.0):
+        for nearer in (False, True):
+            expected, got = whole(k, nearer=nearer), half(k, nearer=nearer)
+            tolerance = 0.02 if nearer else 1e-3  # nearer: the arc's steps depend on the mesh
+            np.testing.assert_allclose(got, expected, rtol=0, atol=tolerance * np.max(np.abs(expected)))
+
+
+def test_what_vanishes_by_symmetry_vanishes():
+    asked = harmonic(job(40.0, 1.0, contour=arc(10.0, 0.6, 0.6)), 1.5)
+    u = raw_ics(request(asked, Level())).u[:3, :, : len(asked.points.x)]
+    on_plane = asked.points.s == 0
+    across = asked.points.x == 0
+    for i, j in ((0, 1), (1, 0), (1, 2), (2, 1)):
+        assert np.all(u[j, i][on_plane] == 0), (i, j)
+    for i, j in ((0, 1), (1, 0), (0, 2), (2, 0)):
+        assert np.all(np.abs(u[j, i][across]) < 1e-12 * np.max(np.abs(u))), (i, j)
+
+
+@pytest.mark.parametrize("workers", [2, 3])
+def test_threads_do_not_change_the_result(workers):
+    asked = request(harmonic(job(40.0, 1.0), 1.5), Level())
+    counted = []
+    alone = raw_ics(asked)
+    together = raw_ics(asked, workers=workers, progress=counted.append)
+    np.testing.assert_allclose(together.u, alone.u, rtol=0, atol=1e-12 * np.max(np.abs(alone.u)))
+    assert counted == list(range(1, len(counted) + 1))
+    assert f"{len(counted)} wavenumbers" in together.cost.solver
 
 
 def test_units_do_not_matter():
@@ -239,9 +317,9 @@ def test_responses_are_smooth_at_zero():
     """Even in k (or odd): what the interpolation assumes."""
     body = Body(LOWER, UNSYMMETRIC, STEEL, Domain(40.0, 40.0))
     found = assemble(section_mesh(body, BARE, np.array([[-0.3, 0.5]])))
-    at = responses(found, [Load(Patch(0.3, 0.4, 0.1), 2)], np.array([1.0]))
+    at = Respond(found, [Load(Patch(0.3, 0.4, 0.1), 2)], np.array([1.0]), nearer=0.5)
     k = np.array([1e-4, 2e-4])
-    zero, one, two = (at(value)[0][0, :, 0] for value in (0.0, *k))
+    zero, one, two = (at(value)[0, :, 0] for value in (0.0, *k))
     assert zero[0] == 0
     assert two[0] / one[0] == pytest.approx(2, rel=1e-3)
     np.testing.assert_allclose((two - zero)[1:] / (one - zero)[1:], 4, rtol=1e-2)
@@ -249,11 +327,11 @@ def test_responses_are_smooth_at_zero():
 
 def test_on_the_flank_of_a_wheel_the_patch_keeps_its_length():
     """R(s) is 15 % above R_roll there: close to a small patch it gives way as the half-space does."""
-    body = Body(UPPER, arc(10.0, 0.9, 0.9), STEEL, Domain(15.0, 15.0), 20.0)
+    body = Body(UPPER, arc(10.0, 0.9, 0.9), STEEL, Domain(40.0, 40.0), 20.0)
     assert body.surface.circle_radius(8.0) == pytest.approx(23.0, rel=0.01)
     patch, x = Patch(0.05, 0.04, 8.0), np.array([0.0, 0.05, 0.2])
     asked = request(harmonic(job(15.0, 1.0)), Level())
     points, load = Points(x, 0 * x + 8.0), (Load(patch, 2),)
-    u = raw_ics(replace(asked, body=body, loads=load, points=points, cells=Cells(0.008, 0.2, 0.2))).u[0, 2]
+    u = raw_ics(replace(asked, body=body, loads=load, points=points, cells=Cells(0.004, 0.4, 0.4))).u[0, 2]
     a = HalfSpace(one_body(STEEL, UPPER)).ics(patch, x, 0 * x)[2, 2] / patch.area
     np.testing.assert_allclose(u[:2] - u[2], a[:2] - a[2], rtol=0.01)  # 0.2 mm of radii of 10 and 23 mm

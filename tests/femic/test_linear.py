@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femic import linear
-from femic.linear import NotConverged
+from femic.accuracy import NotConverged
 from femic.solid import patch_load, raw_ics, solve
 from femic.symmetry import held_by_symmetry
 from geometries.patches import Load

@@ -49,7 +49,7 @@ def test_estimates_are_a_quarter_above_errors_of_second_order(models, part):
         level: replace(model, u=exact + ERRORS[part](*factors(level)) * error)
         for level, model in models.items()
     }
-    c, (truth, *_) = combine(JOB, Level(), wrong).c, discounted(JOB, replace(models[Level()], u=exact))
+    c, (truth, *_) = combine(JOB, Level(), wrong).c, discounted(JOB, exact)
     np.testing.assert_allclose(getattr(c, part), 1.25 * np.abs(c.ic - truth), atol=1e-12)
     np.testing.assert_allclose(c.estimate, getattr(c, part), atol=1e-12)
 

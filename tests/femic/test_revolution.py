@@ -94,7 +94,7 @@ def test_a_large_rolling_radius_is_a_prismatic_body_and_the_difference_falls_lik
 
     def c(radius):
         asked = job(80.0, 2.8, side=UPPER, rolling_radius=radius)
-        return discounted(asked, raw_ics(request(asked, Level())))[0]
+        return discounted(asked, raw_ics(request(asked, Level())).u)[0]
 
     prismatic = c(np.inf)
     near = c(1e7)

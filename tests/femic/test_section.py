@@ -1,14 +1,17 @@
 """Section meshes: on the true contour, with vertices at the ends of the strips, and their trace."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from skfem import Basis, ElementTriP2
+from skfem import Basis, ElementTriP4
 
 from femic.cell_size import Cells
 from femic.section import section_mesh
 from femic.section_model import assemble
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse, plane
+from geometries.errors import Failure
 from geometries.materials import Material
 from geometries.surfaces import LOWER, UPPER
 
@@ -24,31 +27,81 @@ BODIES = {
 each = pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
 
 
-@each
-def test_nodes_of_the_contour_lie_on_it_in_order_and_at_the_ends_of_strips(body):
-    section = section_mesh(body, CELLS, STRIPS)
+HALVES = {
+    "rail": (Body(LOWER, arc(10.0, 0.6, 0.6), STEEL, DOMAIN), True),
+    "wheel": (Body(UPPER, ellipse(8.0, 11.0, 1.0, 1.0), STEEL, DOMAIN, 90.0), True),
+}
+WHOLE = {name: (body, False) for name, body in BODIES.items()}
+either = pytest.mark.parametrize(
+    ("body", "half"), [*WHOLE.values(), *HALVES.values()], ids=[*WHOLE, "half rail", "half wheel"]
+)
+
+
+def evenly(section):
+    """Arc lengths of the nodes on the contour."""
+    knots = section.knots
+    return np.append(np.linspace(knots[:-1], knots[1:], 5)[:-1].T.ravel(), knots[-1])
+
+
+@either
+def test_nodes_of_the_contour_lie_on_it_in_order_and_at_the_ends_of_strips(body, half):
+    section = section_mesh(body, CELLS, STRIPS, half_section=half)
     knots = section.knots
     assert np.all(np.diff(knots) > 0)
-    assert knots[[0, -1]] == pytest.approx(body.s_range, abs=1e-6)
-    for end in STRIPS.ravel():
+    assert knots[[0, -1]] == pytest.approx((0.0 if half else body.s_range[0], body.s_range[1]), abs=1e-6)
+    for end in np.abs(STRIPS.ravel()) if half else STRIPS.ravel():
         assert np.min(np.abs(knots - end)) < 1e-6
-    middles = (knots[1:] + knots[:-1]) / 2
-    s = np.append(np.stack([knots[:-1], middles]).T.ravel(), knots[-1])
     on_contour = section.mesh.doflocs[:, section.contour_nodes]
-    np.testing.assert_allclose(on_contour, body.contour.position(s), atol=1e-9)
+    np.testing.assert_allclose(on_contour, body.contour.position(evenly(section)), atol=1e-9)
 
 
-@each
-def test_the_trace_reads_quadratics_of_s_exactly(body):
-    section = section_mesh(body, CELLS, STRIPS)
-    middles = (section.knots[1:] + section.knots[:-1]) / 2
-    s = np.append(np.stack([section.knots[:-1], middles]).T.ravel(), section.knots[-1])
+@either
+def test_the_trace_reads_quartics_of_s_exactly(body, half):
+    section = section_mesh(body, CELLS, STRIPS, half_section=half)
     nodal = np.zeros(section.mesh.doflocs.shape[1])
-    nodal[section.contour_nodes] = 3 * s**2 - 2 * s + 1
-    at = np.linspace(-5.0, 7.0, 50)
-    np.testing.assert_allclose(
-        section.interpolation(at) @ nodal, 3 * at**2 - 2 * at + 1, rtol=1e-12, atol=1e-10
-    )
+    nodal[section.contour_nodes] = np.polyval([0.01, -0.1, 3, -2, 1], evenly(section))
+    at = np.linspace(0.0 if half else -5.0, 7.0, 50)
+    expected = np.polyval([0.01, -0.1, 3, -2, 1], at)
+    np.testing.assert_allclose(section.interpolation(at) @ nodal, expected, rtol=1e-10, atol=1e-8)
+
+
+def test_half_of_a_section_is_half_of_it():
+    body, _ = HALVES["rail"]
+    areas = [
+        Basis(section_mesh(body, CELLS, STRIPS, half_section=half).mesh, ElementTriP4()).dx.sum()
+        for half in (True, False)
+    ]
+    assert 2 * areas[0] == pytest.approx(areas[1], rel=1e-2)  # far edges are chords
+    half = section_mesh(body, CELLS, STRIPS, half_section=True).mesh
+    assert np.min(half.doflocs[0]) == 0.0
+
+
+def test_cells_on_a_strip_are_as_short_as_the_waves_ask():
+    body = BODIES["rail"]
+    for wave in (0.05, 0.02):
+        knots = section_mesh(body, CELLS, STRIPS[:1], wave).knots
+        on_strip = np.diff(knots[(knots > -0.2 - 1e-9) & (knots < 0.3 + 1e-9)])
+        assert np.max(on_strip) < 1.3 * wave
+
+
+def test_a_contour_that_turns_on_a_small_radius_gets_small_cells():
+    """Far from the strip; where cells grow with the distance alone the contour would be missed by a third."""
+    sharp = ellipse(4.0, 20.0, 1.2, 1.2)
+    body = Body(LOWER, sharp, STEEL, DOMAIN)
+    far = np.array([[20.0, 20.4]])
+    turned = np.abs(np.diff(sharp.inclination(section_mesh(body, Cells(0.1, 0.5, 0.5), far).knots)))
+    assert np.max(turned) < 0.8
+
+
+def test_cells_that_fold_are_refused():
+    """So coarse that a cell's edge cuts through the contour."""
+    body = Body(UPPER, arc(0.5, 1.2, 1.2), STEEL, DOMAIN)
+    section = section_mesh(body, Cells(0.1, 0.3, 0.3), np.array([[-0.1, 0.1]]))
+    nodes = section.mesh.doflocs.copy()
+    inner = section.contour_nodes[2]
+    nodes[:, inner] += 50 * (nodes[:, inner] - nodes[:, section.contour_nodes[0]])
+    with pytest.raises(Failure, match="too coarse for its contour"):
+        assemble(replace(section, mesh=replace(section.mesh, doflocs=nodes)))
 
 
 @pytest.mark.parametrize("name", ["rail", "wheel"])
@@ -62,7 +115,7 @@ def test_the_mesh_fills_what_contour_and_far_arc_enclose(name):
     around = np.linspace(right, left, 20_001)
     y, z = np.hstack([contour, 60.0 * np.stack([np.cos(around), np.sin(around)])])
     enclosed = abs(np.sum(y * np.roll(z, -1) - z * np.roll(y, -1))) / 2
-    filled = Basis(section.mesh, ElementTriP2()).dx.sum()
+    filled = Basis(section.mesh, ElementTriP4()).dx.sum()
     assert filled == pytest.approx(enclosed, rel=3e-3)  # the cells' far edges are chords: h^2 / 6 R^2
 
 
@@ -70,7 +123,7 @@ def test_the_mesh_fills_what_contour_and_far_arc_enclose(name):
 def test_every_node_of_the_far_arc_and_the_hub_is_held_and_no_other(body):
     section = section_mesh(body, CELLS, STRIPS)
     model = assemble(section)
-    held = np.setdiff1d(np.arange(model.unknowns), model.free)
+    held = np.flatnonzero(model.supported)
     y, z = section.mesh.doflocs
     vertex = np.arange(len(y)) < section.mesh.nvertices
     far = (np.hypot(y, z) > 60.0 - 1e-6) | (body.side * z > body.depth - 1e-6)

@@ -35,7 +35,7 @@ def test_a_second_run_opens_no_mesh_and_an_interrupted_one_resumes(tmp_path, mon
     assert interrupted
     assert len(meshed) == len(MODELS["solid"])  # two before the interruption, the third after it
     todo = [("lower", level) for level in FIRST]
-    again = list(solve_models({"lower": JOB}, todo, workers=1, memory=memory))
+    again = list(solve_models({"lower": JOB}, todo, workers=1, memory=memory, on_step=str))
     assert all(solved.kept for solved in again)
     assert len(meshed) == len(MODELS["solid"])
     np.testing.assert_array_equal(first[Level()].u, again[0].raw.u)
@@ -51,7 +51,7 @@ def test_a_dead_worker_is_reported_with_both_causes_and_what_to_try(monkeypatch)
     monkeypatch.setattr(workers, "Parallel", dead)
     todo = [("lower", level) for level in FIRST]
     with pytest.raises(Failure, match=r"memory: use fewer.*mesher crashed.*change the cells.*are kept"):
-        list(solve_models({"lower": JOB}, todo, workers=2, memory=Memory(None)))
+        list(solve_models({"lower": JOB}, todo, workers=2, memory=Memory(None), on_step=str))
 
 
 def test_models_of_other_code_are_deleted_and_nothing_else(tmp_path):

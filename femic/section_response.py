@@ -1,0 +1,104 @@
+"""What observers see of a section at one wavenumber, under unit line loads on its strips.
+
+Where half of the section is modelled, each load is the sum of an even and an odd one, of which the one at
+s = 0 has only one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix, diags_array, kron
+
+from femic.section import SectionMesh
+from femic.section_model import FreeSystem, SectionModel
+from femic.symmetry import Parity, X, Y, parities
+from geometries.patches import Load
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+LOAD_POINTS = 4  # Gauss points per edge of a strip
+
+
+class Respond:
+    """Local displacements of observers at arc lengths s [mm] under loads, at any wavenumber.
+
+    Gives amplitudes of sin(k x) or cos(k x), shape (load, 3, len(s)), with the far arc where it is or
+    `nearer`, at that share of its radius. `residual` is the worst one so far.
+    """
+
+    def __init__(self, model: SectionModel, loads: Sequence[Load], s: Array, nearer: float) -> None:
+        """`nearer`: a share of the far radius."""
+        section = model.section
+        self.residual = 0.0
+        self._loads = loads
+        self._parts = [_part(model, loads, s, y, nearer) for y in _parities(loads, section)]
+        self._axes = section.body.surface.axes(np.zeros_like(s), s)  # (direction, component, n)
+        along_x = np.array([load.direction == X for load in loads])
+        self._signs = np.where(along_x[:, None], [1, -1, -1], [1, 1, 1])[..., None]
+
+    def __call__(self, k: float, *, nearer: bool = False) -> Array:
+        """The amplitudes at wavenumber k [1/mm]."""
+        in_space = np.zeros((len(self._loads), 3, self._axes.shape[2]))
+        for part in self._parts:
+            amplitudes, residual = (part.nearer if nearer else part.system).solved(k, part.forces)
+            self.residual = max(self.residual, residual)
+            seen = (part.observers @ amplitudes).reshape(-1, 3, len(part.of_loads))
+            in_space[part.of_loads] += np.transpose(seen, (2, 1, 0))
+        return np.asarray(self._signs * np.einsum("icn,lcn->lin", self._axes, in_space))
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """The even or the odd part of the loads, or all of them on a whole section."""
+
+    of_loads: list[int]
+    forces: Array  # (unknowns, len(of_loads))
+    observers: csr_matrix  # (3 n, unknowns): components at each observer
+    system: FreeSystem
+    nearer: FreeSystem
+
+
+def _parities(loads: Sequence[Load], section: SectionMesh) -> list[int]:
+    """Parities in y that the loads have: +1, -1; 0 on a whole section."""
+    return sorted({p.y for load in loads for p in parities(load, half_section=section.half_section)})
+
+
+def _part(model: SectionModel, loads: Sequence[Load], s: Array, y: int, nearer: float) -> _Part:
+    section, body = model.section, model.section.body
+    alike = [j for j, load in enumerate(loads) if any(p.y == y for p in parities(load, half_section=y != 0))]
+    forces = np.stack([strip_force(section, loads[j], y) for j in alike], axis=1)
+    nodes = section.mesh.doflocs
+    on_plane = np.abs(nodes[0]) < 1e-9 * body.domain.far_radius
+    held = model.supported | (on_plane[:, None] & (_mirror(y) < 0))
+    beyond = np.hypot(*nodes) > nearer * body.domain.far_radius
+    return _Part(
+        alike, forces, observers(section, s, y), model.free_of(held), model.free_of(held | beyond[:, None])
+    )
+
+
+def _mirror(y: int) -> Array:
+    """Signs of the components (3,) on the other side of y = 0; 1 on a whole section."""
+    return Parity(1, y).signs(Y) if y else np.ones(3)
+
+
+def observers(section: SectionMesh, s: Array, y: int) -> csr_matrix:
+    """Matrix (3 len(s), unknowns) to displacements (x, y, z) on the contour, of fields of a parity in y."""
+    signs = np.where((s < 0)[:, None], _mirror(y), 1.0).ravel()
+    trace = section.interpolation(np.abs(s) if y else s)
+    return csr_matrix(diags_array(signs) @ kron(trace, np.eye(3), format="csr"))
+
+
+def strip_force(section: SectionMesh, load: Load, y: int = 0) -> Array:
+    """Consistent forces (unknowns,) of the part of a unit line load with some parity in y, uniform over s."""
+    low, high = load.patch.s - load.patch.b, load.patch.s + load.patch.b
+    knots = np.concatenate([-section.knots, section.knots]) if y else section.knots
+    edges = np.unique([low, *knots[(knots > low) & (knots < high)], high])
+    at, weights = np.polynomial.legendre.leggauss(LOAD_POINTS)
+    half = np.diff(edges)[:, None] / 2
+    s, w = (edges[:-1, None] + half * (1 + at)).ravel(), (half * weights).ravel() / (high - low)
+    direction = section.body.surface.axes(0.0, s)[load.direction]  # (3, n)
+    share = 0.5 if y else 1.0  # a half of the section carries half of the even and of the odd part
+    return np.asarray(share * (observers(section, s, y).T @ (w * direction).T.ravel()))

@@ -1,0 +1,62 @@
+"""How large the cells of a section are.
+
+Away from what disturbs it a displacement is smooth on the scale of its distance from there: cells in
+proportion to that distance, with polynomials of fourth degree on them, need few unknowns. It is disturbed
+at the ends of the loaded strips, at joints (the curvature jumps), and where the contour turns on a
+small radius.
+"""
+
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femic.cell_size import Cells, distance, set_cell_size
+from geometries.bodies import Body
+from geometries.contours import Contour
+
+Array = NDArray[np.float64]
+
+JOINT = 0.2  # cell at a joint over that of its distance from the nearest strip: a jump disturbs little
+TURN = 0.5  # rad, most that the contour turns within a cell
+SAMPLES = 2001  # of the contour, where its curvature is looked at
+
+
+def set_section_size(gmsh: ModuleType, body: Body, cells: Cells, strips: Array, wave: float) -> None:
+    """Cells of size sqrt(h0^2 + (growth r)^2) at distance r from each disturbance, the least of them.
+
+    h0 is `cells.smallest` at the ends of strips (n, 2) and in proportion to growth elsewhere; on the
+    strips themselves cells are not larger than `wave` [mm].
+    """
+    contour, growth = body.contour, cells.growth
+    ends = np.unique(strips)
+    disturbances = [(ends, cells.smallest)]
+    for joint in contour.joints:
+        nearest = max(float(np.min(np.abs(ends - joint))), cells.smallest / growth)
+        disturbances.append((np.array([joint]), max(JOINT * growth * nearest, cells.smallest)))
+    disturbances += _turns(contour, ends, growth)
+    if wave < growth * np.max(np.diff(strips)) / 2:
+        n = int(np.ceil(np.max(np.diff(strips)) / wave))
+        disturbances.append((np.unique(np.linspace(strips[:, 0], strips[:, 1], n + 1)), wave))
+    fields = [distance(gmsh, np.stack([0 * s, *contour.position(s)])) for s, _ in disturbances]
+    formulas = [
+        f"sqrt({h0:.17g}^2+({growth:.17g}*F{field})^2)"
+        for field, (_, h0) in zip(fields, disturbances, strict=True)
+    ]
+    set_cell_size(gmsh, body, formulas)
+
+
+def _turns(contour: Contour, ends: Array, growth: float) -> list[tuple[Array, float]]:
+    """Points where the radius of the contour asks for smaller cells than the distance from the strips does.
+
+    Grouped by size in powers of two.
+    """
+    if not contour.joints:
+        return []
+    s = np.linspace(*contour.limits, SAMPLES)
+    curvature = np.abs(np.gradient(contour.inclination(s), s))
+    size = TURN / np.maximum(curvature, TURN / np.ptp(s))
+    apart = np.min(np.abs(s[:, None] - ends), axis=1)
+    octave = np.floor(np.log2(size))
+    small = size < growth * apart
+    return [(s[small & (octave == o)], float(2**o)) for o in np.unique(octave[small])]
