@@ -7,10 +7,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from compare.pipeline import Results, reference_of, scales_of
+from compare.pipeline import Results, check_of, reference_of, scales_of
 from compare.scene import Scene
 from femic.discount import AXES
 from femic.provenance import code_digest, versions
+from femic.reference import Reference
 from femic.solid import RESIDUAL
 from geometries.patches import DIRECTIONS
 
@@ -21,13 +22,15 @@ def to_dataset(results: Results) -> xr.Dataset:
     """All ICs per unit total load after the discount, with estimate, raw field and M. NaN: not computed."""
     scene = results.scene
     bodies = list(scene.compared)
-    variants = [*scene.variants, "C"]
+    variants = [*scene.variants, *(["C_solid"] if results.checks else []), "C"]
     shape = (len(variants), len(bodies), 3, 3, len(results.points.x))
     ic = np.full(shape, np.nan)
     for b, body in enumerate(bodies):
         for v, variant in enumerate(scene.variants):
             ic[v, b] = results.approximations[variant, body]
         ic[-1, b] = reference_of(results, body).ic
+        if results.checks:
+            ic[-2, b] = check_of(results, body).ic
     dims = ("body", "i", "j", "point")
     solved = list(results.references)
     line = np.concatenate([np.full(p.stop - p.start, name) for name, p in results.lines.items()])
@@ -38,6 +41,10 @@ def to_dataset(results: Results) -> xr.Dataset:
     )
     raw = np.stack([results.references[name].raw for name in solved])
     discount = np.stack([results.references[name].discount for name in solved])
+    check = {}
+    if results.checks:
+        known = np.stack([check_of(results, body).estimate for body in bodies])
+        check["estimate_solid"] = (dims, known, per_load | {"meaning": "estimated error of C_solid"})
     return xr.Dataset(
         {
             "ic": (("variant", *dims), ic, per_load),
@@ -47,6 +54,7 @@ def to_dataset(results: Results) -> xr.Dataset:
             "estimate_wavenumbers": (dims, waves, per_load | {"meaning": "its part from the wavenumbers"}),
             "raw": (("solved", *dims[1:]), raw, per_load | {"meaning": "C before the rigid-body discount"}),
             "discount": (("solved", "axis", "axis_"), discount, {"units": "mm/N, 1/N, 1/(N mm)"}),
+            **check,
         },
         coords={
             "variant": variants,
@@ -73,7 +81,7 @@ def _attributes(results: Results) -> dict[str, str | float]:
             "seconds": cost.seconds,
             "peak_memory": cost.peak_memory,
         }
-        for body, reference in results.references.items()
+        for body, reference in [*results.references.items(), *named_checks(results)]
         for model, cost in reference.models.items()
     }
     return {
@@ -93,6 +101,11 @@ def _attributes(results: Results) -> dict[str, str | float]:
         "versions": json.dumps(versions()),
         "code": code_digest(),
     }
+
+
+def named_checks(results: Results) -> list[tuple[str, Reference]]:
+    """The references of the solid engine where it is the check, under names of their own."""
+    return [(f"solid check, {body}", reference) for body, reference in results.checks.items()]
 
 
 def domains(results: Results) -> dict[str, dict[str, float | None]]:
@@ -195,6 +208,8 @@ def write_curves(dataset: xr.Dataset, components: tuple[str, ...], folder: Path)
                 for variant in dataset.variant.values:
                     columns[f"{variant}_{component}_{body} [mm/N]"] = curve.ic.sel(variant=variant).values
                 columns[f"estimate_{component}_{body} [mm/N]"] = curve.estimate.values
+                if "estimate_solid" in curve:
+                    columns[f"estimate_solid_{component}_{body} [mm/N]"] = curve.estimate_solid.values
         name = str(line).replace(" ", "").replace("=", "")
         np.savetxt(
             folder / f"curves_{name}.csv",

@@ -19,7 +19,7 @@ from geometries.patches import OffsetLine
 
 Array = NDArray[np.float64]
 
-SYMBOLS = {name: variant.symbol for name, variant in VARIANTS.items()} | {"C": "C"}
+SYMBOLS = {name: variant.symbol for name, variant in VARIANTS.items()} | {"C": "C", "C_solid": "C (solid)"}
 STYLES: dict[str, dict[str, Any]] = {  # the first on top: mix coincides with others
     "mix": {"color": "tab:purple", "linestyle": (0, (1, 3)), "linewidth": 2.2},
     "A": {"color": "tab:blue", "linestyle": (0, (5, 2))},
@@ -29,7 +29,24 @@ STYLES: dict[str, dict[str, Any]] = {  # the first on top: mix coincides with ot
     "Bhat_prime": {"color": "tab:brown", "linestyle": (0, (6, 1))},
     "C": {"color": "black", "linewidth": 1.8, "zorder": 1},
 }
-MARKERS = {"A": "s", "B": "o", "Bbar": "^", "Bhat": "D", "mix": "P", "Bhat_prime": "v", "C": "*"}
+CHECK: dict[str, Any] = {
+    "color": "black",
+    "marker": "o",
+    "markersize": 4,
+    "mfc": "white",
+    "linestyle": "none",
+}
+CHECK_MARKS = 24  # on a line
+MARKERS = {
+    "A": "s",
+    "B": "o",
+    "Bbar": "^",
+    "Bhat": "D",
+    "mix": "P",
+    "Bhat_prime": "v",
+    "C": "*",
+    "C_solid": "X",
+}
 STYLE: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.2, "figure.dpi": 110}
 INVISIBLE = 1e-9  # of a dimensionless IC
 ON_HUB = 1e-9  # of its depth: a contour that ends there ends on the hub
@@ -176,7 +193,13 @@ def draw_curve(axes: Axes, at: Array, curve: xr.Dataset) -> None:
     unit = curve.reference_E * curve.reference_length
     c, band = curve.ic.sel(variant="C").values * unit, curve.estimate.values * unit
     axes.fill_between(at, c - band, c + band, color="black", alpha=0.2, linewidth=0, label="C ± estimate")
-    for variant in sorted(curve.variant.values, key=list(STYLES).index, reverse=True):
+    if "C_solid" in curve.variant:
+        marked = slice(None, None, max(1, len(at) // CHECK_MARKS))
+        values, known = curve.ic.sel(variant="C_solid").values * unit, curve.estimate_solid.values * unit
+        label = SYMBOLS["C_solid"] + " ± estimate"
+        axes.errorbar(at[marked], values[marked], known[marked], label=label, zorder=2, **CHECK)
+    drawn = [variant for variant in curve.variant.values if variant in STYLES]
+    for variant in sorted(drawn, key=list(STYLES).index, reverse=True):
         values = curve.ic.sel(variant=variant).values * unit
         if not np.all(np.isnan(values)):
             axes.plot(at, values, label=SYMBOLS[variant], **STYLES[variant])
@@ -205,7 +228,7 @@ def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
         grid = figure.subplots(1, len(scene.compared), squeeze=False, sharey=True)[0]
         for axes, body in zip(grid, scene.compared, strict=True):
             worst = errors["max"].sel(body=body).max("line")
-            for variant in (*scene.variants, "C"):
+            for variant in (*scene.variants, *(["C_solid"] if results.checks else []), "C"):
                 if np.isnan(results.seconds[variant, body]):
                     continue
                 values = [worst.sel(variant=variant, i=c[0], j=c[1]).item() for c in scene.components]
@@ -214,7 +237,7 @@ def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
                     seconds,
                     np.maximum(values, 1e-6),
                     MARKERS[variant],
-                    color=STYLES[variant]["color"],
+                    color=STYLES.get(variant, CHECK)["color"],
                     linestyle="none",
                     label=SYMBOLS[variant] + (" (estimate; all its models)" if variant == "C" else ""),
                 )
@@ -260,5 +283,6 @@ def section_mesh(mesh: MeshTri, scene: Scene, body: str) -> Figure:
             axes.set(aspect="equal", xlabel="y [mm]", ylabel="z [mm]")
         whole.set_title(f"{mesh.nelements:,} cells")
         close.set(title="near the patch", xlim=(at_y - near, at_y + near), ylim=(at_z - near, at_z + near))
-        figure.suptitle(f"section of the {body} body")
+        half = " (y ≥ 0: the other half is its mirror image)" if np.min(y) >= 0 else ""
+        figure.suptitle(f"section of the {body} body{half}")
         return figure

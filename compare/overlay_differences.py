@@ -49,7 +49,7 @@ def _settings(result: Result) -> dict[str, Any]:
     text = attributes["scene"]
     named = {key: value for key, value in _flat(tomllib.loads(text)).items() if key.endswith(".file")}
     settings = json.loads(attributes["settings"])
-    chosen = {key: settings[name] for name, key in FILLED_IN.items()}
+    chosen = {key: settings[name] for name, key in FILLED_IN.items() if name in settings}
     programs = {"code": attributes.get("code", ABSENT)} | json.loads(attributes["versions"])
     return (
         _flat(scene_of_text(text, Path(result.name)).model_dump())

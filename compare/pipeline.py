@@ -30,6 +30,7 @@ class Results:
     points: Points
     lines: Mapping[str, slice]  # which points belong to which line
     references: Mapping[str, Reference]  # of each solved body
+    checks: Mapping[str, Reference]  # by the solid engine where it is the check, else empty
     approximations: Mapping[tuple[str, str], Array]  # by (variant, body)
     seconds: Mapping[tuple[str, str], float]  # by (variant, body), C summed over its models
 
@@ -72,16 +73,21 @@ def compute(
     Solved models are kept in the folder `kept`. Raises NotConverged where the estimated error of
     what is compared cannot be brought down to the tolerance.
     """
-    found = references(
-        jobs(scene),
-        combined="combined" in scene.compared,
-        workers=workers or os.cpu_count() or 1,
-        kept=kept,
-        watch=watch,
-    )
+    workers = workers or os.cpu_count() or 1
+    found = _references(scene, workers, kept, watch)
+    if scene.check:
+        watch.on_stage("  check by the solid engine")
+    checks = _references(scene.check, workers, kept, watch) if scene.check else {}
     points, lines = scene_points(scene)
     approximations, seconds = _approximations(scene, points)
-    return Results(scene, points, lines, found, approximations, seconds | _reference_seconds(found))
+    seconds |= _reference_seconds("C", found) | _reference_seconds("C_solid", checks)
+    return Results(scene, points, lines, found, checks, approximations, seconds)
+
+
+def _references(scene: Scene, workers: int, kept: Path | None, watch: Watch) -> dict[str, Reference]:
+    return references(
+        jobs(scene), combined="combined" in scene.compared, workers=workers, kept=kept, watch=watch
+    )
 
 
 def _approximations(
@@ -113,18 +119,23 @@ def _timed(variant: str, solid: Solid | Pair, patch: Patch, points: Points) -> t
     return ic / patch.area, min(seconds)
 
 
-def _reference_seconds(found: Mapping[str, Reference]) -> dict[tuple[str, str], float]:
+def _reference_seconds(variant: str, found: Mapping[str, Reference]) -> dict[tuple[str, str], float]:
     """Seconds of C, summed over its models; of both bodies under "combined"."""
     per_body = {
-        ("C", name): sum(sum(cost.seconds.values()) for cost in solved.models.values())
+        (variant, name): sum(sum(cost.seconds.values()) for cost in solved.models.values())
         for name, solved in found.items()
     }
-    return per_body | {("C", "combined"): sum(per_body.values())}
+    return per_body | {(variant, "combined"): sum(per_body.values())} if found else {}
 
 
 def reference_of(results: Results, body: str) -> Estimated:
     """C of a body with its estimate, or of both."""
     return total([results.references[name].c for name in parts_of(body)])
+
+
+def check_of(results: Results, body: str) -> Estimated:
+    """C of the solid engine with its estimate, where it is the check."""
+    return total([results.checks[name].c for name in parts_of(body)])
 
 
 def scales_of(results: Results, body: str) -> dict[str, Array]:

@@ -32,11 +32,7 @@ def shown(console: Console) -> Iterator[Watch]:
         task = progress.add_task("models", total=0)
 
         def on_round(todo: list[tuple[str, Level]]) -> None:
-            total = progress.tasks[task].total or 0
-            if total and todo:
-                bodies = " and ".join(dict.fromkeys(body for body, _ in todo))
-                console.print(f"  {bodies} body: not yet as accurate as engine.tolerance asks: refining")
-            progress.update(task, total=total + len(todo))
+            progress.update(task, total=(progress.tasks[task].total or 0) + len(todo))
 
         def on_model(solved: Solved) -> None:
             cost = solved.raw.cost
@@ -46,7 +42,7 @@ def shown(console: Console) -> Iterator[Watch]:
                 f"  {solved.job} body, cells x {cells:.3g}, domain x {domain:.3g}: "
                 f"{cost.unknowns:,} unknowns, {took}"
             )
-            progress.advance(task)
+            progress.update(task, advance=1, description="models")
 
         def on_step(text: str) -> None:
             progress.update(task, description=text)

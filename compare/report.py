@@ -7,15 +7,18 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.dataset import settings
+from compare.dataset import named_checks, settings
 from compare.figures import SYMBOLS
 from compare.html import ZERO, Cell, embedded, error_cell, rendered
-from compare.pipeline import Results, jobs, scales_of
+from compare.pipeline import Results, check_of, jobs, reference_of, scales_of
 from compare.plausibility import warnings
+from femic.accuracy import component_of
 from femic.discount import AXES
 from femic.provenance import versions
 from femic.reference import Engine, Reference, factors, worst
 from geometries.bodies import Body
+
+TINY = 1e-9  # of a line's scale: a component that vanishes by symmetry
 
 
 @dataclass(frozen=True)
@@ -45,12 +48,17 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
         figures={kind: [embedded(path) for path in paths] for kind, paths in figures.items()},
         models=[
             {"name": f"{body}, {model}", "cost": cost}
-            for body, reference in results.references.items()
+            for body, reference in [*results.references.items(), *named_checks(results)]
             for model, cost in reference.models.items()
         ],
+        agreement=list(_agreement(results)),
         variant_seconds=[
             (SYMBOLS[name], results.seconds[name, scene.compared[0]])
-            for name in (*_computed(results, scene.compared[0]), "C")
+            for name in (
+                *_computed(results, scene.compared[0]),
+                *(["C_solid"] if results.checks else []),
+                "C",
+            )
         ],
         settings=settings(scene),
         known=_known(results),
@@ -78,10 +86,14 @@ def summary(results: Results, errors: xr.Dataset) -> str:
         names = " = ".join(SYMBOLS[v] for v, value in values.items() if value <= least * (1 + 1e-6))
         best.append(f"{component}: {names} ({least:.1%})")
     known, component, line = _worst_of(results, worst.sel(variant="C"))
+    checked = ""
+    if results.checks:
+        apart, where, on = _worst_of(results, worst.sel(variant="C_solid"))
+        checked = f" The solid engine's C deviates from it by {apart:.2%} at most ({where} on {on})."
     return (
         f"Largest error of the {body} influence coefficients on the {len(results.lines)} lines: "
         f"{', '.join(parts)}. Closest to C: {'; '.join(best)}. "
-        f"C itself is known to {known:.2%} or better (least well: {component} on {line})."
+        f"C itself is known to {known:.2%} or better (least well: {component} on {line}).{checked}"
     )
 
 
@@ -100,7 +112,7 @@ def _worst_of(results: Results, errors: xr.DataArray) -> tuple[float, str, str]:
 
 
 def _rows(results: Results, errors: xr.Dataset, body: str, measure: str) -> Iterator[Row]:
-    for variant in (*results.scene.variants, "C"):
+    for variant in (*results.scene.variants, *(["C_solid"] if results.checks else []), "C"):
         for k, line in enumerate(results.lines):
             at = errors.sel(body=body, variant=variant, line=line)
             cells = [_cell(at[measure].sel(i=c[0], j=c[1]).item(), at, c) for c in results.scene.components]
@@ -158,6 +170,27 @@ def _known(results: Results) -> list[dict[str, str]]:
             }
         )
     return rows
+
+
+def _agreement(results: Results) -> Iterator[dict[str, str]]:
+    """How far C of both engines are apart, and whether that is within the sum of their estimates."""
+    for body in results.scene.compared if results.checks else ():
+        c, check, scale = reference_of(results, body), check_of(results, body), scales_of(results, body)
+        for line, part in results.lines.items():
+            apart = np.max(np.abs(c.ic - check.ic)[..., part], axis=-1) / scale[line]
+            known = np.max((c.estimate + check.estimate)[..., part], axis=-1) / scale[line]
+            components = {
+                v: (component_of(apart, v), component_of(known, v)) for v in results.scene.components
+            }
+            worst_one = max(components, key=lambda v: components[v][0] / max(components[v][1], TINY))
+            off, estimate = components[worst_one]
+            yield {
+                "body": body,
+                "line": line,
+                "apart": f"{max(a for a, _ in components.values()):.2%}",
+                "closest": f"{worst_one}: {off:.2%} of {estimate:.2%}",
+                "verdict": "yes" if all(a <= max(e, TINY) for a, e in components.values()) else "no",
+            }
 
 
 def _length(found: Reference, engine: Engine) -> str:

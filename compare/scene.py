@@ -35,6 +35,7 @@ class Scene:
     rotation_reach: float
     moment_arm: float
     fields: bool
+    check: "Scene | None" = None  # the same scene by the solid engine, whose C is to be drawn beside
 
     @property
     def solved(self) -> tuple[str, ...]:

@@ -9,19 +9,26 @@ from femic.pardiso import available as direct_available
 from geometries.bodies import Body, Domain
 
 CLEAR_OF_PATCH = 6  # half-widths beside a moment load
-STEEPEST = 75  # degrees
+STEEPEST = {"solid": 75, "harmonic": 85}  # degrees
+SOLID_NU, SOLID_RADIUS, SOLID_ASPECT = 0.49, 50.0, 10.0  # limits of the solid engine
+AT_MOST = "use engine.kind = 'harmonic' (without check) above"
+AT_LEAST = "use engine.kind = 'harmonic' (without check) below"
 INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 
 
 def misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterator[str]:
     """What is wrong between the tables of a scene."""
     around = min(np.pi * body.rolling_radius for body in scene.bodies.values())
-    size = min(domain.far_radius, domain.half_length, around)
-    far = f"half of the least of engine.far_radius, engine.half_length and half a turn ({size / 2:g} mm)"
+    ends = domain.half_length if scene.engine == "solid" else np.inf
+    size = min(domain.far_radius, ends, around)
+    half_length = ", engine.half_length" if scene.engine == "solid" else ""
+    far = f"half of the least of engine.far_radius{half_length} and half a turn ({size / 2:g} mm)"
     yield from _patch_misfits(scene, extent, size, far)
     yield from _line_misfits(scene, extent, size, far)
     for name, body in scene.bodies.items():
-        yield from _body_misfits(name, body)
+        yield from _body_misfits(name, body, STEEPEST[scene.engine])
+    if scene.engine == "solid":
+        yield from _solid_misfits(scene)
     if "Bhat_prime" in scene.variants and not any(scene.pair.has_effective(name) for name in scene.compared):
         yield (
             "variants: Bhat_prime needs effective properties of what is compared: add a table "
@@ -83,8 +90,26 @@ def _line_misfits(scene: Scene, extent: tuple[float, float], size: float, far: s
         yield "lines: two of them are the same line: remove one"
 
 
-def _body_misfits(name: str, body: Body) -> Iterator[str]:
+def _solid_misfits(scene: Scene) -> Iterator[str]:
+    """What only the harmonic engine can do."""
+    for name, body in scene.bodies.items():
+        if body.material.nu > SOLID_NU:
+            yield f"{name}.nu = {body.material.nu:g}: {AT_MOST} {SOLID_NU:g}, or give a smaller one"
+        if body.rolling_radius < SOLID_RADIUS:
+            yield (
+                f"{name}.rolling_radius = {body.rolling_radius:g}: {AT_LEAST} {SOLID_RADIUS:g}, or give a "
+                "larger one"
+            )
+    aspect = scene.patch.a / scene.patch.b
+    if not 1 / SOLID_ASPECT <= aspect <= SOLID_ASPECT:
+        yield (
+            f"patch.a / patch.b = {aspect:g}: use engine.kind = 'harmonic' (without check) outside "
+            "0.1 ... 10, or bring a and b closer"
+        )
+
+
+def _body_misfits(name: str, body: Body, most: float) -> Iterator[str]:
     contour = body.contour
     steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
-    if steepest > STEEPEST * (1 + 1e-9):
-        yield f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {STEEPEST}: cut it there"
+    if steepest > most * (1 + 1e-9):
+        yield f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {most}: cut it there"

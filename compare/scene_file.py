@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, FilePath, field_validator, model_validator
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Flank = Annotated[float, Field(ge=0, le=75)]
+Flank = Annotated[float, Field(ge=0, le=85)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 BodyName = Literal["combined", "lower", "upper"]
 Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
@@ -72,10 +72,12 @@ class BodyTable(Section):
     """One body."""
 
     E: Positive = Field(description="Young's modulus [MPa]")
-    nu: float = Field(ge=0, le=0.49, description="Poisson's ratio, 0 ... 0.49")
+    nu: float = Field(ge=0, le=0.4999, description="Poisson's ratio, 0 ... 0.4999 (solid engine: 0.49)")
     contour: AnyContour = Field(description="contact contour in (y, z)")
-    rolling_radius: Annotated[float, Field(ge=50)] = Field(
-        float("inf"), description="radius of the circle through the contact centre [mm]; inf: prismatic"
+    rolling_radius: Annotated[float, Field(ge=20)] = Field(
+        float("inf"),
+        description="radius of the circle through the contact centre [mm], 20 ... inf (solid engine: 50); "
+        "inf: prismatic",
     )
     hub_radius: Positive | None = Field(
         None, description="radius of the clamped hub [mm]; default: 0.2 rolling_radius, the least allowed"
@@ -91,8 +93,8 @@ class PatchTable(Section):
 
     @model_validator(mode="after")
     def _aspect(self) -> "PatchTable":
-        if not 0.1 <= self.a / self.b <= 10:
-            raise ValueError(f"a / b = {self.a / self.b:g} is outside 0.1 ... 10: bring a and b closer")
+        if not 0.01 * (1 - 1e-9) <= self.a / self.b <= 100 * (1 + 1e-9):
+            raise ValueError(f"a / b = {self.a / self.b:g} is outside 0.01 ... 100: bring a and b closer")
         return self
 
 
@@ -158,6 +160,10 @@ class EngineTable(Section):
         "harmonic",
         description="harmonic: one section problem per wavenumber along x, seconds (half_length, "
         "line_growth and solver do not matter); solid: 3D finite elements, minutes",
+    )
+    check: bool = Field(
+        False,
+        description="draw C of the solid engine, too, at tolerance 0.01 or that of the scene (minutes, once)",
     )
     tolerance: Annotated[float, Field(ge=1e-4, le=1)] = Field(
         0.01, description="estimated error of C that is good enough, each body and combined; sets the cells"

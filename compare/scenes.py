@@ -27,6 +27,7 @@ from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
 from geometries.surfaces import LOWER, UPPER
 
 FLAT_REFERENCE_LENGTH = 10.0
+CHECK_TOLERANCE = 0.01  # the tightest of the solid engine where it is the check of the harmonic one
 REMEDIES: Mapping[str, str] = {
     "missing": "add the key",
     "file_not_file": "give a path to an existing file, relative to the scene file",
@@ -173,20 +174,34 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         effective=_effective(scene.effective),
         patch=patch,
         lines=tuple(_line(line, extent) for line in scene.lines or files.default_lines(patch.s)),
-        engine=scene.engine.kind,
-        cells=_cells(scene.engine, patch),
-        solver=scene.engine.solver,
-        tolerance=scene.engine.tolerance,
-        most_unknowns=scene.engine.most_unknowns,
+        engine=engine.kind,
+        cells=_cells(engine, patch),
+        solver=engine.solver,
+        tolerance=engine.tolerance,
+        most_unknowns=engine.most_unknowns,
         reference_length=reference_length,
         rotation_reach=scene.rotation_reach or _default_reach(reference_length, domain, extent),
         moment_arm=scene.moment_arm or _default_arm(reference_length, domain, extent),
         fields=scene.fields,
+        check=_solid_check(name, text, scene) if engine.check and engine.kind != "solid" else None,
     )
     errors = list(misfits(built, extent, domain))
     if errors:
         raise BadScene(f"{name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
     return built
+
+
+def _solid_check(name: str, text: str, scene: files.SceneFile) -> Scene:
+    """The scene by the solid engine, with its own cells and, where none is given, its own domain."""
+    engine = files.EngineTable(
+        kind="solid",
+        tolerance=max(scene.engine.tolerance, CHECK_TOLERANCE),
+        far_radius=scene.engine.far_radius,
+        half_length=scene.engine.half_length,
+        most_unknowns=scene.engine.most_unknowns,
+        solver=scene.engine.solver,
+    )
+    return build_scene(name, text, scene.model_copy(update={"engine": engine}))
 
 
 def _effective(table: files.EffectiveTable) -> dict[str, EffectiveProperties]:

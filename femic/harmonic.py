@@ -69,7 +69,7 @@ class HarmonicRequest:
         patches = [load.patch for load in self.loads]
         bend = max(_curvature(self.body, patch.s, patch.b) * max(patch.a, patch.b) for patch in patches)
         a, b = min(patch.a for patch in patches), min(patch.b for patch in patches)
-        needed = self.highest / min(a, b) * np.sqrt(max(1.0, bend / CURVED))
+        needed = self.highest / min(a, b) * max(1.0, bend / CURVED) ** 0.5
         return 2 * np.pi / a * int(np.ceil(needed * a / (2 * np.pi) - ROUNDING))
 
     @property
@@ -80,8 +80,8 @@ class HarmonicRequest:
 
 def _curvature(body: Body, s: float, b: float) -> float:
     """Largest curvature [1/mm] of the surface over a strip."""
-    turn = np.ptp(body.contour.inclination(np.linspace(s - b, s + b, 9))) / (2 * b)
-    return float(max(turn, 1 / body.surface.circle_radius(s)))
+    turn = float(np.ptp(body.contour.inclination(np.linspace(s - b, s + b, 9)))) / (2 * b)
+    return max(turn, 1 / float(body.surface.circle_radius(s)))
 
 
 def build_section(request: HarmonicRequest) -> SectionMesh:

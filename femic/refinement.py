@@ -93,6 +93,9 @@ def references(
         refinements = refine(jobs, found, combined=combined)
         if not refinements:
             return found
+        watch.on_stage(
+            f"  {' and '.join(refinements)} body: not yet as accurate as engine.tolerance asks: refining"
+        )
         levels |= refinements
 
 

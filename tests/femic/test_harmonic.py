@@ -109,13 +109,13 @@ def test_slender_patches(a, b):
 
 
 def test_estimates_bound_the_errors_and_are_at_most_ten_times_them():
-    jobs = [harmonic(job(size, 1.0), factor) for size in (80.0, 640.0) for factor in (1.5, 1.2)]
-    jobs += [harmonic(job(320.0, 1.0, **changes), 1.3) for changes in OTHERS.values()]
+    jobs = [harmonic(job(size, 1.0), factor) for size in (80.0, 640.0) for factor in (1.25, 1.0)]
+    jobs += [harmonic(job(320.0, 1.0, **changes)) for changes in OTHERS.values()]
     cases = []
     for asked in jobs:
         found, a = reference(asked), halfspace(asked)
         cases.append((shares(found.c.ic - a, a), shares(found.c.estimate, a)))
-    assert_honest(cases, sharp_from=1e-4)  # a tenth of the tolerance
+    assert_honest(cases)
 
 
 # --- bodies of revolution ------------------------------------------------------------------------------
