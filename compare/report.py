@@ -51,7 +51,7 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
             for body, reference in [*results.references.items(), *named_checks(results)]
             for model, cost in reference.models.items()
         ],
-        agreement=list(_agreement(results)),
+        agreement=list(agreement(results)),
         variant_seconds=[
             (SYMBOLS[name], results.seconds[name, scene.compared[0]])
             for name in (
@@ -172,7 +172,7 @@ def _known(results: Results) -> list[dict[str, str]]:
     return rows
 
 
-def _agreement(results: Results) -> Iterator[dict[str, str]]:
+def agreement(results: Results) -> Iterator[dict[str, str]]:
     """How far C of both engines are apart, and whether that is within the sum of their estimates."""
     for body in results.scene.compared if results.checks else ():
         c, check, scale = reference_of(results, body), check_of(results, body), scales_of(results, body)

@@ -49,8 +49,9 @@ def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: 
         yield f"patch.a = {patch.a:g}, patch.b = {patch.b:g}: each at most a tenth of {far}"
     if 2 * abs(patch.s) > size:
         yield f"patch.s = {patch.s:g}: beyond {far}"
-    if smallest > min(patch.a, patch.b):
-        yield f"engine.smallest_cell = {smallest:g}: at most the smaller half-side of the patch"
+    side = patch.b if scene.engine == "harmonic" else min(patch.a, patch.b)
+    if smallest > side:
+        yield f"engine.smallest_cell = {smallest:g}: at most {side:g}, half a side of the patch"
     for name in ("rotation_reach", *(["moment_arm"] if patch.s else [])):
         reach = getattr(scene, name)
         if not extent[0] <= -reach < reach <= extent[1]:

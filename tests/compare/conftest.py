@@ -1,5 +1,6 @@
 """Scenes that are small enough to run in a test, and Geometry 1 solved once for many."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +9,11 @@ import pytest
 from compare.dataset import errors, to_dataset
 from compare.pipeline import compute
 from compare.scenes import load_scene
+from femic.reference import cells_for
 
 COARSE_ENGINE = """
 [engine]
+kind = "solid"
 smallest_cell = 0.1
 growth = 0.3
 line_growth = 0.2
@@ -57,15 +60,11 @@ def write_scene(tmp_path):
 
 
 @pytest.fixture(scope="session")
-def geometry1(tmp_path_factory):
-    """Results of Geometry 1 on cells about 1.4 times the default: (results, dataset, errors)."""
-    text = (
-        load_scene("geometry1").text
-        + "\n[engine]\nsmallest_cell = 0.025\ngrowth = 0.2\nline_growth = 0.07\ntolerance = 0.03\n"
-    )
-    path = tmp_path_factory.mktemp("scenes") / "geometry1.toml"
-    path.write_text(text, encoding="utf-8")
-    results = compute(load_scene(str(path)), workers=1)
+def geometry1():
+    """Geometry 1, the solid engine's C at tolerance 3 %: (results, dataset, errors)."""
+    scene = load_scene("geometry1")
+    check = replace(scene.check, tolerance=0.03, cells=cells_for(0.03, scene.patch, "solid"))
+    results = compute(replace(scene, check=check), workers=1)
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
 

@@ -28,6 +28,9 @@ def test_a_run_writes_data_figures_and_report(write_scene, tmp_path, capsys):
     assert "://" not in html  # self-contained
 
 
+HARMONIC = "[engine]\nfar_radius = 60.0\ntolerance = 0.5\n"
+
+
 def test_nn_of_one_body_solves_one_load_per_model(write_scene, tmp_path, monkeypatch):
     loads, bodies = [], []
     load, assemble = solid.patch_load, solid.assemble
@@ -43,12 +46,12 @@ def test_the_harmonic_engine_needs_no_model_in_3d_and_its_report_says_what_it_di
     write_scene, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(solid, "assemble", lambda _: pytest.fail("a 3D model"))
-    path = write_scene(ONE, engine=COARSE_ENGINE.replace("[engine]", '[engine]\nkind = "harmonic"'))
+    path = write_scene(ONE, engine=HARMONIC)
     out = tmp_path / "results"
     assert exit_code(["run", str(path), "--out", str(out), "--workers", "1"]) == DONE
     with xr.open_dataset(out / "ics.nc", engine="h5netcdf") as dataset:
         models = json.loads(dataset.attrs["models"])
-        assert set(models) == {f"lower {name}" for name in ("fine", "coarse", "small", "sparse")}
+        assert set(models) == {f"lower {name}" for name in ("fine", "coarse")}
         nn = {"i": "n", "j": "n"}
         parts = dataset.estimate_mesh + dataset.estimate_truncation + dataset.estimate_wavenumbers
         xr.testing.assert_allclose(parts.sel(nn), dataset.estimate.sel(nn))
@@ -61,8 +64,7 @@ def test_the_harmonic_engine_needs_no_model_in_3d_and_its_report_says_what_it_di
 
 
 def test_fields_in_3d_need_the_solid_engine(write_scene, capsys):
-    engine = COARSE_ENGINE.replace("[engine]", '[engine]\nkind = "harmonic"')
-    assert exit_code(["run", str(write_scene("fields = true", engine=engine))]) == WRONG_INPUT
+    assert exit_code(["run", str(write_scene("fields = true", engine=HARMONIC))]) == WRONG_INPUT
     assert "fields = true: only engine.kind = 'solid'" in capsys.readouterr().err
 
 

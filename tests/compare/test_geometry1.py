@@ -1,29 +1,58 @@
 """Geometry 1: known accuracy, and the signs that the theory predicts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from compare.pipeline import estimated_errors
+from compare.pipeline import estimated_errors, scales_of
+from compare.report import agreement
 from femic.accuracy import component_of
 from tests.compare.conftest import on_line
 
 BODIES = ("lower", "upper", "combined")
 
 
-def test_every_component_of_each_body_is_known_to_one_percent(geometry1):
+def test_every_component_of_each_body_is_known_to_a_thousandth(geometry1):
     results, *_ = geometry1
     estimates = estimated_errors(results)
     assert {body for body, _ in estimates} == {"lower", "upper"}
     for (body, line), errors in estimates.items():
         for component in results.scene.components:
-            assert component_of(errors, component) < 0.01, (body, line, component)
+            assert component_of(errors, component) < 0.001, (body, line, component)
 
 
-# On s = 0 the estimate next to the loaded element is larger: see docs/solid-engine.md, limits.
-@pytest.mark.parametrize("line", ["s = 1.6 mm", "x = 1.6 mm"])
-def test_combined_xn_is_known_to_five_percent_of_its_own_maximum(geometry1, line):
+@pytest.mark.parametrize("line", ["s = 1.6 mm", "s = 0 mm", "x = 1.6 mm"])
+def test_combined_xn_is_known_to_one_percent_of_its_own_maximum(geometry1, line):
     _, _, errors = geometry1
-    assert errors["own"].sel(variant="C", body="combined", line=line, i="x", j="n") < 0.05
+    assert errors["own"].sel(variant="C", body="combined", line=line, i="x", j="n") < 0.01
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_the_solid_engine_agrees_within_the_sum_of_the_estimates(geometry1, body):
+    results, dataset, _ = geometry1
+    of_body = dataset.sel(body=body)
+    apart = np.abs(of_body.ic.sel(variant="C") - of_body.ic.sel(variant="C_solid")).values
+    known = (of_body.estimate + of_body.estimate_solid).values
+    scales = scales_of(results, body)
+    for line, part in results.lines.items():
+        off, sum_of_estimates = (np.max(v[..., part], axis=-1) / scales[line] for v in (apart, known))
+        for component in results.scene.components:
+            estimate = component_of(sum_of_estimates, component)
+            assert component_of(off, component) <= estimate + 1e-12, (line, component)
+            assert body == "combined" or estimate < 0.015, (line, component)
+
+
+def test_the_report_says_that_both_engines_agree(geometry1):
+    results, _, _ = geometry1
+    rows = list(agreement(results))
+    assert [row["body"] for row in rows] == [body for body in results.scene.compared for _ in range(3)]
+    assert {row["verdict"] for row in rows} == {"yes"}
+    off = {
+        name: replace(check, c=replace(check.c, ic=1.05 * check.c.ic))
+        for name, check in results.checks.items()
+    }
+    assert "no" in {row["verdict"] for row in agreement(replace(results, checks=off))}
 
 
 @pytest.mark.parametrize("body", BODIES)

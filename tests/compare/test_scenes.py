@@ -10,6 +10,7 @@ from approx.effective import EffectiveProperties, Transition
 from compare.scene_file import SceneFile
 from compare.scene_listing import listing
 from compare.scenes import BadScene, builtin_names, load_scene
+from femic.reference import cells_for
 from tests.compare.conftest import SHORT_LINES, scene_text
 
 
@@ -94,8 +95,8 @@ def test_files_are_found_relative_to_the_scene(tmp_path, write_scene):
 
 BAD = {
     "negative modulus": (("E = 210000.0", "E = -1.0"), r"lower\.E = -1\.0: .*greater than 0"),
-    "nu out of range": (("nu = 0.3", "nu = 0.6"), r"upper\.nu = 0\.6: .*less than or equal to 0\.49"),
-    "steep flank": (("25.0", "95"), r"lower\.contour\.flank_inclination_deg = 95: .*75"),
+    "nu out of range": (("nu = 0.3", "nu = 0.6"), r"upper\.nu = 0\.6: .*less than or equal to 0\.4999"),
+    "steep flank": (("25.0", "95"), r"lower\.contour\.flank_inclination_deg = 95: .*85"),
     "unknown key": (("nu = 0.3", "nu = 0.3\npoisson = 1"), r"lower\.poisson: unknown key"),
     "misspelt key": (("a = 0.3", "a = 0.3\n[engin]\n"), r"engin: unknown key; did you mean 'engine'"),
     "aspect": (("a = 0.3", "a = 30.0"), r"patch = .*a / b = 150 is outside"),
@@ -112,7 +113,7 @@ BAD = {
         r"rotation_reach = 10: at most half of the least of engine\.far_radius",
     ),
     "patch too far out": (("b = 0.2", "b = 0.2\ns = 40.0"), r"patch\.s = 40: beyond half"),
-    "small wheel": (("nu = 0.3", "nu = 0.3\nrolling_radius = 20.0"), r"rolling_radius = 20\.0: .*50"),
+    "small wheel": (("nu = 0.3", "nu = 0.3\nrolling_radius = 19.0"), r"rolling_radius = 19\.0: .*20"),
     "small hub": (
         ("nu = 0.3", "nu = 0.3\nrolling_radius = 100.0\nhub_radius = 5.0"),
         r"lower\.hub_radius = 5\.0: at least 0\.2 rolling_radius \(20 mm\)",
@@ -201,7 +202,7 @@ def test_changes_replace_the_keys_they_name_and_no_others():
     again = load_scene_text(scene.text)  # what is recorded is what was computed
     assert (again["lower"]["nu"], again["engine"], again["patch"]) == (
         0.4,
-        {"tolerance": 0.1},
+        {"check": True, "tolerance": 0.1},
         {"a": 0.2, "b": 0.2},
     )
 
@@ -211,13 +212,52 @@ def load_scene_text(text):
 
 
 def test_the_first_cells_follow_from_the_tolerance():
-    fine, coarse = (load_scene("geometry1", {"engine": {"tolerance": t}}).cells for t in (0.01, 0.08))
+    fine, coarse, coarsest = (
+        load_scene("flat", {"engine": {"kind": "solid", "tolerance": t}}).cells for t in (0.01, 0.08, 1.0)
+    )
     assert coarse.growth == pytest.approx(2 * fine.growth)  # eight times the error, cubic convergence
     assert coarse.smallest == pytest.approx(2 * fine.smallest)
-    coarsest = load_scene("geometry1", {"engine": {"tolerance": 1.0}}).cells
     assert coarsest.growth == pytest.approx(3 * fine.growth)
-    given = load_scene("geometry1", {"engine": {"tolerance": 0.08, "growth": 0.2}}).cells
+    given = load_scene("flat", {"engine": {"kind": "solid", "tolerance": 0.08, "growth": 0.2}}).cells
     assert (given.growth, given.smallest) == (0.2, coarse.smallest)
+
+
+def test_a_tight_tolerance_has_small_cells_and_a_far_arc_of_the_harmonic_engine():
+    loose, tuned, tight = (load_scene("flat", {"engine": {"tolerance": t}}) for t in (0.1, 0.001, 0.000125))
+    assert tuned.cells.growth == pytest.approx(2 * tight.cells.growth)
+    assert loose.cells.growth == pytest.approx(1.25 * tuned.cells.growth)
+    radii = [scene.bodies["lower"].domain.far_radius for scene in (loose, tuned, tight)]
+    assert radii == pytest.approx([1280.0, 1280.0, 1280.0 * 8**0.5])
+
+
+def test_the_check_is_the_scene_by_the_solid_engine_on_its_own_cells():
+    scene = load_scene("geometry2", {"engine": {"tolerance": 0.001, "growth": 0.3}})
+    assert (scene.engine, scene.check.engine, scene.check.check) == ("harmonic", "solid", None)
+    assert scene.check.tolerance == 0.01
+    assert scene.check.cells == cells_for(0.01, scene.patch, "solid")
+    assert scene.check.bodies["upper"].domain.far_radius == 320.0
+    assert load_scene("flat").check is None
+    assert load_scene("geometry2", {"engine": {"kind": "solid"}}).check is None
+
+
+BEYOND_SOLID = {
+    "nu": ({"lower": {"nu": 0.495}}, r"lower\.nu = 0\.495: use engine\.kind = 'harmonic'"),
+    "small wheel": ({"upper": {"rolling_radius": 30.0}}, r"rolling_radius = 30: use engine\.kind"),
+    "steep": (
+        {"lower": {"contour": {"kind": "arc", "radius": 10.0, "flank_inclination_deg": 80.0}}},
+        r"lower\.contour: inclined up to 80\.0 degrees; at most 75",
+    ),
+    "slender patch": ({"patch": {"a": 0.02, "b": 1.0}}, r"patch\.a / patch\.b = 0\.02: use engine\.kind"),
+}
+
+
+@pytest.mark.parametrize("case", BEYOND_SOLID)
+def test_what_only_the_harmonic_engine_can_do_is_refused_of_the_solid_one_and_of_a_check(case):
+    changes, expected = BEYOND_SOLID[case]
+    assert load_scene("flat", changes).engine == "harmonic"
+    for engine in ({"kind": "solid"}, {"check": True}):
+        with pytest.raises(BadScene, match=expected):
+            load_scene("flat", changes | {"engine": engine})
 
 
 def test_points_may_stand_in_the_scene_itself():
