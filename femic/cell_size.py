@@ -40,13 +40,16 @@ def distance(gmsh: ModuleType, points: Array) -> int:
     return int(field)
 
 
-def set_cell_size(gmsh: ModuleType, body: Body, sizes: Sequence[str]) -> None:
-    """Take the least of some sizes, formulas of fields F1, F2, ...; small cells close to a wheel's axis."""
-    field, formulas = gmsh.model.mesh.field, list(sizes)
-    if body.rolling_radius < np.inf:
-        formulas.append(f"{ROUND:g}*sqrt(x^2+(z-({body.side * body.rolling_radius:.17g}))^2)")
-    evaluated = [field.add("MathEval") for _ in formulas]
-    for tag, formula in zip(evaluated, formulas, strict=True):
+def round_the_axis(body: Body) -> str:
+    """Cells in proportion to the distance from the axis of a body of revolution, as a formula."""
+    return f"{ROUND:g}*sqrt(x^2+(z-({body.side * body.rolling_radius:.17g}))^2)"
+
+
+def set_cell_size(gmsh: ModuleType, sizes: Sequence[str]) -> None:
+    """Take the least of some sizes, formulas of fields F1, F2, ..."""
+    field = gmsh.model.mesh.field
+    evaluated = [field.add("MathEval") for _ in sizes]
+    for tag, formula in zip(evaluated, sizes, strict=True):
         field.setString(tag, "F", formula)
     size = field.add("Min")
     field.setNumbers(size, "FieldsList", evaluated)

@@ -44,7 +44,7 @@ MODELS = {  # the most expensive first
 }
 WAVES_GAIN = {"sparser": 32.0, "lower": 3.0}  # error with the perturbed wavenumbers over that with all
 WAVES_ORDER = 3  # of the error due to the largest wavenumber
-WAVES_SHARE = 0.2  # of the tolerance that the interpolation between wavenumbers may take
+WAVES_SHARE = 0.5  # of the tolerance that the interpolation between wavenumbers may take
 
 # Cells that meet the tolerance on the built-in scenes, and the largest that may be begun with
 TUNED_TOLERANCE = {"solid": 0.01, "harmonic": 0.001}

@@ -11,7 +11,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from femic.cell_size import Cells, distance, set_cell_size
+from femic.cell_size import Cells, distance, round_the_axis, set_cell_size
 from geometries.bodies import Body
 from geometries.contours import Contour
 
@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 JOINT = 0.2  # cell at a joint over that of its distance from the nearest strip: a jump disturbs little
 TURN = 0.5  # rad, most that the contour turns within a cell
+LOCAL = 2.0  # rolling radii from the load along a wheel's axis, beyond which little is left
 SAMPLES = 2001  # of the contour, where its curvature is looked at
 
 
@@ -43,7 +44,10 @@ def set_section_size(gmsh: ModuleType, body: Body, cells: Cells, strips: Array, 
         f"sqrt({h0:.17g}^2+({growth:.17g}*F{field})^2)"
         for field, (_, h0) in zip(fields, disturbances, strict=True)
     ]
-    set_cell_size(gmsh, body, formulas)
+    if body.rolling_radius < np.inf:
+        beyond = f"{growth:.17g}*(F{fields[0]}-{LOCAL * body.rolling_radius:.17g})"
+        formulas.append(f"max({round_the_axis(body)},{beyond})")
+    set_cell_size(gmsh, formulas)
 
 
 def _turns(contour: Contour, ends: Array, growth: float) -> list[tuple[Array, float]]:

@@ -10,7 +10,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from femic.cell_size import Cells, distance, set_cell_size
+from femic.cell_size import Cells, distance, round_the_axis, set_cell_size
 from femic.gmsh_session import gmsh_session
 from femic.outline import add_section
 from geometries.bodies import Body, Domain
@@ -76,7 +76,7 @@ def _add_volume(gmsh: ModuleType, body: Body, half_section: bool) -> None:
 def _set_cell_size(gmsh: ModuleType, body: Body, cells: Cells, focus: Focus) -> None:
     r, d = (distance(gmsh, points) for points in (focus.centres, focus.points))
     h = f"sqrt({cells.smallest:.17g}^2+({cells.line_growth:.17g}*F{r})^2+({cells.growth:.17g}*F{d})^2)"
-    set_cell_size(gmsh, body, [h])
+    set_cell_size(gmsh, [h, round_the_axis(body)] if body.rolling_radius < np.inf else [h])
     gmsh.option.setNumber("Mesh.Algorithm3D", DELAUNAY)
 
 

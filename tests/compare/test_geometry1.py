@@ -23,9 +23,12 @@ def test_every_component_of_each_body_is_known_to_a_thousandth(geometry1):
 
 
 @pytest.mark.parametrize("line", ["s = 1.6 mm", "s = 0 mm", "x = 1.6 mm"])
-def test_combined_xn_is_known_to_one_percent_of_its_own_maximum(geometry1, line):
+def test_combined_xn_is_known_to_one_percent_and_to_two_of_its_own_maximum(geometry1, line):
+    """What is left of it where the bodies' xn, 60 times as large, cancel."""
     _, _, errors = geometry1
-    assert errors["own"].sel(variant="C", body="combined", line=line, i="x", j="n") < 0.01
+    known = errors.sel(variant="C", body="combined", line=line, i="x", j="n")
+    assert known["max"] < 0.01
+    assert known["own"] < 0.02
 
 
 @pytest.mark.parametrize("body", BODIES)
