@@ -1,25 +1,39 @@
-"""Benchmark of both engines side by side: print the table of docs/harmonic-engine.md as Markdown.
+"""Benchmark of both engines side by side: print the tables of docs/harmonic-engine.md as Markdown.
 
     python benchmarks/engines.py [tolerance of the harmonic engine ...]
 
-Both geometries, all six components of both bodies with estimates: wall seconds of all models in two
-processes, the largest model, the worst estimate, and how far the harmonic engine is from the solid one.
+1. Both geometries, all six components of both bodies with estimates, on two cores: wall seconds of all
+   models, the largest model, memory, the worst estimate, how far the harmonic engine is from the solid one,
+   and the ratio of the seconds. The solid engine runs with multigrid and, where it is installed, with the
+   direct solver.
+2. One body under 64 loads beside each other, all directions: a harmonic model, and what 64 solid ones
+   would take, extrapolated from one.
+3. How the cost of a harmonic model grows with its cells and with its domain.
 """
 
 import sys
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 
-from compare.pipeline import Results, compute, scales_of
+from compare.pipeline import Results, compute, jobs, scales_of
 from compare.scenes import load_scene
+from femic import pardiso
 from femic.accuracy import component_of
+from femic.engine import Points
+from femic.harmonic import HarmonicRequest, raw_ics
+from femic.reference import Level, harmonic_request, solid_request
+from femic.solid import raw_ics as solid_raw_ics
+from geometries.patches import Load, Patch
 
 BODIES = ("lower", "upper")
+GEOMETRIES = ("geometry1", "geometry2")
+STRIPS = 64
 
 
-def run(name: str, engine: str, tolerance: float) -> tuple[Results, float]:
-    scene = load_scene(name, {"engine": {"kind": engine, "tolerance": tolerance}})
+def run(name: str, **engine: object) -> tuple[Results, float]:
+    scene = load_scene(name, {"engine": {"check": False, **engine}})
     start = perf_counter()
     results = compute(scene, workers=2)
     return results, perf_counter() - start
@@ -35,33 +49,90 @@ def worst_share(results: Results, off: dict[str, np.ndarray]) -> float:
     return max(shares)
 
 
-HEAD = (
-    "scene",
-    "engine",
-    "tolerance",
-    "seconds",
-    "unknowns, finest model",
-    "estimate",
-    "from the solid engine",
-)
+def table(*head: str) -> None:
+    print(f"\n| {' | '.join(head)} |\n|{'---|' * len(head)}", flush=True)
+
+
+def row(*cells: object) -> None:
+    print(f"| {' | '.join(str(cell) for cell in cells)} |", flush=True)
+
+
+def engines(tolerances: list[float]) -> None:
+    table("scene", "engine", "tolerance", "s", "ratio", "unknowns", "MB", "estimate", "from the solid engine")
+    for name in GEOMETRIES:
+        solid, took = run(name, kind="solid", tolerance=0.01, solver="multigrid")
+        row(name, "solid, multigrid", 0.01, f"{took:.0f}", 1, *described(solid), "")
+        if pardiso.available():
+            direct, seconds = run(name, kind="solid", tolerance=0.01, solver="direct")
+            row(
+                name, "solid, direct", 0.01, f"{seconds:.0f}", f"{took / seconds:.1f}", *described(direct), ""
+            )
+        for tolerance in tolerances:
+            found, seconds = run(name, kind="harmonic", tolerance=tolerance)
+            off = {b: found.references[b].c.ic - solid.references[b].c.ic for b in BODIES}
+            apart, ratio = f"{worst_share(solid, off):.2%}", f"{took / seconds:.1f}"
+            row(name, "harmonic", f"{tolerance:g}", f"{seconds:.0f}", ratio, *described(found), apart)
+
+
+def described(results: Results) -> tuple[str, str, str]:
+    """Unknowns of the largest model, memory, worst estimate of the results."""
+    models = [cost for body in BODIES for cost in results.references[body].models.values()]
+    estimate = worst_share(results, {body: results.references[body].c.estimate for body in BODIES})
+    return (
+        f"{max(m.unknowns for m in models):,}",
+        f"{max(m.peak_memory for m in models):.0f}",
+        f"{estimate:.2%}",
+    )
+
+
+def many_loads() -> None:
+    table(
+        "scene, body",
+        "64 loads, harmonic: s",
+        "unknowns",
+        "one load, solid: s",
+        "64, extrapolated: s",
+        "ratio",
+    )
+    for name in GEOMETRIES:
+        job = jobs(load_scene(name))["lower"]
+        asked = harmonic_request(job, Level())
+        b = job.patch.b
+        s = 2 * b * (np.arange(STRIPS) - (STRIPS - 1) / 2)
+        loads = tuple(Load(Patch(job.patch.a, b, centre), j) for centre in s for j in range(3))
+        x = 2 * job.patch.a * np.arange(3)
+        x, across = (grid.ravel() for grid in np.meshgrid(x, s, indexing="ij"))
+        start = perf_counter()
+        many = raw_ics(replace(asked, loads=loads, points=Points(x, across)), workers=2)
+        seconds = perf_counter() - start
+        start = perf_counter()
+        solid_job = jobs(load_scene(name, {"engine": {"kind": "solid", "check": False}}))["lower"]
+        solid_raw_ics(solid_request(solid_job, Level()))
+        one = perf_counter() - start
+        cells = f"{seconds:.1f}", f"{many.cost.unknowns:,}", f"{one:.0f}", f"{STRIPS * one:.0f}"
+        row(f"{name}, lower", *cells, f"{STRIPS * one / seconds:.0f}")
+
+
+def growth() -> None:
+    table("cells ×", "domain ×", "unknowns", "wavenumbers", "s", "ms per wavenumber")
+    asked = harmonic_request(jobs(load_scene("geometry1"))["lower"], Level())
+    for cells, domain in ((1.0, 1.0), (0.7, 1.0), (0.5, 1.0), (0.35, 1.0), (1.0, 4.0), (1.0, 16.0)):
+        body = replace(asked.body, domain=asked.body.domain.scaled(domain))
+        timed(replace(asked, cells=asked.cells.scaled(cells), body=body), cells, domain)
+
+
+def timed(asked: HarmonicRequest, cells: float, domain: float) -> None:
+    cost = raw_ics(asked, workers=2).cost
+    n = int(cost.solver.split()[1])
+    seconds = sum(cost.seconds.values())
+    per_wave = 1000 * cost.seconds["solution"] / n
+    row(f"{cells:g}", f"{domain:g}", f"{cost.unknowns:,}", n, f"{seconds:.1f}", f"{per_wave:.0f}")
 
 
 def main() -> None:
-    tolerances = [float(value) for value in sys.argv[1:]] or [0.01, 0.002]
-    print(f"| {' | '.join(HEAD)} |\n|{'---|' * len(HEAD)}")
-    for name in ("geometry1", "geometry2"):
-        solid, took = run(name, "solid", 0.01)
-        row([name, "solid", "0.01"], took, solid, "")
-        for tolerance in tolerances:
-            found, took = run(name, "harmonic", tolerance)
-            off = {b: found.references[b].c.ic - solid.references[b].c.ic for b in BODIES}
-            row([name, "harmonic", f"{tolerance:g}"], took, found, f"{worst_share(solid, off):.2%}")
-
-
-def row(what: list[str], took: float, results: Results, apart: str) -> None:
-    unknowns = max(results.references[body].models["fine"].unknowns for body in BODIES)
-    estimate = worst_share(results, {body: results.references[body].c.estimate for body in BODIES})
-    print(f"| {' | '.join([*what, f'{took:.0f}', f'{unknowns:,}', f'{estimate:.2%}', apart])} |", flush=True)
+    engines([float(value) for value in sys.argv[1:]] or [0.01, 0.001, 0.0001])
+    many_loads()
+    growth()
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from pathlib import Path
 from compare import views
 from compare.pipeline import Results, jobs
 from compare.scene import Scene
-from compare.scenes import load_scene
+from compare.scenes import load_solid_scene
 from femic.fields import nodal_fields
 from femic.reference import Job, Level, solid_request
 from femic.refinement import Watch
@@ -82,7 +82,7 @@ def _file(asked: Shown) -> tuple[Path, str]:
 
 def _preview(asked: Shown, say: Say) -> tuple[Path, str]:
     """Solve and write the fields of one load on coarse cells; returns the .vtu file and a title."""
-    scene = load_scene(asked.target)
+    scene = load_solid_scene(asked.target)
     name, direction = asked.body or scene.solved[0], asked.load or "n"
     title = f"{scene.name}, {name} body, 1 N along +{direction}"
     say(f"{title}: solving a preview with coarse cells; `fields = true` in a scene gives the finest")

@@ -1,7 +1,7 @@
 """Scenes: from a built-in name or a TOML file to bodies, patch and lines; all errors at once."""
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from copy import deepcopy
 from difflib import get_close_matches
 from pathlib import Path
@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 import tomlkit
-from pydantic import BaseModel, ValidationError
-from pydantic_core import ErrorDetails
+from pydantic import ValidationError
 
 from approx.effective import EffectiveProperties, Transition
 from compare import scene_file as files
 from compare.scene import Scene
 from compare.scene_checks import misfits
+from compare.scene_messages import message
 from femic.cell_size import Cells
 from femic.reference import cells_for, far_radius_for
 from geometries import contours
@@ -28,11 +28,6 @@ from geometries.surfaces import LOWER, UPPER
 
 FLAT_REFERENCE_LENGTH = 10.0
 CHECK_TOLERANCE = 0.01  # the tightest of the solid engine where it is the check of the harmonic one
-REMEDIES: Mapping[str, str] = {
-    "missing": "add the key",
-    "file_not_file": "give a path to an existing file, relative to the scene file",
-    "path_not_file": "give a path to an existing file, relative to the scene file",
-}
 
 
 class BadScene(WrongInput):
@@ -69,6 +64,16 @@ def _merged(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, A
     return merged
 
 
+def load_solid_scene(name_or_path: str) -> Scene:
+    """The same, by the solid engine whatever it says: fields in 3D are the solid engine's."""
+    path = scene_path(name_or_path)
+    text, table = read_scene(path)
+    parsed = parse(table, path)
+    if parsed.engine.kind == "solid":
+        return build_scene(path.stem, text, parsed)
+    return _by_solid_engine(path.stem, text, parsed)
+
+
 def scene_from_table(table: dict[str, Any], name: str) -> Scene:
     """The scene of a table with the keys of a scene file, for use from Python; files are relative to `.`."""
     return build_scene(name, tomlkit.dumps(table), parse(deepcopy(table), Path(name)))
@@ -103,7 +108,7 @@ def parse(table: dict[str, Any], path: Path) -> files.SceneFile:
     try:
         return files.SceneFile.model_validate(table)
     except ValidationError as error:
-        lines = [_message(detail) for detail in error.errors()]
+        lines = [message(detail) for detail in error.errors()]
         raise BadScene(f"{path}: {len(lines)} error(s)\n  " + "\n  ".join(lines)) from error
 
 
@@ -112,43 +117,6 @@ def _resolve_files(table: dict[str, Any], folder: Path) -> None:
         contour = table.get(body, {}).get("contour", {}) if isinstance(table.get(body), dict) else {}
         if isinstance(contour, dict) and isinstance(contour.get("file"), str):
             contour["file"] = folder / contour["file"]
-
-
-def _message(detail: ErrorDetails) -> str:
-    """One error as: field = value: what is wrong; remedy."""
-    field = ".".join(str(part) for part in _without_tags(detail["loc"]))
-    kind = detail["type"]
-    if kind == "extra_forbidden":
-        key = str(detail["loc"][-1])
-        near = get_close_matches(key, sorted(_keys(files.SceneFile) - {key}), n=1)
-        hint = f"did you mean {near[0]!r}?" if near else "see `femic scenes --show flat` for all keys"
-        return f"{field}: unknown key; {hint}"
-    value = "" if kind == "missing" else f" = {_shown(detail['input'])}"
-    remedy = f"; {REMEDIES[kind]}" if kind in REMEDIES else ""
-    message = detail["msg"].removeprefix("Value error, ")
-    return f"{field}{value}: {message}{remedy}"
-
-
-def _shown(value: object) -> str:
-    return str(value) if isinstance(value, Path) else repr(value)[:80]
-
-
-def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
-    """The location without the names of union members that pydantic inserts."""
-    tags = {"plane", "arc", "ellipse", "points"}
-    for k, part in enumerate(location):
-        previous = location[k - 1] if k else None
-        of_contour = previous == "contour" and part in tags
-        of_line = isinstance(previous, int) and part in {"x", "s"} and location[0] == "lines"
-        of_flanks = previous == "flank_inclination_deg" and isinstance(part, str)
-        if not (of_contour or of_line or of_flanks):
-            yield part
-
-
-def _keys(model: type[BaseModel]) -> set[str]:
-    """All keys that any table of a scene file may have."""
-    tables = [model, *files.Section.__subclasses__()]
-    return {key for table in tables for key in table.model_fields}
 
 
 def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
@@ -183,7 +151,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         rotation_reach=scene.rotation_reach or _default_reach(reference_length, domain, extent),
         moment_arm=scene.moment_arm or _default_arm(reference_length, domain, extent),
         fields=scene.fields,
-        check=_solid_check(name, text, scene) if engine.check and engine.kind != "solid" else None,
+        check=_by_solid_engine(name, text, scene) if engine.check and engine.kind != "solid" else None,
     )
     errors = list(misfits(built, extent, domain))
     if errors:
@@ -191,7 +159,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
     return built
 
 
-def _solid_check(name: str, text: str, scene: files.SceneFile) -> Scene:
+def _by_solid_engine(name: str, text: str, scene: files.SceneFile) -> Scene:
     """The scene by the solid engine, with its own cells and, where none is given, its own domain."""
     engine = files.EngineTable(
         kind="solid",

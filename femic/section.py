@@ -26,6 +26,7 @@ Indices = NDArray[np.int64]
 
 TRIANGLE = 2  # Gmsh's number of the 3-node triangle
 DEGREE = 4
+CLOSE = 1e-3  # of a strip: ends that are closer are one
 INNER = slice(-3, None)  # nodes of a cell that are not on its edges
 LAGRANGE = BarycentricInterpolator(np.arange(DEGREE + 1) / DEGREE, np.eye(DEGREE + 1))
 
@@ -67,14 +68,24 @@ def section_mesh(
     `strips`: (n, 2) ends of the loaded strips [mm], vertices lie there. Cells on the strips are not larger
     than `wave` [mm]. Raises Failure where cells are too coarse for the contour.
     """
+    apart = CLOSE * float(np.min(np.diff(strips)))
     ends = np.abs(strips) if half_section else strips
+    breaks = _distinct(ends.ravel(), np.array([*body.contour.joints, *body.s_range]), apart)
     with gmsh_session() as gmsh:
-        surface, curves = add_section(gmsh, body, half_section=half_section, breaks=np.unique(ends).tolist())
+        surface, curves = add_section(gmsh, body, half_section=half_section, breaks=breaks.tolist())
         gmsh.model.occ.synchronize()
-        set_section_size(gmsh, body, cells, strips, wave)
+        mirrored = -strips[:, ::-1] if half_section else strips
+        set_section_size(gmsh, body, cells, np.vstack([strips, mirrored]), wave)
         gmsh.model.mesh.generate(2)
         points, triangles, on_contour = _collect(gmsh, surface, curves)
     return _curved(body, points, triangles, on_contour, half_section)
+
+
+def _distinct(s: Array, others: Array, apart: float) -> Array:
+    """Values in order without those that nearly repeat another one, or one of the others."""
+    s = np.sort(s)
+    s = s[np.append(True, np.diff(s) > apart)]
+    return s[np.all(np.abs(s[:, None] - others) > apart, axis=1)]
 
 
 def _collect(gmsh: ModuleType, surface: int, curves: list[int]) -> tuple[Array, Indices, Indices]:

@@ -5,7 +5,7 @@ s = 0 has only one.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from scipy.sparse import csr_matrix, diags_array, kron
 
 from femic.section import SectionMesh
 from femic.section_model import FreeSystem, SectionModel
-from femic.symmetry import Parity, X, Y, parities
+from femic.symmetry import Parity, S, X, Y, parities
 from geometries.patches import Load
 
 Array = NDArray[np.float64]
@@ -45,17 +45,22 @@ class Respond:
         for part in self._parts:
             amplitudes, residual = (part.nearer if nearer else part.system).solved(k, part.forces)
             self.residual = max(self.residual, residual)
-            seen = (part.observers @ amplitudes).reshape(-1, 3, len(part.of_loads))
-            in_space[part.of_loads] += np.transpose(seen, (2, 1, 0))
+            seen = (part.observers @ amplitudes).reshape(-1, 3, part.forces.shape[1])
+            in_space[part.of_loads] += part.signs[:, None, None] * np.transpose(seen, (2, 1, 0))[part.columns]
         return np.asarray(self._signs * np.einsum("icn,lcn->lin", self._axes, in_space))
 
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """The even or the odd part of the loads, or all of them on a whole section."""
+    """The even or the odd part of the loads, or all of them on a whole section.
+
+    Loads at s and -s have parts that are equal or opposite: they share a column of the forces.
+    """
 
     of_loads: list[int]
-    forces: Array  # (unknowns, len(of_loads))
+    columns: list[int]  # of each of these loads
+    signs: Array
+    forces: Array  # (unknowns, n_columns)
     observers: csr_matrix  # (3 n, unknowns): components at each observer
     system: FreeSystem
     nearer: FreeSystem
@@ -69,14 +74,30 @@ def _parities(loads: Sequence[Load], section: SectionMesh) -> list[int]:
 def _part(model: SectionModel, loads: Sequence[Load], s: Array, y: int, nearer: float) -> _Part:
     section, body = model.section, model.section.body
     alike = [j for j, load in enumerate(loads) if any(p.y == y for p in parities(load, half_section=y != 0))]
-    forces = np.stack([strip_force(section, loads[j], y) for j in alike], axis=1)
+    twins = [_twin(loads[j], y) for j in alike]
+    distinct = list(dict.fromkeys(load for load, _ in twins))
+    forces = np.stack([strip_force(section, load, y) for load in distinct], axis=1)
     nodes = section.mesh.doflocs
     on_plane = np.abs(nodes[0]) < 1e-9 * body.domain.far_radius
     held = model.supported | (on_plane[:, None] & (_mirror(y) < 0))
     beyond = np.hypot(*nodes) > nearer * body.domain.far_radius
     return _Part(
-        alike, forces, observers(section, s, y), model.free_of(held), model.free_of(held | beyond[:, None])
+        alike,
+        [distinct.index(load) for load, _ in twins],
+        np.array([sign for _, sign in twins]),
+        forces,
+        observers(section, s, y),
+        model.free_of(held),
+        model.free_of(held | beyond[:, None]),
     )
+
+
+def _twin(load: Load, y: int) -> tuple[Load, float]:
+    """The load at |s| whose part of a parity in y is that of a load, and the factor between them."""
+    if y == 0 or load.patch.s >= 0:
+        return load, 1.0
+    mirrored = replace(load, patch=replace(load.patch, s=-load.patch.s))
+    return mirrored, float(-y if load.direction == S else y)
 
 
 def _mirror(y: int) -> Array:

@@ -36,9 +36,10 @@ def set_section_size(gmsh: ModuleType, body: Body, cells: Cells, strips: Array, 
         nearest = max(float(np.min(np.abs(ends - joint))), cells.smallest / growth)
         disturbances.append((np.array([joint]), max(JOINT * growth * nearest, cells.smallest)))
     disturbances += _turns(contour, ends, growth)
-    if wave < growth * np.max(np.diff(strips)) / 2:
-        n = int(np.ceil(np.max(np.diff(strips)) / wave))
-        disturbances.append((np.unique(np.linspace(strips[:, 0], strips[:, 1], n + 1)), wave))
+    longest = float(np.max(np.ptp(strips, axis=1)))
+    if wave < growth * longest / 2:
+        between = np.linspace(strips[:, 0], strips[:, 1], int(np.ceil(longest / wave)) + 1)
+        disturbances.append((np.unique(between), wave))
     fields = [distance(gmsh, np.stack([0 * s, *contour.position(s)])) for s, _ in disturbances]
     formulas = [
         f"sqrt({h0:.17g}^2+({growth:.17g}*F{field})^2)"

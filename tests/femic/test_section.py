@@ -76,12 +76,25 @@ def test_half_of_a_section_is_half_of_it():
     assert np.min(half.doflocs[0]) == 0.0
 
 
-def test_cells_on_a_strip_are_as_short_as_the_waves_ask():
-    body = BODIES["rail"]
-    for wave in (0.05, 0.02):
-        knots = section_mesh(body, CELLS, STRIPS[:1], wave).knots
-        on_strip = np.diff(knots[(knots > -0.2 - 1e-9) & (knots < 0.3 + 1e-9)])
-        assert np.max(on_strip) < 1.3 * wave
+@pytest.mark.parametrize("half", [False, True])
+@pytest.mark.parametrize("wave", [0.05, 0.02])
+def test_cells_on_a_strip_are_as_short_as_the_waves_ask(wave, half):
+    body = Body(LOWER, arc(10.0, 0.6, 0.6), STEEL, DOMAIN)
+    for low, high in ((-0.3, 0.3), (2.0, 2.6)):
+        knots = section_mesh(body, CELLS, np.array([[low, high]]), wave, half_section=half).knots
+        on_strip = knots[(knots > max(low, knots[0]) - 1e-9) & (knots < high + 1e-9)]
+        assert np.max(np.diff(on_strip)) < 1.3 * wave
+
+
+def test_strips_may_touch_each_other_and_end_at_a_joint():
+    body = Body(LOWER, arc(10.0, 0.6, 0.6), STEEL, DOMAIN)
+    s = np.linspace(-6.0, 6.0, 41)
+    strips = np.stack([s[:-1], s[1:] + 1e-12], axis=1)
+    for half in (False, True):
+        knots = section_mesh(body, CELLS, strips, half_section=half).knots
+        assert np.min(np.diff(knots)) > 0.01
+        for end in s[s >= knots[0]]:
+            assert np.min(np.abs(knots - end)) < 1e-6
 
 
 def test_a_contour_that_turns_on_a_small_radius_gets_small_cells():

@@ -1,0 +1,53 @@
+"""What is wrong with a scene file, as one line per error: field = value: what is wrong; remedy."""
+
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
+from pathlib import Path
+
+from pydantic import BaseModel
+from pydantic_core import ErrorDetails
+
+from compare import scene_file as files
+
+REMEDIES: Mapping[str, str] = {
+    "missing": "add the key",
+    "file_not_file": "give a path to an existing file, relative to the scene file",
+    "path_not_file": "give a path to an existing file, relative to the scene file",
+}
+
+
+def message(detail: ErrorDetails) -> str:
+    """One error as: field = value: what is wrong; remedy."""
+    field = ".".join(str(part) for part in _without_tags(detail["loc"]))
+    kind = detail["type"]
+    if kind == "extra_forbidden":
+        key = str(detail["loc"][-1])
+        near = get_close_matches(key, sorted(_keys(files.SceneFile) - {key}), n=1)
+        hint = f"did you mean {near[0]!r}?" if near else "see `femic scenes --show flat` for all keys"
+        return f"{field}: unknown key; {hint}"
+    value = "" if kind == "missing" else f" = {_shown(detail['input'])}"
+    remedy = f"; {REMEDIES[kind]}" if kind in REMEDIES else ""
+    message = detail["msg"].removeprefix("Value error, ")
+    return f"{field}{value}: {message}{remedy}"
+
+
+def _shown(value: object) -> str:
+    return str(value) if isinstance(value, Path) else repr(value)[:80]
+
+
+def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
+    """The location without the names of union members that pydantic inserts."""
+    tags = {"plane", "arc", "ellipse", "points"}
+    for k, part in enumerate(location):
+        previous = location[k - 1] if k else None
+        of_contour = previous == "contour" and part in tags
+        of_line = isinstance(previous, int) and part in {"x", "s"} and location[0] == "lines"
+        of_flanks = previous == "flank_inclination_deg" and isinstance(part, str)
+        if not (of_contour or of_line or of_flanks):
+            yield part
+
+
+def _keys(model: type[BaseModel]) -> set[str]:
+    """All keys that any table of a scene file may have."""
+    tables = [model, *files.Section.__subclasses__()]
+    return {key for table in tables for key in table.model_fields}
