@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from skfem import Basis, ElementTriP4
+from skfem import Basis, ElementTriP4, MeshTri
 
 from femic.cell_size import Cells
-from femic.section import section_mesh
+from femic.section import MeshTri4, section_mesh
 from femic.section_model import assemble
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse, plane
@@ -63,6 +63,34 @@ def test_the_trace_reads_quartics_of_s_exactly(body, half):
     at = np.linspace(0.0 if half else -5.0, 7.0, 50)
     expected = np.polyval([0.01, -0.1, 3, -2, 1], at)
     np.testing.assert_allclose(section.interpolation(at) @ nodal, expected, rtol=1e-10, atol=1e-8)
+
+
+def test_inner_nodes_follow_the_contour_so_that_fields_are_met_better():
+    """A polynomial of fourth degree in (y, z), interpolated: at the points of cells on the contour."""
+    body = Body(LOWER, arc(10.0, 0.9, 0.9), STEEL, DOMAIN)
+    mesh = section_mesh(body, Cells(0.1, 0.5, 0.5), np.array([[-0.2, 0.2]])).mesh
+    straight = MeshTri4.from_mesh(MeshTri(mesh.p[:, : mesh.nvertices], mesh.t)).doflocs
+    inner = mesh.dofs.interior_dofs.ravel()
+    left = mesh.doflocs.copy()
+    left[:, inner] = straight[:, inner]
+
+    def error(nodes):
+        basis = Basis(replace(mesh, doflocs=nodes), ElementTriP4())
+        f = nodes[0] ** 3 * nodes[1] + nodes[1] ** 4
+        y, z = basis.global_coordinates()
+        return np.max(np.abs(np.asarray(basis.interpolate(f)) - (y**3 * z + z**4))[curved])
+
+    curved = np.any(np.abs(mesh.doflocs - straight)[0][mesh.dofs.element_dofs] > 1e-9, axis=0)
+    assert error(left) > 1.5 * error(mesh.doflocs)
+
+
+def test_cells_at_a_joint_are_smaller_than_its_distance_from_the_strip_asks():
+    """The curvature jumps there: they grow from the joint, too."""
+    body = Body(LOWER, arc(10.0, 0.6, 0.6), STEEL, DOMAIN)
+    knots = section_mesh(body, Cells(0.05, 0.5, 0.5), np.array([[-0.2, 0.2]])).knots
+    at = np.argmin(np.abs(knots - 6.0))
+    assert knots[at] == pytest.approx(6.0, abs=1e-6)
+    assert np.max(np.diff(knots[at - 1 : at + 2])) < 0.3 * 0.5 * 5.8
 
 
 def test_half_of_a_section_is_half_of_it():
