@@ -11,7 +11,6 @@ from compare.pipeline import Results, check_of, reference_of, scales_of
 from compare.scene import Scene
 from femic.discount import AXES
 from femic.provenance import code_digest, versions
-from femic.reference import Reference
 from femic.solid import RESIDUAL
 from geometries.patches import DIRECTIONS
 
@@ -22,7 +21,7 @@ def to_dataset(results: Results) -> xr.Dataset:
     """All ICs per unit total load after the discount, with estimate, raw field and M. NaN: not computed."""
     scene = results.scene
     bodies = list(scene.compared)
-    variants = [*scene.variants, *(["C_solid"] if results.checks else []), "C"]
+    variants = list(results.variants)
     shape = (len(variants), len(bodies), 3, 3, len(results.points.x))
     ic = np.full(shape, np.nan)
     for b, body in enumerate(bodies):
@@ -75,14 +74,13 @@ def to_dataset(results: Results) -> xr.Dataset:
 def _attributes(results: Results) -> dict[str, str | float]:
     scene = results.scene
     models = {
-        f"{body} {model}": {
+        name: {
             "unknowns": cost.unknowns,
             "solver": cost.solver,
             "seconds": cost.seconds,
             "peak_memory": cost.peak_memory,
         }
-        for body, reference in [*results.references.items(), *named_checks(results)]
-        for model, cost in reference.models.items()
+        for name, cost in results.models.items()
     }
     return {
         "title": scene.title,
@@ -103,17 +101,12 @@ def _attributes(results: Results) -> dict[str, str | float]:
     }
 
 
-def named_checks(results: Results) -> list[tuple[str, Reference]]:
-    """The references of the solid engine where it is the check, under names of their own."""
-    return [(f"solid check, {body}", reference) for body, reference in results.checks.items()]
-
-
 def domains(results: Results) -> dict[str, dict[str, float | None]]:
     """Shape and final size of each solved body's model [mm]; None: prismatic, no hub, endless along x."""
     return {
         name: {
             "far_radius": found.body.domain.far_radius,
-            "half_length": found.body.xi_end if results.scene.engine == "solid" else None,
+            "half_length": _finite(found.body.xi_end),
             "rolling_radius": _finite(found.body.rolling_radius),
             "hub_radius": found.body.rolling_radius - found.body.depth if found.body.reaches_hub else None,
             "smallest_cell": found.cells.smallest,

@@ -228,7 +228,7 @@ def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
         grid = figure.subplots(1, len(scene.compared), squeeze=False, sharey=True)[0]
         for axes, body in zip(grid, scene.compared, strict=True):
             worst = errors["max"].sel(body=body).max("line")
-            for variant in (*scene.variants, *(["C_solid"] if results.checks else []), "C"):
+            for variant in results.variants:
                 if np.isnan(results.seconds[variant, body]):
                     continue
                 values = [worst.sel(variant=variant, i=c[0], j=c[1]).item() for c in scene.components]

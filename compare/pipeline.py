@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from approx.pair import Pair, Solid
 from compare.scene import Scene
 from femic import reference
-from femic.engine import Points
+from femic.engine import Cost, Points
 from femic.reference import Estimated, Job, Reference, scales, total
 from femic.refinement import SILENT, Watch, references
 from geometries.patches import Patch
@@ -33,6 +33,18 @@ class Results:
     checks: Mapping[str, Reference]  # by the solid engine where it is the check, else empty
     approximations: Mapping[tuple[str, str], Array]  # by (variant, body)
     seconds: Mapping[tuple[str, str], float]  # by (variant, body), C summed over its models
+
+    @property
+    def variants(self) -> tuple[str, ...]:
+        """What there is to show: the approximations, C of the check, C."""
+        return (*self.scene.variants, *(("C_solid",) if self.checks else ()), "C")
+
+    @property
+    def models(self) -> dict[str, Cost]:
+        """What every solved model took, by body and model."""
+        named = {f"{body}, {{}}": found for body, found in self.references.items()}
+        named |= {f"solid check, {body}, {{}}": found for body, found in self.checks.items()}
+        return {name.format(m): cost for name, found in named.items() for m, cost in found.models.items()}
 
 
 def scene_points(scene: Scene) -> tuple[Points, dict[str, slice]]:

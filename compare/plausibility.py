@@ -34,7 +34,7 @@ def _of_body(scene: Scene, name: str, body: Body) -> Iterator[str]:
     if body.material.nu > NEARLY_INCOMPRESSIBLE:
         yield (
             f"{name}.nu = {body.material.nu:g}: nearly incompressible; xn and sn nearly vanish, and C takes "
-            "two to four times the iterations and smaller cells for the same accuracy"
+            "smaller cells (solid engine: and two to four times the iterations) for the same accuracy"
         )
 
 
@@ -95,7 +95,8 @@ def _of_domain(scene: Scene) -> Iterator[str]:
         if reach * FAR > size:
             yield (
                 f"line {line.name}: reaches {reach:g} mm, {reach / size:.0%} of the domain ({size:g} mm); "
-                "truncation errors grow like the square of that: enlarge engine.far_radius and half_length"
+                "truncation errors grow like the square of that: enlarge engine.far_radius (solid engine: "
+                "half_length, too)"
             )
     aspect = max(scene.patch.a / scene.patch.b, scene.patch.b / scene.patch.a)
     through = [
@@ -103,7 +104,7 @@ def _of_domain(scene: Scene) -> Iterator[str]:
         for line in scene.lines
         if line.along == "x" and abs(line.s[0] - scene.patch.s) < scene.patch.b
     ]
-    if aspect > SLENDER and through:
+    if scene.engine == "solid" and aspect > SLENDER and through:
         yield (
             f"patch of aspect {aspect:.3g}: on the line {through[0]}, which runs through it, the error next "
             "to the load can be twice the estimate"

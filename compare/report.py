@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.dataset import named_checks, settings
+from compare.dataset import settings
 from compare.figures import SYMBOLS
 from compare.html import ZERO, Cell, embedded, error_cell, rendered
 from compare.pipeline import Results, check_of, jobs, reference_of, scales_of
@@ -15,7 +15,7 @@ from compare.plausibility import warnings
 from femic.accuracy import component_of
 from femic.discount import AXES
 from femic.provenance import versions
-from femic.reference import Engine, Reference, factors, worst
+from femic.reference import factors, worst
 from geometries.bodies import Body
 
 TINY = 1e-9  # of a line's scale: a component that vanishes by symmetry
@@ -46,19 +46,12 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
         L=scene.reference_length,
         rotation_reach=scene.rotation_reach,
         figures={kind: [embedded(path) for path in paths] for kind, paths in figures.items()},
-        models=[
-            {"name": f"{body}, {model}", "cost": cost}
-            for body, reference in [*results.references.items(), *named_checks(results)]
-            for model, cost in reference.models.items()
-        ],
+        models=[{"name": name, "cost": cost} for name, cost in results.models.items()],
         agreement=list(agreement(results)),
         variant_seconds=[
             (SYMBOLS[name], results.seconds[name, scene.compared[0]])
-            for name in (
-                *_computed(results, scene.compared[0]),
-                *(["C_solid"] if results.checks else []),
-                "C",
-            )
+            for name in results.variants
+            if not np.isnan(results.seconds[name, scene.compared[0]])
         ],
         settings=settings(scene),
         known=_known(results),
@@ -112,7 +105,7 @@ def _worst_of(results: Results, errors: xr.DataArray) -> tuple[float, str, str]:
 
 
 def _rows(results: Results, errors: xr.Dataset, body: str, measure: str) -> Iterator[Row]:
-    for variant in (*results.scene.variants, *(["C_solid"] if results.checks else []), "C"):
+    for variant in results.variants:
         for k, line in enumerate(results.lines):
             at = errors.sel(body=body, variant=variant, line=line)
             cells = [_cell(at[measure].sel(i=c[0], j=c[1]).item(), at, c) for c in results.scene.components]
@@ -165,7 +158,7 @@ def _known(results: Results) -> list[dict[str, str]]:
                 "truncation": f"{worst(job, found.c.truncation_error, scale)[0]:.2%}",
                 "waves": f"{worst(job, found.c.waves_error, scale)[0]:.2%}",
                 "cells": f"{found.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
-                "domain": f"far arc {found.body.domain.far_radius:g} mm, {_length(found, job.engine)} "
+                "domain": f"far arc {found.body.domain.far_radius:g} mm, {_length(found.body)} "
                 f"(first × {domain:.3g})",
             }
         )
@@ -193,11 +186,11 @@ def agreement(results: Results) -> Iterator[dict[str, str]]:
             }
 
 
-def _length(found: Reference, engine: Engine) -> str:
+def _length(body: Body) -> str:
     """How far a model goes along x."""
-    if engine == "solid":
-        return f"half-length {found.body.xi_end:.4g} mm"
-    return "endless along x" if np.isinf(found.body.rolling_radius) else "all the way round"
+    if body.closed:
+        return "all the way round"
+    return "endless along x" if np.isinf(body.xi_end) else f"half-length {body.xi_end:.4g} mm"
 
 
 def _entries(m: np.ndarray) -> list[str]:

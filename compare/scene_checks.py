@@ -19,9 +19,8 @@ INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 def misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterator[str]:
     """What is wrong between the tables of a scene."""
     around = min(np.pi * body.rolling_radius for body in scene.bodies.values())
-    ends = domain.half_length if scene.engine == "solid" else np.inf
-    size = min(domain.far_radius, ends, around)
-    half_length = ", engine.half_length" if scene.engine == "solid" else ""
+    size = min(domain.far_radius, domain.half_length, around)
+    half_length = ", engine.half_length" if np.isfinite(domain.half_length) else ""
     far = f"half of the least of engine.far_radius{half_length} and half a turn ({size / 2:g} mm)"
     yield from _patch_misfits(scene, extent, size, far)
     yield from _line_misfits(scene, extent, size, far)

@@ -123,7 +123,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
     """Turn a valid file into geometry; raises BadScene where the parts do not fit together."""
     engine = scene.engine
     far_radius = engine.far_radius or far_radius_for(engine.tolerance, engine.kind)
-    domain = Domain(far_radius, engine.half_length)
+    domain = Domain(far_radius, engine.half_length if engine.kind == "solid" else np.inf)
     bodies = {
         key: _body(key, side, table, domain)
         for key, side, table in (("lower", LOWER, scene.lower), ("upper", UPPER, scene.upper))

@@ -105,7 +105,7 @@ def raw_ics(
     """Mesh, assemble, solve the wavenumbers in parallel threads, and sum them at the points.
 
     `perturbed` of the result: "nearer" (far arc at half its radius), "sparser" (without the last
-    wavenumber of each interval), "lower" (two thirds of the largest wavenumber). Raises NotConverged if the
+    wavenumber of each interval), "lower" (half of the largest wavenumber). Raises NotConverged if the
     section has more than `most_unknowns`.
     """
     start = perf_counter()

@@ -118,7 +118,7 @@ def require_inside(name: str, job: Job) -> None:
     """Raise WrongInput if a point or a patch lies outside the smallest model."""
     small = request(job, Level(domain=-1))
     body = small.body
-    xi_end = body.xi_end if job.engine == "solid" else np.pi * body.rolling_radius
+    xi_end = body.xi_end
     low, high = body.s_range
     for load in small.loads:
         patch = load.patch

@@ -23,7 +23,8 @@ class Domain:
     """How much of a body is modelled: clamped at the far arc, at both ends and at the hub, free elsewhere.
 
     far_radius [mm] is the radius of the far arc about the contact centre, half_length [mm] the
-    extent along +x and along -x, on a body of revolution along the rolling circle of s = 0.
+    extent along +x and along -x, on a body of revolution along the rolling circle of s = 0; infinite of
+    an endless body, or one that goes all the way round.
     """
 
     far_radius: float
@@ -89,7 +90,9 @@ class Body:
     @property
     def closed(self) -> bool:
         """Whether the model goes all the way round."""
-        return self.domain.half_length >= np.pi * self.rolling_radius
+        return bool(
+            np.isfinite(self.rolling_radius) and self.domain.half_length >= np.pi * self.rolling_radius
+        )
 
     @property
     def xi_end(self) -> float:

@@ -22,6 +22,7 @@ TABLE = {
     "patch": {"a": 0.2, "b": 0.2},
     "lines": [{"along": "x", "s": 1.6}],
 }
+SOLID = {"engine": {"kind": "solid"}}
 CASES = {
     "curved": ({"patch": {"b": 1.5, "a": 1.5}}, r"lower\.contour: radius 10 mm at the patch, 6\.7 times"),
     "joint": ({"patch": {"s": 4.5}}, r"patch\.s = 4\.5: the patch lies on the joint .* \(s = 4\.451 mm\)"),
@@ -37,9 +38,12 @@ CASES = {
         {"upper": {"rolling_radius": 400.0}},
         r"16 times the longest line along x \(25 mm\): .* turned by 3\.6 degrees",
     ),
-    "long line": ({"lines": [{"along": "x", "s": 1.6, "reach": 80.0}]}, r"reaches 80 mm, 25% of the domain"),
+    "long line": (
+        {"lines": [{"along": "x", "s": 1.6, "reach": 80.0}], **SOLID},
+        r"reaches 80 mm, 25% of the domain",
+    ),
     "patch aspect": (
-        {"patch": {"a": 2.0}, "lines": [{"along": "x", "s": 0.0}]},
+        {"patch": {"a": 2.0}, "lines": [{"along": "x", "s": 0.0}], **SOLID},
         r"patch of aspect 10: on the line s = 0 mm",
     ),
     "incompressible": ({"upper": {"nu": 0.48}}, r"upper\.nu = 0\.48: nearly incompressible"),
@@ -54,7 +58,7 @@ CASES = {
 def changed(table, changes):
     merged = dict(table)
     for key, value in changes.items():
-        merged[key] = table[key] | value if isinstance(value, dict) else value
+        merged[key] = table.get(key, {}) | value if isinstance(value, dict) else value
     return merged
 
 
@@ -64,6 +68,12 @@ def test_each_warning_names_the_value_and_its_number(case):
     assert warnings(scene_from_table(TABLE, "plain")) == []
     texts = warnings(scene_from_table(changed(TABLE, changes), case))
     assert any(re.search(expected, text) for text in texts), texts
+
+
+@pytest.mark.parametrize("case", ["long line", "patch aspect"])
+def test_limits_of_the_solid_engine_are_none_of_the_harmonic_one(case):
+    changes = {key: value for key, value in CASES[case][0].items() if key != "engine"}
+    assert warnings(scene_from_table(changed(TABLE, changes), case)) == []
 
 
 def test_a_patch_near_the_end_of_a_measured_contour(tmp_path, write_scene):
