@@ -19,12 +19,12 @@ import numpy as np
 
 from compare.pipeline import Results, compute, jobs, scales_of
 from compare.scenes import load_scene
-from femic import pardiso
 from femic.accuracy import component_of
-from femic.engine import Points
-from femic.harmonic import HarmonicRequest, raw_ics
+from femic.harmonic.engine import HarmonicRequest, raw_ics
+from femic.models import Points
 from femic.reference import Level, harmonic_request, solid_request
-from femic.solid import raw_ics as solid_raw_ics
+from femic.solid import pardiso
+from femic.solid.engine import raw_ics as solid_raw_ics
 from geometries.patches import Load, Patch
 
 BODIES = ("lower", "upper")

@@ -26,11 +26,11 @@ import xarray as xr
 from approx.halfspace import HalfSpace
 from compare.pipeline import jobs
 from compare.scenes import load_scene
-from femic import pardiso
 from femic.accuracy import component_of, line_errors
-from femic.engine import Cost, RawICs
+from femic.models import Cost, RawICs
 from femic.reference import Job, Level, combine, factors, request
-from femic.solid import Request, raw_ics
+from femic.solid import pardiso
+from femic.solid.engine import Request, raw_ics
 from geometries.contours import arc
 from geometries.materials import one_body
 

@@ -11,7 +11,7 @@ from compare.pipeline import Results, check_of, reference_of, scales_of
 from compare.scene import Scene
 from femic.discount import AXES
 from femic.provenance import code_digest, versions
-from femic.solid import RESIDUAL
+from femic.solid.engine import RESIDUAL
 from geometries.patches import DIRECTIONS
 
 Array = NDArray[np.float64]

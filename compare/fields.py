@@ -10,10 +10,10 @@ from compare import views
 from compare.pipeline import Results, jobs
 from compare.scene import Scene
 from compare.scenes import load_solid_scene
-from femic.fields import nodal_fields
 from femic.reference import Job, Level, solid_request
 from femic.refinement import Watch
-from femic.vtu import write_vtu
+from femic.solid.fields import nodal_fields
+from femic.solid.vtu import write_vtu
 from geometries.errors import Failure, WrongInput
 from geometries.patches import DIRECTIONS, Load
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from approx.pair import Pair, Solid
 from compare.scene import Scene
 from femic import reference
-from femic.engine import Cost, Points
+from femic.models import Cost, Points
 from femic.reference import Estimated, Job, Reference, scales, total
 from femic.refinement import SILENT, Watch, references
 from geometries.patches import Patch

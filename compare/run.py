@@ -10,10 +10,10 @@ from compare import figures, report, views
 from compare.fields import write_fields
 from compare.pipeline import Results, compute, jobs
 from compare.scene import Scene
-from femic.harmonic import build_section
+from femic.harmonic.engine import build_section
 from femic.reference import harmonic_request, solid_request
 from femic.refinement import Watch
-from femic.solid import build_mesh
+from femic.solid.engine import build_mesh
 from geometries.errors import WrongInput
 
 log = logging.getLogger(__name__)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from approx.effective import EffectiveProperties
 from approx.pair import Pair, Solid
 from femic.cell_size import Cells
-from femic.linear import SolverChoice
 from femic.reference import Engine
+from femic.solid.linear import SolverChoice
 from geometries.bodies import Body
 from geometries.patches import OffsetLine, Patch
 

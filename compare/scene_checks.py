@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from compare.scene import Scene
-from femic.pardiso import available as direct_available
+from femic.solid.pardiso import available as direct_available
 from geometries.bodies import Body, Domain
 
 CLEAR_OF_PATCH = 6  # half-widths beside a moment load

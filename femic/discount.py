@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
-from femic.engine import Points
+from femic.models import Points
 from femic.symmetry import N, S, X
 from geometries.bodies import Body
 from geometries.materials import one_body

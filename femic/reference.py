@@ -20,10 +20,10 @@ from approx.halfspace import HalfSpace
 from femic.accuracy import FLOOR, component_of, line_scale
 from femic.cell_size import Cells
 from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part
-from femic.engine import Cost, Points, RawICs
-from femic.harmonic import HIGHEST, LOWER, HarmonicRequest
-from femic.linear import SolverChoice
-from femic.solid import Request, directions_of
+from femic.harmonic.engine import HIGHEST, LOWER, HarmonicRequest
+from femic.models import Cost, Points, RawICs
+from femic.solid.engine import Request, directions_of
+from femic.solid.linear import SolverChoice
 from femic.symmetry import N
 from geometries.bodies import Body
 from geometries.materials import one_body

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femic.accuracy import NotConverged
-from femic.harmonic import LOWER
+from femic.harmonic.engine import LOWER
 from femic.reference import (
     COARSER,
     LARGER,

@@ -10,10 +10,11 @@ from pathlib import Path
 from joblib import Memory, Parallel, delayed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from femic import harmonic, solid
-from femic.engine import RawICs
+from femic.harmonic import engine as harmonic
+from femic.models import RawICs
 from femic.provenance import code_digest
 from femic.reference import Job, Level, harmonic_request, solid_request
+from femic.solid import engine as solid
 from geometries.errors import Failure
 
 

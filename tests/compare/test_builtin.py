@@ -10,7 +10,7 @@ from compare.pipeline import compute, estimated_errors, jobs
 from compare.scenes import builtin_names, load_scene
 from femic.accuracy import component_of
 from femic.reference import Level, combine, request, scaled, scales, worst
-from femic.solid import raw_ics
+from femic.solid.engine import raw_ics
 
 pytestmark = pytest.mark.slow
 

@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from compare.cli import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
-from femic import solid
+from femic.solid import engine as solid
 from tests.compare.conftest import COARSE_ENGINE
 
 ONE = 'bodies = ["lower"]\ncomponents = ["nn"]\nvariants = ["A", "Bhat"]'

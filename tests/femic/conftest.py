@@ -7,9 +7,9 @@ import pytest
 from joblib import Memory
 
 from femic.cell_size import Cells
-from femic.engine import Points
+from femic.models import Points
 from femic.reference import Job, Level
-from femic.solid import Request, assemble, build_mesh, raw_ics
+from femic.solid.engine import Request, assemble, build_mesh, raw_ics
 from femic.workers import solve_models
 from geometries import contours
 from geometries.bodies import Body, Domain

@@ -6,8 +6,8 @@ import pytest
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
 from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part, wrench
-from femic.engine import Points
-from femic.solid import raw_ics
+from femic.models import Points
+from femic.solid.engine import raw_ics
 from geometries.contours import through_points
 from geometries.materials import one_body
 from geometries.patches import Load, Patch

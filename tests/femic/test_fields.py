@@ -8,10 +8,10 @@ import pytest
 from scipy.spatial import cKDTree
 
 from femic.cell_size import Cells
-from femic.elasticity import is_curved
-from femic.engine import Points
-from femic.fields import displacement, grid_of, nodal_fields, stress, von_mises
-from femic.solid import assemble, build_mesh, observe, solve
+from femic.models import Points
+from femic.solid.elasticity import is_curved
+from femic.solid.engine import assemble, build_mesh, observe, solve
+from femic.solid.fields import displacement, grid_of, nodal_fields, stress, von_mises
 from femic.symmetry import X, Y, on_plane
 from geometries.contours import plane
 from geometries.patches import Load, Patch

@@ -6,9 +6,9 @@ import pytest
 from approx.halfspace import HalfSpace
 from femic.accuracy import line_errors
 from femic.cell_size import Cells
-from femic.engine import Points
+from femic.models import Points
 from femic.reference import Job, Level, combine, discounted, request
-from femic.solid import raw_ics
+from femic.solid.engine import raw_ics
 from geometries import contours
 from geometries.bodies import Body, Domain
 from geometries.materials import Material, one_body

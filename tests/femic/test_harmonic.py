@@ -9,13 +9,13 @@ from approx.halfspace import HalfSpace
 from approx.variants import approximate
 from femic.accuracy import line_errors
 from femic.cell_size import Cells
-from femic.engine import Points
-from femic.harmonic import raw_ics
+from femic.harmonic.engine import raw_ics
+from femic.harmonic.section import section_mesh
+from femic.harmonic.section_model import assemble
+from femic.harmonic.section_response import Respond, strip_force
+from femic.models import Points
 from femic.reference import Level, combine, discounted, request
-from femic.section import section_mesh
-from femic.section_model import assemble
-from femic.section_response import Respond, strip_force
-from femic.solid import raw_ics as solid_raw_ics
+from femic.solid.engine import raw_ics as solid_raw_ics
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.materials import Material, one_body

@@ -9,13 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.elasticity import stiffness
-from femic.engine import Points
 from femic.gmsh_session import gmsh_session
-from femic.mesh import curved
+from femic.models import Points
 from femic.reference import COARSER, ESTIMATE_ORDER, SAFETY
-from femic.solid import SolidModel, observe, solve
-from femic.tetrahedra import _collect
+from femic.solid.elasticity import stiffness
+from femic.solid.engine import SolidModel, observe, solve
+from femic.solid.mesh import curved
+from femic.solid.tetrahedra import _collect
 from geometries.bodies import Body, Domain
 from geometries.contours import Arc, Contour
 from geometries.materials import Material

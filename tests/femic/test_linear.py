@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from femic import linear
 from femic.accuracy import NotConverged
-from femic.solid import patch_load, raw_ics, solve
+from femic.solid import linear
+from femic.solid.engine import patch_load, raw_ics, solve
 from femic.symmetry import held_by_symmetry
 from geometries.patches import Load
 from tests.femic.conftest import COARSE, PATCH, SYMMETRIC, request_for

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from femic.discount import rigid_part
-from femic.engine import Points
+from femic.models import Points
 from femic.reference import Job, Level, combine, request
-from femic.solid import raw_ics
+from femic.solid.engine import raw_ics
 from geometries.contours import through_points
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER

@@ -8,10 +8,10 @@ from scipy.spatial import cKDTree
 from skfem import Basis, ElementTetP2, ElementTriP2, MeshTri
 
 from femic.cell_size import Cells
-from femic.engine import Points
-from femic.mesh import Trace, curved
-from femic.solid import build_mesh
-from femic.tetrahedra import Focus, fill
+from femic.models import Points
+from femic.solid.engine import build_mesh
+from femic.solid.mesh import Trace, curved
+from femic.solid.tetrahedra import Focus, fill
 from geometries.surfaces import UPPER
 from tests.femic.conftest import COARSE, SMALL, SYMMETRIC, UNSYMMETRIC, request_for
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic import solid
 from femic.accuracy import NotConverged
-from femic.engine import Points
+from femic.models import Points
 from femic.reference import Estimated, Level, combine, factors, scales, total, worst
 from femic.refinement import SILENT, Watch, converged, references, refine, refined
+from femic.solid import engine as solid
 from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.surfaces import UPPER

@@ -5,9 +5,9 @@ import pytest
 from skfem import Basis, ElementTetP2
 
 from femic.accuracy import line_errors
-from femic.engine import Points
+from femic.models import Points
 from femic.reference import Level, discounted, request
-from femic.solid import assemble, build_mesh, raw_ics
+from femic.solid.engine import assemble, build_mesh, raw_ics
 from geometries.bodies import Domain
 from geometries.contours import arc, plane
 from geometries.surfaces import LOWER, UPPER

@@ -7,8 +7,8 @@ import pytest
 from skfem import Basis, ElementTriP4, MeshTri
 
 from femic.cell_size import Cells
-from femic.section import MeshTri4, section_mesh
-from femic.section_model import assemble
+from femic.harmonic.section import MeshTri4, section_mesh
+from femic.harmonic.section_model import assemble
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse, plane
 from geometries.errors import Failure

@@ -5,7 +5,7 @@ import numpy as np
 from femic.accuracy import line_errors
 from femic.discount import conditions, fit_discount, rigid_part
 from femic.reference import Level, combine, request
-from femic.solid import raw_ics
+from femic.solid.engine import raw_ics
 from geometries.contours import arc
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import STEEL, assert_honest

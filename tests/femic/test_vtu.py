@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from femic.fields import NodalField, grid_of
-from femic.solid import build_mesh
-from femic.vtu import write_vtu
+from femic.solid.engine import build_mesh
+from femic.solid.fields import NodalField, grid_of
+from femic.solid.vtu import write_vtu
 from geometries.contours import plane
 from geometries.surfaces import UPPER
 from tests.femic.conftest import UNSYMMETRIC, request_for

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femic.accuracy import NotConverged
-from femic.wavenumbers import Axis, sampled
+from femic.harmonic.wavenumbers import Axis, sampled
 
 AXIS = Axis(1e-3, 25.0)
 ODD = np.array([[False], [True]])

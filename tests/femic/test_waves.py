@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
-from femic.wavenumbers import Axis
-from femic.waves import (
+from femic.harmonic.wavenumbers import Axis
+from femic.harmonic.waves import (
     SINES,
     half_space_response,
     integral,

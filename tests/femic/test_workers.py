@@ -5,9 +5,10 @@ import pytest
 from joblib import Memory
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from femic import solid, workers
+from femic import workers
 from femic.provenance import code_digest
 from femic.reference import MODELS, Level
+from femic.solid import engine as solid
 from femic.workers import memory_in, solve_models
 from geometries.errors import Failure
 from tests.femic.conftest import FIRST, JOB, solve_all

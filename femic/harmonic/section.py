@@ -16,8 +16,8 @@ from skfem import ElementTriP4, MeshTri, MeshTri2
 from femic.cell_size import Cells
 from femic.edges import edge_numbers
 from femic.gmsh_session import gmsh_session
+from femic.harmonic.section_size import set_section_size
 from femic.outline import add_section
-from femic.section_size import set_section_size
 from geometries.bodies import Body
 from geometries.errors import Failure
 

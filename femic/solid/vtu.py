@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from femic.fields import Grid, NodalField
+from femic.solid.fields import Grid, NodalField
 
 Indices = NDArray[np.int64]
 

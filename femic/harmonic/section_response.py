@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, diags_array, kron
 
-from femic.section import SectionMesh
-from femic.section_model import FreeSystem, SectionModel
+from femic.harmonic.section import SectionMesh
+from femic.harmonic.section_model import FreeSystem, SectionModel
 from femic.symmetry import Parity, S, X, Y, parities
 from geometries.patches import Load
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from skfem import ElementTetP2
 from skfem.quadrature import get_quadrature
 
-from femic.elasticity import CHUNK
-from femic.mesh import SolidMesh
-from femic.solid import Field, Request, assemble, build_mesh, solve
+from femic.solid.elasticity import CHUNK
+from femic.solid.engine import Field, Request, assemble, build_mesh, solve
+from femic.solid.mesh import SolidMesh
 from femic.symmetry import X, Y, on_plane
 from geometries.materials import Material
 from geometries.patches import Load

@@ -14,7 +14,7 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 from skfem import Basis, ElementTriP4
 
-from femic.section import SectionMesh
+from femic.harmonic.section import SectionMesh
 from geometries.bodies import Body
 from geometries.errors import Failure
 

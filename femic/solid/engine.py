@@ -16,12 +16,12 @@ from scipy.sparse import eye as identity
 
 from femic.accuracy import NotConverged
 from femic.cell_size import Cells
-from femic.elasticity import rigid_body_modes, stiffness
-from femic.engine import Cost, Points, RawICs, peak_memory
-from femic.linear import Solution, SolverChoice, System, prepare
-from femic.mesh import SolidMesh, solid_mesh
+from femic.models import Cost, Points, RawICs, peak_memory
+from femic.solid.elasticity import rigid_body_modes, stiffness
+from femic.solid.linear import Solution, SolverChoice, System, prepare
+from femic.solid.mesh import SolidMesh, solid_mesh
+from femic.solid.tetrahedra import Focus
 from femic.symmetry import Parity, X, Y, held_by_symmetry, parities
-from femic.tetrahedra import Focus
 from geometries.bodies import Body
 from geometries.patches import DIRECTIONS, Load, Patch
 

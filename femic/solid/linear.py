@@ -16,10 +16,10 @@ from pyamg.multilevel import MultilevelSolver
 from pyamg.relaxation.smoothing import change_smoothers
 from scipy.sparse import bsr_matrix, csr_matrix, diags_array, kron, triu
 from scipy.sparse.linalg import cg
-from threadpoolctl import threadpool_limits
 
-from femic import pardiso
 from femic.accuracy import NotConverged
+from femic.solid import pardiso
+from femic.threads import one_blas_thread
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -84,11 +84,6 @@ def _prepare_multigrid(system: System) -> Callable[[Array, float], Solution]:
         return _checked(solution, tolerance)
 
     return solve
-
-
-def one_blas_thread() -> threadpool_limits:
-    """Sparse sweeps run on one core; BLAS threads waiting for the next tiny product slow them down."""
-    return threadpool_limits(limits=1, user_api="blas")
 
 
 def _hierarchy(system: System, matrix: bsr_matrix, free: Mask) -> MultilevelSolver:

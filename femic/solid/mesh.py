@@ -13,7 +13,7 @@ from skfem import Basis, ElementTetP2, ElementTriP2, MeshTet, MeshTet2, MeshTri
 
 from femic.cell_size import Cells
 from femic.edges import edge_numbers
-from femic.tetrahedra import Focus, Tetrahedra, fill
+from femic.solid.tetrahedra import Focus, Tetrahedra, fill
 from geometries.bodies import Body
 from geometries.errors import Failure
 

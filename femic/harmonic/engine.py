@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from approx.halfspace import HalfSpace
 from femic.accuracy import NotConverged
 from femic.cell_size import Cells
-from femic.engine import Cost, Points, RawICs, peak_memory
-from femic.linear import one_blas_thread
-from femic.section import SectionMesh, section_mesh
-from femic.section_model import assemble
-from femic.section_response import Respond
-from femic.wavenumbers import Axis, Sampled, sampled
-from femic.waves import SINES, spectrum, synthesis_weights, tail
+from femic.harmonic.section import SectionMesh, section_mesh
+from femic.harmonic.section_model import assemble
+from femic.harmonic.section_response import Respond
+from femic.harmonic.wavenumbers import Axis, Sampled, sampled
+from femic.harmonic.waves import SINES, spectrum, synthesis_weights, tail
+from femic.models import Cost, Points, RawICs, peak_memory
+from femic.threads import one_blas_thread
 from geometries.bodies import Body
 from geometries.materials import one_body
 from geometries.patches import Load, Patch

@@ -1,7 +1,7 @@
 """Gmsh extrudes or revolves the section of a body and fills it with graded tetrahedra.
 
 Only x >= 0 is meshed, and only y >= 0 where the symmetry of section and load allows it. The curves
-that Gmsh sees may deviate a little from the true contour; `femic.mesh` moves the nodes onto it.
+that Gmsh sees may deviate a little from the true contour; `femic.solid.mesh` moves the nodes onto it.
 """
 
 from dataclasses import dataclass, replace

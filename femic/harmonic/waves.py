@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.special import erfc, iti0k0, k0, k1
 
 from approx.halfspace import HalfSpace, nine
-from femic.wavenumbers import Axis
+from femic.harmonic.wavenumbers import Axis
 from geometries.patches import Patch
 
 Array = NDArray[np.float64]
