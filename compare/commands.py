@@ -11,9 +11,15 @@ from compare.run import run_scene
 from compare.scene import Scene
 from compare.scene_listing import listing
 from compare.scenes import builtin_names, load_scene
+from femic.store import Store
 from geometries.patches import DirectionName
 
 SolidName = Literal["lower", "upper"]
+Workers = Annotated[int | None, Parameter(help="parallel processes or threads; default: one per core")]
+StoreAt = Annotated[
+    str | None,
+    Parameter(help="folder or URL where solved models are kept, for all scenes; default OUT/store"),
+]
 
 
 def run(
@@ -21,7 +27,8 @@ def run(
     /,
     *,
     out: Annotated[Path | None, Parameter(help="folder for the results; default out/SCENE")] = None,
-    workers: Annotated[int | None, Parameter(help="parallel processes; default: one per core")] = None,
+    workers: Workers = None,
+    store: StoreAt = None,
 ) -> None:
     """Compute and compare the influence coefficients of a scene; write a report.
 
@@ -33,16 +40,25 @@ def run(
     loaded = load_scene(scene)
     folder = out or Path("out") / loaded.name
     console = Console()
-    report = _computed(loaded, folder, workers, console)
+    report = _computed(loaded, folder, workers, _store(store, folder), console)
     console.print(f"Report: {report}", soft_wrap=True)
 
 
-def _computed(scene: Scene, folder: Path, workers: int | None, console: Console) -> Path:
+def _store(location: str | None, folder: Path) -> Store:
+    """Where finished work is kept: in the folder of the results, unless a place is named."""
+    if location is not None:
+        return Store(location)
+    store = Store(folder / "store")
+    store.forget_other_code()
+    return store
+
+
+def _computed(scene: Scene, folder: Path, workers: int | None, store: Store, console: Console) -> Path:
     """Compute a scene, with warnings and progress on the console; returns the path of its report."""
     for text in plausibility.warnings(scene):
         console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
     with progress.shown(console) as watch:
-        return run_scene(scene, folder, workers=workers, watch=watch)
+        return run_scene(scene, folder, workers=workers, store=store, watch=watch)
 
 
 def compare(
@@ -51,7 +67,8 @@ def compare(
         "out"
     ),
     out: Annotated[Path | None, Parameter(help="folder for the overlay; default RESULTS/SCENE_SCENE")] = None,
-    workers: Annotated[int | None, Parameter(help="parallel processes; default: one per core")] = None,
+    workers: Workers = None,
+    store: StoreAt = None,
 ) -> None:
     """Show the results of two or more scenes in the same figures and tables; write a report.
 
@@ -69,7 +86,7 @@ def compare(
     for source in found:
         if source.scene is not None and not overlay_sources.up_to_date(source):
             console.print(f"{source.name}: no results of it by this femic yet, computing", markup=False)
-            _computed(source.scene, source.folder, workers, console)
+            _computed(source.scene, source.folder, workers, _store(store, source.folder), console)
     report = overlay_report.write(overlay.load(found), folder)
     console.print(f"Report: {report}", soft_wrap=True)
 

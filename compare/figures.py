@@ -270,18 +270,18 @@ def surface_mesh(chart: MeshTri, scene: Scene, body: str, *, side: int) -> Figur
         return figure
 
 
-def section_mesh(mesh: MeshTri, scene: Scene, body: str) -> Figure:
+def section_mesh(vertices: Array, triangles: NDArray[np.int64], scene: Scene, body: str) -> Figure:
     """The section's mesh, whole and near the patch."""
-    y, z = mesh.p
+    y, z = vertices
     with mpl.rc_context(STYLE | {"axes.grid": False}):
         figure = Figure(figsize=(10, 4.8), layout="constrained")
         at_y, at_z = scene.bodies[body].contour.position(scene.patch.s)
         near = 8 * max(scene.patch.a, scene.patch.b)
         whole, close = figure.subplots(1, 2)
         for axes in (whole, close):
-            axes.triplot(y, z, mesh.t.T, linewidth=0.3, color="tab:blue")
+            axes.triplot(y, z, triangles.T, linewidth=0.3, color="tab:blue")
             axes.set(aspect="equal", xlabel="y [mm]", ylabel="z [mm]")
-        whole.set_title(f"{mesh.nelements:,} cells")
+        whole.set_title(f"{triangles.shape[1]:,} cells")
         close.set(title="near the patch", xlim=(at_y - near, at_y + near), ylim=(at_z - near, at_z + near))
         half = " (y ≥ 0: the other half is its mirror image)" if np.min(y) >= 0 else ""
         figure.suptitle(f"section of the {body} body{half}")

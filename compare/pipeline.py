@@ -3,7 +3,6 @@
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from time import perf_counter
 
 import numpy as np
@@ -12,9 +11,11 @@ from numpy.typing import NDArray
 from approx.pair import Pair, Solid
 from compare.scene import Scene
 from femic import reference
+from femic.at_points import references
 from femic.models import Cost, Points
 from femic.reference import Estimated, Job, Reference, scales, total
-from femic.refinement import SILENT, Watch, references
+from femic.refinement import SILENT, Watch
+from femic.store import Store
 from geometries.patches import Patch
 
 Array = NDArray[np.float64]
@@ -78,27 +79,27 @@ def jobs(scene: Scene) -> dict[str, Job]:
 
 
 def compute(
-    scene: Scene, *, workers: int | None = None, kept: Path | None = None, watch: Watch = SILENT
+    scene: Scene, *, workers: int | None = None, store: Store | None = None, watch: Watch = SILENT
 ) -> Results:
     """Compute everything the scene asks for, in parallel processes (default: one per core).
 
-    Solved models are kept in the folder `kept`. Raises NotConverged where the estimated error of
+    Solved models are kept in the store. Raises NotConverged where the estimated error of
     what is compared cannot be brought down to the tolerance.
     """
     workers = workers or os.cpu_count() or 1
-    found = _references(scene, workers, kept, watch)
+    found = _references(scene, workers, store, watch)
     if scene.check:
         watch.on_stage("  check by the solid engine")
-    checks = _references(scene.check, workers, kept, watch) if scene.check else {}
+    checks = _references(scene.check, workers, store, watch) if scene.check else {}
     points, lines = scene_points(scene)
     approximations, seconds = _approximations(scene, points)
     seconds |= _reference_seconds("C", found) | _reference_seconds("C_solid", checks)
     return Results(scene, points, lines, found, checks, approximations, seconds)
 
 
-def _references(scene: Scene, workers: int, kept: Path | None, watch: Watch) -> dict[str, Reference]:
+def _references(scene: Scene, workers: int, store: Store | None, watch: Watch) -> dict[str, Reference]:
     return references(
-        jobs(scene), combined="combined" in scene.compared, workers=workers, kept=kept, watch=watch
+        jobs(scene), combined="combined" in scene.compared, workers=workers, store=store, watch=watch
     )
 
 

@@ -13,9 +13,9 @@ from rich.progress import (
     TimeElapsedColumn,
 )
 
-from femic.reference import Level, factors
+from femic.reference import factors
 from femic.refinement import Watch
-from femic.workers import Solved
+from femic.workers import Solved, Task
 
 
 @contextmanager
@@ -31,15 +31,15 @@ def shown(console: Console) -> Iterator[Watch]:
     with Progress(*columns, console=console) as progress:
         task = progress.add_task("models", total=0)
 
-        def on_round(todo: list[tuple[str, Level]]) -> None:
+        def on_round(todo: list[Task]) -> None:
             progress.update(task, total=(progress.tasks[task].total or 0) + len(todo))
 
         def on_model(solved: Solved) -> None:
-            cost = solved.raw.cost
+            cost = solved.model.cost
             took = "kept from an earlier run" if solved.kept else f"{sum(cost.seconds.values()):.1f} s"
-            cells, domain = factors(solved.level)
+            cells, domain = factors(solved.task.level)
             console.print(
-                f"  {solved.job} body, cells x {cells:.3g}, domain x {domain:.3g}: "
+                f"  {solved.task.job} body, cells x {cells:.3g}, domain x {domain:.3g}: "
                 f"{cost.unknowns:,} unknowns, {took}"
             )
             progress.update(task, advance=1, description="models")

@@ -10,24 +10,24 @@ from compare import figures, report, views
 from compare.fields import write_fields
 from compare.pipeline import Results, compute, jobs
 from compare.scene import Scene
-from femic.harmonic.engine import build_section
-from femic.reference import harmonic_request, solid_request
+from femic.reference import solid_request
 from femic.refinement import Watch
 from femic.solid.engine import build_mesh
+from femic.store import Store
 from geometries.errors import WrongInput
 
 log = logging.getLogger(__name__)
 
 
-def run_scene(scene: Scene, out: Path, *, workers: int | None, watch: Watch) -> Path:
+def run_scene(scene: Scene, out: Path, *, workers: int | None, store: Store, watch: Watch) -> Path:
     """Compute the scene, write `ics.nc`, `errors.nc`, CSV, figures and `report.html`; returns its path.
 
-    Solved models are kept under `out/solved`: an interrupted run resumes behind the last of them.
+    Solved models are kept in the store: an interrupted run resumes behind the last of them.
     """
     if out.exists() and not out.is_dir():
         raise WrongInput(f"--out {out}: is a file; name a folder")
     out.mkdir(parents=True, exist_ok=True)
-    results = compute(scene, workers=workers, kept=out / "solved", watch=watch)
+    results = compute(scene, workers=workers, store=store, watch=watch)
     dataset = data.to_dataset(results)
     errors = data.errors(results, dataset)
     data.write(dataset, out / "ics.nc")
@@ -65,9 +65,10 @@ def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path
 def _draw_sections(results: Results, folder: Path) -> list[Path]:
     """The section mesh of each solved body."""
     paths = []
-    for name, job in jobs(results.scene).items():
-        section = build_section(harmonic_request(job, results.references[name].level))
-        figure = figures.section_mesh(section.mesh, results.scene, name)
+    for name, found in results.references.items():
+        if found.drawn is None:
+            continue
+        figure = figures.section_mesh(*found.drawn, results.scene, name)
         paths.append(figures.save(figure, folder / f"mesh_{name}.png"))
     return paths
 

@@ -19,6 +19,7 @@ from compare.figures import draw_curve
 from compare.pipeline import compute
 from compare.scene import Scene
 from compare.scenes import scene_from_table
+from femic.store import Store
 
 STEEL = {"E": 210e3, "nu": 0.28}
 VARIANTS = ["A", "B", "Bhat", "C"]
@@ -28,7 +29,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.02) -> xr.Dat
     """Compute to an estimated error of `tolerance`; picture and solved models go to `out`."""
     out.mkdir(parents=True, exist_ok=True)
     scene = rail_scene(tolerance)
-    results = compute(scene, kept=out / "solved")
+    results = compute(scene, store=Store(out / "store"))
     ics = to_dataset(results)
     draw(scene, ics.sel(body="lower", j="n")).savefig(out / "custom_section.png", dpi=150)
     worst = errors(results, ics)["max"].max("line").sel(body="lower", i=["n", "s"], j="n", variant=VARIANTS)

@@ -22,6 +22,7 @@ from compare.dataset import errors, to_dataset
 from compare.figures import STYLES, SYMBOLS
 from compare.pipeline import Results, compute, scales_of
 from compare.scenes import load_scene
+from femic.store import Store
 from geometries.materials import one_body
 from geometries.patches import Patch
 
@@ -38,7 +39,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.01) -> xr.Dat
     for name, row in zip(SCENES, figure.subplots(2, 3, sharex=True), strict=True):
         engine = {"tolerance": tolerance, "check": False}
         scene = load_scene(name, {"components": ["nn", "sn"], "engine": engine})
-        results = compute(scene, kept=out / "solved")
+        results = compute(scene, store=Store(out / "store"))
         found.append(errors_with_factor(results))
         for axes, body in zip(row, BODIES, strict=True):
             draw(axes, results, body)

@@ -18,6 +18,7 @@ from compare.figures import MARKERS, STYLES, SYMBOLS
 from compare.pipeline import compute
 from compare.scene import Scene
 from compare.scenes import scene_from_table
+from femic.store import Store
 
 ANGLES = [0, 15, 30, 45, 60]  # degrees
 VARIANTS = ["A", "B", "Bhat", "C"]
@@ -25,7 +26,7 @@ VARIANTS = ["A", "B", "Bhat", "C"]
 
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.05) -> xr.DataArray:
     """Compute to estimated errors of `tolerance`; picture and solved models go to `out`."""
-    found = [worst_errors(flanks(angle, tolerance), out / "solved") for angle in ANGLES]
+    found = [worst_errors(flanks(angle, tolerance), Store(out / "store")) for angle in ANGLES]
     worst = xr.concat(found, xr.Variable("angle", ANGLES))
     for i in "ns":
         print(f"Errors of {i}n against the inclination of the flanks; of C estimated:")
@@ -50,9 +51,9 @@ def flanks(angle: float, tolerance: float) -> Scene:
     return scene_from_table(table, f"flanks at {angle} degrees")
 
 
-def worst_errors(scene: Scene, kept: Path) -> xr.DataArray:
+def worst_errors(scene: Scene, store: Store) -> xr.DataArray:
     """Worst errors of the combined ICs under a normal load, by direction i and variant."""
-    results = compute(scene, kept=kept)
+    results = compute(scene, store=store)
     worst = errors(results, to_dataset(results))["max"].max("line")
     return worst.sel(body="combined", i=["n", "s"], j="n", variant=VARIANTS)
 

@@ -16,6 +16,7 @@ from compare.dataset import to_dataset
 from compare.figures import draw_curve
 from compare.pipeline import compute
 from compare.scenes import load_scene
+from femic.store import Store
 
 ASKED = {
     "bodies": ["lower"],
@@ -28,7 +29,7 @@ ASKED = {
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.005) -> xr.Dataset:
     """Compute to an estimated error of `tolerance`; picture and solved models go to `out`."""
     scene = load_scene("geometry1", ASKED | {"engine": {"tolerance": tolerance, "check": False}})
-    ics = to_dataset(compute(scene, kept=out / "solved"))
+    ics = to_dataset(compute(scene, store=Store(out / "store")))
     sn = ics.sel(body="lower", i="s", j="n")
     draw(sn).savefig(out / "one_figure.png", dpi=150)
     return sn

@@ -4,6 +4,8 @@ max |v - C| over a line, divided by the scale of that line, body and component: 
 max |C_ij| and 0.05 max |C_nn|. Design section 2.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,3 +35,15 @@ def component_of(values: Array, component: str) -> float:
     """The entry of (3, 3) values that a component names: "xn" is displacement x, traction n."""
     i, j = (DIRECTIONS.index(letter) for letter in component)
     return float(values[i, j])
+
+
+@dataclass(frozen=True)
+class Shares:
+    """How large an estimated error is at worst, as shares of the scales of its lines: parts and their sum."""
+
+    mesh: float
+    truncation: float
+    waves: float
+    total: float
+    component: str  # where the sum is worst
+    line: str

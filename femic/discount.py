@@ -3,7 +3,8 @@
 Far from the contact a body moves rigidly, by a symmetric compliance. D[I, J] = Phi(I)^T M Phi(J) is
 subtracted: Phi(J) carries a unit load at J to its wrench (forces along x, y, z and the moment about
 the x axis through the contact centre), Phi(I)^T a rigid motion to the local displacement at I. M is
-one symmetric matrix per body, so reciprocity is kept. Source: [BVSV] section 5.1, design section 4.
+one symmetric matrix per body, so reciprocity is kept; on a wheel x and z are those half way between I and
+J. Source: [BVSV] section 5.1, design section 4.
 """
 
 from collections.abc import Callable, Mapping
@@ -76,9 +77,17 @@ def wrench(body: Body, xi: ArrayLike, s: ArrayLike) -> Array:
 
 def rigid_part(m: Array, body: Body, points: Points, load: Load) -> Array:
     """D = Phi(I)^T M Phi(J) [mm/N] of a load at the points, shape (3, n)."""
-    s_load = load.patch.s
-    observer = wrench(body, body.surface.chart_x(points.x, points.s, s_load), points.s)
-    return np.einsum("aip,ab,b->ip", observer, m, wrench(body, 0.0, s_load)[:, load.direction])
+    observer, of_load = wrenches(body, points, load.patch.s)
+    return np.einsum("aip,ab,bp->ip", observer, m, of_load[:, load.direction])
+
+
+def wrenches(body: Body, points: Points, s_load: float) -> tuple[Array, Array]:
+    """Wrenches (4, 3, n) of unit loads at points and at the load, seen from half way between them.
+
+    On a body of revolution each other place would break reciprocity: M turns with the place.
+    """
+    half = body.surface.chart_x(points.x, points.s, s_load) / 2
+    return wrench(body, half, points.s), wrench(body, -half, np.full_like(half, s_load))
 
 
 def conditions(body: Body, rule: DiscountRule, loads: tuple[Load, ...]) -> list[Condition]:

@@ -1,5 +1,6 @@
 """What the engines take and give: observers, raw displacements, and what they cost."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from resource import RUSAGE_SELF, getrusage
@@ -40,13 +41,21 @@ class RawICs:
 
     `u` has shape (n_loads, 3, n_points): local components x, s, n at each observer. `perturbed` are what `u`
     would be with something less, for estimates of its error, where the engine can tell at little cost.
+    `drawn`: vertices (2, n) and triangles (3, m) of the section that was solved, to be looked at.
     """
 
     u: Array
     cost: Cost
     perturbed: Mapping[str, Array] = field(default_factory=dict)
+    drawn: tuple[Array, NDArray[np.int64]] | None = None
 
 
 def peak_memory() -> float:
     """Largest memory that this process has had so far [MB]."""
     return getrusage(RUSAGE_SELF).ru_maxrss / 1024
+
+
+def cost_from(text: str) -> Cost:
+    """The cost that was written as JSON."""
+    values = json.loads(text)
+    return Cost(**values | {"iterations": tuple(values["iterations"])})

@@ -2,6 +2,7 @@
 
 import hashlib
 import platform
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -14,6 +15,7 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version()} | {name: version(name) for name in ("femic", *LIBRARIES)}
 
 
+@cache
 def code_digest() -> str:
     """Short digest of the sources and versions: results of other code are not mistaken for ours."""
     digest = hashlib.sha256(repr(versions()).encode())

@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from approx.halfspace import HalfSpace
-from femic.accuracy import FLOOR, component_of, line_scale
+from femic.accuracy import FLOOR, Shares, component_of, line_scale
 from femic.cell_size import Cells
 from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part
-from femic.harmonic.engine import HIGHEST, LOWER, HarmonicRequest
+from femic.harmonic.engine import HIGHEST, HarmonicRequest
+from femic.harmonic.synthesis import LOWER
 from femic.models import Cost, Points, RawICs
 from femic.solid.engine import Request, directions_of
 from femic.solid.linear import SolverChoice
@@ -67,10 +68,10 @@ def far_radius_for(tolerance: float, engine: Engine) -> float:
     """Radius [mm] of the far arc that is likely to meet a tolerance: errors fall like its square."""
     if engine == "solid":
         return FAR_RADIUS[engine]
-    return FAR_RADIUS[engine] * _tighter(tolerance) ** (1 / TRUNCATION_ORDER)
+    return FAR_RADIUS[engine] * tighter(tolerance) ** (1 / TRUNCATION_ORDER)
 
 
-def _tighter(tolerance: float) -> float:
+def tighter(tolerance: float) -> float:
     """How much tighter a tolerance is than the one for which the harmonic engine is tuned, at least 1."""
     return max(1.0, TUNED_TOLERANCE["harmonic"] / tolerance)
 
@@ -163,9 +164,10 @@ class Reference:
     cells: Cells  # of the fine model, as its domain
     body: Body
     models: Mapping[str, Cost]  # "fine", "coarse", "small", and those of earlier rounds
+    drawn: tuple[Array, NDArray[np.int64]] | None = None  # mesh of the section, of the harmonic engine
 
 
-Models = dict[Level, RawICs]
+Models = Mapping[Level, RawICs]
 
 
 def request(job: Job, level: Level) -> Request | HarmonicRequest:
@@ -180,9 +182,14 @@ def harmonic_request(job: Job, level: Level) -> HarmonicRequest:
     asked = solid_request(job, level)
     nn = _half_space_nn(job)
     least = FLOOR * min(float(np.max(nn[line])) for line in job.lines.values())
-    accuracy = WAVES_SHARE * job.tolerance * least / WAVES_GAIN["sparser"] ** level.waves
-    highest = HIGHEST * LOWER**level.waves * _tighter(job.tolerance) ** (1 / WAVES_ORDER)
-    return HarmonicRequest(asked.body, asked.loads, asked.points, asked.cells, accuracy, highest)
+    accuracy, larger = waves_for(job.tolerance, least, level)
+    return HarmonicRequest(asked.body, asked.loads, asked.points, asked.cells, accuracy, larger * HIGHEST)
+
+
+def waves_for(tolerance: float, least_scale: float, level: Level) -> tuple[float, float]:
+    """How accurate the interpolation between wavenumbers must be [mm/N], and how much larger the largest."""
+    accuracy = WAVES_SHARE * tolerance * least_scale / WAVES_GAIN["sparser"] ** level.waves
+    return accuracy, LOWER**level.waves * tighter(tolerance) ** (1 / WAVES_ORDER)
 
 
 def solid_request(job: Job, level: Level) -> Request:
@@ -212,22 +219,36 @@ def combine(job: Job, level: Level, models: Models) -> Reference:
     of_level = level.models(job.engine)
     found = {name: discounted(job, models[model].u) for name, model in of_level.items()}
     (ic, raw, m), coarse = found["fine"], found["coarse"][0]
-    perturbed = {name: discounted(job, u)[0] for name, u in models[level].perturbed.items()}
-    truncation = coarse - found["small"][0] if "small" in found else ic - perturbed["nearer"]
-    waves = [
-        np.abs(ic - perturbed[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in perturbed
-    ]
-    costs = {name: models[model].cost for name, model in of_level.items()}
-    earlier = [other for other in models if other not in of_level.values()]
-    costs |= {f"earlier {k + 1}": models[other].cost for k, other in enumerate(earlier)}
+    less = {name: discounted(job, u)[0] for name, u in models[level].perturbed.items()}
+    if "small" in found:
+        less["nearer"] = ic - coarse + found["small"][0]  # as far from C as "small" is from "coarse"
     body, cells = scaled(job, level)
-    c = Estimated(
+    costs = MappingProxyType(costs_of(job.engine, level, {other: raw.cost for other, raw in models.items()}))
+    c = estimated(job.engine, ic, coarse, less)
+    return Reference(c, raw, m, level, cells, body, costs, models[level].drawn)
+
+
+def costs_of(engine: Engine, level: Level, costs: Mapping[Level, Cost]) -> dict[str, Cost]:
+    """What the models at a level took, then those of earlier rounds."""
+    of_level = level.models(engine)
+    earlier = [other for other in costs if other not in of_level.values()]
+    return {name: costs[model] for name, model in of_level.items()} | {
+        f"earlier {k + 1}": costs[other] for k, other in enumerate(earlier)
+    }
+
+
+def estimated(engine: Engine, ic: Array, coarse: Array, less: Mapping[str, Array]) -> Estimated:
+    """ICs with estimates of their error, from those with coarser cells and with less of other things.
+
+    `less`: "nearer" boundaries, and of the harmonic engine "sparser" and "lower" wavenumbers.
+    """
+    waves = [np.abs(ic - less[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in less]
+    return Estimated(
         ic,
-        MESH_SAFETY[job.engine] * np.abs(ic - coarse) / (COARSER ** ESTIMATE_ORDER[job.engine] - 1),
-        SAFETY * np.abs(truncation) / (LARGER**TRUNCATION_ORDER - 1),
+        MESH_SAFETY[engine] * np.abs(ic - coarse) / (COARSER ** ESTIMATE_ORDER[engine] - 1),
+        SAFETY * np.abs(ic - less["nearer"]) / (LARGER**TRUNCATION_ORDER - 1),
         SAFETY * np.sum([np.zeros_like(ic), *waves], axis=0),
     )
-    return Reference(c, raw, m, level, cells, body, MappingProxyType(costs))
 
 
 def discounted(job: Job, u: Array) -> tuple[Array, Array, Array]:
@@ -270,3 +291,11 @@ def worst(job: Job, error: Array, scale: Mapping[str, Array]) -> tuple[float, st
     """Largest error over lines and components: (share, component, line)."""
     errors = estimated_errors(job, np.nan_to_num(error, nan=np.inf), scale)
     return max((component_of(errors[line], c), c, line) for c in job.components for line in errors)
+
+
+def shares(job: Job, c: Estimated, scale: Mapping[str, Array]) -> Shares:
+    """The estimate of a job's ICs, and its parts, at worst."""
+    mesh, truncation, waves = (
+        worst(job, part, scale)[0] for part in (c.mesh_error, c.truncation_error, c.waves_error)
+    )
+    return Shares(mesh, truncation, waves, *worst(job, c.estimate, scale))

@@ -6,13 +6,13 @@ smaller cells, the truncation part by a larger domain, each by as many steps as 
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femic.accuracy import NotConverged
-from femic.harmonic.engine import LOWER
+from femic.accuracy import NotConverged, Shares
+from femic.harmonic.engine import HarmonicRequest
+from femic.harmonic.synthesis import LOWER
+from femic.problem import Assessed, Found, Limits, Model, Problem, Refinable
 from femic.reference import (
     COARSER,
     LARGER,
@@ -20,22 +20,13 @@ from femic.reference import (
     MODELS,
     TRUNCATION_ORDER,
     WAVES_ORDER,
-    Estimated,
-    Job,
     Level,
-    Models,
-    Reference,
-    combine,
     factors,
-    request,
-    scales,
-    total,
-    worst,
 )
-from femic.workers import Solved, memory_in, solve_models
+from femic.solid.engine import Request
+from femic.store import Store
+from femic.workers import Solved, Task, solve_models
 from geometries.errors import WrongInput
-
-Array = NDArray[np.float64]
 
 MOST_STEPS = 3  # of refinement per round
 GROWTH_OF_UNKNOWNS = {"solid": 2.7, "harmonic": 2.0}  # with 1 / cell size, measured
@@ -50,47 +41,42 @@ def _ignored(_: object) -> None:
 class Watch:
     """Who wants to hear of the progress: which models come next, each finished one, and what follows."""
 
-    on_round: Callable[[list[tuple[str, Level]]], None]
-    on_model: Callable[[Solved], None]
+    on_round: Callable[[list[Task]], None] = _ignored
+    on_model: Callable[[Solved], None] = _ignored
     on_stage: Callable[[str], None] = _ignored
     on_step: Callable[[str], None] = _ignored  # within a model
 
 
-SILENT = Watch(_ignored, _ignored)
+SILENT = Watch()
 
 
-def references(
-    jobs: Mapping[str, Job],
-    *,
-    combined: bool = False,
-    workers: int = 1,
-    kept: Path | None = None,
-    watch: Watch = SILENT,
-) -> dict[str, Reference]:
-    """Solve all jobs, refining each until its estimate meets its tolerance; `combined`: their sum's too.
+def converged(
+    problem: Problem[Model, Found], *, workers: int, store: Store, watch: Watch
+) -> dict[str, Found]:
+    """Solve and refine all jobs of a problem until their estimates meet their tolerances.
 
-    Solved models are kept in the folder `kept`, where the next run of the same code finds them.
-    Raises WrongInput for points outside a model, NotConverged where the tolerance would need a
-    larger model than the job allows.
+    Raises WrongInput for points outside a model, NotConverged where a tolerance would need a larger model
+    than its job allows.
     """
-    for name, job in jobs.items():
-        require_inside(name, job)
-    memory = memory_in(kept)
+    jobs = problem.jobs
+    for name in jobs:
+        require_inside(name, problem.request(name, Level(domain=-1)))
     levels = dict.fromkeys(jobs, Level())
-    models: dict[str, Models] = {name: {} for name in jobs}
+    models: dict[str, dict[Level, Model]] = {name: {} for name in jobs}
     while True:
         todo = [
-            (name, level)
+            Task(name, level, problem.request(name, level), job.most_unknowns)
             for model in MODELS["solid"]
             for name, job in jobs.items()
             if (level := levels[name].models(job.engine).get(model)) and level not in models[name]
         ]
         watch.on_round(todo)
-        for solved in solve_models(jobs, todo, workers=workers, memory=memory, on_step=watch.on_step):
-            models[solved.job][solved.level] = solved.raw
+        for solved in solve_models(todo, workers=workers, store=store, on_step=watch.on_step):
+            task = solved.task
+            models[task.job][task.level] = problem.read(task.request, solved.model)
             watch.on_model(solved)
-        found = {name: combine(jobs[name], levels[name], models[name]) for name in jobs}
-        refinements = refine(jobs, found, combined=combined)
+        found = {name: problem.combine(name, levels[name], models[name]) for name in jobs}
+        refinements = refine(jobs, found, problem.assess(found))
         if not refinements:
             return found
         watch.on_stage(
@@ -99,29 +85,26 @@ def references(
         levels |= refinements
 
 
-def refine(jobs: Mapping[str, Job], found: Mapping[str, Reference], *, combined: bool) -> dict[str, Level]:
+def refine(
+    jobs: Mapping[str, Limits], found: Mapping[str, Refinable], assessed: Assessed
+) -> dict[str, Level]:
     """The next levels of the bodies that are not accurate enough; for the sum, of the worse one."""
-    own = {name: scales([job], found[name].c.ic) for name, job in jobs.items()}
-    short = [name for name, job in jobs.items() if not converged(job, found[name].c, own[name])]
-    if short or not combined:
-        return {name: refined(name, jobs[name], found[name], own[name]) for name in short}
-    job, c = next(iter(jobs.values())), total([reference.c for reference in found.values()])
-    scale = scales(list(jobs.values()), c.ic)
-    if converged(job, c, scale):
+    short = [name for name, job in jobs.items() if not assessed.own[name].total <= job.tolerance]
+    if short or assessed.combined is None:
+        return {name: refined(name, jobs[name], found[name], assessed.own[name]) for name in short}
+    tolerance = next(iter(jobs.values())).tolerance
+    if assessed.combined.total <= tolerance:
         return {}
-    name = max(found, key=lambda name: worst(job, found[name].c.estimate, scale))
-    shared = replace(jobs[name], tolerance=job.tolerance / len(jobs))
-    return {name: refined(name, shared, found[name], scale)}
+    name = max(found, key=lambda name: assessed.in_combined[name].total)
+    return {name: refined(name, jobs[name], found[name], assessed.in_combined[name], 1 / len(jobs))}
 
 
-def require_inside(name: str, job: Job) -> None:
-    """Raise WrongInput if a point or a patch lies outside the smallest model."""
-    small = request(job, Level(domain=-1))
+def require_inside(name: str, small: Request | HarmonicRequest) -> None:
+    """Raise WrongInput if a point or a patch of a request lies outside its model."""
     body = small.body
     xi_end = body.xi_end
     low, high = body.s_range
-    for load in small.loads:
-        patch = load.patch
+    for patch in dict.fromkeys(load.patch for load in small.loads):
         ends = np.array([patch.s - patch.b, patch.s + patch.b])
         s = np.append(small.points.s, ends)
         xi = body.surface.chart_x(np.append(small.points.x, [patch.a, patch.a]), s, patch.s)
@@ -136,52 +119,43 @@ def require_inside(name: str, job: Job) -> None:
             )
 
 
-def converged(job: Job, c: Estimated, scale: Mapping[str, Array]) -> bool:
-    """Whether the estimate meets the tolerance."""
-    return worst(job, c.estimate, scale)[0] <= job.tolerance
-
-
-def refined(name: str, job: Job, own: Reference, scale: Mapping[str, Array]) -> Level:
+def refined(name: str, job: Limits, own: Refinable, estimated: Shares, share: float = 1.0) -> Level:
     """The next level of a body: finer cells, a larger domain or both, as its parts of the error ask for.
 
-    `scale` is that of the body's own ICs, or that of the sum of both bodies'.
+    `estimated` is its error as shares of the scale of its own ICs, or of that of the sum of both bodies', of
+    whose tolerance it may take a share.
     """
-    mesh, truncation, waves = _parts(job, own, scale)
+    tolerance = share * job.tolerance
     level = Level(
-        own.level.cells + _steps(mesh, job, COARSER**MESH_ORDER),
-        own.level.domain + _steps(truncation, job, LARGER**TRUNCATION_ORDER),
-        own.level.waves + _steps(waves, job, LOWER**WAVES_ORDER),
+        own.level.cells + _steps(estimated.mesh, tolerance, COARSER**MESH_ORDER),
+        own.level.domain + _steps(estimated.truncation, tolerance, LARGER**TRUNCATION_ORDER),
+        own.level.waves + _steps(estimated.waves, tolerance, LOWER**WAVES_ORDER),
     )
+    if level == own.level:  # no part is too large, only their sum
+        level = replace(level, cells=level.cells + 1)
     unknowns = own.models["fine"].unknowns
     growth = GROWTH_OF_UNKNOWNS[job.engine]
     expected = round(unknowns * COARSER ** (growth * (level.cells - own.level.cells)))
     if max(level.cells, level.domain, level.waves) > FURTHEST or expected > job.most_unknowns:
-        raise NotConverged(_too_expensive(name, job, own, scale, expected))
+        raise NotConverged(_too_expensive(name, job, own, estimated, expected))
     return level
 
 
-def _parts(job: Job, own: Reference, scale: Mapping[str, Array]) -> list[float]:
-    """Worst shares of the parts of the estimate: mesh, truncation, wavenumbers."""
-    parts = (own.c.mesh_error, own.c.truncation_error, own.c.waves_error)
-    return [worst(job, part, scale)[0] for part in parts]
-
-
-def _steps(error: float, job: Job, gain: float) -> int:
+def _steps(error: float, tolerance: float, gain: float) -> int:
     """Steps that bring a part of the error to half of the tolerance, each dividing it by `gain`."""
-    if error <= job.tolerance / 2:
+    if error <= tolerance / 2:
         return 0
-    return int(np.clip(np.ceil(np.log(2 * error / job.tolerance) / np.log(gain)), 1, MOST_STEPS))
+    return int(np.clip(np.ceil(np.log(2 * error / tolerance) / np.log(gain)), 1, MOST_STEPS))
 
 
-def _too_expensive(name: str, job: Job, own: Reference, scale: Mapping[str, Array], expected: int) -> str:
-    error, component, line = worst(job, own.c.estimate, scale)
-    mesh, truncation, waves = _parts(job, own, scale)
+def _too_expensive(name: str, job: Limits, own: Refinable, at_worst: Shares, expected: int) -> str:
     cells, domain = factors(own.level)
     return (
-        f"{name} body: the estimated error of C_{component} on the line {line} is {error:.2%} with "
+        f"{name} body: the estimated error of C_{at_worst.component} on the line {at_worst.line} is "
+        f"{at_worst.total:.2%} with "
         f"{own.models['fine'].unknowns:,} unknowns, cells x {cells:.3g}, domain x {domain:.3g} (at worst "
-        f"{mesh:.2%} from the mesh, {truncation:.2%} from the domain, {waves:.2%} from the wavenumbers); the "
-        "tolerance "
+        f"{at_worst.mesh:.2%} from the mesh, {at_worst.truncation:.2%} from the domain, "
+        f"{at_worst.waves:.2%} from the wavenumbers); the tolerance "
         f"{job.tolerance:.2%} would take about {expected:,} unknowns (engine.most_unknowns = "
         f"{job.most_unknowns:,}) or a domain more than {LARGER**FURTHEST:g} times the first. Try a larger "
         "engine.tolerance or engine.most_unknowns, shorter lines, or only the components that matter"

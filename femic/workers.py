@@ -1,86 +1,80 @@
-"""Models solved in parallel processes, and kept for the next run of the same code."""
+"""Models solved in parallel, and kept for the next run of the same code."""
 
-import re
-import shutil
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 
-from joblib import Memory, Parallel, delayed
+import xarray as xr
+from joblib import Parallel, delayed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from femic.harmonic import engine as harmonic
-from femic.models import RawICs
-from femic.provenance import code_digest
-from femic.reference import Job, Level, harmonic_request, solid_request
+from femic.harmonic.engine import HarmonicRequest
+from femic.harmonic.entry import KeptWaves, from_entry, to_entry
+from femic.harmonic.synthesis import Responses
+from femic.models import RawICs, cost_from
+from femic.reference import Level
 from femic.solid import engine as solid
+from femic.solid.engine import Request
+from femic.store import Store
 from geometries.errors import Failure
 
 
 @dataclass(frozen=True)
-class Solved:
-    """The raw ICs of one model of one job; `kept` if an earlier run had solved it."""
+class Task:
+    """A model of a job that is to be solved, and how large it may be."""
 
     job: str
     level: Level
-    raw: RawICs
+    request: Request | HarmonicRequest
+    most_unknowns: int
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A solved model of a job; `kept` if an earlier run had solved it."""
+
+    task: Task
+    model: RawICs | Responses
     kept: bool
 
 
-def memory_in(kept: Path | None) -> Memory:
-    """Where solved models are kept: under a folder, nowhere without one."""
-    return Memory(kept and _folder_of_this_code(kept), verbose=0)
-
-
-def _folder_of_this_code(kept: Path) -> Path:
-    """Where this code keeps its models; deletes those of other versions, and nothing else."""
-    folder = kept / code_digest()
-    folder.mkdir(parents=True, exist_ok=True)
-    for other in kept.iterdir():
-        if other != folder and re.fullmatch("[0-9a-f]{12}", other.name):
-            shutil.rmtree(other)
-    return folder
-
-
 def solve_models(
-    jobs: Mapping[str, Job],
-    todo: list[tuple[str, Level]],
-    *,
-    workers: int,
-    memory: Memory,
-    on_step: Callable[[str], None],
+    tasks: Sequence[Task], *, workers: int, store: Store, on_step: Callable[[str], None]
 ) -> Iterator[Solved]:
     """Solve models, solid ones in parallel processes, harmonic ones by themselves in parallel threads.
 
-    Yields them as they finish. Finished models are kept in `memory`: an interrupted run resumes behind the
-    last of them. `on_step` hears what is going on within a model.
+    Yields them as they finish. They are kept in the store: an interrupted run resumes behind the last one,
+    behind the last wavenumber of a harmonic one. `on_step` hears what is going on within a model.
     """
-    for name, level in todo:
-        if jobs[name].engine == "harmonic":
-            solve = memory.cache(harmonic.raw_ics, ignore=["most_unknowns", "workers", "progress"])
-            heard = partial(_tell, on_step, name)
-            asked = harmonic_request(jobs[name], level), jobs[name].most_unknowns, workers, heard
-            kept = solve.check_call_in_cache(*asked)
-            yield Solved(name, level, solve(*asked), kept)
-    yield from _solve_solid(memory, [one for one in todo if jobs[one[0]].engine == "solid"], jobs, workers)
+    for task in tasks:
+        if isinstance(task.request, HarmonicRequest):
+            yield _solve_harmonic(task, workers, store, on_step)
+    yield from _solve_solid([task for task in tasks if isinstance(task.request, Request)], workers, store)
 
 
-def _tell(on_step: Callable[[str], None], name: str, solved: int) -> None:
-    on_step(f"{name} body: {solved} wavenumbers")
+def _solve_harmonic(task: Task, workers: int, store: Store, on_step: Callable[[str], None]) -> Solved:
+    request = task.request
+    assert isinstance(request, HarmonicRequest)
+    key = store.key("harmonic", *request.determined_by)
+    entry = store.get(key)
+    if entry is not None:
+        return Solved(task, from_entry(entry, request), kept=True)
+    responses = harmonic.solve(
+        request,
+        task.most_unknowns,
+        workers=workers,
+        progress=lambda solved: on_step(f"{task.job} body: {solved} wavenumbers"),
+        kept=KeptWaves(store, key),
+    )
+    store.put(key, to_entry(responses))
+    return Solved(task, responses, kept=False)
 
 
-def _solve_solid(
-    memory: Memory, todo: list[tuple[str, Level]], jobs: Mapping[str, Job], workers: int
-) -> Iterator[Solved]:
+def _solve_solid(tasks: Sequence[Task], workers: int, store: Store) -> Iterator[Solved]:
     run = Parallel(n_jobs=workers, return_as="generator_unordered")
     try:
-        yield from run(
-            delayed(_solve_once)(
-                memory, name, level, solid_request(jobs[name], level), jobs[name].most_unknowns
-            )
-            for name, level in todo
-        )
+        yield from run(delayed(_solve_once)(task, store) for task in tasks)
     except TerminatedWorkerError as error:
         raise Failure(
             f"one of {workers} worker processes ended without an answer. It was killed, most likely for "
@@ -90,7 +84,13 @@ def _solve_solid(
         ) from error
 
 
-def _solve_once(memory: Memory, job: str, level: Level, asked: solid.Request, most_unknowns: int) -> Solved:
-    solve = memory.cache(solid.raw_ics, ignore=["most_unknowns"])
-    kept = solve.check_call_in_cache(asked, most_unknowns)
-    return Solved(job, level, solve(asked, most_unknowns), kept)
+def _solve_once(task: Task, store: Store) -> Solved:
+    assert isinstance(task.request, Request)
+    key = store.key("solid", task.request)
+    entry = store.get(key)
+    if entry is not None:
+        return Solved(task, RawICs(entry.u.values, cost_from(entry.attrs["cost"])), kept=True)
+    raw = solid.raw_ics(task.request, task.most_unknowns)
+    u = xr.Variable(("load", "i", "point"), raw.u, {"units": "mm/N"})
+    store.put(key, xr.Dataset({"u": u}, attrs={"cost": json.dumps(asdict(raw.cost))}))
+    return Solved(task, raw, kept=False)

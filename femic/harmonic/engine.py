@@ -1,33 +1,35 @@
-"""The harmonic engine: displacements of one body under unit patch loads, one section problem per wavenumber.
+"""The harmonic engine: responses of one body to unit strip loads, one section problem per wavenumber.
 
 A body that does not change along x (round its axis) answers a load that varies as cos(k x) by
 u_x = U sin(k x), u_y = V cos(k x), u_z = W cos(k x), amplitudes of the section alone (`section_model`).
 A load along x exchanges sines and cosines: its K is K(-k), which is K(k) with the sign of U changed. So one
 factorisation per wavenumber serves all loads. On a body of revolution k = m / R_roll. Sections that are
-their own mirror image are solved by halves, even and odd. Source: design section 4.
+their own mirror image are solved by halves, even and odd. From the responses, `synthesis` makes the
+displacements anywhere along x. Source: design section 4.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import count
 from time import perf_counter
+from typing import Protocol
 
 import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
-from approx.halfspace import HalfSpace
 from femic.accuracy import NotConverged
 from femic.cell_size import Cells
 from femic.harmonic.section import SectionMesh, section_mesh
 from femic.harmonic.section_model import assemble
 from femic.harmonic.section_response import Respond
+from femic.harmonic.section_size import SectionSize
+from femic.harmonic.synthesis import Responses, displacements
 from femic.harmonic.wavenumbers import Axis, Sampled, sampled
-from femic.harmonic.waves import SINES, spectrum, synthesis_weights, tail
+from femic.harmonic.waves import SINES
 from femic.models import Cost, Points, RawICs, peak_memory
 from femic.threads import one_blas_thread
 from geometries.bodies import Body
-from geometries.materials import one_body
 from geometries.patches import Load, Patch
 
 Array = NDArray[np.float64]
@@ -35,42 +37,84 @@ Array = NDArray[np.float64]
 LOWEST = 0.7  # scale of the wavenumbers, times 1 / far radius: below it the clamped far arc rules
 HIGHEST = 2 * np.pi  # largest wavenumber, times 1 / least half-side: beyond it the half-space does
 CURVED = 0.05  # half-side over radius of curvature from which on larger wavenumbers are needed
+FINER = 5.0  # cells where M is fitted
 RESOLVED = 4.0  # longest cell on a strip, times growth / largest wavenumber
-ROUNDING = 1e-9
-REACH = 40.0  # lengths 1 / k beyond which nothing is left of a wave
+ROUNDING = 0.25  # of a step of pi / a or 2 pi / a that the largest wavenumber may fall short
 FAR_REACH = 7.0  # lengths 1 / k beyond which the far arc is not felt
 NEARER = 2.0  # far radius over the one of the check
-LOWER = 2.0  # largest wavenumber over the one of the check
 
 Progress = Callable[[int], None]  # wavenumbers solved so far
 
 
+class Kept(Protocol):
+    """Responses at wavenumbers that were solved before."""
+
+    def get(self, k: float) -> Array | None:
+        """The responses at a wavenumber, if they were."""
+
+    def put(self, k: float, responses: Array) -> None:
+        """Keep those of a new one."""
+
+
+class _Nothing:
+    def get(self, k: float) -> None:
+        """Nothing."""
+
+    def put(self, k: float, responses: Array) -> None:
+        """Forget it."""
+
+
+NOTHING_KEPT = _Nothing()
+
+
 @dataclass(frozen=True)
 class HarmonicRequest:
-    """What one model is solved for; points are relative to each load in x.
+    """What one model is solved for; points are relative to each load in x, only their s matters here.
 
-    `cells`: smallest and growth, away from the ends of the loaded strips. `accuracy` [mm/N] is asked of the
-    interpolation between wavenumbers; `highest` is the largest, times the least half-side of the loads.
+    `cells`: smallest and growth, away from the ends of the loaded strips; with `even_strips` all cells on
+    the strips are of the smallest size, near the patches `exact` they are `FINER` times smaller.
+    `accuracy` [mm/N], one or one each (load, 1, observer), is asked of the interpolation between
+    wavenumbers; `highest`, times the least half-side of the loads, is the largest of them.
     """
 
     body: Body
     loads: tuple[Load, ...]
     points: Points
     cells: Cells
-    accuracy: float
+    accuracy: Array | float
     highest: float = HIGHEST
+    even_strips: bool = False
+    exact: tuple[Patch, ...] = ()
 
     @property
     def k_max(self) -> float:
         """Largest wavenumber [1/mm]: the more curved the surface under the loads, the larger.
 
-        There and at half of it the patch's own weight sin(k a) / (k a) is 0: little is cut off.
+        There the patch's own weight sin(k a) / (k a) is 0, and at half of it, too, if `highest` is 2 pi or
+        more: little is cut off.
         """
         patches = [load.patch for load in self.loads]
         bend = max(_curvature(self.body, patch.s, patch.b) * max(patch.a, patch.b) for patch in patches)
         a, b = min(patch.a for patch in patches), min(patch.b for patch in patches)
         needed = self.highest / min(a, b) * max(1.0, bend / CURVED) ** 0.5
-        return 2 * np.pi / a * int(np.ceil(needed * a / (2 * np.pi) - ROUNDING))
+        step = min(HIGHEST, self.highest) / a
+        return step * int(np.ceil(needed / step - ROUNDING))
+
+    @property
+    def observed(self) -> Array:
+        """Arc lengths [mm] where the responses are read, each once."""
+        return np.unique(self.points.s)
+
+    @property
+    def felt(self) -> float:
+        """Wavenumber [1/mm] from which on the nearer of the two far arcs is not felt."""
+        return FAR_REACH * NEARER / self.body.domain.far_radius
+
+    @property
+    def determined_by(self) -> tuple[object, ...]:
+        """All that the responses depend on."""
+        size = self.cells, self.even_strips, self.exact
+        return self.body, self.loads, self.observed, size, self.accuracy, self.axis
 
     @property
     def axis(self) -> Axis:
@@ -87,13 +131,16 @@ def _curvature(body: Body, s: float, b: float) -> float:
 def build_section(request: HarmonicRequest) -> SectionMesh:
     """The mesh for a request: half of the section where symmetry allows it."""
     half = request.body.contour.symmetric
-    wave = RESOLVED * request.cells.growth / request.k_max
-    return section_mesh(request.body, request.cells, strips(request.loads), wave, half_section=half)
+    cells = request.cells
+    wave = cells.smallest if request.even_strips else RESOLVED * cells.growth / request.k_max
+    near = [(strips(request.exact), cells.smallest / FINER)] if request.exact else []
+    sizes = SectionSize(cells, strips(load.patch for load in request.loads), wave, tuple(near))
+    return section_mesh(request.body, sizes, half_section=half)
 
 
-def strips(loads: Sequence[Load]) -> Array:
-    """Ends [mm] of the strips of s under the loads, (n, 2)."""
-    return np.unique([[load.patch.s - load.patch.b, load.patch.s + load.patch.b] for load in loads], axis=0)
+def strips(patches: Iterable[Patch]) -> Array:
+    """Ends [mm] of the strips of s under patches, (n, 2)."""
+    return np.unique([[patch.s - patch.b, patch.s + patch.b] for patch in patches], axis=0)
 
 
 def raw_ics(
@@ -102,11 +149,23 @@ def raw_ics(
     workers: int = 1,
     progress: Progress = lambda _: None,
 ) -> RawICs:
-    """Mesh, assemble, solve the wavenumbers in parallel threads, and sum them at the points.
+    """Displacements at the points of a request; solves it (`solve`) and sums the wavenumbers."""
+    solved = solve(request, most_unknowns, workers=workers, progress=progress)
+    return displacements(solved, request.loads, request.points)
 
-    `perturbed` of the result: "nearer" (far arc at half its radius), "sparser" (without the last
-    wavenumber of each interval), "lower" (half of the largest wavenumber). Raises NotConverged if the
-    section has more than `most_unknowns`.
+
+def solve(
+    request: HarmonicRequest,
+    most_unknowns: int | None = None,
+    *,
+    workers: int = 1,
+    progress: Progress = lambda _: None,
+    kept: Kept = NOTHING_KEPT,
+) -> Responses:
+    """Mesh, assemble, and solve the wavenumbers in parallel threads.
+
+    Raises NotConverged if the section has more than `most_unknowns`. `kept` has the wavenumbers that an
+    earlier run has solved, and takes the new ones.
     """
     start = perf_counter()
     section = build_section(request)
@@ -117,83 +176,45 @@ def raw_ics(
             f"a section needs {model.unknowns:,} unknowns, engine.most_unknowns = {most_unknowns:,}: give a "
             "larger engine.tolerance, larger cells (engine.growth) or a larger most_unknowns"
         )
-    respond = Respond(model, request.loads, np.unique(request.points.s), nearer=1 / NEARER)
+    respond = Respond(model, request.loads, request.observed, nearer=1 / NEARER)
     assembled = perf_counter()
     with one_blas_thread():
-        found = responses(request, respond, workers, progress)
-    solved = perf_counter()
-    u, nearer = displacements(request, found, request.k_max)
-    sparser = displacements(request, found.sparser, request.k_max)[0]
-    lower = displacements(request, found, request.k_max / LOWER)[0]
+        found = _sampled(request, respond, workers, progress, kept)
     seconds = {
         "mesh": meshed - start,
         "assembly": assembled - meshed,
-        "solution": solved - assembled,
-        "synthesis": perf_counter() - solved,
+        "solution": perf_counter() - assembled,
     }
     solver = f"direct, {len(found.k)} wavenumbers"
     cells = int(section.mesh.nelements)
     cost = Cost(model.unknowns, cells, solver, (), respond.residual, seconds, peak_memory())
-    return RawICs(u, cost, {"nearer": nearer, "sparser": sparser, "lower": lower})
+    drawn = section.mesh.p[:, : section.mesh.nvertices], section.mesh.t
+    return Responses(request.body, request.loads, request.observed, found, cost, drawn)
 
 
-def responses(request: HarmonicRequest, respond: Respond, workers: int, progress: Progress) -> Sampled:
+def _sampled(
+    request: HarmonicRequest, respond: Respond, workers: int, progress: Progress, kept: Kept
+) -> Sampled:
     """Responses (n, 2, load, 3, len(s)), of the far arc where it is and nearer, at enough wavenumbers."""
-    far = FAR_REACH * NEARER / request.body.domain.far_radius
     run = Parallel(n_jobs=workers, prefer="threads", return_as="generator")
     solved = count(1)
 
     def both(k: float) -> Array:
-        at_arc = respond(k, nearer=False)
-        return np.stack([at_arc, respond(k, nearer=True) if k < far else at_arc])
+        found = kept.get(k)
+        if found is None:
+            at_arc = respond(k, nearer=False)
+            nearer = respond(k, nearer=True) if k < request.felt else at_arc
+            found = np.stack([at_arc, nearer])
+            kept.put(k, found)
+        return found
 
-    def solve(k: Sequence[float]) -> list[Array]:
+    def all_of(wavenumbers: Sequence[float]) -> list[Array]:
         found = []
-        for response in run(delayed(both)(value) for value in k):
+        for response in run(delayed(both)(k) for k in wavenumbers):
             found.append(response)
             progress(next(solved))
         return found
 
     odd = np.stack([SINES[:, load.direction] for load in request.loads])[..., None]
     a = min(load.patch.a for load in request.loads)
-    return sampled(request.axis, solve, odd, a, request.accuracy)
-
-
-def displacements(request: HarmonicRequest, found: Sampled, k_max: float) -> Array:
-    """Displacements (variant, load, 3, n_points) from responses (k, variant, load, 3, n_s) below k_max.
-
-    What lies beyond is added as that of the half-space.
-    """
-    u = np.empty((found.responses.shape[1], len(request.loads), 3, len(request.points.x)))
-    of_patch: dict[Patch, list[int]] = {}
-    for j, load in enumerate(request.loads):
-        of_patch.setdefault(load.patch, []).append(j)
-    for patch, alike in of_patch.items():
-        u[:, alike] = _under_patch(request, found, k_max, patch, alike)
-    return u
-
-
-def _under_patch(
-    request: HarmonicRequest, found: Sampled, k_max: float, patch: Patch, alike: list[int]
-) -> Array:
-    """Displacements (variant, load, 3, n_points) under the loads `alike` on one patch."""
-    body, points = request.body, request.points
-    s, place = np.unique(points.s, return_inverse=True)
-    xi = body.surface.chart_x(points.x, points.s, patch.s)
-    apart, column = np.unique(np.abs(xi), return_inverse=True)
-    stretch = float(body.surface.chart_x(1.0, patch.s, patch.s))  # of the chart at the load
-    over = spectrum(k_max, apart[-1] + patch.a, body.rolling_radius)
-    even, odd = synthesis_weights(found.axis, found.k, over, patch.a * stretch, apart)
-    weights = np.stack([even[:, column], odd[:, column] * np.sign(xi)])
-    u = np.empty((found.responses.shape[1], len(alike), 3, len(xi)))
-    for row, j in enumerate(alike):
-        for i, sine in enumerate(SINES[:, request.loads[j].direction]):
-            at_points = found.responses[:, :, j, i, place]  # (k, variant, point)
-            u[:, row, i] = np.einsum("kvp,kp->vp", at_points, weights[int(sine)])
-    half_space, beyond = HalfSpace(one_body(body.material, body.side)), over.k_max * stretch
-    directions = [request.loads[j].direction for j in alike]
-    for m in np.flatnonzero(np.abs(s - patch.s) < patch.b + REACH / beyond):
-        at = place == m
-        added = tail(half_space, patch, beyond, points.x[at], s[m] - patch.s)
-        u[..., at] += np.swapaxes(added[:, directions], 0, 1)
-    return u
+    return sampled(request.axis, all_of, odd, a, request.accuracy)

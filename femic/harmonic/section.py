@@ -13,10 +13,9 @@ from scipy.interpolate import BarycentricInterpolator
 from scipy.sparse import csr_matrix
 from skfem import ElementTriP4, MeshTri, MeshTri2
 
-from femic.cell_size import Cells
 from femic.edges import edge_numbers
 from femic.gmsh_session import gmsh_session
-from femic.harmonic.section_size import set_section_size
+from femic.harmonic.section_size import SectionSize, set_section_size
 from femic.outline import add_section
 from geometries.bodies import Body
 from geometries.errors import Failure
@@ -60,22 +59,18 @@ class SectionMesh:
         return csr_matrix((shapes.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
 
-def section_mesh(
-    body: Body, cells: Cells, strips: Array, wave: float = np.inf, *, half_section: bool = False
-) -> SectionMesh:
-    """Mesh the section of a body, only y >= 0 of it for `half_section`.
+def section_mesh(body: Body, size: SectionSize, *, half_section: bool = False) -> SectionMesh:
+    """Mesh the section of a body, only y >= 0 of it for `half_section`; vertices lie at the ends of strips.
 
-    `strips`: (n, 2) ends of the loaded strips [mm], vertices lie there. Cells on the strips are not larger
-    than `wave` [mm]. Raises Failure where cells are too coarse for the contour.
+    Raises Failure where cells are too coarse for the contour.
     """
-    apart = CLOSE * float(np.min(np.diff(strips)))
-    ends = np.abs(strips) if half_section else strips
+    apart = CLOSE * float(np.min(np.diff(size.strips)))
+    ends = np.abs(size.strips) if half_section else size.strips
     breaks = _distinct(ends.ravel(), np.array([*body.contour.joints, *body.s_range]), apart)
     with gmsh_session() as gmsh:
         surface, curves = add_section(gmsh, body, half_section=half_section, breaks=breaks.tolist())
         gmsh.model.occ.synchronize()
-        mirrored = -strips[:, ::-1] if half_section else strips
-        set_section_size(gmsh, body, cells, np.vstack([strips, mirrored]), wave)
+        set_section_size(gmsh, body, size.with_mirror_image() if half_section else size)
         gmsh.model.mesh.generate(2)
         points, triangles, on_contour = _collect(gmsh, surface, curves)
     return _curved(body, points, triangles, on_contour, half_section)

@@ -6,6 +6,7 @@ at the ends of the loaded strips, at joints (the curvature jumps), and where the
 small radius.
 """
 
+from dataclasses import dataclass, replace
 from types import ModuleType
 
 import numpy as np
@@ -23,13 +24,32 @@ LOCAL = 2.0  # rolling radii from the load along a wheel's axis, beyond which li
 SAMPLES = 2001  # of the contour, where its curvature is looked at
 
 
-def set_section_size(gmsh: ModuleType, body: Body, cells: Cells, strips: Array, wave: float) -> None:
+@dataclass(frozen=True, eq=False)
+class SectionSize:
     """Cells of size sqrt(h0^2 + (growth r)^2) at distance r from each disturbance, the least of them.
 
-    h0 is `cells.smallest` at the ends of strips (n, 2) and in proportion to growth elsewhere; on the
-    strips themselves cells are not larger than `wave` [mm].
+    h0 is `cells.smallest` at the ends of `strips` (n, 2) [mm] and in proportion to growth elsewhere; on the
+    strips themselves cells are not larger than `wave` [mm]. `finer`: other strips, and their h0.
     """
-    contour, growth = body.contour, cells.growth
+
+    cells: Cells
+    strips: Array
+    wave: float = np.inf
+    finer: tuple[tuple[Array, float], ...] = ()
+
+    def with_mirror_image(self) -> "SectionSize":
+        """Also for what is loaded at -s."""
+        finer = tuple((_both_sides(strips), size) for strips, size in self.finer)
+        return replace(self, strips=_both_sides(self.strips), finer=finer)
+
+
+def _both_sides(strips: Array) -> Array:
+    return np.vstack([strips, -strips[:, ::-1]])
+
+
+def set_section_size(gmsh: ModuleType, body: Body, size: SectionSize) -> None:
+    """Make it the background field of a model."""
+    contour, cells, growth, strips = body.contour, size.cells, size.cells.growth, size.strips
     ends = np.unique(strips)
     disturbances = [(ends, cells.smallest)]
     for joint in contour.joints:
@@ -37,9 +57,9 @@ def set_section_size(gmsh: ModuleType, body: Body, cells: Cells, strips: Array, 
         disturbances.append((np.array([joint]), max(JOINT * growth * nearest, cells.smallest)))
     disturbances += _turns(contour, ends, growth)
     longest = float(np.max(np.ptp(strips, axis=1)))
-    if wave < growth * longest / 2:
-        between = np.linspace(strips[:, 0], strips[:, 1], int(np.ceil(longest / wave)) + 1)
-        disturbances.append((np.unique(between), wave))
+    if size.wave < growth * longest / 2:
+        disturbances.append((_between(strips, size.wave), size.wave))
+    disturbances += [(_between(chosen, h0), h0) for chosen, h0 in size.finer]
     fields = [distance(gmsh, np.stack([0 * s, *contour.position(s)])) for s, _ in disturbances]
     formulas = [
         f"sqrt({h0:.17g}^2+({growth:.17g}*F{field})^2)"
@@ -65,3 +85,9 @@ def _turns(contour: Contour, ends: Array, growth: float) -> list[tuple[Array, fl
     octave = np.floor(np.log2(size))
     small = size < growth * apart
     return [(s[small & (octave == o)], float(2**o)) for o in np.unique(octave[small])]
+
+
+def _between(strips: Array, apart: float) -> Array:
+    """Points on strips, at most so far apart."""
+    n = int(np.ceil(float(np.max(np.ptp(strips, axis=1))) / apart)) + 1
+    return np.unique(np.linspace(strips[:, 0], strips[:, 1], n))

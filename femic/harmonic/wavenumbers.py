@@ -99,13 +99,14 @@ def sampled(
     solve: Callable[[Sequence[float]], Sequence[Array]],
     odd: Mask,
     a: float,
-    accuracy: float,
+    accuracy: Array | float,
 ) -> Sampled:
     """Solve as many wavenumbers as the displacements need.
 
     `solve` gives responses to unit loads at some wavenumbers, `odd` says which of their entries are odd in
-    k (it broadcasts with them), `a` [mm] is the half-length of the loads. The error of each interval is
-    brought below `accuracy` [mm/N]; they alternate. Raises NotConverged beyond MOST.
+    k, `a` [mm] is the half-length of the loads. The error of each interval is brought below `accuracy`
+    [mm/N], one or one each (it and `odd` broadcast with responses); they alternate. Raises NotConverged
+    beyond MOST.
     """
     first = axis.first().tolist()
     found = dict(zip(first, solve(first), strict=True))
@@ -115,18 +116,19 @@ def sampled(
         halves = {k: ends for ends in open_intervals if (k := axis.between(*ends)) is not None}
         if len(found) + len(halves) > MOST:
             raise NotConverged(
-                f"more than {MOST} wavenumbers would be needed for displacements within {accuracy:.1e} mm/N: "
+                f"more than {MOST} wavenumbers would be needed for displacements within "
+                f"{np.min(accuracy):.1e} mm/N: "
                 "give a larger engine.tolerance, or shorter lines"
             )
         expected = _interpolated(axis, found, odd, list(halves))
         new = dict(zip(halves, solve(list(halves)), strict=True))
-        wrong = {k: np.max(np.abs(new[k] - guess)) for k, guess in zip(new, expected, strict=True)}
+        wrong = {k: np.max(np.abs(new[k] - guess) / accuracy) for k, guess in zip(new, expected, strict=True)}
         found |= new
         halved |= halves
         open_intervals = []
         for middle, (low, high) in halves.items():
             reach = (high - low) / np.pi * min(1.0, 1 / (middle * a))
-            if wrong[middle] * reach / GAIN > accuracy:
+            if wrong[middle] * reach / GAIN > 1:
                 open_intervals += [(low, middle), (middle, high)]
     solved, inner = sorted(found), {end for ends in halved.values() for end in ends}
     last = np.array([k in halved and k not in inner for k in solved])

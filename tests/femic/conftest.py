@@ -4,13 +4,13 @@ import logging
 
 import numpy as np
 import pytest
-from joblib import Memory
 
 from femic.cell_size import Cells
 from femic.models import Points
-from femic.reference import Job, Level
+from femic.reference import Job, Level, request
 from femic.solid.engine import Request, assemble, build_mesh, raw_ics
-from femic.workers import solve_models
+from femic.store import Store
+from femic.workers import Task, solve_models
 from geometries import contours
 from geometries.bodies import Body, Domain
 from geometries.materials import Material
@@ -83,12 +83,14 @@ JOB = Job(
 FIRST = list(Level().models().values())
 
 
-def solve_all(memory):
-    todo = [("lower", level) for level in FIRST]
-    found = solve_models({"lower": JOB}, todo, workers=1, memory=memory, on_step=str)
-    return {solved.level: solved.raw for solved in found}
+TASKS = [Task("lower", level, request(JOB, level), JOB.most_unknowns) for level in FIRST]
+
+
+def solve_all(store):
+    found = solve_models(TASKS, workers=1, store=store, on_step=str)
+    return {solved.task.level: solved.model for solved in found}
 
 
 @pytest.fixture(scope="session")
 def models():
-    return solve_all(Memory(None))
+    return solve_all(Store())

@@ -96,26 +96,29 @@ def test_displacements_of_a_wrench_are_rigid(rolling_radius):
 def test_rigid_part_is_reciprocal_between_any_two_positions():
     m = RNG.normal(size=(4, 4))
     m = m + m.T
-    body = request_for(UNSYMMETRIC).body
-    for s_i, s_j in RNG.uniform(-9, 9, size=(5, 2)):
-        there, back = (
-            np.array([rigid_part(m, body, Points(np.zeros(1), np.array([i])), Load(Patch(1, 1, j), d))[:, 0]
-                      for d in range(3)])
-            for i, j in ((s_i, s_j), (s_j, s_i))
-        )  # fmt: skip
-        np.testing.assert_allclose(there, back.T, atol=1e-12)
+    for body in (
+        request_for(UNSYMMETRIC).body,
+        request_for(UNSYMMETRIC, side=UPPER, rolling_radius=60.0).body,
+    ):
+        for s_i, s_j, x in RNG.uniform(-9, 9, size=(5, 3)):
+            there, back = (
+                np.array([rigid_part(m, body, Points(np.array([d_x]), np.array([i])), Load(Patch(1, 1, j), d))[:, 0]
+                          for d in range(3)])
+                for i, j, d_x in ((s_i, s_j, x), (s_j, s_i, -x))
+            )  # fmt: skip
+            np.testing.assert_allclose(there, back.T, atol=1e-12)
 
 
 def test_the_rigid_part_is_seen_by_observers_where_they_are():
-    """On a wheel the angle to an observer is its distance over the mean radius of both circles."""
+    """On a wheel the angle between them is their distance over the mean radius, half of it to each."""
     m = RNG.normal(size=(4, 4))
     m = m + m.T
     body = request_for(UNSYMMETRIC, side=UPPER, rolling_radius=60.0).body
     points, load = Points(np.array([3.0, -8.0]), np.array([-7.0, 5.0])), Load(Patch(1, 1, 2.5), 1)
     radii = body.surface.circle_radius(points.s), body.surface.circle_radius(load.patch.s)
     xi = body.rolling_radius * points.x / np.mean(np.broadcast_arrays(*radii), axis=0)
-    moved = m @ wrench(body, 0.0, load.patch.s)[:, load.direction]
-    expected = np.einsum("aip,a->ip", wrench(body, xi, points.s), moved)
+    moved = m @ wrench(body, -xi / 2, np.full(2, load.patch.s))[:, load.direction]
+    expected = np.einsum("aip,ap->ip", wrench(body, xi / 2, points.s), moved)
     np.testing.assert_allclose(rigid_part(m, body, points, load), expected, rtol=1e-12)
 
 

@@ -13,6 +13,7 @@ from femic.harmonic.engine import raw_ics
 from femic.harmonic.section import section_mesh
 from femic.harmonic.section_model import assemble
 from femic.harmonic.section_response import Respond, strip_force
+from femic.harmonic.section_size import SectionSize
 from femic.models import Points
 from femic.reference import Level, combine, discounted, request
 from femic.solid.engine import raw_ics as solid_raw_ics
@@ -144,7 +145,10 @@ def test_prismatic_is_the_limit_of_a_large_wheel_with_a_difference_like_1_over_r
 
 
 def test_a_wheel_s_longitudinal_curvature_shows_in_xn_as_b_hat_has_it():
-    """A plane rolled up: what it adds to C_xn and C_nx is what turns A into B-hat, up to a fifth."""
+    """A plane rolled up: what it adds to C_xn and C_nx is what turns A into B-hat, up to a tenth.
+
+    Both alike, as reciprocity demands: C_nx = -C_xn on the line of the load.
+    """
     x = np.array([1.0, 2.0, 5.0, 10.0])
     plane_one = harmonic(job(1280.0, 1.0, side=UPPER))
     plane_one = replace(plane_one, points=Points(x, 0 * x), lines={"x": slice(None)})
@@ -157,9 +161,8 @@ def test_a_wheel_s_longitudinal_curvature_shows_in_xn_as_b_hat_has_it():
     )
     for i, j in ((0, 2), (2, 0)):
         share = (on_wheel - on_plane)[i, j] / (b_hat - a)[i, j]
-        assert np.all((share > 0.8) & (share < 1.05)), share
-    share = (on_wheel - on_plane)[0, 2] / (b_hat - a)[0, 2]
-    np.testing.assert_allclose(share, 1, atol=0.06)
+        np.testing.assert_allclose(share, 1, atol=0.1)
+    np.testing.assert_allclose(on_wheel[2, 0], -on_wheel[0, 2], rtol=2e-3)
 
 
 def test_a_wheel_is_periodic():
@@ -208,7 +211,7 @@ RAIL = replace(WHEEL, side=LOWER, rolling_radius=np.inf)
 @pytest.fixture(scope="module", params=[WHEEL, RAIL], ids=["wheel", "rail"])
 def model(request):
     strips = np.array([[-0.4, 0.4], [1.6, 2.4]])
-    return assemble(section_mesh(request.param, BARE, strips))
+    return assemble(section_mesh(request.param, SectionSize(BARE, strips)))
 
 
 @pytest.mark.parametrize("k", [0.0, 0.02, 0.7, 5.0])
@@ -233,7 +236,7 @@ def share(K, u):
 
 
 def bare_section(body):
-    return section_mesh(body, BARE, np.array([[-0.4, 0.4]]))
+    return section_mesh(body, SectionSize(BARE, np.array([[-0.4, 0.4]])))
 
 
 def test_a_rail_does_not_resist_translations_that_do_not_change_along_x():
@@ -283,7 +286,7 @@ def test_halves_of_a_section_give_what_the_whole_gives(side):
     strips = np.array([[-0.4, 0.4], [-0.1, 0.7], [-2.4, -1.6]])
     fine = Cells(0.05, 0.3, 0.3)
     whole, half = (
-        Respond(assemble(section_mesh(body, fine, strips, half_section=h)), loads, s, nearer=0.5)
+        Respond(assemble(section_mesh(body, SectionSize(fine, strips), half_section=h)), loads, s, nearer=0.5)
         for h in (False, True)
     )
     for k in (0.0, 0.1, 2.0):
@@ -340,7 +343,7 @@ def test_units_do_not_matter():
 def test_responses_are_smooth_at_zero():
     """Even in k (or odd): what the interpolation assumes."""
     body = Body(LOWER, UNSYMMETRIC, STEEL, Domain(40.0, 40.0))
-    found = assemble(section_mesh(body, BARE, np.array([[-0.3, 0.5]])))
+    found = assemble(section_mesh(body, SectionSize(BARE, np.array([[-0.3, 0.5]]))))
     at = Respond(found, [Load(Patch(0.3, 0.4, 0.1), 2)], np.array([1.0]), nearer=0.5)
     k = np.array([1e-4, 2e-4])
     zero, one, two = (at(value)[0, :, 0] for value in (0.0, *k))

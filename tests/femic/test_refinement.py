@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from femic.accuracy import NotConverged
+from femic.at_points import assess, references
 from femic.models import Points
-from femic.reference import Estimated, Level, combine, factors, scales, total, worst
-from femic.refinement import SILENT, Watch, converged, references, refine, refined
+from femic.reference import Estimated, Level, combine, factors, scales, shares, total, worst
+from femic.refinement import Watch, refine, refined
 from femic.solid import engine as solid
 from geometries.errors import WrongInput
 from geometries.materials import Material
@@ -26,12 +27,16 @@ def with_errors(models, mesh, truncation, waves=0.0):
     return replace(reference, c=Estimated(reference.c.ic, mesh * whole, truncation * whole, waves * whole))
 
 
-def own_scale(job, reference):
-    return scales([job], reference.c.ic)
+def own_shares(job, reference):
+    return shares(job, reference.c, scales([job], reference.c.ic))
 
 
 def met(job, reference):
-    return converged(job, reference.c, own_scale(job, reference))
+    return own_shares(job, reference).total <= job.tolerance
+
+
+def next_level(job, reference):
+    return refined("lower", job, reference, own_shares(job, reference))
 
 
 STEPS = [  # estimates, tolerance, expected level; cells gain 1.5^3 = 3.4 a step, the domain 2^2 = 4
@@ -47,7 +52,7 @@ def test_the_part_that_is_too_large_is_refined(models, mesh, truncation, toleran
     job = replace(JOB, tolerance=tolerance)
     reference = with_errors(models, mesh, truncation)
     assert not met(job, reference)
-    assert refined("lower", job, reference, own_scale(job, reference)) == level
+    assert next_level(job, reference) == level
 
 
 def test_estimates_within_the_tolerance_are_enough(models):
@@ -64,16 +69,16 @@ def test_too_large_a_model_is_refused_with_the_numbers_and_what_to_try(models):
     job = replace(JOB, tolerance=0.01)
     reference = with_errors(models, 0.05, 0.2)
     with pytest.raises(NotConverged, match=r"lower body: .*C_nn .*5\.00% from the mesh.*10,000\).*Try"):
-        refined("lower", replace(job, most_unknowns=10_000), reference, own_scale(job, reference))
+        next_level(replace(job, most_unknowns=10_000), reference)
 
 
 def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice():
     asked = []
-    watch = Watch(asked.append, SILENT.on_model)
+    watch = Watch(asked.append)
     job = replace(JOB, tolerance=0.002)
     found = references({"lower": job}, watch=watch)["lower"]
     assert len(asked) > 1
-    flat = [level for levels in asked for _, level in levels]
+    flat = [task.level for tasks in asked for task in tasks]
     assert len(set(flat)) == len(flat)
     assert found.level != Level()
     assert met(job, found)
@@ -83,15 +88,21 @@ def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice
     assert len(found.models) == len(flat)
 
 
+def test_parts_of_which_none_is_too_large_but_their_sum_is(models):
+    """Three parts of 0.4 of the tolerance each: cells are refined, or refinement would go on for ever."""
+    reference = with_errors(models, 0.004, 0.004, 0.004)
+    assert next_level(replace(JOB, tolerance=0.01), reference) == Level(1)
+
+
 def test_a_part_without_error_is_not_refined(models):
     reference = with_errors(models, 0.02, 0.0)
-    assert refined("lower", replace(JOB, tolerance=0.01), reference, own_scale(JOB, reference)) == Level(2, 0)
+    assert next_level(replace(JOB, tolerance=0.01), reference) == Level(2, 0)
 
 
 def test_wavenumbers_are_refined_on_their_own(models):
     job = replace(JOB, tolerance=0.01, engine="harmonic")
     reference = with_errors(models, 0.001, 0.001, waves=0.03)
-    assert refined("lower", job, reference, own_scale(JOB, reference)) == Level(0, 0, 1)  # 0.03 / 8 < 0.005
+    assert next_level(job, reference) == Level(0, 0, 1)  # 0.03 / 8 < 0.005
 
 
 def test_a_harmonic_job_solves_two_models_a_solid_one_three():
@@ -103,7 +114,7 @@ def test_refinement_that_does_not_help_ends(models):
     job = replace(JOB, tolerance=0.01)
     reference = replace(with_errors(models, 0.0, 0.02), level=Level(0, 4))
     with pytest.raises(NotConverged, match=r"2\.00% from the domain.*domain more than 16 times the first"):
-        refined("lower", job, reference, own_scale(job, reference))
+        next_level(job, reference)
 
 
 def test_the_sum_of_both_bodies_is_judged_too(models):
@@ -113,11 +124,11 @@ def test_the_sum_of_both_bodies_is_judged_too(models):
     poor = with_errors(models, 0.011, 0.0)
     worse = replace(poor, c=replace(poor.c, ic=-0.95 * good.c.ic))
     jobs, found = {"lower": job, "upper": job}, {"lower": good, "upper": worse}
-    assert refine(jobs, found, combined=False) == {}
-    assert set(refine(jobs, found, combined=True)) == {"upper"}
+    assert refine(jobs, found, assess(jobs, found, combined=False)) == {}
+    assert set(refine(jobs, found, assess(jobs, found, combined=True))) == {"upper"}
     found_sum = total([good.c, worse.c])
     np.testing.assert_allclose(found_sum.estimate, good.c.estimate + worse.c.estimate)
-    assert refine(jobs, found | {"upper": poor}, combined=True) == {}
+    assert refine(jobs, found | {"upper": poor}, assess(jobs, found | {"upper": poor}, combined=True)) == {}
 
 
 def test_a_first_model_beyond_the_limit_is_refused():
@@ -152,4 +163,4 @@ def test_without_nn_the_sum_of_both_half_spaces_is_the_scale_of_the_sum(models):
     c = total([reference.c for reference in found.values()])
     share, *_ = worst(job, c.estimate, scales(list(jobs.values()), c.ic))
     assert share == pytest.approx(0.7 * job.tolerance)
-    assert refine(jobs, found, combined=True) == {}
+    assert refine(jobs, found, assess(jobs, found, combined=True)) == {}

@@ -9,6 +9,7 @@ from skfem import Basis, ElementTriP4, MeshTri
 from femic.cell_size import Cells
 from femic.harmonic.section import MeshTri4, section_mesh
 from femic.harmonic.section_model import assemble
+from femic.harmonic.section_size import SectionSize
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse, plane
 from geometries.errors import Failure
@@ -45,7 +46,7 @@ def evenly(section):
 
 @either
 def test_nodes_of_the_contour_lie_on_it_in_order_and_at_the_ends_of_strips(body, half):
-    section = section_mesh(body, CELLS, STRIPS, half_section=half)
+    section = section_mesh(body, SectionSize(CELLS, STRIPS), half_section=half)
     knots = section.knots
     assert np.all(np.diff(knots) > 0)
     assert knots[[0, -1]] == pytest.approx((0.0 if half else body.s_range[0], body.s_range[1]), abs=1e-6)
@@ -57,7 +58,7 @@ def test_nodes_of_the_contour_lie_on_it_in_order_and_at_the_ends_of_strips(body,
 
 @either
 def test_the_trace_reads_quartics_of_s_exactly(body, half):
-    section = section_mesh(body, CELLS, STRIPS, half_section=half)
+    section = section_mesh(body, SectionSize(CELLS, STRIPS), half_section=half)
     nodal = np.zeros(section.mesh.doflocs.shape[1])
     nodal[section.contour_nodes] = np.polyval([0.01, -0.1, 3, -2, 1], evenly(section))
     at = np.linspace(0.0 if half else -5.0, 7.0, 50)
@@ -68,7 +69,7 @@ def test_the_trace_reads_quartics_of_s_exactly(body, half):
 def test_inner_nodes_follow_the_contour_so_that_fields_are_met_better():
     """A polynomial of fourth degree in (y, z), interpolated: at the points of cells on the contour."""
     body = Body(LOWER, arc(10.0, 0.9, 0.9), STEEL, DOMAIN)
-    mesh = section_mesh(body, Cells(0.1, 0.5, 0.5), np.array([[-0.2, 0.2]])).mesh
+    mesh = section_mesh(body, SectionSize(Cells(0.1, 0.5, 0.5), np.array([[-0.2, 0.2]]))).mesh
     straight = MeshTri4.from_mesh(MeshTri(mesh.p[:, : mesh.nvertices], mesh.t)).doflocs
     inner = mesh.dofs.interior_dofs.ravel()
     left = mesh.doflocs.copy()
@@ -87,7 +88,7 @@ def test_inner_nodes_follow_the_contour_so_that_fields_are_met_better():
 def test_cells_at_a_joint_are_smaller_than_its_distance_from_the_strip_asks():
     """The curvature jumps there: they grow from the joint, too."""
     body = Body(LOWER, arc(10.0, 0.6, 0.6), STEEL, DOMAIN)
-    knots = section_mesh(body, Cells(0.05, 0.5, 0.5), np.array([[-0.2, 0.2]])).knots
+    knots = section_mesh(body, SectionSize(Cells(0.05, 0.5, 0.5), np.array([[-0.2, 0.2]]))).knots
     at = np.argmin(np.abs(knots - 6.0))
     assert knots[at] == pytest.approx(6.0, abs=1e-6)
     assert np.max(np.diff(knots[at - 1 : at + 2])) < 0.3 * 0.5 * 5.8
@@ -96,11 +97,11 @@ def test_cells_at_a_joint_are_smaller_than_its_distance_from_the_strip_asks():
 def test_half_of_a_section_is_half_of_it():
     body, _ = HALVES["rail"]
     areas = [
-        Basis(section_mesh(body, CELLS, STRIPS, half_section=half).mesh, ElementTriP4()).dx.sum()
+        Basis(section_mesh(body, SectionSize(CELLS, STRIPS), half_section=half).mesh, ElementTriP4()).dx.sum()
         for half in (True, False)
     ]
     assert 2 * areas[0] == pytest.approx(areas[1], rel=1e-2)  # far edges are chords
-    half = section_mesh(body, CELLS, STRIPS, half_section=True).mesh
+    half = section_mesh(body, SectionSize(CELLS, STRIPS), half_section=True).mesh
     assert np.min(half.doflocs[0]) == 0.0
 
 
@@ -109,7 +110,7 @@ def test_half_of_a_section_is_half_of_it():
 def test_cells_on_a_strip_are_as_short_as_the_waves_ask(wave, half):
     body = Body(LOWER, arc(10.0, 0.6, 0.6), STEEL, DOMAIN)
     for low, high in ((-0.3, 0.3), (2.0, 2.6)):
-        knots = section_mesh(body, CELLS, np.array([[low, high]]), wave, half_section=half).knots
+        knots = section_mesh(body, SectionSize(CELLS, np.array([[low, high]]), wave), half_section=half).knots
         on_strip = knots[(knots > max(low, knots[0]) - 1e-9) & (knots < high + 1e-9)]
         assert np.max(np.diff(on_strip)) < 1.3 * wave
 
@@ -119,7 +120,7 @@ def test_strips_may_touch_each_other_and_end_at_a_joint():
     s = np.linspace(-6.0, 6.0, 41)
     strips = np.stack([s[:-1], s[1:] + 1e-12], axis=1)
     for half in (False, True):
-        knots = section_mesh(body, CELLS, strips, half_section=half).knots
+        knots = section_mesh(body, SectionSize(CELLS, strips), half_section=half).knots
         assert np.min(np.diff(knots)) > 0.01
         for end in s[s >= knots[0]]:
             assert np.min(np.abs(knots - end)) < 1e-6
@@ -130,14 +131,16 @@ def test_a_contour_that_turns_on_a_small_radius_gets_small_cells():
     sharp = ellipse(4.0, 20.0, 1.2, 1.2)
     body = Body(LOWER, sharp, STEEL, DOMAIN)
     far = np.array([[20.0, 20.4]])
-    turned = np.abs(np.diff(sharp.inclination(section_mesh(body, Cells(0.1, 0.5, 0.5), far).knots)))
+    turned = np.abs(
+        np.diff(sharp.inclination(section_mesh(body, SectionSize(Cells(0.1, 0.5, 0.5), far)).knots))
+    )
     assert np.max(turned) < 0.8
 
 
 def test_cells_that_fold_are_refused():
     """So coarse that a cell's edge cuts through the contour."""
     body = Body(UPPER, arc(0.5, 1.2, 1.2), STEEL, DOMAIN)
-    section = section_mesh(body, Cells(0.1, 0.3, 0.3), np.array([[-0.1, 0.1]]))
+    section = section_mesh(body, SectionSize(Cells(0.1, 0.3, 0.3), np.array([[-0.1, 0.1]])))
     nodes = section.mesh.doflocs.copy()
     inner = section.contour_nodes[2]
     nodes[:, inner] += 50 * (nodes[:, inner] - nodes[:, section.contour_nodes[0]])
@@ -148,7 +151,7 @@ def test_cells_that_fold_are_refused():
 @pytest.mark.parametrize("name", ["rail", "wheel"])
 def test_the_mesh_fills_what_contour_and_far_arc_enclose(name):
     body = BODIES[name]
-    section = section_mesh(body, Cells(0.1, 0.1, 0.1), STRIPS)
+    section = section_mesh(body, SectionSize(Cells(0.1, 0.1, 0.1), STRIPS))
     contour = body.contour.position(np.linspace(*body.s_range, 20_001))
     left, right = np.arctan2(*contour[::-1, [0, -1]])
     left += 2 * np.pi * ((left < right) - 1) if body.side < 0 else 2 * np.pi * (left < right)
@@ -162,7 +165,7 @@ def test_the_mesh_fills_what_contour_and_far_arc_enclose(name):
 
 @each
 def test_every_node_of_the_far_arc_and_the_hub_is_held_and_no_other(body):
-    section = section_mesh(body, CELLS, STRIPS)
+    section = section_mesh(body, SectionSize(CELLS, STRIPS))
     model = assemble(section)
     held = np.flatnonzero(model.supported)
     y, z = section.mesh.doflocs

@@ -1,0 +1,20 @@
+"""Approximations on a grid: the ICs of all pairs of elements, by their lag along x and both strips."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from approx.pair import Pair, Solid
+from geometries.grids import Grid
+
+Array = NDArray[np.float64]
+
+
+def column(variant: str, solid: Solid | Pair, grid: Grid, strip: int) -> Array:
+    """ICs per unit traction on one strip [mm/MPa] at all lags and strips, shape (3, 3, n_x, n_s)."""
+    return solid.approximate(variant, grid.patch(strip), (grid.lags[:, None], grid.strips))
+
+
+def matrix(variant: str, solid: Solid | Pair, grid: Grid) -> Array:
+    """The IC matrix [mm/MPa], (n_x, n_s, n_s, 3, 3): lag, observing and loaded strip, direction of each."""
+    columns = [column(variant, solid, grid, strip) for strip in range(grid.n_s)]
+    return np.moveaxis(np.stack(columns), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))

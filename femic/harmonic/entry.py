@@ -1,0 +1,77 @@
+"""Responses as an entry of the store (`femic.store`), and their parts: one per wavenumber."""
+
+import json
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from femic.harmonic.engine import HarmonicRequest
+from femic.harmonic.synthesis import Responses
+from femic.harmonic.wavenumbers import Sampled
+from femic.models import cost_from
+from femic.store import Store
+from geometries.patches import DIRECTIONS
+
+Array = NDArray[np.float64]
+
+
+def to_entry(responses: Responses) -> xr.Dataset:
+    """The compact form: responses per wavenumber, with a nearer far arc where it is felt."""
+    found = responses.found
+    felt = np.any(found.responses[:, 0] != found.responses[:, 1], axis=(1, 2, 3))
+    dims = ("load", "i", "point")
+    return xr.Dataset(
+        {
+            "response": (("k", *dims), found.responses[:, 0], {"units": "mm2/N"}),
+            "response_nearer": (("k_felt", *dims), found.responses[felt, 1], {"units": "mm2/N"}),
+            "last": ("k", found.last),
+            "vertices": (("yz", "vertex"), responses.drawn[0], {"units": "mm"}),
+            "triangles": (("corner", "triangle"), responses.drawn[1]),
+        },
+        coords={
+            "k": ("k", found.k, {"units": "1/mm"}),
+            "k_felt": ("k_felt", found.k[felt], {"units": "1/mm"}),
+            "s": ("point", responses.s, {"units": "mm"}),
+            "load_s": ("load", [load.patch.s for load in responses.loads], {"units": "mm"}),
+            "load_b": ("load", [load.patch.b for load in responses.loads], {"units": "mm"}),
+            "load_direction": ("load", [DIRECTIONS[load.direction] for load in responses.loads]),
+            "i": list(DIRECTIONS),
+        },
+        attrs={
+            "title": "displacements of a section under unit line loads that vary as cos(k x) or sin(k x)",
+            "cost": json.dumps(asdict(responses.cost)),
+        },
+    )
+
+
+def from_entry(entry: xr.Dataset, request: HarmonicRequest) -> Responses:
+    """What `to_entry` made of the responses to a request."""
+    k, at_arc = entry.k.values, entry.response.values
+    nearer = at_arc.copy()
+    nearer[np.isin(k, entry.k_felt.values)] = entry.response_nearer.values
+    found = Sampled(request.axis, k, np.stack([at_arc, nearer], axis=1), entry["last"].values.astype(bool))
+    drawn = entry.vertices.values, entry.triangles.values
+    cost = cost_from(entry.attrs["cost"])
+    return Responses(request.body, request.loads, entry.s.values, found, cost, drawn)
+
+
+@dataclass(frozen=True)
+class KeptWaves:
+    """Wavenumbers of an entry that is not finished."""
+
+    store: Store
+    key: str
+
+    def get(self, k: float) -> Array | None:
+        """Its responses, if they are there."""
+        return self.store.part(self.key, _name(k))
+
+    def put(self, k: float, responses: Array) -> None:
+        """Keep them."""
+        self.store.put_part(self.key, _name(k), responses)
+
+
+def _name(k: float) -> str:
+    return f"k{float(k)!r}"

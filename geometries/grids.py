@@ -1,0 +1,52 @@
+"""The grid of elements on which contact is solved: uniform in x and in arc length s."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometries.errors import WrongInput
+from geometries.patches import Patch
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """n_x by n_s elements of dx by ds [mm], strips of equal s side by side about arc length s."""
+
+    n_x: int
+    n_s: int
+    dx: float
+    ds: float
+    s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (self.n_x >= 1 and self.n_s >= 1):
+            raise WrongInput(f"n_x = {self.n_x!r}, n_s = {self.n_s!r}: at least one element each")
+        self.patch(0)  # raises for sides that are not positive
+
+    @property
+    def lags(self) -> Array:
+        """Distances along x of two elements [mm], (n_x,): 0, dx, 2 dx, ..."""
+        return np.asarray(self.dx * np.arange(self.n_x))
+
+    @property
+    def strips(self) -> Array:
+        """Arc length of the centres of the strips [mm], (n_s,)."""
+        return np.asarray(self.s + self.ds * (np.arange(self.n_s) - (self.n_s - 1) / 2))
+
+    def patch(self, strip: int) -> Patch:
+        """The element of a strip at x = 0."""
+        return Patch(self.dx / 2, self.ds / 2, float(self.strips[strip]))
+
+    @property
+    def area(self) -> float:
+        """Area of an element [mm^2]."""
+        return self.dx * self.ds
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Range of s that the grid covers [mm]."""
+        half = self.n_s * self.ds / 2
+        return self.s - half, self.s + half

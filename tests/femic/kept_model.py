@@ -1,0 +1,42 @@
+"""A small model, and as a script: solve it into a store and say in a log which wavenumbers were solved."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from femic.cell_size import Cells
+from femic.harmonic.engine import HarmonicRequest
+from femic.harmonic.section_response import Respond
+from femic.models import Points
+from femic.reference import Level
+from femic.store import Store
+from femic.workers import Task, solve_models
+from geometries.bodies import Body, Domain
+from geometries.contours import arc
+from geometries.materials import Material
+from geometries.patches import Load, Patch
+from geometries.surfaces import LOWER
+
+BODY = Body(LOWER, arc(10.0, 0.3, 0.4), Material(210e3, 0.28), Domain(100.0, np.inf))
+LOADS = tuple(Load(Patch(0.4, 0.5), direction) for direction in range(3))
+POINTS = Points(np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.5, 1.5]))
+TASK = Task("lower", Level(), HarmonicRequest(BODY, LOADS, POINTS, Cells(0.1, 0.5, 0.5), 1e-9), 100_000)
+
+
+def main(location: str, log: str) -> None:
+    """Solve, counting."""
+    respond = Respond.__call__
+
+    def counted(self, k, *, nearer=False):
+        if not nearer:
+            with Path(log).open("a") as lines:
+                lines.write(f"{k!r}\n")
+        return respond(self, k, nearer=nearer)
+
+    Respond.__call__ = counted
+    list(solve_models([TASK], workers=2, store=Store(location), on_step=str))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

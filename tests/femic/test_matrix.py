@@ -1,0 +1,239 @@
+"""The IC matrix: the half-space, single loads, reciprocity, definiteness, the circular contour."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+from approx.halfspace import HalfSpace
+from approx.matrix import matrix
+from approx.pair import Pair, Solid
+from femic.at_points import references
+from femic.discount import wrench
+from femic.grid_operator import PARITY, GridOperator
+from femic.harmonic.engine import build_section, solve
+from femic.harmonic.lags import LagSynthesis
+from femic.harmonic.section_model import assemble
+from femic.harmonic.section_response import _part, strip_force
+from femic.harmonic.synthesis import displacements
+from femic.matrix import AtLags, MatrixJob, column_scale, column_shares, far_radius_for, matrices
+from femic.models import Points
+from femic.reference import Job, Level, scales, total
+from geometries.bodies import Body, Domain
+from geometries.contours import arc, plane
+from geometries.grids import Grid
+from geometries.materials import one_body
+from geometries.surfaces import LOWER, UPPER
+from tests.femic.conftest import STEEL
+
+GRID = Grid(10, 8, 0.4, 0.4)
+REACH, ARM = 12.0, 3.0
+
+
+def matrix_job(side, contour, grid=GRID, radius=np.inf, tolerance=1e-3):
+    body = Body(side, contour, STEEL, Domain(far_radius_for(tolerance, grid), np.inf), radius)
+    return MatrixJob(body, grid, tolerance, rotation_reach=REACH, moment_arm=ARM)
+
+
+def solved(jobs, *, combined=False):
+    return matrices(jobs, combined=combined, workers=2)
+
+
+@pytest.fixture(scope="module")
+def on_plane():
+    job = matrix_job(LOWER, plane())
+    return solved({"lower": job})["lower"]
+
+
+@pytest.fixture(scope="module")
+def on_arcs():
+    """A rail and a wheel of some radius with arcs continued by flanks, whose joints lie within the grid."""
+    flank = 0.12
+    return solved(
+        {
+            "lower": matrix_job(LOWER, arc(10.0, flank, flank)),
+            "upper": matrix_job(UPPER, arc(10.2, flank, flank), radius=300.0),
+        },
+        combined=True,
+    )
+
+
+def all_columns(found, *, raw=False):
+    """(lag, observing strip, loaded strip, i, j)."""
+    made = [found.raw_column(m) if raw else found.column(m).ic for m in range(found.job.grid.n_s)]
+    return np.moveaxis(np.stack(made), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))
+
+
+# --- the half-space ----------------------------------------------------------------------------------
+
+
+def test_on_a_plane_it_is_the_half_space_for_all_lags_and_strips(on_plane):
+    job, half_space = on_plane.job, HalfSpace(one_body(STEEL, LOWER))
+    for strip in range(GRID.n_s):
+        c = on_plane.column(strip)
+        a = (
+            half_space.ics(GRID.patch(strip), GRID.lags[:, None], GRID.strips - GRID.strips[strip])
+            / GRID.area
+        )
+        scale = column_scale(strip, a, [job])
+        assert np.max(np.abs(c.ic - a) / scale) < 1e-3
+        assert column_shares(strip, c, scale).total < 1e-3
+        own = np.abs(c.ic - a)[:, :, 0, strip] / a[2, 2, 0, strip]
+        assert np.max(own) < 5e-3
+        for i, j in np.ndindex(3, 3):  # the estimate covers the error, component by component
+            error, estimate = (np.max(np.abs(v)[i, j] / scale[i, j]) for v in (c.ic - a, c.estimate))
+            assert error <= 1.5 * estimate, (strip, i, j)
+
+
+# --- lags, single loads --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("radius", [np.inf, 300.0, 25.0])
+def test_lags_are_points(radius):
+    """The interpolation between radii against the sum at each point, to 1e-9 of the element's own."""
+    job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), Grid(6, 9, 1.0, 1.0), radius)
+    model = solve(job.request(Level(cells=-1)), workers=2)
+    x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))
+    for name, found, k_max in model.variations():
+        by_lag = LagSynthesis.of(model, found, k_max, job.grid)
+        for strip in (0, 4, 7):
+            loads = job.strip_loads[3 * strip : 3 * strip + 3]
+            at_points = displacements(model, loads, Points(x, s))
+            u = at_points.perturbed[name] if name else at_points.u
+            column = np.moveaxis(by_lag.column(strip).reshape(3, 3, -1), 0, 1)
+            np.testing.assert_allclose(column, u, atol=1e-9 * np.max(np.abs(u)))
+
+
+@pytest.mark.parametrize("strip", [1, 4])
+def test_single_loads_are_columns(on_arcs, strip):
+    """C of one load by its own models, fine at the edges of the patch, within both estimates."""
+    lags = np.arange(1, GRID.n_x)
+    for found in on_arcs.values():
+        job, column = found.job, found.column(strip)
+        observed = [0, 3, 6]
+        x, s = (v.ravel() for v in np.meshgrid(GRID.lags[lags], GRID.strips[observed], indexing="ij"))
+        names = [i + j for i in "xsn" for j in "xsn"]
+        single = Job(
+            replace(job.body, domain=Domain(1280.0, np.inf)),
+            GRID.patch(strip),
+            tuple(names),
+            Points(x, s),
+            {f"{m}": slice(m, None, len(observed)) for m in observed[:1]},
+            rotation_reach=REACH,
+            moment_arm=ARM,
+            engine="harmonic",
+        )
+        own = references({"lower": single}, workers=2)["lower"].c
+        at = np.ix_(range(3), range(3), lags, observed)
+        together = [getattr(column, part)[at].reshape(3, 3, -1) for part in ("ic", "estimate")]
+        nn = np.max(np.abs(own.ic[2, 2]))
+        off = np.max(np.abs(own.ic - together[0]), axis=-1)
+        allowed = np.max(own.estimate + together[1], axis=-1)
+        assert np.all(off <= allowed), (off / allowed, nn)
+
+
+def test_a_refined_model_agrees_with_its_first_one_within_the_estimate(on_plane):
+    """The driver refines what is not accurate enough: here it is asked for more than it starts with."""
+    job = replace(on_plane.job, cells=on_plane.cells.scaled(1.8), tolerance=1e-3)
+    finer = solved({"lower": job})["lower"]
+    assert finer.level.cells > 0
+    assert AtLags({"lower": job}, combined=False).assess({"lower": finer}).own["lower"].total <= 1e-3
+
+
+# --- what elasticity demands -----------------------------------------------------------------------------
+
+
+def test_forces_and_displacements_averaged_over_strips_are_reciprocal_to_rounding():
+    """Whatever the mesh: u_I under J is u_J under I where both are averaged over the strip."""
+    job = matrix_job(LOWER, arc(10.0, 0.12, 0.3), Grid(2, 4, 0.4, 0.7))
+    request = job.request(Level(cells=-1))
+    section = build_section(request)
+    part = _part(assemble(section), request.loads, request.observed, 0, 0.5)
+    forces = np.stack([strip_force(section, load) for load in job.strip_loads], axis=1)
+    for k in (0.0, 0.3, 8.0):
+        u = forces.T @ part.system.solved(k, forces)[0]
+        np.testing.assert_allclose(u, u.T, atol=1e-10 * np.max(np.abs(u)))
+
+
+def reciprocity_defect(ics, scale):
+    """Largest |C(I, J) - C(J, I)^T| over strips and lags as a share."""
+    transposed = PARITY.T * np.swapaxes(ics, 1, 2).swapaxes(3, 4)
+    return np.max(np.abs(ics - transposed)) / scale
+
+
+def test_reciprocity_of_the_raw_matrix_and_of_the_discounted_one(on_plane, on_arcs):
+    """On a plane within the estimate. On arcs, observed at centres, also by the curvature across a strip."""
+    nn = on_plane.column(3).ic[2, 2, 0, 3]
+    estimate = max(np.max(on_plane.column(m).estimate) for m in range(GRID.n_s))
+    raw, discounted = (all_columns(on_plane, raw=raw) for raw in (True, False))
+    assert reciprocity_defect(raw, nn) <= 2 * estimate / nn
+    assert reciprocity_defect(discounted - raw, nn) < 1e-12
+    for found in on_arcs.values():
+        raw, discounted = (all_columns(found, raw=raw) for raw in (True, False))
+        assert reciprocity_defect(raw, nn) < 2e-3
+        assert reciprocity_defect(discounted - raw, nn) < 1e-12
+
+
+def test_tractions_always_do_work(on_arcs):
+    raw = {name: all_columns(found, raw=True) for name, found in on_arcs.items()}
+    together = sum(all_columns(found) for found in on_arcs.values())
+    for ics in (*raw.values(), together):
+        assert GridOperator.of(ics).smallest_eigenvalue() > 0.2 * np.min(ics[0, 0, 0].diagonal())
+
+
+def test_the_sum_is_judged_with_its_own_scale(on_arcs):
+    jobs = {name: found.job for name, found in on_arcs.items()}
+    assessed = AtLags(jobs, combined=True).assess(on_arcs)
+    assert assessed.combined.total <= 1e-3
+    strip = 2
+    c = total([found.column(strip) for found in on_arcs.values()])
+    share = column_shares(strip, c, column_scale(strip, c.ic, list(jobs.values())))
+    assert share.total <= assessed.combined.total
+
+
+# --- the circular contour ----------------------------------------------------------------------------------
+
+
+def test_on_an_arc_only_the_distance_matters_but_for_a_rigid_motion():
+    """C_nn at equal lag is the same all along an arc, after the best symmetric rigid compliance: 3e-3."""
+    grid = Grid(6, 16, 0.4, 0.4)
+    found = solved({"lower": matrix_job(LOWER, arc(5.0, 1.2, 1.2), grid)})["lower"]
+    ics, inner = all_columns(found), np.arange(4, 12)
+    defects, rigid = [], []
+    phi = np.moveaxis(wrench(found.job.body, 0 * grid.strips, grid.strips), -1, 0)  # (n_s, 4, 3)
+    entries = [np.zeros((4, 4)) for _ in range(10)]
+    for entry, (a, b) in zip(entries, zip(*np.triu_indices(4), strict=True), strict=True):
+        entry[a, b] = entry[b, a] = 1
+    for apart in range(5):
+        pairs = [(m + apart, m) for m in inner if m + apart in inner]
+        for lag in range(grid.n_x):
+            c = np.array([ics[lag, i, j, 2, 2] for i, j in pairs])
+            d = np.array([[phi[i][:, 2] @ e @ phi[j][:, 2] for e in entries] for i, j in pairs])
+            defects.append(c - c.mean())
+            rigid.append(d - d.mean(axis=0))
+    defect, d = np.concatenate(defects), np.concatenate(rigid)
+    scale = np.max(np.abs(d), axis=0)
+    fit = lsq_linear(d[:, scale > 0] / scale[scale > 0], defect)
+    assert np.max(np.abs(fit.fun)) < 3e-3 * np.max(ics[1, 4, 4, 2, 2])
+
+
+def test_approximations_fill_the_same_matrix():
+    rail, wheel = (
+        Solid(STEEL, matrix_job(side, arc(10.0, 0.3, 0.3)).body.surface) for side in (LOWER, UPPER)
+    )
+    pair = Pair(wheel, rail)
+    ics = matrix("Bhat", pair, GRID)
+    assert ics.shape == (GRID.n_x, GRID.n_s, GRID.n_s, 3, 3)
+    at = pair.approximate("Bhat", GRID.patch(2), ([GRID.lags[3]], [GRID.strips[5]]))[..., 0]
+    np.testing.assert_array_equal(ics[3, 5, 2], at)
+
+
+def test_scales_of_lines_far_from_the_load_are_those_of_single_loads(on_plane):
+    job, strip = on_plane.job, 0
+    c = on_plane.column(strip).ic
+    line = c[:, :, :, 7]
+    points = Points(GRID.lags, np.full(GRID.n_x, GRID.strips[7]))
+    single = Job(job.body, GRID.patch(strip), ("nn",), points, {"line": slice(None)})
+    expected = scales([single], line)["line"]
+    np.testing.assert_allclose(column_scale(strip, c, [job])[..., 0, 7], expected, rtol=2e-3)

@@ -1,0 +1,211 @@
+"""The store: nothing finished is lost, nothing damaged is believed."""
+
+import errno
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from femic.harmonic import engine
+from femic.harmonic.section_response import Respond
+from femic.provenance import code_digest
+from femic.store import Store
+from femic.workers import solve_models
+from tests.femic.kept_model import TASK
+
+ENTRY = xr.Dataset({"u": (("i",), np.arange(5.0))})
+
+
+@pytest.fixture(params=["folder", "memory"])
+def store(request, tmp_path):
+    location = tmp_path if request.param == "folder" else f"memory://{tmp_path.name}-{time.time_ns()}"
+    return Store(location)
+
+
+def files(folder):
+    return sorted(path for path in Path(folder).rglob("*") if path.is_file())
+
+
+# --- entries and parts -------------------------------------------------------------------------------
+
+
+def test_what_is_put_is_got(store):
+    key = store.key("kind", 1.5, "request")
+    assert store.get(key) is None
+    store.put(key, ENTRY)
+    xr.testing.assert_identical(store.get(key), ENTRY)
+
+
+def test_keys_depend_on_all_that_determines_a_result():
+    asked = TASK.request
+    same = Store().key("harmonic", *asked.determined_by)
+    assert same == Store("elsewhere").key("harmonic", *asked.determined_by)
+    assert same != Store().key("solid", *asked.determined_by)
+    for change in ({"accuracy": 2e-9}, {"cells": asked.cells.scaled(2)}, {"loads": asked.loads[:1]}):
+        assert same != Store().key("harmonic", *engine.HarmonicRequest(**vars(asked) | change).determined_by)
+
+
+def test_lines_along_x_do_not_determine_the_responses():
+    asked = TASK.request
+    longer = type(asked.points)(2 * asked.points.x, asked.points.s)
+    again = engine.HarmonicRequest(**vars(asked) | {"points": longer})
+    assert Store().key("harmonic", *asked.determined_by) == Store().key("harmonic", *again.determined_by)
+
+
+def test_parts_are_there_until_the_entry_is(store):
+    key = store.key("kind")
+    store.put_part(key, "k0.5", np.eye(3))
+    np.testing.assert_array_equal(store.part(key, "k0.5"), np.eye(3))
+    assert store.part(key, "k0.25") is None
+    store.put(key, ENTRY)
+    assert store.part(key, "k0.5") is None
+
+
+def test_without_a_location_nothing_is_kept():
+    store = Store()
+    store.put("key", ENTRY)
+    store.put_part("key", "part", np.eye(2))
+    store.forget_other_code()
+    assert store.get("key") is store.part("key", "part") is None
+
+
+def test_models_of_other_code_are_deleted_and_nothing_else(tmp_path):
+    for name in ("0123456789ab", "0123456789abc", "mine", code_digest()):
+        (tmp_path / name).mkdir()
+    Store(tmp_path).forget_other_code()
+    assert {path.name for path in tmp_path.iterdir()} == {"0123456789abc", "mine", code_digest()}
+
+
+# --- what may go wrong ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("damage", ["cut", "changed", "empty"])
+def test_damage_is_noticed_and_mended(tmp_path, damage, caplog):
+    store, key = Store(tmp_path), Store().key("kind")
+    store.put(key, ENTRY)
+    (path,) = files(tmp_path)
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes({"cut": content[:-100], "changed": content, "empty": b""}[damage])
+    assert store.get(key) is None
+    assert "damaged" in caplog.text
+    store.put(key, ENTRY)
+    xr.testing.assert_identical(store.get(key), ENTRY)
+    assert len(files(tmp_path)) == 1
+
+
+@pytest.mark.parametrize("error", [errno.ENOSPC, errno.EROFS, errno.EACCES])
+def test_where_nothing_can_be_written_the_work_goes_on_with_one_warning(tmp_path, error, monkeypatch, caplog):
+    store, key = Store(tmp_path), Store().key("kind")
+    store.put(key, ENTRY)
+
+    def full(_, path, data):
+        Path(path).write_bytes(data[: len(data) // 2])
+        raise OSError(error, os.strerror(error))
+
+    monkeypatch.setattr(type(store._fs), "pipe_file", full)
+    for n in range(3):
+        store.put(store.key("other", n), ENTRY)
+        store.put_part(store.key("other", n), "part", np.eye(2))
+    assert caplog.text.count(os.strerror(error)) == 1
+    assert store.get(store.key("other", 0)) is None
+    xr.testing.assert_identical(store.get(key), ENTRY)  # what was there can still be read
+    assert len(files(tmp_path)) == 1  # and no half of a file is left
+
+
+def write_often(location, mark):
+    store = Store(location)
+    for n in range(20):
+        store.put("key", ENTRY.assign_attrs(mark=mark, n=n))
+        store.put_part("key", "part", np.full(1000, float(n)))
+        if store.get("key") is None:
+            return False
+    return True
+
+
+def test_two_processes_may_write_the_same(tmp_path):
+    with ProcessPoolExecutor(2) as pool:
+        assert all(pool.map(write_often, [tmp_path] * 2, ["one", "other"]))
+    found = Store(tmp_path).get("key")
+    np.testing.assert_array_equal(found.u, ENTRY.u)
+
+
+# --- models ----------------------------------------------------------------------------------------------
+
+
+def solve(store):
+    return next(iter(solve_models([TASK], workers=2, store=store, on_step=str)))
+
+
+def test_a_second_run_opens_no_mesh_and_factors_no_matrix(tmp_path, monkeypatch):
+    first = solve(Store(tmp_path))
+    monkeypatch.setattr(engine, "build_section", lambda _: pytest.fail("a mesh was made"))
+    again = solve(Store(tmp_path))
+    assert again.kept
+    assert not first.kept
+    assert again.model.cost == first.model.cost
+    for (name, found, k_max), (_, expected, same_k) in zip(
+        again.model.variations(), first.model.variations(), strict=True
+    ):
+        np.testing.assert_array_equal(found.responses, expected.responses, err_msg=name)
+        np.testing.assert_array_equal(found.k, expected.k)
+        assert k_max == same_k
+
+
+def test_an_interrupted_model_goes_on_behind_its_last_wavenumber(tmp_path, monkeypatch):
+    solved, respond = [], Respond.__call__
+
+    def counted(self, k, *, nearer=False):
+        if not nearer:
+            if len(solved) == 7 and not interrupted:
+                interrupted.append(k)
+                raise KeyboardInterrupt
+            solved.append(k)
+        return respond(self, k, nearer=nearer)
+
+    interrupted = []
+    monkeypatch.setattr(Respond, "__call__", counted)
+    with pytest.raises(KeyboardInterrupt):
+        list(solve_models([TASK], workers=1, store=Store(tmp_path), on_step=str))
+    found = next(iter(solve_models([TASK], workers=1, store=Store(tmp_path), on_step=str)))
+    assert sorted(solved) == found.model.found.k.tolist()  # each of them once
+
+
+def killed_again_and_again(folder, times):
+    """Number of wavenumbers solved and kept by processes that are killed at random moments, and the last."""
+    script = Path(__file__).with_name("kept_model.py")
+    log = folder / "log"
+    command = [sys.executable, str(script), str(folder / "store"), str(log)]
+    chance = random.Random(1)
+    for _ in range(times):
+        process = subprocess.Popen(command, cwd=Path(__file__).parents[2])
+        started = time.monotonic()
+        before = log.stat().st_size if log.exists() else 0
+        while process.poll() is None and (not log.exists() or log.stat().st_size == before):
+            assert time.monotonic() - started < 60
+            time.sleep(0.01)
+        time.sleep(chance.uniform(0.0, 0.3))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    subprocess.run(command, check=True, cwd=Path(__file__).parents[2])
+    return log.read_text().split()
+
+
+@pytest.mark.parametrize("times", [3, pytest.param(20, marks=pytest.mark.slow)])
+def test_killed_processes_lose_nothing_that_was_finished(tmp_path, times):
+    solved = killed_again_and_again(tmp_path, times)
+    found, alone = solve(Store(tmp_path / "store")), solve(Store())
+    assert found.kept
+    np.testing.assert_array_equal(found.model.found.k, alone.model.found.k)
+    np.testing.assert_allclose(
+        found.model.found.responses, alone.model.found.responses, rtol=1e-9, atol=1e-18
+    )
+    assert len(solved) <= len(found.model.found.k) + 2 * times  # at most what two threads had begun
