@@ -96,16 +96,16 @@ def test_displacements_of_a_wrench_are_rigid(rolling_radius):
 def test_rigid_part_is_reciprocal_between_any_two_positions():
     m = RNG.normal(size=(4, 4))
     m = m + m.T
-    for body in (
-        request_for(UNSYMMETRIC).body,
-        request_for(UNSYMMETRIC, side=UPPER, rolling_radius=60.0).body,
-    ):
+
+    def between(body, x, s, s_load):
+        points, patch = Points(np.array([x]), np.array([s])), Patch(1, 1, s_load)
+        return np.array([rigid_part(m, body, points, Load(patch, j))[:, 0] for j in range(3)])
+
+    prismatic = request_for(UNSYMMETRIC).body
+    wheel = request_for(UNSYMMETRIC, side=UPPER, rolling_radius=60.0).body
+    for body in (prismatic, wheel):
         for s_i, s_j, x in RNG.uniform(-9, 9, size=(5, 3)):
-            there, back = (
-                np.array([rigid_part(m, body, Points(np.array([d_x]), np.array([i])), Load(Patch(1, 1, j), d))[:, 0]
-                          for d in range(3)])
-                for i, j, d_x in ((s_i, s_j, x), (s_j, s_i, -x))
-            )  # fmt: skip
+            there, back = between(body, x, s_i, s_j), between(body, -x, s_j, s_i)
             np.testing.assert_allclose(there, back.T, atol=1e-12)
 
 
