@@ -5,7 +5,7 @@ READY := .venv/.ready
 FEMIC := $(BIN)/femic
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat compare test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix compare test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -22,6 +22,9 @@ run: geometry1  ## the main job: ICs of Geometry 1 by finite elements against A,
 
 geometry1 geometry2 flat: $(READY)  ## run a built-in scene; the report is out/SCENE/report.html
 	$(FEMIC) run $@
+
+matrix: $(READY)  ## the IC matrix of Geometry 2 on a grid; the report is out/geometry2/matrix.html
+	$(FEMIC) matrix geometry2
 
 compare: $(READY)  ## both geometries in one report: out/geometry1_geometry2/report.html
 	$(FEMIC) compare geometry1 geometry2
@@ -45,6 +48,7 @@ format: $(READY)  ## format the code
 bench: $(READY)  ## seconds, memory and errors (tables go to docs/performance.md by hand)
 	$(BIN)/python benchmarks/analytic.py
 	$(BIN)/python benchmarks/engines.py
+	$(BIN)/python benchmarks/matrix.py
 	$(BIN)/python benchmarks/solid_engine.py
 
 clean:  ## remove results and the virtual environment

@@ -1,18 +1,22 @@
 """What the commands of `femic` do: scenes in, files and messages out."""
 
+import os
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare import fields, overlay, overlay_report, overlay_sources, plausibility, progress
+from compare import fields, matrix_report, overlay, overlay_report, overlay_sources, plausibility, progress
+from compare import plan as planning
 from compare.run import run_scene
 from compare.scene import Scene
 from compare.scene_listing import listing
 from compare.scenes import builtin_names, load_scene
 from femic.store import Store
 from geometries.patches import DirectionName
+
+WIDE = 130  # columns of a table
 
 SolidName = Literal["lower", "upper"]
 Workers = Annotated[int | None, Parameter(help="parallel processes or threads; default: one per core")]
@@ -59,6 +63,43 @@ def _computed(scene: Scene, folder: Path, workers: int | None, store: Store, con
         console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
     with progress.shown(console) as watch:
         return run_scene(scene, folder, workers=workers, store=store, watch=watch)
+
+
+def matrix(
+    scene: str,
+    /,
+    *,
+    strip: Annotated[int | None, Parameter(help="loaded strip of the maps; default: the patch's")] = None,
+    out: Annotated[Path | None, Parameter(help="folder for the results; default out/SCENE")] = None,
+    workers: Workers = None,
+    store: StoreAt = None,
+) -> None:
+    """Compute the IC matrix of a scene on its grid, all lags and strips; write matrix.nc and a report.
+
+    Parameters
+    ----------
+    scene
+        built-in name (see `femic scenes`) or TOML file
+    """
+    loaded = load_scene(scene)
+    folder = out or Path("out") / loaded.name
+    console = Console()
+    with progress.shown(console) as watch:
+        asked = matrix_report.Asked(folder, strip, workers or os.cpu_count() or 1)
+        report = matrix_report.write_matrix(loaded, asked, _store(store, folder), watch)
+    console.print(f"Matrix: {folder / 'matrix.nc'}", soft_wrap=True)
+    console.print(f"Report: {report}", soft_wrap=True)
+
+
+def plan(scene: str, /, *, workers: Workers = None) -> None:
+    """Say what a scene would take: models, unknowns, wavenumbers, seconds, memory, file size.
+
+    Parameters
+    ----------
+    scene
+        built-in name (see `femic scenes`) or TOML file
+    """
+    planning.show(load_scene(scene), workers or os.cpu_count() or 1, Console(width=WIDE, highlight=False))
 
 
 def compare(

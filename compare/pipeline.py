@@ -108,7 +108,6 @@ def _approximations(
 ) -> tuple[dict[tuple[str, str], Array], dict[tuple[str, str], float]]:
     """Approximations of what is compared, and their seconds; NaN where there are no effective properties."""
     pair = scene.pair
-    solids: dict[str, Solid | Pair] = {"lower": pair.lower, "upper": pair.upper, "combined": pair}
     ics: dict[tuple[str, str], Array] = {}
     seconds: dict[tuple[str, str], float] = {}
     for name in scene.compared:
@@ -117,9 +116,15 @@ def _approximations(
                 ics[variant, name], seconds[variant, name] = np.full((3, 3, len(points.x)), np.nan), np.nan
             else:
                 ics[variant, name], seconds[variant, name] = _timed(
-                    variant, solids[name], scene.patch, points
+                    variant, solids(scene)[name], scene.patch, points
                 )
     return ics, seconds
+
+
+def solids(scene: Scene) -> dict[str, Solid | Pair]:
+    """What approximations see under the names of the comparison."""
+    pair = scene.pair
+    return {"lower": pair.lower, "upper": pair.upper, "combined": pair}
 
 
 def _timed(variant: str, solid: Solid | Pair, patch: Patch, points: Points) -> tuple[Array, float]:

@@ -9,6 +9,7 @@ from femic.cell_size import Cells
 from femic.reference import Engine
 from femic.solid.linear import SolverChoice
 from geometries.bodies import Body
+from geometries.grids import Grid
 from geometries.patches import OffsetLine, Patch
 
 
@@ -26,6 +27,8 @@ class Scene:
     effective: Mapping[str, EffectiveProperties]  # of "combined", "lower", "upper", where given
     patch: Patch
     lines: tuple[OffsetLine, ...]
+    grid: Grid
+    checked_strips: int  # how many of its columns the solid engine computes, too
     engine: Engine
     cells: Cells
     solver: SolverChoice

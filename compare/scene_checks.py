@@ -39,6 +39,25 @@ def misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterat
         yield f"engine.solver = 'direct': not installed; {INSTALL_DIRECT}, or use 'auto'"
 
 
+def grid_misfits(scene: Scene) -> Iterator[str]:
+    """What is wrong with the grid of the IC matrix."""
+    grid = scene.grid
+    low, high = (
+        side([body.contour.extent[k] for body in scene.bodies.values()]) for k, side in enumerate((max, min))
+    )
+    if not low <= grid.extent[0] < grid.extent[1] <= high:
+        start, end = grid.extent
+        yield (
+            f"grid: {grid.n_s} strips of {grid.ds:g} mm go from s = {start:g} to {end:g} mm, the contours "
+            f"from {low:g} to {high:g} mm: give fewer (n_s) or narrower ones (ds)"
+        )
+    if not 0.01 <= grid.dx / grid.ds <= 100:
+        yield f"grid.dx / grid.ds = {grid.dx / grid.ds:g} is outside 0.01 ... 100: bring them closer"
+    around = min(np.pi * body.rolling_radius for body in scene.bodies.values())
+    if 2 * grid.lags[-1] > around:
+        yield f"grid: {grid.n_x} elements of {grid.dx:g} mm are more than half of half a turn ({around:g} mm)"
+
+
 def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
     patch, smallest = scene.patch, scene.cells.smallest
     ends = f"the contours go from s = {extent[0]:g} to {extent[1]:g} mm"

@@ -128,6 +128,19 @@ def default_lines(s_patch: float) -> tuple[LineAlongX | LineAlongS, ...]:
     )
 
 
+class GridTable(Section):
+    """The grid of elements whose IC matrix `femic matrix` computes."""
+
+    n_x: Annotated[int, Field(ge=1, le=4096)] = Field(64, description="number of elements along x: lags")
+    n_s: Annotated[int, Field(ge=1, le=512)] = Field(32, description="number of strips")
+    dx: Positive | None = Field(None, description="length of an element [mm]; default: 2 x patch.a")
+    ds: Positive | None = Field(None, description="width of a strip [mm]; default: 2 x patch.b")
+    s: Finite = Field(0.0, description="arc length of its middle [mm]")
+    check: Annotated[int, Field(ge=0, le=9)] = Field(
+        0, description="strips whose columns the solid engine computes, too, as a check (minutes each)"
+    )
+
+
 class TransitionTable(Section):
     """A property that goes over to another value at a distance from the load."""
 
@@ -231,6 +244,7 @@ class SceneFile(Section):
     lower: BodyTable = Field(description="lower body (rail), fills n < 0")
     upper: BodyTable = Field(description="upper body (wheel), fills n > 0")
     patch: PatchTable = Field(description="loaded element at x = 0")
+    grid: GridTable = Field(GridTable(), description="elements of the IC matrix (femic matrix)")
     lines: Annotated[tuple[Line, ...], Field(min_length=1)] | None = Field(
         None, description="offset lines; default: s = patch.s + 1.6, s = patch.s, x = 1.6 mm"
     )

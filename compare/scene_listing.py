@@ -20,7 +20,7 @@ def listing(name_or_path: str) -> str:
     parse(deepcopy(table), path)
     top = [key for key, field in files.SceneFile.model_fields.items() if not _is_table(field)]
     lines = list(_entries(files.SceneFile, table, only=top))
-    for name in ("lower", "upper", "patch", "engine"):
+    for name in ("lower", "upper", "patch", "grid", "engine"):
         field = files.SceneFile.model_fields[name]
         lines += ["", f"# {field.description}", f"[{name}]"]
         lines += _entries(_model(field.annotation), table.get(name, {}))

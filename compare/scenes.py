@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from approx.effective import EffectiveProperties, Transition
 from compare import scene_file as files
 from compare.scene import Scene
-from compare.scene_checks import misfits
+from compare.scene_checks import grid_misfits, misfits
 from compare.scene_messages import message
 from femic.cell_size import Cells
 from femic.reference import cells_for, far_radius_for
@@ -22,6 +22,7 @@ from geometries import contours
 from geometries.bodies import Body, Domain
 from geometries.contours import Contour
 from geometries.errors import WrongInput
+from geometries.grids import Grid
 from geometries.materials import Material
 from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
 from geometries.surfaces import LOWER, UPPER
@@ -142,6 +143,8 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         effective=_effective(scene.effective),
         patch=patch,
         lines=tuple(_line(line, extent) for line in scene.lines or files.default_lines(patch.s)),
+        grid=_grid(scene.grid, patch),
+        checked_strips=scene.grid.check,
         engine=engine.kind,
         cells=_cells(engine, patch),
         solver=engine.solver,
@@ -154,6 +157,8 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         check=_by_solid_engine(name, text, scene) if engine.check and engine.kind != "solid" else None,
     )
     errors = list(misfits(built, extent, domain))
+    if "grid" in scene.model_fields_set:
+        errors += grid_misfits(built)
     if errors:
         raise BadScene(f"{name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
     return built
@@ -199,6 +204,10 @@ def _body(name: str, side: int, table: files.BodyTable, domain: Domain) -> Body:
         raise
     except WrongInput as error:
         raise BadScene(f"{name}.{error}") from error
+
+
+def _grid(table: files.GridTable, patch: Patch) -> Grid:
+    return Grid(table.n_x, table.n_s, table.dx or 2 * patch.a, table.ds or 2 * patch.b, table.s)
 
 
 def _cells(engine: files.EngineTable, patch: Patch) -> Cells:

@@ -6,7 +6,7 @@ The discount is that of `femic.discount`: one matrix M per body.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -51,7 +51,8 @@ CELLS_PER_HALF_SIDE, GROWTH = 2, 0.55
 WAVES = 4.0  # expected error of the interpolation between wavenumbers over what it turns out to be
 FAR_OVER_HALF_WIDTH = 600.0  # of the grid
 NEAR, NEAR_SHARE = 4, 5.0  # elements from the load within which errors are shares of 5 A_nn
-HIGHEST = 6 * np.pi
+HIGHEST = 6 * np.pi  # wavenumber, times the least half-side: M must be right to more digits than all else
+REMEMBERED = 10_000_000  # entries of a matrix whose columns are made once and not each time
 
 
 def far_radius_for(tolerance: float, grid: Grid) -> float:
@@ -159,6 +160,7 @@ class MatrixReference:
     models: Mapping[str, Cost]
     fine: Responses
     coarse: Responses
+    _remembered: dict[int, Estimated] = field(default_factory=dict, repr=False)
 
     @cached_property
     def _made(self) -> dict[str, tuple[LagSynthesis, Array]]:
@@ -166,18 +168,18 @@ class MatrixReference:
         at_lags = {
             name: LagSynthesis.of(self.fine, found, k_max, self.job.grid)
             for name, found, k_max in self.fine.variations()
+            if name != "nearer"
         }
-        fitted = {"": self.fine_fit.u, **self.fine_fit.perturbed}
+        at_lags["nearer"] = replace(at_lags[""], found=self.fine.nearer)  # at the same wavenumbers
+        fine, coarse = (
+            displacements(solved, self.job.fit_loads, self.job.fit_points)
+            for solved in (self.fine, self.coarse)
+        )
+        fitted = {"": fine.u, **fine.perturbed}
         made = {name: (synthesis, self._m(fitted[name])) for name, synthesis in at_lags.items()}
         _, found, k_max = next(self.coarse.variations())
-        fit = displacements(self.coarse, self.job.fit_loads, self.job.fit_points)
-        made["coarse"] = LagSynthesis.of(self.coarse, found, k_max, self.job.grid), self._m(fit.u)
+        made["coarse"] = LagSynthesis.of(self.coarse, found, k_max, self.job.grid), self._m(coarse.u)
         return made
-
-    @cached_property
-    def fine_fit(self) -> RawICs:
-        """What M is fitted to."""
-        return displacements(self.fine, self.job.fit_loads, self.job.fit_points)
 
     def _m(self, u: Array) -> Array:
         of_load = dict(zip(self.job.fit_loads, u, strict=True))
@@ -193,7 +195,15 @@ class MatrixReference:
         return self._made[""][0].column(strip)
 
     def column(self, strip: int) -> Estimated:
-        """C due to unit loads on one strip, arrays of shape (3, 3, n_x, n_s)."""
+        """C due to unit loads on one strip, arrays (3, 3, n_x, n_s); small matrices are remembered."""
+        if strip not in self._remembered:
+            found = self._column(strip)
+            if found.ic.size * self.job.grid.n_s > REMEMBERED:
+                return found
+            self._remembered[strip] = found
+        return self._remembered[strip]
+
+    def _column(self, strip: int) -> Estimated:
         grid = self.job.grid
         x, s = (values.ravel() for values in np.meshgrid(grid.lags, grid.strips, indexing="ij"))
         observer, load = wrenches(self.job.body, Points(x, s), float(grid.strips[strip]))

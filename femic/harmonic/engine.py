@@ -38,6 +38,7 @@ LOWEST = 0.7  # scale of the wavenumbers, times 1 / far radius: below it the cla
 HIGHEST = 2 * np.pi  # largest wavenumber, times 1 / least half-side: beyond it the half-space does
 CURVED = 0.05  # half-side over radius of curvature from which on larger wavenumbers are needed
 FINER = 5.0  # cells where M is fitted
+CENTRES_RESOLVED = 17.5  # as below, where displacements are read at the centres of strips only
 RESOLVED = 4.0  # longest cell on a strip, times growth / largest wavenumber
 ROUNDING = 0.25  # of a step of pi / a or 2 pi / a that the largest wavenumber may fall short
 FAR_REACH = 7.0  # lengths 1 / k beyond which the far arc is not felt
@@ -132,7 +133,9 @@ def build_section(request: HarmonicRequest) -> SectionMesh:
     """The mesh for a request: half of the section where symmetry allows it."""
     half = request.body.contour.symmetric
     cells = request.cells
-    wave = cells.smallest if request.even_strips else RESOLVED * cells.growth / request.k_max
+    wave = RESOLVED * cells.growth / request.k_max
+    if request.even_strips:
+        wave = min(cells.smallest, CENTRES_RESOLVED * cells.growth / request.k_max)
     near = [(strips(request.exact), cells.smallest / FINER)] if request.exact else []
     sizes = SectionSize(cells, strips(load.patch for load in request.loads), wave, tuple(near))
     return section_mesh(request.body, sizes, half_section=half)

@@ -6,6 +6,7 @@ differ little: weights are computed for a few of them (Chebyshev points) and int
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from approx.halfspace import HalfSpace
 from femic.harmonic.synthesis import REACH, Responses
 from femic.harmonic.wavenumbers import Sampled
 from femic.harmonic.waves import SINES, spectrum, synthesis_weights, tail
-from geometries.bodies import Body
+from femic.symmetry import S
 from geometries.grids import Grid
 from geometries.materials import one_body
 from geometries.patches import Load, Patch
@@ -23,6 +24,9 @@ Array = NDArray[np.float64]
 
 DIGITS = 10  # of the interpolation between radii
 ANALYTIC = 0.4  # change of ln(radius) within which the weights are analytic at the nearest lag
+MIRROR = np.where(
+    (np.arange(3) == S)[:, None] ^ (np.arange(3) == S), -1.0, 1.0
+)  # of components: s changes sign
 ODD, EVEN = np.nonzero(SINES), np.nonzero(~SINES)  # (i, j) of the components odd and even in x
 
 
@@ -80,7 +84,8 @@ class LagSynthesis:
         weights = [synthesis_weights(found.axis, found.k, over, a * t, xi) for t in radii.stretch]
         shape = (len(radii.points), len(found.k), len(radii.points), grid.n_x)
         even, odd = (np.stack(w).reshape(shape) for w in zip(*weights, strict=True))
-        tails = np.stack([_tails(body, grid, over.k_max * t) for t in radii.stretch])
+        half_space = HalfSpace(one_body(body.material, body.side))
+        tails = np.stack([_tails(half_space, grid, float(over.k_max * t)) for t in radii.stretch])
         place = np.searchsorted(solved.s, grid.strips)
         number = {load: n for n, load in enumerate(solved.loads)}
         loads = np.array([[number[Load(grid.patch(m), j)] for j in range(3)] for m in range(grid.n_s)])
@@ -105,9 +110,11 @@ class LagSynthesis:
         return u
 
 
-def _tails(body: Body, grid: Grid, beyond: float) -> Array:
+@lru_cache(maxsize=64)
+def _tails(half_space: HalfSpace, grid: Grid, beyond: float) -> Array:
     """What wavenumbers beyond the largest add, (3, 3, n_x, strips apart from -m to m): the half-space's."""
     m = min(int(np.ceil((grid.ds / 2 + REACH / beyond) / grid.ds)), grid.n_s - 1)
-    half_space, patch = HalfSpace(one_body(body.material, body.side)), Patch(grid.dx / 2, grid.ds / 2)
-    apart = grid.ds * np.arange(-m, m + 1)
-    return np.stack([tail(half_space, patch, beyond, grid.lags, s) for s in apart], axis=-1)
+    patch = Patch(grid.dx / 2, grid.ds / 2)
+    ahead = np.stack([tail(half_space, patch, beyond, grid.lags, grid.ds * n) for n in range(m + 1)], axis=-1)
+    behind = MIRROR[..., None, None] * ahead[..., :0:-1]
+    return np.concatenate([behind, ahead], axis=-1)

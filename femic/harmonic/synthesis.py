@@ -37,16 +37,20 @@ class Responses:
     cost: Cost
     drawn: tuple[Array, Indices]
 
+    @property
+    def nearer(self) -> Sampled:
+        """With the far arc at half its radius."""
+        return replace(self.found, responses=self.found.responses[:, 1])
+
     def variations(self) -> Iterator[tuple[str, Sampled, float]]:
         """What displacements are made of, then with less of something: name, responses, largest k.
 
         "sparser": without the last wavenumber of each interval; "lower": half of the largest wavenumber;
         "nearer": far arc at half its radius.
         """
-        k_max = self.found.axis.k_max
-        far, nearer = (replace(self.found, responses=self.found.responses[:, m]) for m in range(2))
+        far, k_max = replace(self.found, responses=self.found.responses[:, 0]), self.found.axis.k_max
         yield "", far, k_max
-        yield "nearer", nearer, k_max
+        yield "nearer", self.nearer, k_max
         yield "sparser", far.sparser, k_max
         yield "lower", far, k_max / LOWER
 

@@ -208,6 +208,6 @@ def test_mesh_is_repeatable():
 
 def test_stiffness_is_assembled_once_for_all_directions(monkeypatch):
     calls = []
-    monkeypatch.setattr("femic.solid.stiffness", lambda *a: calls.append(1) or stiffness(*a))
+    monkeypatch.setattr("femic.solid.engine.stiffness", lambda *a: calls.append(1) or stiffness(*a))
     raw_ics(request_for(SYMMETRIC))
     assert len(calls) == 1

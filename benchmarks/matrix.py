@@ -1,0 +1,99 @@
+"""Benchmark of the IC matrix: print the tables of docs/matrix.md as Markdown.
+
+    python benchmarks/matrix.py [n_s ...]
+
+Geometry 2, both bodies and their sum, nine components, tolerance 0.001, 2 threads, a process each:
+seconds of all models and of making and checking the matrices, largest model, peak memory, sizes of the file
+and of the store; then the same scene again; growth exponents with n_s; what 64 single loads would take.
+"""
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from compare.matrix import compute_matrix
+from compare.pipeline import compute
+from compare.scenes import load_scene
+from femic.store import Store
+
+TOLERANCE = 1e-3
+LAGS = {32: 64, 64: 128, 128: 256}
+COLUMNS = (
+    "n_s",
+    "n_x",
+    "s",
+    "of which models",
+    "again: s",
+    "unknowns",
+    "MB",
+    "file MB",
+    "store MB",
+    "estimate",
+)
+
+
+def one(n_s: int, n_x: int) -> None:
+    """Compute and print a row; `again` is a second run with the models kept."""
+    engine = {"check": False, "tolerance": TOLERANCE}
+    scene = load_scene("geometry2", {"grid": {"n_s": n_s, "n_x": n_x}, "engine": engine})
+    with tempfile.TemporaryDirectory() as folder:
+        store, path = Store(Path(folder) / "store"), Path(folder) / "matrix.nc"
+        results = compute_matrix(scene, path, workers=2, store=store)
+        costs = [cost for found in results.found.values() for cost in found.models.values()]
+        models = sum(sum(cost.seconds.values()) for cost in costs)
+        start = perf_counter()
+        compute_matrix(scene, path, workers=2, store=store)
+        again = perf_counter() - start
+        kept = sum(file.stat().st_size for file in (Path(folder) / "store").rglob("*.nc"))
+        cells = (
+            n_s,
+            n_x,
+            f"{results.seconds:.0f}",
+            f"{models:.0f}",
+            f"{again:.0f}",
+            f"{max(cost.unknowns for cost in costs):,}",
+            f"{results.memory:.0f}",
+            f"{path.stat().st_size / 1e6:.0f}",
+            f"{kept / 1e6:.0f}",
+            f"{max(shares.total for shares in results.errors.values()):.2%}",
+        )
+        print(f"| {' | '.join(map(str, cells))} |", flush=True)
+
+
+def single_loads(n: int) -> None:
+    """Seconds of n single loads, extrapolated from one."""
+    engine = {"check": False, "tolerance": TOLERANCE}
+    start = perf_counter()
+    compute(load_scene("geometry2", {"engine": engine}), workers=2)
+    seconds = perf_counter() - start
+    print(f"\none load at s = 0: {seconds:.0f} s; {n} of them, extrapolated: {n * seconds:.0f} s", flush=True)
+
+
+def main() -> None:
+    if len(sys.argv) == 4 and sys.argv[1] == "--one":
+        one(int(sys.argv[2]), int(sys.argv[3]))
+        return
+    chosen = [int(value) for value in sys.argv[1:]] or list(LAGS)
+    print(f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}", flush=True)
+    rows = []
+    for n_s in chosen:
+        command = [sys.executable, __file__, "--one", str(n_s), str(LAGS.get(n_s, 2 * n_s))]
+        text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        print(text, end="", flush=True)
+        rows.append(
+            [float(cell.replace(",", "").rstrip("% ")) for cell in text.strip().strip("|").split("|")]
+        )
+    if len(rows) > 1:
+        table = np.array(rows)
+        for column in (2, 3, 5, 6, 7, 8):
+            slope = np.polyfit(np.log(table[:, 0]), np.log(table[:, column]), 1)[0]
+            print(f"{COLUMNS[column]} grows like n_s^{slope:.1f}", flush=True)
+    single_loads(64)
+
+
+if __name__ == "__main__":
+    main()

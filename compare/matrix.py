@@ -1,0 +1,216 @@
+"""The IC matrix of a scene: computed, checked, written strip by strip."""
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from time import perf_counter
+
+import h5netcdf
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from approx.matrix import column
+from compare.pipeline import parts_of, solids
+from compare.scene import Scene
+from compare.scene_checks import grid_misfits
+from compare.scenes import BadScene
+from femic.accuracy import Shares
+from femic.discount import AXES
+from femic.grid_operator import GridOperator, reciprocity_defect
+from femic.matrix import AtLags, MatrixJob, MatrixReference, column_scale, far_radius_for, matrices
+from femic.models import peak_memory
+from femic.provenance import code_digest, versions
+from femic.reference import Estimated, total
+from femic.refinement import SILENT, Watch
+from femic.store import Store
+from geometries.bodies import Domain
+from geometries.patches import DIRECTIONS
+
+Array = NDArray[np.float64]
+
+DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
+VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated error of C"))
+
+
+@dataclass(frozen=True, eq=False)
+class MatrixResults:
+    """The matrices of a scene's bodies, and what they keep of what elasticity demands."""
+
+    scene: Scene
+    found: Mapping[str, MatrixReference]
+    errors: Mapping[str, Shares]  # estimated, at worst, of each body compared
+    reciprocity: Mapping[str, float]  # defect of the raw matrices, share of the element's own C_nn
+    eigenvalues: Mapping[str, float]  # smallest, of the symmetric part, over the element's own ICs
+    approximations: Mapping[tuple[str, str], Array]  # worst errors (3, 3) by (variant, body), shares
+    seconds: float
+    memory: float  # MB, of the process at its peak
+
+    def column(self, body: str, strip: int) -> Estimated:
+        """C of a body, or of both, due to unit loads on a strip [mm/N], arrays (3, 3, n_x, n_s)."""
+        return total([self.found[name].column(strip) for name in parts_of(body)])
+
+
+def matrix_jobs(scene: Scene) -> dict[str, MatrixJob]:
+    """The jobs of the bodies that the comparison needs; raises BadScene where the grid does not fit."""
+    errors = list(grid_misfits(scene))
+    if errors:
+        raise BadScene(f"{scene.name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
+    far_radius = far_radius_for(scene.tolerance, scene.grid)
+    return {
+        name: MatrixJob(
+            body=replace(scene.bodies[name], domain=Domain(far_radius, np.inf)),
+            grid=scene.grid,
+            tolerance=scene.tolerance,
+            rotation_reach=scene.rotation_reach,
+            moment_arm=scene.moment_arm,
+            most_unknowns=scene.most_unknowns,
+        )
+        for name in scene.solved
+    }
+
+
+def compute_matrix(
+    scene: Scene,
+    path: Path,
+    *,
+    workers: int | None = None,
+    store: Store | None = None,
+    watch: Watch = SILENT,
+) -> MatrixResults:
+    """Compute the matrices of a scene and write them to a NetCDF file; one loaded strip at a time.
+
+    Raises BadScene for a grid that does not fit, NotConverged as `femic.at_points.references`.
+    """
+    start = perf_counter()
+    jobs, combined = matrix_jobs(scene), "combined" in scene.compared
+    found = matrices(
+        jobs, combined=combined, workers=workers or os.cpu_count() or 1, store=store, watch=watch
+    )
+    watch.on_stage("  writing, checking")
+    approximations = {
+        (variant, name): np.zeros((3, 3))
+        for variant in scene.variants
+        for name in scene.compared
+        if variant != "Bhat_prime" or scene.pair.has_effective(name)
+    }
+    raw = {name: np.empty(_shape(scene)) for name in found}
+    discounted = {name: np.empty(_shape(scene)) for name in scene.compared}
+    temporary = path.with_suffix(".part")
+    _skeleton(scene, found, temporary)
+    with h5netcdf.File(temporary, "a") as file:
+        _variables(file, scene)
+        for strip in range(scene.grid.n_s):
+            of_body = {name: reference.column(strip) for name, reference in found.items()}
+            for b, name in enumerate(scene.compared):
+                c = total([of_body[part] for part in parts_of(name)])
+                discounted[name][:, :, strip] = _last(c.ic)
+                file["ic"][b, :, :, strip] = scene.grid.area * _last(c.ic)
+                file["estimate"][b, :, :, strip] = scene.grid.area * _last(c.estimate)
+                scale = column_scale(strip, c.ic, [jobs[part] for part in parts_of(name)])
+                for variant, of in approximations:
+                    if of == name:
+                        approximate = (
+                            column(variant, solids(scene)[name], scene.grid, strip) / scene.grid.area
+                        )
+                        worst = np.max(np.abs(approximate - c.ic) / scale, axis=(2, 3))
+                        approximations[variant, name] = np.maximum(approximations[variant, name], worst)
+            for name, reference in found.items():
+                raw[name][:, :, strip] = _last(reference.raw_column(strip))
+    assessed = AtLags(jobs, combined).assess(found)
+    errors = {name: assessed.own[name] for name in found}
+    if assessed.combined:
+        errors["combined"] = assessed.combined
+    eigenvalues = {f"{name}, raw": _definite(ics) for name, ics in raw.items()}
+    eigenvalues |= {f"{name}, discounted": _definite(ics) for name, ics in discounted.items()}
+    results = MatrixResults(
+        scene,
+        found,
+        {name: errors[name] for name in (*scene.compared, *found) if name in errors},
+        {name: reciprocity_defect(ics) for name, ics in raw.items()},
+        eigenvalues,
+        approximations,
+        perf_counter() - start,
+        peak_memory(),
+    )
+    with h5netcdf.File(temporary, "a") as file:
+        file.attrs.update(_attributes(results))
+    temporary.replace(path)
+    return results
+
+
+def file_size(scene: Scene) -> int:
+    """Bytes of the NetCDF file, but for a few thousand."""
+    each = sum(np.dtype(kind).itemsize for _, kind, _ in VARIABLES)
+    return len(scene.compared) * each * int(np.prod(_shape(scene)))
+
+
+def _shape(scene: Scene) -> tuple[int, int, int, int, int]:
+    grid = scene.grid
+    return grid.n_x, grid.n_s, grid.n_s, 3, 3
+
+
+def _last(column: Array) -> Array:
+    """(i, j, lag, observer) as (lag, observer, i, j)."""
+    return np.moveaxis(column, (0, 1), (2, 3))
+
+
+def _definite(ics: Array) -> float:
+    """Smallest eigenvalue over the element's own ICs in its directions, the least of them."""
+    own = np.min(np.diagonal(ics[0], axis1=0, axis2=1).diagonal(axis1=0, axis2=1))
+    return GridOperator.of(ics).smallest_eigenvalue() / float(own)
+
+
+def _skeleton(scene: Scene, found: Mapping[str, MatrixReference], path: Path) -> None:
+    """The file without its matrices: coordinates and M."""
+    grid, mm = scene.grid, {"units": "mm"}
+    xr.Dataset(
+        {"discount": (("solved", "moved", "force"), np.stack([one.discount for one in found.values()]))},
+        coords={
+            "lag": ("lag", grid.lags, mm),
+            "observed": ("observed", grid.strips, mm),
+            "loaded": ("loaded", grid.strips, mm),
+            "body": list(scene.compared),
+            "solved": list(found),
+            "i": list(DIRECTIONS),
+            "j": list(DIRECTIONS),
+            "moved": list(AXES),
+            "force": list(AXES),
+        },
+    ).to_netcdf(path, engine="h5netcdf")
+
+
+def _variables(file: h5netcdf.File, scene: Scene) -> None:
+    """Room for the matrices, loaded strip by loaded strip."""
+    grid = scene.grid
+    for name, kind, meaning in VARIABLES:
+        variable = file.create_variable(name, DIMENSIONS, kind, chunks=(1, grid.n_x, grid.n_s, 1, 3, 3))
+        variable.attrs.update({"units": "mm/MPa", "long_name": meaning})
+
+
+def _attributes(results: MatrixResults) -> dict[str, str | float]:
+    scene = results.scene
+    models = {
+        f"{name}, {model}": asdict(cost)
+        for name, found in results.found.items()
+        for model, cost in found.models.items()
+    }
+    return {
+        "title": f"IC matrix: {scene.title}",
+        "meaning": "displacement at an observing strip, direction i, at a lag along x, per unit traction on "
+        "an element of a loaded strip, direction j, after the discount; lags < 0: xs, xn, sx, nx change sign",
+        "scene": scene.text,
+        "dx": scene.grid.dx,
+        "ds": scene.grid.ds,
+        "tolerance": scene.tolerance,
+        "estimated_error": json.dumps({name: asdict(shares) for name, shares in results.errors.items()}),
+        "reciprocity_defect": json.dumps(dict(results.reciprocity)),
+        "smallest_eigenvalue": json.dumps(dict(results.eigenvalues)),
+        "models": json.dumps(models),
+        "seconds": results.seconds,
+        "peak_memory": results.memory,
+        "code": code_digest(),
+        "versions": json.dumps(versions()),
+    }

@@ -1,0 +1,103 @@
+"""Some columns of the IC matrix by the solid engine, which knows nothing of strips, lags or wavenumbers."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.matrix import MatrixResults
+from compare.scene import Scene
+from compare.scenes import CHECK_TOLERANCE
+from femic.at_points import references
+from femic.models import Points
+from femic.reference import FAR_RADIUS, Job, Reference, scales
+from femic.refinement import Watch
+from femic.store import Store
+from geometries.bodies import Domain
+from geometries.patches import DIRECTIONS
+
+Array = NDArray[np.float64]
+
+NINE = tuple(i + j for i in DIRECTIONS for j in DIRECTIONS)
+OBSERVED = 3  # strips, of which one is the loaded one
+
+
+@dataclass(frozen=True)
+class Checked:
+    """One body and loaded strip: how far both engines are apart, how far their estimates let them be."""
+
+    body: str
+    strip: int
+    apart: float  # worst share of a line's scale
+    component: str
+    allowed: float  # sum of both estimates, at that line and component
+    closest: float  # largest difference over the sum of the estimates
+    seconds: float
+
+
+def checked_strips(scene: Scene) -> list[int]:
+    """The strips whose columns are checked: spread over the grid, its ends among them if there are two."""
+    n = scene.checked_strips
+    places = np.linspace(0, scene.grid.n_s - 1, n) if n > 1 else np.full(n, (scene.grid.n_s - 1) / 2)
+    return sorted({round(place) for place in places})
+
+
+def check(results: MatrixResults, *, workers: int, store: Store, watch: Watch) -> list[Checked]:
+    """Solve the columns and compare them with those of the matrix, strip by strip."""
+    found = []
+    for strip in checked_strips(results.scene):
+        watch.on_stage(f"  check by the solid engine: strip {strip}")
+        jobs = {name: _job(results, name, strip) for name in results.found}
+        solved = references(jobs, workers=workers, store=store, watch=watch)
+        found += list(_compared(results, jobs, solved, strip))
+    return found
+
+
+def _observers(results: MatrixResults, strip: int) -> list[int]:
+    n_s = results.scene.grid.n_s
+    return sorted({strip, *(round(place) for place in np.linspace(0, n_s - 1, OBSERVED))})
+
+
+def _job(results: MatrixResults, name: str, strip: int) -> Job:
+    """A single load, observed at the lags on some strips; not on the element itself."""
+    scene, grid = results.scene, results.scene.grid
+    observed = _observers(results, strip)
+    lags = grid.lags[1:]
+    x, s = (values.ravel() for values in np.meshgrid(lags, grid.strips[observed], indexing="ij"))
+    length = FAR_RADIUS["solid"]
+    return Job(
+        body=replace(scene.bodies[name], domain=Domain(length, length)),
+        patch=grid.patch(strip),
+        components=NINE,
+        points=Points(x, s),
+        lines={f"strip {m}": slice(k, None, len(observed)) for k, m in enumerate(observed)},
+        tolerance=max(scene.tolerance, CHECK_TOLERANCE),
+        rotation_reach=scene.rotation_reach,
+        moment_arm=scene.moment_arm,
+        most_unknowns=scene.most_unknowns,
+        solver=scene.solver,
+        engine="solid",
+    )
+
+
+def _compared(
+    results: MatrixResults, jobs: Mapping[str, Job], solved: Mapping[str, Reference], strip: int
+) -> Iterator[Checked]:
+    observed = _observers(results, strip)
+    for name, job in jobs.items():
+        column, single = results.found[name].column(strip), solved[name].c
+        ic, estimate = (part[:, :, 1:, observed].reshape(3, 3, -1) for part in (column.ic, column.estimate))
+        shares = []
+        for line, scale in scales([job], single.ic).items():
+            at = job.lines[line]
+            apart = np.max(np.abs(single.ic - ic)[..., at], axis=-1)
+            allowed = np.max((single.estimate + estimate)[..., at], axis=-1)
+            shares += [
+                (apart[i, j] / scale[i, j], DIRECTIONS[i] + DIRECTIONS[j], allowed[i, j] / scale[i, j])
+                for i, j in np.ndindex(3, 3)
+            ]
+        worst = max(shares)
+        closest = max(share / limit for share, _, limit in shares if limit > 0)
+        seconds = sum(sum(cost.seconds.values()) for cost in solved[name].models.values())
+        yield Checked(name, strip, *worst, closest, seconds)

@@ -1,0 +1,206 @@
+"""`femic matrix` and `femic plan`: files, messages, what is solved and what is not."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare import plan
+from compare.cli import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from compare.matrix import compute_matrix, matrix_jobs
+from compare.matrix_check import check, checked_strips
+from compare.pipeline import jobs
+from compare.scenes import BadScene, load_scene, scene_from_table
+from femic.harmonic import engine as harmonic
+from femic.harmonic.section_model import FreeSystem
+from femic.plan import planned
+from femic.reference import Level, request
+from femic.refinement import SILENT
+from femic.solid import engine as solid
+from femic.store import Store
+from geometries.patches import DIRECTIONS
+from tests.compare.conftest import COARSE_ENGINE, scene_text
+
+GRID = "\n[grid]\nn_x = 5\nn_s = 4\n"
+HARMONIC = "[engine]\ntolerance = 0.1\n"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A scene of two bodies of different stiffness, its matrix and the folder it was written to."""
+    folder = tmp_path_factory.mktemp("matrix")
+    path = folder / "mine.toml"
+    path.write_text(scene_text(engine=HARMONIC + GRID, upper_E=70e3), encoding="utf-8")
+    out = folder / "out"
+    assert exit_code(["matrix", str(path), "--out", str(out), "--workers", "2"]) == DONE
+    return path, out
+
+
+def test_the_file_has_what_its_attributes_say(made):
+    _, out = made
+    with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as file:
+        assert file.ic.dims == ("body", "lag", "observed", "loaded", "i", "j")
+        assert file.ic.shape == (3, 5, 4, 4, 3, 3)
+        np.testing.assert_allclose(file.lag, 0.6 * np.arange(5))
+        np.testing.assert_allclose(file.loaded, 0.4 * (np.arange(4) - 1.5))
+        both = file.ic.sel(body="upper") + file.ic.sel(body="lower")
+        np.testing.assert_allclose(file.ic.sel(body="combined"), both, rtol=1e-12, atol=1e-18)
+        share = (file.estimate / file.ic.sel(i="n", j="n")).max()
+        assert 0 < share < 0.1
+        assert file.ic.isel(lag=0, observed=1, loaded=1).sel(i="n", j="n").min() > 0
+        # softer by three: E of the upper body is a third of the lower's
+        ratio = file.ic.sel(body="upper", i="n", j="n") / file.ic.sel(body="lower", i="n", j="n")
+        assert float(ratio.isel(lag=0, observed=1, loaded=1)) == pytest.approx(3.0, rel=0.02)
+        eigenvalues = json.loads(file.attrs["smallest_eigenvalue"])
+        assert set(eigenvalues) > {"lower, raw", "upper, raw", "combined, discounted"}
+        assert min(eigenvalues.values()) > 0
+        assert json.loads(file.attrs["models"])["lower, fine"]["unknowns"] > 1000
+        assert file.ic.attrs["units"] == file.estimate.attrs["units"] == "mm/MPa"
+
+
+def test_the_report_shows_maps_and_is_self_contained(made):
+    _, out = made
+    html = (out / "matrix.html").read_text(encoding="utf-8")
+    assert html.count("data:image/png") == len(list((out / "figures").glob("matrix_*.png"))) == 3
+    assert "://" not in html
+    assert "planned / taken" in html
+
+
+def test_a_second_time_nothing_is_meshed_or_factored(made, monkeypatch, capsys):
+    path, out = made
+    for forbidden in ("build_section", "assemble"):
+        monkeypatch.setattr(harmonic, forbidden, lambda *_: pytest.fail("a mesh was made"))
+    monkeypatch.setattr(FreeSystem, "solved", lambda *_: pytest.fail("a matrix was factored"))
+    assert exit_code(["matrix", str(path), "--out", str(out)]) == DONE
+    assert "as it is there already" in capsys.readouterr().out
+    scene = load_scene(str(path))
+    again = compute_matrix(scene, out / "again.nc", store=Store(out / "store"))
+    with (
+        xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as first,
+        xr.open_dataset(out / "again.nc", engine="h5netcdf") as second,
+    ):
+        xr.testing.assert_equal(first, second)
+    assert again.seconds > 0
+
+
+def test_other_maps_need_no_new_models(made, monkeypatch):
+    path, out = made
+    before = (out / "figures" / "matrix_combined_C.png").read_bytes()
+    monkeypatch.setattr(FreeSystem, "solved", lambda *_: pytest.fail("a matrix was factored"))
+    assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "0"]) == DONE
+    assert (out / "figures" / "matrix_combined_C.png").read_bytes() != before
+    assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "4"]) == WRONG_INPUT
+
+
+@pytest.mark.parametrize(
+    ("grid", "text"),
+    [
+        ("n_x = 0", r"grid\.n_x = 0"),
+        ("dx = 20.0\nds = 0.1", r"grid\.dx / grid\.ds = 200 is outside 0\.01"),
+        ("n_s = 600", r"grid\.n_s = 600"),
+    ],
+)
+def test_a_grid_that_does_not_fit_is_refused_before_any_work(write_scene, grid, text, capsys, tmp_path):
+    path = write_scene(engine=HARMONIC + f"\n[grid]\n{grid}\n")
+    assert exit_code(["matrix", str(path), "--out", str(tmp_path / "o")]) == WRONG_INPUT
+    assert re.search(text, capsys.readouterr().err.replace("\n", " "))
+
+
+def test_a_grid_beyond_a_measured_contour_is_refused_by_the_matrix_only():
+    y = np.linspace(-4, 4, 21)
+    contour = {"kind": "points", "points": np.column_stack([y, -(y**2) / 20]).tolist()}
+    body = {"E": 210e3, "nu": 0.3, "contour": contour}
+    table = {"lower": body, "upper": body, "patch": {"a": 0.2, "b": 0.2}, "lines": [{"along": "x", "s": 1.0}]}
+    scene = scene_from_table(table, "short")
+    with pytest.raises(BadScene, match=r"32 strips of 0\.4 mm go from s = -6\.4 to 6\.4 mm, the contours"):
+        matrix_jobs(scene)
+    with pytest.raises(BadScene, match="give fewer"):
+        scene_from_table(table | {"grid": {"n_s": 40}}, "short")
+
+
+def test_an_interrupted_matrix_goes_on_where_it_was(write_scene, tmp_path, monkeypatch):
+    path, out = write_scene('bodies = ["lower"]', engine=HARMONIC + GRID), tmp_path / "o"
+    solved, solve = [], FreeSystem.solved
+
+    def counted(self, k, forces):
+        if len(solved) == 25 and not interrupted:
+            interrupted.append(k)
+            raise KeyboardInterrupt
+        solved.append(k)
+        return solve(self, k, forces)
+
+    interrupted = []
+    monkeypatch.setattr(FreeSystem, "solved", counted)
+    command = ["matrix", str(path), "--out", str(out), "--workers", "1"]
+    assert exit_code(command) == INTERRUPTED
+    assert not (out / "matrix.nc").exists()
+    assert exit_code(command) == DONE
+    in_two_runs = len(solved)
+    solved.clear()
+    assert exit_code([*command[:-3], str(tmp_path / "fresh"), *command[-2:]]) == DONE
+    assert in_two_runs <= len(solved) + 4  # the wavenumber that was interrupted: two parities, two arcs
+
+
+def test_what_cannot_be_written_is_an_error(write_scene, tmp_path, capsys):
+    (tmp_path / "o").mkdir()
+    (tmp_path / "o" / "matrix.part").mkdir()
+    path = write_scene('bodies = ["lower"]', engine=HARMONIC + GRID)
+    assert exit_code(["matrix", str(path), "--out", str(tmp_path / "o")]) == FAILED
+    assert "matrix.part" in capsys.readouterr().err
+
+
+# --- plan ------------------------------------------------------------------------------------------------
+
+
+def test_a_plan_solves_nothing_and_names_every_model(write_scene, monkeypatch, capsys):
+    for module in (harmonic, solid):
+        monkeypatch.setattr(module, "assemble", lambda *_: pytest.fail("something was assembled"))
+    path = write_scene(engine=HARMONIC + GRID + "\n")
+    assert exit_code(["plan", str(path)]) == DONE
+    text = capsys.readouterr().out
+    for name in ("lower, fine", "lower, coarse", "upper, fine", "upper, coarse"):
+        assert text.count(name) == 2, name  # of the run and of the matrix
+    assert "5 lags of 0.6 mm" in text
+
+
+def test_a_plan_knows_the_unknowns_and_the_file(made):
+    path, out = made
+    scene = load_scene(str(path))
+    with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as file:
+        models = json.loads(file.attrs["models"])
+    for step in plan.matrix_steps(scene, 2):
+        assert step.takes.unknowns == models[step.name]["unknowns"]
+        wavenumbers = int(models[step.name]["solver"].split(", ")[-1].split()[0])
+        assert wavenumbers / 2 < step.takes.wavenumbers < 2 * wavenumbers
+    planned_size = plan.file_size(scene)
+    assert planned_size < (out / "matrix.nc").stat().st_size < planned_size + 100_000
+
+
+def test_a_plan_of_a_solid_is_right_to_a_factor_of_two(write_scene):
+    scene = load_scene(str(write_scene('bodies = ["lower"]', engine=COARSE_ENGINE)))
+    asked = request(jobs(scene)["lower"], Level())
+    cells = solid.build_mesh(asked)
+    assert 0.5 < planned(asked, 2).unknowns / (3 * cells.nodes.shape[1]) < 2
+
+
+# --- the solid engine --------------------------------------------------------------------------------
+
+
+def test_strips_that_are_checked_are_spread_over_the_grid(made):
+    path, _ = made
+    for count, strips in ((0, []), (1, [2]), (2, [0, 3]), (3, [0, 2, 3])):
+        assert checked_strips(load_scene(str(path), {"grid": {"check": count}})) == strips
+
+
+@pytest.mark.slow
+def test_columns_by_the_solid_engine_agree_within_the_estimates(made, tmp_path):
+    path, out = made
+    scene = load_scene(str(path), {"grid": {"check": 2, "n_x": 8}})
+    results = compute_matrix(scene, tmp_path / "matrix.nc", store=Store(out / "store"))
+    found = check(results, workers=2, store=Store(tmp_path / "store"), watch=SILENT)
+    assert {(one.body, one.strip) for one in found} == {(b, m) for b in ("lower", "upper") for m in (0, 3)}
+    for one in found:
+        assert one.component in {i + j for i in DIRECTIONS for j in DIRECTIONS}
+        assert one.closest <= 1.0, one
