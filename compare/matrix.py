@@ -20,7 +20,15 @@ from compare.scenes import BadScene
 from femic.accuracy import Shares
 from femic.discount import AXES
 from femic.grid_operator import GridOperator, reciprocity_defect
-from femic.matrix import AtLags, MatrixJob, MatrixReference, column_scale, far_radius_for, matrices
+from femic.matrix import (
+    MatrixJob,
+    MatrixReference,
+    column_scale,
+    column_shares,
+    far_radius_for,
+    matrices,
+    worst_of,
+)
 from femic.models import peak_memory
 from femic.provenance import code_digest, versions
 from femic.reference import Estimated, total
@@ -44,13 +52,40 @@ class MatrixResults:
     errors: Mapping[str, Shares]  # estimated, at worst, of each body compared
     reciprocity: Mapping[str, float]  # defect of the raw matrices, share of the element's own C_nn
     eigenvalues: Mapping[str, float]  # smallest, of the symmetric part, over the element's own ICs
-    approximations: Mapping[tuple[str, str], Array]  # worst errors (3, 3) by (variant, body), shares
+    approximations: Mapping[tuple[str, str], "Deviation"]  # by (variant, body)
     seconds: float
     memory: float  # MB, of the process at its peak
 
     def column(self, body: str, strip: int) -> Estimated:
         """C of a body, or of both, due to unit loads on a strip [mm/N], arrays (3, 3, n_x, n_s)."""
         return total([self.found[name].column(strip) for name in parts_of(body)])
+
+
+@dataclass(frozen=True, eq=False)
+class Deviation:
+    """How far an approximation is from C, strip by strip: the worst entries, and sums over all elements."""
+
+    worst: Array  # (3, 3) shares of the scales of `femic.matrix.column_scale`
+    sums: Array  # (3, 3, n_s) of |V - C| over loaded strips and lags of both signs
+    nn_sums: Array  # (n_s,) of |C_nn|
+
+    @classmethod
+    def none(cls, scene: Scene) -> "Deviation":
+        """Before the first strip."""
+        n_s = scene.grid.n_s
+        return cls(np.zeros((3, 3)), np.zeros((3, 3, n_s)), np.zeros(n_s))
+
+    def add(self, difference: Array, c: Array, scale: Array) -> None:
+        """The column of one more loaded strip, arrays (3, 3, n_x, n_s)."""
+        np.maximum(self.worst, np.max(np.abs(difference) / scale, axis=(2, 3)), out=self.worst)
+        both_sides = np.where(np.arange(c.shape[2]) == 0, 1.0, 2.0)[:, None]
+        self.sums[...] += np.sum(both_sides * np.abs(difference), axis=2)
+        self.nn_sums[...] += np.sum(both_sides * np.abs(c[2, 2]), axis=0)
+
+    @property
+    def under_tractions(self) -> Array:
+        """Largest error of displacements that tractions up to 1 can cause, over the largest under p_n."""
+        return np.max(self.sums, axis=2) / np.max(self.nn_sums)
 
 
 def matrix_jobs(scene: Scene) -> dict[str, MatrixJob]:
@@ -90,48 +125,25 @@ def compute_matrix(
         jobs, combined=combined, workers=workers or os.cpu_count() or 1, store=store, watch=watch
     )
     watch.on_stage("  writing, checking")
-    approximations = {
-        (variant, name): np.zeros((3, 3))
-        for variant in scene.variants
-        for name in scene.compared
-        if variant != "Bhat_prime" or scene.pair.has_effective(name)
-    }
-    raw = {name: np.empty(_shape(scene)) for name in found}
-    discounted = {name: np.empty(_shape(scene)) for name in scene.compared}
+    collected = _Collected.of(scene, jobs)
     temporary = path.with_suffix(".part")
     _skeleton(scene, found, temporary)
     with h5netcdf.File(temporary, "a") as file:
         _variables(file, scene)
         for strip in range(scene.grid.n_s):
             of_body = {name: reference.column(strip) for name, reference in found.items()}
-            for b, name in enumerate(scene.compared):
-                c = total([of_body[part] for part in parts_of(name)])
-                discounted[name][:, :, strip] = _last(c.ic)
+            compared = {name: total([of_body[part] for part in parts_of(name)]) for name in scene.compared}
+            for b, c in enumerate(compared.values()):
                 file["ic"][b, :, :, strip] = scene.grid.area * _last(c.ic)
                 file["estimate"][b, :, :, strip] = scene.grid.area * _last(c.estimate)
-                scale = column_scale(strip, c.ic, [jobs[part] for part in parts_of(name)])
-                for variant, of in approximations:
-                    if of == name:
-                        approximate = (
-                            column(variant, solids(scene)[name], scene.grid, strip) / scene.grid.area
-                        )
-                        worst = np.max(np.abs(approximate - c.ic) / scale, axis=(2, 3))
-                        approximations[variant, name] = np.maximum(approximations[variant, name], worst)
-            for name, reference in found.items():
-                raw[name][:, :, strip] = _last(reference.raw_column(strip))
-    assessed = AtLags(jobs, combined).assess(found)
-    errors = {name: assessed.own[name] for name in found}
-    if assessed.combined:
-        errors["combined"] = assessed.combined
-    eigenvalues = {f"{name}, raw": _definite(ics) for name, ics in raw.items()}
-    eigenvalues |= {f"{name}, discounted": _definite(ics) for name, ics in discounted.items()}
+            collected.add(strip, compared, {name: one.raw_column(strip) for name, one in found.items()})
     results = MatrixResults(
         scene,
         found,
-        {name: errors[name] for name in (*scene.compared, *found) if name in errors},
-        {name: reciprocity_defect(ics) for name, ics in raw.items()},
-        eigenvalues,
-        approximations,
+        {name: worst_of(of_strips) for name, of_strips in collected.errors.items()},
+        {name: reciprocity_defect(ics) for name, ics in collected.raw.items()},
+        collected.eigenvalues(),
+        collected.deviations,
         perf_counter() - start,
         peak_memory(),
     )
@@ -139,6 +151,56 @@ def compute_matrix(
         file.attrs.update(_attributes(results))
     temporary.replace(path)
     return results
+
+
+@dataclass(frozen=True, eq=False)
+class _Collected:
+    """What the columns say, loaded strip by loaded strip."""
+
+    scene: Scene
+    jobs: Mapping[str, MatrixJob]
+    raw: dict[str, Array]  # of each solved body, (n_x, n_s, n_s, 3, 3)
+    discounted: dict[str, Array]  # of all that is compared
+    errors: dict[str, list[Shares]]
+    deviations: dict[tuple[str, str], Deviation]
+
+    @classmethod
+    def of(cls, scene: Scene, jobs: Mapping[str, MatrixJob]) -> "_Collected":
+        """Nothing yet."""
+        shape, pair = _shape(scene), scene.pair
+        return cls(
+            scene,
+            jobs,
+            {name: np.empty(shape) for name in jobs},
+            {name: np.empty(shape) for name in scene.compared},
+            {name: [] for name in scene.compared},
+            {
+                (variant, name): Deviation.none(scene)
+                for variant in scene.variants
+                for name in scene.compared
+                if variant != "Bhat_prime" or pair.has_effective(name)
+            },
+        )
+
+    def add(self, strip: int, compared: Mapping[str, Estimated], raw: Mapping[str, Array]) -> None:
+        """The columns of one more strip."""
+        grid = self.scene.grid
+        for name, ics in raw.items():
+            self.raw[name][:, :, strip] = _last(ics)
+        scales = {}
+        for name, c in compared.items():
+            self.discounted[name][:, :, strip] = _last(c.ic)
+            scales[name] = column_scale(strip, c.ic, [self.jobs[part] for part in parts_of(name)])
+            self.errors[name].append(column_shares(strip, c, scales[name]))
+        for (variant, name), deviation in self.deviations.items():
+            other = column(variant, solids(self.scene)[name], grid, strip) / grid.area
+            deviation.add(other - compared[name].ic, compared[name].ic, scales[name])
+
+    def eigenvalues(self) -> dict[str, float]:
+        """Smallest of each matrix."""
+        of_all = {f"{name}, raw": ics for name, ics in self.raw.items()}
+        of_all |= {f"{name}, discounted": ics for name, ics in self.discounted.items()}
+        return {name: _definite(ics) for name, ics in of_all.items()}
 
 
 def file_size(scene: Scene) -> int:

@@ -268,11 +268,11 @@ class AtLags:
                 worst["combined"].append(column_shares(strip, c, scale))
                 for name, own in of_body.items():
                     worst[_in_sum(name)].append(column_shares(strip, own, scale))
-        own_worst = {name: _largest(worst[name]) for name in found}
+        own_worst = {name: worst_of(worst[name]) for name in found}
         if not self.combined:
             return Assessed(own_worst)
-        in_sum = {name: _largest(worst[_in_sum(name)]) for name in found}
-        return Assessed(own_worst, _largest(worst["combined"]), in_sum)
+        in_sum = {name: worst_of(worst[_in_sum(name)]) for name in found}
+        return Assessed(own_worst, worst_of(worst["combined"]), in_sum)
 
 
 def _in_sum(name: str) -> str:
@@ -308,7 +308,7 @@ def column_shares(strip: int, c: Estimated, scale: Array) -> Shares:
     return Shares(*parts, float(np.max(whole)), component, where)
 
 
-def _largest(of_strips: list[Shares]) -> Shares:
+def worst_of(of_strips: list[Shares]) -> Shares:
     """The worst of several, parts by themselves."""
     at_worst = max(of_strips, key=lambda shares: shares.total)
     parts = {part: max(getattr(one, part) for one in of_strips) for part in ("mesh", "truncation", "waves")}
