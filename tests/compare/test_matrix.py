@@ -195,12 +195,12 @@ def test_strips_that_are_checked_are_spread_over_the_grid(made):
 
 
 @pytest.mark.slow
-def test_columns_by_the_solid_engine_agree_within_the_estimates(made, tmp_path):
-    path, out = made
-    scene = load_scene(str(path), {"grid": {"check": 2, "n_x": 8}})
-    results = compute_matrix(scene, tmp_path / "matrix.nc", store=Store(out / "store"))
-    found = check(results, workers=2, store=Store(tmp_path / "store"), watch=SILENT)
-    assert {(one.body, one.strip) for one in found} == {(b, m) for b in ("lower", "upper") for m in (0, 3)}
-    for one in found:
-        assert one.component in {i + j for i in DIRECTIONS for j in DIRECTIONS}
-        assert one.closest <= 1.0, one
+def test_a_column_by_the_solid_engine_agrees_within_the_estimates(made, tmp_path):
+    path, _ = made
+    scene = load_scene(str(path), {"bodies": ["lower"], "grid": {"check": 1, "n_x": 8}})
+    results = compute_matrix(scene, tmp_path / "matrix.nc", workers=2)
+    (one,) = check(results, workers=2, store=Store(tmp_path / "store"), watch=SILENT)
+    assert (one.body, one.strip) == ("lower", 2)
+    assert one.component in {i + j for i in DIRECTIONS for j in DIRECTIONS}
+    assert one.closest <= 1.0
+    assert one.apart < 5e-3
