@@ -18,8 +18,8 @@ from femic.symmetry import parities
 Array = NDArray[np.float64]
 
 SPACING = 0.33  # of the wavenumbers, in asinh(k / scale), at accuracy 1e-3 of the least scale
-FACTOR, FACTOR_GROWTH = 0.30 / 45_700**1.5, 1.5  # seconds of a factorisation: (per unknown, exponent)
-SOLVE, SOLVE_GROWTH = 0.38 / 45_700**1.25 / 99, 1.25  # seconds per load
+FACTOR, FACTOR_GROWTH = 0.22 / 45_700**1.5, 1.5  # seconds of a factorisation: (per unknown, exponent)
+SOLVE, SOLVE_GROWTH = 0.27 / 45_700**1.25 / 99, 1.25  # seconds per load
 IN_PARALLEL = 0.75  # of the cores' number: memory is shared
 SECTION_START, SECTION_PER_UNKNOWN = 0.3, 5e-5  # seconds of mesh and assembly
 BASE_MEMORY, SECTION_MEMORY, SOLID_MEMORY = 200.0, 0.036, 0.0065  # MB, MB per unknown
