@@ -40,6 +40,7 @@ from geometries.patches import DIRECTIONS
 Array = NDArray[np.float64]
 
 DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
+LARGEST = 12_000_000  # entries of a matrix that is held as a whole, for reciprocity and eigenvalues
 VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated error of C"))
 
 
@@ -155,7 +156,7 @@ def compute_matrix(
 
 @dataclass(frozen=True, eq=False)
 class _Collected:
-    """What the columns say, loaded strip by loaded strip."""
+    """What the columns say, loaded strip by loaded strip; whole matrices only up to `LARGEST`."""
 
     scene: Scene
     jobs: Mapping[str, MatrixJob]
@@ -168,11 +169,12 @@ class _Collected:
     def of(cls, scene: Scene, jobs: Mapping[str, MatrixJob]) -> "_Collected":
         """Nothing yet."""
         shape, pair = _shape(scene), scene.pair
+        whole = int(np.prod(shape)) <= LARGEST
         return cls(
             scene,
             jobs,
-            {name: np.empty(shape) for name in jobs},
-            {name: np.empty(shape) for name in scene.compared},
+            {name: np.empty(shape) for name in jobs if whole},
+            {name: np.empty(shape) for name in scene.compared if whole},
             {name: [] for name in scene.compared},
             {
                 (variant, name): Deviation.none(scene)
@@ -185,11 +187,12 @@ class _Collected:
     def add(self, strip: int, compared: Mapping[str, Estimated], raw: Mapping[str, Array]) -> None:
         """The columns of one more strip."""
         grid = self.scene.grid
-        for name, ics in raw.items():
-            self.raw[name][:, :, strip] = _last(ics)
+        for name, whole in self.raw.items():
+            whole[:, :, strip] = _last(raw[name])
+        for name, whole in self.discounted.items():
+            whole[:, :, strip] = _last(compared[name].ic)
         scales = {}
         for name, c in compared.items():
-            self.discounted[name][:, :, strip] = _last(c.ic)
             scales[name] = column_scale(strip, c.ic, [self.jobs[part] for part in parts_of(name)])
             self.errors[name].append(column_shares(strip, c, scales[name]))
         for (variant, name), deviation in self.deviations.items():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare import plan
+from compare import matrix, plan
 from compare.cli import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from compare.matrix import compute_matrix, matrix_jobs
 from compare.matrix_check import check, checked_strips
@@ -92,6 +92,20 @@ def test_other_maps_need_no_new_models(made, monkeypatch):
     assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "0"]) == DONE
     assert (out / "figures" / "matrix_combined_C.png").read_bytes() != before
     assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "4"]) == WRONG_INPUT
+
+
+def test_large_matrices_are_never_held_as_a_whole(made, monkeypatch):
+    path, out = made
+    monkeypatch.setattr(matrix, "LARGEST", 100)
+    monkeypatch.setattr("femic.matrix.REMEMBERED", 100)
+    results = compute_matrix(load_scene(str(path)), out / "large.nc", store=Store(out / "store"))
+    assert not results.eigenvalues
+    assert not results.reciprocity
+    with (
+        xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as first,
+        xr.open_dataset(out / "large.nc", engine="h5netcdf") as second,
+    ):
+        xr.testing.assert_equal(first, second)
 
 
 @pytest.mark.parametrize(
