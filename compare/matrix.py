@@ -94,17 +94,18 @@ def matrix_jobs(scene: Scene) -> dict[str, MatrixJob]:
     errors = list(grid_misfits(scene))
     if errors:
         raise BadScene(f"{scene.name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
-    far_radius = far_radius_for(scene.tolerance, scene.grid)
+    least = far_radius_for(scene.tolerance, scene.grid)
     return {
         name: MatrixJob(
-            body=replace(scene.bodies[name], domain=Domain(far_radius, np.inf)),
+            body=replace(body, domain=Domain(max(least, body.domain.far_radius), np.inf)),
             grid=scene.grid,
             tolerance=scene.tolerance,
             rotation_reach=scene.rotation_reach,
             moment_arm=scene.moment_arm,
             most_unknowns=scene.most_unknowns,
         )
-        for name in scene.solved
+        for name, body in scene.bodies.items()
+        if name in scene.solved
     }
 
 

@@ -39,7 +39,7 @@ def write_matrix(scene: Scene, asked: Asked, store: Store, watch: Watch) -> Path
     if out.exists() and not out.is_dir():
         raise WrongInput(f"--out {out}: is a file; name a folder")
     chosen = _chosen(scene, asked.strip)
-    path, key = out / "matrix.html", store.key("matrix", scene.text, chosen)
+    path, key = out / "matrix.html", key_of_scene(scene, chosen)
     if path.is_file() and _key_of(out / "matrix.nc") == key:
         watch.on_stage("  as it is there already")
         return path
@@ -56,6 +56,11 @@ def write_matrix(scene: Scene, asked: Asked, store: Store, watch: Watch) -> Path
     with h5netcdf.File(out / "matrix.nc", "a") as file:  # all of it is there
         file.attrs["key"] = key
     return path
+
+
+def key_of_scene(scene: Scene, strip: int) -> str:
+    """All that the file and its figures depend on: the text, and the contours that it may have from files."""
+    return Store().key("matrix", scene.text, dict(scene.bodies), strip)
 
 
 def _key_of(path: Path) -> str | None:

@@ -11,6 +11,7 @@ from compare import matrix, plan
 from compare.cli import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from compare.matrix import compute_matrix, matrix_jobs
 from compare.matrix_check import check, checked_strips
+from compare.matrix_report import key_of_scene
 from compare.pipeline import jobs
 from compare.scenes import BadScene, load_scene, scene_from_table
 from femic.harmonic import engine as harmonic
@@ -83,6 +84,22 @@ def test_a_second_time_nothing_is_meshed_or_factored(made, monkeypatch, capsys):
     ):
         xr.testing.assert_equal(first, second)
     assert again.seconds > 0
+
+
+def test_a_contour_file_that_has_changed_makes_another_matrix(tmp_path):
+    """The text of the scene is the same."""
+    table = {"E": 210e3, "nu": 0.3, "contour": {"kind": "points", "file": str(tmp_path / "rail.txt")}}
+    scene = {
+        "lower": table,
+        "upper": table,
+        "patch": {"a": 0.2, "b": 0.2},
+        "lines": [{"along": "x", "s": 1.0}],
+    }
+    y, keys = np.linspace(-9, 9, 31), []
+    for radius in (30.0, 30.0, 40.0):
+        np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / (2 * radius)]))
+        keys.append(key_of_scene(scene_from_table(scene, "rail"), 3))
+    assert keys[0] == keys[1] != keys[2]
 
 
 def test_other_maps_need_no_new_models(made, monkeypatch):

@@ -1,0 +1,50 @@
+"""The operator of an IC matrix against the matrix itself, element by element."""
+
+import numpy as np
+import pytest
+
+from approx.matrix import matrix
+from approx.pair import Solid
+from femic.grid_operator import GridOperator, reciprocity_defect
+from geometries.contours import arc
+from geometries.grids import Grid
+from geometries.surfaces import LOWER, Surface
+from tests.femic.conftest import STEEL
+
+GRID = Grid(6, 5, 0.4, 0.3)
+RAIL = Solid(STEEL, Surface(LOWER, arc(10.0, 0.5, 0.5)))
+
+
+def dense(variant):
+    """ICs of all pairs of elements by the approximation at the true, signed distances."""
+    n_x, n_s = GRID.n_x, GRID.n_s
+    x = GRID.dx * np.arange(n_x)
+    out = np.empty((n_x, n_s, 3, n_x, n_s, 3))
+    for m, n in np.ndindex(n_x, n_s):
+        points = ((x - x[m])[:, None], GRID.strips)
+        out[..., m, n, :] = np.moveaxis(RAIL.approximate(variant, GRID.patch(n), points), (0, 1), (2, 3))
+    return out.reshape(3 * n_x * n_s, -1)
+
+
+@pytest.mark.parametrize("variant", ["A", "B", "Bhat"])
+def test_it_is_the_dense_matrix(variant):
+    tractions = np.random.default_rng(0).normal(size=(GRID.n_x, GRID.n_s, 3))
+    u = GridOperator.of(matrix(variant, RAIL, GRID))(tractions)
+    np.testing.assert_allclose(u.ravel(), dense(variant) @ tractions.ravel(), rtol=1e-12, atol=1e-18)
+
+
+@pytest.mark.parametrize("variant", ["A", "B", "Bhat"])
+def test_its_smallest_eigenvalue_is_that_of_the_symmetric_part(variant):
+    whole = dense(variant)
+    exact = np.linalg.eigvalsh((whole + whole.T) / 2)[0]
+    found = GridOperator.of(matrix(variant, RAIL, GRID)).smallest_eigenvalue()
+    assert found == pytest.approx(exact, rel=0.03)
+
+
+@pytest.mark.parametrize(("variant", "reciprocal"), [("A", True), ("Bhat", True), ("B", False)])
+def test_the_reciprocity_defect_is_that_of_the_dense_matrix(variant, reciprocal):
+    whole = dense(variant)
+    exact = np.max(np.abs(whole - whole.T)) / np.max(whole[2::3, 2::3])
+    found = reciprocity_defect(matrix(variant, RAIL, GRID))
+    assert found == pytest.approx(exact, rel=1e-9, abs=1e-12)
+    assert (found < 1e-12) == reciprocal
