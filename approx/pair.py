@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from approx.effective import EffectiveProperties
 from approx.halfspace import HalfSpace
 from approx.variants import COUPLING, approximate
-from geometries.materials import Material, both_bodies, one_body
+from geometries.materials import ElasticConstants, Material, both_bodies, one_body
 from geometries.patches import Patch
 from geometries.surfaces import Surface
 
@@ -24,12 +24,20 @@ class Solid:
     surface: Surface
     effective: EffectiveProperties | None = None
 
+    @property
+    def constants(self) -> ElasticConstants:
+        """Elastic constants of this body alone."""
+        return one_body(self.material, self.surface.side)
+
     def approximate(self, variant: str, patch: Patch, points: Points) -> Array:
         """ICs of this body per unit pressure [mm/MPa], as `approx.variants.approximate`."""
-        constants = one_body(self.material, self.surface.side)
-        return approximate(
-            variant, HalfSpace(constants, effective=self.effective), self.surface, patch, points
-        )
+        half_space = HalfSpace(self.constants, effective=self.effective)
+        return approximate(variant, half_space, self.surface, patch, points)
+
+    def curvature(self, patch: Patch, points: Points) -> Array:
+        """What its curvature along x adds to B-hat [mm/MPa]; 0 of a prismatic body."""
+        prismatic = Solid(self.material, self.surface.prismatic)
+        return self.approximate("Bhat", patch, points) - prismatic.approximate("Bhat", patch, points)
 
 
 @dataclass(frozen=True)
@@ -39,13 +47,21 @@ class Pair:
     upper: Solid
     lower: Solid
     effective: EffectiveProperties | None = None
+    curvature_apart: bool = False
+
+    @property
+    def constants(self) -> ElasticConstants:
+        """Combined elastic constants."""
+        return both_bodies(self.upper.material, self.lower.material)
 
     def approximate(self, variant: str, patch: Patch, points: Points) -> Array:
         """ICs of both bodies per unit pressure [mm/MPa]: their sum, each with its own turns.
 
         Where combined effective properties are given, B-hat-prime and xn, nx of the mix are those of the
         combined constants on the surface of the lower body: the properties stand for everything else, also
-        for the curvature of a wheel along x. Source: [BVSV] section 4, design section 2.
+        for the curvature of a wheel along x. With `curvature_apart` they act on the lower body as if it was
+        prismatic, and what curvature along x adds to B-hat of each body is added. Source: [BVSV] section 4,
+        design section 2.
         """
         if variant == "Bhat_prime" and self.effective:
             return self._effective(patch, points)
@@ -56,9 +72,15 @@ class Pair:
         return np.asarray(total)
 
     def _effective(self, patch: Patch, points: Points) -> Array:
-        constants = both_bodies(self.upper.material, self.lower.material)
-        half_space = HalfSpace(constants, effective=self.effective)
-        return approximate("Bhat_prime", half_space, self.lower.surface, patch, points)
+        half_space = HalfSpace(self.constants, effective=self.effective)
+        if not self.curvature_apart:
+            return approximate("Bhat_prime", half_space, self.lower.surface, patch, points)
+        prismatic = approximate("Bhat_prime", half_space, self.lower.surface.prismatic, patch, points)
+        return prismatic + self.curvature(patch, points)
+
+    def curvature(self, patch: Patch, points: Points) -> Array:
+        """What the bodies' curvature along x adds to B-hat [mm/MPa]."""
+        return self.upper.curvature(patch, points) + self.lower.curvature(patch, points)
 
     def has_effective(self, body: str) -> bool:
         """Whether B-hat-prime of "upper", "lower" or "combined" can be computed."""

@@ -7,13 +7,24 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare import fields, matrix_report, overlay, overlay_report, overlay_sources, plausibility, progress
+from compare import (
+    calibration,
+    calibration_report,
+    fields,
+    matrix_report,
+    overlay,
+    overlay_report,
+    overlay_sources,
+    plausibility,
+    progress,
+)
 from compare import plan as planning
 from compare.run import run_scene
 from compare.scene import Scene
 from compare.scene_listing import listing
 from compare.scenes import builtin_names, load_scene
 from femic.store import Store
+from geometries.errors import WrongInput
 from geometries.patches import DirectionName
 
 WIDE = 130  # columns of a table
@@ -89,6 +100,39 @@ def matrix(
         report = matrix_report.write_matrix(loaded, asked, _store(store, folder), watch)
     console.print(f"Matrix: {folder / 'matrix.nc'}", soft_wrap=True)
     console.print(f"Report: {report}", soft_wrap=True)
+
+
+def calibrate(
+    *scene: str,
+    out: Annotated[Path | None, Parameter(help="folder for the report; default out/SCENE or out/A_B")] = None,
+    workers: Workers = None,
+    store: StoreAt = None,
+) -> None:
+    """Fit the effective properties of B-hat-prime to C; write the fits, the scenes with them and one report.
+
+    Parameters
+    ----------
+    scene
+        built-in name (see `femic scenes`) or TOML file; with several one report shows all
+    """
+    if not 1 <= len(scene) <= overlay_sources.MOST:
+        raise WrongInput(f"scenes: {len(scene)} of them; give 1 to {overlay_sources.MOST}")
+    loaded = [load_scene(name) for name in scene]
+    console = Console()
+    found = []
+    for one in loaded:
+        folder = out if out and len(loaded) == 1 else (out or Path("out")) / one.name
+        calibration_report.folder_for(folder)
+        with progress.shown(console) as watch:
+            console.print(f"{one.name}:", markup=False)
+            found.append(
+                calibration.calibrate(one, workers=workers, store=_store(store, folder), watch=watch)
+            )
+        console.print(
+            f"Scene with the fit: {calibration_report.write_fit(found[-1], folder)}", soft_wrap=True
+        )
+    together = folder if len(loaded) == 1 else (out or Path("out") / "_".join(one.name for one in loaded))
+    console.print(f"Report: {calibration_report.write_report(found, together)}", soft_wrap=True)
 
 
 def plan(scene: str, /, *, workers: Workers = None) -> None:

@@ -63,9 +63,7 @@ def _source(argument: str, results: Path) -> Source:
     parsed = parse(deepcopy(table), path)
     scene = build_scene(path.stem, text, parsed)
     content = _content(parsed, [line.name for line in scene.lines])
-    contours = (parsed.lower.contour, parsed.upper.contour)
-    read = tuple(c.file for c in contours if isinstance(c, files.PointsFile) and c.file is not None)
-    return Source(scene.name, results / scene.name, content, scene, text, read)
+    return Source(scene.name, results / scene.name, content, scene, text, tuple(scene.files.values()))
 
 
 def _of_folder(folder: Path) -> Source:

@@ -92,7 +92,7 @@ def compute(
         watch.on_stage("  check by the solid engine")
     checks = _references(scene.check, workers, store, watch) if scene.check else {}
     points, lines = scene_points(scene)
-    approximations, seconds = _approximations(scene, points)
+    approximations, seconds = approximated(scene, points)
     seconds |= _reference_seconds("C", found) | _reference_seconds("C_solid", checks)
     return Results(scene, points, lines, found, checks, approximations, seconds)
 
@@ -103,7 +103,7 @@ def _references(scene: Scene, workers: int, store: Store | None, watch: Watch) -
     )
 
 
-def _approximations(
+def approximated(
     scene: Scene, points: Points
 ) -> tuple[dict[tuple[str, str], Array], dict[tuple[str, str], float]]:
     """Approximations of what is compared, and their seconds; NaN where there are no effective properties."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from approx.effective import EffectiveProperties
 from approx.pair import Pair, Solid
@@ -14,17 +15,32 @@ from geometries.patches import OffsetLine, Patch
 
 
 @dataclass(frozen=True)
+class Calibration:
+    """What effective properties are fitted to: components of C at the points of lines, x_min < x <= x_max."""
+
+    bodies: tuple[str, ...]  # of "combined", "lower", "upper"
+    properties: tuple[str, ...]  # of EffectiveProperties
+    components: tuple[str, ...]
+    curvature_apart: bool  # whether the combined properties leave out the curvature of wheels
+    lines: tuple[OffsetLine, ...]
+    logarithmic: bool  # whether each octave of the distance counts alike, else each point
+
+
+@dataclass(frozen=True)
 class Scene:
     """A validated scene in terms of `geometries`."""
 
     name: str
     title: str
     text: str  # the TOML it came from
+    files: Mapping[str, Path]  # of points, of the bodies whose contours have one
     bodies: Mapping[str, Body]  # "lower", "upper"
     compared: tuple[str, ...]  # of "combined", "lower", "upper"
     components: tuple[str, ...]
     variants: tuple[str, ...]
     effective: Mapping[str, EffectiveProperties]  # of "combined", "lower", "upper", where given
+    curvature_apart: bool  # whether those of "combined" leave out the curvature of wheels
+    calibration: Calibration
     patch: Patch
     lines: tuple[OffsetLine, ...]
     grid: Grid
@@ -52,7 +68,7 @@ class Scene:
             Solid(body.material, body.surface, self.effective.get(name))
             for name, body in ((name, self.bodies[name]) for name in ("lower", "upper"))
         )
-        return Pair(upper, lower, self.effective.get("combined"))
+        return Pair(upper, lower, self.effective.get("combined"), self.curvature_apart)
 
     @property
     def reference_E(self) -> float:

@@ -58,6 +58,31 @@ def grid_misfits(scene: Scene) -> Iterator[str]:
         yield f"grid: {grid.n_x} elements of {grid.dx:g} mm are more than half of half a turn ({around:g} mm)"
 
 
+def calibration_misfits(scene: Scene) -> Iterator[str]:
+    """What is wrong with what effective properties are to be fitted to."""
+    calibration = scene.calibration
+    low, high = (
+        side([body.contour.extent[k] for body in scene.bodies.values()]) for k, side in enumerate((max, min))
+    )
+    for line in calibration.lines:
+        if line.along == "x" and not line.x[0] < line.x[-1]:
+            yield "calibration.x_min, x_max: the furthest points must be further than the nearest"
+            break
+        if not low <= np.min(line.s) <= np.max(line.s) <= high:
+            yield f"calibration ({line.name}): beyond the contour, s = {low:g} to {high:g} mm"
+    if len({line.name for line in calibration.lines}) < len(calibration.lines):
+        yield "calibration.s, calibration.x: two of the lines are the same: remove one"
+    size = min(min(body.domain.far_radius, np.pi * body.rolling_radius) for body in scene.bodies.values())
+    furthest = max(float(np.max(np.hypot(line.x, line.s))) for line in calibration.lines)
+    if 2 * furthest > size:
+        yield f"calibration.x_max: points {furthest:g} mm away, more than half of {size:g} mm: reduce it"
+    if calibration.curvature_apart and "combined" not in calibration.bodies:
+        yield "calibration.curvature = 'apart': only of the combined bodies; leave it out"
+    missing = [name for name in calibration.bodies if name not in scene.compared]
+    if missing:
+        yield f"calibration.bodies: {', '.join(missing)} not in bodies = {', '.join(scene.compared)}: add it"
+
+
 def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
     patch, smallest = scene.patch, scene.cells.smallest
     ends = f"the contours go from s = {extent[0]:g} to {extent[1]:g} mm"

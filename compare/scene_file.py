@@ -10,6 +10,7 @@ Flank = Annotated[float, Field(ge=0, le=85)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 BodyName = Literal["combined", "lower", "upper"]
 Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
+PropertyName = Literal["mismatch_k", "G", "nu"]
 VariantName = Literal["A", "B", "Bbar", "Bhat", "Bhat_prime", "mix"]
 
 
@@ -158,12 +159,50 @@ class PropertiesTable(Section):
     mismatch_k: TransitionTable | None = Field(None, description="mismatch constant K")
 
 
+class CombinedTable(PropertiesTable):
+    """Effective properties of both bodies together."""
+
+    curvature: Literal["contained", "apart"] = Field(
+        "contained",
+        description="of wheels along x. contained: in the properties; apart: added as B-hat has it",
+    )
+
+
 class EffectiveTable(Section):
     """What Bhat_prime is made of."""
 
-    combined: PropertiesTable | None = Field(None, description="of both bodies together")
+    combined: CombinedTable | None = Field(None, description="of both bodies together")
     lower: PropertiesTable | None = Field(None, description="of the lower body")
     upper: PropertiesTable | None = Field(None, description="of the upper body")
+
+
+class CalibrationTable(Section):
+    """What `femic calibrate` fits Bhat_prime to: C at points of lines with x_min < x <= x_max."""
+
+    bodies: tuple[BodyName, ...] = Field(("combined",), min_length=1, description="whose properties to fit")
+    properties: tuple[PropertyName, ...] = Field(
+        ("mismatch_k",), min_length=1, description="which properties vary with the distance"
+    )
+    components: tuple[Component, ...] = Field(
+        ("xn",), min_length=1, description="components to fit to, each counts alike"
+    )
+    curvature: Literal["contained", "apart"] = Field(
+        "contained",
+        description="of wheels along x, combined bodies. contained: the fit makes up for it; apart: "
+        "subtracted before, and added by Bhat_prime as B-hat has it",
+    )
+    s: tuple[Finite, ...] | None = Field(
+        None, description="arc lengths of lines along x [mm]; default: patch.s and patch.s + 1.6"
+    )
+    x: tuple[Positive, ...] = Field((), description="distances of lines along s [mm]")
+    x_min: Positive | None = Field(None, description="nearest points [mm]; default: 2 patch.a")
+    x_max: Positive | None = Field(
+        None, description="furthest points [mm], also along s; default: 2.5 reference_length"
+    )
+    points: Annotated[int, Field(ge=8, le=5000)] = Field(200, description="number of points of a line")
+    weights: Literal["uniform", "logarithmic"] = Field(
+        "uniform", description="uniform: each point counts alike; logarithmic: each octave of the distance"
+    )
 
 
 class EngineTable(Section):
@@ -250,6 +289,9 @@ class SceneFile(Section):
     )
     effective: EffectiveTable = Field(
         EffectiveTable(), description="properties that vary with the distance from the load, for Bhat_prime"
+    )
+    calibration: CalibrationTable = Field(
+        CalibrationTable(), description="which properties femic calibrate fits to which points"
     )
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")
 

@@ -20,7 +20,7 @@ def listing(name_or_path: str) -> str:
     parse(deepcopy(table), path)
     top = [key for key, field in files.SceneFile.model_fields.items() if not _is_table(field)]
     lines = list(_entries(files.SceneFile, table, only=top))
-    for name in ("lower", "upper", "patch", "grid", "engine"):
+    for name in ("lower", "upper", "patch", "grid", "calibration", "engine"):
         field = files.SceneFile.model_fields[name]
         lines += ["", f"# {field.description}", f"[{name}]"]
         lines += _entries(_model(field.annotation), table.get(name, {}))
@@ -41,6 +41,8 @@ def _effective(table: dict[str, Any]) -> Iterator[str]:
         given = name in table
         yield f"{'' if given else '# '}[effective.{name}]  # {field.description}"
         yield from _entries(files.PropertiesTable, table[name]) if given else ()
+        if name == "combined":
+            yield from _entries(files.CombinedTable, table.get(name, {}), only=["curvature"])
     keys = files.TransitionTable.model_fields.items()
     yield "#   mismatch_k, G or nu = { " + ", ".join(f"{key} = ..." for key, _ in keys) + " }"
     yield from (f"#     {key}: {field.description}" for key, field in keys)

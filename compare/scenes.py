@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Mapping
 from copy import deepcopy
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -13,8 +14,8 @@ from pydantic import ValidationError
 
 from approx.effective import EffectiveProperties, Transition
 from compare import scene_file as files
-from compare.scene import Scene
-from compare.scene_checks import grid_misfits, misfits
+from compare.scene import Calibration, Scene
+from compare.scene_checks import calibration_misfits, grid_misfits, misfits
 from compare.scene_messages import message
 from femic.cell_size import Cells
 from femic.reference import cells_for, far_radius_for
@@ -120,6 +121,15 @@ def _resolve_files(table: dict[str, Any], folder: Path) -> None:
             contour["file"] = folder / contour["file"]
 
 
+def _files(scene: files.SceneFile) -> dict[str, Path]:
+    contours = {"lower": scene.lower.contour, "upper": scene.upper.contour}
+    return {
+        name: contour.file
+        for name, contour in contours.items()
+        if isinstance(contour, files.PointsFile) and contour.file is not None
+    }
+
+
 def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
     """Turn a valid file into geometry; raises BadScene where the parts do not fit together."""
     engine = scene.engine
@@ -136,11 +146,15 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         name=name,
         title=scene.title or name,
         text=text,
+        files=_files(scene),
         bodies=bodies,
         compared=scene.bodies,
         components=scene.components,
         variants=scene.variants,
         effective=_effective(scene.effective),
+        curvature_apart=scene.effective.combined is not None
+        and scene.effective.combined.curvature == "apart",
+        calibration=_calibration(scene.calibration, patch, reference_length, extent),
         patch=patch,
         lines=tuple(_line(line, extent) for line in scene.lines or files.default_lines(patch.s)),
         grid=_grid(scene.grid, patch),
@@ -159,6 +173,8 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
     errors = list(misfits(built, extent, domain))
     if "grid" in scene.model_fields_set:
         errors += grid_misfits(built)
+    if "calibration" in scene.model_fields_set:
+        errors += calibration_misfits(built)
     if errors:
         raise BadScene(f"{name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
     return built
@@ -182,12 +198,34 @@ def _effective(table: files.EffectiveTable) -> dict[str, EffectiveProperties]:
     found = {}
     for name, properties in table:
         if properties is not None:
-            given = {key: Transition(**dict(value)) for key, value in properties if value is not None}
+            tables = {key: getattr(properties, key) for key in files.PropertiesTable.model_fields}
+            given = {key: Transition(**dict(value)) for key, value in tables.items() if value is not None}
             try:
                 found[name] = EffectiveProperties(**given)
             except WrongInput as error:
                 raise BadScene(f"effective.{name}: {error}") from error
     return found
+
+
+def _calibration(
+    table: files.CalibrationTable, patch: Patch, reference_length: float, extent: tuple[float, float]
+) -> Calibration:
+    nearest, furthest = table.x_min or 2 * patch.a, table.x_max or 2.5 * reference_length
+    x = np.linspace(nearest, furthest, table.points + 1)[1:]
+    along_x = [
+        OffsetLine(f"fit s = {s:g} mm", "x", x, np.full_like(x, s))
+        for s in table.s or (patch.s, patch.s + 1.6)
+    ]
+    ends = max(extent[0], patch.s - furthest), min(extent[1], patch.s + furthest)
+    along_s = [replace(line_along_s(x, ends, table.points), name=f"fit x = {x:g} mm") for x in table.x]
+    return Calibration(
+        table.bodies,
+        table.properties,
+        table.components,
+        table.curvature == "apart",
+        (*along_x, *along_s),
+        table.weights == "logarithmic",
+    )
 
 
 def _body(name: str, side: int, table: files.BodyTable, domain: Domain) -> Body:

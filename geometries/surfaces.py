@@ -37,6 +37,11 @@ class Surface:
         if not self.rolling_radius > 0:
             raise WrongInput(f"rolling_radius = {self.rolling_radius!r}: must be positive [mm]")
 
+    @property
+    def prismatic(self) -> "Surface":
+        """The same contour, extruded along x."""
+        return Surface(self.side, self.contour)
+
     def circle_radius(self, s: ArrayLike) -> Array:
         """Radius R(s) [mm] of the rolling circle at arc length s."""
         return np.asarray(self.rolling_radius - self.side * self.contour.position(s)[1])

@@ -1,0 +1,104 @@
+"""What effective properties are fitted to: ICs at points, with weights and how well they are known."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from approx.effective import EffectiveProperties, Transition
+from approx.pair import Pair, Solid
+from geometries.errors import WrongInput
+from geometries.patches import DIRECTIONS, Patch
+
+Array = NDArray[np.float64]
+
+FEWEST = 8  # points
+SPREAD = 1.5  # least of the largest over the smallest distance
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """ICs that B-hat-prime is to reproduce.
+
+    `ics` (n_components, n) per unit pressure [mm/MPa] of `components` such as "xn" at observers (x, s) [mm],
+    (n,) each, x from the load, s from the contact centre; `error`, of a shape that broadcasts to the same:
+    how well they are known; `weights` (n,) by which deviations are multiplied. `solid` is a body or a
+    pair without effective properties.
+
+    Raises WrongInput for shapes that do not fit, what is not finite, weights below 0, fewer than `FEWEST`
+    points that count, points at one distance only, and components that are 0 at all of them.
+    """
+
+    solid: Solid | Pair
+    patch: Patch
+    x: Array
+    s: Array
+    components: tuple[str, ...]
+    ics: Array
+    weights: Array
+    error: Array
+
+    def __post_init__(self) -> None:
+        self._check_arrays()
+        self._check_distances()
+        for component, values in zip(self.components, self.ics, strict=True):
+            if not np.any(values[self.weights > 0]):
+                raise WrongInput(f"{component}: all of its ICs are 0; choose other points or components")
+
+    def _check_arrays(self) -> None:
+        n = np.shape(self.x)
+        for name, shape in {"s": n, "weights": n, "ics": (len(self.components), *n)}.items():
+            found = np.shape(getattr(self, name))
+            if found != shape:
+                raise WrongInput(f"{name} of shape {found}: {shape} is needed")
+        for name in ("x", "s", "ics", "weights", "error"):
+            values = np.asarray(getattr(self, name))
+            if not np.all(np.isfinite(values)):
+                raise WrongInput(f"{name}: {np.sum(~np.isfinite(values))} of {values.size} not finite")
+
+    def _check_distances(self) -> None:
+        counted = int(np.sum(self.weights > 0))
+        if np.any(self.weights < 0) or counted < FEWEST:
+            raise WrongInput(f"weights: {counted} points count; give {FEWEST} or more, no weight below 0")
+        distances = np.sort(self.r[self.weights > 0])
+        nearest, eighth, furthest = distances[[0, FEWEST - 1, -1]]
+        if nearest == 0 or eighth < (1 + 1e-6) * nearest or furthest < SPREAD * nearest:
+            raise WrongInput(
+                f"points lie {nearest:g} ... {furthest:g} mm from the load, {FEWEST} of them up to "
+                f"{eighth:g} mm: a property that varies with the distance needs points at different "
+                f"distances above 0, the furthest {SPREAD:g} times as far as the nearest or more"
+            )
+
+    @property
+    def r(self) -> Array:
+        """Distances from the load [mm], (n,)."""
+        return np.hypot(self.x, self.s - self.patch.s)
+
+    @property
+    def scales(self) -> Array:
+        """Largest IC of each component [mm/MPa], (n_components, 1)."""
+        return np.max(np.abs(self.ics[:, self.weights > 0]), axis=1, keepdims=True)
+
+    def of(self, effective: EffectiveProperties) -> Array:
+        """The same ICs by B-hat-prime with effective properties."""
+        solid = replace(self.solid, effective=effective)
+        ics = solid.approximate("Bhat_prime", self.patch, (self.x, self.s))
+        rows, columns = zip(*(indices(component) for component in self.components), strict=True)
+        return np.asarray(ics[list(rows), list(columns)])
+
+
+def indices(component: str) -> tuple[int, int]:
+    """Of the displacement and the traction of a component such as "xn"."""
+    names: list[str] = [*DIRECTIONS]
+    return names.index(component[0]), names.index(component[1])
+
+
+def pointwise_k(target: Target) -> Array:
+    """K [-] at each point, (n_components, n), with which B-hat-prime is the target; NaN: at no K."""
+    at_r0 = float(np.min(target.r[target.r > 0]))
+
+    def with_k(value: float) -> Array:
+        return target.of(EffectiveProperties(mismatch_k=Transition(value, at_r0, 1.0, 1.0)))
+
+    base, slope = with_k(0.0), with_k(1.0) - with_k(0.0)
+    return (target.ics - base) / np.where(slope == 0, np.nan, slope)

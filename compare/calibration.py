@@ -1,0 +1,208 @@
+"""Effective properties of a scene fitted to its C: points, fits, the scene with them."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomlkit
+import xarray as xr
+from numpy.typing import NDArray
+
+from approx.calibration import Fit, fit
+from approx.effective import EffectiveProperties
+from approx.pair import Pair
+from approx.target import Target, indices
+from compare.pipeline import Results, approximated, compute, reference_of, solids
+from compare.scene import Scene
+from compare.scene_checks import calibration_misfits
+from compare.scenes import BadScene
+from femic.provenance import code_digest, versions
+from femic.refinement import SILENT, Watch
+from femic.store import Store
+
+Array = NDArray[np.float64]
+
+SHOWN = ("nn", "xn", "sn")  # components that the report shows, whatever is fitted
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """A scene with fitted properties, its ICs with them, and what they were fitted to."""
+
+    scene: Scene  # with the fitted properties
+    results: Results  # of the scene, on the lines of the calibration, too
+    fits: Mapping[str, Fit]  # by body
+    targets: Mapping[str, Target]
+
+
+def calibrate(
+    scene: Scene, *, workers: int | None = None, store: Store | None = None, watch: Watch = SILENT
+) -> Calibrated:
+    """Compute C at the points of the scene's calibration and on its lines, and fit to it.
+
+    Raises BadScene where the calibration does not fit the scene, NotConverged as `compute`.
+    """
+    errors = list(calibration_misfits(scene))
+    if errors:
+        raise BadScene(f"{scene.name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
+    wanted = dict.fromkeys((*SHOWN, *scene.calibration.components))
+    asked = replace(
+        scene,
+        lines=(*scene.lines, *scene.calibration.lines),
+        components=tuple(wanted),
+        variants=tuple(name for name in scene.variants if name != "Bhat_prime"),
+        check=None,
+    )
+    results = compute(asked, workers=workers, store=store, watch=watch)
+    watch.on_stage("  fitting")
+    targets = {body: target_of(results, body) for body in scene.calibration.bodies}
+    fits = {body: fit(target, scene.calibration.properties) for body, target in targets.items()}
+    results = _with_fits(results, scene, fits)
+    return Calibrated(replace(results.scene, lines=scene.lines), results, fits, targets)
+
+
+def target_of(results: Results, body: str) -> Target:
+    """C of a body at the points of the scene's calibration, as something to fit to."""
+    scene = results.scene
+    calibration = scene.calibration
+    parts = [results.lines[line.name] for line in calibration.lines]
+    points = np.concatenate([np.arange(part.start, part.stop) for part in parts])
+    rows, columns = zip(*(indices(component) for component in calibration.components), strict=True)
+    c = reference_of(results, body)
+    solid = replace(solids(scene)[body], effective=None)
+    if isinstance(solid, Pair):
+        solid = replace(solid, curvature_apart=calibration.curvature_apart)
+    x, s = results.points.x[points], results.points.s[points]
+    return Target(
+        solid=solid,
+        patch=scene.patch,
+        x=x,
+        s=s,
+        components=calibration.components,
+        ics=scene.patch.area * c.ic[list(rows), list(columns)][:, points],
+        weights=_weights(x, s - scene.patch.s) if calibration.logarithmic else np.ones(len(points)),
+        error=scene.patch.area * c.estimate[list(rows), list(columns)][:, points],
+    )
+
+
+def _weights(x: Array, s: Array) -> Array:
+    """Points at even distances count alike per octave: squares of weights go like 1 / r; 1 at the nearest."""
+    r = np.hypot(x, s)
+    return np.asarray(np.sqrt(np.min(r) / r))
+
+
+def _with_fits(results: Results, scene: Scene, fits: Mapping[str, Fit]) -> Results:
+    """Results of the scene as it is with the fitted properties."""
+    effective = {body: found.effective for body, found in fits.items()}
+    text = tomlkit.dumps(with_properties(scene, effective, Path()))
+    calibrated = replace(
+        results.scene,
+        text=text,
+        effective={**scene.effective, **effective},
+        curvature_apart=scene.calibration.curvature_apart if "combined" in fits else scene.curvature_apart,
+        variants=_with_bhat_prime(scene.variants),
+    )
+    approximations, seconds = approximated(calibrated, results.points)
+    return replace(
+        results, scene=calibrated, approximations=approximations, seconds={**results.seconds, **seconds}
+    )
+
+
+def _with_bhat_prime(variants: tuple[str, ...]) -> tuple[str, ...]:
+    return variants if "Bhat_prime" in variants else (*variants, "Bhat_prime")
+
+
+def with_properties(
+    scene: Scene, effective: Mapping[str, EffectiveProperties], folder: Path
+) -> tomlkit.TOMLDocument:
+    """The scene's file with effective properties and B-hat-prime among its variants, for a folder."""
+    document = tomlkit.parse(scene.text)
+    document["variants"] = list(_with_bhat_prime(scene.variants))
+    table: Any = document.setdefault("effective", tomlkit.table(is_super_table=True))
+    for body, properties in effective.items():
+        table[body] = properties_table(scene, body, properties)
+    for name, file in scene.files.items():
+        contour: Any = document[name]["contour"]
+        contour["file"] = os.path.relpath(file, folder)
+    return document
+
+
+def properties_table(scene: Scene, body: str, properties: EffectiveProperties) -> tomlkit.items.Table:
+    """A table [effective.BODY] of a scene file."""
+    table = tomlkit.table()
+    if body == "combined" and scene.calibration.curvature_apart:
+        table["curvature"] = "apart"
+    for name in scene.calibration.properties:
+        transition = getattr(properties, name)
+        given = tomlkit.inline_table()
+        given.update({key: float(f"{getattr(transition, key):.6g}") for key in ("far", "r_inf", "m", "n")})
+        table[name] = given
+    return table
+
+
+def to_dataset(calibrated: Calibrated) -> xr.Dataset:
+    """The fits with their covariance and residual, and the points, weights and ICs that they are fits of."""
+    scene, bodies = calibrated.scene, list(calibrated.fits)
+    first = calibrated.targets[bodies[0]]
+    names = [parameter.name for parameter in calibrated.fits[bodies[0]].parameters]
+    per_body = ("body", "parameter")
+    fits, targets = list(calibrated.fits.values()), list(calibrated.targets.values())
+    ic = ("body", "component", "point")
+    area = scene.patch.area
+    return xr.Dataset(
+        {
+            "value": (
+                per_body,
+                [[p.value for p in one.parameters] for one in fits],
+                {"units": "r_inf: mm, G: MPa"},
+            ),
+            "covariance": (("body", "parameter", "parameter_"), np.stack([_full(one) for one in fits])),
+            "note": (per_body, [[p.note for p in one.parameters] for one in fits]),
+            "rms": (
+                ("body", "component"),
+                np.stack([one.rms for one in fits]),
+                {"meaning": "share of max |C|"},
+            ),
+            "worst": (("body", "component"), np.stack([one.worst for one in fits]), {"meaning": "likewise"}),
+            "c": (ic, np.stack([one.ics for one in targets]) / area, {"units": "mm/N"}),
+            "estimate": (ic, np.stack([one.error for one in targets]) / area, {"units": "mm/N"}),
+            "fitted": (
+                ic,
+                np.stack(
+                    [
+                        target.of(calibrated.fits[body].effective)
+                        for body, target in calibrated.targets.items()
+                    ]
+                )
+                / area,
+                {"units": "mm/N"},
+            ),
+            "weight": ("point", first.weights),
+        },
+        coords={
+            "body": bodies,
+            "component": list(first.components),
+            "parameter": names,
+            "parameter_": names,
+            "x": ("point", first.x, {"units": "mm"}),
+            "s": ("point", first.s, {"units": "mm"}),
+        },
+        attrs={
+            "title": f"effective properties: {scene.title}",
+            "scene": scene.text,
+            "curvature": "apart" if scene.calibration.curvature_apart else "contained",
+            "code": code_digest(),
+            "versions": str(versions()),
+        },
+    )
+
+
+def _full(found: Fit) -> Array:
+    """Covariance of all parameters, NaN where they were not fitted."""
+    fitted = [k for k, parameter in enumerate(found.parameters) if parameter.deviation is not None]
+    full = np.full((len(found.parameters),) * 2, np.nan)
+    full[np.ix_(fitted, fitted)] = found.covariance
+    return full
