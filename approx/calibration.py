@@ -11,7 +11,7 @@ from scipy.ndimage import minimum_filter
 from scipy.optimize import least_squares
 
 from approx.effective import EffectiveProperties, Transition
-from approx.target import FEWEST, Target
+from approx.target import Target
 from geometries.errors import WrongInput
 
 Array = NDArray[np.float64]
@@ -21,12 +21,12 @@ PARAMETERS = ("far", "r_inf", "m", "n")
 FAR_BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
     {"mismatch_k": (-5.0, 5.0), "G": (0.05, 20.0), "nu": (0.0, 0.5)}  # G: over that of the half-space
 )
-EXPONENTS: Mapping[str, tuple[float, float]] = MappingProxyType(  # n below 0.5: a kink at r_inf
-    {"m": (0.2, 10.0), "n": (0.5, 50.0)}
+EXPONENTS: Mapping[str, tuple[float, float]] = MappingProxyType(  # n below 1: infinite slope at r_inf
+    {"m": (0.2, 10.0), "n": (1.0, 50.0)}
 )
-REACH = 2.0  # bounds of r_inf: times the largest distance of the data; FEWEST points within it
+REACH = 2.0  # times the largest distance of the data: bound of r_inf, which is at least the smallest
 GRID = (24, 12, 12)  # values of r_inf, m, n among which the starts are chosen
-STARTS = 12  # the best of the grid, and as many of its local minima
+STARTS = 12  # the best of the grid, as many of its local minima, and one for each r_inf
 ROUNDING = 1e-10  # of the largest IC: deviations below it are no deviations
 NO_WORSE = 4.0  # variances of a point, by which fixing a parameter may raise the sum of squares
 KNOWN = 0.5  # standard deviation of log r_inf, log m, log n up to which the data determine them
@@ -77,12 +77,43 @@ def fit(target: Target, properties: Sequence[str] = ("mismatch_k",)) -> Fit:
 
 
 @dataclass(frozen=True, eq=False)
+class _Response:
+    """B-hat-prime of a target as the simple function of the properties that it is at each point.
+
+    ICs = (fixed + nu by_nu + mismatch_k by_k) / (G / G of the half-space) + apart, (n_components, n) each.
+    """
+
+    fixed: Array
+    by_nu: Array
+    by_k: Array
+    apart: Array
+
+    @classmethod
+    def of(cls, target: Target) -> "_Response":
+        """From ICs with three constant pairs of nu and K."""
+        nearest, at_most = float(np.min(target.r)), 0.5
+
+        def at(nu: float, mismatch_k: float) -> Array:
+            both = (Transition(value, nearest, 1.0, 1.0) for value in (nu, mismatch_k))
+            return target.of(EffectiveProperties(None, *both))
+
+        base = at(0.0, 0.0)
+        apart = target.apart
+        return cls(base - apart, (at(at_most, 0.0) - base) / at_most, at(0.0, 1.0) - base, apart)
+
+    def __call__(self, G: float | Array, nu: float | Array, mismatch_k: float | Array) -> Array:
+        """ICs; G over that of the half-space."""
+        return np.asarray((self.fixed + nu * self.by_nu + mismatch_k * self.by_k) / G + self.apart)
+
+
+@dataclass(frozen=True, eq=False)
 class _Data:
     """A target in the order of distances, and the scales that make the fit independent of units."""
 
     target: Target
+    response: _Response
     properties: tuple[str, ...]
-    half_space: Mapping[str, float]  # the properties' values there
+    half_space: Mapping[str, float]  # all properties' values there
 
     @classmethod
     def of(cls, target: Target, properties: tuple[str, ...]) -> "_Data":
@@ -97,7 +128,8 @@ class _Data:
         unknown = [name for name in properties if name not in FAR_BOUNDS]
         if unknown or not properties:
             raise WrongInput(f"properties = {', '.join(unknown) or 'none'}: of {', '.join(FAR_BOUNDS)}")
-        return cls(sorted_target, properties, {name: float(getattr(constants, name)) for name in properties})
+        half_space = {name: float(getattr(constants, name)) for name in FAR_BOUNDS}
+        return cls(sorted_target, _Response.of(sorted_target), properties, half_space)
 
     def unit(self, name: str) -> float:
         """Of the far value of a property."""
@@ -108,7 +140,7 @@ class _Data:
         if parameter == "far":
             return FAR_BOUNDS[name]
         r = self.target.r
-        low, high = (r[FEWEST - 1], REACH * r[-1]) if parameter == "r_inf" else EXPONENTS[parameter]
+        low, high = (r[0], REACH * r[-1]) if parameter == "r_inf" else EXPONENTS[parameter]
         return float(np.log(low)), float(np.log(high))
 
     def neutral(self, name: str, parameter: str) -> float:
@@ -135,7 +167,10 @@ class _Data:
 
     def ics(self, values: Values) -> Array:
         """ICs by B-hat-prime."""
-        return self.target.of(properties_of(values))
+        r, at = self.target.r, dict[str, float | Array](self.half_space)
+        for name, parameters in values.items():
+            at[name] = Transition(**parameters).at(r, self.half_space[name])
+        return self.response(at["G"] / self.half_space["G"], at["nu"], at["mismatch_k"])
 
     def starts(self, values: Values) -> list[Values]:
         """Where to begin: the best values of each property on a grid, one property after the other."""
@@ -169,7 +204,8 @@ class _Data:
             costs[index] = rest @ rest
         ranked = np.argsort(costs, axis=None, kind="stable")
         lowest = (costs == minimum_filter(costs, 3)).ravel()[ranked]
-        chosen = dict.fromkeys([*ranked[:STARTS], *ranked[lowest][:STARTS]])
+        of_r_inf = np.argmin(costs.reshape(GRID[0], -1), axis=1) + np.arange(GRID[0]) * GRID[1] * GRID[2]
+        chosen = dict.fromkeys([*ranked[:STARTS], *ranked[lowest][:STARTS], *of_r_inf])
         return [values | {name: found[k]} for k in chosen]
 
     def best(self, values: Values, free: Sequence[tuple[str, str]], starts: Sequence[Values]) -> Values:
@@ -302,7 +338,7 @@ class _Data:
             for name in self.properties
             for parameter in PARAMETERS
         )
-        off = np.abs(self.ics(values) - self.target.ics) / self.target.scales
+        off = np.abs(self.target.of(properties_of(values)) - self.target.ics) / self.target.scales
         return Fit(
             properties_of(values),
             parameters,

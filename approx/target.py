@@ -79,10 +79,20 @@ class Target:
         """Largest IC of each component [mm/MPa], (n_components, 1)."""
         return np.max(np.abs(self.ics[:, self.weights > 0]), axis=1, keepdims=True)
 
+    @property
+    def apart(self) -> Array:
+        """What of B-hat-prime does not depend on effective properties [mm/MPa]: a wheel's curvature, or 0."""
+        solid = self.solid
+        if not (isinstance(solid, Pair) and solid.curvature_apart):
+            return np.zeros(np.shape(self.ics))
+        return self._components(solid.curvature(self.patch, (self.x, self.s)))
+
     def of(self, effective: EffectiveProperties) -> Array:
         """The same ICs by B-hat-prime with effective properties."""
         solid = replace(self.solid, effective=effective)
-        ics = solid.approximate("Bhat_prime", self.patch, (self.x, self.s))
+        return self._components(solid.approximate("Bhat_prime", self.patch, (self.x, self.s)))
+
+    def _components(self, ics: Array) -> Array:
         rows, columns = zip(*(indices(component) for component in self.components), strict=True)
         return np.asarray(ics[list(rows), list(columns)])
 

@@ -1,6 +1,7 @@
 """What the commands of `femic` do: scenes in, files and messages out."""
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -18,6 +19,7 @@ from compare import (
     plausibility,
     progress,
 )
+from compare import export as exporting
 from compare import plan as planning
 from compare.run import run_scene
 from compare.scene import Scene
@@ -30,6 +32,7 @@ from geometries.patches import DirectionName
 WIDE = 130  # columns of a table
 
 SolidName = Literal["lower", "upper"]
+ICName = Literal["C", "A", "B", "Bbar", "Bhat", "Bhat_prime", "mix"]
 Workers = Annotated[int | None, Parameter(help="parallel processes or threads; default: one per core")]
 StoreAt = Annotated[
     str | None,
@@ -37,14 +40,28 @@ StoreAt = Annotated[
 ]
 
 
-def run(
-    scene: str,
-    /,
-    *,
-    out: Annotated[Path | None, Parameter(help="folder for the results; default out/SCENE")] = None,
-    workers: Workers = None,
-    store: StoreAt = None,
-) -> None:
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Work:
+    """Where the results of a scene go, and how they are computed."""
+
+    out: Annotated[Path | None, Parameter(help="folder for the results; default out/SCENE")] = None
+    workers: Workers = None
+    store: StoreAt = None
+
+    def folder(self, scene: Scene) -> Path:
+        """Where the results of a scene go."""
+        return self.out or Path("out") / scene.name
+
+    def kept(self, scene: Scene) -> Store:
+        """Where its finished models are kept: in the folder of the results, unless a place is named."""
+        return _store(self.store, self.folder(scene))
+
+
+DEFAULT = Work()
+
+
+def run(scene: str, /, *, work: Work = DEFAULT) -> None:
     """Compute and compare the influence coefficients of a scene; write a report.
 
     Parameters
@@ -53,14 +70,13 @@ def run(
         built-in name (see `femic scenes`) or TOML file
     """
     loaded = load_scene(scene)
-    folder = out or Path("out") / loaded.name
     console = Console()
-    report = _computed(loaded, folder, workers, _store(store, folder), console)
+    report = _computed(loaded, work.folder(loaded), work.workers, work.kept(loaded), console)
     console.print(f"Report: {report}", soft_wrap=True)
 
 
 def _store(location: str | None, folder: Path) -> Store:
-    """Where finished work is kept: in the folder of the results, unless a place is named."""
+    """A named store, or that in a folder, without what other code left there."""
     if location is not None:
         return Store(location)
     store = Store(folder / "store")
@@ -81,9 +97,7 @@ def matrix(
     /,
     *,
     strip: Annotated[int | None, Parameter(help="loaded strip of the maps; default: the patch's")] = None,
-    out: Annotated[Path | None, Parameter(help="folder for the results; default out/SCENE")] = None,
-    workers: Workers = None,
-    store: StoreAt = None,
+    work: Work = DEFAULT,
 ) -> None:
     """Compute the IC matrix of a scene on its grid, all lags and strips; write matrix.nc and a report.
 
@@ -93,13 +107,38 @@ def matrix(
         built-in name (see `femic scenes`) or TOML file
     """
     loaded = load_scene(scene)
-    folder = out or Path("out") / loaded.name
+    folder = work.folder(loaded)
     console = Console()
     with progress.shown(console) as watch:
-        asked = matrix_report.Asked(folder, strip, workers or os.cpu_count() or 1)
-        report = matrix_report.write_matrix(loaded, asked, _store(store, folder), watch)
+        asked = matrix_report.Asked(folder, strip, work.workers or os.cpu_count() or 1)
+        report = matrix_report.write_matrix(loaded, asked, work.kept(loaded), watch)
     console.print(f"Matrix: {folder / 'matrix.nc'}", soft_wrap=True)
     console.print(f"Report: {report}", soft_wrap=True)
+
+
+def export(
+    scene: str,
+    /,
+    *,
+    to: Annotated[
+        Literal["contact"], Parameter(name="--format", help="contact: of the program CONTACT, C3 = 9")
+    ] = "contact",
+    ics: Annotated[ICName, Parameter(help="C, or the approximation whose ICs to write")] = "C",
+    work: Work = DEFAULT,
+) -> None:
+    """Write the IC matrix of both bodies on the scene's grid as a file that a contact program reads.
+
+    Parameters
+    ----------
+    scene
+        built-in name (see `femic scenes`) or TOML file
+    """
+    loaded = load_scene(scene)
+    console = Console()
+    with progress.shown(console) as watch:
+        asked = matrix_report.Asked(work.folder(loaded), None, work.workers or os.cpu_count() or 1)
+        written = exporting.FORMATS[to](loaded, ics, asked, work.kept(loaded), watch)
+    console.print(exporting.told(written), soft_wrap=True, markup=False, highlight=False)
 
 
 def calibrate(

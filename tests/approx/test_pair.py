@@ -58,3 +58,22 @@ def test_b_hat_prime_is_known_where_its_properties_are():
     assert pair(upper=FADE, lower=FADE).has_effective("combined")
     with pytest.raises(WrongInput, match="effective properties"):
         of_upper.approximate("Bhat_prime", PATCH, LINE)
+
+
+def test_curvature_apart_with_the_half_space_s_properties_is_bhat():
+    """Equal contours: combined constants on the lower prismatic surface and what curvature adds are B-hat."""
+    contour = arc(10.0, 0.45, 1.1)
+    wheel, roller = Surface(UPPER, contour, 120.0), Surface(LOWER, contour, 80.0)
+    bodies = Solid(STEEL, wheel), Solid(BRASS, roller)
+    k = Pair(*bodies).constants.mismatch_k
+    nothing = EffectiveProperties(mismatch_k=Transition(k, 15.0, 1.0, 2.0))
+    apart = Pair(*bodies, nothing, curvature_apart=True).approximate("Bhat_prime", PATCH, LINE)
+    bhat = Pair(*bodies).approximate("Bhat", PATCH, LINE)
+    np.testing.assert_allclose(apart, bhat, atol=1e-14 * np.max(np.abs(bhat)))
+    contained = Pair(*bodies, nothing).approximate("Bhat_prime", PATCH, LINE)
+    assert np.max(np.abs(contained - bhat)) > 1e-4 * np.max(np.abs(bhat))
+
+
+def test_curvature_of_prismatic_bodies_adds_nothing():
+    prismatic = Pair(Solid(STEEL, Surface(UPPER, WHEEL.contour)), Solid(BRASS, RAIL))
+    np.testing.assert_array_equal(prismatic.curvature(PATCH, LINE), 0.0)

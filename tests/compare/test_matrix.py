@@ -9,6 +9,7 @@ import xarray as xr
 
 from compare import matrix, plan
 from compare.cli import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from compare.contact_file import read
 from compare.matrix import compute_matrix, matrix_jobs
 from compare.matrix_check import check, checked_strips
 from compare.matrix_report import key_of_scene
@@ -235,3 +236,15 @@ def test_a_column_by_the_solid_engine_agrees_within_the_estimates(made, tmp_path
     assert one.component in {i + j for i in DIRECTIONS for j in DIRECTIONS}
     assert one.closest <= 1.0
     assert one.apart < 5e-3
+
+
+def test_the_export_for_contact_is_the_matrix_times_the_combined_shear_modulus(made):
+    path, out = made
+    assert exit_code(["export", str(path), "--out", str(out)]) == DONE
+    file, scene = read(out / "contact_C.txt"), load_scene(str(path))
+    assert (file.n_x, file.n_s, len(file.values), file.convex) == (5, 4, 4, 2)
+    with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as kept:
+        both = kept.ic.sel(body="combined").values
+    for loaded, observed in np.ndindex(4, 4):
+        expected = scene.pair.constants.G * both[:, observed, loaded]
+        np.testing.assert_array_equal(file.values[loaded, observed - loaded + 3], expected)
