@@ -27,6 +27,9 @@ EXPONENTS: Mapping[str, tuple[float, float]] = MappingProxyType(  # n below 1: i
 REACH = 2.0  # times the largest distance of the data: bound of r_inf, which is at least the smallest
 GRID = (24, 12, 12)  # values of r_inf, m, n among which the starts are chosen
 STARTS = 12  # the best of the grid, as many of its local minima, and one for each r_inf
+STOPS, ROUGH, EXACT = ("xtol", "ftol", "gtol"), 1e-7, 1e-15  # of the optimiser
+FINALISTS = 5  # starts that are polished to the end
+INSIDE = 1e-3  # of the width of the bounds, where the optimiser begins at least
 ROUNDING = 1e-10  # of the largest IC: deviations below it are no deviations
 NO_WORSE = 4.0  # variances of a point, by which fixing a parameter may raise the sum of squares
 KNOWN = 0.5  # standard deviation of log r_inf, log m, log n up to which the data determine them
@@ -223,20 +226,19 @@ class _Data:
         def deviations(variables: Array) -> Array:
             return self.deviations(self.ics(at(variables)))
 
-        found = []
-        exact = self.target.ics.size * (ROUNDING * np.mean(self.target.weights)) ** 2
-        for start in starts:
-            first = np.array([self.to_variable(*which, start[which[0]][which[1]]) for which in free])
-            inside = np.clip(first, low + 1e-3 * (high - low), high - 1e-3 * (high - low))
-            found.append(
-                least_squares(
-                    deviations, inside, bounds=(low, high), jac="3-point", xtol=1e-15, ftol=1e-15, gtol=1e-15
-                )
+        def polished(first: Array, tolerance: float) -> tuple[float, Array]:
+            inside = np.clip(first, low + INSIDE * (high - low), high - INSIDE * (high - low))
+            one = least_squares(
+                deviations, inside, bounds=(low, high), jac="3-point", **dict.fromkeys(STOPS, tolerance)
             )
-            if 2 * found[-1].cost <= exact:
-                break
-        costs = [float(one.cost) for one in found]
-        return at(found[int(np.argmin(costs))].x)
+            return float(one.cost), one.x
+
+        firsts = [
+            np.array([self.to_variable(*which, start[which[0]][which[1]]) for which in free])
+            for start in starts
+        ]
+        rough = sorted((polished(first, ROUGH) for first in firsts), key=lambda one: one[0])
+        return at(min((polished(x, EXACT) for _, x in rough[:FINALISTS]), key=lambda one: one[0])[1])
 
     def without(
         self, values: Values, free: Sequence[tuple[str, str]], unknown: tuple[str, str]
