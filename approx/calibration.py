@@ -27,7 +27,8 @@ EXPONENTS: Mapping[str, tuple[float, float]] = MappingProxyType(  # n below 1: i
 REACH = 2.0  # times the largest distance of the data: bound of r_inf, which is at least the smallest
 GRID = (24, 12, 12)  # values of r_inf, m, n among which the starts are chosen
 STARTS = 12  # the best of the grid, as many of its local minima, and one for each r_inf
-STOPS, ROUGH, EXACT = ("xtol", "ftol", "gtol"), 1e-7, 1e-15  # of the optimiser
+ROUGH = {"xtol": 1e-7, "ftol": 1e-7, "gtol": 1e-7, "max_nfev": 25}  # of the optimiser
+EXACT = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15, "max_nfev": 300}
 FINALISTS = 5  # starts that are polished to the end
 INSIDE = 1e-3  # of the width of the bounds, where the optimiser begins at least
 ROUNDING = 1e-10  # of the largest IC: deviations below it are no deviations
@@ -226,11 +227,9 @@ class _Data:
         def deviations(variables: Array) -> Array:
             return self.deviations(self.ics(at(variables)))
 
-        def polished(first: Array, tolerance: float) -> tuple[float, Array]:
+        def polished(first: Array, stop: Mapping[str, float]) -> tuple[float, Array]:
             inside = np.clip(first, low + INSIDE * (high - low), high - INSIDE * (high - low))
-            one = least_squares(
-                deviations, inside, bounds=(low, high), jac="3-point", **dict.fromkeys(STOPS, tolerance)
-            )
+            one = least_squares(deviations, inside, bounds=(low, high), jac="3-point", **stop)
             return float(one.cost), one.x
 
         firsts = [

@@ -89,6 +89,7 @@ def test_what_is_read_is_written_exactly(text, tmp_path):
 
 def test_every_digit_is_kept(tmp_path):
     decades = 10.0 ** np.arange(-18, 0, 2).reshape(3, 3)
+    decades = 10.0 ** np.arange(-18, 0, 2).reshape(3, 3)
     values = np.random.default_rng(1).normal(size=(3, 5, 2, 3, 3)) * decades
     write(ContactFile(values, 0.1 + 0.2, 1 / 3, 2), tmp_path / "all.txt")
     again = read(tmp_path / "all.txt")
@@ -97,7 +98,7 @@ def test_every_digit_is_kept(tmp_path):
 
 
 def as_contact_reads(file):
-    """The ICs as CONTACT has them: (n_matrix, iy, ix, i, j), ix from -(n_x - 1), mirrored by the sign rule."""
+    """The ICs as CONTACT has them: (n_matrix, iy, ix, i, j), ix from -(n_x - 1) by the sign rule."""
     signs = np.array([[1, -1, -1], [-1, 1, 1], [-1, 1, 1]])  # order x, s, n: xs, xn, sx, nx change
     backward = signs * file.values[:, :, :0:-1]
     return np.concatenate([backward, file.values], axis=2)

@@ -1,0 +1,124 @@
+"""Do effective properties help other components than xn? G and nu of each body, fitted to its own C.
+
+B-hat-prime corrects xn of both bodies. Here G(r) and nu(r) of each body are fitted to C of that body alone,
+once for each set of components in SETS, and the errors of both bodies together are compared with those of
+B-hat, at ratios of Young's moduli upper : lower of 0.1, 1 and 10. C of a body goes like 1 / E, so nothing is
+solved again for them. Takes a minute and a half on 2 cores; the picture is OUT/effective_bodies.png:
+
+    .venv/bin/python benchmarks/effective_bodies.py [--out FOLDER] [--tolerance 0.01]
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from cyclopts import run
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from approx.calibration import fit
+from approx.effective import EffectiveProperties
+from approx.pair import Solid
+from approx.target import indices
+from compare.calibration import calibrate, target_of
+from compare.pipeline import Results, reference_of
+from compare.scenes import load_scene
+from femic.store import Store
+from geometries.materials import Material
+
+Array = NDArray[np.float64]
+Fits = Mapping[str, EffectiveProperties]  # by body
+SCENES, RATIOS, BODIES = ("geometry1", "geometry2"), (0.1, 1.0, 10.0), ("upper", "lower")
+SETS = (("xx", "ss"), ("xx", "ss", "xs"), ("nn", "xx", "ss", "xs"))  # what is fitted to
+COMPONENTS = ["nn", "xx", "ss", "xs", "sn", "xn"]
+LINE = "s = 0 mm"
+
+
+def main(*, out: Path = Path("out/benchmarks"), tolerance: float = 0.01) -> xr.DataArray:
+    """Compute C to estimated errors of `tolerance`, fit, print the errors; returns them."""
+    out.mkdir(parents=True, exist_ok=True)
+    figure = Figure(figsize=(11, 6), layout="constrained")
+    tables = []
+    for name, row in zip(SCENES, figure.subplots(2, 4, sharex=True), strict=True):
+        results, fits = fitted(name, tolerance, Store(out / "store"))
+        tables.append(errors(results, fits))
+        for axes, (body, component) in zip(row, [(b, c) for b in BODIES for c in ("xx", "ss")], strict=True):
+            draw(axes, results, fits[SETS[0]], body, component)
+            axes.set(title=f"{name}, {body}", ylabel=f"{component} × E x [-]", xlabel="x [mm]")
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.savefig(out / "effective_bodies.png", dpi=150)
+    table = xr.concat(tables, xr.Variable("scene", list(SCENES)))
+    for name in SCENES:
+        print(f"Worst errors of both bodies, {name}:")
+        print(table.sel(scene=name).stack(row=("ratio", "variant")).T.to_pandas().map("{:.1%}".format))
+    return table
+
+
+def fitted(name: str, tolerance: float, store: Store) -> tuple[Results, dict[tuple[str, ...], Fits]]:
+    """C of a scene's bodies, and effective properties of each for every set of components."""
+    wanted = {"bodies": list(BODIES), "properties": ["G", "nu"], "components": COMPONENTS}
+    engine = {"tolerance": tolerance, "check": False}
+    results = calibrate(load_scene(name, {"calibration": wanted, "engine": engine}), store=store).results
+    fits = {}
+    for components in SETS:
+        calibration = replace(results.scene.calibration, components=components)
+        chosen = replace(results, scene=replace(results.scene, calibration=calibration))
+        fits[components] = {body: fit(target_of(chosen, body), ("G", "nu")).effective for body in BODIES}
+    return results, fits
+
+
+def solid_of(results: Results, body: str, ratio: float, effective: EffectiveProperties | None) -> Solid:
+    """A body of a Young's modulus that is `ratio` times the scene's, properties scaled likewise."""
+    given = results.scene.bodies[body]
+    if effective and effective.G:
+        effective = replace(effective, G=replace(effective.G, far=ratio * effective.G.far))
+    return Solid(Material(ratio * given.material.E, given.material.nu), given.surface, effective)
+
+
+def approximated(results: Results, variant: str, ratio: float, fits: Fits) -> Array:
+    """ICs of both bodies per unit load [mm/N] at all points, upper body `ratio` times as stiff."""
+    patch, points = results.scene.patch, (results.points.x, results.points.s)
+    solids = [solid_of(results, b, ratio if b == "upper" else 1.0, fits.get(b)) for b in BODIES]
+    return np.sum([solid.approximate(variant, patch, points) for solid in solids], axis=0) / patch.area
+
+
+def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArray:
+    """Worst errors on the scene's lines by ratio, variant and component."""
+    lines = [part for name, part in results.lines.items() if not name.startswith("fit ")]
+    variants = {"B̂": ("Bhat", {})} | {
+        f"B̂′ of {', '.join(components)}": ("Bhat_prime", found) for components, found in fits.items()
+    }
+    table = np.empty((len(RATIOS), len(variants), len(COMPONENTS)))
+    upper, lower = (reference_of(results, body).ic for body in BODIES)
+    for r, ratio in enumerate(RATIOS):
+        c = upper / ratio + lower
+        for v, (variant, found) in enumerate(variants.values()):
+            off = np.abs(approximated(results, variant, ratio, found) - c)
+            for k, (i, j) in enumerate(map(indices, COMPONENTS)):
+                table[r, v, k] = max(
+                    np.max(off[i, j, line])
+                    / max(np.max(np.abs(c[i, j, line])), 0.05 * np.max(np.abs(c[2, 2, line])))
+                    for line in lines
+                )
+    names = {"ratio": list(RATIOS), "variant": list(variants), "component": COMPONENTS}
+    return xr.DataArray(table, names, ("ratio", "variant", "component"))
+
+
+def draw(axes, results: Results, fits: Fits, body: str, component: str) -> None:
+    """C, B-hat and B-hat-prime of one body on a line along x, times E x: constant for A."""
+    part, scene, (i, j) = results.lines[LINE], results.scene, indices(component)
+    unit, x, s = scene.reference_E, results.points.x[part], results.points.s[part]
+    shown = x > 3 * scene.patch.a
+    curves = {"C": reference_of(results, body).ic[i, j, part]}
+    for label, variant in (("B̂", "Bhat"), ("B̂′, G and ν fitted to xx and ss", "Bhat_prime")):
+        solid = solid_of(results, body, 1.0, fits[body])
+        curves[label] = solid.approximate(variant, scene.patch, (x, s))[i, j] / scene.patch.area
+    for (label, values), colour in zip(curves.items(), ("black", "tab:red", "tab:brown"), strict=True):
+        axes.plot(x[shown], unit * values[shown] * x[shown], color=colour, label=label)
+    axes.grid(alpha=0.3)
+
+
+if __name__ == "__main__":
+    run(main, result_action="return_value")
