@@ -67,25 +67,25 @@ def calibrate(
 def target_of(results: Results, body: str) -> Target:
     """C of a body at the points of the scene's calibration, as something to fit to."""
     scene = results.scene
-    calibration = scene.calibration
-    parts = [results.lines[line.name] for line in calibration.lines]
+    parts = [results.lines[line.name] for line in scene.calibration.lines]
     points = np.concatenate([np.arange(part.start, part.stop) for part in parts])
-    rows, columns = zip(*(indices(component) for component in calibration.components), strict=True)
-    c = reference_of(results, body)
+    rows, columns = zip(*(indices(component) for component in scene.calibration.components), strict=True)
+    c, error = (
+        scene.patch.area * getattr(reference_of(results, body), part)[list(rows), list(columns)][:, points]
+        for part in ("ic", "estimate")
+    )
+    return replace(target_from(scene, c, body), error=error)
+
+
+def target_from(scene: Scene, ics: Array, body: str = "combined") -> Target:
+    """ICs (n_components, n) [mm/MPa] at the points of the scene's calibration, known exactly."""
+    calibration = scene.calibration
     solid = replace(solids(scene)[body], effective=None)
     if isinstance(solid, Pair):
         solid = replace(solid, curvature_apart=calibration.curvature_apart)
-    x, s = results.points.x[points], results.points.s[points]
-    return Target(
-        solid=solid,
-        patch=scene.patch,
-        x=x,
-        s=s,
-        components=calibration.components,
-        ics=scene.patch.area * c.ic[list(rows), list(columns)][:, points],
-        weights=_weights(x, s - scene.patch.s) if calibration.logarithmic else np.ones(len(points)),
-        error=scene.patch.area * c.estimate[list(rows), list(columns)][:, points],
-    )
+    x, s = (np.concatenate([getattr(line, name) for line in calibration.lines]) for name in ("x", "s"))
+    weights = _weights(x, s - scene.patch.s) if calibration.logarithmic else np.ones(len(x))
+    return Target(solid, scene.patch, x, s, calibration.components, ics, weights, np.zeros(1))
 
 
 def _weights(x: Array, s: Array) -> Array:

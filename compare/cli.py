@@ -22,6 +22,11 @@ app = App(
 app.command("compare.commands:run", help="Compute and compare the ICs of a scene; write a report.")
 app.command("compare.commands:matrix", help="Compute the IC matrix on a grid: all lags and strips.")
 app.command("compare.commands:calibrate", help="Fit B-hat-prime to C; write the scene with the fit.")
+app.command(
+    "compare.commands:calibrate_map",
+    name="calibrate-map",
+    help="Fits over flank inclination and radius ratio.",
+)
 app.command("compare.commands:export", help="Write the IC matrix of both bodies for the program CONTACT.")
 app.command("compare.commands:plan", help="Say what a scene would take, before anything is solved.")
 app.command("compare.commands:compare", help="Show the results of two or more scenes in one report.")

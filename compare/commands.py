@@ -10,6 +10,8 @@ from rich.console import Console
 
 from compare import (
     calibration,
+    calibration_map,
+    calibration_map_report,
     calibration_report,
     fields,
     matrix_report,
@@ -172,6 +174,36 @@ def calibrate(
         )
     together = folder if len(loaded) == 1 else (out or Path("out") / "_".join(one.name for one in loaded))
     console.print(f"Report: {calibration_report.write_report(found, together)}", soft_wrap=True)
+
+
+def calibrate_map(
+    scene: str = "geometry1",
+    /,
+    *,
+    flanks: Annotated[
+        tuple[float, ...], Parameter(help="flank inclinations of both arcs [deg]", consume_multiple=True)
+    ] = (10.0, 25.0, 40.0, 55.0, 70.0),
+    ratios: Annotated[
+        tuple[float, ...], Parameter(help="radii of the upper over the lower arc", consume_multiple=True)
+    ] = (1.0, 1.1, 1.3, 2.0),
+    work: Work = DEFAULT,
+) -> None:
+    """Fit B-hat-prime over flank inclination and radius ratio, and try it on geometries between them.
+
+    Parameters
+    ----------
+    scene
+        its materials, patch, rolling radius and calibration are those of all geometries
+    """
+    axes, base = calibration_map.Axes(flanks, ratios), load_scene(scene)
+    folder = calibration_report.folder_for(work.out or Path("out") / f"{base.name}_map")
+    console = Console(width=WIDE, highlight=False)
+    with progress.shown(console) as watch:
+        found = calibration_map.compute_map(
+            scene, axes, workers=work.workers, store=_store(work.store, folder), watch=watch
+        )
+    console.print(calibration_map_report.table(found))
+    console.print(f"Map: {calibration_map_report.write_map(found, folder)}", soft_wrap=True)
 
 
 def plan(scene: str, /, *, workers: Workers = None) -> None:

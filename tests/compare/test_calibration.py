@@ -1,0 +1,272 @@
+"""`femic calibrate`, `calibrate-map`: what is fitted to what, files, scenes with the fit, messages."""
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from approx.effective import EffectiveProperties
+from approx.target import Target
+from compare.calibration import calibrate, target_from
+from compare.calibration_figures import translation
+from compare.calibration_map import MOST, Axes, compute_map, fit_at, scene_at
+from compare.cli import DONE, WRONG_INPUT, exit_code
+from compare.pipeline import compute, reference_of
+from compare.scenes import load_scene, scene_from_table
+from femic.harmonic import engine as harmonic
+from femic.solid import engine as solid
+from femic.store import Store
+from geometries.errors import WrongInput
+from tests.compare.conftest import scene_text
+
+CALIBRATION = "\n[calibration]\npoints = 40\nx_max = 12.0\n"
+HARMONIC = "[engine]\ntolerance = 0.1\ncheck = true\n" + CALIBRATION
+WHEEL = {"upper": {"rolling_radius": 100.0}}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A scene of two unlike bodies, calibrated from the command line: its path and the folder of results."""
+    folder = tmp_path_factory.mktemp("calibration")
+    path = folder / "mine.toml"
+    path.write_text(scene_text(engine=HARMONIC, upper_E=70e3), encoding="utf-8")
+    out = folder / "out"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(solid, "assemble", lambda _: pytest.fail("a 3D model, which no fit needs"))
+        assert exit_code(["calibrate", str(path), "--out", str(out), "--workers", "2"]) == DONE
+    return path, out
+
+
+@pytest.fixture(scope="module")
+def calibrated(made):
+    path, out = made
+    return calibrate(load_scene(str(path)), store=Store(out / "store"))
+
+
+def test_the_fit_is_kept_with_points_weights_covariance_and_residual(made, calibrated):
+    _, out = made
+    with xr.open_dataset(out / "calibration.nc", engine="h5netcdf") as kept:
+        assert kept.sizes == {"body": 1, "parameter": 4, "parameter_": 4, "component": 1, "point": 80}
+        assert list(kept.parameter.values) == [f"mismatch_k.{p}" for p in ("far", "r_inf", "m", "n")]
+        assert set(kept.s.values) == {0.0, 1.6}
+        np.testing.assert_allclose([kept.x.min(), kept.x.max()], [0.6 + 11.4 / 40, 12.0])
+        np.testing.assert_array_equal(kept.weight, 1.0)
+        off = abs(kept.fitted - kept.c).sel(body="combined", component="xn") / abs(kept.c).max()
+        np.testing.assert_allclose(kept.worst.item(), off.max(), rtol=1e-9)
+        np.testing.assert_allclose(kept.rms.item(), np.sqrt((off**2).mean()), rtol=1e-9)
+        fitted = ~np.isnan(np.diag(kept.covariance[0]))
+        told = [parameter.deviation for parameter in calibrated.fits["combined"].parameters]
+        np.testing.assert_array_equal(fitted, [deviation is not None for deviation in told])
+        variances = np.diag(kept.covariance[0])[fitted]
+        np.testing.assert_allclose(np.sqrt(variances), [d for d in told if d is not None])
+
+
+def test_c_of_the_fit_is_c_of_the_scene(calibrated, made):
+    path, out = made
+    target = calibrated.targets["combined"]
+    line = [{"along": "x", "s": 1.6, "reach": 12.0, "points": 801}]
+    scene = load_scene(str(path), {"lines": line, "components": ["nn", "xn"], "engine": {"check": False}})
+    results = compute(scene, store=Store(out / "store"))
+    c = reference_of(results, "combined").ic[0, 2] * scene.patch.area
+    on_line = target.s == 1.6
+    assert np.sum(on_line) == 40
+    between = np.interp(target.x[on_line], results.points.x, c)
+    np.testing.assert_allclose(target.ics[0, on_line], between, atol=0.005 * np.max(np.abs(c)))
+
+
+def test_the_written_scene_has_the_fit_and_reproduces_its_b_hat_prime(made, calibrated):
+    _, out = made
+    scene = load_scene(str(out / "calibrated.toml"))
+    assert scene.variants[-1] == "Bhat_prime"
+    target, fitted = calibrated.targets["combined"], calibrated.fits["combined"]
+    points = target.x, target.s
+    got = scene.pair.approximate("Bhat_prime", scene.patch, points)[0, 2]
+    expected = target.of(fitted.effective)[0]
+    np.testing.assert_allclose(got, expected, atol=1e-4 * np.max(np.abs(expected)))
+    mix = scene.pair.approximate("mix", scene.patch, points)[0, 2]
+    np.testing.assert_array_equal(mix, got)
+
+
+def test_the_report_shows_the_fit_and_is_self_contained(made):
+    _, out = made
+    html = (out / "calibration.html").read_text(encoding="utf-8")
+    assert html.count("data:image/png") == len(list((out / "figures").glob("*.png"))) == 6
+    assert "://" not in html
+    assert "mismatch_k.far" in html
+    assert "[effective.combined]" in html
+
+
+def test_b_hat_prime_is_closer_than_no_fit_at_all(calibrated):
+    """Least squares: no transition, and each neighbour, is worse."""
+    target, best = calibrated.targets["combined"], calibrated.fits["combined"].effective
+
+    def cost(effective):
+        return np.sum((target.of(effective) - target.ics) ** 2)
+
+    transition = best.mismatch_k
+    half_space = target.solid.constants.mismatch_k
+    assert cost(best) < 0.5 * cost(EffectiveProperties(mismatch_k=replace(transition, far=half_space)))
+    for factor in (0.95, 1.05):
+        other = replace(transition, far=factor * transition.far)
+        assert cost(best) < cost(EffectiveProperties(mismatch_k=other))
+
+
+def test_a_second_time_nothing_is_solved(made, monkeypatch, calibrated):
+    path, out = made
+    monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
+    other = load_scene(str(path), {"calibration": {"weights": "logarithmic"}})
+    found = calibrate(other, store=Store(out / "store"))
+    weights = found.targets["combined"].weights
+    target = found.targets["combined"]
+    np.testing.assert_allclose(weights**2 * target.r, np.min(target.r))
+    assert len(target.x) == 80
+    assert found.fits["combined"].effective != calibrated.fits["combined"].effective
+
+
+def test_several_scenes_share_a_report(made, tmp_path, monkeypatch):
+    path, out = made
+    other = path.parent / "other.toml"
+    other.write_text(path.read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
+    arguments = ["calibrate", str(path), str(other), "--out", str(tmp_path), "--store", str(out / "store")]
+    assert exit_code(arguments) == DONE
+    assert (tmp_path / "mine" / "calibrated.toml").is_file()
+    assert (tmp_path / "other" / "calibration.nc").is_file()
+    assert "other" in (tmp_path / "calibration.html").read_text(encoding="utf-8")
+
+
+def test_the_translation_leaves_a_deviation_that_no_other_improves(calibrated):
+    scene, results = calibrated.scene, calibrated.results
+    points = np.concatenate(
+        [np.arange(len(results.points.x))[results.lines[line.name]] for line in scene.lines]
+    )
+    lean = -np.sin(scene.bodies["lower"].contour.inclination(results.points.s[points]))
+    lack = (
+        results.approximations["Bhat_prime", "combined"][1, 2, points]
+        - reference_of(results, "combined").ic[1, 2, points]
+    )
+    moved = translation(calibrated)
+    assert abs(lean @ (lack - moved * lean)) < 1e-12 * np.abs(lean) @ np.abs(lack)
+
+
+def test_a_file_of_points_is_found_from_the_folder_of_the_fit(tmp_path):
+    y = np.linspace(-12, 12, 49)
+    np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 25]))
+    text = scene_text(engine=HARMONIC.replace("check = true", ""))
+    arc = 'contour = { kind = "arc", radius = 10.0, flank_inclination_deg = 25.0 }'
+    assert arc in text
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        text.replace(arc, 'contour = { kind = "points", file = "rail.txt" }', 1), encoding="utf-8"
+    )
+    out = tmp_path / "deep" / "out"
+    assert exit_code(["calibrate", str(path), "--out", str(out)]) == DONE
+    again, first = (load_scene(str(p)).bodies["lower"].contour for p in (out / "calibrated.toml", path))
+    np.testing.assert_array_equal(again.position(y), first.position(y))
+
+
+TABLE = tomllib.loads(scene_text(engine=HARMONIC))
+
+
+@pytest.mark.parametrize("curvature", ["contained", "apart"])
+def test_curvature_of_a_wheel_is_in_the_fit_or_beside_it(curvature):
+    """ICs that are B-hat-prime of prismatic bodies and the wheel's curvature: apart finds K of the former."""
+    table = TABLE | {
+        "upper": TABLE["upper"] | WHEEL["upper"],
+        "calibration": TABLE["calibration"] | {"curvature": curvature},
+    }
+    scene = scene_from_table(table, "wheel")
+    empty = target_from(scene, np.ones((1, 80)))
+    assert isinstance(empty, Target)
+    assert empty.solid.curvature_apart == (curvature == "apart")
+    effect = empty.solid.curvature(empty.patch, (empty.x, empty.s))[0, 2]
+    assert np.max(np.abs(effect)) > 0
+    np.testing.assert_allclose(empty.apart, effect[None] if curvature == "apart" else 0 * effect[None])
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("x_min = 13.0\nx_max = 12.0", "x_min, x_max: the furthest points must be further"),
+        ("s = [0.0, 0.0]", "two of the lines are the same"),
+        ("s = [4000.0]", "calibration.x_max: points 4000.08 mm away, more than half of"),
+        ("x_max = 3000.0", "calibration.x_max: points 3000 mm away"),
+        ('bodies = ["lower"]\ncurvature = "apart"', "curvature = 'apart': only of the combined"),
+        ('properties = ["E"]', "calibration.properties.0"),
+        ("points = 3", "calibration.points = 3"),
+        ("x_min = -1.0", "calibration.x_min = -1"),
+    ],
+)
+def test_bad_calibrations_are_refused_before_any_work(table, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
+    path = tmp_path / "mine.toml"
+    engine = HARMONIC.replace(CALIBRATION, f"\n[calibration]\n{table}\n")
+    path.write_text(scene_text(engine=engine), encoding="utf-8")
+    assert exit_code(["calibrate", str(path), "--out", str(tmp_path / "o")]) == WRONG_INPUT
+    assert message in " ".join(capsys.readouterr().err.split())
+
+
+def test_bodies_that_are_not_compared_cannot_be_calibrated(tmp_path, capsys):
+    path = tmp_path / "mine.toml"
+    path.write_text(scene_text('bodies = ["lower"]', engine="[engine]\ntolerance = 0.1\n"), encoding="utf-8")
+    assert exit_code(["calibrate", str(path), "--out", str(tmp_path / "o")]) == WRONG_INPUT
+    assert "calibration.bodies: combined not in bodies = lower" in capsys.readouterr().err
+
+
+def test_no_scene_is_not_a_calibration(capsys):
+    assert exit_code(["calibrate"]) == WRONG_INPUT
+    assert "give 1 to 5" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def small_map(tmp_path_factory):
+    """Two flank inclinations, two ratios: the dataset, and the folder of its models."""
+    folder = tmp_path_factory.mktemp("map")
+    path = folder / "mine.toml"
+    path.write_text(scene_text(engine=HARMONIC), encoding="utf-8")
+    return compute_map(str(path), Axes((20.0, 24.0), (1.0, 1.04)), store=Store(folder / "store")), path
+
+
+def test_a_map_interpolates_between_its_nodes(small_map):
+    found, _ = small_map
+    assert found.sizes["left_out"] == 1
+    rms = found.residual.sel(measure="rms").isel(left_out=0)
+    assert rms.sel(by="map") < 1.1 * rms.sel(by="fit") < rms.sel(by="Bhat")
+    at_node = fit_at(found, 20.0, 1.04)
+    np.testing.assert_allclose(
+        [parameter.value for parameter in at_node.parameters], found.value[0, 1].values, rtol=1e-6
+    )
+
+
+def test_a_map_ends_at_its_nodes(small_map):
+    found, _ = small_map
+    with pytest.raises(WrongInput, match=r"flank = 25 degrees, ratio = 1: outside the map, 20 \.\.\. 24"):
+        fit_at(found, 25.0, 1.0)
+
+
+def test_a_node_has_its_arcs_and_all_else_of_the_scene(small_map):
+    _, path = small_map
+    base = load_scene(str(path))
+    scene = scene_at(base.text, base.reference_length, (20.0, 1.04))
+    ends = [body.contour.inclination(np.array([-30.0, 30.0])) for body in scene.bodies.values()]
+    np.testing.assert_allclose(np.degrees(ends), [[-20, 20], [-20, 20]])
+    np.testing.assert_allclose(1 / scene.bodies["upper"].contour.inclination(1.0), 10.4, rtol=1e-6)
+    assert scene.patch == base.patch
+    assert scene.check is None
+
+
+@pytest.mark.parametrize(
+    ("flanks", "ratios", "message"),
+    [
+        ((20.0,), (1.0, 1.1), "flanks = "),
+        ((20.0, 10.0), (1.0, 1.1), "two or more, growing"),
+        ((20.0, 86.0), (1.0, 1.1), "within 0 ... 85"),
+        ((20.0, 30.0), (0.9, 1.1), "ratios = "),
+        (tuple(np.linspace(10, 60, 6)), tuple(np.linspace(1, 2, 5)), f"at most {MOST}"),
+    ],
+)
+def test_impossible_maps_are_refused(flanks, ratios, message):
+    with pytest.raises(WrongInput, match=message):
+        Axes(flanks, ratios)
