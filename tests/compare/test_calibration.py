@@ -5,11 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import tomlkit
 import xarray as xr
 
-from approx.effective import EffectiveProperties
+from approx.calibration import fit
+from approx.effective import EffectiveProperties, Transition
 from approx.target import Target
-from compare.calibration import calibrate, target_from
+from compare import calibration_map
+from compare.calibration import Calibrated, calibrate, target_from, with_properties
 from compare.calibration_figures import translation
 from compare.calibration_map import MOST, Axes, compute_map, fit_at, scene_at
 from compare.cli import DONE, WRONG_INPUT, exit_code
@@ -161,10 +164,14 @@ def test_a_file_of_points_is_found_from_the_folder_of_the_fit(tmp_path):
     path.write_text(
         text.replace(arc, 'contour = { kind = "points", file = "rail.txt" }', 1), encoding="utf-8"
     )
-    out = tmp_path / "deep" / "out"
-    assert exit_code(["calibrate", str(path), "--out", str(out)]) == DONE
-    again, first = (load_scene(str(p)).bodies["lower"].contour for p in (out / "calibrated.toml", path))
-    np.testing.assert_array_equal(again.position(y), first.position(y))
+    out, scene = tmp_path / "deep" / "out", load_scene(str(path))
+    out.mkdir(parents=True)
+    found = {"combined": EffectiveProperties(mismatch_k=Transition(0.1, 12.0, 1.0, 2.0))}
+    (out / "calibrated.toml").write_text(tomlkit.dumps(with_properties(scene, found, out)), encoding="utf-8")
+    again = load_scene(str(out / "calibrated.toml"))
+    first, second = (one.bodies["lower"].contour.position(y) for one in (scene, again))
+    np.testing.assert_array_equal(first, second)
+    assert again.effective == found
 
 
 TABLE = tomllib.loads(scene_text(engine=HARMONIC))
@@ -220,34 +227,67 @@ def test_no_scene_is_not_a_calibration(capsys):
     assert "give 1 to 5" in capsys.readouterr().err
 
 
+def smooth(scene, **_):
+    """A calibration whose C is B-hat-prime with properties that vary smoothly from node to node."""
+    flank = scene.bodies["lower"].contour.inclination(30.0)
+    ratio = scene.bodies["upper"].contour.inclination(1.0) / scene.bodies["lower"].contour.inclination(1.0)
+    true = EffectiveProperties(mismatch_k=Transition(-0.2 * flank * ratio, 9 + 2 * flank, 0.9, 2 + ratio))
+    target = target_from(scene, np.ones((1, 80)))
+    target = replace(target, ics=target.of(true))
+    return Calibrated(scene, None, {"combined": fit(target)}, {"combined": target})
+
+
 @pytest.fixture(scope="module")
-def small_map(tmp_path_factory):
-    """Two flank inclinations, two ratios: the dataset, and the folder of its models."""
-    folder = tmp_path_factory.mktemp("map")
-    path = folder / "mine.toml"
+def synthetic(tmp_path_factory):
+    """A map of four by four nodes whose truth is known, and its base."""
+    path = tmp_path_factory.mktemp("map") / "mine.toml"
     path.write_text(scene_text(engine=HARMONIC), encoding="utf-8")
-    return compute_map(str(path), Axes((20.0, 24.0), (1.0, 1.04)), store=Store(folder / "store")), path
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(calibration_map, "calibrate", smooth)
+        return compute_map(str(path), Axes((20.0, 30.0, 40.0, 50.0), (1.0, 1.2, 1.5, 2.0))), path
 
 
-def test_a_map_interpolates_between_its_nodes(small_map):
-    found, _ = small_map
-    assert found.sizes["left_out"] == 1
-    rms = found.residual.sel(measure="rms").isel(left_out=0)
-    assert rms.sel(by="map") < 1.1 * rms.sel(by="fit") < rms.sel(by="Bhat")
-    at_node = fit_at(found, 20.0, 1.04)
-    np.testing.assert_allclose(
-        [parameter.value for parameter in at_node.parameters], found.value[0, 1].values, rtol=1e-6
-    )
+def test_a_map_knows_what_lies_between_its_nodes(synthetic):
+    found, _ = synthetic
+    assert found.sizes["left_out"] == 9
+    worst = found.residual.sel(measure="worst")
+    assert worst.sel(by="fit").max() < 1e-6
+    assert worst.sel(by="map").max() < 0.01
+    assert worst.sel(by="Bhat").min() > 0.5
+    middle = fit_at(found, 33.0, 1.3).effective.mismatch_k
+    assert middle.far == pytest.approx(-0.2 * np.radians(33) / 1.3, rel=0.02)
+    assert middle.r_inf == pytest.approx(9 + 2 * np.radians(33), rel=0.02)
 
 
-def test_a_map_ends_at_its_nodes(small_map):
-    found, _ = small_map
-    with pytest.raises(WrongInput, match=r"flank = 25 degrees, ratio = 1: outside the map, 20 \.\.\. 24"):
-        fit_at(found, 25.0, 1.0)
+def test_at_its_nodes_a_map_is_their_fit(synthetic):
+    found, _ = synthetic
+    at_node = fit_at(found, 30.0, 1.5)
+    expected = found.value.sel(flank=30.0, ratio=1.5).values
+    # C is the node's to rounding; this C hardly determines r_inf and n, whose digits are fewer
+    np.testing.assert_allclose([parameter.value for parameter in at_node.parameters], expected, rtol=2e-3)
 
 
-def test_a_node_has_its_arcs_and_all_else_of_the_scene(small_map):
-    _, path = small_map
+def test_a_map_ends_at_its_nodes(synthetic):
+    found, _ = synthetic
+    with pytest.raises(WrongInput, match=r"flank = 51 degrees, ratio = 1: outside the map, 20 \.\.\. 50"):
+        fit_at(found, 51.0, 1.0)
+
+
+@pytest.mark.slow
+def test_a_map_of_computed_c(tmp_path):
+    """Two flank inclinations, two ratios, linear between them, from the command line."""
+    path, out = tmp_path / "mine.toml", tmp_path / "out"
+    path.write_text(scene_text(engine=HARMONIC), encoding="utf-8")
+    axes = ["--flanks", "20", "24", "--ratios", "1", "1.04"]
+    assert exit_code(["calibrate-map", str(path), *axes, "--out", str(out)]) == DONE
+    assert (out / "calibration_map.png").is_file()
+    with xr.open_dataset(out / "calibration_map.nc", engine="h5netcdf") as found:
+        rms = found.residual.sel(measure="rms").isel(left_out=0)
+        assert rms.sel(by="map") < 1.1 * rms.sel(by="fit") < rms.sel(by="Bhat")
+
+
+def test_a_node_has_its_arcs_and_all_else_of_the_scene(synthetic):
+    _, path = synthetic
     base = load_scene(str(path))
     scene = scene_at(base.text, base.reference_length, (20.0, 1.04))
     ends = [body.contour.inclination(np.array([-30.0, 30.0])) for body in scene.bodies.values()]
