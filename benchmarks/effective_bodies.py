@@ -1,10 +1,10 @@
-"""Do effective properties help other components than xn? G and nu of each body, fitted to its own C.
+"""Do effective properties help other components, other materials? Those of each body, fitted to its own C.
 
-B-hat-prime corrects xn of both bodies. Here G(r) and nu(r) of each body are fitted to C of that body alone,
-once for each set of components in SETS, and the errors of both bodies together are compared with those of
-B-hat, at ratios of Young's moduli upper : lower of 0.1, 1 and 10. C of a body goes like 1 / E, so nothing is
-solved again for them. For comparison: B-hat and a rigid translation, one compliance along each axis, fitted
-to nn, xx and ss of the body at the same points. Takes a minute and a half on 2 cores; the picture is
+B-hat-prime corrects xn of both bodies. Here G(r) and nu(r), or K(r), of each body are fitted to C of that
+body, once for each set of components in SETS, and the errors of both bodies together are compared with those
+of B-hat, at ratios of Young's moduli upper : lower of 0.1, 1 and 10. C of a body goes like 1 / E, so nothing
+is solved again for them. For comparison: B-hat and a rigid translation, one compliance along each axis, fitted
+to nn, xx and ss of the body at the same points. Takes a minute on 2 cores; the picture is
 OUT/effective_bodies.png:
 
     .venv/bin/python benchmarks/effective_bodies.py [--out FOLDER] [--tolerance 0.01]
@@ -33,7 +33,12 @@ from geometries.materials import Material
 Array = NDArray[np.float64]
 Fits = Mapping[str, EffectiveProperties]  # by body
 SCENES, RATIOS, BODIES = ("geometry1", "geometry2"), (0.1, 1.0, 10.0), ("upper", "lower")
-SETS = (("xx", "ss"), ("xx", "ss", "xs"), ("nn", "xx", "ss", "xs"))  # what is fitted to
+SETS = {  # what is fitted to which components
+    ("xx", "ss"): ("G", "nu"),
+    ("xx", "ss", "xs"): ("G", "nu"),
+    ("nn", "xx", "ss", "xs"): ("G", "nu"),
+    ("xn",): ("mismatch_k",),
+}
 COMPONENTS = ["nn", "xx", "ss", "xs", "sn", "xn"]
 LINE, TRANSLATED = "s = 0 mm", "B̂ + translation"
 
@@ -47,7 +52,7 @@ def main(*, out: Path = Path("out/benchmarks"), tolerance: float = 0.01) -> xr.D
         results, fits = fitted(name, tolerance, Store(out / "store"))
         tables.append(errors(results, fits))
         for axes, (body, component) in zip(row, [(b, c) for b in BODIES for c in ("xx", "ss")], strict=True):
-            draw(axes, results, fits[SETS[0]], body, component)
+            draw(axes, results, fits["xx", "ss"], body, component)
             axes.set(title=f"{name}, {body}", ylabel=f"{component} × E x [-]", xlabel="x [mm]")
     figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     figure.savefig(out / "effective_bodies.png", dpi=150)
@@ -60,14 +65,14 @@ def main(*, out: Path = Path("out/benchmarks"), tolerance: float = 0.01) -> xr.D
 
 def fitted(name: str, tolerance: float, store: Store) -> tuple[Results, dict[tuple[str, ...], Fits]]:
     """C of a scene's bodies, and effective properties of each for every set of components."""
-    wanted = {"bodies": list(BODIES), "properties": ["G", "nu"], "components": COMPONENTS}
+    wanted = {"bodies": list(BODIES), "properties": ["mismatch_k"], "components": COMPONENTS}
     engine = {"tolerance": tolerance, "check": False}
     results = calibrate(load_scene(name, {"calibration": wanted, "engine": engine}), store=store).results
     fits = {}
-    for components in SETS:
+    for components, properties in SETS.items():
         calibration = replace(results.scene.calibration, components=components)
         chosen = replace(results, scene=replace(results.scene, calibration=calibration))
-        fits[components] = {body: fit(target_of(chosen, body), ("G", "nu")).effective for body in BODIES}
+        fits[components] = {body: fit(target_of(chosen, body), properties).effective for body in BODIES}
     return results, fits
 
 
@@ -106,7 +111,8 @@ def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArr
     """Worst errors on the scene's lines by ratio, variant and component."""
     lines = [part for name, part in results.lines.items() if not name.startswith("fit ")]
     variants = {"B̂": ("Bhat", {}), TRANSLATED: ("Bhat", {})} | {
-        f"B̂′ of {', '.join(components)}": ("Bhat_prime", found) for components, found in fits.items()
+        f"B̂′, {', '.join(SETS[components])} to {', '.join(components)}": ("Bhat_prime", found)
+        for components, found in fits.items()
     }
     table = np.empty((len(RATIOS), len(variants), len(COMPONENTS)))
     upper, lower = (reference_of(results, body).ic for body in BODIES)
