@@ -5,7 +5,7 @@ READY := .venv/.ready
 FEMIC := $(BIN)/femic
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat matrix compare test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix calibrate compare test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -25,6 +25,9 @@ geometry1 geometry2 flat: $(READY)  ## run a built-in scene; the report is out/S
 
 matrix: $(READY)  ## the IC matrix of Geometry 2 on a grid; the report is out/geometry2/matrix.html
 	$(FEMIC) matrix geometry2
+
+calibrate: $(READY)  ## B-hat-prime fitted to C of both geometries: out/geometry1_geometry2/calibration.html
+	$(FEMIC) calibrate geometry1 geometry2
 
 compare: $(READY)  ## both geometries in one report: out/geometry1_geometry2/report.html
 	$(FEMIC) compare geometry1 geometry2
@@ -47,6 +50,7 @@ format: $(READY)  ## format the code
 
 bench: $(READY)  ## seconds, memory and errors (tables go to docs/performance.md by hand)
 	$(BIN)/python benchmarks/analytic.py
+	$(BIN)/python benchmarks/effective_bodies.py
 	$(BIN)/python benchmarks/engines.py
 	$(BIN)/python benchmarks/matrix.py
 	$(BIN)/python benchmarks/solid_engine.py

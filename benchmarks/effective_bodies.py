@@ -2,9 +2,9 @@
 
 B-hat-prime corrects xn of both bodies. Here G(r) and nu(r), or K(r), of each body are fitted to C of that
 body, once for each set of components in SETS, and the errors of both bodies together are compared with those
-of B-hat, at ratios of Young's moduli upper : lower of 0.1, 1 and 10. C of a body goes like 1 / E, so nothing
-is solved again for them. For comparison: B-hat and a rigid translation, one compliance along each axis, fitted
-to nn, xx and ss of the body at the same points. Takes a minute on 2 cores; the picture is
+of B-hat, at ratios of Young's moduli upper : lower of 0.1, 1 and 10. C of a body goes like 1 / E, so
+nothing is solved again for them. For comparison: B-hat and a rigid translation, one compliance along each
+axis, fitted to nn, xx and ss of the body at the same points. Takes a minute on 2 cores; the picture is
 OUT/effective_bodies.png:
 
     .venv/bin/python benchmarks/effective_bodies.py [--out FOLDER] [--tolerance 0.01]
