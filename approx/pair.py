@@ -58,10 +58,9 @@ class Pair:
         """ICs of both bodies per unit pressure [mm/MPa]: their sum, each with its own turns.
 
         Where combined effective properties are given, B-hat-prime and xn, nx of the mix are those of the
-        combined constants on the surface of the lower body: the properties stand for everything else, also
-        for the curvature of a wheel along x. With `curvature_apart` they act on the lower body as if it was
-        prismatic, and what curvature along x adds to B-hat of each body is added. Source: [BVSV] section 4,
-        design section 2.
+        combined constants on the contour of the lower body: the properties stand for everything else, also
+        for the curvature of wheels along x. With `curvature_apart` what that adds to B-hat of each body is
+        added. Source: [BVSV] section 4, design section 2.
         """
         if variant == "Bhat_prime" and self.effective:
             return self._effective(patch, points)
@@ -73,10 +72,8 @@ class Pair:
 
     def _effective(self, patch: Patch, points: Points) -> Array:
         half_space = HalfSpace(self.constants, effective=self.effective)
-        if not self.curvature_apart:
-            return approximate("Bhat_prime", half_space, self.lower.surface, patch, points)
         prismatic = approximate("Bhat_prime", half_space, self.lower.surface.prismatic, patch, points)
-        return prismatic + self.curvature(patch, points)
+        return prismatic + self.curvature(patch, points) if self.curvature_apart else prismatic
 
     def curvature(self, patch: Patch, points: Points) -> Array:
         """What the bodies' curvature along x adds to B-hat [mm/MPa]."""

@@ -51,6 +51,12 @@ class Target:
             found = np.shape(getattr(self, name))
             if found != shape:
                 raise WrongInput(f"{name} of shape {found}: {shape} is needed")
+        try:
+            np.broadcast_to(self.error, np.shape(self.ics))
+        except ValueError as error:
+            raise WrongInput(
+                f"error of shape {np.shape(self.error)}: {np.shape(self.ics)} is needed"
+            ) from error
         for name in ("x", "s", "ics", "weights", "error"):
             values = np.asarray(getattr(self, name))
             if not np.all(np.isfinite(values)):
@@ -91,6 +97,10 @@ class Target:
         """The same ICs by B-hat-prime with effective properties."""
         solid = replace(self.solid, effective=effective)
         return self._components(solid.approximate("Bhat_prime", self.patch, (self.x, self.s)))
+
+    def by(self, variant: str) -> Array:
+        """The same ICs by a variant without effective properties."""
+        return self._components(self.solid.approximate(variant, self.patch, (self.x, self.s)))
 
     def _components(self, ics: Array) -> Array:
         rows, columns = zip(*(indices(component) for component in self.components), strict=True)

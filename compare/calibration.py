@@ -1,6 +1,7 @@
 """Effective properties of a scene fitted to its C: points, fits, the scene with them."""
 
 import os
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,10 +23,12 @@ from compare.scenes import BadScene
 from femic.provenance import code_digest, versions
 from femic.refinement import SILENT, Watch
 from femic.store import Store
+from geometries.errors import WrongInput
 
 Array = NDArray[np.float64]
 
 SHOWN = ("nn", "xn", "sn")  # components that the report shows, whatever is fitted
+DRAWN = ("A", "B", "Bhat")  # variants that it shows beside B-hat-prime
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,15 +48,12 @@ def calibrate(
 
     Raises BadScene where the calibration does not fit the scene, NotConverged as `compute`.
     """
-    errors = list(calibration_misfits(scene))
-    if errors:
-        raise BadScene(f"{scene.name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
-    wanted = dict.fromkeys((*SHOWN, *scene.calibration.components))
+    checked(scene)
     asked = replace(
         scene,
         lines=(*scene.lines, *scene.calibration.lines),
-        components=tuple(wanted),
-        variants=tuple(name for name in scene.variants if name != "Bhat_prime"),
+        components=tuple(dict.fromkeys((*SHOWN, *scene.calibration.components))),
+        variants=("A",),  # the others follow when the fit is there
         check=None,
     )
     results = compute(asked, workers=workers, store=store, watch=watch)
@@ -62,6 +62,30 @@ def calibrate(
     fits = {body: fit(target, scene.calibration.properties) for body, target in targets.items()}
     results = _with_fits(results, scene, fits)
     return Calibrated(replace(results.scene, lines=scene.lines), results, fits, targets)
+
+
+def checked(scene: Scene) -> Scene:
+    """The scene; raises BadScene, before any work, where its calibration cannot be done."""
+    errors = list(calibration_misfits(scene))
+    if not errors:
+        shape = len(scene.calibration.components), sum(len(line.x) for line in scene.calibration.lines)
+        try:
+            for body in scene.calibration.bodies:
+                target_from(scene, _on_planes(scene, np.ones(shape), body), body)
+        except WrongInput as error:
+            errors.append(f"calibration: {error}")
+    if errors:
+        raise BadScene(f"{scene.name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
+    return scene
+
+
+def _on_planes(scene: Scene, ics: Array, body: str) -> Array:
+    """ICs as given, but A on planes, where C is A: what vanishes is known before C is."""
+    bodies = scene.bodies.values()
+    bent = any(np.ptp(one.contour.inclination(np.linspace(*one.s_range, 99))) for one in bodies)
+    if bent or any(np.isfinite(one.rolling_radius) for one in bodies):
+        return ics
+    return target_from(scene, ics, body).by("A")
 
 
 def target_of(results: Results, body: str) -> Target:
@@ -96,14 +120,13 @@ def _weights(x: Array, s: Array) -> Array:
 
 def _with_fits(results: Results, scene: Scene, fits: Mapping[str, Fit]) -> Results:
     """Results of the scene as it is with the fitted properties."""
-    effective = {body: found.effective for body, found in fits.items()}
-    text = tomlkit.dumps(with_properties(scene, effective, Path()))
+    found = {body: one.effective for body, one in fits.items()}
     calibrated = replace(
         results.scene,
-        text=text,
-        effective={**scene.effective, **effective},
+        text=with_properties(scene, found, Path()),
+        effective={**{name: scene.effective[name] for name in _kept(scene, found)}, **found},
         curvature_apart=scene.calibration.curvature_apart if "combined" in fits else scene.curvature_apart,
-        variants=_with_bhat_prime(scene.variants),
+        variants=tuple(dict.fromkeys((*scene.variants, *DRAWN, "Bhat_prime"))),
     )
     approximations, seconds = approximated(calibrated, results.points)
     return replace(
@@ -111,35 +134,38 @@ def _with_fits(results: Results, scene: Scene, fits: Mapping[str, Fit]) -> Resul
     )
 
 
-def _with_bhat_prime(variants: tuple[str, ...]) -> tuple[str, ...]:
-    return variants if "Bhat_prime" in variants else (*variants, "Bhat_prime")
+def _kept(scene: Scene, fitted: Mapping[str, EffectiveProperties]) -> list[str]:
+    """Bodies whose given properties stay: those of both together would outweigh new ones of each."""
+    outdone = set(fitted) if "combined" in fitted else {*fitted, "combined"}
+    return [name for name in scene.effective if name not in outdone]
 
 
-def with_properties(
-    scene: Scene, effective: Mapping[str, EffectiveProperties], folder: Path
-) -> tomlkit.TOMLDocument:
-    """The scene's file with effective properties and B-hat-prime among its variants, for a folder."""
-    document = tomlkit.parse(scene.text)
-    document["variants"] = list(_with_bhat_prime(scene.variants))
-    table: Any = document.setdefault("effective", tomlkit.table(is_super_table=True))
-    for body, properties in effective.items():
-        table[body] = properties_table(scene, body, properties)
+def with_properties(scene: Scene, found: Mapping[str, EffectiveProperties], folder: Path) -> str:
+    """The text of a scene file with effective properties and B-hat-prime, to be written into a folder."""
+    table = tomllib.loads(scene.text)
+    table["variants"] = list(dict.fromkeys((*scene.variants, "Bhat_prime")))
+    given = {name: table["effective"][name] for name in _kept(scene, found)}
+    for body, properties in found.items():
+        given[body] = properties_table(scene, body, properties)
     for name, file in scene.files.items():
-        contour: Any = document[name]["contour"]
-        contour["file"] = os.path.relpath(file, folder)
-    return document
+        path = file.resolve()
+        relative = os.path.relpath(path, folder.resolve())
+        table[name]["contour"]["file"] = str(relative if (folder / relative).is_file() else path)
+    table["effective"] = given
+    scalars = {key: value for key, value in table.items() if not isinstance(value, dict)}
+    return tomlkit.dumps(scalars | table)
 
 
-def properties_table(scene: Scene, body: str, properties: EffectiveProperties) -> tomlkit.items.Table:
+def properties_table(scene: Scene, body: str, properties: EffectiveProperties) -> dict[str, Any]:
     """A table [effective.BODY] of a scene file."""
-    table = tomlkit.table()
+    table: dict[str, Any] = {}
     if body == "combined" and scene.calibration.curvature_apart:
         table["curvature"] = "apart"
     for name in scene.calibration.properties:
         transition = getattr(properties, name)
-        given = tomlkit.inline_table()
-        given.update({key: float(f"{getattr(transition, key):.6g}") for key in ("far", "r_inf", "m", "n")})
-        table[name] = given
+        table[name] = tomlkit.inline_table()
+        for key in ("far", "r_inf", "m", "n"):
+            table[name][key] = float(f"{getattr(transition, key):.6g}")
     return table
 
 

@@ -33,11 +33,12 @@ EXTRA: dict[str, dict[str, Any]] = {
 
 def effective(found: Sequence[Calibrated], body: str) -> Figure:
     """The fitted properties of a body against distance; of K also the value that each point of C asks for."""
-    names = list(dict.fromkeys(name for one in found for name in one.scene.calibration.properties))
+    fitted = [one for one in found if body in one.fits]
+    names = list(dict.fromkeys(name for one in fitted for name in one.scene.calibration.properties))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.6 * len(names), 4.2), layout="constrained")
         for axes, name in zip(figure.subplots(1, len(names), squeeze=False)[0], names, strict=True):
-            for one, colour in zip(found, COLOURS, strict=False):
+            for one, colour in zip(fitted, COLOURS, strict=False):
                 _draw_property(axes, one, body, name, colour)
             axes.set(xlabel="r / L  [-]", ylabel=f"effective {PROPERTIES[name]}", title=f"{body} {name}")
             axes.legend(fontsize=7)
@@ -45,10 +46,10 @@ def effective(found: Sequence[Calibrated], body: str) -> Figure:
 
 
 def _draw_property(axes: Axes, one: Calibrated, body: str, name: str, colour: str) -> None:
-    if body not in one.fits:
-        return
     target, scene = one.targets[body], one.scene
     transition = getattr(one.fits[body].effective, name)
+    if transition is None:
+        return
     length = scene.reference_length
     r = np.linspace(0, float(np.max(target.r)), 400)
     curve = transition.at(r, getattr(target.solid.constants, name))

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
 from approx.calibration import Fit, fit
-from approx.effective import EffectiveProperties, Transition
-from approx.target import Target
 from compare.calibration import Calibrated, calibrate, target_from
 from compare.scene import Scene
 from compare.scenes import load_scene, scene_from_table
@@ -100,6 +98,7 @@ def scene_at(text: str, radius: float, node: Node) -> Scene:
         arc = {"kind": "arc", "radius": radius * factor, "flank_inclination_deg": flank}
         table[body] = table[body] | {"contour": arc}
     table["engine"] = table.get("engine", {}) | {"check": False}
+    table["calibration"] = table.get("calibration", {}) | {"bodies": ["combined"]}
     return scene_from_table(table | {"bodies": ["combined"]}, f"flank {flank:g}, ratio {ratio:g}")
 
 
@@ -128,7 +127,7 @@ def _of_nodes(scene: Scene, axes: Axes, found: Sequence[Calibrated]) -> xr.Datas
             "title": f"B-hat-prime over flank inclination and radius ratio: {scene.name}",
             "scene": scene.text,
             "reference_length": scene.reference_length,
-            "mismatch_k": float(scene.pair.constants.mismatch_k),
+            "half_space": float(getattr(scene.pair.constants, scene.calibration.properties[0])),
             "code": code_digest(),
         },
     )
@@ -142,9 +141,9 @@ def _unit(scene: Scene) -> float:
 def fit_at(dataset: xr.Dataset, flank: float, ratio: float) -> Fit:
     """The fit of B-hat-prime to C interpolated between the nodes, for the patch and materials of the map.
 
-    Cubic in the inclination and the inverse ratio (linear on axes of fewer than four nodes). r_inf is in mm
-    for the map's `reference_length`: other sizes with the same proportions have it in proportion. Raises
-    WrongInput outside the map.
+    Cubic in the inclination and the inverse ratio, linear in both where one has fewer than four nodes. r_inf
+    is in mm for the map's `reference_length`: other sizes with the same proportions have it in proportion.
+    Raises WrongInput outside the map.
     """
     flanks, ratios = dataset.flank.values, dataset.ratio.values
     if not (flanks[0] <= flank <= flanks[-1] and ratios[0] <= ratio <= ratios[-1]):
@@ -161,9 +160,7 @@ def fit_at(dataset: xr.Dataset, flank: float, ratio: float) -> Fit:
 
 def _tried(dataset: xr.Dataset, node: Node, found: Calibrated) -> list[list[float]]:
     """Residuals on one geometry, rms and worst: by the map, by its own fit, by B-hat."""
-    target: Target = found.targets["combined"]
-    k = float(target.solid.constants.mismatch_k)
-    nothing = EffectiveProperties(mismatch_k=Transition(k, 1.0, 1.0, 1.0))
-    effective = (fit_at(dataset, *node).effective, found.fits["combined"].effective, nothing)
-    offs = [np.abs(target.of(one) - target.ics) / target.scales for one in effective]
+    target, own = found.targets["combined"], found.fits["combined"]
+    tried = (target.of(fit_at(dataset, *node).effective), target.of(own.effective), target.by("Bhat"))
+    offs = [np.abs(ics - target.ics) / target.scales for ics in tried]
     return [[float(np.sqrt(np.mean(off**2))), float(np.max(off))] for off in offs]

@@ -41,7 +41,7 @@ def figure(dataset: xr.Dataset) -> Figure:
 
 def _draw_fits(axes: Axes, dataset: xr.Dataset) -> None:
     name = str(dataset.parameter.values[0]).partition(".")[0]
-    f0 = {"mismatch_k": dataset.attrs["mismatch_k"]}.get(name, np.nan)
+    f0 = dataset.attrs["half_space"]
     length = dataset.attrs["reference_length"]
     r = np.linspace(0, 2.5 * length, 300)
     colours = mpl.colormaps["viridis"](np.linspace(0, 0.9, dataset.sizes["flank"]))

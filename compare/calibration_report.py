@@ -14,26 +14,17 @@ from compare.dataset import errors, write
 from compare.dataset import to_dataset as ics_of
 from compare.figures import SYMBOLS, save
 from compare.html import Cell, embedded, error_cell, rendered
-from geometries.errors import WrongInput
 
 COMPONENTS = tuple(component for component in SHOWN if component != "nn")
 
 
-def folder_for(folder: Path) -> Path:
-    """The folder, made if it is not there."""
-    if folder.exists() and not folder.is_dir():
-        raise WrongInput(f"--out {folder}: is a file; name a folder")
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
-
-
 def write_fit(calibrated: Calibrated, folder: Path) -> Path:
-    """Write `calibration.nc` and `calibrated.toml`, the scene with the fit; returns the path of the scene."""
+    """Write `calibration.nc` and `SCENE_calibrated.toml`, the scene with the fit; returns its path."""
     scene = calibrated.scene
     write(to_dataset(calibrated), folder / "calibration.nc")
-    path = folder / "calibrated.toml"
+    path = folder / f"{scene.name}_calibrated.toml"
     effective = {body: found.effective for body, found in calibrated.fits.items()}
-    path.write_text(tomlkit.dumps(with_properties(scene, effective, folder)), encoding="utf-8")
+    path.write_text(with_properties(scene, effective, folder), encoding="utf-8")
     return path
 
 
@@ -94,8 +85,7 @@ def _of_scene(one: Calibrated, folder: Path) -> dict[str, object]:
 
 def _of_body(one: Calibrated, body: str) -> dict[str, object]:
     found = one.fits[body]
-    snippet = tomlkit.document()
-    snippet["effective"] = {body: properties_table(one.scene, body, found.effective)}
+    snippet = {"effective": {body: properties_table(one.scene, body, found.effective)}}
     return {
         "body": body,
         "parameters": [

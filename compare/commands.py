@@ -14,6 +14,7 @@ from compare import (
     calibration_map_report,
     calibration_report,
     fields,
+    folders,
     matrix_report,
     overlay,
     overlay_report,
@@ -159,11 +160,15 @@ def calibrate(
     if not 1 <= len(scene) <= overlay_sources.MOST:
         raise WrongInput(f"scenes: {len(scene)} of them; give 1 to {overlay_sources.MOST}")
     loaded = [load_scene(name) for name in scene]
+    names = [one.name for one in loaded]
+    if len(set(names)) < len(names):
+        raise WrongInput(f"scenes = {', '.join(scene)}: two of the same name; rename one of them")
+    for one in loaded:
+        calibration.checked(one)
     console = Console()
     found = []
     for one in loaded:
-        folder = out if out and len(loaded) == 1 else (out or Path("out")) / one.name
-        calibration_report.folder_for(folder)
+        folder = folders.made(out if out and len(loaded) == 1 else (out or Path("out")) / one.name)
         with progress.shown(console) as watch:
             console.print(f"{one.name}:", markup=False)
             found.append(
@@ -172,7 +177,7 @@ def calibrate(
         console.print(
             f"Scene with the fit: {calibration_report.write_fit(found[-1], folder)}", soft_wrap=True
         )
-    together = folder if len(loaded) == 1 else (out or Path("out") / "_".join(one.name for one in loaded))
+    together = folder if len(loaded) == 1 else (out or Path("out") / "_".join(names))
     console.print(f"Report: {calibration_report.write_report(found, together)}", soft_wrap=True)
 
 
@@ -196,7 +201,7 @@ def calibrate_map(
         its materials, patch, rolling radius and calibration are those of all geometries
     """
     axes, base = calibration_map.Axes(flanks, ratios), load_scene(scene)
-    folder = calibration_report.folder_for(work.out or Path("out") / f"{base.name}_map")
+    folder = folders.made(work.out or Path("out") / f"{base.name}_map")
     console = Console(width=WIDE, highlight=False)
     with progress.shown(console) as watch:
         found = calibration_map.compute_map(

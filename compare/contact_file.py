@@ -85,7 +85,7 @@ def by_offsets(ics: Array) -> Array:
 def of_offsets_only(ics: Array) -> Array:
     """Of ICs (n_x, n_s, n_s, 3, 3) that do not depend on the loaded strip, (1, 2 n_s - 1, n_x, 3, 3)."""
     backward, forward = ics[:, :-1, -1], ics[:, :, 0]
-    return np.swapaxes(np.concatenate([backward, forward], axis=1), 0, 1)[None]
+    return np.concatenate([backward, forward], axis=1).swapaxes(0, 1)[None]
 
 
 def write(file: ContactFile, path: Path) -> None:

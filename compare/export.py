@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from approx.matrix import matrix
-from compare import contact_file
+from compare import contact_file, folders
 from compare.contact_file import ContactFile
 from compare.matrix_report import Asked, write_matrix
 from compare.scene import Scene
@@ -37,11 +37,13 @@ def export(scene: Scene, ics: str, asked: Asked, store: Store, watch: Watch) -> 
     Raises BadScene where the grid does not fit, WrongInput where both bodies are not compared.
     """
     if "combined" not in scene.compared:
-        raise WrongInput("bodies: CONTACT needs those of both bodies: add 'combined'")
+        raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
+    if ics == "Bhat_prime" and not scene.pair.has_effective("combined"):
+        raise WrongInput("--ics Bhat_prime: the scene has no effective properties; see femic calibrate")
     errors = list(grid_misfits(scene))
     if errors:
         raise BadScene(f"{scene.name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
-    asked.out.mkdir(parents=True, exist_ok=True)
+    folders.made(asked.out)
     if ics == "C":
         write_matrix(scene, asked, store, watch)
         values = read_matrix(asked.out / "matrix.nc", "combined")
@@ -70,7 +72,9 @@ def to_contact(scene: Scene, ics: Array) -> ContactFile:
     """CONTACT's form of the ICs of both bodies (n_x, n_s, n_s, 3, 3) [mm/MPa] on the scene's grid."""
     grid = scene.grid
     arranged = contact_file.of_offsets_only if depends_on_offset_only(ics) else contact_file.by_offsets
-    return ContactFile(scene.pair.constants.G * arranged(ics), grid.dx, grid.ds, convex_body(scene))
+    values = arranged(ics)
+    values *= scene.pair.constants.G
+    return ContactFile(values, grid.dx, grid.ds, convex_body(scene))
 
 
 def depends_on_offset_only(ics: Array) -> bool:

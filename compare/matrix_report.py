@@ -8,7 +8,7 @@ import h5netcdf
 import numpy as np
 
 from approx.matrix import column as approximated
-from compare import plan
+from compare import folders, plan
 from compare.figures import SYMBOLS, save
 from compare.html import Cell, embedded, error_cell, rendered
 from compare.matrix import MatrixResults, compute_matrix
@@ -36,8 +36,7 @@ class Asked:
 def write_matrix(scene: Scene, asked: Asked, store: Store, watch: Watch) -> Path:
     """Write `matrix.nc`, figures of one loaded strip and `matrix.html` into a folder; returns its path."""
     out, workers = asked.out, asked.workers
-    if out.exists() and not out.is_dir():
-        raise WrongInput(f"--out {out}: is a file; name a folder")
+    folders.checked(out)
     chosen = _chosen(scene, asked.strip)
     path, key = out / "matrix.html", key_of_scene(scene, chosen)
     if path.is_file() and _key_of(out / "matrix.nc") == key:

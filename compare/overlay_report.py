@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from compare import overlay_figures
+from compare import folders, overlay_figures
 from compare.figures import SYMBOLS, save
 from compare.html import ZERO, Cell, embedded, error_cell, rendered
 from compare.overlay import Overlay, worst, write_curves
@@ -29,9 +29,7 @@ class Row:
 
 def folder_of(found: Sequence[Source], out: Path | None, results: Path) -> Path:
     """Where the overlay goes; raises WrongInput where that would overwrite something else."""
-    folder = out or results / "_".join(source.name for source in found)
-    if folder.exists() and not folder.is_dir():
-        raise WrongInput(f"--out {folder}: is a file; name a folder")
+    folder = folders.checked(out or results / "_".join(source.name for source in found))
     if (folder / "ics.nc").exists() or folder.resolve() in [source.folder.resolve() for source in found]:
         raise WrongInput(f"--out {folder}: has the results of a scene; name another folder")
     return folder

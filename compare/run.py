@@ -6,7 +6,7 @@ from pathlib import Path
 import xarray as xr
 
 from compare import dataset as data
-from compare import figures, report, views
+from compare import figures, folders, report, views
 from compare.fields import write_fields
 from compare.pipeline import Results, compute, jobs
 from compare.scene import Scene
@@ -14,7 +14,6 @@ from femic.reference import solid_request
 from femic.refinement import Watch
 from femic.solid.engine import build_mesh
 from femic.store import Store
-from geometries.errors import WrongInput
 
 log = logging.getLogger(__name__)
 
@@ -24,9 +23,7 @@ def run_scene(scene: Scene, out: Path, *, workers: int | None, store: Store, wat
 
     Solved models are kept in the store: an interrupted run resumes behind the last of them.
     """
-    if out.exists() and not out.is_dir():
-        raise WrongInput(f"--out {out}: is a file; name a folder")
-    out.mkdir(parents=True, exist_ok=True)
+    folders.made(out)
     results = compute(scene, workers=workers, store=store, watch=watch)
     dataset = data.to_dataset(results)
     errors = data.errors(results, dataset)

@@ -22,6 +22,8 @@ class Calibration:
     properties: tuple[str, ...]  # of EffectiveProperties
     components: tuple[str, ...]
     curvature_apart: bool  # whether the combined properties leave out the curvature of wheels
+    x_min: float  # mm
+    x_max: float
     lines: tuple[OffsetLine, ...]
     logarithmic: bool  # whether each octave of the distance counts alike, else each point
 

@@ -1,12 +1,13 @@
 """Whether the parts of a scene fit together: every misfit as a line with field, value and remedy."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from compare.scene import Scene
 from femic.solid.pardiso import available as direct_available
 from geometries.bodies import Body, Domain
+from geometries.patches import OffsetLine
 
 CLEAR_OF_PATCH = 6  # half-widths beside a moment load
 STEEPEST = {"solid": 75, "harmonic": 85}  # degrees
@@ -42,9 +43,7 @@ def misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterat
 def grid_misfits(scene: Scene) -> Iterator[str]:
     """What is wrong with the grid of the IC matrix."""
     grid = scene.grid
-    low, high = (
-        side([body.contour.extent[k] for body in scene.bodies.values()]) for k, side in enumerate((max, min))
-    )
+    low, high = _extent(scene)
     if not low <= grid.extent[0] < grid.extent[1] <= high:
         start, end = grid.extent
         yield (
@@ -60,16 +59,13 @@ def grid_misfits(scene: Scene) -> Iterator[str]:
 
 def calibration_misfits(scene: Scene) -> Iterator[str]:
     """What is wrong with what effective properties are to be fitted to."""
-    calibration = scene.calibration
-    low, high = (
-        side([body.contour.extent[k] for body in scene.bodies.values()]) for k, side in enumerate((max, min))
-    )
+    calibration, extent = scene.calibration, _extent(scene)
+    if not calibration.x_min < calibration.x_max:
+        yield "calibration.x_min, x_max: the furthest points must be further than the nearest"
     for line in calibration.lines:
-        if line.along == "x" and not line.x[0] < line.x[-1]:
-            yield "calibration.x_min, x_max: the furthest points must be further than the nearest"
-            break
-        if not low <= np.min(line.s) <= np.max(line.s) <= high:
-            yield f"calibration ({line.name}): beyond the contour, s = {low:g} to {high:g} mm"
+        yield from _misfits_of_line(f"calibration ({line.name})", line, scene.bodies, extent)
+        if line.along == "s" and line.x[0] <= calibration.x_min:
+            yield f"calibration.x ({line.name}): not beyond x_min = {calibration.x_min:g} mm: move it away"
     if len({line.name for line in calibration.lines}) < len(calibration.lines):
         yield "calibration.s, calibration.x: two of the lines are the same: remove one"
     size = min(min(body.domain.far_radius, np.pi * body.rolling_radius) for body in scene.bodies.values())
@@ -81,6 +77,12 @@ def calibration_misfits(scene: Scene) -> Iterator[str]:
     missing = [name for name in calibration.bodies if name not in scene.compared]
     if missing:
         yield f"calibration.bodies: {', '.join(missing)} not in bodies = {', '.join(scene.compared)}: add it"
+
+
+def _extent(scene: Scene) -> tuple[float, float]:
+    """As far as both contours go [mm]."""
+    starts, ends = zip(*(body.contour.extent for body in scene.bodies.values()), strict=True)
+    return max(starts), min(ends)
 
 
 def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
@@ -120,18 +122,25 @@ def _moment_misfits(scene: Scene, extent: tuple[float, float], size: float, far:
 
 def _line_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
     for k, line in enumerate(scene.lines):
-        if np.min(line.s) < extent[0] or np.max(line.s) > extent[1]:
-            yield f"lines.{k} ({line.name}): beyond the contour, s = {extent[0]:g} to {extent[1]:g} mm"
+        yield from _misfits_of_line(f"lines.{k} ({line.name})", line, scene.bodies, extent)
         if 2 * max(np.max(np.abs(line.x)), np.max(np.abs(line.s))) > size:
             yield f"lines.{k} ({line.name}): reaches beyond {far}: shorten it or enlarge both"
-        for name, body in scene.bodies.items():
-            if np.any(2 * body.side * body.contour.position(line.s)[1] > body.depth):
-                yield (
-                    f"lines.{k} ({line.name}): reaches beyond half the height of the hub of the {name} body "
-                    f"({body.depth / 2:g} mm): shorten it, or enlarge {name}.rolling_radius"
-                )
     if len({line.name for line in scene.lines}) < len(scene.lines):
         yield "lines: two of them are the same line: remove one"
+
+
+def _misfits_of_line(
+    label: str, line: OffsetLine, bodies: Mapping[str, Body], extent: tuple[float, float]
+) -> Iterator[str]:
+    if np.min(line.s) < extent[0] or np.max(line.s) > extent[1]:
+        yield f"{label}: beyond the contour, s = {extent[0]:g} to {extent[1]:g} mm"
+        return
+    for name, body in bodies.items():
+        if np.any(2 * body.side * body.contour.position(line.s)[1] > body.depth):
+            yield (
+                f"{label}: reaches beyond half the height of the hub of the {name} body "
+                f"({body.depth / 2:g} mm): shorten it, or enlarge {name}.rolling_radius"
+            )
 
 
 def _solid_misfits(scene: Scene) -> Iterator[str]:

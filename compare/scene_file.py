@@ -117,6 +117,13 @@ class LineAlongS(Section):
     points: int = Field(401, ge=2, le=5000, description="number of points")
 
 
+def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"{', '.join(twice)} given twice: name each once")
+    return names
+
+
 Line = Annotated[LineAlongX | LineAlongS, Field(discriminator="along")]
 
 
@@ -203,6 +210,14 @@ class CalibrationTable(Section):
     weights: Literal["uniform", "logarithmic"] = Field(
         "uniform", description="uniform: each point counts alike; logarithmic: each octave of the distance"
     )
+
+    _distinct = field_validator("bodies", "properties", "components")(_each_once)
+
+    @model_validator(mode="after")
+    def _some_line(self) -> "CalibrationTable":
+        if self.s == () and not self.x:
+            raise ValueError("s and x: no line at all; give one")
+        return self
 
 
 class EngineTable(Section):
@@ -295,13 +310,7 @@ class SceneFile(Section):
     )
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")
 
-    @field_validator("bodies", "components", "variants")
-    @classmethod
-    def _distinct(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            raise ValueError(f"{', '.join(twice)} given twice: name each once")
-        return names
+    _distinct = field_validator("bodies", "components", "variants")(_each_once)
 
 
 BUILTIN = Path(__file__).parent / "builtin"

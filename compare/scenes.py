@@ -200,6 +200,10 @@ def _effective(table: files.EffectiveTable) -> dict[str, EffectiveProperties]:
         if properties is not None:
             tables = {key: getattr(properties, key) for key in files.PropertiesTable.model_fields}
             given = {key: Transition(**dict(value)) for key, value in tables.items() if value is not None}
+            if not given:
+                raise BadScene(
+                    f"effective.{name}: names no property; give one of {', '.join(tables)}, or leave it out"
+                )
             try:
                 found[name] = EffectiveProperties(**given)
             except WrongInput as error:
@@ -214,7 +218,7 @@ def _calibration(
     x = np.linspace(nearest, furthest, table.points + 1)[1:]
     along_x = [
         OffsetLine(f"fit s = {s:g} mm", "x", x, np.full_like(x, s))
-        for s in table.s or (patch.s, patch.s + 1.6)
+        for s in ((patch.s, patch.s + 1.6) if table.s is None else table.s)
     ]
     ends = max(extent[0], patch.s - furthest), min(extent[1], patch.s + furthest)
     along_s = [replace(line_along_s(x, ends, table.points), name=f"fit x = {x:g} mm") for x in table.x]
@@ -223,6 +227,8 @@ def _calibration(
         table.properties,
         table.components,
         table.curvature == "apart",
+        nearest,
+        furthest,
         (*along_x, *along_s),
         table.weights == "logarithmic",
     )

@@ -56,14 +56,13 @@ def test_any_parameters_within_bounds_come_back(far, r_inf, m, n, apart):
     if in_transition >= FEWEST and all(parameter.deviation is not None for parameter in found.parameters):
         got = found.effective.mismatch_k
         np.testing.assert_allclose([got.far, got.r_inf, got.m, got.n], [far, r_inf, m, n], rtol=2e-3)
-    else:
-        notes = {parameter.note for parameter in found.parameters}
-        assert notes <= {
-            "",
-            "at its bound",
-            "not determined by the data",
-            "not determined by the data, kept",
-        }
+
+
+def test_what_the_data_determine_is_not_fixed():
+    """A transition in the middle of the points, not linear: all four parameters are fitted."""
+    found = fit(target(EffectiveProperties(mismatch_k=Transition(-0.4, 14.0, 1.6, 4.0))))
+    assert all(parameter.deviation is not None for parameter in found.parameters)
+    assert found.effective.mismatch_k.r_inf == pytest.approx(14.0, rel=1e-5)
 
 
 @pytest.mark.parametrize("solid", [RAIL, WHEEL])
@@ -213,6 +212,7 @@ def test_k_point_by_point_on_a_prismatic_pair_is_the_design_s_formula():
         ({"x": np.where(X > 20, np.inf, X)}, "x: 12 of 52 not finite"),
         ({"error": np.array(np.nan)}, "error: 1 of 1 not finite"),
         ({"s": S[:-1]}, "s of shape"),
+        ({"error": np.ones(7)}, "error of shape"),
         ({"weights": np.arange(len(X)) < FEWEST - 1}, "weights: 7 points count; give 8 or more"),
         ({"weights": -np.ones(len(X))}, "no weight below 0"),
         ({"x": np.full(len(X), 3.0), "s": np.full(len(X), 1.6)}, "points at different distances"),

@@ -5,12 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import tomlkit
 import xarray as xr
 
 from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
-from approx.target import Target
 from compare import calibration_map
 from compare.calibration import Calibrated, calibrate, target_from, with_properties
 from compare.calibration_figures import translation
@@ -26,7 +24,6 @@ from tests.compare.conftest import scene_text
 
 CALIBRATION = "\n[calibration]\npoints = 40\nx_max = 12.0\n"
 HARMONIC = "[engine]\ntolerance = 0.1\ncheck = true\n" + CALIBRATION
-WHEEL = {"upper": {"rolling_radius": 100.0}}
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +78,7 @@ def test_c_of_the_fit_is_c_of_the_scene(calibrated, made):
 
 def test_the_written_scene_has_the_fit_and_reproduces_its_b_hat_prime(made, calibrated):
     _, out = made
-    scene = load_scene(str(out / "calibrated.toml"))
+    scene = load_scene(str(out / "mine_calibrated.toml"))
     assert scene.variants[-1] == "Bhat_prime"
     target, fitted = calibrated.targets["combined"], calibrated.fits["combined"]
     points = target.x, target.s
@@ -135,7 +132,7 @@ def test_several_scenes_share_a_report(made, tmp_path, monkeypatch):
     monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
     arguments = ["calibrate", str(path), str(other), "--out", str(tmp_path), "--store", str(out / "store")]
     assert exit_code(arguments) == DONE
-    assert (tmp_path / "mine" / "calibrated.toml").is_file()
+    assert (tmp_path / "mine" / "mine_calibrated.toml").is_file()
     assert (tmp_path / "other" / "calibration.nc").is_file()
     assert "other" in (tmp_path / "calibration.html").read_text(encoding="utf-8")
 
@@ -154,43 +151,114 @@ def test_the_translation_leaves_a_deviation_that_no_other_improves(calibrated):
     assert abs(lean @ (lack - moved * lean)) < 1e-12 * np.abs(lean) @ np.abs(lack)
 
 
+FOUND = {"combined": EffectiveProperties(mismatch_k=Transition(0.1, 12.0, 1.0, 2.0))}
+UPPER_ARC = 'contour = { kind = "arc", radius = 10.0, flank_inclination_deg = 25.0 }'
+
+
 def test_a_file_of_points_is_found_from_the_folder_of_the_fit(tmp_path):
+    """Also through a link to a folder elsewhere."""
     y = np.linspace(-12, 12, 49)
     np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 25]))
-    text = scene_text(engine=HARMONIC.replace("check = true", ""))
-    arc = 'contour = { kind = "arc", radius = 10.0, flank_inclination_deg = 25.0 }'
-    assert arc in text
     path = tmp_path / "mine.toml"
-    path.write_text(
-        text.replace(arc, 'contour = { kind = "points", file = "rail.txt" }', 1), encoding="utf-8"
+    text = scene_text(engine=HARMONIC).replace(
+        UPPER_ARC, 'contour = { kind = "points", file = "rail.txt" }', 1
     )
-    out, scene = tmp_path / "deep" / "out", load_scene(str(path))
-    out.mkdir(parents=True)
-    found = {"combined": EffectiveProperties(mismatch_k=Transition(0.1, 12.0, 1.0, 2.0))}
-    (out / "calibrated.toml").write_text(tomlkit.dumps(with_properties(scene, found, out)), encoding="utf-8")
-    again = load_scene(str(out / "calibrated.toml"))
-    first, second = (one.bodies["lower"].contour.position(y) for one in (scene, again))
-    np.testing.assert_array_equal(first, second)
-    assert again.effective == found
+    path.write_text(text, encoding="utf-8")
+    scene = load_scene(str(path))
+    (tmp_path / "deep" / "er" / "out").mkdir(parents=True)
+    (tmp_path / "out").symlink_to(tmp_path / "deep" / "er" / "out")
+    for out in (tmp_path / "deep", tmp_path / "out"):
+        (out / "again.toml").write_text(with_properties(scene, FOUND, out), encoding="utf-8")
+        again = load_scene(str(out / "again.toml"))
+        first, second = (one.bodies["lower"].contour.position(y) for one in (scene, again))
+        np.testing.assert_array_equal(first, second)
+        assert again.effective == FOUND
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        "",
+        "effective.combined.mismatch_k = { far = 0.3, r_inf = 5.0, m = 1.0, n = 1.0 }\n",
+        "effective = { lower = { G = { far = 7e4, r_inf = 5.0, m = 1.0, n = 1.0 } } }\n",
+    ],
+)
+def test_a_scene_with_a_fit_is_the_scene_in_all_else(given, tmp_path):
+    """However its effective properties were written."""
+    path = tmp_path / "mine.toml"
+    path.write_text(given + scene_text(engine=HARMONIC), encoding="utf-8")
+    scene = load_scene(str(path))
+    after = tomllib.loads(with_properties(scene, FOUND, tmp_path))
+    before = tomllib.loads(scene.text)
+    assert after.pop("variants") == [*scene.variants, "Bhat_prime"]
+    effective = after.pop("effective")
+    assert effective.pop("combined") == {"mismatch_k": {"far": 0.1, "r_inf": 12.0, "m": 1.0, "n": 2.0}}
+    kept = before.pop("effective", {})
+    assert effective == {name: table for name, table in kept.items() if name != "combined"}
+    before.pop("variants", None)
+    assert after == before
+
+
+def test_properties_of_each_body_replace_those_of_both(tmp_path):
+    """Those of both would outweigh them."""
+    path = tmp_path / "mine.toml"
+    text = with_properties(scene_from_table(TABLE, "mine"), FOUND, tmp_path)
+    path.write_text(text, encoding="utf-8")
+    scene = load_scene(str(path))
+    assert scene.pair.effective
+    each = dict.fromkeys(("lower", "upper"), FOUND["combined"])
+    path.write_text(with_properties(scene, each, tmp_path), encoding="utf-8")
+    again = load_scene(str(path)).pair
+    assert again.effective is None
+    assert again.has_effective("combined")
+
+
+def test_few_variants_and_properties_of_each_body_make_a_report_too(made, tmp_path):
+    """Figures need A, B, B-hat whatever the scene lists; two scenes may have different properties."""
+    path, out = made
+    table = "bodies = ['lower', 'upper']\nproperties = ['G', 'nu']\ncomponents = ['xn', 'nn']\n"
+    text = path.read_text(encoding="utf-8").replace(CALIBRATION, CALIBRATION + table)
+    other = tmp_path / "other.toml"
+    other.write_text('variants = ["Bhat"]\n' + text, encoding="utf-8")
+    store = ["--store", str(out / "store"), "--out", str(tmp_path / "o")]
+    assert exit_code(["calibrate", str(path), str(other), *store]) == DONE
+    with xr.open_dataset(tmp_path / "o" / "other" / "calibration.nc", engine="h5netcdf") as kept:
+        assert list(kept.body.values) == ["lower", "upper"]
+        assert kept.sizes["parameter"] == 8
+    scene = load_scene(str(tmp_path / "o" / "other" / "other_calibrated.toml"))
+    assert scene.variants == ("Bhat", "Bhat_prime")
+    assert set(scene.effective) == {"lower", "upper"}
+    assert (tmp_path / "o" / "figures" / "effective_upper.png").is_file()
 
 
 TABLE = tomllib.loads(scene_text(engine=HARMONIC))
 
 
-@pytest.mark.parametrize("curvature", ["contained", "apart"])
-def test_curvature_of_a_wheel_is_in_the_fit_or_beside_it(curvature):
-    """ICs that are B-hat-prime of prismatic bodies and the wheel's curvature: apart finds K of the former."""
-    table = TABLE | {
-        "upper": TABLE["upper"] | WHEEL["upper"],
-        "calibration": TABLE["calibration"] | {"curvature": curvature},
-    }
-    scene = scene_from_table(table, "wheel")
-    empty = target_from(scene, np.ones((1, 80)))
-    assert isinstance(empty, Target)
-    assert empty.solid.curvature_apart == (curvature == "apart")
-    effect = empty.solid.curvature(empty.patch, (empty.x, empty.s))[0, 2]
-    assert np.max(np.abs(effect)) > 0
-    np.testing.assert_allclose(empty.apart, effect[None] if curvature == "apart" else 0 * effect[None])
+def test_curvature_apart_finds_k_of_the_prismatic_bodies():
+    """ICs that are B-hat-prime of prismatic bodies and what the wheel's curvature adds to B-hat."""
+    wheel = TABLE | {"upper": TABLE["upper"] | {"rolling_radius": 100.0}}
+    true = Transition(-0.1, 9.0, 1.2, 3.0)
+    found = {}
+    for curvature in ("contained", "apart"):
+        calibration = TABLE["calibration"] | {"curvature": curvature}
+        scene = scene_from_table(wheel | {"calibration": calibration}, "wheel")
+        empty = target_from(scene, np.ones((1, 80)))
+        points = empty.x, empty.s
+        prismatic = scene_from_table(TABLE, "prismatic").pair
+        with_k = replace(prismatic, effective=EffectiveProperties(mismatch_k=true))
+        ics = with_k.approximate("Bhat_prime", scene.patch, points)[0, 2]
+        for body in ("upper", "lower"):
+            one, flat = getattr(scene.pair, body), getattr(prismatic, body)
+            ics = (
+                ics
+                + (
+                    one.approximate("Bhat", scene.patch, points)
+                    - flat.approximate("Bhat", scene.patch, points)
+                )[0, 2]
+            )
+        found[curvature] = fit(replace(empty, ics=ics[None])).effective.mismatch_k
+    np.testing.assert_allclose(found["apart"].at(points[0], 0.0), true.at(points[0], 0.0), rtol=1e-6)
+    assert abs(found["contained"].far - true.far) > 0.02
 
 
 @pytest.mark.parametrize(
@@ -202,6 +270,11 @@ def test_curvature_of_a_wheel_is_in_the_fit_or_beside_it(curvature):
         ("x_max = 3000.0", "calibration.x_max: points 3000 mm away"),
         ('bodies = ["lower"]\ncurvature = "apart"', "curvature = 'apart': only of the combined"),
         ('properties = ["E"]', "calibration.properties.0"),
+        ('properties = ["G", "G"]', "G given twice"),
+        ('components = ["xn", "xn"]', "xn given twice"),
+        ("s = []", "no line at all"),
+        ("x = [0.1]", "calibration.x (fit x = 0.1 mm): not beyond x_min = 0.6 mm"),
+        ("x_min = 10.0\nx_max = 12.0", "calibration: points lie 10"),
         ("points = 3", "calibration.points = 3"),
         ("x_min = -1.0", "calibration.x_min = -1"),
     ],
@@ -220,6 +293,28 @@ def test_bodies_that_are_not_compared_cannot_be_calibrated(tmp_path, capsys):
     path.write_text(scene_text('bodies = ["lower"]', engine="[engine]\ntolerance = 0.1\n"), encoding="utf-8")
     assert exit_code(["calibrate", str(path), "--out", str(tmp_path / "o")]) == WRONG_INPUT
     assert "calibration.bodies: combined not in bodies = lower" in capsys.readouterr().err
+
+
+def test_equal_planes_have_nothing_to_fit_which_is_known_before(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
+    assert exit_code(["calibrate", "flat", "--out", str(tmp_path)]) == WRONG_INPUT
+    assert "calibration: xn: all of its ICs are 0" in capsys.readouterr().err
+
+
+def test_scenes_of_one_name_are_refused(tmp_path, capsys):
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "same.toml").write_text(scene_text(engine=HARMONIC), encoding="utf-8")
+    paths = [str(tmp_path / folder / "same.toml") for folder in ("a", "b")]
+    assert exit_code(["calibrate", *paths, "--out", str(tmp_path / "o")]) == WRONG_INPUT
+    assert "two of the same name" in capsys.readouterr().err
+
+
+def test_a_table_of_properties_without_one_is_refused(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(scene_text() + '\n[effective.combined]\ncurvature = "apart"\n', encoding="utf-8")
+    with pytest.raises(WrongInput, match=r"effective\.combined: names no property"):
+        load_scene(str(path))
 
 
 def test_no_scene_is_not_a_calibration(capsys):
