@@ -19,6 +19,7 @@ from approx.target import Target, indices
 from compare.pipeline import Results, approximated, compute, reference_of, solids
 from compare.scene import Scene
 from compare.scene_checks import calibration_misfits
+from compare.scene_file import SceneFile
 from compare.scenes import BadScene
 from femic.provenance import code_digest, versions
 from femic.refinement import SILENT, Watch
@@ -143,7 +144,8 @@ def _kept(scene: Scene, fitted: Mapping[str, EffectiveProperties]) -> list[str]:
 def with_properties(scene: Scene, found: Mapping[str, EffectiveProperties], folder: Path) -> str:
     """The text of a scene file with effective properties and B-hat-prime, to be written into a folder."""
     table = tomllib.loads(scene.text)
-    table["variants"] = list(dict.fromkeys((*scene.variants, "Bhat_prime")))
+    listed = table.get("variants", SceneFile.model_fields["variants"].default)
+    table["variants"] = list(dict.fromkeys((*listed, "Bhat_prime")))
     given = {name: table["effective"][name] for name in _kept(scene, found)}
     for body, properties in found.items():
         given[body] = properties_table(scene, body, properties)

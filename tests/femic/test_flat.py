@@ -94,6 +94,7 @@ OTHERS = {
 }
 
 
+@pytest.mark.slow  # on curved bodies: tests of the sphere and of the harmonic engine
 def test_estimates_bound_the_errors_and_are_at_most_ten_times_them():
     """Three meshes in two domains, then other materials, bodies and loads."""
     asked = [job(size, factor) for size in DOMAINS for factor in MESHES]
