@@ -69,6 +69,7 @@ def test_the_discount_itself_is_reciprocal(both_ways):
     np.testing.assert_allclose(rigid, reverse.T, atol=1e-12 * np.abs(rigid).max())
 
 
+@pytest.mark.slow
 def test_a_load_at_s_is_the_mirrored_load_at_minus_s_on_the_mirrored_section():
     side, radius = BODIES["wheel"]
     y = np.linspace(-12, 12, 41)

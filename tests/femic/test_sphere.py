@@ -1,6 +1,7 @@
 """A ball of revolution against the exact solution of the sphere: curvature, local frames, estimate."""
 
 import numpy as np
+import pytest
 
 from femic.accuracy import line_errors
 from femic.discount import conditions, fit_discount, rigid_part
@@ -50,6 +51,7 @@ def error_and_estimate(asked, truth):
     return error, estimate
 
 
+@pytest.mark.slow
 def test_estimates_bound_the_errors_and_are_at_most_ten_times_them():
     balls = [ball(size, f, side) for size in DOMAINS for f in MESHES for side in (LOWER, UPPER)]
     assert_honest([error_and_estimate(asked, exact(asked)) for asked in balls])
