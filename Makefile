@@ -5,7 +5,7 @@ READY := .venv/.ready
 FEMIC := $(BIN)/femic
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat matrix calibrate compare test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix calibrate compare frontier test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -28,6 +28,9 @@ matrix: $(READY)  ## the IC matrix of Geometry 2 on a grid; the report is out/ge
 
 calibrate: $(READY)  ## B-hat-prime fitted to C of both geometries: out/geometry1_geometry2/calibration.html
 	$(FEMIC) calibrate geometry1 geometry2
+
+frontier: $(READY)  ## every way to the ICs of Geometry 1, errors against seconds: out/geometry1/frontier.html
+	$(FEMIC) frontier geometry1
 
 compare: $(READY)  ## both geometries in one report: out/geometry1_geometry2/report.html
 	$(FEMIC) compare geometry1 geometry2

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.console import Console
 
+from compare import advise as advising
 from compare import (
     calibration,
     calibration_map,
@@ -15,6 +16,7 @@ from compare import (
     calibration_report,
     fields,
     folders,
+    frontier_report,
     matrix_report,
     overlay,
     overlay_report,
@@ -23,6 +25,7 @@ from compare import (
     progress,
 )
 from compare import export as exporting
+from compare import frontier as trade
 from compare import plan as planning
 from compare.run import run_scene
 from compare.scene import Scene
@@ -35,6 +38,7 @@ from geometries.patches import DirectionName
 WIDE = 130  # columns of a table
 
 SolidName = Literal["lower", "upper"]
+BodyName = Literal["combined", "lower", "upper"]
 ICName = Literal["C", "A", "B", "Bbar", "Bhat", "Bhat_prime", "mix"]
 Workers = Annotated[int | None, Parameter(help="parallel processes or threads; default: one per core")]
 StoreAt = Annotated[
@@ -209,6 +213,70 @@ def calibrate_map(
         )
     console.print(calibration_map_report.table(found))
     console.print(f"Map: {calibration_map_report.write_map(found, folder)}", soft_wrap=True)
+
+
+def frontier(
+    scene: str,
+    /,
+    *,
+    budget: Annotated[float, Parameter(help="seconds; what would take longer is skipped and listed")] = 600.0,
+    work: Work = DEFAULT,
+) -> None:
+    """Try every way to the ICs of a scene: errors, seconds, unknowns, memory; write a report.
+
+    Parameters
+    ----------
+    scene
+        built-in name (see `femic scenes`) or TOML file
+    """
+    loaded = load_scene(scene)
+    folder, console = folders.made(work.folder(loaded)), Console()
+    with progress.shown(console) as watch:
+        found = trade.compute_frontier(
+            scene,
+            trade.Asked.all(budget),
+            workers=work.workers or os.cpu_count() or 1,
+            store=work.kept(loaded),
+            watch=watch,
+        )
+    console.print(frontier_report.summary(found), markup=False, highlight=False)
+    console.print(f"Report: {frontier_report.write_frontier(found, folder)}", soft_wrap=True)
+
+
+def advise(
+    scene: str,
+    /,
+    *,
+    tolerance: Annotated[float, Parameter(help="largest error, share of the scale of a line")] = 0.02,
+    components: Annotated[
+        str | None, Parameter(help="such as nn,sn; default: all that the scene compares")
+    ] = None,
+    body: Annotated[BodyName | None, Parameter(help="default: the first that the scene compares")] = None,
+    work: Work = DEFAULT,
+) -> None:
+    """Say which ICs are the cheapest that are good enough, and why.
+
+    Parameters
+    ----------
+    scene
+        built-in name (see `femic scenes`) or TOML file
+    """
+    loaded = load_scene(scene)
+    of_body, asked = body or loaded.compared[0], components.split(",") if components else [*loaded.components]
+    folders.checked(work.folder(loaded))
+    to_try = advising.asked_for(tolerance, asked, of_body)
+    console = Console(width=WIDE, highlight=False)
+    with progress.shown(console) as watch:
+        found = trade.compute_frontier(
+            scene, to_try, workers=work.workers or os.cpu_count() or 1, store=work.kept(loaded), watch=watch
+        )
+    advice = advising.advise(found, tolerance, asked, of_body)
+    console.print(frontier_report.evidence(found, advice, asked, of_body))
+    console.print(
+        f"Use {advice.label}: {of_body} ICs to {advice.error:.2%} (worst: {advice.component}), "
+        f"{tolerance:.2%} asked for.",
+        markup=False,
+    )
 
 
 def plan(scene: str, /, *, workers: Workers = None) -> None:

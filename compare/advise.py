@@ -1,0 +1,68 @@
+"""The cheapest ICs that are good enough for a tolerance, with the evidence."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from compare import ways
+from compare.frontier import Asked, known_errors
+from geometries.errors import Failure, WrongInput
+
+ALIKE = 3.0  # times as many seconds as the fastest are as cheap: what a clock can tell of approximations
+FINER = 4  # times tighter than the tolerance is the C against which errors are measured
+
+
+@dataclass(frozen=True)
+class Advice:
+    """A way to ICs that meets a tolerance."""
+
+    way: str
+    label: str
+    error: float  # at most, worst of the components
+    seconds: float
+    component: str  # the worst
+
+
+def advise(dataset: xr.Dataset, tolerance: float, components: Sequence[str], body: str) -> Advice:
+    """The cheapest way of a frontier whose errors, with those of the reference, meet the tolerance.
+
+    Among ways that are as cheap (`ALIKE`) it is the closest. Raises WrongInput for components or bodies that
+    the frontier does not have, Failure where no way is good enough.
+    """
+    for name, asked in (("component", components), ("body", [body])):
+        unknown = [one for one in asked if one not in dataset[name].values]
+        if unknown:
+            raise WrongInput(
+                f"{name} = {', '.join(unknown)}: the scene has {', '.join(dataset[name].values)}"
+            )
+    errors = known_errors(dataset, body).sel(component=list(components))
+    worst = errors.max("component")
+    seconds = dataset.seconds.sel(body=body)
+    enough = worst.way.values[(worst <= tolerance).values]
+    if not enough.size:
+        best = str(worst.way.values[int(np.argmin(worst.values))])
+        raise Failure(
+            f"no way meets {tolerance:g}: the best, {best}, is known to {float(worst.min()):.2g}; ask for "
+            "less, or for fewer components"
+        )
+    fastest = float(seconds.sel(way=enough).min())
+    cheap = [one for one in enough if float(seconds.sel(way=one)) <= ALIKE * fastest]
+    way = min(cheap, key=lambda one: float(worst.sel(way=one)))
+    of_way = errors.sel(way=way)
+    return Advice(
+        str(way),
+        str(dataset.label.sel(way=way).item()),
+        float(of_way.max()),
+        float(seconds.sel(way=way)),
+        str(of_way.component.values[int(np.argmax(of_way.values))]),
+    )
+
+
+def asked_for(tolerance: float, components: Sequence[str], body: str) -> Asked:
+    """What has to be tried: the approximations, and C accurate enough to judge them by; of one body only."""
+    if not 0 < tolerance <= 1:
+        raise WrongInput(f"--tolerance {tolerance:g}: between 0 and 1")
+    changes = {"components": list(components), "bodies": [body]}
+    return Asked(tuple(ways.harmonic(tolerance / FINER)), changes=changes)

@@ -1,0 +1,207 @@
+"""The trade of speed against accuracy of a scene: every way to its ICs, within a budget of seconds."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from compare import plan, ways
+from compare.pipeline import Results, approximated, compute, reference_of, scales_of, scene_points
+from compare.scene import Scene
+from compare.scenes import BadScene, load_scene
+from compare.ways import Way
+from femic.accuracy import NotConverged, component_of
+from femic.provenance import code_digest
+from femic.refinement import SILENT, Watch
+from femic.store import Store
+from geometries.errors import Failure, WrongInput
+
+Array = NDArray[np.float64]
+Curves = Mapping[str, Array]  # by body compared, (3, 3, n_points) [mm/N]
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """What a way gave and took."""
+
+    way: Way
+    ics: Curves
+    estimates: Curves  # zeros of approximations
+    seconds: Mapping[str, float]  # by body compared: all that its ICs need
+    unknowns: int  # of the largest model
+    memory: float  # MB, likewise
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Which ways by finite elements are tried, for how long, and what of the scene is changed (its keys)."""
+
+    ways: tuple[Way, ...]
+    budget: float = np.inf  # s
+    changes: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def all(cls, budget: float) -> "Asked":
+        """Both engines at all tolerances."""
+        if not budget > 0:
+            raise WrongInput(f"--budget {budget:g}: must be positive [s]")
+        return cls((*ways.harmonic(), *ways.solid()), budget)
+
+    def scene(self, base: str, engine: Mapping[str, Any]) -> Scene:
+        """The scene with the settings of a way."""
+        return load_scene(base, {**self.changes, "engine": dict(engine)})
+
+
+def compute_frontier(
+    base: str,
+    asked: Asked,
+    *,
+    workers: int,
+    store: Store | None = None,
+    watch: Watch = SILENT,
+) -> xr.Dataset:
+    """Errors, seconds, unknowns and memory of every way to the ICs of a scene that fits into the budget.
+
+    The cheapest by `femic.plan` come first. Errors are those against the best known C: shares of the scale
+    of a line, the worst over the lines. Raises BadScene as `load_scene`, Failure where no C fits into the
+    budget.
+    """
+    scene = asked.scene(base, {"check": False})
+    start, tried = perf_counter(), list(_approximations(scene))
+    found: dict[str, Results] = {}
+    skipped: dict[str, str] = {}
+    for predicted, way in _by_cost(base, asked, workers, skipped):
+        left = asked.budget - (perf_counter() - start)
+        if predicted > left:
+            skipped[way.name] = f"about {predicted:.0f} s, but {max(left, 0):.0f} s of the budget are left"
+            continue
+        watch.on_stage(f"  {way.name}: about {predicted:.0f} s")
+        try:
+            of_way = asked.scene(base, way.engine)
+            found[way.name] = compute(of_way, workers=workers, store=store, watch=watch)
+        except NotConverged as error:
+            skipped[way.name] = f"did not converge: {error}"
+            continue
+        tried.append(_tried(way, found[way.name]))
+    if not found:
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in skipped.items())
+        raise Failure(f"no reference C within the budget of {asked.budget:g} s ({reasons}): give more")
+    best = min(found, key=lambda name: _worst_estimate(found[name]))
+    return _dataset(scene, tried, (best, found[best]), skipped)
+
+
+def _approximations(scene: Scene) -> Iterator[Tried]:
+    points, _ = scene_points(scene)
+    of_scene = list(ways.approximations(scene))
+    ics, seconds = approximated(replace(scene, variants=tuple(way.name for way in of_scene)), points)
+    for way in of_scene:
+        of_way = {body: ics[way.name, body] for body in scene.compared}
+        none = {body: np.zeros_like(values) for body, values in of_way.items()}
+        yield Tried(way, of_way, none, {body: seconds[way.name, body] for body in scene.compared}, 0, 0.0)
+
+
+def _by_cost(base: str, asked: Asked, workers: int, skipped: dict[str, str]) -> list[tuple[float, Way]]:
+    """The ways that can be gone with their predicted seconds, cheapest first; others go to `skipped`."""
+    costs = []
+    for way in asked.ways:
+        try:
+            steps = plan.run_steps(asked.scene(base, way.engine), workers)
+            costs.append((plan.seconds(steps, workers), way))
+        except BadScene as error:
+            skipped[way.name] = " ".join(str(error).split())
+    return sorted(costs, key=lambda one: one[0])
+
+
+def _tried(way: Way, results: Results) -> Tried:
+    bodies, costs = results.scene.compared, list(results.models.values())
+    c = {body: reference_of(results, body) for body in bodies}
+    return Tried(
+        way,
+        {body: c[body].ic for body in bodies},
+        {body: c[body].estimate for body in bodies},
+        {body: results.seconds["C", body] for body in bodies},
+        max(cost.unknowns for cost in costs),
+        max(cost.peak_memory for cost in costs),
+    )
+
+
+def _worst_estimate(results: Results) -> float:
+    """Of all bodies, lines and components."""
+    known = {body: reference_of(results, body).estimate for body in results.scene.compared}
+    return float(np.max([_shares(results, body, known[body]) for body in known]))
+
+
+def _shares(results: Results, body: str, off: Array) -> Array:
+    """Deviations of a body's ICs, (3, 3, n_points), per component: worst share of a line's scale."""
+    scales = scales_of(results, body)
+    of_lines = [
+        np.max(np.abs(off[..., part]), axis=-1) / scales[line] for line, part in results.lines.items()
+    ]
+    worst = np.max(of_lines, axis=0)
+    return np.array([component_of(worst, component) for component in results.scene.components])
+
+
+def _dataset(
+    scene: Scene, tried: Sequence[Tried], best: tuple[str, Results], skipped: Mapping[str, str]
+) -> xr.Dataset:
+    name, results = best
+    bodies = list(scene.compared)
+    shape = (len(tried), len(bodies), len(scene.components))
+    error, estimate = np.empty(shape), np.empty(shape)
+    for w, one in enumerate(tried):
+        for b, body in enumerate(bodies):
+            off = one.ics[body] - reference_of(results, body).ic
+            estimate[w, b] = _shares(results, body, one.estimates[body])
+            error[w, b] = estimate[w, b] if one.way.name == name else _shares(results, body, off)
+    over, share = ("way", "body", "component"), {"units": "1"}
+    seconds = [[one.seconds[body] for body in bodies] for one in tried]
+    return xr.Dataset(
+        {
+            "error": (over, error, share | {"meaning": "worst deviation from the best C; of that: estimate"}),
+            "estimate": (over, estimate, share | {"meaning": "its own estimate of its error; 0: none"}),
+            "seconds": (("way", "body"), seconds, {"units": "s"}),
+            "unknowns": ("way", [one.unknowns for one in tried]),
+            "memory": ("way", [one.memory for one in tried], {"units": "MB"}),
+        },
+        coords={
+            "way": [one.way.name for one in tried],
+            "label": ("way", [one.way.label for one in tried]),
+            "kind": ("way", [one.way.kind for one in tried]),
+            "body": bodies,
+            "component": list(scene.components),
+        },
+        attrs={
+            "title": scene.title,
+            "scene": scene.text,
+            "best": name,
+            "points": len(results.points.x),
+            "skipped": json.dumps(dict(skipped), ensure_ascii=False),
+            "code": code_digest(),
+        },
+    )
+
+
+def known_errors(dataset: xr.Dataset, body: str) -> xr.DataArray:
+    """What the errors of a body's ICs are at most: measured, plus the best C's estimate; (way, component)."""
+    of_body = dataset.sel(body=body)
+    floor = of_body.estimate.sel(way=dataset.attrs["best"], drop=True)
+    return of_body.error + floor.where(of_body.way != dataset.attrs["best"], 0.0)
+
+
+def told_apart(dataset: xr.Dataset, body: str) -> xr.DataArray:
+    """Errors of a body's ICs, none below what the best C knows of itself; (way, component)."""
+    of_body = dataset.sel(body=body)
+    floor = of_body.estimate.sel(way=dataset.attrs["best"], drop=True)
+    return xr.DataArray(np.maximum(of_body.error, floor))
+
+
+def front(seconds: Array, errors: Array) -> NDArray[np.bool_]:
+    """Which of several ways no other beats: is as fast and as accurate, and better in one; (n,) each."""
+    faster, as_fast = seconds[None] < seconds[:, None], seconds[None] <= seconds[:, None]
+    closer, as_close = errors[None] < errors[:, None], errors[None] <= errors[:, None]
+    return ~np.any((faster & as_close) | (as_fast & closer), axis=1)
