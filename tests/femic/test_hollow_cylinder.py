@@ -118,6 +118,7 @@ def test_internal_pressure(outer, factor):
     assert np.abs(fine[:2]).max() < 0.01 * truth
 
 
+@pytest.mark.slow
 def test_line_load():
     """Unit loads along s and n on a strip along x: 1 / (2 THICKNESS) N/mm."""
     cases = [line_load_errors(outer, factor) for outer in OUTER for factor in MESHES]
