@@ -42,7 +42,7 @@ def advise(dataset: xr.Dataset, tolerance: float, components: Sequence[str], bod
     seconds = dataset.seconds.sel(body=body)
     enough = worst.way.values[(worst <= tolerance).values]
     if not enough.size:
-        best = str(worst.way.values[int(np.argmin(worst.values))])
+        best = str(worst.way.values[int(np.nanargmin(worst.values))])
         raise Failure(
             f"no way meets {tolerance:g}: the best, {best}, is known to {float(worst.min()):.2g}; ask for "
             "less, or for fewer components"

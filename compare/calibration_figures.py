@@ -105,7 +105,7 @@ def _part(one: Calibrated, line: OffsetLine) -> slice:
     return one.results.lines[line.name]
 
 
-def _curve(one: Calibrated, name: str, component: str, part: slice) -> Array:
+def curve(one: Calibrated, name: str, component: str, part: slice) -> Array:
     """A component of both bodies [mm/N]: C, an approximation or one of `EXTRA`."""
     i, j = indices(component)
     c = reference_of(one.results, "combined").ic[i, j, part]
@@ -141,7 +141,7 @@ def _draw(axes: Axes, one: Calibrated, line: OffsetLine, curves: Mapping[str, tu
     shown = line.running >= (0 if line.along == "x" or _mirrored(scene) else -np.inf)
     at, unit = line.running[shown] / scene.reference_length, scene.reference_E * scene.reference_length
     for name, (component, linestyle) in curves.items():
-        values = unit * _curve(one, name, component, _part(one, line))[shown]
+        values = unit * curve(one, name, component, _part(one, line))[shown]
         axes.plot(at, values, **_style(name) | {"linestyle": linestyle})
     axes.set(title=f"{component} on {line.name}", xlabel=f"{line.along} / L  [-]")
 

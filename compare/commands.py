@@ -60,6 +60,11 @@ class Work:
         """Where the results of a scene go."""
         return self.out or Path("out") / scene.name
 
+    @property
+    def threads(self) -> int:
+        """How many work at a time."""
+        return self.workers or os.cpu_count() or 1
+
     def kept(self, scene: Scene) -> Store:
         """Where its finished models are kept: in the folder of the results, unless a place is named."""
         return _store(self.store, self.folder(scene))
@@ -117,7 +122,7 @@ def matrix(
     folder = work.folder(loaded)
     console = Console()
     with progress.shown(console) as watch:
-        asked = matrix_report.Asked(folder, strip, work.workers or os.cpu_count() or 1)
+        asked = matrix_report.Asked(folder, strip, work.threads)
         report = matrix_report.write_matrix(loaded, asked, work.kept(loaded), watch)
     console.print(f"Matrix: {folder / 'matrix.nc'}", soft_wrap=True)
     console.print(f"Report: {report}", soft_wrap=True)
@@ -143,17 +148,12 @@ def export(
     loaded = load_scene(scene)
     console = Console()
     with progress.shown(console) as watch:
-        asked = matrix_report.Asked(work.folder(loaded), None, work.workers or os.cpu_count() or 1)
+        asked = matrix_report.Asked(work.folder(loaded), None, work.threads)
         written = exporting.FORMATS[to](loaded, ics, asked, work.kept(loaded), watch)
     console.print(exporting.told(written), soft_wrap=True, markup=False, highlight=False)
 
 
-def calibrate(
-    *scene: str,
-    out: Annotated[Path | None, Parameter(help="folder for the report; default out/SCENE or out/A_B")] = None,
-    workers: Workers = None,
-    store: StoreAt = None,
-) -> None:
+def calibrate(*scene: str, work: Work = DEFAULT) -> None:
     """Fit the effective properties of B-hat-prime to C; write the fits, the scenes with them and one report.
 
     Parameters
@@ -172,16 +172,18 @@ def calibrate(
     console = Console()
     found = []
     for one in loaded:
-        folder = folders.made(out if out and len(loaded) == 1 else (out or Path("out")) / one.name)
+        folder = folders.made(work.folder(one) if len(loaded) == 1 else (work.out or Path("out")) / one.name)
         with progress.shown(console) as watch:
             console.print(f"{one.name}:", markup=False)
             found.append(
-                calibration.calibrate(one, workers=workers, store=_store(store, folder), watch=watch)
+                calibration.calibrate(
+                    one, workers=work.workers, store=_store(work.store, folder), watch=watch
+                )
             )
         console.print(
             f"Scene with the fit: {calibration_report.write_fit(found[-1], folder)}", soft_wrap=True
         )
-    together = folder if len(loaded) == 1 else (out or Path("out") / "_".join(names))
+    together = folder if len(loaded) == 1 else (work.out or Path("out") / "_".join(names))
     console.print(f"Report: {calibration_report.write_report(found, together)}", soft_wrap=True)
 
 
@@ -235,7 +237,7 @@ def frontier(
         found = trade.compute_frontier(
             scene,
             trade.Asked.all(budget),
-            workers=work.workers or os.cpu_count() or 1,
+            workers=work.threads,
             store=work.kept(loaded),
             watch=watch,
         )
@@ -268,7 +270,7 @@ def advise(
     console = Console(width=WIDE, highlight=False)
     with progress.shown(console) as watch:
         found = trade.compute_frontier(
-            scene, to_try, workers=work.workers or os.cpu_count() or 1, store=work.kept(loaded), watch=watch
+            scene, to_try, workers=work.threads, store=work.kept(loaded), watch=watch
         )
     advice = advising.advise(found, tolerance, asked, of_body)
     console.print(frontier_report.evidence(found, advice, asked, of_body))

@@ -201,7 +201,10 @@ def told_apart(dataset: xr.Dataset, body: str) -> xr.DataArray:
 
 
 def front(seconds: Array, errors: Array) -> NDArray[np.bool_]:
-    """Which of several ways no other beats: is as fast and as accurate, and better in one; (n,) each."""
+    """Which of several ways no other beats: is as fast and as accurate, and better in one; (n,) each.
+
+    NaN: there is no such way.
+    """
     faster, as_fast = seconds[None] < seconds[:, None], seconds[None] <= seconds[:, None]
     closer, as_close = errors[None] < errors[:, None], errors[None] <= errors[:, None]
-    return ~np.any((faster & as_close) | (as_fast & closer), axis=1)
+    return ~np.any((faster & as_close) | (as_fast & closer), axis=1) & ~np.isnan(errors)

@@ -68,6 +68,8 @@ def summary(dataset: xr.Dataset) -> str:
 
 
 def _time(seconds: float) -> str:
+    if np.isnan(seconds):
+        return "–"
     return f"{seconds:.3g} s" if seconds >= 1 else f"{1000 * seconds:.2g} ms"
 
 
@@ -139,6 +141,8 @@ def evidence(dataset: xr.Dataset, advice: Advice, components: list[str], body: s
     errors, seconds = known_errors(dataset, body), dataset.seconds.sel(body=body).values
     for k in np.argsort(seconds):
         of_way = errors.isel(way=int(k)).sel(component=components).values
+        if np.all(np.isnan(of_way)):
+            continue
         chosen = str(dataset.way.values[k]) == advice.way
         label = f"> {dataset.label.values[k]}" if chosen else str(dataset.label.values[k])
         shown.add_row(label, _time(float(seconds[k])), *(f"{error:.2%}" for error in of_way))

@@ -30,9 +30,9 @@ class Way:
 
 
 def approximations(scene: Scene) -> Iterator[Way]:
-    """All variants that the scene has the properties for."""
+    """All variants, B-hat-prime where one of the bodies compared has the properties for it."""
     for variant in VARIANTS:
-        if variant != "Bhat_prime" or all(scene.pair.has_effective(name) for name in scene.compared):
+        if variant != "Bhat_prime" or any(scene.pair.has_effective(name) for name in scene.compared):
             yield Way(variant, "approximation")
 
 

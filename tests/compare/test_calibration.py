@@ -9,10 +9,8 @@ import xarray as xr
 
 from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
-from compare import calibration_map
-from compare.calibration import Calibrated, calibrate, target_from, with_properties
-from compare.calibration_figures import translation
-from compare.calibration_map import MOST, Axes, compute_map, fit_at, scene_at
+from compare.calibration import calibrate, target_from, with_properties
+from compare.calibration_figures import REFITTED, WITHOUT, curve, translation
 from compare.cli import DONE, WRONG_INPUT, exit_code
 from compare.pipeline import compute, reference_of
 from compare.scenes import load_scene, scene_from_table
@@ -149,6 +147,23 @@ def test_the_translation_leaves_a_deviation_that_no_other_improves(calibrated):
     )
     moved = translation(calibrated)
     assert abs(lean @ (lack - moved * lean)) < 1e-12 * np.abs(lean) @ np.abs(lack)
+
+
+def test_the_curves_drawn_go_the_right_way(calibrated):
+    """The refitted translation brings C_sn closer to B-hat-prime; without wheels there is no curvature."""
+    part = calibrated.results.lines["x = 1.6 mm"]
+    c, refitted, b_hat_prime = (curve(calibrated, n, "sn", part) for n in ("C", REFITTED, "Bhat_prime"))
+    assert np.sum((refitted - b_hat_prime) ** 2) < np.sum((c - b_hat_prime) ** 2)
+    xn = curve(calibrated, "C", "xn", part)
+    np.testing.assert_array_equal(curve(calibrated, WITHOUT, "xn", part), xn)
+    wheel = scene_from_table(TABLE | {"upper": TABLE["upper"] | {"rolling_radius": 100.0}}, "wheel")
+    on_wheel = replace(calibrated, scene=replace(calibrated.scene, bodies=wheel.bodies))
+    x, s = calibrated.results.points.x[part], calibrated.results.points.s[part]
+    upper = wheel.pair.upper
+    along = upper.approximate("Bhat", wheel.patch, (x, s)) - upper.approximate("A", wheel.patch, (x, s))
+    at_crown = np.argmin(np.abs(s))  # no other turn there than the curvature's
+    got = xn[at_crown] - curve(on_wheel, WITHOUT, "xn", part)[at_crown]
+    assert got == pytest.approx(along[0, 2, at_crown] / wheel.patch.area, rel=1e-9)
 
 
 FOUND = {"combined": EffectiveProperties(mismatch_k=Transition(0.1, 12.0, 1.0, 2.0))}
@@ -320,88 +335,3 @@ def test_a_table_of_properties_without_one_is_refused(tmp_path):
 def test_no_scene_is_not_a_calibration(capsys):
     assert exit_code(["calibrate"]) == WRONG_INPUT
     assert "give 1 to 5" in capsys.readouterr().err
-
-
-def smooth(scene, **_):
-    """A calibration whose C is B-hat-prime with properties that vary smoothly from node to node."""
-    flank = scene.bodies["lower"].contour.inclination(30.0)
-    ratio = scene.bodies["upper"].contour.inclination(1.0) / scene.bodies["lower"].contour.inclination(1.0)
-    true = EffectiveProperties(mismatch_k=Transition(-0.2 * flank * ratio, 9 + 2 * flank, 0.9, 2 + ratio))
-    target = target_from(scene, np.ones((1, 80)))
-    target = replace(target, ics=target.of(true))
-    return Calibrated(scene, None, {"combined": fit(target)}, {"combined": target})
-
-
-@pytest.fixture(scope="module")
-def synthetic(tmp_path_factory):
-    """A map of four by four nodes whose truth is known, and its base."""
-    path = tmp_path_factory.mktemp("map") / "mine.toml"
-    path.write_text(scene_text(engine=HARMONIC), encoding="utf-8")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(calibration_map, "calibrate", smooth)
-        return compute_map(str(path), Axes((20.0, 30.0, 40.0, 50.0), (1.0, 1.2, 1.5, 2.0))), path
-
-
-def test_a_map_knows_what_lies_between_its_nodes(synthetic):
-    found, _ = synthetic
-    assert found.sizes["left_out"] == 9
-    worst = found.residual.sel(measure="worst")
-    assert worst.sel(by="fit").max() < 1e-6
-    assert worst.sel(by="map").max() < 0.01
-    assert worst.sel(by="Bhat").min() > 0.5
-    middle = fit_at(found, 33.0, 1.3).effective.mismatch_k
-    assert middle.far == pytest.approx(-0.2 * np.radians(33) / 1.3, rel=0.02)
-    assert middle.r_inf == pytest.approx(9 + 2 * np.radians(33), rel=0.02)
-
-
-def test_at_its_nodes_a_map_is_their_fit(synthetic):
-    found, _ = synthetic
-    at_node = fit_at(found, 30.0, 1.5)
-    expected = found.value.sel(flank=30.0, ratio=1.5).values
-    # C is the node's to rounding; this C hardly determines r_inf and n, whose digits are fewer
-    np.testing.assert_allclose([parameter.value for parameter in at_node.parameters], expected, rtol=2e-3)
-
-
-def test_a_map_ends_at_its_nodes(synthetic):
-    found, _ = synthetic
-    with pytest.raises(WrongInput, match=r"flank = 51 degrees, ratio = 1: outside the map, 20 \.\.\. 50"):
-        fit_at(found, 51.0, 1.0)
-
-
-@pytest.mark.slow
-def test_a_map_of_computed_c(tmp_path):
-    """Two flank inclinations, two ratios, linear between them, from the command line."""
-    path, out = tmp_path / "mine.toml", tmp_path / "out"
-    path.write_text(scene_text(engine=HARMONIC), encoding="utf-8")
-    axes = ["--flanks", "20", "24", "--ratios", "1", "1.04"]
-    assert exit_code(["calibrate-map", str(path), *axes, "--out", str(out)]) == DONE
-    assert (out / "calibration_map.png").is_file()
-    with xr.open_dataset(out / "calibration_map.nc", engine="h5netcdf") as found:
-        rms = found.residual.sel(measure="rms").isel(left_out=0)
-        assert rms.sel(by="map") < 1.1 * rms.sel(by="fit") < rms.sel(by="Bhat")
-
-
-def test_a_node_has_its_arcs_and_all_else_of_the_scene(synthetic):
-    _, path = synthetic
-    base = load_scene(str(path))
-    scene = scene_at(base.text, base.reference_length, (20.0, 1.04))
-    ends = [body.contour.inclination(np.array([-30.0, 30.0])) for body in scene.bodies.values()]
-    np.testing.assert_allclose(np.degrees(ends), [[-20, 20], [-20, 20]])
-    np.testing.assert_allclose(1 / scene.bodies["upper"].contour.inclination(1.0), 10.4, rtol=1e-6)
-    assert scene.patch == base.patch
-    assert scene.check is None
-
-
-@pytest.mark.parametrize(
-    ("flanks", "ratios", "message"),
-    [
-        ((20.0,), (1.0, 1.1), "flanks = "),
-        ((20.0, 10.0), (1.0, 1.1), "two or more, growing"),
-        ((20.0, 86.0), (1.0, 1.1), "within 0 ... 85"),
-        ((20.0, 30.0), (0.9, 1.1), "ratios = "),
-        (tuple(np.linspace(10, 60, 6)), tuple(np.linspace(1, 2, 5)), f"at most {MOST}"),
-    ],
-)
-def test_impossible_maps_are_refused(flanks, ratios, message):
-    with pytest.raises(WrongInput, match=message):
-        Axes(flanks, ratios)

@@ -8,7 +8,7 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from compare import frontier
+from compare import frontier, frontier_report
 from compare.advise import ALIKE, advise, asked_for
 from compare.cli import DONE, FAILED, WRONG_INPUT, exit_code
 from compare.dataset import errors, to_dataset
@@ -154,6 +154,25 @@ def test_without_a_reference_there_is_no_frontier(made):
     path, store, _ = made
     with pytest.raises(Failure, match="no reference C within the budget of 1e-06 s"):
         compute_frontier(str(path), Asked(tuple(harmonic(0.1)), budget=1e-6), workers=2, store=store)
+
+
+def test_b_hat_prime_is_tried_where_there_are_properties_for_it(made, tmp_path):
+    path, store, found = made
+    fitted = tmp_path / "fitted.toml"
+    properties = "\n[effective.combined]\nmismatch_k = { far = 0.1, r_inf = 9.0, m = 1.0, n = 2.0 }\n"
+    fitted.write_text(path.read_text(encoding="utf-8") + properties, encoding="utf-8")
+    with_fit = compute_frontier(str(fitted), Asked(tuple(harmonic(0.1))), workers=2, store=store)
+    b_hat_prime = with_fit.error.sel(way="Bhat_prime")
+    assert np.all(b_hat_prime.sel(body="combined") > 0)
+    assert np.all(np.isnan(b_hat_prime.sel(body="lower")))
+    assert "Bhat_prime" not in found.way.values
+    advice = advise(with_fit, 0.5, ("nn",), "lower")
+    assert advice.way != "Bhat_prime"
+    frontier_report.write_frontier(with_fit, tmp_path / "out")
+
+
+def test_a_way_that_is_none_is_not_on_the_front():
+    assert list(front(np.array([1.0, np.nan, 2.0]), np.array([0.2, np.nan, 0.1]))) == [True, False, True]
 
 
 def test_what_an_engine_cannot_do_is_listed(made, tmp_path):
