@@ -24,9 +24,9 @@ from approx.calibration import fit
 from approx.effective import EffectiveProperties
 from approx.pair import Solid
 from approx.target import indices
-from compare.calibration import calibrate, target_of
+from compare.calibration.fits import calibrate, target_of
 from compare.pipeline import Results, reference_of
-from compare.scenes import load_scene
+from compare.scenes.load import load_scene
 from femic.store import Store
 from geometries.materials import Material
 

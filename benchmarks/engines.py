@@ -17,9 +17,9 @@ from time import perf_counter
 
 import numpy as np
 
-from compare.matrix import matrix_jobs
+from compare.matrix.results import matrix_jobs
 from compare.pipeline import Results, compute, jobs, scales_of
-from compare.scenes import load_scene
+from compare.scenes.load import load_scene
 from femic.accuracy import component_of
 from femic.harmonic.engine import HarmonicRequest, raw_ics
 from femic.matrix import matrices

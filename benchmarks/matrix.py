@@ -15,9 +15,9 @@ from time import perf_counter
 
 import numpy as np
 
-from compare.matrix import compute_matrix
+from compare.matrix.results import compute_matrix
 from compare.pipeline import compute
-from compare.scenes import load_scene
+from compare.scenes.load import load_scene
 from femic.store import Store
 
 TOLERANCE = 1e-3

@@ -25,7 +25,7 @@ import xarray as xr
 
 from approx.halfspace import HalfSpace
 from compare.pipeline import jobs
-from compare.scenes import load_scene
+from compare.scenes.load import load_scene
 from femic.accuracy import component_of, line_errors
 from femic.models import Cost, RawICs
 from femic.reference import Job, Level, combine, factors, request

@@ -8,29 +8,25 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare import advise as advising
-from compare import (
-    calibration,
-    calibration_map,
-    calibration_map_report,
-    calibration_report,
-    fields,
-    folders,
-    frontier_report,
-    matrix_report,
-    overlay,
-    overlay_report,
-    overlay_sources,
-    plausibility,
-    progress,
-)
-from compare import export as exporting
-from compare import frontier as trade
+from compare import fields, folders, progress
 from compare import plan as planning
+from compare.calibration import fits as calibration
+from compare.calibration import maps as calibration_map
+from compare.calibration import maps_report as calibration_map_report
+from compare.calibration import report as calibration_report
+from compare.frontier import advice as advising
+from compare.frontier import report as frontier_report
+from compare.frontier import trade
+from compare.matrix import export as exporting
+from compare.matrix import report as matrix_report
+from compare.overlay import curves as overlay
+from compare.overlay import report as overlay_report
+from compare.overlay import sources as overlay_sources
 from compare.run import run_scene
-from compare.scene import Scene
-from compare.scene_listing import listing
-from compare.scenes import builtin_names, load_scene
+from compare.scenes import plausibility
+from compare.scenes.listing import listing
+from compare.scenes.load import builtin_names, load_scene
+from compare.scenes.scene import Scene
 from femic.store import Store
 from geometries.errors import WrongInput
 from geometries.patches import DirectionName

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from compare.pipeline import Results, check_of, reference_of, scales_of
-from compare.scene import Scene
+from compare.scenes.scene import Scene
 from femic.discount import AXES
 from femic.provenance import code_digest, versions
 from femic.solid.engine import RESIDUAL

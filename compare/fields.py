@@ -8,8 +8,8 @@ from pathlib import Path
 
 from compare import views
 from compare.pipeline import Results, jobs
-from compare.scene import Scene
-from compare.scenes import load_solid_scene
+from compare.scenes.load import load_solid_scene
+from compare.scenes.scene import Scene
 from femic.reference import Job, Level, solid_request
 from femic.refinement import Watch
 from femic.solid.fields import nodal_fields

@@ -13,7 +13,7 @@ from skfem import MeshTri
 
 from approx.variants import VARIANTS
 from compare.pipeline import Results
-from compare.scene import Scene
+from compare.scenes.scene import Scene
 from geometries.bodies import Body
 from geometries.patches import OffsetLine
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from approx.pair import Pair, Solid
-from compare.scene import Scene
+from compare.scenes.scene import Scene
 from femic import reference
 from femic.at_points import references
 from femic.models import Cost, Points

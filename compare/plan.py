@@ -7,9 +7,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from compare.matrix import file_size, matrix_jobs
+from compare.matrix.results import file_size, matrix_jobs
 from compare.pipeline import jobs
-from compare.scene import Scene
+from compare.scenes.scene import Scene
 from femic.harmonic.engine import HarmonicRequest
 from femic.models import Cost
 from femic.plan import Planned, planned

@@ -11,7 +11,7 @@ from compare.dataset import settings
 from compare.figures import SYMBOLS
 from compare.html import ZERO, Cell, embedded, error_cell, rendered
 from compare.pipeline import Results, check_of, jobs, reference_of, scales_of
-from compare.plausibility import warnings
+from compare.scenes.plausibility import warnings
 from femic.accuracy import component_of
 from femic.discount import AXES
 from femic.provenance import versions

@@ -9,7 +9,7 @@ from compare import dataset as data
 from compare import figures, folders, report, views
 from compare.fields import write_fields
 from compare.pipeline import Results, compute, jobs
-from compare.scene import Scene
+from compare.scenes.scene import Scene
 from femic.reference import solid_request
 from femic.refinement import Watch
 from femic.solid.engine import build_mesh

@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from compare.dataset import errors, to_dataset
 from compare.figures import draw_curve
 from compare.pipeline import compute
-from compare.scene import Scene
-from compare.scenes import scene_from_table
+from compare.scenes.load import scene_from_table
+from compare.scenes.scene import Scene
 from femic.store import Store
 
 STEEL = {"E": 210e3, "nu": 0.28}

@@ -21,7 +21,7 @@ from approx.pair import Solid
 from compare.dataset import errors, to_dataset
 from compare.figures import STYLES, SYMBOLS
 from compare.pipeline import Results, compute, scales_of
-from compare.scenes import load_scene
+from compare.scenes.load import load_scene
 from femic.store import Store
 from geometries.materials import one_body
 from geometries.patches import Patch

@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from compare.dataset import errors, to_dataset
 from compare.figures import MARKERS, STYLES, SYMBOLS
 from compare.pipeline import compute
-from compare.scene import Scene
-from compare.scenes import scene_from_table
+from compare.scenes.load import scene_from_table
+from compare.scenes.scene import Scene
 from femic.store import Store
 
 ANGLES = [0, 15, 30, 45, 60]  # degrees

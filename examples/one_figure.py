@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from compare.dataset import to_dataset
 from compare.figures import draw_curve
 from compare.pipeline import compute
-from compare.scenes import load_scene
+from compare.scenes.load import load_scene
 from femic.store import Store
 
 ASKED = {

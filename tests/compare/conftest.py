@@ -8,7 +8,7 @@ import pytest
 
 from compare.dataset import errors, to_dataset
 from compare.pipeline import compute
-from compare.scenes import load_scene
+from compare.scenes.load import load_scene
 from femic.reference import cells_for
 
 COARSE_ENGINE = """

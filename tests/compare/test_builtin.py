@@ -7,7 +7,7 @@ import pytest
 
 from compare.dataset import errors, to_dataset
 from compare.pipeline import compute, estimated_errors, jobs
-from compare.scenes import builtin_names, load_scene
+from compare.scenes.load import builtin_names, load_scene
 from femic.accuracy import component_of
 from femic.reference import Level, combine, request, scaled, scales, worst
 from femic.solid.engine import raw_ics

@@ -9,11 +9,11 @@ import xarray as xr
 
 from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
-from compare.calibration import calibrate, target_from, with_properties
-from compare.calibration_figures import REFITTED, WITHOUT, curve, translation
+from compare.calibration.figures import REFITTED, WITHOUT, curve, translation
+from compare.calibration.fits import calibrate, target_from, with_properties
 from compare.cli import DONE, WRONG_INPUT, exit_code
 from compare.pipeline import compute, reference_of
-from compare.scenes import load_scene, scene_from_table
+from compare.scenes.load import load_scene, scene_from_table
 from femic.harmonic import engine as harmonic
 from femic.solid import engine as solid
 from femic.store import Store

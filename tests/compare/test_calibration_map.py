@@ -8,11 +8,11 @@ import xarray as xr
 
 from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
-from compare import calibration_map
-from compare.calibration import Calibrated, target_from
-from compare.calibration_map import MOST, Axes, compute_map, fit_at, scene_at
+from compare.calibration import maps as calibration_map
+from compare.calibration.fits import Calibrated, target_from
+from compare.calibration.maps import MOST, Axes, compute_map, fit_at, scene_at
 from compare.cli import DONE, exit_code
-from compare.scenes import load_scene
+from compare.scenes.load import load_scene
 from geometries.errors import WrongInput
 from tests.compare.conftest import scene_text
 from tests.compare.test_calibration import HARMONIC

@@ -8,9 +8,9 @@ import pytest
 from approx.halfspace import HalfSpace
 from approx.matrix import column, matrix
 from compare.cli import exit_code
-from compare.contact_file import ContactFile, by_offsets, of_offsets_only, read, write
-from compare.export import depends_on_offset_only, to_contact
-from compare.scenes import load_scene, scene_from_table
+from compare.matrix.contact_file import ContactFile, by_offsets, of_offsets_only, read, write
+from compare.matrix.export import depends_on_offset_only, to_contact
+from compare.scenes.load import load_scene, scene_from_table
 from femic.grid_operator import PARITY
 from geometries.errors import WrongInput
 from geometries.materials import both_bodies

@@ -3,7 +3,7 @@
 import pytest
 
 from compare.pipeline import compute, estimated_errors
-from compare.scenes import load_scene
+from compare.scenes.load import load_scene
 from femic.accuracy import component_of
 
 

@@ -9,7 +9,7 @@ from skfem import MeshTri
 
 from compare import run, views
 from compare.figures import _closing, surface_mesh
-from compare.scenes import load_scene
+from compare.scenes.load import load_scene
 from femic.reference import Level
 from geometries.bodies import Body, Domain
 from geometries.contours import arc

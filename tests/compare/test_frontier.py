@@ -8,14 +8,15 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from compare import frontier, frontier_report
-from compare.advise import ALIKE, advise, asked_for
 from compare.cli import DONE, FAILED, WRONG_INPUT, exit_code
 from compare.dataset import errors, to_dataset
-from compare.frontier import Asked, compute_frontier, front, known_errors
+from compare.frontier import report as frontier_report
+from compare.frontier import trade as frontier
+from compare.frontier.advice import ALIKE, advise, asked_for
+from compare.frontier.trade import Asked, compute_frontier, front, known_errors
+from compare.frontier.ways import Way, harmonic, solid
 from compare.pipeline import compute
-from compare.scenes import load_scene
-from compare.ways import Way, harmonic, solid
+from compare.scenes.load import load_scene
 from femic.harmonic import engine as harmonic_engine
 from femic.store import Store
 from geometries.errors import Failure, WrongInput

@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare import matrix, plan
+from compare import plan
 from compare.cli import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
-from compare.contact_file import read
-from compare.matrix import compute_matrix, matrix_jobs
-from compare.matrix_check import check, checked_strips
-from compare.matrix_report import key_of_scene
+from compare.matrix import results as matrix
+from compare.matrix.check import check, checked_strips
+from compare.matrix.contact_file import read
+from compare.matrix.report import key_of_scene
+from compare.matrix.results import compute_matrix, matrix_jobs
 from compare.pipeline import jobs
-from compare.scenes import BadScene, load_scene, scene_from_table
+from compare.scenes.load import BadScene, load_scene, scene_from_table
 from femic.harmonic import engine as harmonic
 from femic.harmonic.section_model import FreeSystem
 from femic.plan import planned

@@ -13,11 +13,11 @@ import xarray as xr
 
 from compare import commands
 from compare.cli import DONE, INTERRUPTED, WRONG_INPUT, exit_code
-from compare.overlay import curve, is_mirrored, load, worst
-from compare.overlay_differences import differences
-from compare.overlay_figures import LINE_STYLES, curves, drawn_variants
-from compare.overlay_report import _rank, summary
-from compare.overlay_sources import MOST, sources, up_to_date
+from compare.overlay.curves import curve, is_mirrored, load, worst
+from compare.overlay.differences import differences
+from compare.overlay.figures import LINE_STYLES, curves, drawn_variants
+from compare.overlay.report import _rank, summary
+from compare.overlay.sources import MOST, sources, up_to_date
 from femic.provenance import code_digest
 from tests.compare.conftest import on_line, scene_text
 

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from compare.plausibility import warnings
-from compare.scenes import builtin_names, load_scene, scene_from_table
+from compare.scenes.load import builtin_names, load_scene, scene_from_table
+from compare.scenes.plausibility import warnings
 from tests.compare.conftest import scene_text
 
 

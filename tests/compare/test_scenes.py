@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from approx.effective import EffectiveProperties, Transition
-from compare.scene_file import SceneFile
-from compare.scene_listing import listing
-from compare.scenes import BadScene, builtin_names, load_scene
+from compare.scenes.file import SceneFile
+from compare.scenes.listing import listing
+from compare.scenes.load import BadScene, builtin_names, load_scene
 from femic.reference import cells_for
 from tests.compare.conftest import SHORT_LINES, scene_text
 

@@ -11,8 +11,8 @@ from matplotlib.image import imread
 from compare import views
 from compare.cli import DONE, FAILED, WRONG_INPUT, exit_code
 from compare.fields import on_screen
-from compare.scene_listing import listing
-from compare.scenes import load_scene
+from compare.scenes.listing import listing
+from compare.scenes.load import load_scene
 
 ONE = 'bodies = ["upper"]\ncomponents = ["nn"]\nvariants = ["A"]'
 FILES = Path("out/mine/show")

@@ -11,11 +11,11 @@ from approx.matrix import column as approximated
 from compare import folders, plan
 from compare.figures import SYMBOLS, save
 from compare.html import Cell, embedded, error_cell, rendered
-from compare.matrix import MatrixResults, compute_matrix
-from compare.matrix_check import NINE, Checked, check
-from compare.matrix_figures import maps
+from compare.matrix.check import NINE, Checked, check
+from compare.matrix.figures import maps
+from compare.matrix.results import MatrixResults, compute_matrix
 from compare.pipeline import solids
-from compare.scene import Scene
+from compare.scenes.scene import Scene
 from femic.models import Cost
 from femic.refinement import Watch
 from femic.store import Store

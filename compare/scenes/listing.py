@@ -9,8 +9,8 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from compare import scene_file as files
-from compare.scenes import parse, read_scene, scene_path
+from compare.scenes import file as files
+from compare.scenes.load import parse, read_scene, scene_path
 
 
 def listing(name_or_path: str) -> str:

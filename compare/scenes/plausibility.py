@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from compare.scene import Scene
+from compare.scenes.scene import Scene
 from geometries.bodies import Body
 
 LARGE_RADIUS = 10  # times the patch: flat elements are then good to about 1 %

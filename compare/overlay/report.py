@@ -4,12 +4,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from compare import folders, overlay_figures
+from compare import folders
 from compare.figures import SYMBOLS, save
 from compare.html import ZERO, Cell, embedded, error_cell, rendered
-from compare.overlay import Overlay, worst, write_curves
-from compare.overlay_differences import differences
-from compare.overlay_sources import Source
+from compare.overlay import figures as overlay_figures
+from compare.overlay.curves import Overlay, worst, write_curves
+from compare.overlay.differences import differences
+from compare.overlay.sources import Source
 from geometries.errors import WrongInput
 
 JUDGED = ("A", "Bhat")  # variants of the summary

@@ -13,10 +13,10 @@ import tomlkit
 from pydantic import ValidationError
 
 from approx.effective import EffectiveProperties, Transition
-from compare import scene_file as files
-from compare.scene import Calibration, Scene
-from compare.scene_checks import calibration_misfits, grid_misfits, misfits
-from compare.scene_messages import message
+from compare.scenes import file as files
+from compare.scenes.checks import calibration_misfits, grid_misfits, misfits
+from compare.scenes.messages import message
+from compare.scenes.scene import Calibration, Scene
 from femic.cell_size import Cells
 from femic.reference import cells_for, far_radius_for
 from geometries import contours

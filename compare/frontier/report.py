@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from rich.table import Table
 
 from compare import folders
-from compare.advise import Advice
 from compare.dataset import write
 from compare.figures import STYLE, save
-from compare.frontier import front, known_errors, told_apart
+from compare.frontier.advice import Advice
+from compare.frontier.trade import front, known_errors, told_apart
 from compare.html import Cell, embedded, error_cell, rendered
 
 Array = NDArray[np.float64]

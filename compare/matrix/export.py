@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from approx.matrix import matrix
-from compare import contact_file, folders
-from compare.contact_file import ContactFile
-from compare.matrix_report import Asked, write_matrix
-from compare.scene import Scene
-from compare.scene_checks import grid_misfits
-from compare.scenes import BadScene
+from compare import folders
+from compare.matrix import contact_file
+from compare.matrix.contact_file import ContactFile
+from compare.matrix.report import Asked, write_matrix
+from compare.scenes.checks import grid_misfits
+from compare.scenes.load import BadScene
+from compare.scenes.scene import Scene
 from femic.refinement import Watch
 from femic.store import Store
 from geometries.errors import WrongInput

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
 from approx.calibration import Fit, fit
-from compare.calibration import Calibrated, calibrate, target_from
-from compare.scene import Scene
-from compare.scenes import load_scene, scene_from_table
+from compare.calibration.fits import Calibrated, calibrate, target_from
+from compare.scenes.load import load_scene, scene_from_table
+from compare.scenes.scene import Scene
 from femic.provenance import code_digest
 from femic.refinement import SILENT, Watch
 from femic.store import Store
@@ -71,7 +71,7 @@ def compute_map(
     """Fits at the nodes, and how well B-hat-prime interpolated from them does on the geometries left out.
 
     `base` is a scene: its materials, patch, rolling radius and calibration are those of all nodes, its
-    reference length the radius of the lower arc. Raises as `compare.calibration.calibrate`.
+    reference length the radius of the lower arc. Raises as `compare.calibration.fits.calibrate`.
     """
     scene = load_scene(base)
 

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from approx.variants import VARIANTS
 from compare.figures import SYMBOLS
-from compare.scene import Scene
+from compare.scenes.scene import Scene
 from femic.solid.pardiso import available as direct_available
 
 HARMONIC = (1e-1, 1e-2, 1e-3, 1e-4)  # tolerances

@@ -10,11 +10,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from compare import plan, ways
+from compare import plan
+from compare.frontier import ways
+from compare.frontier.ways import Way
 from compare.pipeline import Results, approximated, compute, reference_of, scales_of, scene_points
-from compare.scene import Scene
-from compare.scenes import BadScene, load_scene
-from compare.ways import Way
+from compare.scenes.load import BadScene, load_scene
+from compare.scenes.scene import Scene
 from femic.accuracy import NotConverged, component_of
 from femic.provenance import code_digest
 from femic.refinement import SILENT, Watch

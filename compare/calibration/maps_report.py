@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from rich.table import Table
 
 from approx.effective import Transition
-from compare.calibration_figures import PROPERTIES
+from compare.calibration.figures import PROPERTIES
 from compare.dataset import write
 from compare.figures import STYLE, save
 

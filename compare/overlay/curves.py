@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from compare.overlay_sources import Content, Source, common, read
+from compare.overlay.sources import Content, Source, common, read
 
 Array = NDArray[np.float64]
 

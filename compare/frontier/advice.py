@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from compare import ways
-from compare.frontier import Asked, known_errors
+from compare.frontier import ways
+from compare.frontier.trade import Asked, known_errors
 from geometries.errors import Failure, WrongInput
 
 ALIKE = 3.0  # times as many seconds as the fastest are as cheap: what a clock can tell of approximations

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from compare.scene import Scene
+from compare.scenes.scene import Scene
 from femic.solid.pardiso import available as direct_available
 from geometries.bodies import Body, Domain
 from geometries.patches import OffsetLine

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import xarray as xr
 
-from compare import scene_file as files
-from compare.scene import Scene
-from compare.scenes import build_scene, builtin_names, parse, read_scene, scene_path
+from compare.scenes import file as files
+from compare.scenes.load import build_scene, builtin_names, parse, read_scene, scene_path
+from compare.scenes.scene import Scene
 from femic.provenance import code_digest
 from geometries.errors import WrongInput
 

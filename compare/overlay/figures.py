@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from compare.figures import STYLE, STYLES, SYMBOLS, show_zero
-from compare.overlay import Curve, Overlay, Result, curve, is_mirrored
+from compare.overlay.curves import Curve, Overlay, Result, curve, is_mirrored
 
 DRAWN = ("A", "B", "Bhat")  # the others stay in the tables
 LINE_STYLES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (1.3, 1.2)), (0, (5, 1.2, 1, 1.2)), (0, (9, 2)))

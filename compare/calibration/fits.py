@@ -17,10 +17,10 @@ from approx.effective import EffectiveProperties
 from approx.pair import Pair
 from approx.target import Target, indices
 from compare.pipeline import Results, approximated, compute, reference_of, solids
-from compare.scene import Scene
-from compare.scene_checks import calibration_misfits
-from compare.scene_file import SceneFile
-from compare.scenes import BadScene
+from compare.scenes.checks import calibration_misfits
+from compare.scenes.file import SceneFile
+from compare.scenes.load import BadScene
+from compare.scenes.scene import Scene
 from femic.provenance import code_digest, versions
 from femic.refinement import SILENT, Watch
 from femic.store import Store

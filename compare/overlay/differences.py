@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from compare import scene_file as files
-from compare.overlay import Overlay, Result
-from compare.overlay_sources import scene_of_text
+from compare.overlay.curves import Overlay, Result
+from compare.overlay.sources import scene_of_text
+from compare.scenes import file as files
 
 ABSENT, DEFAULT = "–", "default"
 FILLED_IN = {  # keys of a scene file with computed defaults, by their names in the settings of results

@@ -7,7 +7,7 @@ from pathlib import Path
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
-from compare import scene_file as files
+from compare.scenes import file as files
 
 REMEDIES: Mapping[str, str] = {
     "missing": "add the key",

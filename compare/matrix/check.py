@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.matrix import MatrixResults
-from compare.scene import Scene
-from compare.scenes import CHECK_TOLERANCE
+from compare.matrix.results import MatrixResults
+from compare.scenes.load import CHECK_TOLERANCE
+from compare.scenes.scene import Scene
 from femic.at_points import references
 from femic.models import Points
 from femic.reference import FAR_RADIUS, Job, Reference, cells_for, scales

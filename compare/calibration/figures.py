@@ -11,10 +11,10 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from approx.target import indices, pointwise_k
-from compare.calibration import Calibrated
+from compare.calibration.fits import Calibrated
 from compare.figures import STYLE, STYLES, SYMBOLS, show_zero
 from compare.pipeline import reference_of
-from compare.scene import Scene
+from compare.scenes.scene import Scene
 from geometries.patches import OffsetLine
 
 Array = NDArray[np.float64]

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from approx.matrix import column
 from compare.pipeline import parts_of, solids
-from compare.scene import Scene
-from compare.scene_checks import grid_misfits
-from compare.scenes import BadScene
+from compare.scenes.checks import grid_misfits
+from compare.scenes.load import BadScene
+from compare.scenes.scene import Scene
 from femic.accuracy import Shares
 from femic.discount import AXES
 from femic.grid_operator import GridOperator, reciprocity_defect

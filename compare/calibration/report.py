@@ -8,8 +8,9 @@ import numpy as np
 import tomlkit
 import xarray as xr
 
-from compare import calibration_figures, figures
-from compare.calibration import SHOWN, Calibrated, properties_table, to_dataset, with_properties
+from compare import figures
+from compare.calibration import figures as calibration_figures
+from compare.calibration.fits import SHOWN, Calibrated, properties_table, to_dataset, with_properties
 from compare.dataset import errors, write
 from compare.dataset import to_dataset as ics_of
 from compare.figures import SYMBOLS, save

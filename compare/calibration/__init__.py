@@ -1,0 +1,1 @@
+"""`femic calibrate` and `calibrate-map`: B-hat-prime fitted to C."""

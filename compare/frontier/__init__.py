@@ -1,0 +1,1 @@
+"""`femic frontier` and `femic advise`: speed against accuracy."""

@@ -1,0 +1,1 @@
+"""`femic matrix` and `femic export`: the IC matrix on a grid."""

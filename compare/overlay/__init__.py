@@ -1,0 +1,1 @@
+"""`femic compare`: results of several scenes together."""

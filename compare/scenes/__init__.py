@@ -1,0 +1,1 @@
+"""Scenes: from a TOML file to bodies, patch and lines."""
