@@ -27,6 +27,9 @@ from compare.scenes import plausibility
 from compare.scenes.listing import listing
 from compare.scenes.load import builtin_names, load_scene
 from compare.scenes.scene import Scene
+from compare.validation import report as validation_report
+from compare.validation import verdicts
+from compare.validation.runs import Runs
 from femic.store import Store
 from geometries.errors import WrongInput
 from geometries.patches import DirectionName
@@ -275,6 +278,23 @@ def advise(
         f"{tolerance:.2%} asked for.",
         markup=False,
     )
+
+
+def validate(
+    *,
+    only: Annotated[
+        tuple[int, ...] | None, Parameter(help="numbers of statements; default: all", consume_multiple=True)
+    ] = None,
+    work: Work = DEFAULT,
+) -> None:
+    """Check what is said about these ICs, and this program, with computed verdicts; write a report."""
+    numbers = verdicts.chosen(only)
+    folder = folders.made(work.out or Path("out") / "validation")
+    console = Console(highlight=False)
+    with progress.shown(console) as watch:
+        runs = Runs(work.threads, _store(work.store, folder), watch)
+        report = validation_report.validate(numbers, runs, folder)
+    console.print(f"Report: {report}", soft_wrap=True)
 
 
 def plan(scene: str, /, *, workers: Workers = None) -> None:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from approx.pair import Pair, Solid
 from compare.scenes.scene import Scene
-from femic import reference
 from femic.at_points import references
 from femic.models import Cost, Points
 from femic.reference import Estimated, Job, Reference, scales, total
@@ -162,6 +161,27 @@ def scales_of(results: Results, body: str) -> dict[str, Array]:
     return scales([of_body[name] for name in parts_of(body)], reference_of(results, body).ic)
 
 
+def ics_of(results: Results, variant: str, body: str) -> Array:
+    """C, C of the check or an approximation of a body or of both, (3, 3, n_points) [mm/N]."""
+    if variant == "C":
+        return reference_of(results, body).ic
+    return check_of(results, body).ic if variant == "C_solid" else results.approximations[variant, body]
+
+
+def shares_of(results: Results, body: str, off: Array) -> dict[str, Array]:
+    """Deviations of a body's ICs, (3, 3, n_points), per line: largest share of its scale, (3, 3)."""
+    scales = scales_of(results, body)
+    return {
+        line: np.max(np.abs(off[..., part]), axis=-1) / scales[line] for line, part in results.lines.items()
+    }
+
+
+def apart(results: Results, body: str) -> tuple[dict[str, Array], dict[str, Array]]:
+    """How far C of both engines are apart per line, and the sum of their estimates; shares, (3, 3) each."""
+    c, check = reference_of(results, body), check_of(results, body)
+    return shares_of(results, body, c.ic - check.ic), shares_of(results, body, c.estimate + check.estimate)
+
+
 def parts_of(body: str) -> tuple[str, ...]:
     """The bodies whose ICs add up to those of a body of the comparison."""
     return ("upper", "lower") if body == "combined" else (body,)
@@ -171,8 +191,6 @@ def estimated_errors(results: Results) -> dict[tuple[str, str], Array]:
     """Estimated error of C by (body, line), shape (3, 3), of every solved body."""
     return {
         (body, line): errors
-        for body, job in jobs(results.scene).items()
-        for line, errors in reference.estimated_errors(
-            job, results.references[body].c.estimate, scales_of(results, body)
-        ).items()
+        for body, found in results.references.items()
+        for line, errors in shares_of(results, body, found.c.estimate).items()
     }

@@ -10,7 +10,7 @@ import xarray as xr
 from compare.dataset import settings
 from compare.figures import SYMBOLS
 from compare.html import ZERO, Cell, embedded, error_cell, rendered
-from compare.pipeline import Results, check_of, jobs, reference_of, scales_of
+from compare.pipeline import Results, apart, jobs, scales_of
 from compare.scenes.plausibility import warnings
 from femic.accuracy import component_of
 from femic.discount import AXES
@@ -168,12 +168,11 @@ def _known(results: Results) -> list[dict[str, str]]:
 def agreement(results: Results) -> Iterator[dict[str, str]]:
     """How far C of both engines are apart, and whether that is within the sum of their estimates."""
     for body in results.scene.compared if results.checks else ():
-        c, check, scale = reference_of(results, body), check_of(results, body), scales_of(results, body)
-        for line, part in results.lines.items():
-            apart = np.max(np.abs(c.ic - check.ic)[..., part], axis=-1) / scale[line]
-            known = np.max((c.estimate + check.estimate)[..., part], axis=-1) / scale[line]
+        off_by, known_to = apart(results, body)
+        for line in results.lines:
             components = {
-                v: (component_of(apart, v), component_of(known, v)) for v in results.scene.components
+                v: (component_of(off_by[line], v), component_of(known_to[line], v))
+                for v in results.scene.components
             }
             worst_one = max(components, key=lambda v: components[v][0] / max(components[v][1], TINY))
             off, estimate = components[worst_one]

@@ -4,8 +4,8 @@ By the solid engine every body is solved on three models: fine, coarse (cells `C
 small (the coarse cells in a domain half as large); by the harmonic engine on two, fine and coarse, each
 also with a nearer far arc and with fewer wavenumbers. The differences give the parts of the
 estimate, as in Roache's grid convergence index. Errors fall like h^3 (harmonic: h^4) and L^-2 (measured:
-docs/solid-engine.md, docs/harmonic-engine.md); the estimate assumes one order less of the mesh, because
-its errors are partly random.
+docs/solid-engine.md, docs/harmonic-engine.md); the estimate assumes order 2 of the mesh, because its errors
+are partly random: two meshes may agree by luck.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,9 +36,9 @@ Engine = Literal["solid", "harmonic"]
 COARSER = 1.5
 LARGER = 2.0
 MESH_ORDER, TRUNCATION_ORDER = 3, 2  # of the errors, in cell size and in 1 / domain size
-ESTIMATE_ORDER = {"solid": 2, "harmonic": 3}  # in cell size, assumed by the estimate
+ESTIMATE_ORDER = 2  # in cell size, assumed by the estimate
 SAFETY = 1.25  # Roache's factor
-MESH_SAFETY = {"solid": SAFETY, "harmonic": 2.0}  # fewer cells: their errors cancel more often by luck
+MESH_SAFETY = {"solid": SAFETY, "harmonic": 2.0}  # so that 99 of 100 errors are bounded where C is known
 MODELS = {  # the most expensive first
     "solid": ("fine", "coarse", "small"),
     "harmonic": ("fine", "coarse"),
@@ -46,6 +46,7 @@ MODELS = {  # the most expensive first
 WAVES_GAIN = {"sparser": 32.0, "lower": 3.0}  # error with the perturbed wavenumbers over that with all
 WAVES_ORDER = 3  # of the error due to the largest wavenumber
 WAVES_SHARE = 0.5  # of the tolerance that the interpolation between wavenumbers may take
+LOOSEST_WAVES = 0.01  # tolerance: with fewer wavenumbers their gain is not yet that of the spline
 
 # Cells that meet the tolerance on the built-in scenes, and the largest that may be begun with
 TUNED_TOLERANCE = {"solid": 0.01, "harmonic": 0.001}
@@ -188,7 +189,8 @@ def harmonic_request(job: Job, level: Level) -> HarmonicRequest:
 
 def waves_for(tolerance: float, least_scale: float, level: Level) -> tuple[float, float]:
     """How accurate the interpolation between wavenumbers must be [mm/N], and how much larger the largest."""
-    accuracy = WAVES_SHARE * tolerance * least_scale / WAVES_GAIN["sparser"] ** level.waves
+    asked = min(tolerance, LOOSEST_WAVES)
+    accuracy = WAVES_SHARE * asked * least_scale / WAVES_GAIN["sparser"] ** level.waves
     return accuracy, LOWER**level.waves * tighter(tolerance) ** (1 / WAVES_ORDER)
 
 
@@ -245,7 +247,7 @@ def estimated(engine: Engine, ic: Array, coarse: Array, less: Mapping[str, Array
     waves = [np.abs(ic - less[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in less]
     return Estimated(
         ic,
-        MESH_SAFETY[engine] * np.abs(ic - coarse) / (COARSER ** ESTIMATE_ORDER[engine] - 1),
+        MESH_SAFETY[engine] * np.abs(ic - coarse) / (COARSER**ESTIMATE_ORDER - 1),
         SAFETY * np.abs(ic - less["nearer"]) / (LARGER**TRUNCATION_ORDER - 1),
         SAFETY * np.sum([np.zeros_like(ic), *waves], axis=0),
     )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from compare import plan
 from compare.frontier import ways
 from compare.frontier.ways import Way
-from compare.pipeline import Results, approximated, compute, reference_of, scales_of, scene_points
+from compare.pipeline import Results, approximated, compute, reference_of, scene_points, shares_of
 from compare.scenes.load import BadScene, load_scene
 from compare.scenes.scene import Scene
 from femic.accuracy import NotConverged, component_of
@@ -139,11 +139,7 @@ def _worst_estimate(results: Results) -> float:
 
 def _shares(results: Results, body: str, off: Array) -> Array:
     """Deviations of a body's ICs, (3, 3, n_points), per component: worst share of a line's scale."""
-    scales = scales_of(results, body)
-    of_lines = [
-        np.max(np.abs(off[..., part]), axis=-1) / scales[line] for line, part in results.lines.items()
-    ]
-    worst = np.max(of_lines, axis=0)
+    worst = np.max(list(shares_of(results, body, off).values()), axis=0)
     return np.array([component_of(worst, component) for component in results.scene.components])
 
 

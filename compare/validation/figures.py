@@ -1,0 +1,81 @@
+"""The figure of a statement: its curves, and how far each of its numbers is from its threshold."""
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from compare.figures import CHECK, CHECK_MARKS, STYLE, STYLES, SYMBOLS, show_zero
+from compare.validation.curves import Panel
+from compare.validation.verdicts import Judged
+
+COLUMNS = 3
+FURTHER: tuple[dict[str, object], ...] = (
+    {"color": "tab:cyan", "linewidth": 1.4},
+    {"color": "tab:pink", "linewidth": 1.4, "linestyle": (0, (4, 1))},
+)
+BY_SYMBOL = {SYMBOLS.get(name, name): style for name, style in STYLES.items()}
+MET, UNMET = "tab:green", "tab:red"
+
+
+def curves(judged: Judged) -> Figure:
+    """All panels of a statement."""
+    panels = judged.measured.panels
+    columns = 2 if len(panels) in {2, 4} else COLUMNS
+    rows = -(-len(panels) // columns)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(4.1 * columns, 2.9 * rows + 0.5), layout="constrained")
+        grid = figure.subplots(rows, columns, squeeze=False).ravel()
+        for axes, panel in zip(grid, panels, strict=False):
+            _draw(axes, panel)
+        for axes in grid[len(panels) :]:
+            axes.remove()
+        handles = {
+            label: handle
+            for axes in grid[: len(panels)]
+            for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        }
+        figure.legend(
+            list(handles.values()), list(handles), loc="outside lower center", ncols=min(6, len(handles))
+        )
+        return figure
+
+
+def _draw(axes: Axes, panel: Panel) -> None:
+    if panel.estimate is not None:
+        c = panel.curves["C"]
+        low, high = c - panel.estimate, c + panel.estimate
+        axes.fill_between(panel.at, low, high, color="black", alpha=0.2, linewidth=0, label="C ± estimate")
+    further = iter(FURTHER)
+    for name, values in panel.curves.items():
+        if name == SYMBOLS["C_solid"]:
+            marked = slice(None, None, max(1, 2 * len(panel.at) // CHECK_MARKS))
+            axes.plot(panel.at[marked], values[marked], label=name, **CHECK)
+        else:
+            axes.plot(panel.at, values, label=name, **(BY_SYMBOL.get(name) or next(further)))
+    show_zero(axes)
+    axes.set(xlabel=panel.across, ylabel=panel.up)
+    axes.set_title(panel.title, fontsize=9)
+
+
+def numbers(judged: Judged) -> Figure:
+    """Every number beside its threshold, on a scale of its own for each criterion."""
+    criteria = judged.statement.criteria
+    values = judged.measured.values
+    heights = [len(values[criterion.name]) + 1.6 for criterion in criteria]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(9, 0.24 * sum(heights) + 0.4), layout="constrained")
+        grid = figure.subplots(len(criteria), 1, squeeze=False, height_ratios=heights)[:, 0]
+        for axes, criterion in zip(grid, criteria, strict=True):
+            found = values[criterion.name]
+            at = np.arange(len(found))
+            colours = [MET if criterion.met(value) else UNMET for value in found.values()]
+            axes.barh(at, list(found.values()), color=colours, height=0.6)
+            axes.axvline(criterion.threshold, color="black", linewidth=1.2, linestyle="--")
+            axes.set_yticks(at, list(found), fontsize=7)
+            axes.invert_yaxis()
+            title = f"{criterion.says}: {criterion.relation} {criterion.threshold:.3g}"
+            axes.set_title(title, fontsize=8, loc="left")
+            axes.tick_params(axis="x", labelsize=7)
+            axes.margins(x=0.08)
+        return figure

@@ -1,0 +1,89 @@
+"""The runs that statements are checked against, each computed when it is first asked for."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Any
+
+from approx.variants import VARIANTS
+from compare.calibration.fits import calibrate
+from compare.pipeline import Results, compute
+from compare.scenes.load import load_scene
+from compare.scenes.scene import Scene
+from femic.refinement import SILENT, Watch
+from femic.store import Store
+from geometries.patches import DIRECTIONS
+
+GEOMETRIES = ("geometry1", "geometry2")
+TOLERANCE = 1e-3  # of C
+NINE = tuple(i + j for i, j in product(DIRECTIONS, repeat=2))
+OTHER_NU = {"geometry1": 0.30, "geometry2": 0.28}
+NEARLY_PLANE = 1e4  # radius [mm] of the arcs
+
+
+@dataclass(eq=False)
+class Runs:
+    """Scenes with C of all nine components and every variant; B-hat-prime is fitted to each geometry."""
+
+    workers: int
+    store: Store
+    watch: Watch = SILENT
+    tolerance: float = TOLERANCE
+    done: dict[str, Results] = field(default_factory=dict)
+
+    def geometry(self, name: str) -> Results:
+        """A geometry of the source."""
+        return self._once(name, lambda: self._compute(self._fitted(name)))
+
+    def checked(self, name: str) -> Results:
+        """The same, its C also by the solid engine."""
+        return self._once(f"{name}, both engines", lambda: self._compute(self._scene(name, check=True)))
+
+    def other_nu(self, name: str) -> Results:
+        """A geometry with Poisson's ratio of the other one."""
+        nu = {"nu": OTHER_NU[name]}
+        return self._once(
+            f"{name}, nu = {OTHER_NU[name]:.2f}",
+            lambda: self._compute(self._scene(name, {"lower": nu, "upper": nu})),
+        )
+
+    def not_revolved(self) -> Results:
+        """Geometry 2, its wheel prismatic."""
+        prismatic = {"upper": {"rolling_radius": float("inf")}}
+        return self._once(
+            "geometry2, not revolved", lambda: self._compute(self._scene("geometry2", prismatic))
+        )
+
+    def plane(self) -> Results:
+        """Both bodies half-spaces."""
+        return self._once("flat", lambda: self._compute(self._scene("flat")))
+
+    def nearly_plane(self) -> Results:
+        """Geometry 1 with arcs of a very large radius."""
+        arc = {"contour": {"kind": "arc", "radius": NEARLY_PLANE, "flank_inclination_deg": 25.5}}
+        changes = {"lower": arc, "upper": arc, "reference_length": 10.0}
+        return self._once(
+            f"geometry1, radius {NEARLY_PLANE:g} mm",
+            lambda: self._compute(self._scene("geometry1", changes)),
+        )
+
+    def _once(self, name: str, make: Callable[[], Results]) -> Results:
+        if name not in self.done:
+            self.watch.on_stage(f"  {name}")
+            self.done[name] = make()
+        return self.done[name]
+
+    def _scene(self, name: str, changes: Mapping[str, Any] | None = None, *, check: bool = False) -> Scene:
+        engine = {"tolerance": self.tolerance, "check": check}
+        variants = [variant for variant in VARIANTS if variant != "Bhat_prime"]
+        asked = {"components": list(NINE), "variants": variants, "engine": engine}
+        return load_scene(name, asked | dict(changes or {}))
+
+    def _fitted(self, name: str) -> Scene:
+        """The scene with B-hat-prime fitted to its own C_xn of one load position."""
+        scene = self._scene(name)
+        fitted = calibrate(scene, workers=self.workers, store=self.store, watch=self.watch).scene
+        return replace(scene, effective=fitted.effective, variants=tuple(VARIANTS), text=fitted.text)
+
+    def _compute(self, scene: Scene) -> Results:
+        return compute(scene, workers=self.workers, store=self.store, watch=self.watch)
