@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from approx.effective import EffectiveProperties
 from approx.hat import over_hat, over_hat_lags
-from approx.rectangle import over_lags, over_rectangle
+from approx.rectangle import checked_lengths, over_lags, over_rectangle
 from geometries.errors import WrongInput
 from geometries.materials import ElasticConstants
 from geometries.patches import Patch
@@ -70,9 +70,11 @@ class HalfSpace:
         """
         if not (n_x >= 1 and n_s >= 1):
             raise WrongInput(f"n_x = {n_x!r}, n_s = {n_s!r}: at least one lag each")
+        checked_lengths(patch, np.array(2 * n_x * patch.a), np.array(2 * n_s * patch.b))
         return nine(self.constants, ELEMENTS[self.element].at_lags(patch, n_x, n_s))
 
     def _integrals(self, patch: Patch, x: Array, s: Array) -> Array:
+        checked_lengths(patch, x, s)
         return ELEMENTS[self.element].at_points(patch, x, s)
 
 

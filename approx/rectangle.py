@@ -10,7 +10,7 @@ r^2 / (a b), and beside the patch in other ways. Here
   of asinh, ln and atan as one asinh, log1p, atan2 of such products.
 
 Errors are below 2e-15 of I_0 for I_xx and I_ss, of the value itself for I_xs, J_x, J_s; what vanishes by
-symmetry is exactly 0. Limits: lengths within 1e-70 ... 1e70 mm, where fourth powers stay finite.
+symmetry is exactly 0. Limits: lengths within `LENGTHS`, where fourth powers stay finite.
 """
 
 from collections.abc import Iterator
@@ -19,12 +19,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from geometries.errors import WrongInput
 from geometries.patches import Patch
 
 Array = NDArray[np.float64]
 
 XX, SS, XS, JX, JS = range(5)  # rows of the arrays of integrals
 IN_CACHE = 16384  # points worked on at a time (measured: docs/analytic.md)
+LENGTHS = 1e-70, 1e70  # mm; coordinates may also be smaller, or 0
 BELOW_ONE = np.nextafter(1.0, 0.0)
 
 
@@ -145,6 +147,17 @@ def odd_even(at: Rectangle) -> Array:
 def _log1m(Q: Array) -> Array:
     """ln(1 - Q), finite at Q = 1: there S0 or X0 before it is 0, or nothing beside the other terms."""
     return np.log1p(-np.minimum(Q, BELOW_ONE))
+
+
+def checked_lengths(patch: Patch, x: Array, s: Array) -> None:
+    """Raise WrongInput where half-sides or coordinates are beyond `LENGTHS`."""
+    least, most = min(patch.a, patch.b), max(patch.a, patch.b)
+    furthest = max(float(np.max(np.abs(at), initial=0.0)) for at in (x, s))
+    if least < LENGTHS[0] or max(most, furthest) > LENGTHS[1]:
+        raise WrongInput(
+            f"lengths from {least:g} to {max(most, furthest):g} mm: only {LENGTHS[0]:g} ... {LENGTHS[1]:g} mm "
+            "can be computed; choose other units (mm and MPa may stand for any others that fit together)"
+        )
 
 
 # --- scattered observers -----------------------------------------------------------------------------

@@ -23,7 +23,6 @@ from femic.harmonic.synthesis import Responses, displacements
 from femic.models import Cost, Points, RawICs
 from femic.problem import Assessed
 from femic.reference import (
-    COARSEST,
     FAR_RADIUS,
     MESH_ORDER,
     TRUNCATION_ORDER,
@@ -48,6 +47,7 @@ Array = NDArray[np.float64]
 
 TUNED_TOLERANCE = 0.001  # for these cells, observed at the centres of strips only:
 CELLS_PER_HALF_SIDE, GROWTH = 2, 0.55
+COARSEST = 1.25  # times these, however large the tolerance
 WAVES = 4.0  # expected error of the interpolation between wavenumbers over what it turns out to be
 FAR_OVER_HALF_WIDTH = 600.0  # of the grid
 NEAR, NEAR_SHARE = 4, 5.0  # elements from the load within which errors are shares of 5 A_nn
@@ -64,7 +64,7 @@ def far_radius_for(tolerance: float, grid: Grid) -> float:
 
 def cells_for(tolerance: float, grid: Grid) -> Cells:
     """Cells that are likely to meet a tolerance."""
-    factor = min((tolerance / TUNED_TOLERANCE) ** (1 / MESH_ORDER), COARSEST["harmonic"])
+    factor = min((tolerance / TUNED_TOLERANCE) ** (1 / MESH_ORDER), COARSEST)
     return Cells(grid.ds / 2 / CELLS_PER_HALF_SIDE, GROWTH, GROWTH).scaled(factor)
 
 

@@ -50,9 +50,9 @@ LOOSEST_WAVES = 0.01  # tolerance: with fewer wavenumbers their gain is not yet 
 
 # Cells that meet the tolerance on the built-in scenes, and the largest that may be begun with
 TUNED_TOLERANCE = {"solid": 0.01, "harmonic": 0.001}
-COARSEST = {"solid": 3.0, "harmonic": 1.25}  # times the tuned ones, however large the tolerance
+COARSEST = {"solid": 3.0, "harmonic": 1.5}  # times the tuned ones, however large the tolerance
 CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
-SECTION_CELLS_PER_HALF_SIDE, SECTION_GROWTH = 10, 0.4  # of the harmonic engine
+SECTION_CELLS_PER_HALF_SIDE, SECTION_GROWTH = 12, 0.34  # of the harmonic engine
 FAR_RADIUS = {"solid": 320.0, "harmonic": 1280.0}  # [mm] that meet the tuned tolerance
 
 
