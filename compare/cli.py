@@ -31,6 +31,7 @@ app.command("compare.commands:export", help="Write the IC matrix of both bodies 
 app.command("compare.commands:frontier", help="Errors against seconds of every way to the ICs of a scene.")
 app.command("compare.commands:advise", help="Say which ICs are the cheapest that are good enough.")
 app.command("compare.commands:validate", help="Check what is said about these ICs, and this program.")
+app.command("compare.commands:extremes", help="Try every part at its limits, and beyond.")
 app.command("compare.commands:plan", help="Say what a scene would take, before anything is solved.")
 app.command("compare.commands:compare", help="Show the results of two or more scenes in one report.")
 app.command("compare.commands:show", help="Draw a body under a load: its cells, displacements and stresses.")

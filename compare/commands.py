@@ -14,6 +14,7 @@ from compare.calibration import fits as calibration
 from compare.calibration import maps as calibration_map
 from compare.calibration import maps_report as calibration_map_report
 from compare.calibration import report as calibration_report
+from compare.extremes.found import available as extremes_available
 from compare.frontier import advice as advising
 from compare.frontier import report as frontier_report
 from compare.frontier import trade
@@ -294,6 +295,28 @@ def validate(
     with progress.shown(console) as watch:
         runs = Runs(work.threads, _store(work.store, folder), watch)
         report = validation_report.validate(numbers, runs, folder)
+    console.print(f"Report: {report}", soft_wrap=True)
+
+
+def extremes(
+    *,
+    of: Annotated[
+        tuple[Literal["analytic", "harmonic", "solid"], ...],
+        Parameter(help="which parts", consume_multiple=True),
+    ] = ("analytic", "harmonic", "solid"),
+    work: Work = DEFAULT,
+) -> None:
+    """Try every part at the limits of what may be asked for, and beyond; write errors, cost and messages."""
+    if not extremes_available():
+        raise WrongInput("femic extremes: run .venv/bin/pip install -c constraints.txt -e '.[extremes]'")
+    from compare.extremes import report as extremes_report
+    from compare.extremes.engines import Engines
+
+    folder = folders.made(work.out or Path("out") / "extremes")
+    console = Console(highlight=False)
+    with progress.shown(console) as watch:
+        engines = Engines(work.threads, _store(work.store, folder), watch)
+        report = extremes_report.try_all(of, engines, folder)
     console.print(f"Report: {report}", soft_wrap=True)
 
 

@@ -1,0 +1,218 @@
+"""C by both engines at their extremes: on planes against A, elsewhere against a tighter C."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from compare.extremes.found import HARMONIC, SOLID, Beyond, Parameter, Reached
+from compare.pipeline import Results, compute, ics_of, reference_of, shares_of
+from compare.scenes.load import BadScene, load_scene
+from femic.refinement import SILENT, Watch
+from femic.store import Store
+
+SIX = ("nn", "ss", "xx", "xs", "xn", "sn")
+TOLERANCE = {HARMONIC: 0.01, SOLID: 0.05}
+TIGHTER = 0.001  # tolerance of the C against which errors are measured where no closed form exists
+EXAMPLES = 12  # plane scenes drawn
+Changes = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Engines:
+    """How cases are computed."""
+
+    workers: int
+    store: Store
+    watch: Watch = SILENT
+
+    def parameters(self, engine: str) -> list[Parameter]:
+        """All rows of the column of an engine."""
+        return self._harmonic() if engine == HARMONIC else self._solid()
+
+    def _harmonic(self) -> list[Parameter]:
+        at = [
+            ("ν", "0 … 0.4999", [flat(nu=0.0), flat(nu=0.4999)], [flat(nu=0.49995)]),
+            ("patch aspect a/b", "0.01 … 100", [flat(aspect=0.05), flat(aspect=100.0)], [flat(aspect=0.005)]),
+            ("distance / patch", "0 … 1000", [flat(distance=1000.0)], [flat(distance=20000.0)]),
+            ("flank inclination", "0 … 85°", [curved(flank=1.0), curved(flank=85.0)], [curved(flank=86.0)]),
+            ("R_roll [mm]", "20 … ∞", [wheel(20.0), wheel(1e6)], [wheel(19.0)]),
+            ("R_w / R_r − 1", "≥ 0", [ratio(1.0), ratio(10.0)], []),
+            ("modulus ratio", "1e-6 … 1e6", [moduli(1e-6), moduli(1e6)], []),
+        ]
+        rows = [self._row(HARMONIC, *row) for row in at]
+        drawn = Parameter(
+            HARMONIC, "all of a plane at once", "ν, a/b 0.1 … 10, 0.1 … 1 mm", [self._drawn_planes]
+        )
+        return [*rows, drawn]
+
+    def _solid(self) -> list[Parameter]:
+        at = [
+            ("ν", "0 … 0.49", [flat(nu=0.0), flat(nu=0.49)], [flat(nu=0.495)]),
+            ("patch aspect a/b", "0.1 … 10", [flat(aspect=0.1), flat(aspect=10.0)], [flat(aspect=0.05)]),
+            ("distance / patch", "0 … 200", [flat(distance=200.0)], [flat(distance=20000.0)]),
+            ("flank inclination", "0 … 75°", [curved(flank=75.0)], [curved(flank=76.0)]),
+            ("R_roll [mm]", "50 … ∞", [wheel(50.0), wheel(1e6)], [wheel(49.0)]),
+            ("R_w / R_r − 1", "≥ 0", [ratio(10.0)], []),
+            ("modulus ratio", "1e-6 … 1e6", [moduli(1e-6)], []),
+        ]
+        return [self._row(SOLID, *row) for row in at]
+
+    def _row(
+        self, engine: str, name: str, allowed: str, within: Sequence["Asked"], beyond: Sequence["Asked"]
+    ) -> Parameter:
+        return Parameter(
+            engine,
+            name,
+            allowed,
+            [self._reach(engine, asked) for asked in within],
+            [_refuse(engine, asked) for asked in beyond],
+        )
+
+    def _reach(self, engine: str, asked: "Asked") -> Callable[[], Reached]:
+        def case() -> Reached:
+            start = perf_counter()
+            results = self._solved(asked, engine, TOLERANCE[engine])
+            seconds = sum(sum(cost.seconds.values()) for cost in results.models.values())
+            seconds = seconds or perf_counter() - start
+            if asked.base == "flat":
+                error, estimate = compared(results, None)
+                return Reached(asked.label, error, estimate, "A", seconds)
+            tighter = self._solved(asked, HARMONIC, TIGHTER)
+            error, estimate = compared(results, tighter)
+            return Reached(asked.label, error, estimate, f"C, harmonic {TIGHTER:g}", seconds)
+
+        return case
+
+    def _solved(self, asked: "Asked", engine: str, tolerance: float) -> Results:
+        settings_of = {"kind": engine, "tolerance": tolerance, "check": False}
+        scene = load_scene(asked.base, {**asked.changes, "engine": settings_of})
+        return compute(scene, workers=self.workers, store=self.store, watch=self.watch)
+
+    def _drawn_planes(self) -> Reached:
+        """The case of the largest error over its estimate of the plane scenes that hypothesis draws."""
+        found: list[Reached] = []
+
+        @settings(
+            max_examples=EXAMPLES,
+            derandomize=True,
+            deadline=None,
+            database=None,
+            phases=[Phase.generate],
+            suppress_health_check=list(HealthCheck),
+        )
+        @given(st.floats(0, 0.49), st.floats(-1, 1), st.floats(-1, 0), st.floats(0.5, 8))
+        def draw(nu: float, aspect: float, size: float, beside: float) -> None:
+            asked = flat(nu=nu, aspect=10**aspect, size=10**size, beside=beside)
+            found.append(self._reach(HARMONIC, asked)())
+
+        draw()
+        return max(found, key=lambda one: one.error / (one.estimate or 1.0))
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A scene: a built-in one with changes."""
+
+    label: str
+    base: str
+    changes: Changes
+
+
+def flat(
+    *, nu: float = 0.28, aspect: float = 1.0, size: float = 0.2, distance: float = 25.0, beside: float = 4.0
+) -> Asked:
+    """Half-spaces: one body, lines through and beside the patch, and across at a distance in patches."""
+    b, a = size, size * aspect
+    given = {"ν": (nu, 0.28), "a/b": (aspect, 1.0), "distance / patch": (distance, 25.0)}
+    label = ", ".join(f"{name} = {value:.4g}" for name, (value, usual) in given.items() if value != usual)
+    longest = max(a, b)
+    lines = [
+        {"along": "x", "s": beside * b, "reach": 25 * longest, "points": 101},
+        {"along": "x", "s": 0.0, "reach": 25 * longest, "points": 101},
+        {"along": "s", "x": distance * min(a, b), "reach": 25 * longest, "points": 101},
+    ]
+    material = {"nu": nu}
+    return Asked(
+        label,
+        "flat",
+        {
+            "bodies": ["lower"],
+            "components": list(SIX),
+            "variants": ["A"],
+            "lower": material,
+            "upper": material,
+            "patch": {"a": a, "b": b},
+            "lines": lines,
+        },
+    )
+
+
+def _lines(reach: float = 25.0) -> list[dict[str, Any]]:
+    return [
+        {"along": "x", "s": 1.6, "reach": reach, "points": 101},
+        {"along": "x", "s": 0.0, "reach": reach, "points": 101},
+        {"along": "s", "x": 1.6, "reach": reach, "points": 101},
+    ]
+
+
+def _of_geometry1(label: str, changes: Changes, body: str = "lower", reach: float = 25.0) -> Asked:
+    usual = {"bodies": [body], "components": list(SIX), "variants": ["A"], "lines": _lines(reach)}
+    return Asked(label, "geometry1", {**usual, **changes})
+
+
+def _arc(flank: float, radius: float = 10.0) -> Changes:
+    return {"contour": {"kind": "arc", "radius": radius, "flank_inclination_deg": flank}}
+
+
+def curved(flank: float) -> Asked:
+    """The lower body of Geometry 1 with other flanks."""
+    both = {"lower": _arc(flank), "upper": _arc(flank)}
+    return _of_geometry1(f"{flank:g}°", both)
+
+
+def wheel(rolling_radius: float) -> Asked:
+    """The upper body of Geometry 1, revolved."""
+    reach = min(25.0, rolling_radius / 5)
+    return _of_geometry1(
+        f"{rolling_radius:g} mm", {"upper": {"rolling_radius": rolling_radius}}, "upper", reach
+    )
+
+
+def ratio(over: float) -> Asked:
+    """Geometry 1 with a wider arc of the upper body."""
+    return _of_geometry1(f"{over - 1:g}", {"upper": _arc(25.5, 10.0 * over)}, "combined")
+
+
+def moduli(over: float) -> Asked:
+    """Half-spaces of unlike stiffness."""
+    one = flat()
+    changes = {**one.changes, "bodies": ["combined"], "upper": {"E": 210e3 * over}}
+    return Asked(f"{over:g}", one.base, changes)
+
+
+def compared(results: Results, tighter: Results | None) -> tuple[float, float]:
+    """Largest error over lines and components, against A or a tighter C, and the largest estimate."""
+    body = results.scene.compared[0]
+    c = reference_of(results, body)
+    truth = ics_of(results, "A", body) if tighter is None else reference_of(tighter, body).ic
+    unknown = c.estimate if tighter is None else c.estimate + reference_of(tighter, body).estimate
+    error, estimate = (
+        float(np.nanmax(list(shares_of(results, body, off).values()))) for off in (c.ic - truth, unknown)
+    )
+    return error, estimate
+
+
+def _refuse(engine: str, asked: Asked) -> Callable[[], Beyond]:
+    def case() -> Beyond:
+        try:
+            load_scene(asked.base, {**asked.changes, "engine": {"kind": engine, "check": False}})
+        except BadScene as error:
+            return Beyond(asked.label, str(error).split("\n")[-1].strip())
+        return Beyond(asked.label, "")
+
+    return case

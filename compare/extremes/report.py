@@ -1,0 +1,67 @@
+"""`femic extremes`: try all, and write `extremes.json` and `extremes.html`."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from compare import folders
+from compare.extremes import analytic
+from compare.extremes.engines import Engines
+from compare.extremes.found import ANALYTIC, Found, Parameter, tried
+from compare.html import rendered
+from femic.provenance import code_digest, versions
+
+
+def try_all(of: Sequence[str], engines: Engines, folder: Path) -> Path:
+    """Try the parts and write what was found; returns the path of the page."""
+    folders.made(folder)
+    start = perf_counter()
+    found = list(tried([row for part in of for row in rows(part, engines)], engines.watch.on_stage))
+    values = record(found, perf_counter() - start)
+    text = json.dumps(values, indent=1, ensure_ascii=False, allow_nan=False)
+    (folder / "extremes.json").write_text(text, encoding="utf-8")
+    path = folder / "extremes.html"
+    path.write_text(rendered("extremes.html.j2", found=values, summary=summary(found)), encoding="utf-8")
+    return path
+
+
+def rows(part: str, engines: Engines) -> list[Parameter]:
+    """The parameters of a part."""
+    return analytic.parameters() if part == ANALYTIC else engines.parameters(part)
+
+
+def summary(found: Sequence[Found]) -> str:
+    """One paragraph: whether all estimates hold, and whether everything beyond the limits is answered."""
+    cases = [case for one in found for case in one.reached]
+    judged = [case for case in cases if case.estimate is not None]
+    held = sum(case.honest for case in judged)
+    beyond = [case for one in found for case in one.beyond]
+    silent = [case.at for case in beyond if not case.says]
+    answered = "all of them are answered" if not silent else f"nothing is said at {', '.join(silent)}"
+    estimates = f"{held} of {len(judged)} estimates are at least the error. " if judged else ""
+    return f"{len(cases)} cases within the limits. {estimates}{len(beyond)} beyond: {answered}."
+
+
+def record(found: Sequence[Found], seconds: float) -> dict[str, Any]:
+    """Everything as it goes into `extremes.json`."""
+    return {
+        "rows": [
+            {
+                "engine": one.parameter.engine,
+                "parameter": one.parameter.name,
+                "range": one.parameter.range,
+                "reached": [asdict(case) | {"honest": case.honest} for case in one.reached],
+                "worst": asdict(one.worst),
+                "seconds": one.seconds,
+                "beyond": [asdict(case) for case in one.beyond],
+            }
+            for one in found
+        ],
+        "summary": summary(found),
+        "seconds": round(seconds, 1),
+        "versions": versions(),
+        "code": code_digest(),
+    }
