@@ -18,6 +18,7 @@ from compare.extremes.found import available as extremes_available
 from compare.frontier import advice as advising
 from compare.frontier import report as frontier_report
 from compare.frontier import trade
+from compare.frontier.choice import AUTO, choose
 from compare.matrix import export as exporting
 from compare.matrix import report as matrix_report
 from compare.overlay import curves as overlay
@@ -25,6 +26,7 @@ from compare.overlay import report as overlay_report
 from compare.overlay import sources as overlay_sources
 from compare.run import run_scene
 from compare.scenes import plausibility
+from compare.scenes.file import ICName
 from compare.scenes.listing import listing
 from compare.scenes.load import builtin_names, load_scene
 from compare.scenes.scene import Scene
@@ -39,7 +41,6 @@ WIDE = 130  # columns of a table
 
 SolidName = Literal["lower", "upper"]
 BodyName = Literal["combined", "lower", "upper"]
-ICName = Literal["C", "A", "B", "Bbar", "Bhat", "Bhat_prime", "mix"]
 Workers = Annotated[int | None, Parameter(help="parallel processes or threads; default: one per core")]
 StoreAt = Annotated[
     str | None,
@@ -84,6 +85,12 @@ def run(scene: str, /, *, work: Work = DEFAULT) -> None:
     loaded = load_scene(scene)
     console = Console()
     report = _computed(loaded, work.folder(loaded), work.workers, work.kept(loaded), console)
+    if loaded.ics == AUTO:
+        with progress.shown(console) as watch:
+            store = work.kept(loaded)
+            chosen = choose(scene, loaded, workers=work.threads, store=store, watch=watch)
+        assert chosen.advice is not None
+        console.print(advising.told(chosen.advice), soft_wrap=True, markup=False, highlight=False)
     console.print(f"Report: {report}", soft_wrap=True)
 
 
@@ -135,7 +142,10 @@ def export(
     to: Annotated[
         Literal["contact"], Parameter(name="--format", help="contact: of the program CONTACT, C3 = 9")
     ] = "contact",
-    ics: Annotated[ICName, Parameter(help="C, or the approximation whose ICs to write")] = "C",
+    ics: Annotated[
+        ICName | None,
+        Parameter(help="C, an approximation, or auto: the cheapest good enough; default: the scene's"),
+    ] = None,
     work: Work = DEFAULT,
 ) -> None:
     """Write the IC matrix of both bodies on the scene's grid as a file that a contact program reads.
@@ -145,11 +155,15 @@ def export(
     scene
         built-in name (see `femic scenes`) or TOML file
     """
-    loaded = load_scene(scene)
+    loaded = load_scene(scene, {"ics": ics} if ics else None)
     console = Console()
     with progress.shown(console) as watch:
+        store = work.kept(loaded)
+        chosen = choose(scene, loaded, workers=work.threads, store=store, watch=watch)
+        if chosen.advice:
+            console.print(advising.told(chosen.advice), soft_wrap=True, markup=False, highlight=False)
         asked = matrix_report.Asked(work.folder(loaded), None, work.threads)
-        written = exporting.FORMATS[to](loaded, ics, asked, work.kept(loaded), watch)
+        written = exporting.FORMATS[to](chosen.scene, chosen.ics, asked, store, watch)
     console.print(exporting.told(written), soft_wrap=True, markup=False, highlight=False)
 
 
@@ -274,11 +288,7 @@ def advise(
         )
     advice = advising.advise(found, tolerance, asked, of_body)
     console.print(frontier_report.evidence(found, advice, asked, of_body))
-    console.print(
-        f"Use {advice.label}: {of_body} ICs to {advice.error:.2%} (worst: {advice.component}), "
-        f"{tolerance:.2%} asked for.",
-        markup=False,
-    )
+    console.print(advising.told(advice), markup=False)
 
 
 def validate(

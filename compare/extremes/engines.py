@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
-import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from compare.extremes.found import HARMONIC, SOLID, Beyond, Parameter, Reached
 from compare.pipeline import Results, compute, ics_of, reference_of, shares_of
 from compare.scenes.load import BadScene, load_scene
+from femic.accuracy import component_of
 from femic.refinement import SILENT, Watch
 from femic.store import Store
 
@@ -19,6 +19,7 @@ SIX = ("nn", "ss", "xx", "xs", "xn", "sn")
 TOLERANCE = {HARMONIC: 0.01, SOLID: 0.05}
 TIGHTER = 0.001  # tolerance of the C against which errors are measured where no closed form exists
 EXAMPLES = 12  # plane scenes drawn
+POINTS = 102  # of a line: none on the outline of the patch, which is a row of its own
 Changes = Mapping[str, Any]
 
 
@@ -43,6 +44,7 @@ class Engines:
             ("R_roll [mm]", "20 … ∞", [wheel(20.0), wheel(1e6)], [wheel(19.0)]),
             ("R_w / R_r − 1", "≥ 0", [ratio(1.0), ratio(10.0)], []),
             ("modulus ratio", "1e-6 … 1e6", [moduli(1e-6), moduli(1e6)], []),
+            ("observer", "anywhere", [on_outline()], []),
         ]
         rows = [self._row(HARMONIC, *row) for row in at]
         drawn = Parameter(
@@ -59,6 +61,7 @@ class Engines:
             ("R_roll [mm]", "50 … ∞", [wheel(50.0), wheel(1e6)], [wheel(49.0)]),
             ("R_w / R_r − 1", "≥ 0", [ratio(10.0)], []),
             ("modulus ratio", "1e-6 … 1e6", [moduli(1e-6)], []),
+            ("observer", "anywhere", [on_outline()], []),
         ]
         return [self._row(SOLID, *row) for row in at]
 
@@ -132,9 +135,9 @@ def flat(
     label = ", ".join(f"{name} = {value:.4g}" for name, (value, usual) in given.items() if value != usual)
     longest = max(a, b)
     lines = [
-        {"along": "x", "s": beside * b, "reach": 25 * longest, "points": 101},
-        {"along": "x", "s": 0.0, "reach": 25 * longest, "points": 101},
-        {"along": "s", "x": distance * min(a, b), "reach": 25 * longest, "points": 101},
+        {"along": "x", "s": beside * b, "reach": 25 * longest, "points": POINTS},
+        {"along": "x", "s": 0.0, "reach": 25 * longest, "points": POINTS},
+        {"along": "s", "x": distance * min(a, b), "reach": 25 * longest, "points": POINTS},
     ]
     material = {"nu": nu}
     return Asked(
@@ -150,6 +153,17 @@ def flat(
             "lines": lines,
         },
     )
+
+
+def on_outline() -> Asked:
+    """Half-spaces, with points on the outline of the patch."""
+    one = flat()
+    patch = one.changes["patch"]
+    lines = [
+        {"along": "x", "s": 0.0, "reach": 5 * patch["a"], "points": 11},
+        {"along": "s", "x": 0.0, "reach": 5 * patch["b"], "points": 11},
+    ]
+    return Asked("on the outline of the patch", one.base, {**one.changes, "lines": lines})
 
 
 def _lines(reach: float = 25.0) -> list[dict[str, Any]]:
@@ -202,7 +216,8 @@ def compared(results: Results, tighter: Results | None) -> tuple[float, float]:
     truth = ics_of(results, "A", body) if tighter is None else reference_of(tighter, body).ic
     unknown = c.estimate if tighter is None else c.estimate + reference_of(tighter, body).estimate
     error, estimate = (
-        float(np.nanmax(list(shares_of(results, body, off).values()))) for off in (c.ic - truth, unknown)
+        max(component_of(of_line, name) for of_line in shares_of(results, body, off).values() for name in SIX)
+        for off in (c.ic - truth, unknown)
     )
     return error, estimate
 

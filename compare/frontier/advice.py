@@ -23,6 +23,8 @@ class Advice:
     error: float  # at most, worst of the components
     seconds: float
     component: str  # the worst
+    body: str
+    tolerance: float
 
 
 def advise(dataset: xr.Dataset, tolerance: float, components: Sequence[str], body: str) -> Advice:
@@ -57,6 +59,16 @@ def advise(dataset: xr.Dataset, tolerance: float, components: Sequence[str], bod
         float(of_way.max()),
         float(seconds.sel(way=way)),
         str(of_way.component.values[int(np.argmax(of_way.values))]),
+        body,
+        tolerance,
+    )
+
+
+def told(advice: Advice) -> str:
+    """The advice as a sentence."""
+    return (
+        f"Use {advice.label}: {advice.body} ICs to {advice.error:.2%} (worst: {advice.component}), "
+        f"{advice.tolerance:.2%} asked for."
     )
 
 

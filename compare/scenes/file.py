@@ -12,6 +12,7 @@ BodyName = Literal["combined", "lower", "upper"]
 Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
 PropertyName = Literal["mismatch_k", "G", "nu"]
 VariantName = Literal["A", "B", "Bbar", "Bhat", "Bhat_prime", "mix"]
+ICName = Literal["auto", "C", "A", "B", "Bbar", "Bhat", "Bhat_prime", "mix"]
 
 
 class Section(BaseModel):
@@ -289,6 +290,14 @@ class SceneFile(Section):
         None,
         description="s of the normal load that fixes M in rotation [mm], needed if patch.s is not 0; "
         "default: reference_length / 2",
+    )
+    ics: ICName = Field(
+        "C",
+        description="ICs to use where one has to be chosen (femic export): C, an approximation, or auto: the "
+        "cheapest that is good enough, as femic advise finds it",
+    )
+    ics_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
+        0.02, description="largest error that is good enough for ics = 'auto'"
     )
     fields: bool = Field(
         False,

@@ -168,6 +168,8 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         rotation_reach=scene.rotation_reach or _default_reach(reference_length, domain, extent),
         moment_arm=scene.moment_arm or _default_arm(reference_length, domain, extent),
         fields=scene.fields,
+        ics=scene.ics,
+        ics_tolerance=scene.ics_tolerance,
         check=_by_solid_engine(name, text, scene) if engine.check and engine.kind != "solid" else None,
     )
     errors = list(misfits(built, extent, domain))

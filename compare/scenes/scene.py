@@ -56,6 +56,8 @@ class Scene:
     rotation_reach: float
     moment_arm: float
     fields: bool
+    ics: str  # "C", a variant, or "auto"
+    ics_tolerance: float  # largest error where they are chosen
     check: "Scene | None" = None  # the same scene by the solid engine, whose C is to be drawn beside
 
     @property
