@@ -31,8 +31,8 @@ from compare.scenes.listing import listing
 from compare.scenes.load import builtin_names, load_scene
 from compare.scenes.scene import Scene
 from compare.validation import report as validation_report
+from compare.validation import runs as validation_runs
 from compare.validation import verdicts
-from compare.validation.runs import Runs
 from femic.store import Store
 from geometries.errors import WrongInput
 from geometries.patches import DirectionName
@@ -296,6 +296,7 @@ def validate(
     only: Annotated[
         tuple[int, ...] | None, Parameter(help="numbers of statements; default: all", consume_multiple=True)
     ] = None,
+    tolerance: Annotated[float, Parameter(help="of C")] = validation_runs.TOLERANCE,
     work: Work = DEFAULT,
 ) -> None:
     """Check what is said about these ICs, and this program, with computed verdicts; write a report."""
@@ -303,7 +304,8 @@ def validate(
     folder = folders.made(work.out or Path("out") / "validation")
     console = Console(highlight=False)
     with progress.shown(console) as watch:
-        runs = Runs(work.threads, _store(work.store, folder), watch)
+        store = _store(work.store, folder)
+        runs = validation_runs.Runs(work.threads, store, watch, tolerance)
         report = validation_report.validate(numbers, runs, folder)
     console.print(f"Report: {report}", soft_wrap=True)
 

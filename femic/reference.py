@@ -5,8 +5,8 @@ small (the coarse cells in a domain half as large); by the harmonic engine on tw
 also with a nearer far arc and with fewer wavenumbers. The differences give the parts of the
 estimate, as in Roache's grid convergence index. Errors fall like h^3 (harmonic: h^4) and L^-2 (measured:
 docs/solid-engine.md, docs/harmonic-engine.md); the estimate assumes order 2 of the mesh, because its errors
-are partly random: two meshes may agree by luck; and order 1 on the outline of the patch, where the
-traction jumps.
+are partly random: two meshes may agree by luck; order 1 on the outline of the patch, where the traction
+jumps; and order 1 of the truncation close to the far arc.
 """
 
 from collections.abc import Mapping, Sequence
@@ -38,10 +38,9 @@ COARSER = 1.5
 LARGER = 2.0
 MESH_ORDER, TRUNCATION_ORDER = 3, 2  # of the errors, in cell size and in 1 / domain size
 ESTIMATE_ORDER = 2  # in cell size, assumed by the estimate
-EDGE_ORDER, BESIDE_EDGE = (
-    1,
-    0.2,
-)  # likewise at an edge of the patch, and how far that is, times its least side
+LOW_ORDER = 1  # likewise on the outline of the patch; and in 1 / domain size, close to the far arc
+ON_OUTLINE = 0.2  # least half-sides: what is on the outline
+CLOSE_TO_ARC = 1 / 3  # far radii from the load on
 SAFETY = 1.25  # Roache's factor
 MESH_SAFETY = {"solid": SAFETY, "harmonic": 2.0}  # so that 99 of 100 errors are bounded where C is known
 MODELS = {  # the most expensive first
@@ -231,7 +230,7 @@ def combine(job: Job, level: Level, models: Models) -> Reference:
         less["nearer"] = ic - coarse + found["small"][0]  # as far from C as "small" is from "coarse"
     body, cells = scaled(job, level)
     costs = MappingProxyType(costs_of(job.engine, level, {other: raw.cost for other, raw in models.items()}))
-    c = estimated(job.engine, ic, coarse, less, on_edge(job.patch, job.points))
+    c = estimated(job.engine, ic, coarse, less, orders_at(job, body.domain.far_radius))
     return Reference(c, raw, m, level, cells, body, costs, models[level].drawn)
 
 
@@ -244,32 +243,42 @@ def costs_of(engine: Engine, level: Level, costs: Mapping[Level, Cost]) -> dict[
     }
 
 
-def on_edge(patch: Patch, points: Points) -> NDArray[np.bool_]:
-    """Which points lie beside or on the outline of a patch, where gradients are infinite; (n,)."""
+@dataclass(frozen=True)
+class Orders:
+    """Orders of convergence that an estimate assumes, everywhere or at each point, (n,)."""
+
+    mesh: Array | float = ESTIMATE_ORDER
+    truncation: Array | float = TRUNCATION_ORDER
+
+
+def orders_at(job: Job, far_radius: float) -> Orders:
+    """Lower ones where gradients are infinite, and where half the domain hardly contains a point."""
+    patch, points = job.patch, job.points
     x, s = np.abs(points.x), np.abs(points.s - patch.s)
-    reach = BESIDE_EDGE * min(patch.a, patch.b)
+    reach = ON_OUTLINE * min(patch.a, patch.b)
     around = (x < patch.a + reach) & (s < patch.b + reach)
-    return np.asarray(around & ((x > patch.a - reach) | (s > patch.b - reach)))
+    on_outline = around & ((x > patch.a - reach) | (s > patch.b - reach))
+    close = np.hypot(x, s) > CLOSE_TO_ARC * far_radius
+    return Orders(
+        np.where(on_outline, LOW_ORDER, ESTIMATE_ORDER), np.where(close, LOW_ORDER, TRUNCATION_ORDER)
+    )
+
+
+ALIKE_EVERYWHERE = Orders()
 
 
 def estimated(
-    engine: Engine,
-    ic: Array,
-    coarse: Array,
-    less: Mapping[str, Array],
-    edge: NDArray[np.bool_] | None = None,
+    engine: Engine, ic: Array, coarse: Array, less: Mapping[str, Array], orders: Orders = ALIKE_EVERYWHERE
 ) -> Estimated:
     """ICs with estimates of their error, from those with coarser cells and with less of other things.
 
-    `less`: "nearer" boundaries, and of the harmonic engine "sparser" and "lower" wavenumbers. `edge`: which
-    of the points lie on the outline of the patch.
+    `less`: "nearer" boundaries, and of the harmonic engine "sparser" and "lower" wavenumbers.
     """
-    order = ESTIMATE_ORDER if edge is None else np.where(edge, EDGE_ORDER, ESTIMATE_ORDER)
     waves = [np.abs(ic - less[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in less]
     return Estimated(
         ic,
-        MESH_SAFETY[engine] * np.abs(ic - coarse) / (COARSER**order - 1),
-        SAFETY * np.abs(ic - less["nearer"]) / (LARGER**TRUNCATION_ORDER - 1),
+        MESH_SAFETY[engine] * np.abs(ic - coarse) / (COARSER**orders.mesh - 1),
+        SAFETY * np.abs(ic - less["nearer"]) / (LARGER**orders.truncation - 1),
         SAFETY * np.sum([np.zeros_like(ic), *waves], axis=0),
     )
 

@@ -52,7 +52,7 @@ def xn_of_bodies(runs: Runs) -> Measured:
 
 def xn_of_fit(runs: Runs) -> Measured:
     """Statement 7."""
-    found = {name: runs.geometry(name) for name in GEOMETRIES}
+    found = {name: runs.fitted(name) for name in GEOMETRIES}
     close = {name: error(r, "Bhat_prime", "combined", "xn", along(r, "x")) for name, r in found.items()}
     excess = {name: _excess(results) for name, results in found.items()}
     first, second = GEOMETRIES
@@ -100,7 +100,7 @@ def xn_of_geometries(runs: Runs) -> Measured:
 
 def sn_of_bodies(runs: Runs) -> Measured:
     """Statement 9."""
-    found = {name: runs.geometry(name) for name in GEOMETRIES}
+    found = {name: runs.fitted(name) for name in GEOMETRIES}
 
     def ratio(results: Results, variant: str) -> float:
         return error(results, variant, "combined", "sn") / error(results, "Bhat", "combined", "sn")

@@ -44,7 +44,7 @@ def mix_is_best(runs: Runs) -> Measured:
     worst, mean = {}, {}
     details: dict[str, float] = {}
     for name in GEOMETRIES:
-        results = runs.geometry(name)
+        results = runs.fitted(name)
         for body in BODIES:
             errors = {
                 variant: np.array([error(results, variant, body, c) for c in SHOWN])
@@ -56,7 +56,7 @@ def mix_is_best(runs: Runs) -> Measured:
             worst[case] = float(np.max(errors["mix"]) / min(np.max(of) for of in single))
             mean[case] = float(np.mean(errors["mix"]) / min(np.mean(of) for of in single))
             details |= {f"mean error of {SYMBOLS[v]}: {case}": float(np.mean(of)) for v, of in errors.items()}
-    of = runs.geometry(GEOMETRIES[0])
+    of = runs.fitted(GEOMETRIES[0])
     panels = [
         panel(of, ("Bhat", "mix"), ("combined", c), along(of, "x" if c in ("xx", "xn") else "s")[0])
         for c in SHOWN

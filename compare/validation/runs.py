@@ -5,9 +5,10 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
+from approx.effective import EffectiveProperties
 from approx.variants import VARIANTS
 from compare.calibration.fits import calibrate
-from compare.pipeline import Results, compute
+from compare.pipeline import Results, approximated, compute
 from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
 from femic.refinement import SILENT, Watch
@@ -23,17 +24,22 @@ NEARLY_PLANE = 1e4  # radius [mm] of the arcs
 
 @dataclass(eq=False)
 class Runs:
-    """Scenes with C of all nine components and every variant; B-hat-prime is fitted to each geometry."""
+    """Scenes with C of all nine components and every variant, computed once each."""
 
     workers: int
     store: Store
     watch: Watch = SILENT
     tolerance: float = TOLERANCE
     done: dict[str, Results] = field(default_factory=dict)
+    fits: dict[str, Mapping[str, EffectiveProperties]] = field(default_factory=dict)
 
     def geometry(self, name: str) -> Results:
         """A geometry of the source."""
-        return self._once(name, lambda: self._compute(self._fitted(name)))
+        return self._once(name, lambda: self._compute(self._scene(name)))
+
+    def fitted(self, name: str) -> Results:
+        """The same with B-hat-prime, fitted to the geometry itself."""
+        return self._once(f"{name}, fitted", lambda: self._with_fit(self.geometry(name)))
 
     def checked(self, name: str) -> Results:
         """The same, its C also by the solid engine."""
@@ -79,11 +85,21 @@ class Runs:
         asked = {"components": list(NINE), "variants": variants, "engine": engine}
         return load_scene(name, asked | dict(changes or {}))
 
-    def _fitted(self, name: str) -> Scene:
-        """The scene with B-hat-prime fitted to its own C_xn of one load position."""
-        scene = self._scene(name)
-        fitted = calibrate(scene, workers=self.workers, store=self.store, watch=self.watch).scene
-        return replace(scene, effective=fitted.effective, variants=tuple(VARIANTS), text=fitted.text)
+    def _with_fit(self, results: Results) -> Results:
+        fit = self._fit(results.scene.name)
+        scene = replace(results.scene, effective=fit, variants=tuple(VARIANTS))
+        approximations, seconds = approximated(scene, results.points)
+        return replace(
+            results, scene=scene, approximations=approximations, seconds={**results.seconds, **seconds}
+        )
+
+    def _fit(self, name: str) -> Mapping[str, EffectiveProperties]:
+        """Effective properties fitted to C_xn of one load position."""
+        if name not in self.fits:
+            scene = self._scene(name)
+            found = calibrate(scene, workers=self.workers, store=self.store, watch=self.watch)
+            self.fits[name] = found.scene.effective
+        return self.fits[name]
 
     def _compute(self, scene: Scene) -> Results:
         return compute(scene, workers=self.workers, store=self.store, watch=self.watch)
