@@ -5,7 +5,7 @@ READY := .venv/.ready
 FEMIC := $(BIN)/femic
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat matrix calibrate compare frontier test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix calibrate compare frontier validate extremes docs test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -34,6 +34,15 @@ frontier: $(READY)  ## every way to the ICs of Geometry 1, errors against second
 
 compare: $(READY)  ## both geometries in one report: out/geometry1_geometry2/report.html
 	$(FEMIC) compare geometry1 geometry2
+
+validate: $(READY)  ## fifteen statements checked with computed verdicts: out/validation/validation.html
+	$(FEMIC) validate
+
+extremes: $(READY)  ## every part at its limits and beyond: out/extremes/extremes.html
+	$(FEMIC) extremes
+
+docs: $(READY)  ## compute the numbers of the written pages, and write them (half an hour)
+	$(BIN)/python tools/write_docs.py --compute
 
 test: $(READY)  ## all tests but the slow ones (minutes)
 	$(BIN)/pytest

@@ -16,7 +16,7 @@ from femic.refinement import SILENT, Watch
 from femic.store import Store
 
 SIX = ("nn", "ss", "xx", "xs", "xn", "sn")
-TOLERANCE = {HARMONIC: 0.01, SOLID: 0.05}
+TOLERANCE = {HARMONIC: 0.01, SOLID: 0.1}
 TIGHTER = 0.001  # tolerance of the C against which errors are measured where no closed form exists
 EXAMPLES = 12  # plane scenes drawn
 POINTS = 102  # of a line: none on the outline of the patch, which is a row of its own
