@@ -13,13 +13,13 @@ from collections.abc import Callable, Iterator, Sequence
 from time import perf_counter
 from tracemalloc import get_traced_memory, start, stop
 
-import mpmath
 import numpy as np
 
 from approx import hat, rectangle
 from approx.effective import EffectiveProperties, Transition
 from approx.halfspace import HalfSpace, nine
 from approx.variants import VARIANTS, approximate
+from compare.extremes import exact
 from geometries.contours import arc
 from geometries.materials import Material, both_bodies, one_body
 from geometries.patches import Patch
@@ -81,30 +81,12 @@ def megabytes(call: Callable[[], object]) -> float:
 # --- accuracy ------------------------------------------------------------------------------------------
 
 
-def exact(patch: Patch, x: float, s: float) -> list[mpmath.mpf]:
-    with mpmath.workdps(120):
-        a, b, x, s = (mpmath.mpf(float(v)) for v in (patch.a, patch.b, x, s))
-        total = [mpmath.mpf(0)] * 5
-        for i, j in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-            X, S = x + i * a, s + j * b
-            R = mpmath.sqrt(X * X + S * S)
-            parts = [
-                S * mpmath.asinh(X / abs(S)) if S else 0,
-                X * mpmath.asinh(S / abs(X)) if X else 0,
-                -R,
-                (S * mpmath.log(R) if R else 0) + (X * mpmath.atan(S / X) if X else 0),
-                (X * mpmath.log(R) if R else 0) + (S * mpmath.atan(X / S) if S else 0),
-            ]
-            total = [t + i * j * part for t, part in zip(total, parts, strict=True)]
-    return total
-
-
 def worst_error(form: Form, cases: Sequence[Case]) -> float:
     """Largest relative error of the nine components of one steel body; infinite where it is nan."""
     constants, worst = one_body(STEEL, UPPER), 0.0
     with np.errstate(all="ignore"):
         for patch, x, s in cases:
-            integrals = np.array([float(v) for v in exact(patch, x, s)])
+            integrals = np.array([float(v) for v in exact.integrals(patch, x, s)])
             truth = nine(constants, integrals)
             got = nine(constants, form(patch, np.array(x), np.array(s)))
             errors = np.abs(got - truth)[truth != 0] / np.abs(truth[truth != 0])

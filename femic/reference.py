@@ -277,10 +277,16 @@ def estimated(
     waves = [np.abs(ic - less[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in less]
     return Estimated(
         ic,
-        MESH_SAFETY[engine] * np.abs(ic - coarse) / (COARSER**orders.mesh - 1),
+        pooled(MESH_SAFETY[engine] * np.abs(ic - coarse) / (COARSER**orders.mesh - 1)),
         SAFETY * np.abs(ic - less["nearer"]) / (LARGER**orders.truncation - 1),
         SAFETY * np.sum([np.zeros_like(ic), *waves], axis=0),
     )
+
+
+def pooled(error: Array) -> Array:
+    """Errors (3, 3, ...) of ij not below those of ji: they are errors of the same kind, one lucky or not."""
+    both = np.fmax(error, np.swapaxes(error, 0, 1))
+    return np.where(np.isnan(error), np.nan, both)
 
 
 def discounted(job: Job, u: Array) -> tuple[Array, Array, Array]:

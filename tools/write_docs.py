@@ -2,8 +2,8 @@
 
     python tools/write_docs.py [--compute]
 
-With --compute, `femic validate`, `extremes`, `calibrate` and `frontier` run first (half an hour on 2 cores; what
-out/ keeps is not solved again) and their numbers go to docs/numbers/. Pages are made of these and
+With --compute, `femic validate`, `extremes`, `calibrate` and `frontier` run first (half an hour on 2 cores;
+what out/ keeps is not solved again) and their numbers go to docs/numbers/. Pages are made of these and
 docs/templates/; a test compares.
 """
 
@@ -42,8 +42,7 @@ def compute() -> None:
             frontiers[name] = numbers_of(dataset.load())
     keep("frontier", frontiers)
     for name in ("validation", "extremes"):
-        folder = "validation" if name == "validation" else "extremes"
-        keep(name, json.loads((out / folder / f"{name}.json").read_text(encoding="utf-8")))
+        keep(name, json.loads((out / name / f"{name}.json").read_text(encoding="utf-8")))
 
 
 def run(*arguments: str) -> None:

@@ -132,7 +132,7 @@ def flat(
     """Half-spaces: one body, lines through and beside the patch, and across at a distance in patches."""
     b, a = size, size * aspect
     given = {"ν": (nu, 0.28), "a/b": (aspect, 1.0), "distance / patch": (distance, 25.0)}
-    label = ", ".join(f"{name} = {value:.4g}" for name, (value, usual) in given.items() if value != usual)
+    label = ", ".join(f"{name} = {value:.5g}" for name, (value, usual) in given.items() if value != usual)
     longest = max(a, b)
     lines = [
         {"along": "x", "s": beside * b, "reach": 25 * longest, "points": POINTS},

@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from approx.effective import EffectiveProperties, Transition
 from compare.scenes import file as files
 from compare.scenes.checks import calibration_misfits, grid_misfits, misfits
-from compare.scenes.messages import message
+from compare.scenes.messages import messages
 from compare.scenes.scene import Calibration, Scene
 from femic.cell_size import Cells
 from femic.reference import cells_for, far_radius_for
@@ -110,7 +110,7 @@ def parse(table: dict[str, Any], path: Path) -> files.SceneFile:
     try:
         return files.SceneFile.model_validate(table)
     except ValidationError as error:
-        lines = [message(detail) for detail in error.errors()]
+        lines = messages(error.errors())
         raise BadScene(f"{path}: {len(lines)} error(s)\n  " + "\n  ".join(lines)) from error
 
 

@@ -1,6 +1,6 @@
 """What is wrong with a scene file, as one line per error: field = value: what is wrong; remedy."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -16,9 +16,23 @@ REMEDIES: Mapping[str, str] = {
 }
 
 
+def messages(details: Sequence[ErrorDetails]) -> list[str]:
+    """Errors as lines; where a value may be of several types, only of that which it has."""
+    of_right_type = [f"{_field(one)}." for one in details if not one["type"].endswith("_type")]
+    return [
+        message(one)
+        for one in details
+        if not (one["type"].endswith("_type") and any(f.startswith(f"{_field(one)}.") for f in of_right_type))
+    ]
+
+
+def _field(detail: ErrorDetails) -> str:
+    return ".".join(str(part) for part in _without_tags(detail["loc"]))
+
+
 def message(detail: ErrorDetails) -> str:
     """One error as: field = value: what is wrong; remedy."""
-    field = ".".join(str(part) for part in _without_tags(detail["loc"]))
+    field = _field(detail)
     kind = detail["type"]
     if kind == "extra_forbidden":
         key = str(detail["loc"][-1])

@@ -170,7 +170,7 @@ def factor_of_the_cylinder(runs: Runs) -> Measured:
             panels.append(panel(results, ("B", "Bhat"), (body, "sn"), line, more))
     gained = float(np.mean([ratio <= GAIN for ratio in ratios.values()]))
     details = {f"error with over without: {case}": ratio for case, ratio in ratios.items()}
-    return Measured({"gain": {"all": gained}}, tuple(panels), details)
+    return Measured({"gain": {"all": gained}}, tuple(panels), details, columns=3)
 
 
 def _with_factor(results: Results, variant: str, body: str) -> Array:

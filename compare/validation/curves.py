@@ -31,11 +31,15 @@ class Panel:
 
 @dataclass(frozen=True)
 class Measured:
-    """The numbers of a statement's criteria by case, and what to look at; `details`: what they come from."""
+    """The numbers of a statement's criteria by case, and what to look at, in so many columns.
+
+    `details`: what the numbers come from.
+    """
 
     values: Mapping[str, Mapping[str, float]]
     panels: tuple[Panel, ...] = ()
     details: Mapping[str, float] = field(default_factory=dict)
+    columns: int = 2  # one for each geometry
 
 
 def along(results: Results, direction: str) -> list[OffsetLine]:

@@ -144,4 +144,4 @@ def bodies_cancel_or_add(runs: Runs) -> Measured:
         for component, direction in (("nn", "s"), ("sn", "s"), ("xn", "x"))
         for body in BODIES
     ]
-    return Measured({"cancel": cancel, "add": add}, tuple(panels))
+    return Measured({"cancel": cancel, "add": add}, tuple(panels), columns=3)

@@ -9,7 +9,6 @@ from compare.figures import CHECK, CHECK_MARKS, STYLE, STYLES, SYMBOLS, show_zer
 from compare.validation.curves import Panel
 from compare.validation.verdicts import Judged
 
-COLUMNS = 3
 FURTHER: tuple[dict[str, object], ...] = (
     {"color": "tab:cyan", "linewidth": 1.4},
     {"color": "tab:pink", "linewidth": 1.4, "linestyle": (0, (4, 1))},
@@ -21,7 +20,7 @@ MET, UNMET = "tab:green", "tab:red"
 def curves(judged: Judged) -> Figure:
     """All panels of a statement."""
     panels = judged.measured.panels
-    columns = 2 if len(panels) in {2, 4} else COLUMNS
+    columns = judged.measured.columns
     rows = -(-len(panels) // columns)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(4.1 * columns, 2.9 * rows + 0.5), layout="constrained")
@@ -73,9 +72,9 @@ def numbers(judged: Judged) -> Figure:
             axes.barh(at, list(found.values()), color=colours, height=0.6)
             axes.axvline(criterion.threshold, color="black", linewidth=1.2, linestyle="--")
             axes.set_yticks(at, list(found), fontsize=7)
-            axes.invert_yaxis()
             title = f"{criterion.says}: {criterion.relation} {criterion.threshold:.3g}"
             axes.set_title(title, fontsize=8, loc="left")
             axes.tick_params(axis="x", labelsize=7)
+            axes.set_ylim(len(found) - 0.4, -0.6)
             axes.margins(x=0.08)
         return figure

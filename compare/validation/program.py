@@ -36,7 +36,7 @@ def nu_matters(runs: Runs) -> Measured:
             line = along(one, "s" if component == "sn" else "x")[0]
             more = {f"C, ν = {OTHER_NU[name]:g}": curve(other, "C", body, component, [line])}
             panels.append(panel(one, (), (body, component), line, more))
-    return Measured({"change": change}, tuple(panels))
+    return Measured({"change": change}, tuple(panels), columns=3)
 
 
 def mix_is_best(runs: Runs) -> Measured:
@@ -61,7 +61,7 @@ def mix_is_best(runs: Runs) -> Measured:
         panel(of, ("Bhat", "mix"), ("combined", c), along(of, "x" if c in ("xx", "xn") else "s")[0])
         for c in SHOWN
     ]
-    return Measured({"worst": worst, "mean": mean}, tuple(panels), details)
+    return Measured({"worst": worst, "mean": mean}, tuple(panels), details, columns=3)
 
 
 def engines_agree(runs: Runs) -> Measured:
@@ -80,7 +80,7 @@ def engines_agree(runs: Runs) -> Measured:
         for component, direction in (("nn", "s"), ("sn", "s"), ("xn", "x")):
             line = along(results, direction)[0]
             panels.append(panel(results, ("C_solid",), ("lower", component), line))
-    return Measured({"apart": values}, tuple(panels), details)
+    return Measured({"apart": values}, tuple(panels), details, columns=3)
 
 
 def _worst(shares: dict[str, Array]) -> float:
@@ -124,7 +124,7 @@ def limits(runs: Runs) -> Measured:
         panel(nearly, ("A", "B", "Bhat"), ("lower", "sn"), along(nearly, "s")[0]),
         *_cylinder_panels(),
     )
-    return Measured(values, panels)
+    return Measured(values, panels, columns=3)
 
 
 def _over_estimate(results: Results, body: str) -> float:

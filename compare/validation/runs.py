@@ -56,8 +56,9 @@ class Runs:
     def not_revolved(self) -> Results:
         """Geometry 2, its wheel prismatic."""
         prismatic = {"upper": {"rolling_radius": float("inf")}}
+        name = "geometry2, not revolved"
         return self._once(
-            "geometry2, not revolved", lambda: self._compute(self._scene("geometry2", prismatic))
+            name, lambda: self._compute(replace(self._scene("geometry2", prismatic), name=name))
         )
 
     def plane(self) -> Results:
@@ -68,10 +69,8 @@ class Runs:
         """Geometry 1 with arcs of a very large radius."""
         arc = {"contour": {"kind": "arc", "radius": NEARLY_PLANE, "flank_inclination_deg": 25.5}}
         changes = {"lower": arc, "upper": arc, "reference_length": 10.0}
-        return self._once(
-            f"geometry1, radius {NEARLY_PLANE:g} mm",
-            lambda: self._compute(self._scene("geometry1", changes)),
-        )
+        name = f"arcs of {NEARLY_PLANE / 1000:g} m"
+        return self._once(name, lambda: self._compute(replace(self._scene("geometry1", changes), name=name)))
 
     def _once(self, name: str, make: Callable[[], Results]) -> Results:
         if name not in self.done:

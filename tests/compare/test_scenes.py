@@ -96,7 +96,7 @@ def test_files_are_found_relative_to_the_scene(tmp_path, write_scene):
 BAD = {
     "negative modulus": (("E = 210000.0", "E = -1.0"), r"lower\.E = -1\.0: .*greater than 0"),
     "nu out of range": (("nu = 0.3", "nu = 0.6"), r"upper\.nu = 0\.6: .*less than or equal to 0\.4999"),
-    "steep flank": (("25.0", "95"), r"lower\.contour\.flank_inclination_deg = 95: .*85"),
+    "steep flank": (("25.0", "95"), r"(?s)2 error\(s\).*lower\.contour\.flank_inclination_deg = 95: .*85"),
     "unknown key": (("nu = 0.3", "nu = 0.3\npoisson = 1"), r"lower\.poisson: unknown key"),
     "misspelt key": (("a = 0.3", "a = 0.3\n[engin]\n"), r"engin: unknown key; did you mean 'engine'"),
     "aspect": (("a = 0.3", "a = 30.0"), r"patch = .*a / b = 150 is outside"),
@@ -225,7 +225,7 @@ def test_the_first_cells_follow_from_the_tolerance():
 def test_a_tight_tolerance_has_small_cells_and_a_far_arc_of_the_harmonic_engine():
     loose, tuned, tight = (load_scene("flat", {"engine": {"tolerance": t}}) for t in (0.1, 0.001, 0.000125))
     assert tuned.cells.growth == pytest.approx(2 * tight.cells.growth)
-    assert loose.cells.growth == pytest.approx(1.25 * tuned.cells.growth)
+    assert loose.cells.growth == pytest.approx(1.5 * tuned.cells.growth)
     radii = [scene.bodies["lower"].domain.far_radius for scene in (loose, tuned, tight)]
     assert radii == pytest.approx([1280.0, 1280.0, 1280.0 * 8**0.5])
 
