@@ -1,6 +1,7 @@
-"""The Python blocks of docs/python.md and README.md run as they stand."""
+"""The Python blocks of docs/python.md and README.md run as they stand; computed pages are up to date."""
 
 import re
+import runpy
 import shutil
 from pathlib import Path
 
@@ -19,6 +20,13 @@ def run_blocks(document):
         above = "\n" * text.count("\n", 0, block.start(1))  # line numbers of the document
         exec(compile(above + block[1], ROOT / document, "exec"), namespace)
     return len(blocks), namespace
+
+
+def test_pages_with_computed_numbers_are_not_written_by_hand():
+    pages = runpy.run_path(str(ROOT / "tools/write_docs.py"))["pages"]()
+    assert set(pages) == {"which-ics.md", "validation.md", "extremes.md"}
+    for name, text in pages.items():
+        assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run make docs"
 
 
 @pytest.fixture(scope="module")

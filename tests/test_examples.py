@@ -37,8 +37,13 @@ def script(name):
     return module
 
 
+LONG = {"flank_sweep"}
+
+
 def names():
-    return sorted(path.stem for path in EXAMPLES.glob("*.py"))
+    """All examples; the long ones are slow."""
+    found = sorted(path.stem for path in EXAMPLES.glob("*.py"))
+    return [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in found]
 
 
 @pytest.mark.parametrize("name", names())
@@ -82,6 +87,7 @@ def test_the_rail_head_is_known_to_the_tolerance(outcome):
     assert a > 1  # wrong sign
 
 
+@pytest.mark.slow
 def test_errors_grow_with_the_flanks(outcome):
     _, worst = outcome("flank_sweep")
     planes, steepest = worst.sel(angle=0), worst.sel(angle=60)

@@ -105,10 +105,22 @@ def _draw(axes: Axes, dataset: xr.Dataset, at_least: Array) -> None:
     axes.loglog(seconds[order], errors[order], color="grey", linewidth=1, zorder=1, label="front")
     floor = max(float(dataset.estimate.sel(way=dataset.attrs["best"])), LEAST)
     axes.axhline(floor, color="grey", linestyle=":", label="estimate of the best C")
-    for k in order:
-        label = str(dataset.label.values[k]).removeprefix("C, harmonic ")
-        axes.annotate(label, (seconds[k], errors[k]), fontsize=7, xytext=(4, 3), textcoords="offset points")
+    for k, (at, label) in enumerate(_labels(dataset, order, errors).items()):
+        beside = (4, 3) if k % 2 == 0 else (4, -9)
+        axes.annotate(label, at, fontsize=7, xytext=beside, textcoords="offset points")
     axes.margins(x=0.12)
+
+
+def _labels(dataset: xr.Dataset, ways: NDArray[np.int64], errors: Array) -> dict[tuple[float, float], str]:
+    """Labels of some ways at (seconds, error): those of one point together."""
+    found: dict[tuple[float, float], str] = {}
+    for k in ways:
+        at, label = (
+            (float(dataset.seconds.values[k]), float(errors[k])),
+            str(dataset.label.values[k]).removeprefix("C, harmonic "),
+        )
+        found[at] = f"{found[at]}, {label}" if at in found else label
+    return found
 
 
 def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:

@@ -31,9 +31,10 @@ def test_combined_xn_is_known_to_one_percent_and_to_two_of_its_own_maximum(geome
     assert known["own"] < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("body", BODIES)
-def test_the_solid_engine_agrees_within_the_sum_of_the_estimates(geometry1, body):
-    results, dataset, _ = geometry1
+def test_the_solid_engine_agrees_within_the_sum_of_the_estimates(geometry1_checked, body):
+    results, dataset, _ = geometry1_checked
     of_body = dataset.sel(body=body)
     apart = np.abs(of_body.ic.sel(variant="C") - of_body.ic.sel(variant="C_solid")).values
     known = (of_body.estimate + of_body.estimate_solid).values
@@ -46,8 +47,9 @@ def test_the_solid_engine_agrees_within_the_sum_of_the_estimates(geometry1, body
             assert body == "combined" or estimate < 0.015, (line, component)
 
 
-def test_the_report_says_that_both_engines_agree(geometry1):
-    results, _, _ = geometry1
+@pytest.mark.slow
+def test_the_report_says_that_both_engines_agree(geometry1_checked):
+    results, _, _ = geometry1_checked
     rows = list(agreement(results))
     assert [row["body"] for row in rows] == [body for body in results.scene.compared for _ in range(3)]
     assert {row["verdict"] for row in rows} == {"yes"}

@@ -38,7 +38,9 @@ def after_discount(reference):
     return reference.c.ic
 
 
-@pytest.fixture(scope="module", params=BODIES.values(), ids=BODIES)
+@pytest.fixture(
+    scope="module", params=[BODIES["rail"], pytest.param(BODIES["wheel"], marks=pytest.mark.slow)], ids=BODIES
+)
 def both_ways(request):
     side, radius = request.param
     body = request_for(UNSYMMETRIC, side=side, rolling_radius=radius).body

@@ -57,11 +57,18 @@ def test_estimates_bound_the_errors_and_are_at_most_ten_times_them():
     assert_honest([error_and_estimate(asked, exact(asked)) for asked in balls])
 
 
-def test_estimates_bound_the_errors_of_off_centre_loads():
+@pytest.mark.parametrize(
+    ("side", "inclined", "symmetric"),
+    [
+        pytest.param(LOWER, {"s": 40.0}, True, marks=pytest.mark.slow),
+        (UPPER, {"s": -25.0, "right_flank": 1.1}, False),
+    ],
+)
+def test_estimates_bound_the_errors_of_off_centre_loads(side, inclined, symmetric):
     """8 and 5 degrees inclined: even and odd parts on a quarter of the ball, half of it if flanks differ."""
-    balls = ball(160.0, 2.8, LOWER, s=40.0), ball(160.0, 2.8, UPPER, s=-25.0, right_flank=1.1)
-    assert [asked.body.contour.symmetric for asked in balls] == [True, False]
-    assert_honest([error_and_estimate(asked, exact(asked)) for asked in balls])
+    asked = ball(160.0, 2.8, side, **inclined)
+    assert asked.body.contour.symmetric == symmetric
+    assert_honest([error_and_estimate(asked, exact(asked))])
 
 
 def test_the_half_space_is_not_mistaken_for_the_ball():
