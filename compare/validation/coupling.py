@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from approx.halfspace import HalfSpace
 from approx.orientation import Turn, both_turned, load_turned, turn_between
+from compare.figures import SYMBOLS
 from compare.pipeline import Results, reference_of
 from compare.validation.curves import (
     BODIES,
@@ -164,7 +165,7 @@ def factor_of_the_cylinder(runs: Runs) -> Measured:
             line = along(results, "s")[0]
             part = results.lines[line.name]
             more = {
-                f"{variant} with the factor": unit(results) * ics[S, N, part]
+                f"{SYMBOLS[variant]} with the factor": unit(results) * ics[S, N, part]
                 for variant, ics in with_factor.items()
             }
             panels.append(panel(results, ("B", "Bhat"), (body, "sn"), line, more))

@@ -1,7 +1,7 @@
 """Curves that statements are about: components of ICs along lines, their errors, and panels to look at."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,14 @@ class Panel:
     up: str  # label of the ordinate
     curves: Mapping[str, Array]
     estimate: Array | None = None
+
+
+def beyond(panel: Panel, at: float) -> Panel:
+    """A panel from an abscissa on."""
+    kept = panel.at >= at
+    curves = {name: values[kept] for name, values in panel.curves.items()}
+    estimate = None if panel.estimate is None else panel.estimate[kept]
+    return replace(panel, at=panel.at[kept], curves=curves, estimate=estimate)
 
 
 @dataclass(frozen=True)

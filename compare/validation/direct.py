@@ -10,6 +10,7 @@ from compare.validation.curves import (
     CONVEX,
     Measured,
     along,
+    beyond,
     curve,
     error,
     line_at,
@@ -19,6 +20,7 @@ from compare.validation.runs import GEOMETRIES, Runs
 
 Array = NDArray[np.float64]
 
+BESIDE = 0.15  # reference lengths away: from here on curves are drawn that are steep beside the load
 CANCEL, ADD = ("nn", "ss", "xx", "xs"), ("xn", "sn")
 
 
@@ -79,7 +81,7 @@ def ss_falls_faster(runs: Runs) -> Measured:
     geometry = lacking[of(second, "combined")] - lacking[of(first, "combined")]
     convex = lacking[of(second, CONVEX)] - lacking[of(second, CONCAVE)]
     panels = [
-        panel(results, ("A", "B"), (body, "ss"), line_at(results, 0.0))
+        beyond(panel(results, ("A", "B"), (body, "ss"), line_at(results, 0.0)), BESIDE)
         for body in BODIES
         for results in found.values()
     ]
