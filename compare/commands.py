@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -18,7 +19,7 @@ from compare.extremes.found import available as extremes_available
 from compare.frontier import advice as advising
 from compare.frontier import report as frontier_report
 from compare.frontier import trade
-from compare.frontier.choice import AUTO, choose
+from compare.frontier.choice import AUTO, Choice, Question, choose, question_of
 from compare.matrix import export as exporting
 from compare.matrix import report as matrix_report
 from compare.overlay import curves as overlay
@@ -35,8 +36,9 @@ from compare.validation import runs as validation_runs
 from compare.validation import verdicts
 from femic.store import Store
 from geometries.errors import WrongInput
-from geometries.patches import DirectionName
+from geometries.patches import DIRECTIONS, DirectionName
 
+NINE = tuple(i + j for i, j in product(DIRECTIONS, repeat=2))
 WIDE = 130  # columns of a table
 
 SolidName = Literal["lower", "upper"]
@@ -85,13 +87,19 @@ def run(scene: str, /, *, work: Work = DEFAULT) -> None:
     loaded = load_scene(scene)
     console = Console()
     report = _computed(loaded, work.folder(loaded), work.workers, work.kept(loaded), console)
+    console.print(f"Report: {report}", soft_wrap=True)
     if loaded.ics == AUTO:
         with progress.shown(console) as watch:
-            store = work.kept(loaded)
-            chosen = choose(scene, loaded, workers=work.threads, store=store, watch=watch)
-        assert chosen.advice is not None
-        console.print(advising.told(chosen.advice), soft_wrap=True, markup=False, highlight=False)
-    console.print(f"Report: {report}", soft_wrap=True)
+            store, asked = work.kept(loaded), question_of(loaded)
+            chosen = choose(scene, asked, workers=work.threads, store=store, watch=watch)
+        console.print(_advice(chosen), soft_wrap=True, markup=False, highlight=False)
+
+
+def _advice(chosen: Choice) -> str:
+    """What was chosen, and what that was judged by."""
+    return (
+        f"{advising.told(chosen.advice)} Judged on the scene's lines, at its patch." if chosen.advice else ""
+    )
 
 
 def _store(location: str | None, folder: Path) -> Store:
@@ -158,12 +166,16 @@ def export(
     loaded = load_scene(scene, {"ics": ics} if ics else None)
     console = Console()
     with progress.shown(console) as watch:
-        store = work.kept(loaded)
-        chosen = choose(scene, loaded, workers=work.threads, store=store, watch=watch)
-        if chosen.advice:
-            console.print(advising.told(chosen.advice), soft_wrap=True, markup=False, highlight=False)
+        store, named = work.kept(loaded), loaded.ics
+        exporting.checked(loaded, named)
+        if named == AUTO:
+            all_of_both = Question("combined", NINE, loaded.ics_tolerance)
+            chosen = choose(scene, all_of_both, workers=work.threads, store=store, watch=watch)
+            named, changes = chosen.ics, {"engine": dict(chosen.engine)} if chosen.engine else {}
+            loaded = load_scene(scene, changes)
+            console.print(_advice(chosen), soft_wrap=True, markup=False, highlight=False)
         asked = matrix_report.Asked(work.folder(loaded), None, work.threads)
-        written = exporting.FORMATS[to](chosen.scene, chosen.ics, asked, store, watch)
+        written = exporting.FORMATS[to](loaded, named, asked, store, watch)
     console.print(exporting.told(written), soft_wrap=True, markup=False, highlight=False)
 
 
@@ -301,6 +313,10 @@ def validate(
 ) -> None:
     """Check what is said about these ICs, and this program, with computed verdicts; write a report."""
     numbers = verdicts.chosen(only)
+    if not validation_runs.TIGHTEST <= tolerance <= validation_runs.LOOSEST:
+        raise WrongInput(
+            f"--tolerance {tolerance:g}: {validation_runs.TIGHTEST:g} ... {validation_runs.LOOSEST:g}"
+        )
     folder = folders.made(work.out or Path("out") / "validation")
     console = Console(highlight=False)
     with progress.shown(console) as watch:

@@ -130,7 +130,8 @@ def pages() -> dict[str, str]:
     )
     environment.filters["percent"] = percent
     environment.filters["seconds"] = in_seconds
-    environment.filters["short"] = lambda value: "–" if value is None else f"{value:.2g}"
+    environment.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
+    environment.filters["cell"] = lambda text: text.replace("|", "\\|")
     return {
         path.name.removesuffix(".j2"): environment.get_template(path.name).render(**numbers)
         for path in sorted(TEMPLATES.glob("*.md.j2"))

@@ -178,7 +178,7 @@ def _worst(at: str, cases: Iterable[Case]) -> Reached:
     """The largest error of some cases, and the seconds of one."""
     start = perf_counter()
     errors = [case.error() for case in cases]
-    return Reached(at, max(errors), None, IN_DIGITS, (perf_counter() - start) / len(errors))
+    return Reached(at, max(errors), None, None, IN_DIGITS, (perf_counter() - start) / len(errors))
 
 
 def _drawn(strategy: st.SearchStrategy[Case]) -> Reached:

@@ -4,6 +4,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 
+import numpy as np
+
+from geometries.errors import Failure
+
 ANALYTIC, HARMONIC, SOLID = "analytic", "harmonic", "solid"
 
 
@@ -14,21 +18,24 @@ def available() -> bool:
 
 @dataclass(frozen=True)
 class Reached:
-    """A case within the limits; errors and estimates are shares, `estimate` None of what has none.
+    """A case within the limits: the largest error, and of what has estimates the largest and how they hold.
 
-    `exact`: against what the error was measured.
+    Errors and estimates are shares; `used` is the largest error over its own estimate, of any component on
+    any line. `exact`: against what errors were measured. `note`: more, or why the case failed.
     """
 
     at: str
     error: float
     estimate: float | None
+    used: float | None
     exact: str
     seconds: float
+    note: str = ""
 
     @property
     def honest(self) -> bool:
-        """Whether the estimate is at least the error."""
-        return self.estimate is None or self.error <= self.estimate
+        """Whether every estimate is at least the error."""
+        return self.used is None or self.used <= 1
 
 
 @dataclass(frozen=True)
@@ -69,12 +76,20 @@ class Found:
         return max(case.seconds for case in self.reached)
 
 
+def _caught(case: Callable[[], Reached]) -> Reached:
+    """A case; where it fails, what the program says."""
+    try:
+        return case()
+    except Failure as error:
+        return Reached("failed", np.inf, None, np.inf, "", 0.0, str(error))
+
+
 def tried(parameters: Sequence[Parameter], say: Callable[[str], None]) -> Iterator[Found]:
     """Try all cases of all parameters."""
     for parameter in parameters:
         reached = []
         for case in parameter.reached:
-            reached.append(case())
+            reached.append(_caught(case))
             one = reached[-1]
             known = "" if one.estimate is None else f", estimate {one.estimate:.1e}"
             text = f"  {parameter.engine}: {parameter.name}: {one.at}: error {one.error:.1e}{known}"

@@ -4,8 +4,9 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from time import perf_counter
 from typing import Any
+
+import numpy as np
 
 from compare import folders
 from compare.extremes import analytic
@@ -18,9 +19,8 @@ from femic.provenance import code_digest, versions
 def try_all(of: Sequence[str], engines: Engines, folder: Path) -> Path:
     """Try the parts and write what was found; returns the path of the page."""
     folders.made(folder)
-    start = perf_counter()
     found = list(tried([row for part in of for row in rows(part, engines)], engines.watch.on_stage))
-    values = record(found, perf_counter() - start)
+    values = record(found)
     text = json.dumps(values, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / "extremes.json").write_text(text, encoding="utf-8")
     path = folder / "extremes.html"
@@ -36,16 +36,28 @@ def rows(part: str, engines: Engines) -> list[Parameter]:
 def summary(found: Sequence[Found]) -> str:
     """One paragraph: whether all estimates hold, and whether everything beyond the limits is answered."""
     cases = [case for one in found for case in one.reached]
-    judged = [case for case in cases if case.estimate is not None]
+    judged = [case for case in cases if case.used is not None]
     held = sum(case.honest for case in judged)
     beyond = [case for one in found for case in one.beyond]
     silent = [case.at for case in beyond if not case.says]
     answered = "all of them are answered" if not silent else f"nothing is said at {', '.join(silent)}"
-    estimates = f"{held} of {len(judged)} estimates are at least the error. " if judged else ""
+    estimates = (
+        f"In {held} of {len(judged)} cases with estimates all of them are at least the error. "
+        if judged
+        else ""
+    )
     return f"{len(cases)} cases within the limits. {estimates}{len(beyond)} beyond: {answered}."
 
 
-def record(found: Sequence[Found], seconds: float) -> dict[str, Any]:
+def _finite(values: dict[str, Any]) -> dict[str, Any]:
+    """Without what JSON does not know: infinite is null."""
+    return {
+        key: None if isinstance(value, float) and not np.isfinite(value) else value
+        for key, value in values.items()
+    }
+
+
+def record(found: Sequence[Found]) -> dict[str, Any]:
     """Everything as it goes into `extremes.json`."""
     return {
         "rows": [
@@ -53,15 +65,13 @@ def record(found: Sequence[Found], seconds: float) -> dict[str, Any]:
                 "engine": one.parameter.engine,
                 "parameter": one.parameter.name,
                 "range": one.parameter.range,
-                "reached": [asdict(case) | {"honest": case.honest} for case in one.reached],
-                "worst": asdict(one.worst),
-                "seconds": one.seconds,
+                "reached": [_finite(asdict(case)) | {"honest": case.honest} for case in one.reached],
                 "beyond": [asdict(case) for case in one.beyond],
             }
             for one in found
         ],
         "summary": summary(found),
-        "seconds": round(seconds, 1),
+        "seconds": round(sum(case.seconds for one in found for case in one.reached), 1),
         "versions": versions(),
         "code": code_digest(),
     }

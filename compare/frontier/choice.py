@@ -1,10 +1,11 @@
 """Which ICs a scene uses: those that it names, or the cheapest that are good enough."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 from compare.frontier.advice import Advice, advise, asked_for
 from compare.frontier.trade import compute_frontier
-from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
 from femic.refinement import SILENT, Watch
 from femic.store import Store
@@ -14,33 +15,38 @@ AUTO, C = "auto", "C"
 
 @dataclass(frozen=True)
 class Choice:
-    """ICs by name, C or an approximation, the scene with the settings of that C, and why (None: named)."""
+    """ICs by name, C or an approximation, keys of the table `engine` for that C, and why (None: named)."""
 
     ics: str
-    scene: Scene
+    engine: Mapping[str, Any] = field(default_factory=dict)
     advice: Advice | None = None
 
 
-def choose(
-    base: str,
-    scene: Scene,
-    *,
-    workers: int,
-    store: Store | None = None,
-    watch: Watch = SILENT,
-) -> Choice:
-    """The ICs that the scene names; where that is "auto", those that `femic advise` would name.
+@dataclass(frozen=True)
+class Question:
+    """Of which body, in which components, and how accurately ICs are to be chosen."""
 
-    They meet `ics_tolerance` in all components of the first body that the scene compares. Raises Failure
-    where nothing does.
+    body: str
+    components: tuple[str, ...]
+    tolerance: float
+
+
+def question_of(scene: Scene) -> Question:
+    """All that a scene compares of its first body."""
+    return Question(scene.compared[0], scene.components, scene.ics_tolerance)
+
+
+def choose(
+    base: str, question: Question, *, workers: int, store: Store | None = None, watch: Watch = SILENT
+) -> Choice:
+    """The ICs that `femic advise` would name, judged on the lines and at the patch of a scene.
+
+    Raises Failure where nothing is good enough.
     """
-    if scene.ics != AUTO:
-        return Choice(scene.ics, scene)
-    body = scene.compared[0]
-    asked = asked_for(scene.ics_tolerance, scene.components, body)
+    asked = asked_for(question.tolerance, question.components, question.body)
     found = compute_frontier(base, asked, workers=workers, store=store, watch=watch)
-    advice = advise(found, scene.ics_tolerance, scene.components, body)
+    advice = advise(found, question.tolerance, question.components, question.body)
     settings = {way.name: way.engine for way in asked.ways}
     if advice.way not in settings:
-        return Choice(advice.way, scene, advice)
-    return Choice(C, load_scene(base, {"engine": dict(settings[advice.way])}), advice)
+        return Choice(advice.way, advice=advice)
+    return Choice(C, asked.engine(base, settings[advice.way]), advice)

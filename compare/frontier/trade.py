@@ -14,7 +14,7 @@ from compare import plan
 from compare.frontier import ways
 from compare.frontier.ways import Way
 from compare.pipeline import Results, approximated, compute, reference_of, scene_points, shares_of
-from compare.scenes.load import BadScene, load_scene
+from compare.scenes.load import BadScene, load_scene, read_scene, scene_path
 from compare.scenes.scene import Scene
 from femic.accuracy import NotConverged, component_of
 from femic.provenance import code_digest
@@ -23,6 +23,7 @@ from femic.store import Store
 from geometries.errors import Failure, WrongInput
 
 Array = NDArray[np.float64]
+BODY_AND_SOLVER = ("far_radius", "half_length", "solver")  # keys of a scene's engine of the same kind
 Curves = Mapping[str, Array]  # by body compared, (3, 3, n_points) [mm/N]
 
 
@@ -55,7 +56,14 @@ class Asked:
 
     def scene(self, base: str, engine: Mapping[str, Any]) -> Scene:
         """The scene with the settings of a way."""
-        return load_scene(base, {**self.changes, "engine": dict(engine)})
+        return load_scene(base, {**self.changes, "engine": self.engine(base, engine)})
+
+    def engine(self, base: str, engine: Mapping[str, Any]) -> dict[str, Any]:
+        """The settings of a way, with those of the scene that do not follow from its tolerance."""
+        own = read_scene(scene_path(base))[1].get("engine", {})
+        kind = own.get("kind", "harmonic")
+        kept = ("most_unknowns", *(BODY_AND_SOLVER if engine.get("kind", kind) == kind else ()))
+        return {key: own[key] for key in kept if key in own} | {"kind": kind} | dict(engine)
 
 
 def compute_frontier(

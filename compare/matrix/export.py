@@ -32,18 +32,23 @@ class Exported:
     file: ContactFile
 
 
-def export(scene: Scene, ics: str, asked: Asked, store: Store, watch: Watch) -> Exported:
-    """Write `contact_ICS.txt`: ICs of both bodies by C, computed if it is not there, or an approximation.
-
-    Raises BadScene where the grid does not fit, WrongInput where both bodies are not compared.
-    """
+def checked(scene: Scene, ics: str) -> None:
+    """Raise BadScene where the grid does not fit, WrongInput where ICs of both bodies cannot be had."""
     if "combined" not in scene.compared:
         raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
     if ics == "Bhat_prime" and not scene.pair.has_effective("combined"):
-        raise WrongInput("--ics Bhat_prime: the scene has no effective properties; see femic calibrate")
+        raise WrongInput("ics = Bhat_prime: the scene has no effective properties; see femic calibrate")
     errors = list(grid_misfits(scene))
     if errors:
         raise BadScene(f"{scene.name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
+
+
+def export(scene: Scene, ics: str, asked: Asked, store: Store, watch: Watch) -> Exported:
+    """Write `contact_ICS.txt`: ICs of both bodies by C, computed if it is not there, or an approximation.
+
+    Raises as `checked`.
+    """
+    checked(scene, ics)
     folders.made(asked.out)
     if ics == "C":
         write_matrix(scene, asked, store, watch)

@@ -34,6 +34,8 @@ def misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterat
             "variants: Bhat_prime needs effective properties of what is compared: add a table "
             "[effective.combined.mismatch_k] with far, r_inf, m, n (or of lower, upper; of G, nu)"
         )
+    if scene.ics == "Bhat_prime" and not any(scene.pair.has_effective(name) for name in scene.compared):
+        yield "ics = 'Bhat_prime': the scene has no effective properties; femic calibrate finds some"
     if scene.fields and scene.engine != "solid":
         yield "fields = true: only engine.kind = 'solid' has fields in 3D"
     if scene.solver == "direct" and not direct_available():

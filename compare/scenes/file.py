@@ -246,7 +246,7 @@ class EngineTable(Section):
     growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
         None,
         description="first cell size over distance from the patch's edges; default: 0.5, less below "
-        "tolerance 0.002 (solid: over distance from the lines; 0.14 at tolerance 0.01)",
+        "tolerance 0.003 (solid: over distance from the lines; 0.14 at tolerance 0.01)",
     )
     line_growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
         None, description="first cell size on a line over distance from the patch; default: 0.05, likewise"

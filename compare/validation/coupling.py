@@ -37,11 +37,15 @@ def xn_of_bodies(runs: Runs) -> Measured:
     """Statement 6."""
     found = {name: runs.geometry(name) for name in GEOMETRIES}
 
-    def size(results: Results, variant: str, body: str) -> float:
-        return rms(curve(results, variant, body, "xn", along(results, "x")))
-
-    in_b = {name: size(r, "B", CONCAVE) / size(r, "B", CONVEX) for name, r in found.items()}
-    in_c = {name: size(r, "C", CONVEX) / size(r, "C", CONCAVE) for name, r in found.items()}
+    in_b, in_c = (
+        {
+            f"{name}, {line.name}": rms(curve(results, variant, larger, "xn", [line]))
+            / rms(curve(results, variant, smaller, "xn", [line]))
+            for name, results in found.items()
+            for line in along(results, "x")
+        }
+        for variant, larger, smaller in (("B", CONCAVE, CONVEX), ("C", CONVEX, CONCAVE))
+    )
     poor = {name: error(r, "B", "combined", "xn") for name, r in found.items()}
     panels = [
         panel(results, ("A", "B"), (body, "xn"), along(results, "x")[0])
@@ -87,7 +91,7 @@ def xn_of_geometries(runs: Runs) -> Measured:
     first, second, not_revolved = sizes.values()
     values = {
         "larger": {"both": second / first},
-        "curvature": {"both": (second - not_revolved) / (second - first)},
+        "curvature": {"both": abs((second - not_revolved) / (second - first))},
     }
     wheel = found[GEOMETRIES[1]]
     line = line_at(wheel, 0.0)
@@ -152,11 +156,11 @@ def _furthest_misfit(results: Results) -> float:
 
 
 def factor_of_the_cylinder(runs: Runs) -> Measured:
-    """Statement 10."""
+    """Statement 10; not of both bodies together: where they are alike, A_sn and with it the factor cancel."""
     found = {name: runs.geometry(name) for name in GEOMETRIES}
     ratios, panels = {}, []
     for name, results in found.items():
-        for body in BODIES:
+        for body in (CONVEX, CONCAVE):
             with_factor = {variant: _with_factor(results, variant, body) for variant in TURNED}
             c = reference_of(results, body).ic
             for variant, ics in with_factor.items():

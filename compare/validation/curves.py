@@ -92,7 +92,10 @@ def deviation(
 ) -> float:
     """Largest share that a deviation (3, 3, n) has of the scale of a line (default: of all)."""
     shares = shares_of(results, body, off)
-    return max(float(shares[line.name][indices(component)]) for line in lines or results.scene.lines)
+    return max(
+        float(shares[line.name][indices(component)])
+        for line in (results.scene.lines if lines is None else lines)
+    )
 
 
 def rms(values: Array) -> float:

@@ -128,7 +128,7 @@ def limits(runs: Runs) -> Measured:
 
 
 def _over_estimate(results: Results, body: str) -> float:
-    """Largest |C - A| over the estimate of C, of components and lines where the estimate is not 0."""
+    """Largest |C - A| over the estimate of C (at least `TINY`) of a component on a line."""
     off = shares_of(results, body, ics_of(results, "A", body) - reference_of(results, body).ic)
     known = shares_of(results, body, reference_of(results, body).estimate)
     return max(

@@ -11,14 +11,20 @@ import numpy as np
 from compare import folders
 from compare.figures import save
 from compare.html import embedded, rendered
-from compare.pipeline import estimated_errors
+from compare.pipeline import reference_of, shares_of
 from compare.validation import figures
+from compare.validation.criteria import CHANGES
 from compare.validation.runs import Runs
-from compare.validation.verdicts import DEPENDS, NOT_REPRODUCED, REPRODUCED, Judged, judge
+from compare.validation.verdicts import DEPENDS, NOT_DECIDED, NOT_REPRODUCED, REPRODUCED, Judged, judge
 from femic.accuracy import component_of
 from femic.provenance import code_digest, versions
 
-COLOURS = {REPRODUCED: "#d9f0d9", DEPENDS: "#fdf1cd", NOT_REPRODUCED: "#f9d9d6"}
+COLOURS = {
+    REPRODUCED: "#d9f0d9",
+    DEPENDS: "#fdf1cd",
+    NOT_REPRODUCED: "#f9d9d6",
+    NOT_DECIDED: "#dddddd",
+}
 
 
 def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
@@ -58,6 +64,7 @@ def record(judged: Sequence[Judged], runs: Runs, seconds: float) -> dict[str, An
     return {
         "statements": [_statement(one) for one in judged],
         "runs": {name: _known(runs, name) for name in runs.done},
+        "changes": list(CHANGES),
         "tolerance": runs.tolerance,
         "seconds": round(seconds, 1),
         "versions": versions(),
@@ -70,8 +77,10 @@ def _statement(one: Judged) -> dict[str, Any]:
         "number": one.number,
         "claim": one.statement.claim,
         "verdict": one.verdict,
+        "failed": one.failed,
         "unmet": [
-            f"{criterion.says}: {case}: {value:.3g} (not {criterion.relation} {criterion.threshold:.3g})"
+            f"{criterion.says}: {case}: {value:.4g} (not {criterion.relation} {criterion.threshold:.3g}"
+            f"{'; too close to tell' if criterion.close(value) else ''})"
             for criterion, case, value in one.unmet
         ],
         "criteria": [
@@ -82,8 +91,10 @@ def _statement(one: Judged) -> dict[str, Any]:
                 "threshold": criterion.threshold,
                 "values": _finite(one.measured.values[criterion.name]),
                 "met": {c: criterion.met(v) for c, v in one.measured.values[criterion.name].items()},
+                "close": {c: criterion.close(v) for c, v in one.measured.values[criterion.name].items()},
             }
             for criterion in one.statement.criteria
+            if not one.failed
         ],
         "details": _finite(one.measured.details),
     }
@@ -94,18 +105,24 @@ def _finite(values: Any) -> dict[str, float | None]:
 
 
 def _known(runs: Runs, name: str) -> dict[str, float]:
-    """How well C of a run is known, at worst, and what it took."""
+    """How well C of a run is known, at worst (its own engine's), and what it took."""
     results = runs.done[name]
-    components = results.scene.components
-    errors = estimated_errors(results).values()
+    known = [
+        component_of(of_line, component)
+        for body in results.scene.compared
+        for of_line in shares_of(results, body, reference_of(results, body).estimate).values()
+        for component in results.scene.components
+    ]
     return {
-        "estimate": max(component_of(of_line, c) for of_line in errors for c in components),
+        "estimate": max(known),
         "seconds": round(sum(sum(cost.seconds.values()) for cost in results.models.values()), 1),
         "unknowns": max(cost.unknowns for cost in results.models.values()),
     }
 
 
 def _pictures(one: Judged, folder: Path) -> list[Any]:
+    if one.failed:
+        return []
     drawn = {"numbers": figures.numbers(one)}
     if one.measured.panels:
         drawn = {"curves": figures.curves(one)} | drawn

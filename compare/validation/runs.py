@@ -17,6 +17,7 @@ from geometries.patches import DIRECTIONS
 
 GEOMETRIES = ("geometry1", "geometry2")
 TOLERANCE = 1e-3  # of C
+TIGHTEST, LOOSEST = 1e-4, 0.02
 NINE = tuple(i + j for i, j in product(DIRECTIONS, repeat=2))
 OTHER_NU = {"geometry1": 0.30, "geometry2": 0.28}
 NEARLY_PLANE = 1e4  # radius [mm] of the arcs

@@ -7,9 +7,10 @@ from compare.validation import coupling, direct, program
 from compare.validation.criteria import STATEMENTS, Criterion, Statement
 from compare.validation.curves import Measured
 from compare.validation.runs import Runs
-from geometries.errors import WrongInput
+from geometries.errors import Failure, WrongInput
 
 REPRODUCED, NOT_REPRODUCED, DEPENDS = "reproduced", "not reproduced", "depends"
+NOT_DECIDED = "not decided"
 
 MEASURES: Mapping[int, Callable[[Runs], Measured]] = {
     1: direct.nn_follows,
@@ -37,10 +38,13 @@ class Judged:
     number: int
     statement: Statement
     measured: Measured
+    failed: str = ""  # why nothing could be measured
 
     @property
     def verdict(self) -> str:
         """Reproduced if every criterion is met in every case, not if none is in any; else it depends."""
+        if self.failed:
+            return NOT_DECIDED
         met = [criterion.met(value) for criterion, _, value in self.numbers]
         if all(met):
             return REPRODUCED
@@ -49,7 +53,7 @@ class Judged:
     @property
     def numbers(self) -> Iterator[tuple[Criterion, str, float]]:
         """Every criterion, case and value."""
-        for criterion in self.statement.criteria:
+        for criterion in () if self.failed else self.statement.criteria:
             for case, value in self.measured.values[criterion.name].items():
                 yield criterion, case, value
 
@@ -62,8 +66,12 @@ class Judged:
 
 
 def judge(number: int, runs: Runs) -> Judged:
-    """Measure a statement, and judge it."""
-    statement, measured = STATEMENTS[number], MEASURES[number](runs)
+    """Measure a statement, and judge it; not decided where C cannot be had."""
+    statement = STATEMENTS[number]
+    try:
+        measured = MEASURES[number](runs)
+    except Failure as error:
+        return Judged(number, statement, Measured({}), str(error))
     missing = {criterion.name for criterion in statement.criteria} ^ set(measured.values)
     assert not missing, f"statement {number}: {missing}"
     return Judged(number, statement, measured)
@@ -74,5 +82,5 @@ def chosen(only: Iterable[int] | None) -> tuple[int, ...]:
     asked = tuple(dict.fromkeys(only)) if only is not None else tuple(STATEMENTS)
     unknown = [number for number in asked if number not in STATEMENTS]
     if unknown or not asked:
-        raise WrongInput(f"--only {' '.join(map(str, unknown))}: statements are 1 to {len(STATEMENTS)}")
+        raise WrongInput(f"--only {' '.join(map(str, unknown)) or '?'}: give some of 1 to {len(STATEMENTS)}")
     return asked

@@ -8,12 +8,12 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from compare.cli import DONE, FAILED, WRONG_INPUT, exit_code
+from compare.cli import DONE, WRONG_INPUT, exit_code
 from compare.dataset import errors, to_dataset
 from compare.frontier import report as frontier_report
 from compare.frontier import trade as frontier
 from compare.frontier.advice import ALIKE, advise, asked_for
-from compare.frontier.choice import Choice, choose
+from compare.frontier.choice import Question, choose, question_of
 from compare.frontier.trade import Asked, compute_frontier, front, known_errors
 from compare.frontier.ways import Way, harmonic, solid
 from compare.pipeline import compute
@@ -216,7 +216,6 @@ def test_advice_from_the_command_line(made, tmp_path, capsys):
     assert exit_code(["advise", str(path), "--tolerance", "2", *place]) == WRONG_INPUT
     assert exit_code(["advise", str(path), "--components", "nq", *place]) == WRONG_INPUT
     assert exit_code(["frontier", str(path), "--budget", "-1", *place]) == WRONG_INPUT
-    assert FAILED == 1
 
 
 # --- ics = "auto" ---------------------------------------------------------------------------------------
@@ -225,25 +224,33 @@ def test_advice_from_the_command_line(made, tmp_path, capsys):
 @pytest.mark.parametrize(("tolerance", "kind"), [(0.5, "approximation"), (0.02, "harmonic")])
 def test_auto_chooses_what_advise_names(made, tolerance, kind):
     path, store, _ = made
-    scene = load_scene(str(path), {"ics": "auto", "ics_tolerance": tolerance})
-    chosen = choose(str(path), scene, workers=2, store=store)
-    assert chosen.advice.error <= tolerance == chosen.advice.tolerance
+    scene = load_scene(str(path), {"ics_tolerance": tolerance})
+    chosen = choose(str(path), question_of(scene), workers=2, store=store)
     asked = asked_for(tolerance, scene.components, "combined")
     found = compute_frontier(str(path), asked, workers=2, store=store)
     way = advise(found, tolerance, scene.components, "combined").way
     assert chosen.advice.way == way
+    assert chosen.advice.error <= tolerance == chosen.advice.tolerance
     assert found.kind.sel(way=way) == kind
     if kind == "approximation":
-        assert (chosen.ics, chosen.scene) == (way, scene)
+        assert (chosen.ics, chosen.engine) == (way, {})
     else:
-        assert (chosen.ics, chosen.scene.tolerance) == ("C", float(way.split()[1]))
+        assert (chosen.ics, chosen.engine["tolerance"]) == ("C", float(way.split()[1]))
 
 
-def test_named_ics_are_taken_without_a_word(made):
+def test_ways_keep_what_belongs_to_the_body(made, tmp_path):
+    """A far radius is part of the answer; cells follow from the tolerance, other engines have their own."""
     path, *_ = made
-    for name in ("C", "Bhat"):
-        scene = load_scene(str(path), {"ics": name})
-        assert choose(str(path), scene, workers=1) == Choice(name, scene, None)
+    mine = tmp_path / "mine.toml"
+    engine = "check = true\nfar_radius = 2000.0\nsmallest_cell = 0.01\nmost_unknowns = 5000\n"
+    mine.write_text(path.read_text(encoding="utf-8").replace("check = true", engine), encoding="utf-8")
+    asked = asked_for(0.1, ["nn"], "lower")
+    scene = asked.scene(str(mine), asked.ways[0].engine)
+    assert scene.bodies["lower"].domain.far_radius == 2000.0
+    assert (scene.most_unknowns, scene.tolerance, scene.check) == (5000, 0.1, None)
+    assert scene.cells.smallest != 0.01
+    other = asked.scene(str(mine), next(solid()).engine)
+    assert (other.bodies["lower"].domain.far_radius, other.most_unknowns) == (320.0, 5000)
 
 
 def test_run_and_export_say_and_use_what_auto_chose(made, tmp_path, capsys):
@@ -258,11 +265,23 @@ def test_run_and_export_say_and_use_what_auto_chose(made, tmp_path, capsys):
     assert exit_code(["export", str(mine), *place]) == DONE
     said = capsys.readouterr().out
     assert "50.00% asked for" in said
-    chosen = choose(str(mine), load_scene(str(mine)), workers=2, store=store)
+    nine = Question("combined", tuple(i + j for i in "xsn" for j in "xsn"), 0.5)
+    chosen = choose(str(mine), nine, workers=2, store=store)
     assert f"contact_{chosen.ics}.txt" in said
     assert (tmp_path / "out" / f"contact_{chosen.ics}.txt").is_file()
     assert exit_code(["run", str(mine), *place]) == DONE
-    assert chosen.advice.label in capsys.readouterr().out
+    of_run = choose(str(mine), question_of(load_scene(str(mine))), workers=2, store=store)
+    assert f"Use {of_run.advice.label}" in capsys.readouterr().out
+
+
+def test_export_refuses_before_it_asks_what_to_use(made, tmp_path, monkeypatch, capsys):
+    path, *_ = made
+    mine = tmp_path / "mine.toml"
+    text = path.read_text(encoding="utf-8").replace('"combined", "lower"', '"lower"')
+    mine.write_text('ics = "auto"\n' + text, encoding="utf-8")
+    monkeypatch.setattr("compare.commands.choose", lambda *_, **__: pytest.fail("asked"))
+    assert exit_code(["export", str(mine), "--out", str(tmp_path / "out")]) == WRONG_INPUT
+    assert "add 'combined'" in capsys.readouterr().err
 
 
 def test_ways_have_labels():
