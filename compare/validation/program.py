@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 from approx.cylinder import cavity_ics, half_plane_ics, solid_cylinder_ics
 from approx.halfspace import HalfSpace
-from approx.variants import VARIANTS
 from compare.figures import SYMBOLS
 from compare.pipeline import Results, apart, ics_of, reference_of, shares_of
 from compare.validation.curves import BODIES, Measured, Panel, along, curve, deviation, error, panel
@@ -48,7 +47,7 @@ def mix_is_best(runs: Runs) -> Measured:
         for body in BODIES:
             errors = {
                 variant: np.array([error(results, variant, body, c) for c in SHOWN])
-                for variant in VARIANTS
+                for variant in results.scene.variants
                 if not np.any(np.isnan(ics_of(results, variant, body)))
             }
             single = [of for variant, of in errors.items() if variant != "mix"]
