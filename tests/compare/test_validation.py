@@ -133,8 +133,8 @@ def not_discounted(*arguments):
 DISCOUNTED = reference.discounted
 MUTATIONS = {
     "A_xx too large": (factor((0, 0), 1.2), {2}),
-    "sign of A_xn": (factor((0, 2), -1), {6}),
-    "direction of turns": ((variants, "turn_between", backwards), {6, 7, 12}),
+    "sign of A_xn": (factor((0, 2), -1), set()),
+    "direction of turns": ((variants, "turn_between", backwards), {7, 12}),
     "sign of C_xn": (c_times((0, 2), -1), {7}),
     "no rigid-body discount": ((reference, "discounted", not_discounted), set()),
 }
