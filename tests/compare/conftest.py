@@ -61,8 +61,8 @@ def write_scene(tmp_path):
 
 @pytest.fixture(scope="session")
 def geometry1():
-    """Geometry 1 by the harmonic engine: (results, dataset, errors)."""
-    results = compute(load_scene("geometry1", {"engine": {"check": False}}), workers=1)
+    """Geometry 1 by the harmonic engine at tolerance 0.001: (results, dataset, errors)."""
+    results = compute(load_scene("geometry1", {"engine": {"check": False, "tolerance": 0.001}}), workers=2)
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
 

@@ -132,6 +132,7 @@ def test_single_loads_are_columns(on_arcs, strip):
         assert np.all(off <= allowed), (off / allowed, nn)
 
 
+@pytest.mark.slow
 def test_a_refined_model_agrees_with_its_first_one_within_the_estimate(on_plane):
     """The driver refines what is not accurate enough: here it is asked for more than it starts with."""
     job = replace(on_plane.job, cells=on_plane.cells.scaled(1.8), tolerance=1e-3)
