@@ -37,7 +37,7 @@ def script(name):
     return module
 
 
-LONG = {"flank_sweep"}
+LONG = {"flank_sweep", "cylinder_factor"}
 
 
 def names():
@@ -97,6 +97,7 @@ def test_errors_grow_with_the_flanks(outcome):
     np.testing.assert_allclose(worst.sel(i="s", variant="A")[1:], 1)  # A_sn of equal bodies is 0
 
 
+@pytest.mark.slow
 def test_the_factor_of_the_cylinder_cancels_for_equal_bodies_and_helps_only_the_upper_one_everywhere(outcome):
     _, worst = outcome("cylinder_factor")
     b, faded = (

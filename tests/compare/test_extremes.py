@@ -72,7 +72,7 @@ def test_what_is_beyond_an_engine_is_refused_with_the_field(kind, engine):
 @pytest.mark.parametrize(
     ("asked", "tolerance"),
     [
-        (on_outline(), 0.01),  # errors fall like h only
+        pytest.param(on_outline(), 0.01, marks=pytest.mark.slow),  # errors fall like h only
         (flat(nu=0.0, aspect=1.35, size=0.712, distance=9.4), 0.1),  # few wavenumbers: once 7.6 estimates
     ],
     ids=["on the outline", "few wavenumbers"],

@@ -104,7 +104,8 @@ def test_lags_are_points(radius):
             np.testing.assert_allclose(column, u, atol=1e-9 * np.max(np.abs(u)))
 
 
-@pytest.mark.parametrize("strip", [1, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("strip", [1, 4])
 def test_single_loads_are_columns(on_arcs, strip):
     """C of one load by its own models, fine at the edges of the patch, within both estimates."""
     lags = np.arange(1, GRID.n_x)
