@@ -5,13 +5,14 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from approx.orientation import turn_between
 from approx.pair import Pair, Solid
 from compare.extremes import exact
+from compare.extremes.drawing import drawing
 from compare.extremes.found import ANALYTIC, Beyond, Parameter, Reached
 from geometries.contours import arc, plane
 from geometries.errors import WrongInput
@@ -24,14 +25,6 @@ Array = NDArray[np.float64]
 EXAMPLES = 150  # drawn for each parameter
 LEAST = 1e-60  # what is smaller is drawn as 0, or the many digits would not do
 IN_DIGITS = f"{exact.DIGITS} digits"
-quiet = settings(
-    max_examples=EXAMPLES,
-    derandomize=True,
-    deadline=None,
-    database=None,
-    phases=[Phase.generate],
-    suppress_health_check=list(HealthCheck),
-)
 
 
 @dataclass(frozen=True)
@@ -185,7 +178,7 @@ def _drawn(strategy: st.SearchStrategy[Case]) -> Reached:
     """The largest error of the cases that hypothesis draws."""
     cases: list[Case] = []
 
-    @quiet
+    @drawing(EXAMPLES)
     @given(strategy)
     def draw(case: Case) -> None:
         cases.append(case)

@@ -4,9 +4,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from compare.extremes.drawing import drawing
 from compare.extremes.found import HARMONIC, SOLID, Beyond, Parameter, Reached
 from compare.pipeline import Results, compute, ics_of, reference_of, shares_of
 from compare.scenes.load import BadScene, load_scene
@@ -98,14 +99,7 @@ class Engines:
         found: list[Reached] = []
         shares: list[float] = []
 
-        @settings(
-            max_examples=EXAMPLES,
-            derandomize=True,
-            deadline=None,
-            database=None,
-            phases=[Phase.generate],
-            suppress_health_check=list(HealthCheck),
-        )
+        @drawing(EXAMPLES)
         @given(
             st.floats(0, 0.49),
             st.floats(-1, 1),

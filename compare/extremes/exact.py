@@ -14,7 +14,7 @@ from geometries.patches import Patch
 Array = NDArray[np.float64]
 Number: TypeAlias = Any  # mpmath's, which has no types
 
-DIGITS = 120  # the corner sums lose r^2 / (a b), at most 1e20 * 1e12 each way
+DIGITS = 300  # corner sums lose r^2 / (a b), 1e20 * 1e12, and next to both axes 1e-60 each
 
 
 def many_digits() -> AbstractContextManager[Any]:
