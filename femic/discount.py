@@ -1,10 +1,18 @@
 """The rigid-body discount: what a far support adds to the displacements, and its subtraction.
 
-Far from the contact a body moves rigidly, by a symmetric compliance. D[I, J] = Phi(I)^T M Phi(J) is
-subtracted: Phi(J) carries a unit load at J to its wrench (forces along x, y, z and the moment about
-the x axis through the contact centre), Phi(I)^T a rigid motion to the local displacement at I. M is
-one symmetric matrix per body, so reciprocity is kept; on a wheel x and z are those half way between I and
-J. Source: [BVSV] section 5.1, design section 4.
+Far from the contact a body moves rigidly, by a symmetric compliance. D[I, J] is subtracted: the displacement
+at I of the rigid motion that a unit load at J causes. M is that compliance, one symmetric matrix per body: of
+forces along x, y, z and the moment about the x axis, all at the contact centre. On a prismatic body
+D = Phi(I)^T M Phi(J), where Phi carries a unit load to these forces.
+
+A body of revolution moves rigidly in its own way, which looks the same from all places along x. Five
+motions do: a translation in the plane of rolling, alike in x and z (M_zz); a spin about the axle, which moves
+each point along x in proportion to its radius (M_xx - M_zz at the contact centre); a translation along y; a
+tilt of the axle, alike about x and z (M_yphi / R_roll); one that comes with the first translation
+(M_yz / R_roll). With these D is rigid for each load, reciprocal, and a function of the lag. M has two entries
+more, phi-phi and z-phi: what tilts of the axle leave of them turns each section about its own contact
+centre. That is reciprocal, too, and nothing for a load there, but not rigid from one section to the next.
+Source: [BVSV] section 5.1, design section 4.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,7 +31,8 @@ from geometries.patches import Load, Patch
 
 Array = NDArray[np.float64]
 
-FX, FY, FZ, MOMENT = range(4)
+FX, FY, FZ, MOMENT = range(4)  # of M
+TURN, OWN, SPIN = range(4, 7)  # further generalized forces: `generalized`
 AXES = ("x", "y", "z", "phi")
 ELEMENTS_AWAY = 3  # centre to centre, where C_jj must equal A_jj
 NEAR, RIGHT, LEFT = range(3)  # the first points of `DiscountRule.points`
@@ -68,26 +77,48 @@ class Condition:
     target: float
 
 
-def wrench(body: Body, xi: ArrayLike, s: ArrayLike) -> Array:
-    """Phi: wrench of unit loads in the local directions at (xi, s), shape (4, 3, n)."""
-    force = np.swapaxes(body.surface.axes(xi, s), 0, 1)  # (component, direction, n)
-    _, y, z = body.surface.position(xi, s)
-    return np.concatenate([force, (y * force[2] - z * force[1])[None]])
-
-
 def rigid_part(m: Array, body: Body, points: Points, load: Load) -> Array:
-    """D = Phi(I)^T M Phi(J) [mm/N] of a load at the points, shape (3, n)."""
-    observer, of_load = wrenches(body, points, load.patch.s)
-    return np.einsum("aip,ab,bp->ip", observer, m, of_load[:, load.direction])
+    """D [mm/N] of a load at the points, shape (3, n)."""
+    observer, of_load = unit_forces(body, points, load.patch.s)
+    return np.einsum("aip,ab,bp->ip", observer, compliance(m, body), of_load[:, load.direction])
 
 
-def wrenches(body: Body, points: Points, s_load: float) -> tuple[Array, Array]:
-    """Wrenches (4, 3, n) of unit loads at points and at the load, seen from half way between them.
-
-    On a body of revolution each other place would break reciprocity: M turns with the place.
-    """
+def unit_forces(body: Body, points: Points, s_load: float) -> tuple[Array, Array]:
+    """Generalized forces (7, 3, n) of unit loads at points and at the load, from half way between them."""
     half = body.surface.chart_x(points.x, points.s, s_load) / 2
-    return wrench(body, half, points.s), wrench(body, -half, np.full_like(half, s_load))
+    return generalized(body, half, points.s), generalized(body, -half, np.full_like(half, s_load))
+
+
+def generalized(body: Body, xi: ArrayLike, s: ArrayLike) -> Array:
+    """Generalized forces of unit loads in the local directions at (xi, s), shape (7, 3, n).
+
+    Forces along x, y, z; moments about x and z through the contact centre of xi = 0; the moment about x
+    through the contact centre of the load's own section; the moment about the axle over -R_roll.
+    """
+    surface = body.surface
+    force = np.swapaxes(surface.axes(xi, s), 0, 1)  # (component, direction, n)
+    place = surface.position(xi, s)
+    own = place - surface.position(xi, np.zeros_like(place[0]))
+    moment = np.cross(place[:, None], force, axis=0)
+    own_moment = np.cross(own[:, None], force, axis=0)[:1]
+    spin = np.zeros_like(own_moment)
+    spin[:, X] = 1 - body.side * body.contour.position(s)[1] / body.rolling_radius
+    return np.concatenate([force, moment[:1], moment[2:], own_moment, spin])
+
+
+def compliance(m: Array, body: Body) -> Array:
+    """How generalized forces move a body whose compliance at the contact centre is M, shape (7, 7)."""
+    tilt = body.side / body.rolling_radius * m[FY]  # M_yphi / R, M_yz / R; 0 on a prismatic body
+    whole = np.zeros((7, 7))
+    whole[:MOMENT, :MOMENT], whole[FY, MOMENT] = m[:MOMENT, :MOMENT], m[FY, MOMENT]
+    whole[FX, FX] = m[FZ, FZ]
+    whole[SPIN, SPIN] = m[FX, FX] - m[FZ, FZ]
+    whole[MOMENT, MOMENT] = whole[TURN, TURN] = tilt[MOMENT]
+    whole[FZ, MOMENT], whole[FX, TURN] = tilt[FZ], -tilt[FZ]
+    whole[OWN, OWN] = m[MOMENT, MOMENT] - tilt[MOMENT]
+    whole[FZ, OWN] = m[FZ, MOMENT] - tilt[FZ]
+    upper = np.triu(whole)
+    return np.asarray(upper + np.triu(whole, 1).T)
 
 
 def conditions(body: Body, rule: DiscountRule, loads: tuple[Load, ...]) -> list[Condition]:
@@ -97,12 +128,15 @@ def conditions(body: Body, rule: DiscountRule, loads: tuple[Load, ...]) -> list[
     that of A_ns on a plane. Off-centre loads need all entries, also phi-phi: under a normal load at
     the moment arm, the part of C_nn that is antisymmetric about the load is that of B-hat. In
     sections without symmetry, which couple s and n: the first difference vanishes under the normal
-    load, C_sn + C_ns does three elements away, and phi-phi is fitted to moment loads on both sides.
+    load, C_sn + C_ns does three elements away, and phi-phi is fitted to moment loads on both sides. A load
+    along x moves a prismatic body along x only; from elsewhere on a wheel, that is a motion along z, too.
     """
     directions = {load.direction for load in loads}
-    off_centre = any(load.patch.s != 0 and load.direction != X for load in loads)
-    coupled = not body.contour.symmetric and not directions.isdisjoint({S, N})
-    lateral, normal = (d in directions or coupled or off_centre for d in (S, N))
+    in_section = directions if np.isfinite(body.rolling_radius) else directions - {X}
+    off_centre = any(load.patch.s != 0 and load.direction in in_section for load in loads)
+    coupled = not body.contour.symmetric and bool(in_section)
+    lateral = S in directions or coupled or off_centre
+    normal = bool(in_section - {S}) or coupled or off_centre
     found: list[Condition] = []
     if X in directions:
         found.append(_near(body, rule, X))

@@ -16,7 +16,15 @@ from numpy.typing import ArrayLike, NDArray
 from approx.halfspace import HalfSpace
 from femic.accuracy import FLOOR, Shares
 from femic.cell_size import Cells
-from femic.discount import Condition, DiscountRule, conditions, fit_discount, observers, wrenches
+from femic.discount import (
+    Condition,
+    DiscountRule,
+    compliance,
+    conditions,
+    fit_discount,
+    observers,
+    unit_forces,
+)
 from femic.harmonic.engine import HarmonicRequest
 from femic.harmonic.lags import LagSynthesis
 from femic.harmonic.synthesis import Responses, displacements
@@ -206,11 +214,13 @@ class MatrixReference:
     def _column(self, strip: int) -> Estimated:
         grid = self.job.grid
         x, s = (values.ravel() for values in np.meshgrid(grid.lags, grid.strips, indexing="ij"))
-        observer, load = wrenches(self.job.body, Points(x, s), float(grid.strips[strip]))
+        observer, load = unit_forces(self.job.body, Points(x, s), float(grid.strips[strip]))
         shape = (3, 3, grid.n_x, grid.n_s)
         found = {
             name: synthesis.column(strip)
-            - np.einsum("aip,ab,bjp->ijp", observer, m, load, optimize=True).reshape(shape)
+            - np.einsum(
+                "aip,ab,bjp->ijp", observer, compliance(m, self.job.body), load, optimize=True
+            ).reshape(shape)
             for name, (synthesis, m) in self._made.items()
         }
         return estimated("harmonic", found.pop(""), found.pop("coarse"), found)

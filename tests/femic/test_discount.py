@@ -5,7 +5,7 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
-from femic.discount import DiscountRule, conditions, fit_discount, observers, rigid_part, wrench
+from femic.discount import DiscountRule, conditions, fit_discount, generalized, observers, rigid_part
 from femic.models import Points
 from femic.solid.engine import raw_ics
 from geometries.contours import through_points
@@ -90,36 +90,113 @@ def test_displacements_of_a_wrench_are_rigid(rolling_radius):
         across[0] * np.cos(delta) - across[1] * np.sin(delta),
         across[0] * np.sin(delta) + across[1] * np.cos(delta),
     ]
-    np.testing.assert_allclose(np.einsum("aip,a->ip", wrench(body, xi, s), q), local, atol=1e-14)
+    np.testing.assert_allclose(np.einsum("aip,a->ip", generalized(body, xi, s)[:4], q), local, atol=1e-14)
 
 
-def test_rigid_part_is_reciprocal_between_any_two_positions():
+WHEELS = [(20.0, UPPER), (60.0, LOWER), (500.0, UPPER), (500.0, LOWER), (1e6, UPPER)]
+LAGS = np.array([0.0, -3.0, 8.0, 17.0, -25.0, 40.0, 50.0])
+FAR = Points(np.repeat(LAGS, 5), np.tile([-11.0, -4.0, 0.0, 5.0, 9.0], len(LAGS)))
+
+
+def some_m():
+    """A compliance without motions along x that come with others."""
     m = RNG.normal(size=(4, 4))
-    m = m + m.T
-
-    def between(body, x, s, s_load):
-        points, patch = Points(np.array([x]), np.array([s])), Patch(1, 1, s_load)
-        return np.array([rigid_part(m, body, points, Load(patch, j))[:, 0] for j in range(3)])
-
-    prismatic = request_for(UNSYMMETRIC).body
-    wheel = request_for(UNSYMMETRIC, side=UPPER, rolling_radius=60.0).body
-    for body in (prismatic, wheel):
-        for s_i, s_j, x in RNG.uniform(-9, 9, size=(5, 3)):
-            there, back = between(body, x, s_i, s_j), between(body, -x, s_j, s_i)
-            np.testing.assert_allclose(there, back.T, atol=1e-12)
+    m[0, 1:] = m[1:, 0] = 0.0
+    return m + m.T
 
 
-def test_the_rigid_part_is_seen_by_observers_where_they_are():
-    """On a wheel the angle between them is their distance over the mean radius, half of it to each."""
-    m = RNG.normal(size=(4, 4))
-    m = m + m.T
-    body = request_for(UNSYMMETRIC, side=UPPER, rolling_radius=60.0).body
-    points, load = Points(np.array([3.0, -8.0]), np.array([-7.0, 5.0])), Load(Patch(1, 1, 2.5), 1)
-    radii = body.surface.circle_radius(points.s), body.surface.circle_radius(load.patch.s)
-    xi = body.rolling_radius * points.x / np.mean(np.broadcast_arrays(*radii), axis=0)
-    moved = m @ wrench(body, -xi / 2, np.full(2, load.patch.s))[:, load.direction]
-    expected = np.einsum("aip,ap->ip", wrench(body, xi / 2, points.s), moved)
-    np.testing.assert_allclose(rigid_part(m, body, points, load), expected, rtol=1e-12)
+def rigid_m(side, radius):
+    """One that a rigid motion of a wheel has: its tilts are those of the axle."""
+    m = some_m()
+    m[3, 3] = side * m[1, 3] / radius
+    m[2, 3] = m[3, 2] = side * m[1, 2] / radius
+    return m
+
+
+def wheel(radius, side, contour=UNSYMMETRIC):
+    return request_for(contour, side=side, rolling_radius=radius).body
+
+
+def discounts(m, body, s_load, points=FAR):
+    """D of loads x, s, n, (3 loads, 3, n)."""
+    return np.array([rigid_part(m, body, points, Load(Patch(1, 1, s_load), j)) for j in range(3)])
+
+
+def misfit(body, s_load, u):
+    """What the best translation and rotation leave of displacements (3, n), as a share of the largest."""
+    xi = body.surface.chart_x(FAR.x, FAR.s, s_load)
+    axes, place = body.surface.axes(xi, FAR.s), body.surface.position(xi, FAR.s)
+    fields = [np.broadcast_to(e[:, None], place.shape) for e in np.eye(3)]
+    fields += [np.cross(e, place, axisb=0, axisc=0) for e in np.eye(3)]
+    columns = np.array([np.einsum("icp,cp->ip", axes, field).ravel() for field in fields]).T
+    columns /= np.linalg.norm(columns, axis=0)
+    left = u.ravel() - columns @ np.linalg.lstsq(columns, u.ravel(), rcond=None)[0]
+    return np.abs(left).max() / np.abs(u).max()
+
+
+@pytest.mark.parametrize("s_load", [0.0, 5.0])
+@pytest.mark.parametrize(("radius", "side"), WHEELS)
+def test_on_a_wheel_the_discount_is_a_rigid_motion_of_each_load(radius, side, s_load):
+    body = wheel(radius, side)
+    for u in discounts(rigid_m(side, radius), body, s_load):
+        assert misfit(body, s_load, u) < 1e-13
+
+
+@pytest.mark.parametrize("radius", [60.0, 500.0])
+def test_what_tilts_of_the_axle_leave_is_not_rigid_by_the_sine_of_the_angle(radius):
+    """phi-phi and z-phi of their own turn each section about its own contact centre."""
+    m = np.zeros((4, 4))
+    m[3, 3] = 1.0
+    body = wheel(radius, UPPER)
+    of_normal_load = discounts(m, body, 5.0)[2]
+    assert 0.02 * 50 / radius < misfit(body, 5.0, of_normal_load) < 50 / radius
+    assert np.all(discounts(m, body, 0.0)[1:] == 0)  # nothing under a load at the contact centre
+    in_own_section = FAR.x == 0
+    as_prismatic = discounts(m, request_for(UNSYMMETRIC, side=UPPER).body, 5.0)
+    np.testing.assert_allclose(
+        discounts(m, body, 5.0)[..., in_own_section], as_prismatic[..., in_own_section]
+    )
+
+
+def test_the_discount_at_the_contact_centre_is_that_of_the_design():
+    """D_xx = M_zz cos + (M_xx - M_zz) R(I) R(J) / R^2, D_nn = M_zz cos, D_nx = -D_xn = M_zz sin."""
+    m, R = some_m(), 60.0
+    body = wheel(R, UPPER, SYMMETRIC)
+    for s_load, s in ((0.0, 0.0), (0.0, 7.0), (4.0, -7.0)):
+        m[1, 3] = m[3, 1] = m[3, 3] = m[1, 2] = m[2, 1] = m[2, 3] = m[3, 2] = 0.0
+        x = np.array([-20.0, 0.0, 13.0])
+        theta = body.surface.chart_x(x, s, s_load) / R
+        d = discounts(m, body, s_load, Points(x, np.full(3, s)))
+        radii = body.surface.circle_radius(s) * body.surface.circle_radius(s_load) / R**2
+        np.testing.assert_allclose(d[0, 0], m[2, 2] * np.cos(theta) + (m[0, 0] - m[2, 2]) * radii, rtol=1e-12)
+        lean = np.cos(body.contour.inclination(np.array([s, s_load])))
+        in_y = m[1, 1] * np.prod(np.sin(body.contour.inclination(np.array([s, s_load]))))
+        np.testing.assert_allclose(d[2, 2], m[2, 2] * np.cos(theta) * np.prod(lean) + in_y, rtol=1e-12)
+        np.testing.assert_allclose(d[2, 0], m[2, 2] * np.sin(theta) * lean[1], rtol=1e-12, atol=1e-13)
+        np.testing.assert_allclose(d[0, 2], -m[2, 2] * np.sin(theta) * lean[0], rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize(("radius", "side"), [*WHEELS, (np.inf, LOWER)])
+def test_rigid_part_is_reciprocal_between_any_two_positions(radius, side):
+    m, body = some_m(), wheel(radius, side)
+
+    def between(x, s, s_load):
+        return discounts(m, body, s_load, Points(np.array([x]), np.array([s])))[..., 0]
+
+    for x, s_i, s_j in zip(
+        RNG.uniform(-50, 50, 9), RNG.uniform(-9, 9, 9), RNG.uniform(-9, 9, 9), strict=True
+    ):
+        there, back = between(x, s_i, s_j), between(-x, s_j, s_i)
+        np.testing.assert_allclose(there, back.T, atol=1e-12 * np.abs(there).max())
+
+
+def test_a_wheel_of_infinite_radius_is_prismatic():
+    """The difference falls like 1 / R_roll."""
+    m = some_m()
+    limit = discounts(m, request_for(UNSYMMETRIC, side=UPPER).body, 4.0)
+    far, further = (np.abs(discounts(m, wheel(R, UPPER), 4.0) - limit).max() for R in (1e6, 1e7))
+    assert 1e-5 < far < 1e-3
+    assert further == pytest.approx(far / 10, rel=0.01)
 
 
 def test_m_is_symmetric_and_only_has_the_entries_of_the_design(fit):
@@ -184,6 +261,32 @@ def test_only_what_was_asked_is_fitted():
     assert list(fit.u) == [CENTRAL[2]]
 
 
+def test_entries_of_m_do_not_depend_on_what_else_is_asked():
+    """Each entry that two questions determine is the same, whatever else they ask."""
+    of_all = Fit(UNSYMMETRIC, UPPER, (*CENTRAL, *OFF_CENTRE), rolling_radius=60.0)
+    for asked in (CENTRAL[:1], CENTRAL[1:2], CENTRAL[2:], CENTRAL, OFF_CENTRE[2:], OFF_CENTRE[:1]):
+        fit = conditions(of_all.body, RULE, asked)
+        m = fit_discount(of_all.body, RULE, fit, of_all.u)
+        determined = m != 0
+        np.testing.assert_allclose(m[determined], of_all.m[determined], rtol=1e-9)
+        for load in asked:  # and nothing else matters for these loads
+            parts = [rigid_part(one, of_all.body, of_all.points, load) for one in (m, of_all.m)]
+            np.testing.assert_allclose(*parts, rtol=1e-9, atol=1e-12 * np.abs(parts[0]).max())
+
+
+def test_on_a_wheel_xn_and_nx_asked_alone_are_reciprocal():
+    body = wheel(60.0, UPPER, SYMMETRIC)
+    of_all = Fit(SYMMETRIC, UPPER, CENTRAL, rolling_radius=60.0)
+    x = np.array([8.0, 16.0, 25.0])
+    points = Points(x, np.zeros(3))
+    of_n, of_x = (
+        rigid_part(fit_discount(body, RULE, conditions(body, RULE, (load,)), of_all.u), body, points, load)
+        for load in (CENTRAL[2], CENTRAL[0])
+    )
+    np.testing.assert_allclose(of_n[0], -of_x[2], rtol=1e-12)
+    assert np.all(of_n[0] != 0)
+
+
 LOADS_NEEDED = [
     (SYMMETRIC, CENTRAL[2], {CENTRAL[2]}),
     (SYMMETRIC, CENTRAL[0], {CENTRAL[0]}),
@@ -197,11 +300,21 @@ LOADS_NEEDED = [
         {CENTRAL[1], CENTRAL[2], RULE.moment_load(), RULE.moment_load(-1)},
     ),
 ]
+LOADS_NEEDED_ON_WHEELS = [
+    (SYMMETRIC, CENTRAL[2], {CENTRAL[2]}),
+    (SYMMETRIC, CENTRAL[1], {CENTRAL[1]}),
+    (SYMMETRIC, CENTRAL[0], {CENTRAL[0], CENTRAL[2]}),
+    (UNSYMMETRIC, CENTRAL[0], set(CENTRAL)),
+    (SYMMETRIC, OFF_CENTRE[0], {*CENTRAL, RULE.moment_load()}),
+]
 
 
-@pytest.mark.parametrize(("contour", "asked", "needed"), LOADS_NEEDED)
-def test_no_more_loads_are_solved_for_m_than_it_needs(contour, asked, needed):
-    body = request_for(contour).body
+@pytest.mark.parametrize(
+    ("contour", "asked", "needed", "radius"),
+    [(*row, np.inf) for row in LOADS_NEEDED] + [(*row, 60.0) for row in LOADS_NEEDED_ON_WHEELS],
+)
+def test_no_more_loads_are_solved_for_m_than_it_needs(contour, asked, needed, radius):
+    body = wheel(radius, UPPER, contour)
     fit = conditions(body, RULE, (asked,))
     assert {load for c in fit for load in c.loads} == needed
     beside_moment_loads = any(load.patch.s == ARM for load in needed)
