@@ -162,7 +162,21 @@ def test_a_wheel_s_longitudinal_curvature_shows_in_xn_as_b_hat_has_it():
     for i, j in ((0, 2), (2, 0)):
         share = (on_wheel - on_plane)[i, j] / (b_hat - a)[i, j]
         np.testing.assert_allclose(share, 1, atol=0.1)
-    np.testing.assert_allclose(on_wheel[2, 0], -on_wheel[0, 2], rtol=2e-3)
+    np.testing.assert_allclose(on_wheel[2, 0], -on_wheel[0, 2], rtol=1e-4)
+
+
+def test_components_of_a_wheel_do_not_depend_on_what_else_is_asked_for():
+    """Only wavenumbers may lie elsewhere: what is asked alone is within its estimate."""
+    x = np.array([-16.0, 8.0, 16.0, 25.0])
+    crown = {"side": UPPER, "contour": arc(10.0, 0.4, 0.4), "rolling_radius": 500.0}
+    asked = replace(harmonic(job(320.0, 1.0, **crown)), points=Points(x, 0 * x), lines={"x": slice(None)})
+    of = [("xn",), ("nx",), ("xn", "nn"), ("xx", "xn", "nx", "nn")]
+    xn, nx, both, all_four = (reference(replace(asked, components=components)).c for components in of)
+    for other in (both, all_four):
+        assert np.all(np.abs(other.ic - xn.ic)[0, 2] <= xn.estimate[0, 2])
+    assert np.all(np.abs(all_four.ic - nx.ic)[2, 0] <= nx.estimate[2, 0])
+    np.testing.assert_allclose(nx.ic[2, 0], -xn.ic[0, 2], rtol=1e-3)
+    assert np.all(xn.estimate[0, 2] < 0.005 * np.max(np.abs(xn.ic[0, 2])))
 
 
 def test_a_wheel_is_periodic():
