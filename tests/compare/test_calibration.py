@@ -74,6 +74,21 @@ def test_c_of_the_fit_is_c_of_the_scene(calibrated, made):
     np.testing.assert_allclose(target.ics[0, on_line], between, atol=0.005 * np.max(np.abs(c)))
 
 
+@pytest.mark.parametrize("components", [["xn"], ["nn", "xn", "xx"]])
+def test_c_of_the_fit_of_a_wheel_is_c_of_the_scene_whatever_it_asks_for(tmp_path, components):
+    text = scene_text(engine=HARMONIC, upper_E=70e3).replace("[upper]", "[upper]\nrolling_radius = 60.0")
+    path = tmp_path / "wheel.toml"
+    path.write_text(text, encoding="utf-8")
+    target = calibrate(load_scene(str(path)), workers=1).targets["combined"]
+    line = [{"along": "x", "s": 1.6, "reach": 12.0, "points": 801}]
+    scene = load_scene(str(path), {"lines": line, "components": components, "engine": {"check": False}})
+    results = compute(scene, workers=1)
+    c = reference_of(results, "combined").ic[0, 2] * scene.patch.area
+    on_line = target.s == 1.6
+    between = np.interp(target.x[on_line], results.points.x, c)
+    np.testing.assert_allclose(target.ics[0, on_line], between, atol=0.005 * np.max(np.abs(c)))
+
+
 def test_the_written_scene_has_the_fit_and_reproduces_its_b_hat_prime(made, calibrated):
     _, out = made
     scene = load_scene(str(out / "mine_calibrated.toml"))
