@@ -10,13 +10,15 @@ motions do: a translation in the plane of rolling, alike in x and z (M_zz); a sp
 each point along x in proportion to its radius (M_xx - M_zz at the contact centre); a translation along y; a
 tilt of the axle, alike about x and z (M_yphi / R_roll); one that comes with the first translation
 (M_yz / R_roll). With these D is rigid for each load, reciprocal, and a function of the lag. M has two entries
-more, phi-phi and z-phi: what tilts of the axle leave of them turns each section about its own contact
-centre. That is reciprocal, too, and nothing for a load there, but not rigid from one section to the next.
+more, phi-phi and z-phi: what tilts of the axle leave of them turns the load's section about its contact
+centre. Seen from elsewhere that is rigid but for a translation along y, the turn times the height of the
+observer's contact centre over the load's: without it, D would not be reciprocal, or loads at the contact
+centre would depend on phi-phi.
 Source: [BVSV] section 5.1, design section 4.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,8 +33,17 @@ from geometries.patches import Load, Patch
 
 Array = NDArray[np.float64]
 
-FX, FY, FZ, MOMENT = range(4)  # of M
-TURN, OWN, SPIN = range(4, 7)  # further generalized forces: `generalized`
+FX, FY, FZ, MOMENT = range(4)  # of M; generalized forces are these,
+TURN, SPIN = 4, 5  # a moment about z, one about the axle
+ENTRIES = (  # of M that are not always 0
+    (FX, FX),
+    (FY, FY),
+    (FZ, FZ),
+    (FY, MOMENT),
+    (FY, FZ),
+    (MOMENT, MOMENT),
+    (FZ, MOMENT),
+)
 AXES = ("x", "y", "z", "phi")
 ELEMENTS_AWAY = 3  # centre to centre, where C_jj must equal A_jj
 NEAR, RIGHT, LEFT = range(3)  # the first points of `DiscountRule.points`
@@ -79,46 +90,90 @@ class Condition:
 
 def rigid_part(m: Array, body: Body, points: Points, load: Load) -> Array:
     """D [mm/N] of a load at the points, shape (3, n)."""
-    observer, of_load = unit_forces(body, points, load.patch.s)
-    return np.einsum("aip,ab,bp->ip", observer, compliance(m, body), of_load[:, load.direction])
+    return discount(m, motions(body, points, load.patch.s))[:, load.direction]
 
 
-def unit_forces(body: Body, points: Points, s_load: float) -> tuple[Array, Array]:
-    """Generalized forces (7, 3, n) of unit loads at points and at the load, from half way between them."""
-    half = body.surface.chart_x(points.x, points.s, s_load) / 2
-    return generalized(body, half, points.s), generalized(body, -half, np.full_like(half, s_load))
+def discount(m: Array, unit: Array) -> Array:
+    """D [mm/N] of a body whose compliance is M, from its `motions`, shape (3, 3, n)."""
+    return np.tensordot([m[entry] for entry in ENTRIES], unit, axes=1)
+
+
+def motions(body: Body, points: Points, s_load: float) -> Array:
+    """D between points and a load at arc length s [mm], per unit of each of `ENTRIES`; (7, 3, 3, n)."""
+    surface = body.surface
+    xi = surface.chart_x(points.x, points.s, s_load)
+    s_loads = np.full_like(xi, s_load)
+    here, there = generalized(body, xi / 2, points.s), generalized(body, -xi / 2, s_loads)  # from half way
+
+    def both(a: int, b: int) -> Array:
+        return np.einsum("ip,jp->ijp", here[a], there[b])
+
+    def mutual(a: int, b: int) -> Array:
+        return both(a, b) + both(b, a)
+
+    spin, tilt = both(SPIN, SPIN), both(MOMENT, MOMENT) + both(TURN, TURN)
+    tilt_with_z = mutual(FZ, MOMENT) - mutual(FX, TURN)
+    turned, turned_with_z = _section_turns(body, points.s, s_loads, xi / body.rolling_radius)
+    lean = body.side / body.rolling_radius
+    by_entry = {
+        (FX, FX): spin,
+        (FY, FY): both(FY, FY),
+        (FZ, FZ): both(FX, FX) + both(FZ, FZ) - spin,
+        (FY, MOMENT): mutual(FY, MOMENT) + lean * (tilt - turned),
+        (FY, FZ): mutual(FY, FZ) + lean * (tilt_with_z - turned_with_z),
+        (MOMENT, MOMENT): turned,
+        (FZ, MOMENT): turned_with_z,
+    }
+    return np.stack([by_entry[entry] for entry in ENTRIES])
 
 
 def generalized(body: Body, xi: ArrayLike, s: ArrayLike) -> Array:
-    """Generalized forces of unit loads in the local directions at (xi, s), shape (7, 3, n).
+    """Generalized forces of unit loads in the local directions at (xi, s), shape (6, 3, n).
 
-    Forces along x, y, z; moments about x and z through the contact centre of xi = 0; the moment about x
-    through the contact centre of the load's own section; the moment about the axle over -R_roll.
+    Forces along x, y, z, moments about x and z through the contact centre at xi = 0, and the moment
+    about the axle over that of a force along x at the contact centre.
     """
     surface = body.surface
     force = np.swapaxes(surface.axes(xi, s), 0, 1)  # (component, direction, n)
-    place = surface.position(xi, s)
-    own = place - surface.position(xi, np.zeros_like(place[0]))
-    moment = np.cross(place[:, None], force, axis=0)
-    own_moment = np.cross(own[:, None], force, axis=0)[:1]
-    spin = np.zeros_like(own_moment)
+    moment = np.cross(surface.position(xi, s)[:, None], force, axis=0)
+    spin = np.zeros_like(force[:1])
     spin[:, X] = 1 - body.side * body.contour.position(s)[1] / body.rolling_radius
-    return np.concatenate([force, moment[:1], moment[2:], own_moment, spin])
+    return np.concatenate([force, moment[:1], moment[2:], spin])
 
 
-def compliance(m: Array, body: Body) -> Array:
-    """How generalized forces move a body whose compliance at the contact centre is M, shape (7, 7)."""
-    tilt = body.side / body.rolling_radius * m[FY]  # M_yphi / R, M_yz / R; 0 on a prismatic body
-    whole = np.zeros((7, 7))
-    whole[:MOMENT, :MOMENT], whole[FY, MOMENT] = m[:MOMENT, :MOMENT], m[FY, MOMENT]
-    whole[FX, FX] = m[FZ, FZ]
-    whole[SPIN, SPIN] = m[FX, FX] - m[FZ, FZ]
-    whole[MOMENT, MOMENT] = whole[TURN, TURN] = tilt[MOMENT]
-    whole[FZ, MOMENT], whole[FX, TURN] = tilt[FZ], -tilt[FZ]
-    whole[OWN, OWN] = m[MOMENT, MOMENT] - tilt[MOMENT]
-    whole[FZ, OWN] = m[FZ, MOMENT] - tilt[FZ]
-    upper = np.triu(whole)
-    return np.asarray(upper + np.triu(whole, 1).T)
+def _section_turns(body: Body, s: Array, s_load: Array, angle: Array) -> tuple[Array, Array]:
+    """Turns of sections about their contact centres, (3, 3, n): under moments there, under forces along z.
+
+    The turn of the load's section is seen, at some angle about the axle, as one about x and one about z.
+    """
+    here, there = (_in_own_section(body, at) for at in (s, s_load))
+    sin, cos = np.sin(angle), np.cos(angle)
+    seen_here, seen_there = cos * here.moment + sin * here.lever, cos * there.moment - sin * there.lever
+
+    def outer(of_observer: Array, of_load: Array) -> Array:
+        return np.einsum("ip,jp->ijp", of_observer, of_load)
+
+    turned = outer(seen_here, there.moment) - outer(here.moment, sin * there.lever)
+    return turned, outer(seen_here, there.radial) + outer(here.radial, seen_there)
+
+
+@dataclass(frozen=True)
+class _InSection:
+    """Of unit loads x, s, n, (3, n) each: moment about x at the section's contact centre, force along z.
+
+    `lever` is y of a load along x, with the sign of the turn about z that it sees.
+    """
+
+    moment: Array
+    radial: Array
+    lever: Array
+
+
+def _in_own_section(body: Body, s: Array) -> _InSection:
+    forces = generalized(replace(body, rolling_radius=np.inf, hub_radius=None), np.zeros_like(s), s)
+    lever = np.zeros_like(forces[0])
+    lever[X] = body.side * body.contour.position(s)[0]
+    return _InSection(forces[MOMENT], forces[FZ], lever)
 
 
 def conditions(body: Body, rule: DiscountRule, loads: tuple[Load, ...]) -> list[Condition]:

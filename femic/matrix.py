@@ -19,11 +19,11 @@ from femic.cell_size import Cells
 from femic.discount import (
     Condition,
     DiscountRule,
-    compliance,
     conditions,
+    discount,
     fit_discount,
+    motions,
     observers,
-    unit_forces,
 )
 from femic.harmonic.engine import HarmonicRequest
 from femic.harmonic.lags import LagSynthesis
@@ -214,13 +214,10 @@ class MatrixReference:
     def _column(self, strip: int) -> Estimated:
         grid = self.job.grid
         x, s = (values.ravel() for values in np.meshgrid(grid.lags, grid.strips, indexing="ij"))
-        observer, load = unit_forces(self.job.body, Points(x, s), float(grid.strips[strip]))
+        unit = motions(self.job.body, Points(x, s), float(grid.strips[strip]))
         shape = (3, 3, grid.n_x, grid.n_s)
         found = {
-            name: synthesis.column(strip)
-            - np.einsum(
-                "aip,ab,bjp->ijp", observer, compliance(m, self.job.body), load, optimize=True
-            ).reshape(shape)
+            name: synthesis.column(strip) - discount(m, unit).reshape(shape)
             for name, (synthesis, m) in self._made.items()
         }
         return estimated("harmonic", found.pop(""), found.pop("coarse"), found)
