@@ -9,7 +9,7 @@ from approx.halfspace import HalfSpace
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
 from femic.at_points import references
-from femic.discount import wrench
+from femic.discount import generalized
 from femic.grid_operator import GridOperator, reciprocity_defect
 from femic.harmonic.engine import build_section, solve
 from femic.harmonic.lags import LagSynthesis
@@ -198,7 +198,7 @@ def test_on_an_arc_only_the_distance_matters_but_for_a_rigid_motion():
     found = solved({"lower": matrix_job(LOWER, arc(10.0, 0.6, 0.6), grid)})["lower"]
     nn = all_columns(found)[..., 2, 2]
     inner = np.flatnonzero(np.abs(grid.strips) < 3.0)
-    normal = wrench(found.job.body, 0 * grid.strips, grid.strips)[:, 2]  # (4, n_s)
+    normal = generalized(found.job.body, 0 * grid.strips, grid.strips)[:4, 2]  # (4, n_s)
     unit = [np.eye(4)[a][:, None] * np.eye(4)[b] for a, b in zip(*np.triu_indices(4), strict=True)]
     rigid = np.array([normal.T @ (e + e.T) @ normal for e in unit])  # (entry, observer, load)
     unequal, of_rigid, scale = [], [], []
