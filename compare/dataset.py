@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from compare.pipeline import Results, check_of, reference_of, scales_of
+from compare.pipeline import Results, check_of, reference_of, refinement_scales_of
 from compare.scenes.scene import Scene
 from femic.discount import AXES
 from femic.provenance import code_digest, versions
@@ -162,7 +162,7 @@ def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
 
 
 def _body_errors(results: Results, dataset: xr.Dataset, body: str) -> xr.Dataset:
-    of_body, scales = dataset.sel(body=body), scales_of(results, body)
+    of_body, scales = dataset.sel(body=body), refinement_scales_of(results, body)
     per_line = [_line_errors(of_body.isel(point=p), scales[line]) for line, p in results.lines.items()]
     return xr.concat(per_line, dim=xr.Variable("line", list(results.lines)))
 

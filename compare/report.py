@@ -10,7 +10,7 @@ import xarray as xr
 from compare.dataset import settings
 from compare.figures import SYMBOLS
 from compare.html import ZERO, Cell, embedded, error_cell, rendered
-from compare.pipeline import Results, apart, jobs, scales_of
+from compare.pipeline import Results, apart, jobs, refinement_scales_of
 from compare.scenes.plausibility import warnings
 from femic.accuracy import component_of
 from femic.discount import AXES
@@ -147,7 +147,7 @@ def _known(results: Results) -> list[dict[str, str]]:
     """How well C of each solved body is known, and what that took."""
     rows = []
     for name, job in jobs(results.scene).items():
-        found, scale = results.references[name], scales_of(results, name)
+        found, scale = results.references[name], refinement_scales_of(results, name)
         error, component, line = worst(job, found.c.estimate, scale)
         cells, domain = factors(found.level)
         rows.append(

@@ -20,7 +20,7 @@ from approx.orientation import load_turned, turn_between
 from approx.pair import Solid
 from compare.dataset import errors, to_dataset
 from compare.figures import STYLES, SYMBOLS
-from compare.pipeline import Results, compute, scales_of
+from compare.pipeline import Results, compute, refinement_scales_of
 from compare.scenes.load import load_scene
 from femic.store import Store
 from geometries.materials import one_body
@@ -59,7 +59,10 @@ def errors_with_factor(results: Results) -> xr.DataArray:
     worst = errors(results, dataset)["max"].sel(i="s", j="n", variant=VARIANTS).drop_vars(["i", "j"])
     c, extra = dataset.ic.sel(variant="C", i="s", j="n"), worst.sel(variant=["B"]).copy()
     for body in BODIES:
-        off, scales = np.abs(with_factor(results, body) - c.sel(body=body).values), scales_of(results, body)
+        off, scales = (
+            np.abs(with_factor(results, body) - c.sel(body=body).values),
+            refinement_scales_of(results, body),
+        )
         for line, part in results.lines.items():
             extra.loc[{"body": body, "line": line}] = np.max(off[part]) / scales[line][1, 2]
     return xr.concat([worst, extra.assign_coords(variant=["B with factor"])], "variant")

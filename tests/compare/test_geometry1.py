@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.pipeline import estimated_errors, scales_of
+from compare.pipeline import estimated_errors, refinement_scales_of
 from compare.report import agreement
 from femic.accuracy import component_of
 from tests.compare.conftest import on_line
@@ -38,7 +38,7 @@ def test_the_solid_engine_agrees_within_the_sum_of_the_estimates(geometry1_check
     of_body = dataset.sel(body=body)
     apart = np.abs(of_body.ic.sel(variant="C") - of_body.ic.sel(variant="C_solid")).values
     known = (of_body.estimate + of_body.estimate_solid).values
-    scales = scales_of(results, body)
+    scales = refinement_scales_of(results, body)
     for line, part in results.lines.items():
         off, sum_of_estimates = (np.max(v[..., part], axis=-1) / scales[line] for v in (apart, known))
         for component in results.scene.components:
