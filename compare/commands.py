@@ -275,7 +275,7 @@ def advise(
     scene: str,
     /,
     *,
-    tolerance: Annotated[float, Parameter(help="largest error, share of the scale of a line")] = 0.02,
+    tolerance: Annotated[float, Parameter(help="largest error, share of the component itself")] = 0.02,
     components: Annotated[
         str | None, Parameter(help="such as nn,sn; default: all that the scene compares")
     ] = None,

@@ -280,7 +280,7 @@ def _in_sum(name: str) -> str:
 
 
 def column_scale(strip: int, c: Array, jobs: Sequence[MatrixJob]) -> Array:
-    """Scale of the errors of ICs (3, 3, n_x, n_s) that jobs have together, of the same shape.
+    """Scale of refinement of ICs (3, 3, n_x, n_s) that jobs have together, of the same shape.
 
     `NEAR` elements from the load and further: per pair of strips, the larger of max |C_ij| and 0.05 max A_nn
     over these lags. Nearer: 5 times A_nn there.
@@ -296,7 +296,7 @@ def column_scale(strip: int, c: Array, jobs: Sequence[MatrixJob]) -> Array:
 
 
 def column_shares(strip: int, c: Estimated, scale: Array) -> Shares:
-    """The estimate of a column, and its parts, at worst."""
+    """The estimate of a column, and its parts, at worst, as shares of its scale of refinement."""
     mesh, truncation, waves, whole = (
         np.nan_to_num(part / scale, nan=np.inf)
         for part in (c.mesh_error, c.truncation_error, c.waves_error, c.estimate)

@@ -23,6 +23,7 @@ class Advice:
     error: float  # at most, worst of the components
     seconds: float
     component: str  # the worst
+    vanishes: bool  # C of this component does: the error is a share of 0.05 max |C_nn|
     body: str
     tolerance: float
 
@@ -53,12 +54,14 @@ def advise(dataset: xr.Dataset, tolerance: float, components: Sequence[str], bod
     cheap = [one for one in enough if float(seconds.sel(way=one)) <= ALIKE * fastest]
     way = min(cheap, key=lambda one: float(worst.sel(way=one)))
     of_way = errors.sel(way=way)
+    component = str(of_way.component.values[int(np.argmax(of_way.values))])
     return Advice(
         str(way),
         str(dataset.label.sel(way=way).item()),
         float(of_way.max()),
         float(seconds.sel(way=way)),
-        str(of_way.component.values[int(np.argmax(of_way.values))]),
+        component,
+        bool(dataset.vanishes.sel(body=body, component=component)),
         body,
         tolerance,
     )
@@ -66,9 +69,10 @@ def advise(dataset: xr.Dataset, tolerance: float, components: Sequence[str], bod
 
 def told(advice: Advice) -> str:
     """The advice as a sentence."""
+    of_what = "; it vanishes in C, so that is a share of 0.05 C_nn" if advice.vanishes else ""
     return (
-        f"Use {advice.label}: {advice.body} ICs to {advice.error:.2%} (worst: {advice.component}), "
-        f"{advice.tolerance:.2%} asked for."
+        f"Use {advice.label}: {advice.body} ICs to {advice.error:.2%} of a component (worst: "
+        f"{advice.component}{of_what}), {advice.tolerance:.2%} asked for."
     )
 
 
