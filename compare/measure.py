@@ -23,9 +23,14 @@ ROUNDING = 1e-9  # share of max |C_nn|: what is smaller vanishes by symmetry
 KNOWN = 10.0  # times its estimate: a component that is smaller cannot be told from zero
 
 
-def vanishes(size: Array, estimate: Array, of_nn: Array | float) -> Mask:
-    """Whether components (3, 3) of the largest value `size`, known to `estimate`, are zeros beside C_nn."""
-    return np.asarray((size < ROUNDING * of_nn) | (size < KNOWN * estimate))
+def by_symmetry(size: Array, of_nn: float) -> Mask:
+    """Whether components (3, 3) of the largest value `size` are nothing but rounding beside C_nn."""
+    return np.asarray(size < ROUNDING * of_nn)
+
+
+def vanishes(size: Array, estimate: Array, of_nn: float) -> Mask:
+    """Whether they are zeros: by symmetry, or as far as can be told of what is known to `estimate`."""
+    return by_symmetry(size, of_nn) | (size < KNOWN * estimate)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +47,11 @@ class Measure:
         """The measure of C; A_nn, (n,), takes the place of C_nn where that was not computed."""
         nn = a_nn if np.any(np.isnan(c.ic[2, 2])) else c.ic[2, 2]
         return cls(c.ic, c.estimate, nn, lines)
+
+    @property
+    def zero(self) -> Mask:
+        """Which components vanish by symmetry, (3, 3)."""
+        return by_symmetry(self._largest(self.c), self._nn)
 
     @property
     def vanishing(self) -> Mask:

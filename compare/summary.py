@@ -34,7 +34,7 @@ def _worst(of_body: xr.Dataset, components: Sequence[str], computed: Sequence[st
     """The largest error of each variant, and where it is."""
     for variant in computed:
         error, component, line = _worst_of(of_body.error.sel(variant=variant), components)
-        yield f"{SYMBOLS[variant]} {error:.1%} ({component} on {line})"
+        yield f"{SYMBOLS[variant]} {percent(error)} ({component} on {line})"
 
 
 def _best(of_body: xr.Dataset, components: Sequence[str], computed: Sequence[str]) -> Iterator[str]:
@@ -44,7 +44,7 @@ def _best(of_body: xr.Dataset, components: Sequence[str], computed: Sequence[str
         values = {v: worst.sel(variant=v).item() for v in computed}
         least = min(values.values())
         names = " = ".join(SYMBOLS[v] for v, value in values.items() if value <= least * (1 + 1e-6))
-        yield f"{component}: {names} ({least:.1%})"
+        yield f"{component}: {names} ({percent(least)})"
 
 
 def _on_zeros(of_body: xr.Dataset, components: Sequence[str], computed: Sequence[str]) -> str:

@@ -7,10 +7,13 @@ import numpy as np
 import xarray as xr
 
 from compare.frontier import ways
-from compare.frontier.trade import Asked, known_errors
+from compare.frontier.trade import Asked, compute_frontier, known_errors
+from femic.refinement import SILENT, Watch
+from femic.store import Store
 from geometries.errors import Failure, WrongInput
 
 ALIKE = 3.0  # times as many seconds as the fastest are as cheap: what a clock can tell of approximations
+TIGHTER = 10.0  # C where that does not say whether a component vanishes
 FINER = 4  # times tighter than the tolerance is the C against which errors are measured
 
 
@@ -74,6 +77,34 @@ def told(advice: Advice) -> str:
         f"Use {advice.label}: {advice.body} ICs to {advice.error:.2%} of a component (worst: "
         f"{advice.component}{of_what}), {advice.tolerance:.2%} asked for."
     )
+
+
+@dataclass(frozen=True)
+class Question:
+    """Of which body, in which components, and how accurately ICs are to be chosen."""
+
+    body: str
+    components: tuple[str, ...]
+    tolerance: float
+
+
+def tried_for(
+    base: str, question: Question, *, workers: int, store: Store | None = None, watch: Watch = SILENT
+) -> tuple[Asked, xr.Dataset]:
+    """What an advice rests on: the ways that were tried, and their frontier.
+
+    Where a component vanishes in C, but not by symmetry, a tighter C is tried: it may just be small, and
+    then its errors are shares of itself.
+    """
+    tolerance, body, components = question.tolerance, question.body, list(question.components)
+    while True:
+        asked = asked_for(tolerance, components, body)
+        found = compute_frontier(base, asked, workers=workers, store=store, watch=watch)
+        of_asked = found.sel(body=body, component=[one for one in components if one in found.component])
+        undecided = bool(np.any(of_asked.vanishes & ~of_asked.by_symmetry))
+        if not undecided or tolerance / FINER <= ways.HARMONIC[-1]:
+            return asked, found
+        tolerance /= TIGHTER
 
 
 def asked_for(tolerance: float, components: Sequence[str], body: str) -> Asked:

@@ -172,14 +172,15 @@ def _dataset(
     bodies = list(scene.compared)
     shape = (len(tried), len(bodies), len(scene.components))
     error, estimate, weight = np.empty((3, *shape))
-    for b, body in enumerate(bodies):
-        c, measure = reference_of(results, body).ic, measure_of(results, body)
+    measures = [measure_of(results, body) for body in bodies]
+    for b, (body, measure) in enumerate(zip(bodies, measures, strict=True)):
+        c = reference_of(results, body).ic
         for w, one in enumerate(tried):
             off = one.estimates[body] if one.way.name == name else one.ics[body] - c
             error[w, b] = _worst(results, measure.shares(off))
             weight[w, b] = _worst(results, measure.weights(off))
             estimate[w, b] = _worst(results, measure.shares(one.estimates[body]))
-    gone = [_of_components(scene, measure_of(results, body).vanishing) for body in bodies]
+    gone, zero = ([_of_components(scene, getattr(m, of)) for m in measures] for of in ("vanishing", "zero"))
     over, share = ("way", "body", "component"), {"units": "1"}
     seconds = [[one.seconds[body] for body in bodies] for one in tried]
     return xr.Dataset(
@@ -188,6 +189,7 @@ def _dataset(
             "estimate": (over, estimate, share | {"meaning": "its own estimate of its error; 0: none"}),
             "weight": (over, weight, share | {"meaning": "the same, share of max |C_nn| on a line"}),
             "vanishes": (over[1:], np.array(gone, dtype=bool), {"meaning": VANISHES}),
+            "by_symmetry": (over[1:], np.array(zero, dtype=bool), {"meaning": "C vanishes by symmetry"}),
             "seconds": (("way", "body"), seconds, {"units": "s"}),
             "unknowns": ("way", [one.unknowns for one in tried]),
             "memory": ("way", [one.memory for one in tried], {"units": "MB"}),
