@@ -33,6 +33,11 @@ def vanishes(size: Array, estimate: Array, of_nn: float) -> Mask:
     return by_symmetry(size, of_nn) | (size < KNOWN * estimate)
 
 
+def scale(size: Array, vanishing: Mask, of_nn: float) -> Array:
+    """What errors of components (3, 3) are shares of: themselves, or 0.05 max |C_nn|."""
+    return np.where(vanishing, FLOOR * of_nn, size)
+
+
 @dataclass(frozen=True, eq=False)
 class Measure:
     """What errors of the ICs of one body, or of both together, are shares of."""
@@ -61,7 +66,7 @@ class Measure:
     @property
     def scale(self) -> Array:
         """What errors are shares of [mm/N], (3, 3)."""
-        return np.where(self.vanishing, FLOOR * self._nn, self._largest(self.c))
+        return scale(self._largest(self.c), self.vanishing, self._nn)
 
     def shares(self, off: Array) -> OfLines:
         """Errors of a deviation (3, 3, n) from C per line."""
