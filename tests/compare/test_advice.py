@@ -127,6 +127,16 @@ def test_advice_tries_a_tighter_c_before_it_takes_a_small_component_for_a_zero(m
     assert found.vanishes.sel(body="combined", component="xn")
 
 
+def test_no_tighter_c_is_asked_for_what_vanishes_by_symmetry(monkeypatch):
+    tried = []
+    monkeypatch.setattr(
+        advising, "compute_frontier", lambda *_, **__: tried.append(1) or frontier_of(hand_made(["sn"]))
+    )
+    _, found = tried_for("geometry1", Question("combined", ("sn",), 0.9), workers=1)
+    assert found.vanishes.sel(body="combined", component="sn")
+    assert len(tried) == 1
+
+
 def test_shares_of_both_scales_and_weights_of_results():
     results = hand_made(["nn", "xn", "sn"])
     off = results.approximations["A", "combined"] - sum(r.c.ic for r in results.references.values())

@@ -64,10 +64,11 @@ def test_what_a_component_causes_is_a_share_of_what_it_can_cause():
 def test_the_worst_entry_far_from_the_load_is_a_share_of_the_largest_there():
     assert is_far(0, GRID)[4].all()
     assert not is_far(0, GRID)[NEAR - 1, 0]
-    found = collected([(of(xn={(4, 0): 0.01, (1, 1): 5.0}), C)])
+    found = collected([(of(xn={(4, 0): 0.01, (1, 1): 5.0}, nn={(4, 1): 7.0}), C)])
     assert found.worst[X, N] == pytest.approx(0.5)  # of 0.02, not of the 0.5 that is near
     assert found.near[X, N] == pytest.approx(2.5)  # of A_nn
-    assert found.worst[N, N] == found.near[N, N] == 0
+    assert found.worst[N, N] == pytest.approx(7)
+    assert found.near[N, N] == 0
 
 
 def test_the_largest_of_the_whole_matrix_counts():
@@ -84,6 +85,15 @@ def test_entries_below_ten_times_their_estimate_vanish(known, gone):
     assert found.vanishing[X, N] == gone
     assert found.worst[X, N] == pytest.approx(0.01 / (0.05 if gone else 0.02))
     assert not found.causes_nothing[X, N]  # 1 near the load, known to 0.004
+
+
+@pytest.mark.parametrize(("known", "gone"), [(0.049, False), (0.051, True)])
+def test_what_causes_less_than_ten_times_its_estimate_vanishes(known, gone):
+    """C_xn causes 2 x 0.5 on strip 0; the estimate of an element counts on both sides."""
+    found = collected([(of(xn={(1, 0): 0.3}), C)], of(xn={(2, 0): known}))
+    assert found.causes_nothing[X, N] == gone
+    assert found.under_tractions_of_itself[X, N] == pytest.approx(0.6 / (0.05 * 12 if gone else 1))
+    assert not found.causes_nothing[N, N]
 
 
 def test_what_is_zero_is_tested_as_a_zero():
