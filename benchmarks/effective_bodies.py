@@ -25,6 +25,7 @@ from approx.effective import EffectiveProperties
 from approx.pair import Solid
 from approx.target import indices
 from compare.calibration.fits import calibrate, target_of
+from compare.measure import Measure
 from compare.pipeline import Results, reference_of
 from compare.scenes.load import load_scene
 from femic.store import Store
@@ -108,28 +109,24 @@ def translated(results: Results, body: str) -> Array:
 
 
 def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArray:
-    """Worst errors on the scene's lines by ratio, variant and component."""
-    lines = [part for name, part in results.lines.items() if not name.startswith("fit ")]
+    """Worst errors on the scene's lines by ratio, variant and component; see `compare.measure`."""
+    lines = {name: part for name, part in results.lines.items() if not name.startswith("fit ")}
     variants = {"B̂": ("Bhat", {}), TRANSLATED: ("Bhat", {})} | {
         f"B̂′, {', '.join(SETS[components])} to {', '.join(components)}": ("Bhat_prime", found)
         for components, found in fits.items()
     }
     table = np.empty((len(RATIOS), len(variants), len(COMPONENTS)))
-    upper, lower = (reference_of(results, body).ic for body in BODIES)
+    upper, lower = (reference_of(results, body) for body in BODIES)
     moved = [translated(results, body) for body in BODIES]
     for r, ratio in enumerate(RATIOS):
-        c = upper / ratio + lower
+        c = upper.ic / ratio + lower.ic
+        measure = Measure(c, upper.estimate / ratio + lower.estimate, c[2, 2], lines)
         for v, (name, (variant, found)) in enumerate(variants.items()):
             ics = approximated(results, variant, ratio, found)
             if name == TRANSLATED:
                 ics = ics + moved[0] / ratio + moved[1]
-            off = np.abs(ics - c)
-            for k, (i, j) in enumerate(map(indices, COMPONENTS)):
-                table[r, v, k] = max(
-                    np.max(off[i, j, line])
-                    / max(np.max(np.abs(c[i, j, line])), 0.05 * np.max(np.abs(c[2, 2, line])))
-                    for line in lines
-                )
+            worst = np.max(list(measure.shares(ics - c).values()), axis=0)
+            table[r, v] = [worst[indices(component)] for component in COMPONENTS]
     names = {"ratio": list(RATIOS), "variant": list(variants), "component": COMPONENTS}
     return xr.DataArray(table, names, ("ratio", "variant", "component"))
 

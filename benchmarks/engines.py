@@ -18,7 +18,7 @@ from time import perf_counter
 import numpy as np
 
 from compare.matrix.results import matrix_jobs
-from compare.pipeline import Results, compute, jobs, scales_of
+from compare.pipeline import Results, compute, jobs, refinement_shares_of
 from compare.scenes.load import load_scene
 from femic.accuracy import component_of
 from femic.harmonic.engine import HarmonicRequest, raw_ics
@@ -39,13 +39,13 @@ def run(name: str, **engine: object) -> tuple[Results, float]:
 
 
 def worst_share(results: Results, off: dict[str, np.ndarray]) -> float:
-    """Largest share of a line's scale over both bodies, lines and components."""
-    shares = []
-    for body in BODIES:
-        for line, part in results.lines.items():
-            share = np.max(np.abs(off[body][..., part]), axis=-1) / scales_of(results, body)[line]
-            shares += [component_of(share, c) for c in results.scene.components]
-    return max(shares)
+    """Largest share of the scale of refinement over both bodies, lines and components."""
+    return max(
+        component_of(share, c)
+        for body in BODIES
+        for share in refinement_shares_of(results, body, off[body]).values()
+        for c in results.scene.components
+    )
 
 
 def table(*head: str) -> None:

@@ -19,7 +19,8 @@ from compare.extremes.found import available as extremes_available
 from compare.frontier import advice as advising
 from compare.frontier import report as frontier_report
 from compare.frontier import trade
-from compare.frontier.choice import AUTO, Choice, Question, choose, question_of
+from compare.frontier.advice import Question
+from compare.frontier.choice import AUTO, Choice, choose, question_of
 from compare.matrix import export as exporting
 from compare.matrix import report as matrix_report
 from compare.overlay import curves as overlay
@@ -275,7 +276,7 @@ def advise(
     scene: str,
     /,
     *,
-    tolerance: Annotated[float, Parameter(help="largest error, share of the scale of a line")] = 0.02,
+    tolerance: Annotated[float, Parameter(help="largest error, share of the component itself")] = 0.02,
     components: Annotated[
         str | None, Parameter(help="such as nn,sn; default: all that the scene compares")
     ] = None,
@@ -292,11 +293,11 @@ def advise(
     loaded = load_scene(scene)
     of_body, asked = body or loaded.compared[0], components.split(",") if components else [*loaded.components]
     folders.checked(work.folder(loaded))
-    to_try = advising.asked_for(tolerance, asked, of_body)
+    question = Question(of_body, tuple(asked), tolerance)
     console = Console(width=WIDE, highlight=False)
     with progress.shown(console) as watch:
-        found = trade.compute_frontier(
-            scene, to_try, workers=work.threads, store=work.kept(loaded), watch=watch
+        _, found = advising.tried_for(
+            scene, question, workers=work.threads, store=work.kept(loaded), watch=watch
         )
     advice = advising.advise(found, tolerance, asked, of_body)
     console.print(frontier_report.evidence(found, advice, asked, of_body))

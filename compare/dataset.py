@@ -1,13 +1,14 @@
 """Results as labelled arrays: `ics.nc`, `errors.nc` and one CSV per line."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from compare.pipeline import Results, check_of, reference_of, scales_of
+from compare.pipeline import Results, check_of, measure_of, reference_of, refinement_shares_of
 from compare.scenes.scene import Scene
 from femic.discount import AXES
 from femic.provenance import code_digest, versions
@@ -147,40 +148,63 @@ def settings(scene: Scene) -> dict[str, float | str]:
     }
 
 
-def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
-    """Errors of each variant against C per body, line and component (shares of the line's scale).
+ERRORS = {  # what `errors.nc` has: over which dims, and what they say
+    "error": (
+        ("variant", "line", "i", "j"),
+        "max |v - C| over the line, share of max |C_ij| over all lines; of 0.05 max |C_nn| where that "
+        "vanishes; C: its estimate",
+    ),
+    "rms": (("variant", "line", "i", "j"), "root of the mean square over the line, share of the same"),
+    "weight": (("variant", "line", "i", "j"), "max |v - C| over the line, share of max |C_nn| there"),
+    "vanishes": (("i", "j"), "C_ij vanishes: by symmetry, or below ten times its estimate"),
+    "estimate_refinement": (
+        ("line", "i", "j"),
+        "estimate of C, share of the larger of max |C_ij| and 0.05 max |C_nn| on the line: what refinement "
+        "holds against the tolerance",
+    ),
+}
 
-    `max` and `rms` refer to the scale of design section 2, `own` to max |C_ij| itself; the variant
-    "C" carries its estimated error.
+
+def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
+    """Errors of each variant against C per body, line and component: see `compare.measure` and `ERRORS`.
+
+    The variant "C" carries its estimated error.
     """
     bodies = list(results.scene.compared)
-    per_body = [_body_errors(results, dataset, body) for body in bodies]
-    found = xr.concat(per_body, dim=xr.Variable("body", bodies))
-    for measure in found.data_vars.values():
-        measure.attrs = {"units": "1"}
+    found = xr.concat(
+        [_body_errors(results, dataset.sel(body=body), body) for body in bodies],
+        dim=xr.Variable("body", bodies),
+    )
+    for name, (_, meaning) in ERRORS.items():
+        found[name].attrs = {"meaning": meaning} | ({} if name == "vanishes" else {"units": "1"})
     return found
 
 
-def _body_errors(results: Results, dataset: xr.Dataset, body: str) -> xr.Dataset:
-    of_body, scales = dataset.sel(body=body), scales_of(results, body)
-    per_line = [_line_errors(of_body.isel(point=p), scales[line]) for line, p in results.lines.items()]
-    return xr.concat(per_line, dim=xr.Variable("line", list(results.lines)))
-
-
-def _line_errors(on_line: xr.Dataset, scale_ij: Array) -> xr.Dataset:
-    c = on_line.ic.sel(variant="C")
-    difference = abs(on_line.ic - c)
-    difference = difference.where(on_line.variant != "C", on_line.estimate)
-    scale = xr.DataArray(scale_ij, dims=("i", "j"))
-    own = abs(c).max("point")
-    negligible = own < 1e-9 * scale  # zero by symmetry: it has no share of its own
+def _body_errors(results: Results, of_body: xr.Dataset, body: str) -> xr.Dataset:
+    measure, variants = measure_of(results, body), of_body.variant.values
+    c, estimate = of_body.ic.sel(variant="C").values, of_body.estimate.values
+    offs = [estimate if v == "C" else of_body.ic.sel(variant=v).values - c for v in variants]
+    values = {
+        "error": [_stacked(measure.shares(off)) for off in offs],
+        "rms": [_stacked(measure.rms(off)) for off in offs],
+        "weight": [_stacked(measure.weights(off)) for off in offs],
+        "vanishes": measure.vanishing,
+        "estimate_refinement": _stacked(refinement_shares_of(results, body, estimate)),
+    }
     return xr.Dataset(
-        {
-            "max": difference.max("point", skipna=False) / scale,
-            "rms": np.sqrt((difference**2).mean("point", skipna=False)) / scale,
-            "own": (difference.max("point", skipna=False) / own.where(~negligible)),
-        }
-    ).drop_vars("line", errors="ignore")
+        {name: (dims, np.asarray(values[name])) for name, (dims, _) in ERRORS.items()},
+        coords={
+            "variant": variants,
+            "line": list(results.lines),
+            "i": list(DIRECTIONS),
+            "j": list(DIRECTIONS),
+        },
+    )
+
+
+def _stacked(of_lines: Mapping[str, Array]) -> Array:
+    """(line, i, j)."""
+    return np.stack(list(of_lines.values()))
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:

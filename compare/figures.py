@@ -50,6 +50,7 @@ MARKERS = {
 STYLE: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.2, "figure.dpi": 110}
 INVISIBLE = 1e-9  # of a dimensionless IC
 ON_HUB = 1e-9  # of its depth: a contour that ends there ends on the hub
+LEAST_DRAWN = 1e-6  # error: less is rounding
 HALF_WINDOW = 1.4  # of the zoomed section, in reach of the longest line
 
 
@@ -227,24 +228,31 @@ def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
         figure = Figure(figsize=(4.1 * len(scene.compared), 3.8), layout="constrained")
         grid = figure.subplots(1, len(scene.compared), squeeze=False, sharey=True)[0]
         for axes, body in zip(grid, scene.compared, strict=True):
-            worst = errors["max"].sel(body=body).max("line")
+            of_body = errors.sel(body=body)
             for variant in results.variants:
-                if np.isnan(results.seconds[variant, body]):
-                    continue
-                values = [worst.sel(variant=variant, i=c[0], j=c[1]).item() for c in scene.components]
-                seconds = np.full(len(values), results.seconds[variant, body])
-                axes.loglog(
-                    seconds,
-                    np.maximum(values, 1e-6),
-                    MARKERS[variant],
-                    color=STYLES.get(variant, CHECK)["color"],
-                    linestyle="none",
-                    label=SYMBOLS[variant] + (" (estimate; all its models)" if variant == "C" else ""),
-                )
+                if not np.isnan(results.seconds[variant, body]):
+                    _draw_errors(axes, results.seconds[variant, body], of_body.sel(variant=variant), scene)
             axes.set(title=body, xlabel=f"seconds for {len(results.points.x)} points [s]")
         grid[0].set_ylabel("worst error over the lines [-],\none mark per component")
         grid[0].legend()
         return figure
+
+
+def _draw_errors(axes: Axes, seconds: float, of_variant: xr.Dataset, scene: Scene) -> None:
+    """A mark per component; hollow where C vanishes, whose errors are shares of 0.05 max |C_nn|."""
+    worst, name = of_variant.error.max("line"), str(of_variant.variant.item())
+    style = {"color": STYLES.get(name, CHECK)["color"], "linestyle": "none", "marker": MARKERS[name]}
+    marked = [
+        (max(worst.sel(i=c[0], j=c[1]).item(), LEAST_DRAWN), bool(of_variant.vanishes.sel(i=c[0], j=c[1])))
+        for c in scene.components
+    ]
+    for gone, label in ((False, SYMBOLS[name]), (True, "_zeros")):
+        values = [value for value, vanishes in marked if vanishes == gone]
+        more = " (estimate; all its models)" if name == "C" and not gone else ""
+        fill = {"mfc": "none"} if gone else {}
+        axes.loglog([seconds] * len(values), values, label=label + more, **style, **fill)
+    if any(gone for _, gone in marked):
+        axes.set_title("hollow: C vanishes, share of 0.05 C_nn", loc="right", fontsize=7, color="grey", y=0.0)
 
 
 def surface_mesh(chart: MeshTri, scene: Scene, body: str, *, side: int) -> Figure:

@@ -7,16 +7,20 @@ from pathlib import Path
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from compare.measure import ROUNDING
+
 
 @dataclass(frozen=True)
 class Cell:
-    """A number of a table with its background."""
+    """A number of a table with its background, and a small one below it."""
 
     text: str
     colour: str
+    below: str = ""
 
 
-ZERO = Cell("0", "#ffffff")
+WHITE = "#ffffff"
+VANISHING = " †"  # marks errors of what vanishes, which are shares of 0.05 max |C_nn|
 
 
 @dataclass(frozen=True)
@@ -35,12 +39,31 @@ def rendered(template: str, **values: object) -> str:
     return environment.get_template(template).render(**values)
 
 
-def error_cell(error: float, note: str = "") -> Cell:
-    """An error in percent, its background by its size; a dash where nothing was computed."""
+def error_cell(error: float, weight: float = np.nan, *, vanishes: bool = False, mark: str = "") -> Cell:
+    """An error, its background by its size, with its weight; a dash where nothing was computed."""
     if np.isnan(error):
-        return Cell("–", "#ffffff")
-    text = f"{100 * error:.2f} %" if error < 0.1 else f"{100 * error:.1f} %"
-    return Cell(text + note, colour(error))
+        return Cell("–", WHITE)
+    if error < ROUNDING:
+        return Cell("0" + mark, WHITE)
+    return Cell(percent(error) + (VANISHING if vanishes else "") + mark, colour(error), _below(weight))
+
+
+def known_cell(estimate: float, weight: float = np.nan, *, vanishes: bool = False, mark: str = "") -> Cell:
+    """How well C is known, likewise; it has no share of itself where it vanishes."""
+    if vanishes:
+        return Cell("vanishes" + mark, WHITE, _below(weight))
+    return error_cell(estimate, weight, mark=mark)
+
+
+def _below(weight: float) -> str:
+    return "" if np.isnan(weight) or weight < ROUNDING else percent(weight)
+
+
+def percent(share: float) -> str:
+    """As tables show it."""
+    if share < 5e-5:
+        return "< 0.01 %"
+    return f"{100 * share:.2f} %" if share < 0.1 else f"{100 * share:.1f} %"
 
 
 def colour(error: float) -> str:

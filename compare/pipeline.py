@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from approx.pair import Pair, Solid
+from compare.measure import Measure
 from compare.scenes.scene import Scene
 from femic.at_points import references
 from femic.models import Cost, Points
 from femic.reference import Estimated, Job, Reference, scales, total
 from femic.refinement import SILENT, Watch
 from femic.store import Store
+from femic.symmetry import N
 from geometries.patches import Patch
 
 Array = NDArray[np.float64]
@@ -155,10 +157,17 @@ def check_of(results: Results, body: str) -> Estimated:
     return total([results.checks[name].c for name in parts_of(body)])
 
 
-def scales_of(results: Results, body: str) -> dict[str, Array]:
-    """Scale of the errors per line, shape (3, 3), of a body's ICs or of both bodies'."""
+def refinement_scales_of(results: Results, body: str) -> dict[str, Array]:
+    """Scale of refinement per line, shape (3, 3), of a body's C or of both bodies': `femic.accuracy`."""
     of_body = jobs(results.scene)
     return scales([of_body[name] for name in parts_of(body)], reference_of(results, body).ic)
+
+
+def measure_of(results: Results, body: str) -> Measure:
+    """What errors of a body's ICs, or of both bodies', are shares of: `compare.measure`."""
+    at = results.points.x, results.points.s
+    a = solids(results.scene)[body].approximate("A", results.scene.patch, at) / results.scene.patch.area
+    return Measure.of(reference_of(results, body), a[N, N], results.lines)
 
 
 def ics_of(results: Results, variant: str, body: str) -> Array:
@@ -169,15 +178,33 @@ def ics_of(results: Results, variant: str, body: str) -> Array:
 
 
 def shares_of(results: Results, body: str, off: Array) -> dict[str, Array]:
-    """Deviations of a body's ICs, (3, 3, n_points), per line: largest share of its scale, (3, 3)."""
-    scales = scales_of(results, body)
+    """Deviations of a body's ICs, (3, 3, n_points), per line: errors of the components, (3, 3).
+
+    Shares of the component itself; of 0.05 max |C_nn| where it is one of those `vanishing`.
+    """
+    return measure_of(results, body).shares(off)
+
+
+def weights_of(results: Results, body: str, off: Array) -> dict[str, Array]:
+    """The same deviations as shares of max |C_nn| on each line, (3, 3)."""
+    return measure_of(results, body).weights(off)
+
+
+def vanishing(results: Results, body: str) -> NDArray[np.bool_]:
+    """Which components of a body's C, (3, 3), vanish: by symmetry, or below ten times their estimates."""
+    return measure_of(results, body).vanishing
+
+
+def refinement_shares_of(results: Results, body: str, off: Array) -> dict[str, Array]:
+    """Deviations of a body's C per line, (3, 3), as refinement sees them: to be held against a tolerance."""
+    scales = refinement_scales_of(results, body)
     return {
         line: np.max(np.abs(off[..., part]), axis=-1) / scales[line] for line, part in results.lines.items()
     }
 
 
 def apart(results: Results, body: str) -> tuple[dict[str, Array], dict[str, Array]]:
-    """How far C of both engines are apart per line, and the sum of their estimates; shares, (3, 3) each."""
+    """How far C of both engines are apart per line, and the sum of their estimates; as `shares_of`."""
     c, check = reference_of(results, body), check_of(results, body)
     return shares_of(results, body, c.ic - check.ic), shares_of(results, body, c.estimate + check.estimate)
 
@@ -188,9 +215,9 @@ def parts_of(body: str) -> tuple[str, ...]:
 
 
 def estimated_errors(results: Results) -> dict[tuple[str, str], Array]:
-    """Estimated error of C by (body, line), shape (3, 3), of every solved body."""
+    """Estimated error of C by (body, line), shape (3, 3), of every solved body; as refinement sees it."""
     return {
         (body, line): errors
         for body, found in results.references.items()
-        for line, errors in shares_of(results, body, found.c.estimate).items()
+        for line, errors in refinement_shares_of(results, body, found.c.estimate).items()
     }

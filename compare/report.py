@@ -6,19 +6,20 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from compare.dataset import settings
 from compare.figures import SYMBOLS
-from compare.html import ZERO, Cell, embedded, error_cell, rendered
-from compare.pipeline import Results, apart, jobs, scales_of
+from compare.html import VANISHING, Cell, embedded, error_cell, known_cell, rendered
+from compare.measure import ROUNDING
+from compare.pipeline import Results, apart, jobs, measure_of, reference_of, refinement_scales_of, vanishing
 from compare.scenes.plausibility import warnings
+from compare.summary import summary
 from femic.accuracy import component_of
 from femic.discount import AXES
 from femic.provenance import versions
 from femic.reference import factors, worst
 from geometries.bodies import Body
-
-TINY = 1e-9  # of a line's scale: a component that vanishes by symmetry
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
         title=scene.title,
         summary=summary(results, errors),
         components=scene.components,
-        tables=[{"body": b, "rows": list(_rows(results, errors, b, "max"))} for b in scene.compared],
+        tables=[{"body": b, "rows": list(_rows(results, errors, b, "error"))} for b in scene.compared],
         rms_tables=[{"body": b, "rows": list(_rows(results, errors, b, "rms"))} for b in scene.compared],
         setting=_setting(results),
         E=scene.reference_E,
@@ -63,61 +64,19 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
     )
 
 
-def summary(results: Results, errors: xr.Dataset) -> str:
-    """One paragraph, computed: worst error per variant, best variant per component, accuracy of C."""
-    body = results.scene.compared[0]
-    worst = errors["max"].sel(body=body)
-    parts, computed = [], _computed(results, body)
-    for variant in computed:
-        error, component, line = _worst_of(results, worst.sel(variant=variant))
-        parts.append(f"{SYMBOLS[variant]} {error:.1%} ({component} on {line})")
-    best = []
-    for component in results.scene.components:
-        per_variant = worst.sel(i=component[0], j=component[1]).max("line")
-        values = {v: per_variant.sel(variant=v).item() for v in computed}
-        least = min(values.values())
-        names = " = ".join(SYMBOLS[v] for v, value in values.items() if value <= least * (1 + 1e-6))
-        best.append(f"{component}: {names} ({least:.1%})")
-    known, component, line = _worst_of(results, worst.sel(variant="C"))
-    checked = ""
-    if results.checks:
-        apart, where, on = _worst_of(results, worst.sel(variant="C_solid"))
-        checked = f" The solid engine's C deviates from it by {apart:.2%} at most ({where} on {on})."
-    return (
-        f"Largest error of the {body} influence coefficients on the {len(results.lines)} lines: "
-        f"{', '.join(parts)}. Closest to C: {'; '.join(best)}. "
-        f"C itself is known to {known:.2%} or better (least well: {component} on {line}).{checked}"
-    )
-
-
-def _computed(results: Results, body: str) -> list[str]:
-    """The variants that could be computed."""
-    seconds = results.seconds
-    return [variant for variant in results.scene.variants if not np.isnan(seconds[variant, body])]
-
-
-def _worst_of(results: Results, errors: xr.DataArray) -> tuple[float, str, str]:
-    return max(
-        (errors.sel(i=c[0], j=c[1], line=line).item(), c, line)
-        for c in results.scene.components
-        for line in results.lines
-    )
-
-
 def _rows(results: Results, errors: xr.Dataset, body: str, measure: str) -> Iterator[Row]:
     for variant in results.variants:
         for k, line in enumerate(results.lines):
             at = errors.sel(body=body, variant=variant, line=line)
-            cells = [_cell(at[measure].sel(i=c[0], j=c[1]).item(), at, c) for c in results.scene.components]
+            cells = [_cell(at.sel(i=c[0], j=c[1]), measure) for c in results.scene.components]
             yield Row(SYMBOLS[variant] if k == 0 else "", line, cells, k == 0)
 
 
-def _cell(error: float, at: xr.Dataset, component: str) -> Cell:
-    own = at["own"].sel(i=component[0], j=component[1]).item()
-    scaled = at["max"].sel(i=component[0], j=component[1]).item()
-    if np.isnan(own) and scaled < 1e-9:
-        return ZERO
-    return error_cell(error, f" ({100 * own * error / scaled:.3g} %)" if own > 1.0001 * scaled else "")
+def _cell(at: xr.Dataset, measure: str) -> Cell:
+    """An error with its weight, or an rms, of a variant on a line."""
+    made = known_cell if at.variant.item() == "C" else error_cell
+    weight = at.weight.item() if measure == "error" else np.nan
+    return made(at[measure].item(), weight, vanishes=bool(at.vanishes))
 
 
 def _setting(results: Results) -> str:
@@ -144,15 +103,16 @@ def _shape(body: Body) -> str:
 
 
 def _known(results: Results) -> list[dict[str, str]]:
-    """How well C of each solved body is known, and what that took."""
+    """How well C of each solved body is known, on both scales, and what that took."""
     rows = []
     for name, job in jobs(results.scene).items():
-        found, scale = results.references[name], scales_of(results, name)
+        found, scale = results.references[name], refinement_scales_of(results, name)
         error, component, line = worst(job, found.c.estimate, scale)
         cells, domain = factors(found.level)
         rows.append(
             {
                 "body": name,
+                "itself": _of_itself(results, name),
                 "error": f"{error:.2%} ({component} on {line})",
                 "mesh": f"{worst(job, found.c.mesh_error, scale)[0]:.2%}",
                 "truncation": f"{worst(job, found.c.truncation_error, scale)[0]:.2%}",
@@ -165,24 +125,44 @@ def _known(results: Results) -> list[dict[str, str]]:
     return rows
 
 
+def _of_itself(results: Results, body: str) -> str:
+    """The largest estimate of a component of C as a share of the component itself; which vanish."""
+    measure = measure_of(results, body)
+    components = results.scene.components
+    gone = [c for c in components if component_of(measure.vanishing, c)]
+    errors = [
+        (component_of(of_line, c), c, line)
+        for line, of_line in measure.shares(reference_of(results, body).estimate).items()
+        for c in components
+        if c not in gone
+    ]
+    shown = "{:.2%} ({} on {})".format(*max(errors)) if errors else "–"
+    return shown + (f"; vanishing: {', '.join(gone)}" if gone else "")
+
+
 def agreement(results: Results) -> Iterator[dict[str, str]]:
     """How far C of both engines are apart, and whether that is within the sum of their estimates."""
     for body in results.scene.compared if results.checks else ():
         off_by, known_to = apart(results, body)
+        gone = vanishing(results, body)
         for line in results.lines:
             components = {
                 v: (component_of(off_by[line], v), component_of(known_to[line], v))
                 for v in results.scene.components
             }
-            worst_one = max(components, key=lambda v: components[v][0] / max(components[v][1], TINY))
-            off, estimate = components[worst_one]
+            closest = max(components, key=lambda v: components[v][0] / max(components[v][1], ROUNDING))
+            largest = max(components, key=lambda v: (not component_of(gone, v), components[v][0]))
             yield {
                 "body": body,
                 "line": line,
-                "apart": f"{max(a for a, _ in components.values()):.2%}",
-                "closest": f"{worst_one}: {off:.2%} of {estimate:.2%}",
-                "verdict": "yes" if all(a <= max(e, TINY) for a, e in components.values()) else "no",
+                "apart": f"{components[largest][0]:.2%} ({_marked(largest, gone)})",
+                "closest": "{}: {:.2%} of {:.2%}".format(_marked(closest, gone), *components[closest]),
+                "verdict": "yes" if all(a <= max(e, ROUNDING) for a, e in components.values()) else "no",
             }
+
+
+def _marked(component: str, gone: NDArray[np.bool_]) -> str:
+    return component + (VANISHING if component_of(gone, component) else "")
 
 
 def _length(body: Body) -> str:

@@ -32,7 +32,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.02) -> xr.Dat
     results = compute(scene, store=Store(out / "store"))
     ics = to_dataset(results)
     draw(scene, ics.sel(body="lower", j="n")).savefig(out / "custom_section.png", dpi=150)
-    worst = errors(results, ics)["max"].max("line").sel(body="lower", i=["n", "s"], j="n", variant=VARIANTS)
+    worst = errors(results, ics).error.max("line").sel(body="lower", i=["n", "s"], j="n", variant=VARIANTS)
     print("Errors in direction i under the normal load; of C estimated:")
     print(worst.T.to_pandas().map("{:.1%}".format))
     return worst

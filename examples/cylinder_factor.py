@@ -20,7 +20,7 @@ from approx.orientation import load_turned, turn_between
 from approx.pair import Solid
 from compare.dataset import errors, to_dataset
 from compare.figures import STYLES, SYMBOLS
-from compare.pipeline import Results, compute, scales_of
+from compare.pipeline import Results, compute, shares_of
 from compare.scenes.load import load_scene
 from femic.store import Store
 from geometries.materials import one_body
@@ -56,12 +56,13 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.01) -> xr.Dat
 def errors_with_factor(results: Results) -> xr.DataArray:
     """Errors of sn by variant, body and line, among them "B with factor"."""
     dataset = to_dataset(results)
-    worst = errors(results, dataset)["max"].sel(i="s", j="n", variant=VARIANTS).drop_vars(["i", "j"])
+    worst = errors(results, dataset).error.sel(i="s", j="n", variant=VARIANTS).drop_vars(["i", "j"])
     c, extra = dataset.ic.sel(variant="C", i="s", j="n"), worst.sel(variant=["B"]).copy()
     for body in BODIES:
-        off, scales = np.abs(with_factor(results, body) - c.sel(body=body).values), scales_of(results, body)
-        for line, part in results.lines.items():
-            extra.loc[{"body": body, "line": line}] = np.max(off[part]) / scales[line][1, 2]
+        off = np.zeros((3, 3, len(results.points.x)))
+        off[1, 2] = with_factor(results, body) - c.sel(body=body).values
+        for line, shares in shares_of(results, body, off).items():
+            extra.loc[{"body": body, "line": line}] = shares[1, 2]
     return xr.concat([worst, extra.assign_coords(variant=["B with factor"])], "variant")
 
 

@@ -54,7 +54,7 @@ def flanks(angle: float, tolerance: float) -> Scene:
 def worst_errors(scene: Scene, store: Store) -> xr.DataArray:
     """Worst errors of the combined ICs under a normal load, by direction i and variant."""
     results = compute(scene, store=store)
-    worst = errors(results, to_dataset(results))["max"].max("line")
+    worst = errors(results, to_dataset(results)).error.max("line")
     return worst.sel(body="combined", i=["n", "s"], j="n", variant=VARIANTS)
 
 

@@ -1,10 +1,13 @@
-"""Error of a component: the one measure that tolerances, estimates and comparisons use.
+"""The scale of refinement: what a tolerance is a share of.
 
-max |v - C| over a line, divided by the scale of that line, body and component: the larger of
-max |C_ij| and 0.05 max |C_nn|. Design section 2.
+max |error of C| over a line, divided by the larger of max |C_ij| and 0.05 max |C_nn| on that line, body by
+body. The floor is against 0/0: without it components that vanish, or nearly do, would ask for endless
+cells. It is no measure of approximations: what they lack of a small C is a share of C itself, see
+`compare.measure`. Design section 2.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,16 +25,16 @@ class NotConverged(Failure):
 
 
 def line_scale(c_line: Array, nn_line: Array) -> Array:
-    """Scale per component, shape (3, 3), of ICs (3, 3, n) on a line; nn_line (n,) is C_nn there."""
+    """Scale of refinement, (3, 3), of ICs (3, 3, n) on a line; nn_line (n,) is C_nn there."""
     return np.maximum(np.max(np.abs(c_line), axis=-1), FLOOR * np.max(np.abs(nn_line)))
 
 
 def line_errors(difference: Array, c_line: Array, nn_line: Array) -> Array:
-    """Largest error per component on a line, shape (3, 3), of a difference to C (3, 3, n)."""
+    """Largest share of it per component on a line, shape (3, 3), of an error of C (3, 3, n)."""
     return np.asarray(np.max(np.abs(difference), axis=-1) / line_scale(c_line, nn_line))
 
 
-def component_of(values: Array, component: str) -> float:
+def component_of(values: NDArray[Any], component: str) -> float:
     """The entry of (3, 3) values that a component names: "xn" is displacement x, traction n."""
     i, j = (DIRECTIONS.index(letter) for letter in component)
     return float(values[i, j])
@@ -39,7 +42,7 @@ def component_of(values: Array, component: str) -> float:
 
 @dataclass(frozen=True)
 class Shares:
-    """How large an estimated error is at worst, as shares of the scales of its lines: parts and their sum."""
+    """How large an estimated error is at worst, on the scale of refinement: parts and their sum."""
 
     mesh: float
     truncation: float

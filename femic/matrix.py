@@ -287,23 +287,31 @@ def _in_sum(name: str) -> str:
 
 
 def column_scale(strip: int, c: Array, jobs: Sequence[MatrixJob]) -> Array:
-    """Scale of the errors of ICs (3, 3, n_x, n_s) that jobs have together, of the same shape.
+    """Scale of refinement of ICs (3, 3, n_x, n_s) that jobs have together, of the same shape.
 
     `NEAR` elements from the load and further: per pair of strips, the larger of max |C_ij| and 0.05 max A_nn
     over these lags. Nearer: 5 times A_nn there.
     """
-    grid = jobs[0].grid
-    a_nn = np.sum(
-        [job.half_space_nn(grid.lags[:, None], grid.strips - grid.strips[strip]) for job in jobs], axis=0
-    )
-    apart = np.arange(grid.n_s) - strip
-    far = np.hypot(np.arange(grid.n_x)[:, None], apart) >= NEAR
+    a_nn, far = half_spaces_nn(strip, jobs), is_far(strip, jobs[0].grid)
     of_line = np.maximum(np.max(np.abs(c) * far, axis=2), FLOOR * np.max(a_nn * far, axis=0))
     return np.where(far, of_line[:, :, None], NEAR_SHARE * a_nn)
 
 
+def half_spaces_nn(strip: int, jobs: Sequence[MatrixJob]) -> Array:
+    """A_nn of bodies together under a unit load on a strip [mm/N], (n_x, n_s)."""
+    grid = jobs[0].grid
+    x, s = grid.lags[:, None], grid.strips - grid.strips[strip]
+    return np.asarray(np.sum([job.half_space_nn(x, s) for job in jobs], axis=0))
+
+
+def is_far(strip: int, grid: Grid) -> NDArray[np.bool_]:
+    """Which elements are `NEAR` elements from a load on a strip or further, (n_x, n_s)."""
+    lag, apart = np.arange(grid.n_x)[:, None], np.arange(grid.n_s) - strip
+    return np.asarray(np.hypot(lag, apart) >= NEAR)
+
+
 def column_shares(strip: int, c: Estimated, scale: Array) -> Shares:
-    """The estimate of a column, and its parts, at worst."""
+    """The estimate of a column, and its parts, at worst, as shares of its scale of refinement."""
     mesh, truncation, waves, whole = (
         np.nan_to_num(part / scale, nan=np.inf)
         for part in (c.mesh_error, c.truncation_error, c.waves_error, c.estimate)

@@ -85,7 +85,8 @@ def tighter(tolerance: float) -> float:
 class Job:
     """The reference ICs of one body: what is asked, how accurately, and with which cells to start.
 
-    `lines` says which points lie on which line: errors refer to the scale of a line. Lengths in mm;
+    `lines` says which points lie on which line: tolerance and estimates refer to the scale of refinement of
+    a line. Lengths in mm;
     `rotation_reach` and `moment_arm` say where M is fitted (`femic.discount`); `cells` are those to
     start with, by default what the tolerance needs. No model may have more than `most_unknowns`.
     `solver` is that of the solid engine.
@@ -183,7 +184,7 @@ def request(job: Job, level: Level) -> Request | HarmonicRequest:
 
 
 def harmonic_request(job: Job, level: Level) -> HarmonicRequest:
-    """The model of a job at a level, its wavenumbers as dense as the least scale of a line needs."""
+    """The model of a job at a level, its wavenumbers as dense as the least scale of refinement needs."""
     asked = solid_request(job, level)
     nn = _half_space_nn(job)
     least = FLOOR * min(float(np.max(nn[line])) for line in job.lines.values())
@@ -304,7 +305,7 @@ def discounted(job: Job, u: Array) -> tuple[Array, Array, Array]:
 
 
 def scales(jobs: Sequence[Job], ic: Array) -> dict[str, Array]:
-    """Scale per line, shape (3, 3), of the ICs (3, 3, n) that some bodies have together.
+    """Scale of refinement per line, shape (3, 3), of the ICs (3, 3, n) that some bodies have together.
 
     Where nn was not solved, the sum of the bodies' A_nn takes its place.
     """
@@ -321,18 +322,18 @@ def _half_space_nn(job: Job) -> Array:
 
 
 def estimated_errors(job: Job, error: Array, scale: Mapping[str, Array]) -> dict[str, Array]:
-    """Errors (3, 3, n) per line as shares of its scale, shape (3, 3)."""
+    """Errors (3, 3, n) per line as shares of its scale of refinement, shape (3, 3)."""
     return {line: np.max(np.abs(error[..., p]), axis=-1) / scale[line] for line, p in job.lines.items()}
 
 
 def worst(job: Job, error: Array, scale: Mapping[str, Array]) -> tuple[float, str, str]:
-    """Largest error over lines and components: (share, component, line)."""
+    """Largest error over lines and components on the scale of refinement: (share, component, line)."""
     errors = estimated_errors(job, np.nan_to_num(error, nan=np.inf), scale)
     return max((component_of(errors[line], c), c, line) for c in job.components for line in errors)
 
 
 def shares(job: Job, c: Estimated, scale: Mapping[str, Array]) -> Shares:
-    """The estimate of a job's ICs, and its parts, at worst."""
+    """The estimate of a job's ICs, and its parts, at worst, on the scale of refinement."""
     mesh, truncation, waves = (
         worst(job, part, scale)[0] for part in (c.mesh_error, c.truncation_error, c.waves_error)
     )

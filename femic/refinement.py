@@ -122,8 +122,8 @@ def require_inside(name: str, small: Request | HarmonicRequest) -> None:
 def refined(name: str, job: Limits, own: Refinable, estimated: Shares, share: float = 1.0) -> Level:
     """The next level of a body: finer cells, a larger domain or both, as its parts of the error ask for.
 
-    `estimated` is its error as shares of the scale of its own ICs, or of that of the sum of both bodies', of
-    whose tolerance it may take a share.
+    `estimated` is its error on the scale of refinement of its own ICs, or on that of the sum of both
+    bodies', of whose tolerance it may take a share.
     """
     tolerance = share * job.tolerance
     level = Level(

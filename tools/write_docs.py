@@ -78,13 +78,8 @@ def numbers_of(dataset: xr.Dataset) -> dict[str, Any]:
             "unknowns": int(dataset.unknowns.values[k]),
             "memory": float(dataset.memory.values[k]),
             "front": bool(chosen[k]),
-            "errors": {
-                f"{one}, {component}": finite(
-                    dataset.error.sel(way=way, body=one, component=component).item()
-                )
-                for one in dataset.body.values
-                for component in dataset.component.values
-            },
+            "errors": by_component(dataset.error.sel(way=way)),
+            "weights": by_component(dataset.weight.sel(way=way)),
         }
         for k, way in enumerate(dataset.way.values)
     ]
@@ -96,11 +91,21 @@ def numbers_of(dataset: xr.Dataset) -> dict[str, Any]:
         "skipped": json.loads(dataset.attrs["skipped"]),
         "components": [str(component) for component in dataset.component.values],
         "bodies": [str(one) for one in dataset.body.values],
+        "vanishing": [name for name, gone in by_component(dataset.vanishes).items() if gone],
         "ways": ways,
         "advice": {
             question: [advice(dataset, tolerance, components, body) for tolerance in TOLERANCES]
             for question, components in QUESTIONS.items()
         },
+    }
+
+
+def by_component(values: xr.DataArray) -> dict[str, float | None]:
+    """Of every body, as "combined, xn"."""
+    return {
+        f"{body}, {component}": finite(values.sel(body=body, component=component).item())
+        for body in values.body.values
+        for component in values.component.values
     }
 
 

@@ -14,7 +14,8 @@ from compare.calibration.fits import SHOWN, Calibrated, properties_table, to_dat
 from compare.dataset import errors, write
 from compare.dataset import to_dataset as ics_of
 from compare.figures import SYMBOLS, save
-from compare.html import Cell, embedded, error_cell, rendered
+from compare.html import Cell, embedded, error_cell, known_cell, rendered
+from compare.pipeline import Results
 
 COMPONENTS = tuple(component for component in SHOWN if component != "nn")
 
@@ -64,8 +65,7 @@ def _overlaid(found: Sequence[Calibrated], folder: Path) -> Iterator[Path]:
 
 
 def _of_scene(one: Calibrated, folder: Path) -> dict[str, object]:
-    dataset = ics_of(one.results)
-    worst, on_lines = errors(one.results, dataset), replace(one.results, scene=one.scene)
+    dataset, on_lines = ics_of(one.results), on_own_lines(one)
     at = folder / "figures"
     drawn = [
         save(figures.curves(on_lines, dataset, component), at / f"{one.scene.name}_{component}.png")
@@ -75,13 +75,19 @@ def _of_scene(one: Calibrated, folder: Path) -> dict[str, object]:
         "name": one.scene.name,
         "title": one.scene.title,
         "fits": [_of_body(one, body) for body in one.fits],
-        "rows": list(_rows(one, worst)),
+        "rows": list(_rows(one, errors(on_lines, dataset))),
         "figures": [embedded(path) for path in drawn],
         "points": ", ".join(line.name.removeprefix("fit ") for line in one.scene.calibration.lines),
         "range": _range(one),
         "curvature": one.scene.calibration.curvature_apart,
         "translation": _translation(one),
     }
+
+
+def on_own_lines(one: Calibrated) -> Results:
+    """Results on the lines of the scene: those of the calibration have no part in its errors."""
+    own = {line.name: one.results.lines[line.name] for line in one.scene.lines}
+    return replace(one.results, scene=one.scene, lines=own)
 
 
 def _of_body(one: Calibrated, body: str) -> dict[str, object]:
@@ -120,17 +126,20 @@ def _translation(one: Calibrated) -> str:
     return f"{unit * calibration_figures.translation(one):.3g}"
 
 
-def _rows(one: Calibrated, worst: xr.Dataset) -> Iterator[dict[str, object]]:
+def _rows(one: Calibrated, found: xr.Dataset) -> Iterator[dict[str, object]]:
     """Worst errors of every variant on the scene's lines, bodies together."""
     for body in one.scene.compared:
         for variant in (*one.scene.variants, "C"):
-            at = worst["max"].sel(body=body, variant=variant, line=[line.name for line in one.scene.lines])
+            at = found[["error", "weight", "vanishes"]].sel(body=body, variant=variant)
             largest = at.max("line", skipna=False)
-            cells: list[Cell] = [
-                error_cell(largest.sel(i=component[0], j=component[1]).item()) for component in COMPONENTS
-            ]
+            cells = [_cell(largest.sel(i=component[0], j=component[1])) for component in COMPONENTS]
             if not all(cell.text == "–" for cell in cells):
                 yield {"body": body, "symbol": SYMBOLS[variant], "cells": cells, "first": variant == "A"}
+
+
+def _cell(worst: xr.Dataset) -> Cell:
+    made = known_cell if worst.variant.item() == "C" else error_cell
+    return made(worst.error.item(), worst.weight.item(), vanishes=bool(worst.vanishes))
 
 
 def _summary(one: Calibrated) -> str:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from compare.extremes.drawing import drawing
 from compare.extremes.found import HARMONIC, SOLID, Beyond, Parameter, Reached
-from compare.pipeline import Results, compute, ics_of, reference_of, shares_of
+from compare.pipeline import Results, compute, ics_of, reference_of, refinement_shares_of
 from compare.scenes.load import BadScene, load_scene
 from femic.accuracy import component_of
 from femic.refinement import SILENT, Watch
@@ -20,7 +20,7 @@ TOLERANCE = {HARMONIC: 0.01, SOLID: 0.1}
 TIGHTER = 0.001  # tolerance of the C against which errors are measured where no closed form exists
 FINER = {"growth": 0.2, "far_radius": 3000.0}  # its cells and domain: less than half, more than twice
 EXAMPLES = 40  # plane scenes drawn
-ROUNDING = 1e-9  # share of the scale of a line
+ROUNDING = 1e-9  # share of the scale of refinement
 POINTS = 102  # of a line: none on the outline of the patch, which is a row of its own
 Changes = Mapping[str, Any]
 
@@ -223,12 +223,13 @@ def compared(results: Results, finer: Results | None) -> tuple[float, float, flo
 def each(results: Results, finer: Results | None) -> Iterator[tuple[float, float, float]]:
     """Error, estimate, and error over estimate, of every component on every line; against A or a finer C.
 
+    Of C itself, so on the scale of refinement, which the tolerance is for.
     What vanishes by symmetry has an error of rounding and no estimate: it counts from `ROUNDING` on.
     """
     body = results.scene.compared[0]
     c = reference_of(results, body)
     truth = ics_of(results, "A", body) if finer is None else reference_of(finer, body).ic
-    off, known = (shares_of(results, body, of) for of in (c.ic - truth, c.estimate))
+    off, known = (refinement_shares_of(results, body, of) for of in (c.ic - truth, c.estimate))
     for line in off:
         for name in SIX:
             error, estimate = component_of(off[line], name), component_of(known[line], name)

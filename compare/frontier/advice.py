@@ -7,10 +7,13 @@ import numpy as np
 import xarray as xr
 
 from compare.frontier import ways
-from compare.frontier.trade import Asked, known_errors
+from compare.frontier.trade import Asked, compute_frontier, known_errors
+from femic.refinement import SILENT, Watch
+from femic.store import Store
 from geometries.errors import Failure, WrongInput
 
 ALIKE = 3.0  # times as many seconds as the fastest are as cheap: what a clock can tell of approximations
+TIGHTER = 10.0  # C where that does not say whether a component vanishes
 FINER = 4  # times tighter than the tolerance is the C against which errors are measured
 
 
@@ -23,6 +26,7 @@ class Advice:
     error: float  # at most, worst of the components
     seconds: float
     component: str  # the worst
+    vanishes: bool  # C of this component does: the error is a share of 0.05 max |C_nn|
     body: str
     tolerance: float
 
@@ -53,12 +57,14 @@ def advise(dataset: xr.Dataset, tolerance: float, components: Sequence[str], bod
     cheap = [one for one in enough if float(seconds.sel(way=one)) <= ALIKE * fastest]
     way = min(cheap, key=lambda one: float(worst.sel(way=one)))
     of_way = errors.sel(way=way)
+    component = str(of_way.component.values[int(np.argmax(of_way.values))])
     return Advice(
         str(way),
         str(dataset.label.sel(way=way).item()),
         float(of_way.max()),
         float(seconds.sel(way=way)),
-        str(of_way.component.values[int(np.argmax(of_way.values))]),
+        component,
+        bool(dataset.vanishes.sel(body=body, component=component)),
         body,
         tolerance,
     )
@@ -66,10 +72,39 @@ def advise(dataset: xr.Dataset, tolerance: float, components: Sequence[str], bod
 
 def told(advice: Advice) -> str:
     """The advice as a sentence."""
+    of_what = "; it vanishes in C, so that is a share of 0.05 C_nn" if advice.vanishes else ""
     return (
-        f"Use {advice.label}: {advice.body} ICs to {advice.error:.2%} (worst: {advice.component}), "
-        f"{advice.tolerance:.2%} asked for."
+        f"Use {advice.label}: {advice.body} ICs to {advice.error:.2%} of a component (worst: "
+        f"{advice.component}{of_what}), {advice.tolerance:.2%} asked for."
     )
+
+
+@dataclass(frozen=True)
+class Question:
+    """Of which body, in which components, and how accurately ICs are to be chosen."""
+
+    body: str
+    components: tuple[str, ...]
+    tolerance: float
+
+
+def tried_for(
+    base: str, question: Question, *, workers: int, store: Store | None = None, watch: Watch = SILENT
+) -> tuple[Asked, xr.Dataset]:
+    """What an advice rests on: the ways that were tried, and their frontier.
+
+    Where a component vanishes in C, but not by symmetry, a tighter C is tried: it may just be small, and
+    then its errors are shares of itself.
+    """
+    tolerance, body, components = question.tolerance, question.body, list(question.components)
+    while True:
+        asked = asked_for(tolerance, components, body)
+        found = compute_frontier(base, asked, workers=workers, store=store, watch=watch)
+        of_asked = found.sel(body=body, component=[one for one in components if one in found.component])
+        undecided = bool(np.any(of_asked.vanishes & ~of_asked.by_symmetry))
+        if not undecided or tolerance / FINER <= ways.HARMONIC[-1]:
+            return asked, found
+        tolerance /= TIGHTER
 
 
 def asked_for(tolerance: float, components: Sequence[str], body: str) -> Asked:

@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from compare.frontier.advice import Advice, advise, asked_for
-from compare.frontier.trade import compute_frontier
+from compare.frontier.advice import Advice, Question, advise, tried_for
 from compare.scenes.scene import Scene
 from femic.refinement import SILENT, Watch
 from femic.store import Store
@@ -22,15 +21,6 @@ class Choice:
     advice: Advice | None = None
 
 
-@dataclass(frozen=True)
-class Question:
-    """Of which body, in which components, and how accurately ICs are to be chosen."""
-
-    body: str
-    components: tuple[str, ...]
-    tolerance: float
-
-
 def question_of(scene: Scene) -> Question:
     """All that a scene compares of its first body."""
     return Question(scene.compared[0], scene.components, scene.ics_tolerance)
@@ -43,8 +33,7 @@ def choose(
 
     Raises Failure where nothing is good enough.
     """
-    asked = asked_for(question.tolerance, question.components, question.body)
-    found = compute_frontier(base, asked, workers=workers, store=store, watch=watch)
+    asked, found = tried_for(base, question, workers=workers, store=store, watch=watch)
     advice = advise(found, question.tolerance, question.components, question.body)
     settings = {way.name: way.engine for way in asked.ways}
     if advice.way not in settings:

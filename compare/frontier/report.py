@@ -17,7 +17,7 @@ from compare.dataset import write
 from compare.figures import STYLE, save
 from compare.frontier.advice import Advice
 from compare.frontier.trade import front, known_errors, told_apart
-from compare.html import Cell, embedded, error_cell, rendered
+from compare.html import VANISHING, Cell, embedded, error_cell, known_cell, rendered
 
 Array = NDArray[np.float64]
 
@@ -61,9 +61,10 @@ def summary(dataset: xr.Dataset) -> str:
         for k in order
     ]
     return (
-        f"{body} ICs at {dataset.attrs['points']} points, worst component: {', '.join(parts)}. All other "
-        f"ways are slower than one of these and no better. Errors against {dataset.attrs['best']}, which "
-        "estimates its own."
+        f"{body} ICs at {dataset.attrs['points']} points, worst component, as a share of itself"
+        f"{' (if it vanishes, of 0.05 C_nn)' if np.any(dataset.vanishes.sel(body=body)) else ''}: "
+        f"{', '.join(parts)}. All other ways are slower than one of these and no better. Errors against "
+        f"{dataset.attrs['best']}, which estimates its own."
     )
 
 
@@ -84,12 +85,13 @@ def figure(dataset: xr.Dataset, body: str) -> Figure:
         errors = told_apart(dataset, body)
         for axes, component in zip(grid, components, strict=False):
             _draw(axes, dataset.sel(body=body, component=component), errors.sel(component=component).values)
-            axes.set_title(f"{body} {component}")
+            gone = bool(dataset.vanishes.sel(body=body, component=component))
+            axes.set_title(f"{body} {component}" + (", vanishes: share of 0.05 C_nn" if gone else ""))
         for axes in grid[-columns:]:
             axes.set_xlabel(f"seconds for {dataset.attrs['points']} points  [s]")
         for axes in grid[len(components) :]:
             axes.remove()
-        drawn.supylabel("error, share of the scale of a line  [-]")
+        drawn.supylabel("error, share of the component itself  [-]")
         drawn.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
         return drawn
 
@@ -131,13 +133,14 @@ def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:
         for c in dataset.component.values
     }
     for k, way in enumerate(dataset.way.values):
-        cells: list[Cell] = [
-            error_cell(of_body.error.values[k, c], " *" if fronts[str(name)][k] else "")
-            for c, name in enumerate(dataset.component.values)
+        best = str(way) == dataset.attrs["best"]
+        cells = [
+            _cell(of_body.sel(way=way, component=c), best, " *" if fronts[str(c)][k] else "")
+            for c in dataset.component.values
         ]
         yield {
             "label": str(dataset.label.values[k]),
-            "best": str(way) == dataset.attrs["best"],
+            "best": best,
             "cells": cells,
             "seconds": _time(float(of_body.seconds.values[k])),
             "unknowns": f"{int(dataset.unknowns.values[k]):,}" if dataset.unknowns.values[k] else "",
@@ -145,10 +148,21 @@ def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:
         }
 
 
+def _cell(at: xr.Dataset, best: bool, mark: str) -> Cell:
+    made = known_cell if best else error_cell
+    return made(at.error.item(), at.weight.item(), vanishes=bool(at.vanishes), mark=mark)
+
+
 def evidence(dataset: xr.Dataset, advice: Advice, components: list[str], body: str) -> Table:
     """What the advice rests on: what the error of each way is at most, and its seconds."""
-    shown = Table(title=f"{body}: error at most (measured, and the estimate of {dataset.attrs['best']})")
-    for heading in ("", "seconds", *components):
+    gone = dataset.vanishes.sel(body=body, component=components).values
+    shown = Table(
+        title=f"{body}: error at most, share of the component itself (measured, and the estimate of "
+        f"{dataset.attrs['best']})",
+        caption="†: vanishes in C; share of 0.05 C_nn" if np.any(gone) else None,
+    )
+    headings = [name + (VANISHING if zero else "") for name, zero in zip(components, gone, strict=True)]
+    for heading in ("", "seconds", *headings):
         shown.add_column(heading, justify="right")
     errors, seconds = known_errors(dataset, body), dataset.seconds.sel(body=body).values
     for k in np.argsort(seconds):

@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 from compare import plan
 from compare.frontier import ways
 from compare.frontier.ways import Way
-from compare.pipeline import Results, approximated, compute, reference_of, scene_points, shares_of
+from compare.pipeline import (
+    Results,
+    approximated,
+    compute,
+    measure_of,
+    reference_of,
+    refinement_shares_of,
+    scene_points,
+)
 from compare.scenes.load import BadScene, load_scene, read_scene, scene_path
 from compare.scenes.scene import Scene
 from femic.accuracy import NotConverged, component_of
@@ -24,6 +32,7 @@ from geometries.errors import Failure, WrongInput
 
 Array = NDArray[np.float64]
 BODY_AND_SOLVER = ("far_radius", "half_length", "solver")  # keys of a scene's engine of the same kind
+VANISHES = "C vanishes: by symmetry, or below ten times its estimate; errors are shares of 0.05 max |C_nn|"
 Curves = Mapping[str, Array]  # by body compared, (3, 3, n_points) [mm/N]
 
 
@@ -76,9 +85,8 @@ def compute_frontier(
 ) -> xr.Dataset:
     """Errors, seconds, unknowns and memory of every way to the ICs of a scene that fits into the budget.
 
-    The cheapest by `femic.plan` come first. Errors are those against the best known C: shares of the scale
-    of a line, the worst over the lines. Raises BadScene as `load_scene`, Failure where no C fits into the
-    budget.
+    The cheapest by `femic.plan` come first. Errors are those of `compare.measure` against the best known C,
+    the worst over the lines. Raises BadScene as `load_scene`, Failure where no C fits into the budget.
     """
     scene = asked.scene(base, {"check": False})
     start, tried = perf_counter(), list(_approximations(scene))
@@ -140,15 +148,21 @@ def _tried(way: Way, results: Results) -> Tried:
 
 
 def _worst_estimate(results: Results) -> float:
-    """Of all bodies, lines and components."""
+    """Of all bodies, lines and components; on the scale of refinement, which is the same for every way."""
     known = {body: reference_of(results, body).estimate for body in results.scene.compared}
-    return float(np.max([_shares(results, body, known[body]) for body in known]))
+    return float(
+        np.max([_worst(results, refinement_shares_of(results, body, of)) for body, of in known.items()])
+    )
 
 
-def _shares(results: Results, body: str, off: Array) -> Array:
-    """Deviations of a body's ICs, (3, 3, n_points), per component: worst share of a line's scale."""
-    worst = np.max(list(shares_of(results, body, off).values()), axis=0)
-    return np.array([component_of(worst, component) for component in results.scene.components])
+def _worst(results: Results, shares: Mapping[str, Array]) -> Array:
+    """The largest of the lines, per component of the scene."""
+    return _of_components(results.scene, np.max(list(shares.values()), axis=0))
+
+
+def _of_components(scene: Scene, values: NDArray[Any]) -> NDArray[Any]:
+    """What of (3, 3) values belongs to the components of a scene."""
+    return np.array([component_of(values, component) for component in scene.components])
 
 
 def _dataset(
@@ -157,18 +171,25 @@ def _dataset(
     name, results = best
     bodies = list(scene.compared)
     shape = (len(tried), len(bodies), len(scene.components))
-    error, estimate = np.empty(shape), np.empty(shape)
-    for w, one in enumerate(tried):
-        for b, body in enumerate(bodies):
-            off = one.ics[body] - reference_of(results, body).ic
-            estimate[w, b] = _shares(results, body, one.estimates[body])
-            error[w, b] = estimate[w, b] if one.way.name == name else _shares(results, body, off)
+    error, estimate, weight = np.empty((3, *shape))
+    measures = [measure_of(results, body) for body in bodies]
+    for b, (body, measure) in enumerate(zip(bodies, measures, strict=True)):
+        c = reference_of(results, body).ic
+        for w, one in enumerate(tried):
+            off = one.estimates[body] if one.way.name == name else one.ics[body] - c
+            error[w, b] = _worst(results, measure.shares(off))
+            weight[w, b] = _worst(results, measure.weights(off))
+            estimate[w, b] = _worst(results, measure.shares(one.estimates[body]))
+    gone, zero = ([_of_components(scene, getattr(m, of)) for m in measures] for of in ("vanishing", "zero"))
     over, share = ("way", "body", "component"), {"units": "1"}
     seconds = [[one.seconds[body] for body in bodies] for one in tried]
     return xr.Dataset(
         {
             "error": (over, error, share | {"meaning": "worst deviation from the best C; of that: estimate"}),
             "estimate": (over, estimate, share | {"meaning": "its own estimate of its error; 0: none"}),
+            "weight": (over, weight, share | {"meaning": "the same, share of max |C_nn| on a line"}),
+            "vanishes": (over[1:], np.array(gone, dtype=bool), {"meaning": VANISHES}),
+            "by_symmetry": (over[1:], np.array(zero, dtype=bool), {"meaning": "C vanishes by symmetry"}),
             "seconds": (("way", "body"), seconds, {"units": "s"}),
             "unknowns": ("way", [one.unknowns for one in tried]),
             "memory": ("way", [one.memory for one in tried], {"units": "MB"}),

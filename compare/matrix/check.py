@@ -7,13 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.matrix.results import MatrixResults
+from compare.measure import Measure
 from compare.scenes.load import CHECK_TOLERANCE
 from compare.scenes.scene import Scene
+from femic.accuracy import component_of
 from femic.at_points import references
 from femic.models import Points
-from femic.reference import FAR_RADIUS, Job, Reference, cells_for, scales
+from femic.reference import FAR_RADIUS, Job, Reference, cells_for
 from femic.refinement import Watch
 from femic.store import Store
+from femic.symmetry import N
 from geometries.bodies import Domain
 from geometries.patches import DIRECTIONS
 
@@ -29,7 +32,7 @@ class Checked:
 
     body: str
     strip: int
-    apart: float  # worst share of a line's scale
+    apart: float  # worst share of the component itself, of those that do not vanish
     component: str
     allowed: float  # sum of both estimates, at that line and component
     closest: float  # largest difference over the sum of the estimates
@@ -89,16 +92,14 @@ def _compared(
     for name, job in jobs.items():
         column, single = results.found[name].column(strip), solved[name].c
         ic, estimate = (part[:, :, 1:, observed].reshape(3, 3, -1) for part in (column.ic, column.estimate))
-        shares = []
-        for line, scale in scales([job], single.ic).items():
-            at = job.lines[line]
-            apart = np.max(np.abs(single.ic - ic)[..., at], axis=-1)
-            allowed = np.max((single.estimate + estimate)[..., at], axis=-1)
-            shares += [
-                (apart[i, j] / scale[i, j], DIRECTIONS[i] + DIRECTIONS[j], allowed[i, j] / scale[i, j])
-                for i, j in np.ndindex(3, 3)
-            ]
-        worst = max(shares)
-        closest = max(share / limit for share, _, limit in shares if limit > 0)
+        measure = Measure(ic, estimate, ic[N, N], job.lines)
+        apart, allowed = measure.shares(single.ic - ic), measure.shares(single.estimate + estimate)
+        each = [
+            (component_of(apart[line], c), c, component_of(allowed[line], c))
+            for line in job.lines
+            for c in NINE
+        ]
+        worst = max(one for one in each if not component_of(measure.vanishing, one[1]))
+        closest = max(share / limit for share, _, limit in each if limit > 0)
         seconds = sum(sum(cost.seconds.values()) for cost in solved[name].models.values())
         yield Checked(name, strip, *worst, closest, seconds)

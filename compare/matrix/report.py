@@ -1,6 +1,6 @@
 """`femic matrix`: compute the IC matrices of a scene, write the file, the figures and the report."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,8 +10,9 @@ import numpy as np
 from approx.matrix import column as approximated
 from compare import folders, plan
 from compare.figures import SYMBOLS, save
-from compare.html import Cell, embedded, error_cell, rendered
+from compare.html import Cell, embedded, error_cell, known_cell, rendered
 from compare.matrix.check import NINE, Checked, check
+from compare.matrix.deviation import Deviation
 from compare.matrix.figures import maps
 from compare.matrix.results import MatrixResults, compute_matrix
 from compare.pipeline import solids
@@ -137,9 +138,9 @@ def render(
         all_strips=f"{all_strips:.0f} minutes",
         components=NINE,
         tables=[
-            {"body": body, "rows": list(_rows(results, body, measure)), "measure": measure}
+            {"body": body, "rows": list(_rows(results, body, cells)), "measure": measure}
             for body in scene.compared
-            for measure in ("under_tractions", "worst")
+            for measure, cells in (("under_tractions", _under_tractions), ("worst", _worst))
         ],
         E=scene.reference_E,
         L=scene.reference_length,
@@ -193,12 +194,33 @@ def _demands(results: MatrixResults) -> Iterator[dict[str, str]]:
         yield {"name": name, "defect": defect, "eigenvalue": f"{eigenvalue:.3f}"}
 
 
-def _rows(results: MatrixResults, body: str, measure: str) -> Iterator[dict[str, object]]:
+MakeCell = Callable[..., Cell]  # `error_cell`, or `known_cell` of C itself
+
+
+def _rows(
+    results: MatrixResults, body: str, cells: Callable[[Deviation, MakeCell], list[Cell]]
+) -> Iterator[dict[str, object]]:
     for (variant, of), deviation in results.approximations.items():
         if of == body:
-            errors = getattr(deviation, measure).ravel()
-            cells: list[Cell] = [error_cell(float(error)) for error in errors]
-            yield {"symbol": SYMBOLS[variant], "cells": cells}
+            yield {"symbol": SYMBOLS[variant], "cells": cells(deviation, error_cell)}
+    yield {"symbol": "C", "cells": cells(results.known[body], known_cell)}
+
+
+def _under_tractions(of: Deviation, make: MakeCell) -> list[Cell]:
+    """Shares of what the component itself can cause; below them, of what pressures can."""
+    values = (of.under_tractions_of_itself, of.under_tractions, of.causes_nothing)
+    return [
+        make(float(share), float(weight), vanishes=bool(gone))
+        for share, weight, gone in zip(*(one.ravel() for one in values), strict=True)
+    ]
+
+
+def _worst(of: Deviation, make: MakeCell) -> list[Cell]:
+    """Shares of the largest entry of the component; below them those of nearer entries, of A_nn."""
+    return [
+        make(float(share), float(near), vanishes=bool(gone))
+        for share, near, gone in zip(*(one.ravel() for one in (of.worst, of.near, of.vanishing)), strict=True)
+    ]
 
 
 def _took(results: MatrixResults, costs: dict[str, Cost]) -> str:

@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from approx.matrix import column
+from compare.matrix.deviation import Column, Deviation
 from compare.pipeline import parts_of, solids
 from compare.scenes.checks import grid_misfits
 from compare.scenes.load import BadScene
@@ -26,6 +27,8 @@ from femic.matrix import (
     column_scale,
     column_shares,
     far_radius_for,
+    half_spaces_nn,
+    is_far,
     matrices,
     worst_of,
 )
@@ -53,40 +56,14 @@ class MatrixResults:
     errors: Mapping[str, Shares]  # estimated, at worst, of each body compared
     reciprocity: Mapping[str, float]  # defect of the raw matrices, share of the element's own C_nn
     eigenvalues: Mapping[str, float]  # smallest, of the symmetric part, over the element's own ICs
-    approximations: Mapping[tuple[str, str], "Deviation"]  # by (variant, body)
+    approximations: Mapping[tuple[str, str], Deviation]  # by (variant, body)
+    known: Mapping[str, Deviation]  # by body: what C's own estimate allows
     seconds: float
     memory: float  # MB, of the process at its peak
 
     def column(self, body: str, strip: int) -> Estimated:
         """C of a body, or of both, due to unit loads on a strip [mm/N], arrays (3, 3, n_x, n_s)."""
         return total([self.found[name].column(strip) for name in parts_of(body)])
-
-
-@dataclass(frozen=True, eq=False)
-class Deviation:
-    """How far an approximation is from C, strip by strip: the worst entries, and sums over all elements."""
-
-    worst: Array  # (3, 3) shares of the scales of `femic.matrix.column_scale`
-    sums: Array  # (3, 3, n_s) of |V - C| over loaded strips and lags of both signs
-    nn_sums: Array  # (n_s,) of |C_nn|
-
-    @classmethod
-    def none(cls, scene: Scene) -> "Deviation":
-        """Before the first strip."""
-        n_s = scene.grid.n_s
-        return cls(np.zeros((3, 3)), np.zeros((3, 3, n_s)), np.zeros(n_s))
-
-    def add(self, difference: Array, c: Array, scale: Array) -> None:
-        """The column of one more loaded strip, arrays (3, 3, n_x, n_s)."""
-        np.maximum(self.worst, np.max(np.abs(difference) / scale, axis=(2, 3)), out=self.worst)
-        both_sides = np.where(np.arange(c.shape[2]) == 0, 1.0, 2.0)[:, None]
-        self.sums[...] += np.sum(both_sides * np.abs(difference), axis=2)
-        self.nn_sums[...] += np.sum(both_sides * np.abs(c[2, 2]), axis=0)
-
-    @property
-    def under_tractions(self) -> Array:
-        """Largest error of displacements that tractions up to 1 can cause, over the largest under p_n."""
-        return np.max(self.sums, axis=2) / np.max(self.nn_sums)
 
 
 def matrix_jobs(scene: Scene) -> dict[str, MatrixJob]:
@@ -146,6 +123,7 @@ def compute_matrix(
         {name: reciprocity_defect(ics) for name, ics in collected.raw.items()},
         collected.eigenvalues(),
         collected.deviations,
+        collected.known,
         perf_counter() - start,
         peak_memory(),
     )
@@ -165,6 +143,7 @@ class _Collected:
     discounted: dict[str, Array]  # of all that is compared
     errors: dict[str, list[Shares]]
     deviations: dict[tuple[str, str], Deviation]
+    known: dict[str, Deviation]
 
     @classmethod
     def of(cls, scene: Scene, jobs: Mapping[str, MatrixJob]) -> "_Collected":
@@ -178,11 +157,12 @@ class _Collected:
             {name: np.empty(shape) for name in scene.compared if whole},
             {name: [] for name in scene.compared},
             {
-                (variant, name): Deviation.none(scene)
+                (variant, name): Deviation.none(scene.grid.n_s)
                 for variant in scene.variants
                 for name in scene.compared
                 if variant != "Bhat_prime" or pair.has_effective(name)
             },
+            {name: Deviation.none(scene.grid.n_s) for name in scene.compared},
         )
 
     def add(self, strip: int, compared: Mapping[str, Estimated], raw: Mapping[str, Array]) -> None:
@@ -192,13 +172,15 @@ class _Collected:
             whole[:, :, strip] = _last(raw[name])
         for name, whole in self.discounted.items():
             whole[:, :, strip] = _last(compared[name].ic)
-        scales = {}
+        columns = {}
         for name, c in compared.items():
-            scales[name] = column_scale(strip, c.ic, [self.jobs[part] for part in parts_of(name)])
-            self.errors[name].append(column_shares(strip, c, scales[name]))
+            jobs = [self.jobs[part] for part in parts_of(name)]
+            self.errors[name].append(column_shares(strip, c, column_scale(strip, c.ic, jobs)))
+            columns[name] = Column(c, is_far(strip, grid), half_spaces_nn(strip, jobs))
+            self.known[name].add(c.estimate, columns[name])
         for (variant, name), deviation in self.deviations.items():
             other = column(variant, solids(self.scene)[name], grid, strip) / grid.area
-            deviation.add(other - compared[name].ic, compared[name].ic, scales[name])
+            deviation.add(other - compared[name].ic, columns[name])
 
     def eigenvalues(self) -> dict[str, float]:
         """Smallest of each matrix."""

@@ -88,13 +88,21 @@ def _repeats(drawn: Curve) -> bool:
     return np.allclose(drawn.at, -drawn.at[::-1]) and bool(asymmetry <= MIRRORED * np.max(sizes))
 
 
-def worst(overlay: Overlay, result: Result, body: str, component: str) -> dict[str, float]:
-    """Worst error over the common lines of each common variant, and that estimated of C under "C"."""
-    of_component = result.errors["max"].sel(
+def worst(
+    overlay: Overlay, result: Result, of: tuple[str, str], measure: Literal["error", "weight"] = "error"
+) -> dict[str, float]:
+    """Worst error (weight) of a body's component over the common lines, by variant; C: as estimated."""
+    body, component = of
+    of_component = result.errors[measure].sel(
         body=body, i=component[0], j=component[1], line=list(overlay.common.lines)
     )
     largest = of_component.max("line", skipna=False)
     return {variant: largest.sel(variant=variant).item() for variant in (*overlay.common.variants, "C")}
+
+
+def vanishes(result: Result, body: str, component: str) -> bool:
+    """Whether a component of C vanishes in a scene, so that its errors are shares of 0.05 max |C_nn|."""
+    return bool(result.errors.vanishes.sel(body=body, i=component[0], j=component[1]))
 
 
 def write_curves(overlay: Overlay, folder: Path) -> None:

@@ -6,16 +6,16 @@ from pathlib import Path
 
 from compare import folders
 from compare.figures import SYMBOLS, save
-from compare.html import ZERO, Cell, embedded, error_cell, rendered
+from compare.html import Cell, embedded, error_cell, known_cell, rendered
+from compare.measure import ROUNDING
 from compare.overlay import figures as overlay_figures
-from compare.overlay.curves import Overlay, worst, write_curves
+from compare.overlay.curves import Overlay, Result, vanishes, worst, write_curves
 from compare.overlay.differences import differences
 from compare.overlay.sources import Source
 from geometries.errors import WrongInput
 
 JUDGED = ("A", "Bhat")  # variants of the summary
 ALIKE = "alike within the accuracy of C"
-NEGLIGIBLE = 1e-9  # an error that rounding makes, where curves vanish by symmetry
 
 
 @dataclass(frozen=True)
@@ -66,18 +66,26 @@ def render(overlay: Overlay, figures: Sequence[Path]) -> str:
 
 
 def _rows(overlay: Overlay, body: str) -> Iterator[Row]:
-    of_scene = [
-        {component: worst(overlay, result, body, component) for component in overlay.common.components}
+    cells = {
+        (result.name, component): _cells(overlay, result, body, component)
         for result in overlay.results
-    ]
+        for component in overlay.common.components
+    }
     for variant in (*overlay.common.variants, "C"):
-        for k, (result, errors) in enumerate(zip(overlay.results, of_scene, strict=True)):
-            cells = [_cell(errors[component][variant]) for component in overlay.common.components]
-            yield Row(SYMBOLS[variant] if k == 0 else "", result.name, cells, k == 0)
+        for k, result in enumerate(overlay.results):
+            of_row = [cells[result.name, component][variant] for component in overlay.common.components]
+            yield Row(SYMBOLS[variant] if k == 0 else "", result.name, of_row, k == 0)
 
 
-def _cell(error: float) -> Cell:
-    return ZERO if error < NEGLIGIBLE else error_cell(error)
+def _cells(overlay: Overlay, result: Result, body: str, component: str) -> dict[str, Cell]:
+    """Of a component in a scene, by variant."""
+    errors = worst(overlay, result, (body, component))
+    weights = worst(overlay, result, (body, component), "weight")
+    gone = vanishes(result, body, component)
+    return {
+        variant: (known_cell if variant == "C" else error_cell)(error, weights[variant], vanishes=gone)
+        for variant, error in errors.items()
+    }
 
 
 def summary(overlay: Overlay) -> str:
@@ -98,11 +106,15 @@ def _ranking(overlay: Overlay, body: str, variant: str) -> str:
     most = "more" if len(overlay.results) == 2 else "most"
     ranks: dict[str, list[str]] = {}
     for component in overlay.common.components:
-        errors = [(worst(overlay, result, body, component), result.name) for result in overlay.results]
+        gone = [result.name for result in overlay.results if vanishes(result, body, component)]
+        if gone:  # errors there are shares of something else
+            ranks.setdefault(f"vanishing in {', '.join(gone)}", []).append(component)
+            continue
+        errors = [(worst(overlay, result, (body, component)), result.name) for result in overlay.results]
         scene, factor = _rank([(error[variant], error["C"], name) for error, name in errors])
         ranks.setdefault(f"{most} in {scene}" if scene else ALIKE, []).append(component + factor)
-    alike = {ALIKE: ranks.pop(ALIKE)} if ALIKE in ranks else {}
-    return "; ".join(f"{rank}: {', '.join(components)}" for rank, components in (ranks | alike).items())
+    last = {rank: ranks.pop(rank) for rank in list(ranks) if not rank.startswith(most)}
+    return "; ".join(f"{rank}: {', '.join(components)}" for rank, components in (ranks | last).items())
 
 
 def _rank(errors: Sequence[tuple[float, float, str]]) -> tuple[str, str]:
@@ -110,7 +122,7 @@ def _rank(errors: Sequence[tuple[float, float, str]]) -> tuple[str, str]:
     (least, known, _), (largest, known_there, scene) = min(errors), max(errors)
     if largest - least <= known + known_there:
         return "", ""
-    if max(least, known) < NEGLIGIBLE:
+    if max(least, known) < ROUNDING:
         return scene, " (0 elsewhere)"
     factor = largest / max(least, known)
     over = "over " if least < known else ""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from compare.dataset import ERRORS
 from compare.scenes import file as files
 from compare.scenes.load import build_scene, builtin_names, parse, read_scene, scene_path
 from compare.scenes.scene import Scene
@@ -68,7 +69,8 @@ def _source(argument: str, results: Path) -> Source:
 
 def _of_folder(folder: Path) -> Source:
     try:
-        ics, _ = read(folder)
+        ics, errors = read(folder)
+        errors[list(ERRORS)]  # what another femic wrote may have others
         text, lines = ics.attrs["scene"], list(dict.fromkeys(ics.line.values.tolist()))
     except (OSError, KeyError) as error:
         raise WrongInput(

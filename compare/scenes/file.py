@@ -234,7 +234,9 @@ class EngineTable(Section):
         description="draw C of the solid engine, too, at tolerance 0.01 or that of the scene (minutes, once)",
     )
     tolerance: Annotated[float, Field(ge=1e-4, le=1)] = Field(
-        0.01, description="estimated error of C that is good enough, each body and combined; sets the cells"
+        0.01,
+        description="estimated error of C that is good enough, each body and combined, on the scale of "
+        "refinement (docs/conventions.md); sets the cells",
     )
     most_unknowns: Annotated[int, Field(ge=1000)] = Field(
         1_000_000, description="largest model that refinement may lead to"
@@ -297,7 +299,7 @@ class SceneFile(Section):
         "cheapest that is good enough, as femic advise finds it",
     )
     ics_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
-        0.02, description="largest error that is good enough for ics = 'auto'"
+        0.02, description="largest error, share of the component itself, that is good enough for ics = 'auto'"
     )
     fields: bool = Field(
         False,

@@ -27,7 +27,7 @@ def test_default_settings_know_c_of_each_body_and_the_sum_to_one_percent_at_once
 
 def _check_against_the_half_space(results):
     """A is exact on a plane: the errors of A are the errors of C."""
-    found = errors(results, to_dataset(results))["max"].sel(variant="A")
+    found = errors(results, to_dataset(results)).error.sel(variant="A")
     assert np.nanmax(found.sel(line=["s = 1.6 mm", "x = 1.6 mm"])) < 0.002
     assert np.nanmax(found.sel(line="s = 0 mm")) < 0.01
 

@@ -34,11 +34,25 @@ def test_errors_follow_the_definition(small):
     line = on_line(dataset, "s = 1.6 mm").sel(body="upper")
     c, b = (line.ic.sel(variant=v, i="x", j="n").values for v in ("C", "Bhat"))
     c_nn = line.ic.sel(variant="C", i="n", j="n").values
-    scale = max(np.abs(c).max(), 0.05 * np.abs(c_nn).max())
+    everywhere = dataset.ic.sel(variant="C", body="upper", i="x", j="n").values
     at = errors.sel(variant="Bhat", body="upper", line="s = 1.6 mm", i="x", j="n")
-    assert at["max"].item() == pytest.approx(np.abs(b - c).max() / scale)
-    assert at["own"].item() == pytest.approx(np.abs(b - c).max() / np.abs(c).max())
-    assert at["rms"].item() == pytest.approx(np.sqrt(np.mean((b - c) ** 2)) / scale)
+    assert at.error.item() == pytest.approx(np.abs(b - c).max() / np.abs(everywhere).max())
+    assert at.rms.item() == pytest.approx(np.sqrt(np.mean((b - c) ** 2)) / np.abs(everywhere).max())
+    assert at.weight.item() == pytest.approx(np.abs(b - c).max() / np.abs(c_nn).max())
+    assert not at.vanishes
+
+
+def test_the_estimate_of_c_is_there_on_both_scales(small):
+    _, dataset, errors = small
+    line = on_line(dataset, "s = 1.6 mm").sel(body="combined", i="x", j="n")
+    c, nn = (on_line(dataset, "s = 1.6 mm").ic.sel(variant="C", body="combined", i=i, j="n") for i in "xn")
+    at = errors.sel(variant="C", body="combined", line="s = 1.6 mm", i="x", j="n")
+    known = line.estimate.max().item()
+    everywhere = dataset.ic.sel(variant="C", body="combined", i="x", j="n")
+    assert at.error.item() == pytest.approx(known / abs(everywhere).max().item())
+    floor = 0.05 * abs(nn).max().item()
+    assert at.estimate_refinement.item() == pytest.approx(known / max(abs(c).max().item(), floor))
+    assert at.weight.item() == pytest.approx(known / abs(nn).max().item())
 
 
 def test_raw_and_discount_give_c(small):
@@ -72,12 +86,12 @@ def test_csv_has_the_curves_under_their_names(small, tmp_path):
 def test_summary_names_the_worst_and_the_best(small):
     results, _, errors = small
     text = report.summary(results, errors)
-    worst = errors["max"].sel(body="combined", variant="A")
+    worst = errors.error.sel(body="combined", variant="A")
     values = {
         (c, line): worst.sel(i=c[0], j=c[1], line=line).item()
         for c in results.scene.components
         for line in results.lines
     }
     component, line = max(values, key=values.get)
-    assert f"A {values[component, line]:.1%} ({component} on {line})" in text
+    assert f"A {100 * values[component, line]:.1f} % ({component} on {line})" in text
     assert all(VARIANTS[v].symbol in text for v in results.scene.variants)

@@ -12,8 +12,8 @@ from compare.cli import DONE, WRONG_INPUT, exit_code
 from compare.dataset import errors, to_dataset
 from compare.frontier import report as frontier_report
 from compare.frontier import trade as frontier
-from compare.frontier.advice import ALIKE, advise, asked_for
-from compare.frontier.choice import Question, choose, question_of
+from compare.frontier.advice import ALIKE, Question, advise, asked_for
+from compare.frontier.choice import choose, question_of
 from compare.frontier.trade import Asked, compute_frontier, front, known_errors
 from compare.frontier.ways import Way, harmonic, solid
 from compare.pipeline import compute
@@ -77,7 +77,7 @@ def test_errors_are_those_of_a_run_against_the_best_c(made):
         ),
         store=store,
     )
-    worst = errors(results, to_dataset(results))["max"].max("line")
+    worst = errors(results, to_dataset(results)).error.max("line")
     for i, j in COMPONENTS:
         for variant in ("A", "Bhat", "mix"):
             expected = worst.sel(variant=variant, i=i, j=j, body="combined").item()

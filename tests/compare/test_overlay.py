@@ -139,9 +139,9 @@ def test_errors_are_those_of_errors_nc_on_the_common_lines(compared):
     overlay = opened(compared)
     assert overlay.common.lines == (LINE,)  # not s = 1.6 mm, which only one has
     for result in overlay.results:
-        file = read(compared, f"{result.name}/errors.nc")["max"].sel(body="lower", line=LINE)
+        file = read(compared, f"{result.name}/errors.nc").error.sel(body="lower", line=LINE)
         for component in ("nn", "sn"):
-            found = worst(overlay, result, "lower", component)
+            found = worst(overlay, result, ("lower", component))
             assert list(found) == ["A", "Bbar", "Bhat", "C"]
             for variant, error in found.items():
                 assert error == file.sel(variant=variant, i=component[0], j=component[1]).item()
@@ -150,9 +150,9 @@ def test_errors_are_those_of_errors_nc_on_the_common_lines(compared):
 def test_the_table_has_the_errors_of_both_scenes(compared):
     html = (compared / "results" / "gentle_steep" / "report.html").read_text(encoding="utf-8")
     (rows,) = re.findall(r'name">A</th>(.*?)name">B', html, flags=re.DOTALL)
-    shown = [float(error) for error in re.findall(r">([\d.]+) %<", rows)]
+    shown = [float(error) for error in re.findall(r">([\d.]+) %<br>", rows)]
     files = [
-        read(compared, f"{name}/errors.nc")["max"].sel(variant="A", line=LINE) for name in ("gentle", "steep")
+        read(compared, f"{name}/errors.nc").error.sel(variant="A", line=LINE) for name in ("gentle", "steep")
     ]
     expected = [100 * file.sel(body="lower", i=i, j="n").item() for file in files for i in "ns"]
     np.testing.assert_allclose(shown, expected, atol=0.05)
@@ -160,7 +160,7 @@ def test_the_table_has_the_errors_of_both_scenes(compared):
 
 def test_the_summary_names_the_scene_of_the_larger_error_and_the_factor(compared):
     overlay = opened(compared)
-    errors = {result.name: worst(overlay, result, "lower", "sn") for result in overlay.results}
+    errors = {result.name: worst(overlay, result, ("lower", "sn")) for result in overlay.results}
     less, more = sorted(errors, key=lambda name: errors[name]["A"])
     assert errors[more]["A"] - errors[less]["A"] > errors[more]["C"] + errors[less]["C"] > 0
     of_a = summary(overlay).split("deviates from A ")[1].split(". ")[0]
