@@ -1,0 +1,174 @@
+"""Statements 5, 18 and 19: how deviations of two bodies add up, where they vanish, how the bodies turn."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.pipeline import Results
+from compare.validation.criteria import (
+    MUCH,
+    SATISFACTORY,
+    Criterion,
+    Statement,
+    of_bodies,
+    of_components,
+    of_geometries,
+    on_both,
+)
+from compare.validation.curves import (
+    ACROSS,
+    ALONE,
+    BODIES,
+    CONVEX,
+    SHOWN,
+    THROUGH,
+    Panel,
+    along,
+    curve,
+    line_of,
+    panel,
+    unit,
+    within,
+)
+from compare.validation.runs import GEOMETRIES, Runs
+from femic.discount import FY, MOMENT
+
+Array = NDArray[np.float64]
+
+CANCEL, ADD = ("nn", "ss", "xx", "xs"), ("xn", "sn")
+ON_THROUGH = ("nn", "ss", "xx", "xn")  # the others vanish on s = 0 by symmetry
+AT_LOAD, NEAR, FAR = 0.1, 0.25, (1.0, 2.0)  # reference lengths from the load
+SHOWN_NEAR = 1.0  # reference lengths
+S, N = 1, 2
+
+
+def kept_of_both(results: Results, component: str) -> float:
+    """|sum of both bodies' C - A| over the sum of their norms, on all lines: 0 cancels, 1 adds."""
+    convex, concave = (
+        curve(results, "C", body, component) - curve(results, "A", body, component) for body in ALONE
+    )
+    return float(np.linalg.norm(convex + concave) / (np.linalg.norm(convex) + np.linalg.norm(concave)))
+
+
+def from_half_space(results: Results, body: str, component: str) -> Array:
+    """|C - A| / A_nn of a body's component at every point, (n,)."""
+    c, a = (curve(results, variant, body, component) for variant in ("C", "A"))
+    return np.asarray(np.abs(c - a) / curve(results, "A", body, "nn"))
+
+
+def at_load(results: Results, body: str, component: str) -> float:
+    """Largest |C - A| / A_nn on s = 0 within a tenth of the reference length."""
+    part, x = results.lines[THROUGH], line_of(results, THROUGH).x
+    within = np.abs(x) <= AT_LOAD * results.scene.reference_length
+    return float(np.max(from_half_space(results, body, component)[part][within]))
+
+
+def near_over_far(results: Results, body: str, component: str) -> float:
+    """Largest |C - A| / A_nn within a quarter of the reference length over that one to two lengths away."""
+    length = results.scene.reference_length
+    r = np.hypot(results.points.x, results.points.s - results.scene.patch.s) / length
+    off = from_half_space(results, body, component)
+    return float(np.max(off[r <= NEAR]) / np.max(off[(r >= FAR[0]) & (r <= FAR[1])]))
+
+
+def rotation(results: Results, body: str) -> float:
+    """Rotation about x that a unit lateral load at s = 0 is discounted for [1/N]."""
+    return float(results.references[body].discount[FY, MOMENT])
+
+
+def convex_share(results: Results) -> float:
+    """The convex body's part of both bodies' |discounted rotations|."""
+    sizes = {body: abs(rotation(results, body)) for body in ALONE}
+    return sizes[CONVEX] / sum(sizes.values())
+
+
+def rotations(runs: Runs) -> Mapping[str, float]:
+    """Discounted rotations, times E L^2."""
+
+    def scaled(results: Results, body: str) -> float:
+        return rotation(results, body) * unit(results) * results.scene.reference_length
+
+    return {f"rotation · E L²: {case}": value for case, value in of_bodies(scaled, ALONE)(runs).items()}
+
+
+def _sums(runs: Runs) -> list[Panel]:
+    results = runs.geometry(GEOMETRIES[0])
+    return [
+        panel(results, ("A",), (body, component), along(results, direction)[0])
+        for component, direction in (("nn", "s"), ("sn", "s"), ("xn", "x"))
+        for body in BODIES
+    ]
+
+
+def _near(results: Results) -> list[Panel]:
+    drawn = [(body, component, THROUGH) for body in ALONE for component in ("nn", "xn")]
+    drawn += [(body, "sn", ACROSS) for body in ALONE]
+    return [
+        within(panel(results, ("A",), (body, component), line_of(results, name)), SHOWN_NEAR)
+        for body, component, name in drawn
+    ]
+
+
+def _turning(results: Results) -> list[Panel]:
+    """C_sn before the discount and after it."""
+    line = line_of(results, ACROSS)
+    part = results.lines[line.name]
+    raw = {body: unit(results) * results.references[body].raw[S, N, part] for body in ALONE}
+    return [panel(results, (), (body, "sn"), line, {"C before the discount": raw[body]}) for body in ALONE]
+
+
+STATEMENTS = (
+    Statement(
+        5,
+        "Deviations of the two bodies from A cancel in nn, ss, xx, xs and add in xn, sn.",
+        (
+            Criterion(
+                "cancel",
+                "|sum of both deviations| / sum of their norms: nn, ss, xx, xs",
+                "<",
+                MUCH,
+                of_bodies(kept_of_both, CANCEL),
+            ),
+            Criterion("add", "the same: xn, sn", ">", 0.75, of_bodies(kept_of_both, ADD)),
+        ),
+        _sums,
+        columns=3,
+    ),
+    Statement(
+        18,
+        "All ICs converge to those of the half-space near the load.",
+        (
+            Criterion(
+                "at the load",
+                "largest |C - A| / A_nn on s = 0, |x| ≤ 1 mm",
+                "<",
+                SATISFACTORY,
+                of_components(at_load, ON_THROUGH),
+            ),
+            Criterion(
+                "converge",
+                "largest |C - A| / A_nn up to 2.5 mm from the load over that at 10 to 20 mm",
+                "<",
+                MUCH,
+                of_components(near_over_far, SHOWN),
+            ),
+        ),
+        on_both(_near),
+    ),
+    Statement(
+        19,
+        "The rotation that is discounted is mostly that of the convex body.",
+        (
+            Criterion(
+                "convex",
+                "rotation of the convex body under a lateral load over the sum of both sizes",
+                ">",
+                MUCH,
+                of_geometries(convex_share),
+            ),
+        ),
+        on_both(_turning),
+        rotations,
+    ),
+)
