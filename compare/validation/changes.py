@@ -66,7 +66,7 @@ ANEW = (
     Change(
         3,
         "1 - C_ss / B_ss > 0 for each body and both; on Geometry 2 convex less concave > 0",
-        "> 0 for both and the convex body, < 0 for the concave one; on Geometry 2 the convex one is larger in size",
+        "> 0 for both and the convex body, < 0 for the concave one; on Geometry 2 the convex one is larger",
         "depends",
         "the source says that the concave body deviates the other way; convex less concave cannot fail alone",
     ),
@@ -117,7 +117,7 @@ ANEW = (
     Change(
         15,
         "arc of 1000 reference lengths: error of A < 0.01 with the floor of 0.05 max |C_nn|",
-        "|C - A| < 0.01 of max |A_ij|, of max |A_nn| where A_ij is 0",
+        "|C - A| on a line < 0.01 of max |A_ij| there, of max |A_nn| where A_ij is 0",
         "reproduced",
         "as a share of C_ij itself, what vanishes in the limit is all wrong",
     ),

@@ -131,6 +131,16 @@ def largest(
     return float(np.max(np.abs(v - c)))
 
 
+def on_its_line(results: Results, variant: str, of: tuple[str, str], line: OffsetLine) -> float:
+    """Largest |v - C| of a body's component on a line as a share of max |C| there.
+
+    The largest over all lines is that under the load where a line passes through it, beside which what
+    happens on the other lines would be small.
+    """
+    c = curve(results, "C", *of, [line])
+    return largest(results, variant, of, [line]) / float(np.max(np.abs(c)))
+
+
 def not_revolved(results: Results, variant: str, body: str) -> Array:
     """A variant without curvature along x [mm/N], (3, 3, n): that of the prismatic surfaces, as in [BVSV]."""
     scene, points = results.scene, (results.points.x, results.points.s)
