@@ -1,4 +1,4 @@
-"""Statements 5, 18 and 19: how deviations of two bodies add up, where they vanish, how the bodies turn."""
+"""Statements 5, 17, 18 and 19: how two bodies deviate, alone, together, near the load; how they turn."""
 
 from collections.abc import Mapping
 
@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from compare.pipeline import Results
 from compare.validation.criteria import (
+    FOLLOWS,
     MUCH,
     SATISFACTORY,
     Criterion,
@@ -14,6 +15,7 @@ from compare.validation.criteria import (
     of_bodies,
     of_components,
     of_geometries,
+    of_lines,
     on_both,
 )
 from compare.validation.curves import (
@@ -22,11 +24,14 @@ from compare.validation.curves import (
     BODIES,
     CONVEX,
     SHOWN,
+    STEEP,
     THROUGH,
     Panel,
     along,
+    beyond,
     curve,
     line_of,
+    on_its_line,
     panel,
     unit,
     within,
@@ -49,6 +54,25 @@ def kept_of_both(results: Results, component: str) -> float:
         curve(results, "C", body, component) - curve(results, "A", body, component) for body in ALONE
     )
     return float(np.linalg.norm(convex + concave) / (np.linalg.norm(convex) + np.linalg.norm(concave)))
+
+
+def of_b_ss_across(results: Results, body: str) -> float:
+    """Largest |B_ss - C_ss| on the line along s, of max |C_ss| there."""
+    return on_its_line(results, "B", (body, "ss"), line_of(results, ACROSS))
+
+
+def of_xx_on_lines(results: Results, body: str) -> float:
+    """Largest |A_xx - C_xx| on a line, of max |C_xx| there; of the worst line."""
+    return max(on_its_line(results, "A", (body, "xx"), line) for line in results.scene.lines)
+
+
+def opposite_in_ss(results: Results, way: str) -> float:
+    """Cosine between both bodies' C_ss - A_ss on the lines of a direction, "along x" or "along s"."""
+    lines = along(results, way[-1])
+    convex, concave = (
+        curve(results, "C", body, "ss", lines) - curve(results, "A", body, "ss", lines) for body in ALONE
+    )
+    return float(convex @ concave / (np.linalg.norm(convex) * np.linalg.norm(concave)))
 
 
 def from_half_space(results: Results, body: str, component: str) -> Array:
@@ -101,6 +125,15 @@ def _sums(runs: Runs) -> list[Panel]:
     ]
 
 
+def _bodies(results: Results) -> list[Panel]:
+    places = [("xx", THROUGH), ("ss", THROUGH), ("ss", ACROSS)]
+    return [
+        beyond(panel(results, ("A", "B"), (body, component), line_of(results, name)), STEEP)
+        for component, name in places
+        for body in ALONE
+    ]
+
+
 def _near(results: Results) -> list[Panel]:
     drawn = [(body, component, THROUGH) for body in ALONE for component in ("nn", "xn")]
     drawn += [(body, "sn", ACROSS) for body in ALONE]
@@ -134,6 +167,35 @@ STATEMENTS = (
         ),
         _sums,
         columns=3,
+    ),
+    Statement(
+        17,
+        "Of the bodies alone C_xx deviates little from A_xx, and C_ss from A_ss to opposite sides; B_ss is "
+        "good along s.",
+        (
+            Criterion(
+                "xx",
+                "largest |A_xx - C_xx| on a line, of max |C_xx| there: body alone",
+                "<",
+                FOLLOWS,
+                of_bodies(of_xx_on_lines, ALONE),
+            ),
+            Criterion(
+                "ss",
+                "cosine between both bodies' C_ss - A_ss",
+                "<",
+                -MUCH,
+                of_lines(opposite_in_ss, ("along x", "along s")),
+            ),
+            Criterion(
+                "B_ss",
+                "largest |B_ss - C_ss| at x = 1.6 mm, of max |C_ss| there",
+                "<",
+                FOLLOWS,
+                of_bodies(of_b_ss_across),
+            ),
+        ),
+        on_both(_bodies),
     ),
     Statement(
         18,

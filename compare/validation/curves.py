@@ -20,6 +20,8 @@ ALONE = (CONVEX, CONCAVE)
 SHOWN = ("nn", "ss", "xx", "xs", "xn", "sn")  # the others are their reciprocals
 ACROSS, BESIDE, THROUGH = "x = 1.6 mm", "s = 1.6 mm", "s = 0 mm"  # the lines of the geometries
 
+STEEP = 0.15  # reference lengths away: from here on curves are drawn that are steep beside the load
+
 
 @dataclass(frozen=True, eq=False)
 class Panel:

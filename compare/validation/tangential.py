@@ -1,4 +1,4 @@
-"""Statements 2, 3, 4 and 17: tangential displacements under tangential loads."""
+"""Statements 2, 3 and 4: tangential displacements under tangential loads."""
 
 from collections.abc import Mapping
 
@@ -8,14 +8,12 @@ from numpy.typing import NDArray
 from compare.pipeline import Results
 from compare.validation.criteria import (
     FOLLOWS,
-    MUCH,
     SATISFACTORY,
     Criterion,
     Statement,
     more_on_second,
     of_bodies,
     of_geometries,
-    of_lines,
     on_both,
 )
 from compare.validation.curves import (
@@ -24,6 +22,7 @@ from compare.validation.curves import (
     BODIES,
     CONCAVE,
     CONVEX,
+    STEEP,
     THROUGH,
     Panel,
     along,
@@ -32,15 +31,12 @@ from compare.validation.curves import (
     error,
     largest,
     line_of,
-    on_its_line,
     panel,
     value_at,
 )
 from compare.validation.runs import GEOMETRIES, Runs
 
 Array = NDArray[np.float64]
-
-STEEP = 0.15  # reference lengths away: from here on curves are drawn that are steep beside the load
 
 
 def of_xx(results: Results, body: str) -> float:
@@ -95,25 +91,6 @@ def xs_across_over_along(results: Results, body: str) -> float:
     return across / lengthwise
 
 
-def of_b_ss_across(results: Results, body: str) -> float:
-    """Largest |B_ss - C_ss| on the line along s, of max |C_ss| there."""
-    return on_its_line(results, "B", (body, "ss"), line_of(results, ACROSS))
-
-
-def of_xx_on_lines(results: Results, body: str) -> float:
-    """Largest |A_xx - C_xx| on a line, of max |C_xx| there; of the worst line."""
-    return max(on_its_line(results, "A", (body, "xx"), line) for line in results.scene.lines)
-
-
-def opposite_in_ss(results: Results, way: str) -> float:
-    """Cosine between both bodies' C_ss - A_ss on the lines of a direction, "along x" or "along s"."""
-    lines = along(results, way[-1])
-    convex, concave = (
-        curve(results, "C", body, "ss", lines) - curve(results, "A", body, "ss", lines) for body in ALONE
-    )
-    return float(convex @ concave / (np.linalg.norm(convex) * np.linalg.norm(concave)))
-
-
 def sizes_in_xs(runs: Runs) -> Mapping[str, float]:
     """Largest |C_xs - A_xs| of each body."""
     sizes = of_bodies(lambda results, body: largest(results, "A", (body, "xs")), ALONE)(runs)
@@ -133,15 +110,6 @@ def _ss(results: Results) -> list[Panel]:
 def _xs(results: Results) -> list[Panel]:
     line = line_of(results, ACROSS)
     return [panel(results, ("A", "B", "Bhat"), (body, "xs"), line) for body in BODIES]
-
-
-def _bodies(results: Results) -> list[Panel]:
-    places = [("xx", THROUGH), ("ss", THROUGH), ("ss", ACROSS)]
-    return [
-        beyond(panel(results, ("A", "B"), (body, component), line_of(results, name)), STEEP)
-        for component, name in places
-        for body in ALONE
-    ]
 
 
 STATEMENTS = (
@@ -225,34 +193,5 @@ STATEMENTS = (
         ),
         on_both(_xs),
         sizes_in_xs,
-    ),
-    Statement(
-        17,
-        "Of the bodies alone C_xx deviates little from A_xx, and C_ss from A_ss to opposite sides; B_ss is "
-        "good along s.",
-        (
-            Criterion(
-                "xx",
-                "largest |A_xx - C_xx| on a line, of max |C_xx| there: body alone",
-                "<",
-                FOLLOWS,
-                of_bodies(of_xx_on_lines, ALONE),
-            ),
-            Criterion(
-                "ss",
-                "cosine between both bodies' C_ss - A_ss",
-                "<",
-                -MUCH,
-                of_lines(opposite_in_ss, ("along x", "along s")),
-            ),
-            Criterion(
-                "B_ss",
-                "largest |B_ss - C_ss| at x = 1.6 mm, of max |C_ss| there",
-                "<",
-                FOLLOWS,
-                of_bodies(of_b_ss_across),
-            ),
-        ),
-        on_both(_bodies),
     ),
 )
