@@ -34,9 +34,9 @@ from compare.validation.curves import (
     on_its_line,
     panel,
     unit,
-    within,
 )
 from compare.validation.runs import GEOMETRIES, Runs
+from compare.validation.tangential import of_xx
 from femic.discount import FY, MOMENT
 
 Array = NDArray[np.float64]
@@ -61,11 +61,6 @@ def of_b_ss_across(results: Results, body: str) -> float:
     return on_its_line(results, "B", (body, "ss"), line_of(results, ACROSS))
 
 
-def of_xx_on_lines(results: Results, body: str) -> float:
-    """Largest |A_xx - C_xx| on a line, of max |C_xx| there; of the worst line."""
-    return max(on_its_line(results, "A", (body, "xx"), line) for line in results.scene.lines)
-
-
 def opposite_in_ss(results: Results, way: str) -> float:
     """Cosine between both bodies' C_ss - A_ss on the lines of a direction, "along x" or "along s"."""
     lines = along(results, way[-1])
@@ -76,23 +71,23 @@ def opposite_in_ss(results: Results, way: str) -> float:
 
 
 def from_half_space(results: Results, body: str, component: str) -> Array:
-    """|C - A| / A_nn of a body's component at every point, (n,)."""
+    """(C - A) / A_nn of a body's component at every point, (n,)."""
     c, a = (curve(results, variant, body, component) for variant in ("C", "A"))
-    return np.asarray(np.abs(c - a) / curve(results, "A", body, "nn"))
+    return np.asarray((c - a) / curve(results, "A", body, "nn"))
 
 
 def at_load(results: Results, body: str, component: str) -> float:
     """Largest |C - A| / A_nn on s = 0 within a tenth of the reference length."""
     part, x = results.lines[THROUGH], line_of(results, THROUGH).x
-    within = np.abs(x) <= AT_LOAD * results.scene.reference_length
-    return float(np.max(from_half_space(results, body, component)[part][within]))
+    near = np.abs(x) <= AT_LOAD * results.scene.reference_length
+    return float(np.max(np.abs(from_half_space(results, body, component)[part][near])))
 
 
 def near_over_far(results: Results, body: str, component: str) -> float:
     """Largest |C - A| / A_nn within a quarter of the reference length over that one to two lengths away."""
     length = results.scene.reference_length
     r = np.hypot(results.points.x, results.points.s - results.scene.patch.s) / length
-    off = from_half_space(results, body, component)
+    off = np.abs(from_half_space(results, body, component))
     return float(np.max(off[r <= NEAR]) / np.max(off[(r >= FAR[0]) & (r <= FAR[1])]))
 
 
@@ -135,12 +130,17 @@ def _bodies(results: Results) -> list[Panel]:
 
 
 def _near(results: Results) -> list[Panel]:
-    drawn = [(body, component, THROUGH) for body in ALONE for component in ("nn", "xn")]
-    drawn += [(body, "sn", ACROSS) for body in ALONE]
-    return [
-        within(panel(results, ("A",), (body, component), line_of(results, name)), SHOWN_NEAR)
-        for body, component, name in drawn
-    ]
+    """(C - A) / A_nn near the load: on s = 0, and on the line along s what vanishes there."""
+    drawn = ((THROUGH, ON_THROUGH), (ACROSS, ("xs", "sn")))
+    return [_off_half_space(results, body, line, c) for line, c in drawn for body in ALONE]
+
+
+def _off_half_space(results: Results, body: str, name: str, components: tuple[str, ...]) -> Panel:
+    line, length = line_of(results, name), results.scene.reference_length
+    shown = (line.running >= 0) & (line.running <= SHOWN_NEAR * length)
+    curves = {c: from_half_space(results, body, c)[results.lines[name]][shown] for c in components}
+    title = f"{results.scene.name}, {body}: {', '.join(components)} on {name}"
+    return Panel(title, f"{line.along} / L  [-]", line.running[shown] / length, "(C - A) / A_nn  [-]", curves)
 
 
 def _turning(results: Results) -> list[Panel]:
@@ -178,7 +178,7 @@ STATEMENTS = (
                 "largest |A_xx - C_xx| on a line, of max |C_xx| there: body alone",
                 "<",
                 FOLLOWS,
-                of_bodies(of_xx_on_lines, ALONE),
+                of_bodies(of_xx, ALONE),
             ),
             Criterion(
                 "ss",

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Change:
-    """A changed criterion; `verdict`: that of the statement with the old one, empty before a first run."""
+    """A changed criterion; `verdict`: that of the statement with the old one, empty where it is not known."""
 
     number: int
     old: str
@@ -22,14 +22,14 @@ EARLIER = (
         6,
         "rms over both lines along x",
         "each line by itself",
-        "depends",
+        "",
         "after the first run: on s = 0 both bodies are alike, which hid the other line",
     ),
     Change(
         9,
         "C_sn against A_sn in the frame of femic",
         "in the sign of A_sn",
-        "depends",
+        "",
         "after the first run: the source draws each body in its own frame, in which A_sn of both is alike; "
         "here it has opposite signs, and what deviates to opposite sides there lies on the same side, and "
         "adds, as statement 5 says",
@@ -38,8 +38,15 @@ EARLIER = (
         10,
         "share of gains over bodies and both together",
         "over each body alone",
-        "reproduced",
+        "",
         "after the first run: together the factor cancels where both are alike, so that it could not fail",
+    ),
+    Change(
+        15,
+        "an error of C on the plane, 1.4 times its estimate",
+        "the same criterion",
+        "",
+        "not the criterion was changed but the program: its estimates were made safer (CHANGELOG)",
     ),
 )
 
@@ -51,10 +58,18 @@ ALL_ERRORS = (
         verdict,
         "the floor hid xn of equal bodies, which is 2 to 49 times smaller than it",
     )
-    for number, verdict in ((2, "reproduced"), (10, "reproduced"), (12, "depends"))
+    for number, verdict in ((10, "reproduced"), (12, "depends"))
 )
 
 ANEW = (
+    Change(
+        2,
+        "error of A_xx on each line, at least of 0.05 max |C_nn|",
+        "of max |C_xx| on each line",
+        "reproduced",
+        "as a share of max |C_xx| on all lines (tried first: 0.001 and 0.003) it is one of the peak under "
+        "the load, which hides what happens beside it",
+    ),
     Change(
         1,
         "error of B_nn along s < 0.1, of A_nn > 0.1, as shares of the peak; along x both < 0.1",

@@ -80,7 +80,7 @@ def _curvature(runs: Runs) -> list[Panel]:
     line = line_of(wheel, THROUGH)
     shown, length = line.x >= 0, wheel.scene.reference_length
     curves = {"C less C not revolved": _change(runs)[shown], "term of eq. (16)": _term(runs)[shown]}
-    title = "geometry2, combined: what curvature along x adds to xn on s = 0 mm"
+    title = "geometry2, combined: xn by curvature along x"
     return [Panel(title, "x / L  [-]", line.x[shown] / length, "IC · E · L  [-]", curves)]
 
 

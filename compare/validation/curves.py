@@ -37,15 +37,7 @@ class Panel:
 
 def beyond(panel: Panel, at: float) -> Panel:
     """A panel from an abscissa on."""
-    return _kept(panel, panel.at >= at)
-
-
-def within(panel: Panel, at: float) -> Panel:
-    """A panel up to an abscissa."""
-    return _kept(panel, panel.at <= at)
-
-
-def _kept(panel: Panel, kept: NDArray[np.bool_]) -> Panel:
+    kept = panel.at >= at
     curves = {name: values[kept] for name, values in panel.curves.items()}
     estimate = None if panel.estimate is None else panel.estimate[kept]
     return replace(panel, at=panel.at[kept], curves=curves, estimate=estimate)

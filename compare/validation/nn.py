@@ -18,9 +18,11 @@ from compare.validation.curves import (
     BESIDE,
     BODIES,
     CONCAVE,
+    STEEP,
     THROUGH,
     Panel,
     along,
+    beyond,
     error,
     largest,
     line_of,
@@ -71,8 +73,8 @@ def _both_ways(results: Results) -> list[Panel]:
 
 
 def _of_bodies(results: Results) -> list[Panel]:
-    places = [(body, ACROSS) for body in BODIES] + [(CONCAVE, THROUGH)]
-    return [panel(results, ("A",), (body, "nn"), line_of(results, name)) for body, name in places]
+    across = [panel(results, ("A",), (body, "nn"), line_of(results, ACROSS)) for body in BODIES]
+    return [*across, beyond(panel(results, ("A",), (CONCAVE, "nn"), line_of(results, THROUGH)), STEEP)]
 
 
 def _with_b_hat(results: Results) -> list[Panel]:
