@@ -35,7 +35,7 @@ frontier: $(READY)  ## every way to the ICs of Geometry 1, errors against second
 compare: $(READY)  ## both geometries in one report: out/geometry1_geometry2/report.html
 	$(FEMIC) compare geometry1 geometry2
 
-validate: $(READY)  ## fifteen statements checked with computed verdicts: out/validation/validation.html
+validate: $(READY)  ## statements about these ICs, and about this program, checked with computed verdicts: out/validation/validation.html
 	$(FEMIC) validate
 
 extremes: $(READY)  ## every part at its limits and beyond: out/extremes/extremes.html

@@ -6,15 +6,21 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from approx.pair import Solid
 from approx.target import indices
 from compare.figures import SYMBOLS
-from compare.pipeline import Results, ics_of, reference_of, shares_of
+from compare.pipeline import Results, ics_of, parts_of, reference_of, shares_of
 from geometries.patches import OffsetLine
 
 Array = NDArray[np.float64]
 
 BODIES = ("combined", "lower", "upper")
 CONVEX, CONCAVE = "lower", "upper"
+ALONE = (CONVEX, CONCAVE)
+SHOWN = ("nn", "ss", "xx", "xs", "xn", "sn")  # the others are their reciprocals
+ACROSS, BESIDE, THROUGH = "x = 1.6 mm", "s = 1.6 mm", "s = 0 mm"  # the lines of the geometries
+
+STEEP = 0.15  # reference lengths away: from here on curves are drawn that are steep beside the load
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +61,9 @@ def along(results: Results, direction: str) -> list[OffsetLine]:
     return [line for line in results.scene.lines if line.along == direction]
 
 
-def line_at(results: Results, s: float) -> OffsetLine:
-    """The line along x at an arc length."""
-    return next(line for line in along(results, "x") if abs(line.s[0] - s) < 1e-9)
+def line_of(results: Results, name: str) -> OffsetLine:
+    """The line of a name."""
+    return next(line for line in results.scene.lines if line.name == name)
 
 
 def points_of(results: Results, lines: Iterable[OffsetLine]) -> NDArray[np.int64]:
@@ -79,6 +85,19 @@ def unit(results: Results) -> float:
     return results.scene.reference_E * results.scene.reference_length
 
 
+def value_at(results: Results, variant: str, of: tuple[str, str], place: tuple[str, float]) -> float:
+    """A body's component, dimensionless, at a place: a line and the coordinate [mm] that varies on it."""
+    (body, component), (name, at) = of, place
+    line = line_of(results, name)
+    return float(np.interp(at, line.running, curve(results, variant, body, component, [line])))
+
+
+def relative(results: Results, variant: str, of: tuple[str, str], place: tuple[str, float]) -> float:
+    """|v / C - 1| of a body's component at a place: what a variant misses of C there."""
+    v, c = (value_at(results, which, of, place) for which in (variant, "C"))
+    return abs(v / c - 1)
+
+
 def error(
     results: Results, variant: str, body: str, component: str, lines: Iterable[OffsetLine] | None = None
 ) -> float:
@@ -90,12 +109,39 @@ def error(
 def deviation(
     results: Results, off: Array, body: str, component: str, lines: Iterable[OffsetLine] | None = None
 ) -> float:
-    """Largest share that a deviation (3, 3, n) has of the scale of a line (default: of all)."""
+    """Largest share of the component itself that a deviation (3, 3, n) has on lines (default: on all)."""
     shares = shares_of(results, body, off)
     return max(
         float(shares[line.name][indices(component)])
         for line in (results.scene.lines if lines is None else lines)
     )
+
+
+def largest(
+    results: Results, variant: str, of: tuple[str, str], lines: Iterable[OffsetLine] | None = None
+) -> float:
+    """Largest |v - C| of a body's component over lines (default: all), dimensionless."""
+    v, c = (curve(results, which, *of, lines) for which in (variant, "C"))
+    return float(np.max(np.abs(v - c)))
+
+
+def on_its_line(results: Results, variant: str, of: tuple[str, str], line: OffsetLine) -> float:
+    """Largest |v - C| of a body's component on a line as a share of max |C| there.
+
+    The largest over all lines is that under the load where a line passes through it, beside which what
+    happens on the other lines would be small.
+    """
+    c = curve(results, "C", *of, [line])
+    return largest(results, variant, of, [line]) / float(np.max(np.abs(c)))
+
+
+def not_revolved(results: Results, variant: str, body: str) -> Array:
+    """A variant without curvature along x [mm/N], (3, 3, n): that of the prismatic surfaces, as in [BVSV]."""
+    scene, points = results.scene, (results.points.x, results.points.s)
+    solids = [getattr(scene.pair, name) for name in parts_of(body)]
+    prismatic = [Solid(solid.material, solid.surface.prismatic) for solid in solids]
+    total = np.sum([solid.approximate(variant, scene.patch, points) for solid in prismatic], axis=0)
+    return np.asarray(total / scene.patch.area)
 
 
 def rms(values: Array) -> float:

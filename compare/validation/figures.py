@@ -12,6 +12,8 @@ from compare.validation.verdicts import Judged
 FURTHER: tuple[dict[str, object], ...] = (
     {"color": "tab:cyan", "linewidth": 1.4},
     {"color": "tab:pink", "linewidth": 1.4, "linestyle": (0, (4, 1))},
+    {"color": "tab:olive", "linewidth": 1.4, "linestyle": (0, (1, 1))},
+    {"color": "tab:gray", "linewidth": 1.4, "linestyle": (0, (5, 1, 1, 1))},
 )
 BY_SYMBOL = {SYMBOLS.get(name, name): style for name, style in STYLES.items()}
 MET, UNMET = "tab:green", "tab:red"

@@ -1,4 +1,6 @@
-"""Statements 11, 12, 14, 15: materials, the mix, and whether this program can be trusted."""
+"""Statements 14 and 15: whether this program can be trusted."""
+
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,83 +9,36 @@ from approx.cylinder import cavity_ics, half_plane_ics, solid_cylinder_ics
 from approx.halfspace import HalfSpace
 from compare.figures import SYMBOLS
 from compare.pipeline import Results, apart, ics_of, reference_of, shares_of
-from compare.validation.curves import BODIES, Measured, Panel, along, curve, deviation, error, panel
-from compare.validation.runs import GEOMETRIES, NINE, OTHER_NU, Runs
+from compare.validation.criteria import Criterion, Numbers, Statement
+from compare.validation.curves import BODIES, SHOWN, Panel, along, curve, largest, panel
+from compare.validation.runs import GEOMETRIES, NINE, Runs
 from femic.accuracy import component_of
 from geometries.materials import ElasticConstants, Material, one_body
-from geometries.patches import Patch
+from geometries.patches import OffsetLine, Patch
 from geometries.surfaces import LOWER, UPPER
 
 Array = NDArray[np.float64]
 
-SHOWN = ("nn", "ss", "xx", "xs", "xn", "sn")  # the others are their reciprocals
 TINY = 1e-9  # of a line's scale: a component that vanishes by symmetry
 FAR = 1e5  # patches away, where point loads are the limit
+ROUNDING = 1e-12  # two routes to the same number
+HALF_SPACE = 1e-9  # its far field against point loads, the first neglected term included
+NU = (0.0, 0.28, 0.5)
+SIDES = {"cavity": UPPER, "solid cylinder": LOWER}
 X, S, N = range(3)
 
 
-def nu_matters(runs: Runs) -> Measured:
-    """Statement 11."""
-    change: dict[str, float] = {}
-    panels = []
-    for name in GEOMETRIES:
-        one, other = runs.geometry(name), runs.other_nu(name)
-        for body in BODIES:
-            off = ics_of(other, "C", body) - ics_of(one, "C", body)
-            change |= {f"{name}, {body}, {c}": deviation(one, off, body, c) for c in SHOWN}
-        for body, component in (("combined", "nn"), ("combined", "xn"), ("lower", "sn")):
-            line = along(one, "s" if component == "sn" else "x")[0]
-            more = {f"C, ν = {OTHER_NU[name]:g}": curve(other, "C", body, component, [line])}
-            panels.append(panel(one, (), (body, component), line, more))
-    return Measured({"change": change}, tuple(panels), columns=3)
+# --- 14 -------------------------------------------------------------------------------------------------
 
 
-def mix_is_best(runs: Runs) -> Measured:
-    """Statement 12."""
-    worst, mean = {}, {}
-    details: dict[str, float] = {}
-    for name in GEOMETRIES:
-        results = runs.fitted(name)
-        for body in BODIES:
-            errors = {
-                variant: np.array([error(results, variant, body, c) for c in SHOWN])
-                for variant in results.scene.variants
-                if not np.any(np.isnan(ics_of(results, variant, body)))
-            }
-            single = [of for variant, of in errors.items() if variant != "mix"]
-            case = f"{name}, {body}"
-            worst[case] = float(np.max(errors["mix"]) / min(np.max(of) for of in single))
-            mean[case] = float(np.mean(errors["mix"]) / min(np.mean(of) for of in single))
-            details |= {f"mean error of {SYMBOLS[v]}: {case}": float(np.mean(of)) for v, of in errors.items()}
-    of = runs.fitted(GEOMETRIES[0])
-    panels = [
-        panel(of, ("Bhat", "mix"), ("combined", c), along(of, "x" if c in ("xx", "xn") else "s")[0])
-        for c in SHOWN
-    ]
-    return Measured({"worst": worst, "mean": mean}, tuple(panels), details, columns=3)
-
-
-def engines_agree(runs: Runs) -> Measured:
-    """Statement 14."""
-    values: dict[str, float] = {}
-    details: dict[str, float] = {}
-    panels = []
-    for name in GEOMETRIES:
-        results = runs.checked(name)
-        for body in BODIES:
-            ratios = agreement(results, body)
-            values |= {f"{name}, {body}, {c}": ratio for c, ratio in ratios.items()}
-            known = shares_of(results, body, reference_of(results, body).estimate)
-            details[f"estimate of C, harmonic: {name}, {body}"] = _worst(known)
-            details[f"largest difference: {name}, {body}"] = _worst(apart(results, body)[0])
-        for component, direction in (("nn", "s"), ("sn", "s"), ("xn", "x")):
-            line = along(results, direction)[0]
-            panels.append(panel(results, ("C_solid",), ("lower", component), line))
-    return Measured({"apart": values}, tuple(panels), details, columns=3)
-
-
-def _worst(shares: dict[str, Array]) -> float:
-    return max(component_of(of_line, c) for of_line in shares.values() for c in NINE)
+def agreements(runs: Runs) -> Mapping[str, float]:
+    """How far the engines are apart, by geometry, body and component."""
+    return {
+        f"{name}, {body}, {component}": ratio
+        for name in GEOMETRIES
+        for body in BODIES
+        for component, ratio in agreement(runs.checked(name), body).items()
+    }
 
 
 def agreement(results: Results, body: str) -> dict[str, float]:
@@ -95,35 +50,56 @@ def agreement(results: Results, body: str) -> dict[str, float]:
     }
 
 
-def limits(runs: Runs) -> Measured:
-    """Statement 15."""
-    plane, nearly = runs.plane(), runs.nearly_plane()
-    a = {body: ics_of(plane, "A", body) for body in BODIES}
-    variants = {
-        SYMBOLS[variant]: max(
-            float(np.max(np.abs(ics_of(plane, variant, body) - a[body])) / np.max(np.abs(a[body])))
-            for body in BODIES
-        )
-        for variant in plane.scene.variants
-    }
-    values = {
-        "variants": variants,
-        "plane": {body: _over_estimate(plane, body) for body in BODIES},
-        "nearly plane": {body: max(error(nearly, "A", body, c) for c in SHOWN) for body in BODIES},
-        "point loads": {f"ν = {nu:g}": far_field_error(nu) for nu in (0.0, 0.28, 0.5)},
-        "cylinder": {
-            f"{body}, ν = {nu:g}": cylinder_error(side, nu)
-            for body, side in (("cavity", UPPER), ("solid cylinder", LOWER))
-            for nu in (0.0, 0.28, 0.5)
-        },
-    }
-    panels = (
-        panel(plane, ("A", "B", "Bhat"), ("lower", "nn"), along(plane, "s")[0]),
-        panel(plane, ("A", "B", "Bhat"), ("lower", "sn"), along(plane, "s")[0]),
-        panel(nearly, ("A", "B", "Bhat"), ("lower", "sn"), along(nearly, "s")[0]),
-        *_cylinder_panels(),
+def _estimates(runs: Runs) -> Mapping[str, float]:
+    """What the estimates and differences are, at worst."""
+    details: dict[str, float] = {}
+    for name in GEOMETRIES:
+        results = runs.checked(name)
+        for body in BODIES:
+            known = shares_of(results, body, reference_of(results, body).estimate)
+            details[f"estimate of C, harmonic: {name}, {body}"] = _worst(known)
+            details[f"largest difference: {name}, {body}"] = _worst(apart(results, body)[0])
+    return details
+
+
+def _worst(shares: Mapping[str, Array]) -> float:
+    return max(component_of(of_line, c) for of_line in shares.values() for c in NINE)
+
+
+def _both_engines(runs: Runs) -> list[Panel]:
+    return [
+        panel(results, ("C_solid",), ("lower", component), along(results, direction)[0])
+        for results in map(runs.checked, GEOMETRIES)
+        for component, direction in (("nn", "s"), ("sn", "s"), ("xn", "x"))
+    ]
+
+
+# --- 15 -------------------------------------------------------------------------------------------------
+
+
+def variants_off_a(runs: Runs) -> Mapping[str, float]:
+    """Of every variant of the plane: largest deviation from A, as a share of the largest IC."""
+    plane = runs.plane()
+    return {SYMBOLS[v]: max(_off_a(plane, v, body) for body in BODIES) for v in plane.scene.variants}
+
+
+def _off_a(results: Results, variant: str, body: str) -> float:
+    a = ics_of(results, "A", body)
+    return float(np.max(np.abs(ics_of(results, variant, body) - a)) / np.max(np.abs(a)))
+
+
+def from_limit(results: Results, body: str) -> float:
+    """Largest |C - A| on a line, of max |A_ij| there, or of max |A_nn| where A_ij is 0; of the worst line."""
+    return max(
+        largest(results, "A", (body, component), [line]) / _limit_scale(results, body, component, line)
+        for line in results.scene.lines
+        for component in SHOWN
     )
-    return Measured(values, panels, columns=3)
+
+
+def _limit_scale(results: Results, body: str, component: str, line: OffsetLine) -> float:
+    size, nn = (float(np.max(np.abs(curve(results, "A", body, c, [line])))) for c in (component, "nn"))
+    return size or nn
 
 
 def _over_estimate(results: Results, body: str) -> float:
@@ -196,3 +172,77 @@ def _cylinder_panels() -> list[Panel]:
         )
         for name, (i, j) in (("nn", (1, 1)), ("sn", (0, 1)))
     ]
+
+
+def _limits(runs: Runs) -> list[Panel]:
+    plane, nearly = runs.plane(), runs.nearly_plane()
+    drawn = ((plane, "nn"), (plane, "sn"), (nearly, "sn"))
+    variants = ("A", "B", "Bhat")
+    panels = [panel(of, variants, ("lower", component), along(of, "s")[0]) for of, component in drawn]
+    return panels + _cylinder_panels()
+
+
+def of_nu(number: Callable[[float], float]) -> Numbers:
+    """A number of each Poisson's ratio."""
+    return lambda _: {f"ν = {nu:g}": number(nu) for nu in NU}
+
+
+def cylinder_errors(_: Runs) -> Mapping[str, float]:
+    """Of both cylinders and each Poisson's ratio."""
+    return {f"{body}, ν = {nu:g}": cylinder_error(side, nu) for body, side in SIDES.items() for nu in NU}
+
+
+STATEMENTS = (
+    Statement(
+        14,
+        "Both engines agree within their estimates on every component, body and geometry.",
+        (
+            Criterion(
+                "apart", "largest |difference| / (sum of both estimates) of a component", "<", 1.0, agreements
+            ),
+        ),
+        _both_engines,
+        _estimates,
+        columns=3,
+    ),
+    Statement(
+        15,
+        "Limits are met: the plane by every variant and by C, a nearly plane contour by C, point loads by A, "
+        "the cylinder by B.",
+        (
+            Criterion(
+                "variants", "plane: largest error of a variant against A", "<", ROUNDING, variants_off_a
+            ),
+            Criterion(
+                "plane",
+                "plane: largest |C - A| / estimate of C",
+                "<",
+                1.0,
+                lambda runs: {body: _over_estimate(runs.plane(), body) for body in BODIES},
+            ),
+            Criterion(
+                "nearly plane",
+                "arc of 1000 reference lengths: |C - A| on a line, of max |A_ij|, of max |A_nn| if A_ij is 0",
+                "<",
+                0.01,
+                lambda runs: {body: from_limit(runs.nearly_plane(), body) for body in BODIES},
+            ),
+            Criterion(
+                "point loads",
+                "A at 1e5 patches: relative deviation from point loads",
+                "<",
+                HALF_SPACE,
+                of_nu(far_field_error),
+            ),
+            Criterion(
+                "cylinder",
+                "B of line loads with the factor (π - |α|) / π: relative deviation from cavity or cylinder",
+                "<",
+                ROUNDING,
+                cylinder_errors,
+            ),
+        ),
+        _limits,
+        columns=3,
+    ),
+)

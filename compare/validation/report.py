@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -11,9 +12,9 @@ import numpy as np
 from compare import folders
 from compare.figures import save
 from compare.html import embedded, rendered
-from compare.pipeline import reference_of, shares_of
+from compare.pipeline import reference_of, shares_of, weights_of
 from compare.validation import figures
-from compare.validation.criteria import CHANGES
+from compare.validation.changes import CHANGES
 from compare.validation.runs import Runs
 from compare.validation.verdicts import DEPENDS, NOT_DECIDED, NOT_REPRODUCED, REPRODUCED, Judged, judge
 from femic.accuracy import component_of
@@ -64,7 +65,7 @@ def record(judged: Sequence[Judged], runs: Runs, seconds: float) -> dict[str, An
     return {
         "statements": [_statement(one) for one in judged],
         "runs": {name: _known(runs, name) for name in runs.done},
-        "changes": list(CHANGES),
+        "changes": [asdict(change) for change in CHANGES],
         "tolerance": runs.tolerance,
         "seconds": round(seconds, 1),
         "versions": versions(),
@@ -105,16 +106,20 @@ def _finite(values: Any) -> dict[str, float | None]:
 
 
 def _known(runs: Runs, name: str) -> dict[str, float]:
-    """How well C of a run is known, at worst (its own engine's), and what it took."""
+    """How well C of a run is known, at worst (its own engine's), on both scales, and what it took."""
     results = runs.done[name]
-    known = [
-        component_of(of_line, component)
-        for body in results.scene.compared
-        for of_line in shares_of(results, body, reference_of(results, body).estimate).values()
-        for component in results.scene.components
-    ]
+    estimate, weight = (
+        max(
+            component_of(of_line, component)
+            for body in results.scene.compared
+            for of_line in of(results, body, reference_of(results, body).estimate).values()
+            for component in results.scene.components
+        )
+        for of in (shares_of, weights_of)
+    )
     return {
-        "estimate": max(known),
+        "estimate": estimate,
+        "weight": weight,
         "seconds": round(sum(sum(cost.seconds.values()) for cost in results.models.values()), 1),
         "unknowns": max(cost.unknowns for cost in results.models.values()),
     }

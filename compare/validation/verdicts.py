@@ -1,44 +1,30 @@
 """From numbers to verdicts: each statement with the criteria that it meets, and in which cases."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from compare.validation import coupling, direct, program
-from compare.validation.criteria import STATEMENTS, Criterion, Statement
+from compare.validation.criteria import Criterion, Statement
 from compare.validation.curves import Measured
 from compare.validation.runs import Runs
+from compare.validation.statements import STATEMENTS
 from geometries.errors import Failure, WrongInput
 
 REPRODUCED, NOT_REPRODUCED, DEPENDS = "reproduced", "not reproduced", "depends"
 NOT_DECIDED = "not decided"
-
-MEASURES: Mapping[int, Callable[[Runs], Measured]] = {
-    1: direct.nn_follows,
-    2: direct.xx_is_alike,
-    3: direct.ss_falls_faster,
-    4: direct.xs_of_bodies,
-    5: direct.bodies_cancel_or_add,
-    6: coupling.xn_of_bodies,
-    7: coupling.xn_of_fit,
-    8: coupling.xn_of_geometries,
-    9: coupling.sn_of_bodies,
-    10: coupling.factor_of_the_cylinder,
-    11: program.nu_matters,
-    12: program.mix_is_best,
-    13: coupling.xn_without_fit,
-    14: program.engines_agree,
-    15: program.limits,
-}
 
 
 @dataclass(frozen=True)
 class Judged:
     """A statement with its numbers."""
 
-    number: int
     statement: Statement
     measured: Measured
     failed: str = ""  # why nothing could be measured
+
+    @property
+    def number(self) -> int:
+        """That of the statement."""
+        return self.statement.number
 
     @property
     def verdict(self) -> str:
@@ -66,15 +52,12 @@ class Judged:
 
 
 def judge(number: int, runs: Runs) -> Judged:
-    """Measure a statement, and judge it; not decided where C cannot be had."""
+    """Numbers a statement, and judge it; not decided where C cannot be had."""
     statement = STATEMENTS[number]
     try:
-        measured = MEASURES[number](runs)
+        return Judged(statement, statement.measured(runs))
     except Failure as error:
-        return Judged(number, statement, Measured({}), str(error))
-    missing = {criterion.name for criterion in statement.criteria} ^ set(measured.values)
-    assert not missing, f"statement {number}: {missing}"
-    return Judged(number, statement, measured)
+        return Judged(statement, Measured({}), str(error))
 
 
 def chosen(only: Iterable[int] | None) -> tuple[int, ...]:
