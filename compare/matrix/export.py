@@ -60,8 +60,8 @@ def checked(scene: Scene, wanted: Wanted) -> None:
         raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
     if wanted.discount == "none" and wanted.ics != "C":
         raise WrongInput(
-            f"discount = none, ics = {wanted.ics}: only C is raw before it is discounted, approximations have "
-            "no discount: leave --discount out, or give --ics C"
+            f"discount = none, ics = {wanted.ics}: only C is raw before it is discounted, approximations "
+            "have no discount: leave --discount out, or give --ics C"
         )
     if wanted.ics == "Bhat_prime" and not scene.pair.has_effective("combined"):
         raise WrongInput("ics = Bhat_prime: the scene has no effective properties; see femic calibrate")
@@ -114,7 +114,7 @@ def told(written: Exported) -> str:
 
 
 def to_contact(scene: Scene, ics: Array) -> ContactFile:
-    """ICs of both bodies (n_x, n_s, n_s, 3, 3) [mm/MPa] on the scene's grid, a matrix for each loaded strip."""
+    """ICs of both bodies (n_x, n_s, n_s, 3, 3) [mm/MPa] on the scene's grid: one matrix a loaded strip."""
     return _scaled(scene, contact_file.by_offsets(ics))
 
 

@@ -252,7 +252,7 @@ def test_the_export_for_contact_is_the_matrix_times_the_combined_shear_modulus(m
 
 
 def test_raw_c_differs_from_c_by_one_rigid_motion_of_each_body(made, capsys):
-    """The same at all lags, as bodies are prismatic; symmetric; of rank 4: forces along x, y, z, and a moment.
+    """The same at all lags, as bodies are prismatic; symmetric; of rank 4: three forces and a moment.
 
     Both contours are alike, so their rigid parts have the same wrenches.
     """
