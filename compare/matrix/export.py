@@ -108,8 +108,8 @@ def told(written: Exported) -> str:
         f"XL = {-grid.n_x * grid.dx / 2:g}, YL = {grid.extent[0]:g}, DX = {grid.dx:g}, DY = {grid.ds:g} mm; "
         f"CHI = 0, DQ = {grid.dx:g} if it rolls; body 1 = upper: POISS = {upper.nu:g}, {lower.nu:g}, "
         f"GG = {upper.G:.8g}, {lower.G:.8g} MPa; MAXOUT > 1\n"
-        "note: CONTACT does not notice other values, and contact must stay clear of the grid's edges: "
-        "docs/contact-export.md"
+        "note: CONTACT does not notice other XL, YL, CHI, DQ, POISS, GG, or swapped bodies; contact must "
+        "stay clear of the grid's edges: docs/contact-export.md"
     )
 
 
@@ -121,8 +121,8 @@ def to_contact(scene: Scene, ics: Array) -> ContactFile:
 def approximated(scene: Scene, variant: str) -> ContactFile:
     """An approximation: one matrix for all strips if it depends on their offset only.
 
-    Such a file has one strip and one lag more than the scene's grid. CONTACT transforms them over 2 MX by
-    2 MY offsets, -MY among them: filled with zeros they spoil its solution of shifts.
+    Such a file has one strip and one lag more than the scene's grid: CONTACT's preconditioner transforms
+    2 MX by 2 MY offsets, -MY among them, and zeros there may make it indefinite.
     """
     pair, grid = scene.pair, scene.grid
     ics = matrix(variant, pair, grid)

@@ -1,6 +1,7 @@
 """CONTACT's files of numerical ICs, against files made by hand and against its reader's rules."""
 
 from itertools import count
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +10,14 @@ from approx.halfspace import HalfSpace
 from approx.matrix import column, matrix
 from compare.cli import WRONG_INPUT, exit_code
 from compare.matrix.contact_file import ContactFile, of_offsets_only, read, write
-from compare.matrix.export import approximated, depends_on_offset_only, to_contact
+from compare.matrix.export import (
+    Exported,
+    Wanted,
+    approximated,
+    depends_on_offset_only,
+    told,
+    to_contact,
+)
 from compare.scenes.load import load_scene, scene_from_table
 from femic.grid_operator import PARITY
 from geometries.errors import WrongInput
@@ -178,6 +186,26 @@ def test_what_such_a_file_has_more_is_what_a_larger_grid_has(s):
     np.testing.assert_allclose(approximated(scene, "Bhat").values, expected, rtol=1e-9, atol=1e-12)
 
 
+def preconditioner(values, n_x, n_s, i, j):
+    """Eigenvalues of the circulant over 2 n_x by 2 n_s offsets that CONTACT makes of one matrix."""
+    middle, ring = values.shape[1] // 2, np.zeros((2 * n_s, 2 * n_x))
+    for offset in range(-n_s, n_s):
+        if 0 <= middle + offset < values.shape[1]:
+            row = values[0, middle + offset, :n_x, i, j]
+            ring[offset, :n_x], ring[offset, n_x + 1 :] = row, row[:0:-1]
+    return np.fft.fft2(ring).real
+
+
+def test_with_one_strip_more_what_contact_inverts_is_definite():
+    """Steel planes, 51 x 39 elements: with zeros at offset -MY twelve eigenvalues of ss are negative."""
+    steel = {"E": 210e3, "nu": 0.28, "contour": PLANE}
+    table = {"patch": {"a": 0.2, "b": 0.2}, "grid": {"n_x": 51, "n_s": 39}, "upper": steel, "lower": steel}
+    values = approximated(scene_from_table(table, "steel"), "A").values
+    for k in range(3):
+        assert np.min(preconditioner(values, 51, 39, k, k)) > 0
+    assert np.sum(preconditioner(values[:, 1:-1], 51, 39, 1, 1) < 0) == 12
+
+
 def test_a_single_strip_has_no_neighbour():
     """CONTACT's solution in 2D wants zeros beside it."""
     scene = scene_from_table(ON_ARC | {"grid": {"n_x": 5, "n_s": 1}}, "strip")
@@ -260,3 +288,31 @@ def test_damaged_files_are_refused(old, new, message, tmp_path):
 def test_values_of_other_shapes_are_refused(shape):
     with pytest.raises(WrongInput, match="is needed"):
         ContactFile(np.zeros(shape), 0.1, 0.1, 2)
+
+
+DOCS = Path(__file__).parents[2] / "docs" / "contact-export.md"
+
+
+def test_the_example_of_the_documentation_is_what_is_printed():
+    """Its note, and the numbers of its input lines, are those of the scene; PEN is 0 and the list does it."""
+    scene = load_scene("geometry2")
+    n_x, n_s = scene.grid.n_x, scene.grid.n_s
+    file = ContactFile(np.zeros((n_s, 2 * n_s - 1, n_x, 3, 3)), scene.grid.dx, scene.grid.ds, 2)
+    text = DOCS.read_text(encoding="utf-8")
+    assert told(Exported(Path("out/geometry2/contact_C.txt"), file, scene, Wanted("C"))) in text
+
+    def numbers(names):
+        (line,) = [line for line in text.splitlines() if line.endswith(f"  {names}")]
+        return [float(word) for word in line.removesuffix(names).split()]
+
+    low, _ = scene.grid.extent
+    size = [n_x, n_s, -n_x * scene.grid.dx / 2, low, scene.grid.dx, scene.grid.ds]
+    assert numbers("MX, MY, XL, YL, DX, DY") == pytest.approx(size)
+    assert numbers("CHI, DQ, VELOC")[:2] == [0.0, scene.grid.dx]
+    steel = scene.bodies["upper"].material
+    assert numbers("POISS 1,2,  GG 1,2") == pytest.approx([steel.nu, steel.nu, steel.G, steel.G])
+    assert numbers("PEN, CKSI, CETA, CPHI")[0] == 0
+    assert numbers("IBASE, IPLAN")[0] == 9
+    (digits,) = [line.split()[0] for line in text.splitlines() if line.endswith(" P-B-T-N-F-S")]
+    assert (digits[2], digits[3]) == ("3", "0")  # T: steady rolling, N: prescribed approach
+    assert [line.split()[0][3] for line in text.splitlines() if line.endswith(" V-L-D-C-M-Z-E")] == ["9"]
