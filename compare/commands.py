@@ -23,6 +23,7 @@ from compare.frontier.advice import Question
 from compare.frontier.choice import AUTO, Choice, choose, question_of
 from compare.matrix import export as exporting
 from compare.matrix import report as matrix_report
+from compare.matrix.export import Wanted
 from compare.overlay import curves as overlay
 from compare.overlay import report as overlay_report
 from compare.overlay import sources as overlay_sources
@@ -155,6 +156,10 @@ def export(
         ICName | None,
         Parameter(help="C, an approximation, or auto: the cheapest good enough; default: the scene's"),
     ] = None,
+    discount: Annotated[
+        exporting.Discount,
+        Parameter(help="rule: C without the far body's rigid give; none: raw C, clamped far away"),
+    ] = "rule",
     work: Work = DEFAULT,
 ) -> None:
     """Write the IC matrix of both bodies on the scene's grid as a file that a contact program reads.
@@ -168,7 +173,7 @@ def export(
     console = Console()
     with progress.shown(console) as watch:
         store, named = work.kept(loaded), loaded.ics
-        exporting.checked(loaded, named)
+        exporting.checked(loaded, Wanted(named, discount))
         if named == AUTO:
             all_of_both = Question("combined", NINE, loaded.ics_tolerance)
             chosen = choose(scene, all_of_both, workers=work.threads, store=store, watch=watch)
@@ -176,7 +181,7 @@ def export(
             loaded = load_scene(scene, changes)
             console.print(_advice(chosen), soft_wrap=True, markup=False, highlight=False)
         asked = matrix_report.Asked(work.folder(loaded), None, work.threads)
-        written = exporting.FORMATS[to](loaded, named, asked, store, watch)
+        written = exporting.FORMATS[to](loaded, Wanted(named, discount), asked, store, watch)
     console.print(exporting.told(written), soft_wrap=True, markup=False, highlight=False)
 
 

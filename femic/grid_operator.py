@@ -66,5 +66,10 @@ def reciprocity_defect(ics: Array) -> float:
 
     Observed at centres, not averaged over elements, ICs of curved bodies are not quite reciprocal.
     """
+    return float(np.max(reciprocity_defects(ics)))
+
+
+def reciprocity_defects(ics: Array) -> Array:
+    """The same for each pair of strips, symmetric, (n_s, n_s)."""
     back = PARITY * np.swapaxes(np.swapaxes(ics, 1, 2), 3, 4)
-    return float(np.max(np.abs(ics - back)) / np.max(np.abs(ics[..., 2, 2])))
+    return np.asarray(np.max(np.abs(ics - back), axis=(0, 3, 4)) / np.max(np.abs(ics[..., 2, 2])))

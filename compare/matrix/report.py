@@ -14,6 +14,7 @@ from compare.html import Cell, embedded, error_cell, known_cell, rendered
 from compare.matrix.check import NINE, Checked, check
 from compare.matrix.deviation import Deviation
 from compare.matrix.figures import maps
+from compare.matrix.reciprocity import described
 from compare.matrix.results import MatrixResults, compute_matrix
 from compare.pipeline import solids
 from compare.scenes.scene import Scene
@@ -190,7 +191,8 @@ def _known(results: MatrixResults) -> Iterator[dict[str, str]]:
 def _demands(results: MatrixResults) -> Iterator[dict[str, str]]:
     for name, eigenvalue in results.eigenvalues.items():
         body, _, kind = name.partition(", ")
-        defect = f"{results.reciprocity[body]:.1e}" if kind == "raw" else "as raw"
+        raw = kind == "raw"
+        defect = described(results.reciprocity[body], results.scene.grid) if raw else "as raw"
         yield {"name": name, "defect": defect, "eigenvalue": f"{eigenvalue:.3f}"}
 
 

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from approx.matrix import column
 from compare.matrix.deviation import Column, Deviation
+from compare.matrix.reciprocity import Reciprocity, reciprocity
 from compare.pipeline import parts_of, solids
 from compare.scenes.checks import grid_misfits
 from compare.scenes.load import BadScene
 from compare.scenes.scene import Scene
 from femic.accuracy import Shares
 from femic.discount import AXES
-from femic.grid_operator import GridOperator, reciprocity_defect
+from femic.grid_operator import GridOperator
 from femic.matrix import (
     MatrixJob,
     MatrixReference,
@@ -54,7 +55,7 @@ class MatrixResults:
     scene: Scene
     found: Mapping[str, MatrixReference]
     errors: Mapping[str, Shares]  # estimated, at worst, of each body compared
-    reciprocity: Mapping[str, float]  # defect of the raw matrices, share of the element's own C_nn
+    reciprocity: Mapping[str, Reciprocity]  # defect of the raw matrices
     eigenvalues: Mapping[str, float]  # smallest, of the symmetric part, over the element's own ICs
     approximations: Mapping[tuple[str, str], Deviation]  # by (variant, body)
     known: Mapping[str, Deviation]  # by body: what C's own estimate allows
@@ -120,7 +121,7 @@ def compute_matrix(
         scene,
         found,
         {name: worst_of(of_strips) for name, of_strips in collected.errors.items()},
-        {name: reciprocity_defect(ics) for name, ics in collected.raw.items()},
+        {name: reciprocity(ics, jobs[name].body.contour, scene.grid) for name, ics in collected.raw.items()},
         collected.eigenvalues(),
         collected.deviations,
         collected.known,
@@ -254,7 +255,7 @@ def _attributes(results: MatrixResults) -> dict[str, str | float]:
         "ds": scene.grid.ds,
         "tolerance": scene.tolerance,
         "estimated_error": json.dumps({name: asdict(shares) for name, shares in results.errors.items()}),
-        "reciprocity_defect": json.dumps(dict(results.reciprocity)),
+        "reciprocity_defect": json.dumps({name: asdict(one) for name, one in results.reciprocity.items()}),
         "smallest_eigenvalue": json.dumps(dict(results.eigenvalues)),
         "models": json.dumps(models),
         "seconds": results.seconds,

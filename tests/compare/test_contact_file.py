@@ -1,15 +1,23 @@
 """CONTACT's files of numerical ICs, against files made by hand and against its reader's rules."""
 
 from itertools import count
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
 from approx.matrix import column, matrix
-from compare.cli import exit_code
-from compare.matrix.contact_file import ContactFile, by_offsets, of_offsets_only, read, write
-from compare.matrix.export import depends_on_offset_only, to_contact
+from compare.cli import WRONG_INPUT, exit_code
+from compare.matrix.contact_file import ContactFile, of_offsets_only, read, write
+from compare.matrix.export import (
+    Exported,
+    Wanted,
+    approximated,
+    depends_on_offset_only,
+    told,
+    to_contact,
+)
 from compare.scenes.load import load_scene, scene_from_table
 from femic.grid_operator import PARITY
 from geometries.errors import WrongInput
@@ -89,7 +97,6 @@ def test_what_is_read_is_written_exactly(text, tmp_path):
 
 def test_every_digit_is_kept(tmp_path):
     decades = 10.0 ** np.arange(-18, 0, 2).reshape(3, 3)
-    decades = 10.0 ** np.arange(-18, 0, 2).reshape(3, 3)
     values = np.random.default_rng(1).normal(size=(3, 5, 2, 3, 3)) * decades
     write(ContactFile(values, 0.1 + 0.2, 1 / 3, 2), tmp_path / "all.txt")
     again = read(tmp_path / "all.txt")
@@ -113,21 +120,23 @@ UNLIKE = {
 }
 
 
-def test_a_of_a_plane_is_the_closed_form_in_every_entry(tmp_path):
+def test_a_of_a_plane_is_the_closed_form_in_every_entry(tmp_path, capsys):
+    """One matrix for all strips: one lag and one strip more than the grid."""
     scene = scene_from_table(UNLIKE, "plane")
     out = tmp_path / "out"
     (tmp_path / "plane.toml").write_text(scene.text)
     assert exit_code(["export", str(tmp_path / "plane.toml"), "--ics", "A", "--out", str(out)]) == 0
+    assert "MX = 5 or less, MY = 4 or less," in capsys.readouterr().out
     found = read(out / "contact_A.txt")
-    assert (found.values.shape, found.convex, found.dx, found.ds) == ((1, 7, 5, 3, 3), 2, 0.4, 0.6)
+    assert (found.values.shape, found.convex, found.dx, found.ds) == ((1, 9, 6, 3, 3), 2, 0.4, 0.6)
     constants = both_bodies(scene.bodies["upper"].material, scene.bodies["lower"].material)
     assert abs(constants.mismatch_k) > 0.01
-    x, s = 0.4 * np.arange(-4, 5)[None, :], 0.6 * np.arange(-3, 4)[:, None]
+    x, s = 0.4 * np.arange(-5, 6)[None, :], 0.6 * np.arange(-4, 5)[:, None]
     closed = np.moveaxis(HalfSpace(constants).ics(scene.patch, x, s), (0, 1), (2, 3)) * constants.G
     np.testing.assert_allclose(as_contact_reads(found)[0], closed, rtol=2e-14, atol=1e-18)
     # the two signs that are easily lost: upper softer, K > 0; a push moves the surface towards the load
-    assert found.values[0, 3, 1, 0, 2] < 0 < found.values[0, 3, 1, 2, 0]
-    assert found.values[0, 4, 0, 1, 2] < 0 < found.values[0, 4, 0, 2, 1]
+    assert found.values[0, 4, 1, 0, 2] < 0 < found.values[0, 4, 1, 2, 0]
+    assert found.values[0, 5, 0, 1, 2] < 0 < found.values[0, 5, 0, 2, 1]
 
 
 CURVED = UNLIKE | {
@@ -139,8 +148,8 @@ CURVED = UNLIKE | {
 
 def test_a_curved_contour_has_its_observers_at_their_offsets():
     scene = scene_from_table(CURVED, "curved")
-    file = to_contact(scene, matrix("B", scene.pair, scene.grid))
-    assert not file.one_for_all
+    file = approximated(scene, "B")
+    assert (file.n_x, file.n_s, len(file.values)) == (5, 4, 4)  # no strip and no lag more
     for loaded in range(4):
         of_strip = scene.pair.constants.G * column("B", scene.pair, scene.grid, loaded)
         for offset in range(-3, 4):
@@ -150,17 +159,57 @@ def test_a_curved_contour_has_its_observers_at_their_offsets():
             np.testing.assert_array_equal(got, of_strip[..., observed] if inside else np.zeros((3, 3, 5)))
 
 
+ARC = {"kind": "arc", "radius": 10.0, "flank_inclination_deg": 30}
+ON_ARC = CURVED | {name: CURVED[name] | {"contour": ARC} for name in ("lower", "upper")}
+
+
 def test_bhat_on_one_arc_needs_one_matrix_and_beyond_the_joint_more():
-    arc = {"kind": "arc", "radius": 10.0, "flank_inclination_deg": 30}
-    table = CURVED | {name: CURVED[name] | {"contour": arc} for name in ("lower", "upper")}
-    on_arc = scene_from_table(table, "arc")
-    ics = matrix("Bhat", on_arc.pair, on_arc.grid)
+    scene = scene_from_table(ON_ARC, "arc")
+    one = approximated(scene, "Bhat")
+    assert (len(one.values), one.n_x, one.n_s) == (1, 6, 5)
+    each = to_contact(scene, matrix("Bhat", scene.pair, scene.grid))
+    assert len(each.values) == 4
+    np.testing.assert_allclose(one.values[0, 1:5, :5], each.values[3, :4], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(one.values[0, 4:8, :5], each.values[0, 3:], rtol=1e-9, atol=1e-12)
+    beyond = scene_from_table(ON_ARC | {"grid": ON_ARC["grid"] | {"s": 4.5}}, "beyond")
+    assert len(approximated(beyond, "Bhat").values) == 4
+
+
+@pytest.mark.parametrize("s", [0.3, 10.0 * np.radians(30) - 1.2])  # in the last the arc ends with the grid
+def test_what_such_a_file_has_more_is_what_a_larger_grid_has(s):
+    """Where the grid fills the arc to its end, strips beyond it would lie on the flank."""
+    scene = scene_from_table(ON_ARC | {"grid": ON_ARC["grid"] | {"s": float(s)}}, "arc")
+    larger = scene_from_table(ON_ARC | {"grid": {"n_x": 6, "n_s": 5, "s": 0.0}}, "larger")
+    ics = matrix("Bhat", larger.pair, larger.grid)
     assert depends_on_offset_only(ics)
-    one = to_contact(on_arc, ics).values[0]
-    all_of_them = by_offsets(ics) * on_arc.pair.constants.G
-    np.testing.assert_allclose(one[:4], all_of_them[3, :4], rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(one[3:], all_of_them[0, 3:], rtol=1e-9, atol=1e-12)
-    assert of_offsets_only(ics).shape == (1, 7, 5, 3, 3)
+    expected = of_offsets_only(ics) * scene.pair.constants.G
+    np.testing.assert_allclose(approximated(scene, "Bhat").values, expected, rtol=1e-9, atol=1e-12)
+
+
+def preconditioner(values, n_x, n_s, i, j):
+    """Eigenvalues of the circulant over 2 n_x by 2 n_s offsets that CONTACT makes of one matrix."""
+    middle, ring = values.shape[1] // 2, np.zeros((2 * n_s, 2 * n_x))
+    for offset in range(-n_s, n_s):
+        if 0 <= middle + offset < values.shape[1]:
+            row = values[0, middle + offset, :n_x, i, j]
+            ring[offset, :n_x], ring[offset, n_x + 1 :] = row, row[:0:-1]
+    return np.fft.fft2(ring).real
+
+
+def test_with_one_strip_more_what_contact_inverts_is_definite():
+    """Steel planes, 51 x 39 elements: with zeros at offset -MY twelve eigenvalues of ss are negative."""
+    steel = {"E": 210e3, "nu": 0.28, "contour": PLANE}
+    table = {"patch": {"a": 0.2, "b": 0.2}, "grid": {"n_x": 51, "n_s": 39}, "upper": steel, "lower": steel}
+    values = approximated(scene_from_table(table, "steel"), "A").values
+    for k in range(3):
+        assert np.min(preconditioner(values, 51, 39, k, k)) > 0
+    assert np.sum(preconditioner(values[:, 1:-1], 51, 39, 1, 1) < 0) == 12
+
+
+def test_a_single_strip_has_no_neighbour():
+    """CONTACT's solution in 2D wants zeros beside it."""
+    scene = scene_from_table(ON_ARC | {"grid": {"n_x": 5, "n_s": 1}}, "strip")
+    assert approximated(scene, "Bhat").values.shape == (1, 1, 5, 3, 3)
 
 
 def test_signs_of_negative_lags_are_those_of_the_grid_operator():
@@ -179,6 +228,35 @@ def test_which_body_is_convex():
     groove["upper"] = CURVED["upper"] | {"contour": {"kind": "points", "points": VALLEY}}
     assert to_contact(scene_from_table(groove, "groove"), np.ones((5, 4, 4, 3, 3))).convex == 1
     assert to_contact(scene_from_table(CURVED, "curved"), np.ones((5, 4, 4, 3, 3))).convex == 2
+
+
+def told_of(table, tmp_path, capsys, *arguments):
+    """What `femic export` prints, without its line breaks."""
+    path = tmp_path / "told.toml"
+    path.write_text(scene_from_table(table, "told").text)
+    code = exit_code(["export", str(path), *arguments, "--out", str(tmp_path / "out")])
+    return code, " ".join("".join(capsys.readouterr()).split())
+
+
+def test_what_contact_must_be_given_is_printed(tmp_path, capsys):
+    """Edges of the grid, not centres; the upper body first; G in MPa."""
+    code, said = told_of(CURVED, tmp_path, capsys, "--ics", "B")
+    assert code == 0
+    assert "contact_B.txt: 4 matrices, one a loaded strip, 5 lags" in said
+    assert "MX = 5 or less, MY = 4, XL = -1, YL = -0.9, DX = 0.4, DY = 0.6 mm" in said
+    assert "CHI = 0, DQ = 0.4 if it rolls" in said
+    assert "body 1 = upper: POISS = 0.33, 0.28, GG = 26315.789, 82031.25 MPa" in said
+    assert "MAXOUT > 1" in said
+    assert "docs/contact-export.md" in said
+
+
+@pytest.mark.parametrize("ics", ["Bhat", "auto"])
+def test_an_approximation_has_no_discount_to_leave_out(ics, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("compare.commands.choose", lambda *_, **__: pytest.fail("asked"))
+    code, said = told_of(CURVED, tmp_path, capsys, "--ics", ics, "--discount", "none")
+    assert code == WRONG_INPUT
+    assert f"discount = none, ics = {ics}: only C is raw before it is discounted" in said
+    assert not (tmp_path / "out").exists()
 
 
 VALLEY = [[float(y), float(0.02 * y * y)] for y in range(-6, 7)]
@@ -210,3 +288,31 @@ def test_damaged_files_are_refused(old, new, message, tmp_path):
 def test_values_of_other_shapes_are_refused(shape):
     with pytest.raises(WrongInput, match="is needed"):
         ContactFile(np.zeros(shape), 0.1, 0.1, 2)
+
+
+DOCS = Path(__file__).parents[2] / "docs" / "contact-export.md"
+
+
+def test_the_example_of_the_documentation_is_what_is_printed():
+    """Its note, and the numbers of its input lines, are those of the scene; PEN is 0 and the list does it."""
+    scene = load_scene("geometry2")
+    n_x, n_s = scene.grid.n_x, scene.grid.n_s
+    file = ContactFile(np.zeros((n_s, 2 * n_s - 1, n_x, 3, 3)), scene.grid.dx, scene.grid.ds, 2)
+    text = DOCS.read_text(encoding="utf-8")
+    assert told(Exported(Path("out/geometry2/contact_C.txt"), file, scene, Wanted("C"))) in text
+
+    def numbers(names):
+        (line,) = [line for line in text.splitlines() if line.endswith(f"  {names}")]
+        return [float(word) for word in line.removesuffix(names).split()]
+
+    low, _ = scene.grid.extent
+    size = [n_x, n_s, -n_x * scene.grid.dx / 2, low, scene.grid.dx, scene.grid.ds]
+    assert numbers("MX, MY, XL, YL, DX, DY") == pytest.approx(size)
+    assert numbers("CHI, DQ, VELOC")[:2] == [0.0, scene.grid.dx]
+    steel = scene.bodies["upper"].material
+    assert numbers("POISS 1,2,  GG 1,2") == pytest.approx([steel.nu, steel.nu, steel.G, steel.G])
+    assert numbers("PEN, CKSI, CETA, CPHI")[0] == 0
+    assert numbers("IBASE, IPLAN")[0] == 9
+    (digits,) = [line.split()[0] for line in text.splitlines() if line.endswith(" P-B-T-N-F-S")]
+    assert (digits[2], digits[3]) == ("3", "0")  # T: steady rolling, N: prescribed approach
+    assert [line.split()[0][3] for line in text.splitlines() if line.endswith(" V-L-D-C-M-Z-E")] == ["9"]

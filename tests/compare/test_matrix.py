@@ -249,3 +249,27 @@ def test_the_export_for_contact_is_the_matrix_times_the_combined_shear_modulus(m
     for loaded, observed in np.ndindex(4, 4):
         expected = scene.pair.constants.G * both[:, observed, loaded]
         np.testing.assert_array_equal(file.values[loaded, observed - loaded + 3], expected)
+
+
+def test_raw_c_differs_from_c_by_one_rigid_motion_of_each_body(made, capsys):
+    """The same at all lags, as bodies are prismatic; symmetric; of rank 4: three forces and a moment.
+
+    Both contours are alike, so their rigid parts have the same wrenches.
+    """
+    path, out = made
+    command = ["export", str(path), "--out", str(out)]
+    assert exit_code(command) == exit_code([*command, "--discount", "none"]) == DONE
+    said = " ".join(capsys.readouterr().out.split())
+    assert "contact_C_raw.txt: 4 matrices, one a loaded strip, 5 lags; raw: with the rigid give" in said
+    ruled, raw = (read(out / f"contact_C{name}.txt") for name in ("", "_raw"))
+    assert raw.values.shape == ruled.values.shape == (4, 7, 5, 3, 3)
+    taken = raw.values - ruled.values
+    for loaded, observed in np.ndindex(4, 4):
+        of_lags = taken[loaded, observed - loaded + 3]
+        np.testing.assert_allclose(of_lags, np.broadcast_to(of_lags[0], of_lags.shape), atol=1e-9)
+    pairs = np.array([[taken[m, o - m + 3, 0] for m in range(4)] for o in range(4)])  # (o, m, i, j)
+    rigid = pairs.transpose(0, 2, 1, 3).reshape(12, 12)
+    np.testing.assert_allclose(rigid, rigid.T, atol=1e-9)
+    sizes = np.linalg.svd(rigid, compute_uv=False)
+    assert sizes[3] > 1e-6 * sizes[0] > 1e3 * sizes[4]
+    assert np.max(np.abs(taken)) > 1e-3 * np.max(ruled.values)

@@ -142,6 +142,15 @@ def test_a_refined_model_agrees_with_its_first_one_within_the_estimate(on_plane)
     assert AtLags({"lower": job}, combined=False).assess({"lower": finer}).own["lower"].total <= 1e-3
 
 
+@pytest.mark.slow
+def test_two_different_flanks_are_known_with_the_first_models():
+    """Coarse models lacked cells between strips and far arc: an estimate of 382 %, refined without end."""
+    job = matrix_job(UPPER, arc(10.2, np.radians(25), np.radians(33)), Grid(8, 13, 0.4, 0.4), tolerance=0.01)
+    found = solved({"upper": replace(job, most_unknowns=60_000)})["upper"]
+    assert found.level == Level()
+    assert found.models["coarse"].unknowns > found.models["fine"].unknowns / 3
+
+
 # --- what elasticity demands -----------------------------------------------------------------------------
 
 

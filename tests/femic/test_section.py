@@ -7,7 +7,8 @@ import pytest
 from skfem import Basis, ElementTriP4, MeshTri
 
 from femic.cell_size import Cells
-from femic.harmonic.section import MeshTri4, section_mesh
+from femic.harmonic import section as sections
+from femic.harmonic.section import MeshTri4, section_mesh, shapes
 from femic.harmonic.section_model import assemble
 from femic.harmonic.section_size import SectionSize
 from geometries.bodies import Body, Domain
@@ -124,6 +125,38 @@ def test_strips_may_touch_each_other_and_end_at_a_joint():
         assert np.min(np.diff(knots)) > 0.01
         for end in s[s >= knots[0]]:
             assert np.min(np.abs(knots - end)) < 1e-6
+
+
+def triangles(section):
+    """Corners of the cells (2, 3, n)."""
+    return section.mesh.p[:, : section.mesh.nvertices][:, section.mesh.t[:3]]
+
+
+def test_shapes_of_triangles():
+    """1 of equal edges at any size and place, 0 without an area; 3:4:5 is sqrt(3) 24/50."""
+    equal = np.array([[0, 1, 0.5], [0, 0, np.sqrt(0.75)]])
+    corners = np.stack([equal, 1e-3 * equal + 7, [[0, 1, 3], [0, 2, 6]], [[0, 4, 0], [0, 0, 3]]], axis=-1)
+    np.testing.assert_allclose(shapes(corners), [1, 1, 0, np.sqrt(3) * 24 / 50], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("n_strips", [13, 39])
+def test_cells_that_grow_as_fast_as_the_distance_are_still_as_small_as_asked(n_strips):
+    """Of two unsymmetric flanks Gmsh's frontal algorithm left slivers from the strips to the far arc."""
+    body = Body(UPPER, arc(10.2, np.radians(25), np.radians(33)), STEEL, Domain(4680.0, np.inf))
+    edges = 0.4 * (np.arange(n_strips + 1) - n_strips / 2)
+    size = SectionSize(Cells(0.19, 1.03, 1.03), np.stack([edges[:-1], edges[1:]], axis=1))
+    corners = triangles(section_mesh(body, size))
+    assert np.min(shapes(corners)) > 0.1
+    ends = body.contour.position(edges)  # (2, n)
+    apart = np.min(np.linalg.norm(corners[..., None] - ends[:, None, None], axis=0), axis=(0, 2))
+    longest = np.max(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=0), axis=0)
+    assert np.max(longest / (0.19 + 1.03 * apart)) < 3.0
+
+
+def test_a_mesh_without_slivers_is_that_of_the_first_algorithm(monkeypatch):
+    monkeypatch.setattr(sections, "DELAUNAY", -1)  # there is none
+    section = section_mesh(BODIES["rail"], SectionSize(CELLS, STRIPS))
+    assert np.min(shapes(triangles(section))) > 0.1
 
 
 def test_a_contour_that_turns_on_a_small_radius_gets_small_cells():
