@@ -8,9 +8,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from compare.pipeline import Results, check_of, reference_of, scales_of
+from compare.provenance import results_digest
 from compare.scenes.scene import Scene
 from femic.discount import AXES
-from femic.provenance import code_digest, versions
+from femic.provenance import versions
 from femic.solid.engine import RESIDUAL
 from geometries.patches import DIRECTIONS
 
@@ -97,7 +98,7 @@ def _attributes(results: Results) -> dict[str, str | float]:
         "seconds": json.dumps({f"{v} {body}": value for (v, body), value in results.seconds.items()}),
         "settings": json.dumps(settings(scene)),
         "versions": json.dumps(versions()),
-        "code": code_digest(),
+        "code": results_digest(),
     }
 
 
@@ -158,7 +159,7 @@ def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
     found = xr.concat(per_body, dim=xr.Variable("body", bodies))
     for measure in found.data_vars.values():
         measure.attrs = {"units": "1"}
-    return found
+    return found.assign_attrs(code=results_digest())
 
 
 def _body_errors(results: Results, dataset: xr.Dataset, body: str) -> xr.Dataset:

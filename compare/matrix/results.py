@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from approx.matrix import column
 from compare.pipeline import parts_of, solids
+from compare.provenance import results_digest
 from compare.scenes.checks import grid_misfits
 from compare.scenes.load import BadScene
 from compare.scenes.scene import Scene
@@ -30,7 +31,7 @@ from femic.matrix import (
     worst_of,
 )
 from femic.models import peak_memory
-from femic.provenance import code_digest, versions
+from femic.provenance import versions
 from femic.reference import Estimated, total
 from femic.refinement import SILENT, Watch
 from femic.store import Store
@@ -277,6 +278,6 @@ def _attributes(results: MatrixResults) -> dict[str, str | float]:
         "models": json.dumps(models),
         "seconds": results.seconds,
         "peak_memory": results.memory,
-        "code": code_digest(),
+        "code": results_digest(),
         "versions": json.dumps(versions()),
     }
