@@ -9,9 +9,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from compare.pipeline import Results, check_of, measure_of, reference_of, refinement_shares_of
+from compare.provenance import results_digest
 from compare.scenes.scene import Scene
 from femic.discount import AXES
-from femic.provenance import code_digest, versions
+from femic.provenance import versions
 from femic.solid.engine import RESIDUAL
 from geometries.patches import DIRECTIONS
 
@@ -98,7 +99,7 @@ def _attributes(results: Results) -> dict[str, str | float]:
         "seconds": json.dumps({f"{v} {body}": value for (v, body), value in results.seconds.items()}),
         "settings": json.dumps(settings(scene)),
         "versions": json.dumps(versions()),
-        "code": code_digest(),
+        "code": results_digest(),
     }
 
 
@@ -177,7 +178,7 @@ def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
     )
     for name, (_, meaning) in ERRORS.items():
         found[name].attrs = {"meaning": meaning} | ({} if name == "vanishes" else {"units": "1"})
-    return found
+    return found.assign_attrs(code=results_digest())
 
 
 def _body_errors(results: Results, of_body: xr.Dataset, body: str) -> xr.Dataset:

@@ -8,6 +8,7 @@ Several processes may use one store: nothing is ever changed in place.
 
 import logging
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from io import BytesIO
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 
 from femic.provenance import code_digest
 
-Array = NDArray[np.float64]
+Arrays = Mapping[str, NDArray[np.float64]]
 
 log = logging.getLogger(__name__)
 
@@ -54,14 +55,14 @@ class Store:
         self._write(key, ".nc", lambda: bytes(entry.to_netcdf(engine="h5netcdf")))
         self._remove(f"{key}.parts", recursive=True)
 
-    def part(self, key: str, name: str) -> Array | None:
-        """A part of an entry that was not finished."""
-        content = self._read(f"{key}.parts/{name}", ".npy")
-        return None if content is None else np.load(BytesIO(content))
+    def part(self, key: str, name: str) -> Arrays | None:
+        """A part of an entry that was not finished: its arrays by name."""
+        content = self._read(f"{key}.parts/{name}", ".npz")
+        return None if content is None else dict(np.load(BytesIO(content)))
 
-    def put_part(self, key: str, name: str, values: Array) -> None:
+    def put_part(self, key: str, name: str, values: Arrays) -> None:
         """Keep a part until the entry is finished."""
-        self._write(f"{key}.parts/{name}", ".npy", lambda: _npy(values))
+        self._write(f"{key}.parts/{name}", ".npz", lambda: _npz(values))
 
     def forget_other_code(self) -> None:
         """Remove what other versions of the code have kept, and nothing else."""
@@ -158,7 +159,7 @@ def _hash(content: bytes) -> str:
     return sha256(content).hexdigest()[:HASH]
 
 
-def _npy(values: Array) -> bytes:
+def _npz(values: Arrays) -> bytes:
     buffer = BytesIO()
-    np.save(buffer, values, allow_pickle=False)
+    np.savez(buffer, allow_pickle=False, **values)
     return buffer.getvalue()

@@ -1,5 +1,6 @@
 """The Python blocks of docs/python.md and README.md run as they stand; computed pages are up to date."""
 
+import json
 import re
 import runpy
 import shutil
@@ -7,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+from compare.provenance import results_digest
 
 ROOT = Path(__file__).parent.parent
 BLOCK = re.compile(r"^```python\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
@@ -27,6 +30,48 @@ def test_pages_with_computed_numbers_are_not_written_by_hand():
     assert set(pages) == {"which-ics.md", "validation.md", "extremes.md"}
     for name, text in pages.items():
         assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run make docs"
+
+
+@pytest.mark.slow  # numbers take half an hour: they follow the code at the end of a piece of work
+def test_pages_were_computed_by_this_code():
+    outdated = runpy.run_path(str(ROOT / "tools/write_docs.py"))["outdated"]()
+    assert not outdated, f"{outdated}: run make docs"
+
+
+@pytest.fixture
+def docs(tmp_path):
+    """The tool, with numbers and templates of our own."""
+    numbers, templates = tmp_path / "numbers", tmp_path / "templates"
+    numbers.mkdir()
+    templates.mkdir()
+    now = results_digest()
+    parts = {"a": {"code": now, "versions": {"numpy": "9.9"}, "value": 1}, "b": {"x": {"code": now, "y": 2}}}
+    for name, values in parts.items():
+        (numbers / f"{name}.json").write_text(json.dumps(values), encoding="utf-8")
+    (templates / "both.md.j2").write_text("{{ a.value }}{{ b.x.y }}\n", encoding="utf-8")
+    (templates / "second.md.j2").write_text("{{ b.x.y }}\n", encoding="utf-8")
+    tool = runpy.run_path(str(ROOT / "tools/write_docs.py"))
+    tool["pages"].__globals__.update(NUMBERS=numbers, TEMPLATES=templates)
+    return tool, numbers
+
+
+def test_pages_say_what_computed_their_numbers(docs):
+    tool, _ = docs
+    first, last = tool["pages"]()["both.md"].strip().split("\n\n")
+    assert first == "12"
+    assert f"a by code {results_digest()}, numpy 9.9; b by code {results_digest()}" in last
+
+
+@pytest.mark.parametrize("other", ["0123456789ab", None])
+def test_pages_of_other_code_are_named(docs, other, capsys):
+    tool, numbers = docs
+    assert tool["outdated"]() == {}
+    assert tool["checked"]() == 0
+    old = {"code": other} if other else {}
+    (numbers / "a.json").write_text(json.dumps({"value": 1, "x": {}} | old), encoding="utf-8")
+    assert list(tool["outdated"]()) == ["both.md"]
+    assert tool["checked"]() == 1
+    assert f"both.md: docs/numbers/a.json by code {other or 'unknown'}" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")

@@ -1,10 +1,11 @@
 """Write the pages of docs/ whose numbers are computed: `make docs`.
 
-    python tools/write_docs.py [--compute]
+    python tools/write_docs.py [--compute | --check]
 
 With --compute, `femic validate`, `extremes`, `calibrate` and `frontier` run first (half an hour on 2 cores;
 what out/ keeps is not solved again) and their numbers go to docs/numbers/. Pages are made of these and
-docs/templates/; a test compares.
+docs/templates/; a test compares. Numbers carry the digest of the code that computed them: --check writes
+nothing, says which pages rest on numbers of other code, and ends with 1 if any does.
 """
 
 import json
@@ -14,11 +15,12 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, meta
 
 from compare.cli import exit_code
 from compare.frontier.advice import advise
 from compare.frontier.trade import front, told_apart
+from compare.provenance import results_digest
 from geometries.errors import Failure
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -85,6 +87,8 @@ def numbers_of(dataset: xr.Dataset) -> dict[str, Any]:
     ]
     return {
         "title": dataset.attrs["title"],
+        "code": dataset.attrs["code"],
+        "versions": json.loads(dataset.attrs["versions"]),
         "body": body,
         "best": str(dataset.attrs["best"]),
         "points": int(dataset.attrs["points"]),
@@ -127,20 +131,71 @@ def advice(dataset: xr.Dataset, tolerance: float, components: tuple[str, ...], b
     }
 
 
-def pages() -> dict[str, str]:
-    """The text of every page, by its name."""
-    numbers = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in NUMBERS.glob("*.json")}
-    environment = Environment(
+def numbers_kept() -> dict[str, Any]:
+    """The numbers in docs/numbers, by the name of their file."""
+    return {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in NUMBERS.glob("*.json")}
+
+
+def environment() -> Environment:
+    made = Environment(
         loader=FileSystemLoader(TEMPLATES), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters["percent"] = percent
-    environment.filters["seconds"] = in_seconds
-    environment.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
-    environment.filters["cell"] = lambda text: text.replace("|", "\\|")
+    made.filters["percent"] = percent
+    made.filters["seconds"] = in_seconds
+    made.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
+    made.filters["cell"] = lambda text: text.replace("|", "\\|")
+    return made
+
+
+def templates() -> dict[str, Path]:
+    """The template of every page, by the page's name."""
+    return {path.name.removesuffix(".j2"): path for path in sorted(TEMPLATES.glob("*.md.j2"))}
+
+
+def pages() -> dict[str, str]:
+    """The text of every page, by its name; last of all, what its numbers were computed with."""
+    numbers, made = numbers_kept(), environment()
     return {
-        path.name.removesuffix(".j2"): environment.get_template(path.name).render(**numbers)
-        for path in sorted(TEMPLATES.glob("*.md.j2"))
+        page: made.get_template(path.name).render(**numbers).rstrip()
+        + f"\n\n{computed_with(path, numbers)}\n"
+        for page, path in templates().items()
     }
+
+
+def used(template: Path, numbers: dict[str, Any]) -> list[str]:
+    """The numbers that a page is made of."""
+    tree = environment().parse(template.read_text(encoding="utf-8"))
+    return sorted(meta.find_undeclared_variables(tree) & numbers.keys())
+
+
+def programs(values: dict[str, Any]) -> dict[str, str]:
+    """What computed some numbers: digests of the code, versions."""
+    parts = [values] if "code" in values else [part for part in values.values() if isinstance(part, dict)]
+    codes = sorted({part.get("code", "unknown") for part in parts})
+    versions: dict[str, str] = next((part["versions"] for part in parts if "versions" in part), {})
+    return {"code": " and ".join(codes)} | versions
+
+
+def computed_with(template: Path, numbers: dict[str, Any]) -> str:
+    told = [
+        f"{name} by " + ", ".join(f"{what} {version}" for what, version in programs(numbers[name]).items())
+        for name in used(template, numbers)
+    ]
+    return f"*Numbers of this page were computed with: {'; '.join(told)}.*"
+
+
+def outdated() -> dict[str, list[str]]:
+    """Pages whose numbers other code has computed: which numbers, by which code."""
+    numbers, now = numbers_kept(), results_digest()
+    found = {
+        page: [
+            f"docs/numbers/{name}.json by code {code}, now {now}"
+            for name in used(path, numbers)
+            if (code := programs(numbers[name])["code"]) != now
+        ]
+        for page, path in templates().items()
+    }
+    return {page: reasons for page, reasons in found.items() if reasons}
 
 
 def percent(share: float | None) -> str:
@@ -155,7 +210,17 @@ def in_seconds(value: float | None) -> str:
     return f"{value:.0f} s" if value >= 10 else f"{value:.1f} s" if value >= 0.1 else f"{1000 * value:.0f} ms"
 
 
+def checked() -> int:
+    """Say which pages are out of date; the exit code."""
+    found = outdated()
+    for page, reasons in found.items():
+        sys.stderr.write(f"docs/{page}: {'; '.join(reasons)}: run make docs\n")
+    return 1 if found else 0
+
+
 if __name__ == "__main__":
+    if "--check" in sys.argv[1:]:
+        sys.exit(checked())
     if "--compute" in sys.argv[1:]:
         compute()
     for name, text in pages().items():

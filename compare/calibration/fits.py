@@ -17,11 +17,12 @@ from approx.effective import EffectiveProperties
 from approx.pair import Pair
 from approx.target import Target, indices
 from compare.pipeline import Results, approximated, compute, reference_of, solids
+from compare.provenance import results_digest
 from compare.scenes.checks import calibration_misfits
 from compare.scenes.file import SceneFile
 from compare.scenes.load import BadScene
 from compare.scenes.scene import Scene
-from femic.provenance import code_digest, versions
+from femic.provenance import versions
 from femic.refinement import SILENT, Watch
 from femic.store import Store
 from geometries.errors import WrongInput
@@ -222,7 +223,7 @@ def to_dataset(calibrated: Calibrated) -> xr.Dataset:
             "title": f"effective properties: {scene.title}",
             "scene": scene.text,
             "curvature": "apart" if scene.calibration.curvature_apart else "contained",
-            "code": code_digest(),
+            "code": results_digest(),
             "versions": str(versions()),
         },
     )

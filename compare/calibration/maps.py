@@ -12,9 +12,9 @@ from scipy.interpolate import RegularGridInterpolator
 
 from approx.calibration import Fit, fit
 from compare.calibration.fits import Calibrated, calibrate, target_from
+from compare.provenance import results_digest
 from compare.scenes.load import load_scene, scene_from_table
 from compare.scenes.scene import Scene
-from femic.provenance import code_digest
 from femic.refinement import SILENT, Watch
 from femic.store import Store
 from geometries.errors import WrongInput
@@ -128,7 +128,7 @@ def _of_nodes(scene: Scene, axes: Axes, found: Sequence[Calibrated]) -> xr.Datas
             "scene": scene.text,
             "reference_length": scene.reference_length,
             "half_space": float(getattr(scene.pair.constants, scene.calibration.properties[0])),
-            "code": code_digest(),
+            "code": results_digest(),
         },
     )
 

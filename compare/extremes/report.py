@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from compare import folders
-from compare.extremes import analytic
+from compare.extremes import analytic, exact
 from compare.extremes.engines import Engines
 from compare.extremes.found import ANALYTIC, Found, Parameter, tried
 from compare.html import rendered
-from femic.provenance import code_digest, versions
+from compare.provenance import results_digest
+from femic.provenance import versions
 
 
 def try_all(of: Sequence[str], engines: Engines, folder: Path) -> Path:
@@ -71,7 +72,8 @@ def record(found: Sequence[Found]) -> dict[str, Any]:
             for one in found
         ],
         "summary": summary(found),
+        "digits": exact.DIGITS,
         "seconds": round(sum(case.seconds for one in found for case in one.reached), 1),
         "versions": versions(),
-        "code": code_digest(),
+        "code": results_digest(),
     }

@@ -22,10 +22,11 @@ from compare.pipeline import (
     refinement_shares_of,
     scene_points,
 )
+from compare.provenance import results_digest
 from compare.scenes.load import BadScene, load_scene, read_scene, scene_path
 from compare.scenes.scene import Scene
 from femic.accuracy import NotConverged, component_of
-from femic.provenance import code_digest
+from femic.provenance import versions
 from femic.refinement import SILENT, Watch
 from femic.store import Store
 from geometries.errors import Failure, WrongInput
@@ -207,7 +208,8 @@ def _dataset(
             "best": name,
             "points": len(results.points.x),
             "skipped": json.dumps(dict(skipped), ensure_ascii=False),
-            "code": code_digest(),
+            "code": results_digest(),
+            "versions": json.dumps(versions()),
         },
     )
 

@@ -17,6 +17,7 @@ from compare.matrix.figures import maps
 from compare.matrix.reciprocity import described
 from compare.matrix.results import MatrixResults, compute_matrix
 from compare.pipeline import solids
+from compare.provenance import results_digest
 from compare.scenes.scene import Scene
 from femic.models import Cost
 from femic.refinement import Watch
@@ -60,8 +61,8 @@ def write_matrix(scene: Scene, asked: Asked, store: Store, watch: Watch) -> Path
 
 
 def key_of_scene(scene: Scene, strip: int) -> str:
-    """All that the file and its figures depend on: the text, and the contours that it may have from files."""
-    return Store().key("matrix", scene.text, dict(scene.bodies), strip)
+    """All that the file and its figures depend on: code, text, contours that it may have from files."""
+    return Store().key("matrix", results_digest(), scene.text, dict(scene.bodies), strip)
 
 
 def _key_of(path: Path) -> str | None:

@@ -16,6 +16,7 @@ from approx.matrix import column
 from compare.matrix.deviation import Column, Deviation
 from compare.matrix.reciprocity import Reciprocity, reciprocity
 from compare.pipeline import parts_of, solids
+from compare.provenance import results_digest
 from compare.scenes.checks import grid_misfits
 from compare.scenes.load import BadScene
 from compare.scenes.scene import Scene
@@ -34,7 +35,7 @@ from femic.matrix import (
     worst_of,
 )
 from femic.models import peak_memory
-from femic.provenance import code_digest, versions
+from femic.provenance import versions
 from femic.reference import Estimated, total
 from femic.refinement import SILENT, Watch
 from femic.store import Store
@@ -260,6 +261,6 @@ def _attributes(results: MatrixResults) -> dict[str, str | float]:
         "models": json.dumps(models),
         "seconds": results.seconds,
         "peak_memory": results.memory,
-        "code": code_digest(),
+        "code": results_digest(),
         "versions": json.dumps(versions()),
     }

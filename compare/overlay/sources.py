@@ -9,10 +9,10 @@ from pathlib import Path
 import xarray as xr
 
 from compare.dataset import ERRORS
+from compare.provenance import results_digest
 from compare.scenes import file as files
 from compare.scenes.load import build_scene, builtin_names, parse, read_scene, scene_path
 from compare.scenes.scene import Scene
-from femic.provenance import code_digest
 from geometries.errors import WrongInput
 
 MOST = 5  # scenes in one overlay: line styles that the eye can tell apart
@@ -113,12 +113,12 @@ def common(found: Sequence[Source]) -> Content:
 def up_to_date(source: Source) -> bool:
     """Whether the folder has the results of the scene and of the code as they are now."""
     try:
-        ics, _ = read(source.folder)
+        ics, errors = read(source.folder)
     except OSError:  # missing, or no NetCDF file
         return False
     written = (source.folder / "ics.nc").stat().st_mtime
     points_changed = any(path.stat().st_mtime > written for path in source.files)
-    same_code = ics.attrs.get("code") == code_digest()
+    same_code = all(dataset.attrs.get("code") == results_digest() for dataset in (ics, errors))
     return ics.attrs.get("scene") == source.text and same_code and not points_changed
 
 

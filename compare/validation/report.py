@@ -13,12 +13,13 @@ from compare import folders
 from compare.figures import save
 from compare.html import embedded, rendered
 from compare.pipeline import reference_of, shares_of, weights_of
+from compare.provenance import results_digest
 from compare.validation import figures
 from compare.validation.changes import CHANGES
 from compare.validation.runs import Runs
 from compare.validation.verdicts import DEPENDS, NOT_DECIDED, NOT_REPRODUCED, REPRODUCED, Judged, judge
 from femic.accuracy import component_of
-from femic.provenance import code_digest, versions
+from femic.provenance import versions
 
 COLOURS = {
     REPRODUCED: "#d9f0d9",
@@ -69,7 +70,7 @@ def record(judged: Sequence[Judged], runs: Runs, seconds: float) -> dict[str, An
         "tolerance": runs.tolerance,
         "seconds": round(seconds, 1),
         "versions": versions(),
-        "code": code_digest(),
+        "code": results_digest(),
     }
 
 

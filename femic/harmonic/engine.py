@@ -10,7 +10,6 @@ displacements anywhere along x. Source: design section 4.
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from itertools import count
 from time import perf_counter
 from typing import Protocol
 
@@ -47,13 +46,16 @@ NEARER = 2.0  # far radius over the one of the check
 Progress = Callable[[int], None]  # wavenumbers solved so far
 
 
+Answer = tuple[Array, float]  # responses (2, load, 3, len(s)) at a wavenumber, and their residual
+
+
 class Kept(Protocol):
     """Responses at wavenumbers that were solved before."""
 
-    def get(self, k: float) -> Array | None:
-        """The responses at a wavenumber, if they were."""
+    def get(self, k: float) -> Answer | None:
+        """The responses at a wavenumber and their residual, if they were."""
 
-    def put(self, k: float, responses: Array) -> None:
+    def put(self, k: float, answer: Answer) -> None:
         """Keep those of a new one."""
 
 
@@ -61,7 +63,7 @@ class _Nothing:
     def get(self, k: float) -> None:
         """Nothing."""
 
-    def put(self, k: float, responses: Array) -> None:
+    def put(self, k: float, answer: Answer) -> None:
         """Forget it."""
 
 
@@ -167,7 +169,8 @@ def solve(
 ) -> Responses:
     """Mesh, assemble, and solve the wavenumbers in parallel threads.
 
-    Raises NotConverged if the section has more than `most_unknowns`. `kept` has the wavenumbers that an
+    Raises NotConverged if the section has more than `most_unknowns`, or if a wavenumber cannot be solved to
+    a small residual; the worst one is part of the cost. `kept` has the wavenumbers that an
     earlier run has solved, and takes the new ones.
     """
     start = perf_counter()
@@ -182,7 +185,7 @@ def solve(
     respond = Respond(model, request.loads, request.observed, nearer=1 / NEARER)
     assembled = perf_counter()
     with one_blas_thread():
-        found = _sampled(request, respond, workers, progress, kept)
+        found, residual = _sampled(request, respond, workers, progress, kept)
     seconds = {
         "mesh": meshed - start,
         "assembly": assembled - meshed,
@@ -190,34 +193,45 @@ def solve(
     }
     solver = f"direct, {len(found.k)} wavenumbers"
     cells = int(section.mesh.nelements)
-    cost = Cost(model.unknowns, cells, solver, (), respond.residual, seconds, peak_memory())
+    cost = Cost(model.unknowns, cells, solver, (), residual, seconds, peak_memory())
     drawn = section.mesh.p[:, : section.mesh.nvertices], section.mesh.t
     return Responses(request.body, request.loads, request.observed, found, cost, drawn)
 
 
 def _sampled(
     request: HarmonicRequest, respond: Respond, workers: int, progress: Progress, kept: Kept
-) -> Sampled:
-    """Responses (n, 2, load, 3, len(s)), of the far arc where it is and nearer, at enough wavenumbers."""
-    run = Parallel(n_jobs=workers, prefer="threads", return_as="generator")
-    solved = count(1)
+) -> tuple[Sampled, float]:
+    """Responses (n, 2, load, 3, len(s)), of the far arc where it is and nearer, at enough wavenumbers.
 
-    def both(k: float) -> Array:
-        found = kept.get(k)
-        if found is None:
-            at_arc = respond(k, nearer=False)
-            nearer = respond(k, nearer=True) if k < request.felt else at_arc
-            found = np.stack([at_arc, nearer])
-            kept.put(k, found)
-        return found
+    Also the worst residual of all, those that were kept among them.
+    """
+    run = Parallel(n_jobs=workers, prefer="threads", return_as="generator")
+    residuals: list[float] = []
+
+    def both(k: float) -> Answer:
+        answer = kept.get(k)
+        if answer is None:
+            answer = _answer(request, respond, k)
+            kept.put(k, answer)
+        return answer
 
     def all_of(wavenumbers: Sequence[float]) -> list[Array]:
         found = []
-        for response in run(delayed(both)(k) for k in wavenumbers):
-            found.append(response)
-            progress(next(solved))
+        for responses, residual in run(delayed(both)(k) for k in wavenumbers):
+            found.append(responses)
+            residuals.append(residual)
+            progress(len(residuals))
         return found
 
     odd = np.stack([SINES[:, load.direction] for load in request.loads])[..., None]
     a = min(load.patch.a for load in request.loads)
-    return sampled(request.axis, all_of, odd, a, request.accuracy)
+    return sampled(request.axis, all_of, odd, a, request.accuracy), max(residuals)
+
+
+def _answer(request: HarmonicRequest, respond: Respond, k: float) -> Answer:
+    """With the far arc where it is, and nearer where that is felt; the worse residual."""
+    at_arc, residual = respond(k)
+    if k >= request.felt:
+        return np.stack([at_arc, at_arc]), residual
+    nearer, other = respond(k, nearer=True)
+    return np.stack([at_arc, nearer]), max(residual, other)

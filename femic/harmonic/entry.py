@@ -5,16 +5,13 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from femic.harmonic.engine import HarmonicRequest
+from femic.harmonic.engine import Answer, HarmonicRequest
 from femic.harmonic.synthesis import Responses
 from femic.harmonic.wavenumbers import Sampled
 from femic.models import cost_from
 from femic.store import Store
 from geometries.patches import DIRECTIONS
-
-Array = NDArray[np.float64]
 
 
 def to_entry(responses: Responses) -> xr.Dataset:
@@ -64,13 +61,16 @@ class KeptWaves:
     store: Store
     key: str
 
-    def get(self, k: float) -> Array | None:
-        """Its responses, if they are there."""
-        return self.store.part(self.key, _name(k))
+    def get(self, k: float) -> Answer | None:
+        """Its responses and their residual, if they are there."""
+        part = self.store.part(self.key, _name(k))
+        return None if part is None else (part["responses"], float(part["residual"]))
 
-    def put(self, k: float, responses: Array) -> None:
+    def put(self, k: float, answer: Answer) -> None:
         """Keep them."""
-        self.store.put_part(self.key, _name(k), responses)
+        responses, residual = answer
+        part = {"responses": responses, "residual": np.array(residual)}
+        self.store.put_part(self.key, _name(k), part)
 
 
 def _name(k: float) -> str:

@@ -26,28 +26,29 @@ class Respond:
     """Local displacements of observers at arc lengths s [mm] under loads, at any wavenumber.
 
     Gives amplitudes of sin(k x) or cos(k x), shape (load, 3, len(s)), with the far arc where it is or
-    `nearer`, at that share of its radius. `residual` is the worst one so far.
+    `nearer`, at that share of its radius, and the residual of what was solved for them.
     """
 
     def __init__(self, model: SectionModel, loads: Sequence[Load], s: Array, nearer: float) -> None:
         """`nearer`: a share of the far radius."""
         section = model.section
-        self.residual = 0.0
         self._loads = loads
         self._parts = [_part(model, loads, s, y, nearer) for y in _parities(loads, section)]
         self._axes = section.body.surface.axes(np.zeros_like(s), s)  # (direction, component, n)
         along_x = np.array([load.direction == X for load in loads])
         self._signs = np.where(along_x[:, None], [1, -1, -1], [1, 1, 1])[..., None]
 
-    def __call__(self, k: float, *, nearer: bool = False) -> Array:
-        """The amplitudes at wavenumber k [1/mm]."""
+    def __call__(self, k: float, *, nearer: bool = False) -> tuple[Array, float]:
+        """The amplitudes at wavenumber k [1/mm], and the worst residual; raises NotConverged."""
         in_space = np.zeros((len(self._loads), 3, self._axes.shape[2]))
+        residuals = []
         for part in self._parts:
             amplitudes, residual = (part.nearer if nearer else part.system).solved(k, part.forces)
-            self.residual = max(self.residual, residual)
+            residuals.append(residual)
             seen = (part.observers @ amplitudes).reshape(-1, 3, part.forces.shape[1])
             in_space[part.of_loads] += part.signs[:, None, None] * np.transpose(seen, (2, 1, 0))[part.columns]
-        return np.asarray(self._signs * np.einsum("icn,lcn->lin", self._axes, in_space))
+        local = np.einsum("icn,lcn->lin", self._axes, in_space)
+        return np.asarray(self._signs * local), max(residuals)
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from compare.overlay.differences import differences
 from compare.overlay.figures import LINE_STYLES, curves, drawn_variants
 from compare.overlay.report import _rank, summary
 from compare.overlay.sources import MOST, sources, up_to_date
+from compare.provenance import results_digest
 from femic.provenance import code_digest
 from tests.compare.conftest import on_line, scene_text
 
@@ -277,13 +278,24 @@ def test_results_older_than_a_file_of_points_are_out_of_date(tmp_path):
     mine, _ = sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)
     mine.folder.mkdir()
     for name in ("ics.nc", "errors.nc"):
-        xr.Dataset(attrs={"scene": text, "code": code_digest()}).to_netcdf(
+        xr.Dataset(attrs={"scene": text, "code": results_digest()}).to_netcdf(
             mine.folder / name, engine="h5netcdf"
         )
     written = (mine.folder / "ics.nc").stat().st_mtime
     for age, expected in ((+10, True), (-10, False)):
         os.utime(tmp_path / "rail.txt", (written - age, written - age))
         assert up_to_date(mine) == expected
+
+
+@pytest.mark.parametrize("name", ["ics.nc", "errors.nc"])
+def test_results_of_an_older_compare_are_computed_again(copied, computed, name):
+    """The models' code is the same, the formula of what is written has changed."""
+    path = copied / "results" / "gentle" / name
+    xr.load_dataset(path, engine="h5netcdf").assign_attrs(code=code_digest()).to_netcdf(
+        path, engine="h5netcdf"
+    )
+    assert compare(copied, *SCENES) == INTERRUPTED
+    assert computed == ["gentle"]
 
 
 def test_a_result_folder_is_taken_as_it_is(copied, computed):

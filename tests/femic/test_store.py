@@ -62,8 +62,10 @@ def test_lines_along_x_do_not_determine_the_responses():
 
 def test_parts_are_there_until_the_entry_is(store):
     key = store.key("kind")
-    store.put_part(key, "k0.5", np.eye(3))
-    np.testing.assert_array_equal(store.part(key, "k0.5"), np.eye(3))
+    store.put_part(key, "k0.5", {"responses": np.eye(3), "residual": np.float64(1e-12)})
+    part = store.part(key, "k0.5")
+    np.testing.assert_array_equal(part["responses"], np.eye(3))
+    assert part["residual"] == 1e-12
     assert store.part(key, "k0.25") is None
     store.put(key, ENTRY)
     assert store.part(key, "k0.5") is None
@@ -72,7 +74,7 @@ def test_parts_are_there_until_the_entry_is(store):
 def test_without_a_location_nothing_is_kept():
     store = Store()
     store.put("key", ENTRY)
-    store.put_part("key", "part", np.eye(2))
+    store.put_part("key", "part", {"u": np.eye(2)})
     store.forget_other_code()
     assert store.get("key") is store.part("key", "part") is None
 
@@ -114,7 +116,7 @@ def test_where_nothing_can_be_written_the_work_goes_on_with_one_warning(tmp_path
     monkeypatch.setattr(type(store._fs), "pipe_file", full)
     for n in range(3):
         store.put(store.key("other", n), ENTRY)
-        store.put_part(store.key("other", n), "part", np.eye(2))
+        store.put_part(store.key("other", n), "part", {"u": np.eye(2)})
     assert caplog.text.count(os.strerror(error)) == 1
     assert store.get(store.key("other", 0)) is None
     xr.testing.assert_identical(store.get(key), ENTRY)  # what was there can still be read
@@ -125,7 +127,7 @@ def write_often(location, mark):
     store = Store(location)
     for n in range(20):
         store.put("key", ENTRY.assign_attrs(mark=mark, n=n))
-        store.put_part("key", "part", np.full(1000, float(n)))
+        store.put_part("key", "part", {"u": np.full(1000, float(n))})
         if store.get("key") is None:
             return False
     return True

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femic.accuracy import NotConverged
-from femic.harmonic.wavenumbers import Axis, sampled
+from femic.harmonic.wavenumbers import Axis, Sampled, sampled
 
 AXIS = Axis(1e-3, 25.0)
 ODD = np.array([[False], [True]])
@@ -113,3 +113,127 @@ def test_a_response_that_is_never_smooth_is_refused_with_what_to_try():
     noise = Solver(lambda _: rng.normal(size=(2, 1)))
     with pytest.raises(NotConverged, match=r"more than 1000 wavenumbers .* larger engine.tolerance"):
         sampled(AXIS, noise, ODD, 0.2, 1e-9)
+
+
+# --- which are solved, and which came last ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize("axis", [AXIS, Axis(1e-3, 25.0, 40.0), Axis(0.3, 2.0)])
+def test_the_first_ones_are_even_in_t_and_close_enough_for_the_spline(axis):
+    k = axis.first()
+    t = np.arcsinh(k / axis.scale)
+    assert k[0] == 0
+    if np.isinf(axis.radius):
+        assert k[-1] == pytest.approx(axis.k_max)
+        np.testing.assert_allclose(np.diff(t), t[-1] / (len(k) - 1))
+        assert len(k) == max(int(np.ceil(t[-1] / 1.2)), 5) + 1
+    else:
+        assert set(np.round(k * axis.radius)) >= set(range(8))
+
+
+@pytest.mark.parametrize(("scale", "fewest"), [(0.05, 3), (0.049, 8)])
+def test_a_large_ring_needs_few_of_its_lowest_orders(scale, fewest):
+    """Large: its order 1 lies below the scale."""
+    radius = 1 / 0.0499
+    orders = np.round(Axis(scale, 25.0, radius).first() * radius)
+    assert set(range(fewest)) <= set(orders)
+    assert (set(range(8)) <= set(orders)) == (fewest == 8)
+
+
+def test_the_middle_is_that_of_t_and_on_a_ring_an_order_in_between():
+    low, high = 0.01, 3.0
+    t = np.arcsinh(np.array([low, AXIS.between(low, high), high]) / AXIS.scale)
+    assert t[1] == pytest.approx((t[0] + t[2]) / 2)
+    ring = Axis(1e-3, 25.0, 10.0)
+    assert ring.between(0.3, 0.4) is None
+    assert ring.between(0.3, 0.5) == pytest.approx(0.4)
+    assert ring.between(0.0, 0.2) == pytest.approx(0.1)
+    assert 0.4 <= ring.between(0.3, 9.0) <= 8.9
+
+
+@pytest.mark.parametrize("radius", [np.inf, 40.0])
+def test_at_the_solved_wavenumbers_nothing_is_interpolated(radius):
+    axis = Axis(1e-3, 25.0, radius)
+    k = axis.first()
+    even, odd = axis.interpolation(k, k)
+    np.testing.assert_allclose(even, np.eye(len(k)), atol=1e-9)
+    np.testing.assert_allclose(odd, np.eye(len(k)), atol=1e-9)
+
+
+def test_orders_0_and_1_of_a_ring_say_nothing_about_others():
+    axis = Axis(1e-3, 25.0, 40.0)
+    k = axis.first()
+    at = np.arange(2, 900) / 40.0
+    matrix, same = axis.interpolation(k, at)
+    assert np.all(matrix[:, :2] == 0)
+    np.testing.assert_array_equal(matrix, same)
+    np.testing.assert_allclose(matrix @ np.ones(len(k)), 1, rtol=1e-9)
+
+
+def test_sparser_are_the_others_and_none_of_them_came_last():
+    k, last = np.arange(6.0), np.array([False, True, False, False, True, False])
+    responses = np.random.default_rng(0).normal(size=(6, 2, 3))
+    found = Sampled(AXIS, k, responses, last).sparser
+    np.testing.assert_array_equal(found.k, [0, 2, 3, 5])
+    np.testing.assert_array_equal(found.responses, responses[[0, 2, 3, 5]])
+    assert not np.any(found.last)
+    assert found.axis is AXIS
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-6])
+def test_last_are_the_middles_whose_halves_were_not_halved(accuracy):
+    """Each lies in the middle of its neighbours; each other one is a first one, or next to a last one."""
+    found = sampled(AXIS, Solver(smooth), ODD, 0.2, accuracy)
+    first = AXIS.first()
+    assert np.any(found.last)
+    for n in np.flatnonzero(found.last):
+        assert found.k[n] not in first
+        assert not found.last[n - 1]
+        assert not found.last[n + 1]
+        assert found.k[n] == pytest.approx(AXIS.between(found.k[n - 1], found.k[n + 1]))
+    for n in np.flatnonzero(~found.last)[1:-1]:
+        assert found.last[n - 1]
+        assert found.last[n + 1]
+    if accuracy == 1e-6:
+        assert np.sum(~found.last) > len(first)
+
+
+NARROW = Axis(0.3, 40.0)
+A_LOAD = 0.2
+
+
+@pytest.mark.parametrize("interval", [0, 2, -1])
+@pytest.mark.parametrize(("share", "rounds"), [(0.99, 1), (1.01, 2)])
+def test_an_interval_is_halved_again_only_if_what_it_adds_to_displacements_is_too_large(
+    interval, share, rounds
+):
+    """Wrong in its middle by w: off by w (high - low) / pi, less where the patch is longer than the wave.
+
+    An interval of half the length of a spline of fifth degree is 64 times as accurate.
+    """
+    first, accuracy = NARROW.first(), 1e-3
+    low, high = first[interval if interval >= 0 else -2], first[interval + 1 if interval >= 0 else -1]
+    middle = NARROW.between(low, high)
+    allowed = 64 * accuracy * np.pi / (high - low) * max(1.0, middle * A_LOAD)
+
+    def response(k):
+        return np.array([[share * allowed if k == middle else 0.0], [0.0]])
+
+    solve = Solver(response)
+    calls = []
+    found = sampled(NARROW, lambda k: calls.append(len(k)) or solve(k), ODD, A_LOAD, accuracy)
+    assert (len(calls) > 2) == (rounds == 2)
+    if rounds == 1:
+        assert len(found.k) == 2 * len(first) - 1
+    else:
+        assert calls[2] == 2
+
+
+def test_accuracy_may_differ_from_entry_to_entry():
+    """What is asked of an entry that is 0 everywhere costs nothing."""
+    one = sampled(AXIS, Solver(smooth), ODD, 0.2, np.array([[1e-5], [1e-1]]))
+    other = sampled(AXIS, Solver(smooth), ODD, 0.2, np.array([[1e-1], [1e-5]]))
+    both = sampled(AXIS, Solver(smooth), ODD, 0.2, 1e-5)
+    assert set(one.k) <= set(both.k)
+    assert set(other.k) <= set(both.k)
+    assert len(sampled(AXIS, Solver(smooth), ODD, 0.2, 1e-1).k) < min(len(one.k), len(other.k))

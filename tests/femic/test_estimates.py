@@ -1,0 +1,305 @@
+"""What says how accurate C is, on numbers made by hand: estimates, orders, scales, the worst of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from femic.harmonic.synthesis import LOWER as HALF
+from femic.models import Cost, Points, RawICs
+from femic.reference import (
+    Estimated,
+    Level,
+    Orders,
+    cells_for,
+    combine,
+    costs_of,
+    discounted,
+    estimated,
+    estimated_errors,
+    factors,
+    far_radius_for,
+    orders_at,
+    pooled,
+    request,
+    scales,
+    shares,
+    tighter,
+    total,
+    waves_for,
+    worst,
+)
+from geometries.patches import Patch
+from tests.femic.conftest import JOB
+
+COST = Cost(1, 1, "none", (), 0.0, {}, 0.0)
+RNG = np.random.default_rng(5)
+SIGNS = RNG.choice([-1.0, 1.0], (3, 3, 4))
+EXACT = RNG.normal(size=(3, 3, 4))
+ERROR = 0.01 * (EXACT + np.swapaxes(EXACT, 0, 1))  # alike for ij and ji
+SAFETY = {"solid": 1.25, "harmonic": 2.0}
+
+
+# --- the parts of an estimate ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("engine", SAFETY)
+def test_a_mesh_error_of_the_assumed_order_is_bounded_with_its_safety(engine):
+    """Errors of coarse cells are 1.5^2 times those of fine ones: the difference tells them."""
+    ic, coarse = EXACT + ERROR, EXACT + 1.5**2 * ERROR
+    found = estimated(engine, ic, coarse, {"nearer": ic})
+    np.testing.assert_allclose(found.mesh_error, SAFETY[engine] * np.abs(ERROR))
+    assert np.all(found.truncation_error == 0)
+    assert np.all(found.waves_error == 0)
+    assert found.ic is ic
+
+
+def test_a_truncation_error_of_the_assumed_order_is_bounded_with_its_safety():
+    """It falls like the square of the size: at half of it, it is four times as large."""
+    ic = EXACT + ERROR
+    found = estimated("harmonic", ic, ic, {"nearer": EXACT + 4 * ERROR})
+    np.testing.assert_allclose(found.truncation_error, 1.25 * np.abs(ERROR))
+    assert np.all(found.mesh_error + found.waves_error == 0)
+
+
+@pytest.mark.parametrize(("name", "gain"), [("sparser", 32), ("lower", 3)])
+def test_an_error_of_the_wavenumbers_that_grows_as_assumed_is_bounded(name, gain):
+    ic = EXACT + ERROR
+    found = estimated("harmonic", ic, ic, {"nearer": ic, name: EXACT + gain * ERROR})
+    np.testing.assert_allclose(found.waves_error, 1.25 * np.abs(ERROR))
+
+
+def test_parts_add_up_and_do_not_cancel():
+    ic = EXACT + ERROR
+    less = {"nearer": EXACT + 4 * ERROR, "sparser": EXACT + 32 * ERROR, "lower": EXACT - 1 * ERROR}
+    found = estimated("harmonic", ic, EXACT + 2.25 * ERROR, less)
+    np.testing.assert_allclose(found.waves_error, 1.25 * 2 * np.abs(ERROR))  # 2 ERROR / (3 - 1): as above
+    np.testing.assert_allclose(found.estimate, (2.0 + 1.25 + 2.5) * np.abs(ERROR))
+
+
+def test_orders_may_differ_from_point_to_point():
+    ic, orders = EXACT + ERROR, Orders(np.array([2, 1, 2, 1]), np.array([2, 2, 1, 1]))
+    found = estimated(
+        "solid",
+        ic,
+        EXACT + 1.5**orders.mesh * ERROR,
+        {"nearer": EXACT + 2.0**orders.truncation * ERROR},
+        orders,
+    )
+    np.testing.assert_allclose(found.mesh_error, 1.25 * np.abs(ERROR))
+    np.testing.assert_allclose(found.truncation_error, 1.25 * np.abs(ERROR))
+
+
+def test_errors_of_ij_and_ji_are_pooled():
+    error = np.abs(EXACT)
+    found = pooled(error)
+    for i, j in np.ndindex(3, 3):
+        np.testing.assert_array_equal(found[i, j], np.maximum(error[i, j], error[j, i]))
+
+
+def test_what_was_not_solved_is_no_number_and_does_not_spoil_its_twin():
+    error = np.abs(EXACT)
+    error[:, 1] = np.nan
+    found = pooled(error)
+    assert np.all(np.isnan(found[:, 1]))
+    np.testing.assert_array_equal(found[1, 0], error[1, 0])
+    np.testing.assert_array_equal(found[0, 2], np.maximum(error[0, 2], error[2, 0]))
+
+
+def test_the_mesh_part_is_pooled_the_truncation_is_not():
+    """sn agrees on two meshes by luck, ns does not: sn is not believed to be better."""
+    ic, other = EXACT.copy(), EXACT.copy()
+    other[2, 1] += 0.25
+    by_mesh = estimated("harmonic", ic, other, {"nearer": ic}).mesh_error
+    np.testing.assert_allclose(by_mesh[1, 2], 2.0 * 0.25 / 1.25)
+    np.testing.assert_allclose(by_mesh[1, 2], by_mesh[2, 1])
+    by_size = estimated("harmonic", ic, ic, {"nearer": other}).truncation_error
+    assert np.all(by_size[1, 2] == 0)
+    np.testing.assert_allclose(by_size[2, 1], 1.25 * 0.25 / 3)
+
+
+# --- where the orders are lower --------------------------------------------------------------------------
+
+A, B, AT = 0.3, 0.5, 2.0  # outline +- 0.06
+MESH = {  # x, s: order of the mesh error
+    (0.0, AT): 2,
+    (A, AT): 1,
+    (-A, AT): 1,
+    (A - 0.059, AT): 1,
+    (A - 0.061, AT): 2,
+    (A + 0.059, AT): 1,
+    (A + 0.061, AT): 2,
+    (0.0, AT + B): 1,
+    (0.0, AT - B): 1,
+    (0.0, AT + B - 0.059): 1,
+    (0.0, AT + B - 0.061): 2,
+    (0.0, AT - B - 0.059): 1,
+    (0.0, AT - B - 0.061): 2,
+    (-A, AT - B): 1,
+    (A, AT + 3.0): 2,  # beside the patch, in line with its edge
+    (3.0, AT + B): 2,
+    (0.0, B): 2,  # the outline moves with the patch
+}
+FAR = 30.0
+TRUNCATION = {  # a third of the far radius from the load on
+    (0.0, AT): 2,
+    (9.99, AT): 2,
+    (-10.01, AT): 1,
+    (0.0, AT + 9.99): 2,
+    (0.0, AT - 9.99): 2,
+    (0.0, AT + 10.01): 1,
+    (0.0, AT - 10.01): 1,
+    (6.0, AT + 7.99): 2,
+    (6.0, AT + 8.01): 1,
+}
+
+
+def job_at(places):
+    x, s = np.array(list(places)).T
+    return replace(JOB, patch=Patch(A, B, AT), points=Points(x, s), lines={"all": slice(0, len(x))})
+
+
+def test_on_the_outline_of_the_patch_the_mesh_error_falls_slowly():
+    found = orders_at(job_at(MESH), FAR).mesh
+    assert dict(zip(MESH, found.tolist(), strict=True)) == MESH
+
+
+def test_close_to_the_far_arc_truncation_falls_slowly():
+    found = orders_at(job_at(TRUNCATION), FAR).truncation
+    assert dict(zip(TRUNCATION, found.tolist(), strict=True)) == TRUNCATION
+
+
+def made_up(job, u_of):
+    """Models of a job that nobody solved: displacements by a function of cells and domain."""
+    models = Level().models(job.engine).values()
+    loads, n = request(job, Level()).loads, len(request(job, Level()).points.x)
+    exact, error = np.random.default_rng(8).normal(size=(2, len(loads), 3, n))
+    return {level: RawICs(exact + u_of(*factors(level)) * error, COST) for level in models}
+
+
+@pytest.mark.parametrize("level", [0, 1])
+def test_c_is_estimated_with_these_orders_in_the_domain_of_its_level(level):
+    """Points between 40 / 3 and 80 / 3 mm from the load are close to the arc of 40 mm, not to that of 80."""
+    x = np.array([1.0, 14.0, 24.0])  # from the load
+    points = Points(x, np.zeros_like(x))
+    job = replace(JOB, points=points, lines={"x": slice(0, 3)}, components=("nn",))
+    models = made_up(job, lambda _, domain: 1 / domain)
+    models = {replace(one, domain=one.domain + level): raw for one, raw in models.items()}
+    found = combine(job, Level(domain=level), models)
+    gain = np.array([3, 3, 3]) if level else np.array([3, 1, 1])  # 2^order - 1
+    coarse, small = models[Level(-1, level)].u, models[Level(-1, level - 1)].u
+    apart = discounted_difference(job, coarse, small)
+    np.testing.assert_allclose(found.c.truncation_error[2, 2] * gain, 1.25 * apart, rtol=1e-9)
+
+
+def discounted_difference(job, one, other):
+    return np.abs(discounted(job, one)[0] - discounted(job, other)[0])[2, 2]
+
+
+# --- how accurately wavenumbers are asked for, first cells -------------------------------------------------
+
+
+@pytest.mark.parametrize("waves", [0, 1, 3])
+def test_the_interpolation_takes_half_of_the_tolerance_and_gains_32_a_level(waves):
+    accuracy, _ = waves_for(0.004, 3.0, Level(waves=waves))
+    assert accuracy == pytest.approx(0.5 * 0.004 * 3.0 / 32**waves)
+    assert waves_for(1.0, 3.0, Level(waves=waves)) == waves_for(0.01, 3.0, Level(waves=waves))
+
+
+@pytest.mark.parametrize(("tolerance", "larger"), [(0.1, 1), (1e-3, 1), (1.25e-4, 2), (1e-6, 10)])
+def test_the_largest_wavenumber_grows_by_the_cube_root_of_the_tolerance_and_doubles_a_level(
+    tolerance, larger
+):
+    assert HALF == 2
+    for waves in (0, 1, 2):
+        assert waves_for(tolerance, 1.0, Level(waves=waves))[1] == pytest.approx(larger * 2**waves)
+
+
+def test_how_much_tighter_than_tuned():
+    assert [tighter(t) for t in (1.0, 1e-3, 5e-4)] == [1, 1, 2]
+    assert far_radius_for(1e-3 / 4, "harmonic") == pytest.approx(2 * far_radius_for(1e-3, "harmonic"))
+    assert far_radius_for(1.0, "harmonic") == far_radius_for(1e-3, "harmonic")
+    assert far_radius_for(1e-4, "solid") == far_radius_for(1.0, "solid")
+
+
+@pytest.mark.parametrize(("engine", "tuned", "smallest"), [("solid", 0.01, 0.2), ("harmonic", 0.001, 0.5)])
+def test_first_cells_follow_the_cube_root_of_the_tolerance(engine, tuned, smallest):
+    """The solid engine resolves both sides of the patch, the harmonic one that along s."""
+    patch = Patch(0.2, 0.5)
+    at_tuned, finer = (cells_for(t, patch, engine) for t in (tuned, tuned / 8))
+    assert at_tuned.smallest == pytest.approx(smallest / 12)
+    assert finer == at_tuned.scaled(0.5)
+    assert cells_for(1.0, patch, engine) == at_tuned.scaled({"solid": 3.0, "harmonic": 1.5}[engine])
+
+
+# --- scales, shares, the worst -----------------------------------------------------------------------------
+
+LINES = {"one": slice(0, 2), "other": slice(2, 5)}
+TWO = replace(JOB, points=Points(np.arange(1.0, 6.0), np.zeros(5)), lines=LINES, components=("nn", "sn"))
+
+
+def ics(**curves):
+    """ICs (3, 3, 5), 0 but for some components."""
+    found = np.zeros((3, 3, 5))
+    for name, values in curves.items():
+        found["xsn".index(name[0]), "xsn".index(name[1])] = values
+    return found
+
+
+def test_scales_are_of_each_line_by_itself():
+    found = scales([TWO], ics(nn=[4, -8, 2, 1, -1], sn=[-3, 1, 0, 1.5, -1]))
+    assert (found["one"][2, 2], found["other"][2, 2]) == (8, 2)
+    assert (found["one"][1, 2], found["other"][1, 2]) == (3, 1.5)
+
+
+def test_errors_are_the_largest_on_a_line_as_shares_of_its_scale():
+    scale = {"one": np.full((3, 3), 2.0), "other": np.full((3, 3), 4.0)}
+    found = estimated_errors(TWO, ics(sn=[0.1, -0.5, 0.2, -1.0, 0.4]), scale)
+    assert found["one"][1, 2] == 0.25
+    assert found["other"][1, 2] == 0.25
+    assert found["one"][2, 1] == 0
+
+
+def test_the_worst_is_that_of_what_was_asked_with_its_name():
+    scale = {"one": np.ones((3, 3)), "other": np.ones((3, 3))}
+    error = ics(xx=9.0, nn=[0.1, 0.2, 0.3, 0, 0], sn=[0, 0.35, 0, -0.4, 0])
+    assert worst(TWO, error, scale) == (0.4, "sn", "other")
+    assert worst(replace(TWO, components=("nn",)), error, scale) == (0.3, "nn", "other")
+    error[2, 2, 1] = np.nan
+    assert worst(TWO, error, scale) == (np.inf, "nn", "one")
+
+
+def test_shares_are_those_of_each_part_and_of_their_sum():
+    """Parts are worst at different points: the sum is that of one point, not of the worst parts."""
+    scale = {"one": np.full((3, 3), 2.0), "other": np.ones((3, 3))}
+    mesh, size = ics(nn=[0.4, 0, 0, 0, 0]), ics(nn=[0.1, 0.5, 0, 0, 0])
+    waves = ics(sn=[0, 0, 0, 0, 0.15])
+    found = shares(TWO, Estimated(0 * mesh, mesh, size, waves), scale)
+    assert (found.mesh, found.truncation, found.waves) == (0.2, 0.25, 0.15)
+    assert (found.total, found.component, found.line) == (0.25, "nn", "one")
+
+
+def test_bodies_add_up_and_so_do_their_estimates():
+    """Opposite ICs cancel, errors do not."""
+    one, other = (
+        Estimated(
+            *(sign * k * np.ones((3, 3, 2)) for sign, k in zip((s, 1, 1, 1), (1, 2, 3, 4), strict=True))
+        )
+        for s in (1, -1)
+    )
+    both = total([one, other])
+    assert np.all(both.ic == 0)
+    assert [np.unique(v).tolist() for v in (both.mesh_error, both.truncation_error, both.waves_error)] == [
+        [4],
+        [6],
+        [8],
+    ]
+    other.ic[0, 0] = np.nan
+    assert np.all(np.isnan(total([one, other]).ic[0, 0]))
+    assert np.all(np.isfinite(total([one, other]).ic[1, 1]))
+
+
+def test_costs_are_named_and_those_of_earlier_rounds_are_counted():
+    costs = {Level(cells=k): replace(COST, unknowns=k) for k in (-1, 0, 1, 2)}
+    found = {name: cost.unknowns for name, cost in costs_of("harmonic", Level(cells=2), costs).items()}
+    assert found == {"fine": 2, "coarse": 1, "earlier 1": -1, "earlier 2": 0}

@@ -1,0 +1,123 @@
+"""What models will take: the laws of the plan, and integrals that are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from femic import plan
+from femic.cell_size import Cells
+from femic.harmonic.engine import build_section
+from femic.models import Points
+from femic.plan import planned
+from femic.solid.engine import Request
+from geometries.bodies import Body, Domain
+from geometries.contours import arc, plane
+from geometries.patches import Load, Patch
+from geometries.surfaces import LOWER
+from tests.femic.conftest import STEEL
+from tests.femic.kept_model import TASK
+
+LOADS = tuple(Load(Patch(0.4, 0.5, s), direction) for s in (0.0, 2.0, -2.0) for direction in range(3))
+
+
+def with_law(monkeypatch, **constants):
+    """The plan with some of its measured constants."""
+    for name, value in constants.items():
+        monkeypatch.setattr(plan, name, value)
+
+
+def start_of(found):
+    return plan.SECTION_START + plan.SECTION_PER_UNKNOWN * found.unknowns
+
+
+def test_workers_share_the_factorisations_as_far_as_memory_lets_them():
+    """Three quarters of a core each, and one alone is one; mesh and assembly are not shared."""
+    times = {}
+    for workers in (1, 4, 8):
+        found = planned(TASK.request, workers)
+        times[workers] = found.seconds - start_of(found)
+    assert times[1] == pytest.approx(3 * times[4])
+    assert times[4] == pytest.approx(2 * times[8])
+
+
+def test_unknowns_are_those_of_the_mesh_and_memory_grows_with_them():
+    found, finer = (planned(replace(TASK.request, cells=TASK.request.cells.scaled(f)), 1) for f in (1, 0.5))
+    assert found.unknowns == 3 * build_section(TASK.request).mesh.doflocs.shape[1]
+    assert found.memory == pytest.approx(200 + 0.036 * found.unknowns)
+    assert finer.unknowns > 1.5 * found.unknowns
+    assert not found.half_section
+
+
+@pytest.mark.parametrize(
+    ("contour", "factorisations", "columns"), [(arc(10.0, 0.3, 0.4), 1, 9), (plane(), 2, 9)]
+)
+def test_each_wavenumber_is_factored_once_for_each_parity_and_again_with_the_arc_nearer(
+    monkeypatch, contour, factorisations, columns
+):
+    """On half a section loads at 2 and -2 mm share columns: 2 even ones at 0, 1 odd, 3 and 3 at 2 mm."""
+    with_law(
+        monkeypatch, FACTOR=1.0, FACTOR_GROWTH=0.0, SOLVE=0.0, SECTION_START=0.0, SECTION_PER_UNKNOWN=0.0
+    )
+    asked = replace(TASK.request, loads=LOADS, body=replace(TASK.request.body, contour=contour))
+    found = planned(asked, 1)
+    axis = asked.axis
+    felt = np.arcsinh(asked.felt / axis.scale) / np.arcsinh(axis.k_max / axis.scale)
+    assert 0 < felt < 1
+    assert found.seconds == pytest.approx(found.wavenumbers * (1 + felt) * factorisations)
+    assert found.half_section == (factorisations == 2)
+
+
+def test_right_hand_sides_are_solved_one_by_one(monkeypatch):
+    with_law(monkeypatch, FACTOR=0.0, SOLVE=1.0, SOLVE_GROWTH=0.0, SECTION_START=0.0, SECTION_PER_UNKNOWN=0.0)
+    one, nine = (planned(replace(TASK.request, loads=loads), 1) for loads in (LOADS[:1], LOADS))
+    assert nine.fields == 9 * one.fields
+    assert nine.seconds == pytest.approx(9 * one.seconds)
+
+
+def test_costs_of_unknowns_follow_their_powers(monkeypatch):
+    for law in (
+        {"FACTOR": 1.0, "SOLVE": 0.0, "FACTOR_GROWTH": 1.5},
+        {"FACTOR": 0.0, "SOLVE": 1.0, "SOLVE_GROWTH": 1.25},
+    ):
+        with_law(monkeypatch, SECTION_START=0.0, SECTION_PER_UNKNOWN=0.0, **law)
+        few, many = (planned(replace(TASK.request, cells=TASK.request.cells.scaled(f)), 1) for f in (1, 0.5))
+        power = np.log(many.seconds / few.seconds) / np.log(many.unknowns / few.unknowns)
+        assert power == pytest.approx(law.get("FACTOR_GROWTH", law.get("SOLVE_GROWTH")))
+
+
+def test_wavenumbers_are_planned_evenly_in_t():
+    axis = TASK.request.axis
+    expected = np.arcsinh(axis.k_max / axis.scale) / 0.33
+    assert planned(TASK.request, 1).wavenumbers == round(expected)
+
+
+UNIFORM = Cells(2.0, 1e-9, 1e-9)
+
+
+def solid(contour, half_length=30.0, cells=UNIFORM, directions=(2,)):
+    body = Body(LOWER, contour, STEEL, Domain(40.0, half_length))
+    loads = tuple(Load(Patch(0.3, 0.5), direction) for direction in directions)
+    return Request(body, loads, Points(np.array([1.0]), np.array([0.5])), cells, "multigrid")
+
+
+@pytest.mark.parametrize(("contour", "share"), [(plane(), 0.5), (arc(1e4, 1e-4, 2e-4), 1.0)])
+def test_cells_of_one_size_fill_the_body(contour, share):
+    """Half of a cylinder of radius 40 mm, 30 mm of it along +x; half of that where it is symmetric in y."""
+    volume = share * np.pi * 40.0**2 / 2 * 30.0
+    cubes = plan._cubes(solid(contour))
+    assert cubes == pytest.approx(volume / 2.0**3, rel=0.05)  # of 40 000 random points
+    assert planned(solid(contour), 1).unknowns == round(4.2 * 5.4 * cubes)
+
+
+def test_each_field_of_a_solid_is_solved():
+    one, three = (planned(solid(plane(), directions=d), 1) for d in ((2,), (0, 1, 2)))
+    assert (one.fields, three.fields) == (1, 3)
+    assert three.seconds - one.seconds == pytest.approx(2 * 3e-5 * one.unknowns)
+    assert one.seconds == pytest.approx((6e-5 + 3e-5) * one.unknowns)
+    assert one.memory == pytest.approx(200 + 0.0065 * one.unknowns)
+
+
+def test_smaller_cells_at_the_points_cost_more():
+    even, graded = (plan._cubes(solid(plane(), cells=cells)) for cells in (UNIFORM, Cells(2.0, 0.2, 0.2)))
+    assert graded < even / 5
