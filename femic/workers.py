@@ -3,9 +3,9 @@
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 
 import xarray as xr
-from joblib import Parallel, delayed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from femic.harmonic import engine as harmonic
@@ -13,6 +13,7 @@ from femic.harmonic.engine import HarmonicRequest
 from femic.harmonic.entry import KeptWaves, from_entry, to_entry
 from femic.harmonic.synthesis import Responses
 from femic.models import RawICs, cost_from
+from femic.processes import in_processes
 from femic.reference import Level
 from femic.solid import engine as solid
 from femic.solid.engine import Request
@@ -72,9 +73,8 @@ def _solve_harmonic(task: Task, workers: int, store: Store, on_step: Callable[[s
 
 
 def _solve_solid(tasks: Sequence[Task], workers: int, store: Store) -> Iterator[Solved]:
-    run = Parallel(n_jobs=workers, return_as="generator_unordered")
     try:
-        yield from run(delayed(_solve_once)(task, store) for task in tasks)
+        yield from in_processes(partial(_solve_once, store=store), tasks, workers)
     except TerminatedWorkerError as error:
         raise Failure(
             f"one of {workers} worker processes ended without an answer. It was killed, most likely for "
