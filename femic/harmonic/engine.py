@@ -44,7 +44,7 @@ ROUNDING = 0.25  # of a step of pi / a or 2 pi / a that the largest wavenumber m
 FAR_REACH = 7.0  # lengths 1 / k beyond which the far arc is not felt
 NEARER = 2.0  # far radius over the one of the check
 
-Progress = Callable[[int], None]  # wavenumbers solved so far
+Progress = Callable[[int], None]  # wavenumbers solved so far; 0: the section is assembled
 
 
 class Kept(Protocol):
@@ -181,6 +181,7 @@ def solve(
         )
     respond = Respond(model, request.loads, request.observed, nearer=1 / NEARER)
     assembled = perf_counter()
+    progress(0)
     with one_blas_thread():
         found = _sampled(request, respond, workers, progress, kept)
     seconds = {
