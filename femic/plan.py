@@ -1,8 +1,8 @@
 """What models will take, before anything is solved.
 
-Sections are meshed (a fraction of a second), solids are not: the number of their cells is the integral of
-1 / h^3 over the body. Seconds and memory follow laws that were fitted on one machine of 2 cores
-(docs/matrix.md): trust their ratios more than themselves.
+Sections are meshed and their wavenumbers counted on a half-space (a second); of solids, which are not
+meshed, the number of cells is the integral of 1 / h^3 over the body. Seconds and memory follow laws that
+were fitted on one machine of 2 cores (docs/matrix.md): trust their ratios more than themselves.
 """
 
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from femic.harmonic.engine import HarmonicRequest, build_section
+from femic.harmonic.expected import expected_wavenumbers
 from femic.solid.engine import Request
 from femic.symmetry import parities
 
 Array = NDArray[np.float64]
 
-SPACING = 0.33  # of the wavenumbers, in asinh(k / scale), at accuracy 1e-3 of the least scale
 FACTOR, FACTOR_GROWTH = 0.22 / 45_700**1.5, 1.5  # seconds of a factorisation: (per unknown, exponent)
 SOLVE, SOLVE_GROWTH = 0.27 / 45_700**1.25 / 99, 1.25  # seconds per load
 IN_PARALLEL = 0.75  # of the cores' number: memory is shared
@@ -55,9 +55,8 @@ def _planned_section(request: HarmonicRequest, workers: int) -> Planned:
     in_y = {parity.y for load in request.loads for parity in parities(load, half_section=half)}
     columns = sum(_columns(request, y) for y in in_y)
     axis = request.axis
-    end = float(np.arcsinh(axis.k_max / axis.scale))
-    wavenumbers = max(len(axis.first()), round(end / SPACING))
-    felt = float(np.arcsinh(request.felt / axis.scale)) / end
+    wavenumbers = expected_wavenumbers(request)
+    felt = float(np.arcsinh(request.felt / axis.scale) / np.arcsinh(axis.k_max / axis.scale))
     each = len(in_y) * FACTOR * unknowns**FACTOR_GROWTH + columns * SOLVE * unknowns**SOLVE_GROWTH
     at_once = max(1.0, IN_PARALLEL * workers)
     seconds = SECTION_START + SECTION_PER_UNKNOWN * unknowns + wavenumbers * (1 + felt) * each / at_once

@@ -25,7 +25,7 @@ from femic.reference import (
 )
 from femic.solid.engine import Request
 from femic.store import Store
-from femic.workers import Solved, Task, solve_models
+from femic.workers import Solved, Step, Task, solve_models
 from geometries.errors import WrongInput
 
 MOST_STEPS = 3  # of refinement per round
@@ -44,7 +44,7 @@ class Watch:
     on_round: Callable[[list[Task]], None] = _ignored
     on_model: Callable[[Solved], None] = _ignored
     on_stage: Callable[[str], None] = _ignored
-    on_step: Callable[[str], None] = _ignored  # within a model
+    on_step: Callable[[Step], None] = _ignored  # within a model
 
 
 SILENT = Watch()

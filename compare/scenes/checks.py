@@ -1,6 +1,6 @@
 """Whether the parts of a scene fit together: every misfit as a line with field, value and remedy."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
@@ -9,11 +9,14 @@ from femic.solid.pardiso import available as direct_available
 from geometries.bodies import Body, Domain
 from geometries.patches import OffsetLine
 
+ROUNDING = 1e-9
 CLEAR_OF_PATCH = 6  # half-widths beside a moment load
 STEEPEST = {"solid": 75, "harmonic": 85}  # degrees
 SOLID_NU, SOLID_RADIUS, SOLID_ASPECT = 0.49, 50.0, 10.0  # limits of the solid engine
 AT_MOST = "use engine.kind = 'harmonic' (without check) above"
 AT_LEAST = "use engine.kind = 'harmonic' (without check) below"
+FURTHEST = {"solid": 1e3, "harmonic": 1e4}  # points, in least half-sides of the patch
+LARGEST = 5e6  # radius of the far arc, likewise
 INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 
 
@@ -25,6 +28,10 @@ def misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterat
     far = f"half of the least of engine.far_radius{half_length} and half a turn ({size / 2:g} mm)"
     yield from _patch_misfits(scene, extent, size, far)
     yield from _line_misfits(scene, extent, size, far)
+    reaches = [_reach(line, scene.patch.s) for line in scene.lines]
+    labelled = [(f"lines.{k} ({name})", reach) for k, (name, reach) in enumerate(reaches)]
+    of_patch = {"patch.a": scene.patch.a, "patch.b": scene.patch.b}
+    yield from _ratio_misfits(of_patch, [*labelled, ("rotation_reach", scene.rotation_reach)], scene)
     for name, body in scene.bodies.items():
         yield from _body_misfits(name, body, STEEPEST[scene.engine])
     if scene.engine == "solid":
@@ -57,6 +64,8 @@ def grid_misfits(scene: Scene) -> Iterator[str]:
     around = min(np.pi * body.rolling_radius for body in scene.bodies.values())
     if 2 * grid.lags[-1] > around:
         yield f"grid: {grid.n_x} elements of {grid.dx:g} mm are more than half of half a turn ({around:g} mm)"
+    of_element = {"grid.dx / 2": grid.dx / 2, "grid.ds / 2": grid.ds / 2}
+    yield from _ratio_misfits(of_element, [("rotation_reach", scene.rotation_reach)], scene)
 
 
 def calibration_misfits(scene: Scene) -> Iterator[str]:
@@ -74,6 +83,9 @@ def calibration_misfits(scene: Scene) -> Iterator[str]:
     furthest = max(float(np.max(np.hypot(line.x, line.s))) for line in calibration.lines)
     if 2 * furthest > size:
         yield f"calibration.x_max: points {furthest:g} mm away, more than half of {size:g} mm: reduce it"
+    of_patch = {"patch.a": scene.patch.a, "patch.b": scene.patch.b}
+    reaches = [_reach(line, scene.patch.s) for line in calibration.lines]
+    yield from _ratio_misfits(of_patch, [(f"calibration ({name})", r) for name, r in reaches], scene)
     if calibration.curvature_apart and "combined" not in calibration.bodies:
         yield "calibration.curvature = 'apart': only of the combined bodies; leave it out"
     missing = [name for name in calibration.bodies if name not in scene.compared]
@@ -131,6 +143,35 @@ def _line_misfits(scene: Scene, extent: tuple[float, float], size: float, far: s
         yield "lines: two of them are the same line: remove one"
 
 
+def _ratio_misfits(
+    sides: Mapping[str, float], reaches: Iterable[tuple[str, float]], scene: Scene
+) -> Iterator[str]:
+    """What is too large for a loaded element [mm]: cells and wavenumbers would go over too many decades.
+
+    `sides`: its half-sides; `reaches`: how far from the load displacements are read. By name.
+    """
+    name, side = min(sides.items(), key=lambda one: one[1])
+    least = f"{name} = {side:g}, the least half-side of the loaded element"
+    most = FURTHEST[scene.engine] * side
+    for label, reach in reaches:
+        if reach > most * (1 + ROUNDING):
+            yield (
+                f"{label}: reaches {reach:g} mm, {reach / side:.3g} times {least}; at most {most / side:g} "
+                f"times by engine.kind = {scene.engine!r}: shorten it to {most:g} mm, or enlarge the element"
+            )
+    far_radius = max(body.domain.far_radius for body in scene.bodies.values())
+    if far_radius > LARGEST * side * (1 + ROUNDING):
+        yield (
+            f"engine.far_radius = {far_radius:g}: {far_radius / side:.3g} times {least}; at most {LARGEST:g} "
+            "times: give a smaller one, or enlarge the element"
+        )
+
+
+def _reach(line: OffsetLine, s: float) -> tuple[str, float]:
+    """A line's name, and its furthest point from a load at s [mm]."""
+    return line.name, float(np.max(np.hypot(line.x, line.s - s)))
+
+
 def _misfits_of_line(
     label: str, line: OffsetLine, bodies: Mapping[str, Body], extent: tuple[float, float]
 ) -> Iterator[str]:
@@ -166,5 +207,5 @@ def _solid_misfits(scene: Scene) -> Iterator[str]:
 def _body_misfits(name: str, body: Body, most: float) -> Iterator[str]:
     contour = body.contour
     steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
-    if steepest > most * (1 + 1e-9):
+    if steepest > most * (1 + ROUNDING):
         yield f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {most}: cut it there"

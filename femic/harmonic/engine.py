@@ -43,7 +43,7 @@ ROUNDING = 0.25  # of a step of pi / a or 2 pi / a that the largest wavenumber m
 FAR_REACH = 7.0  # lengths 1 / k beyond which the far arc is not felt
 NEARER = 2.0  # far radius over the one of the check
 
-Progress = Callable[[int], None]  # wavenumbers solved so far
+Progress = Callable[[int], None]  # wavenumbers solved so far; 0: the section is assembled
 
 
 Answer = tuple[Array, float]  # responses (2, load, 3, len(s)) at a wavenumber, and their residual
@@ -184,6 +184,7 @@ def solve(
         )
     respond = Respond(model, request.loads, request.observed, nearer=1 / NEARER)
     assembled = perf_counter()
+    progress(0)
     with one_blas_thread():
         found, residual = _sampled(request, respond, workers, progress, kept)
     seconds = {

@@ -80,7 +80,7 @@ class LagSynthesis:
         heights = body.side * body.contour.position(grid.strips)[1] / body.rolling_radius
         radii = Radii.of(heights)
         xi = np.outer(radii.stretch, grid.lags).ravel()
-        over = spectrum(k_max, float(np.max(xi)) + a, body.rolling_radius)
+        over = spectrum(k_max, body.rolling_radius)
         weights = [synthesis_weights(found.axis, found.k, over, a * t, xi) for t in radii.stretch]
         shape = (len(radii.points), len(found.k), len(radii.points), grid.n_x)
         even, odd = (np.stack(w).reshape(shape) for w in zip(*weights, strict=True))

@@ -87,7 +87,7 @@ def _under_patch(
     xi = body.surface.chart_x(points.x, points.s, patch.s)
     apart, column = np.unique(np.abs(xi), return_inverse=True)
     stretch = float(body.surface.chart_x(1.0, patch.s, patch.s))  # of the chart at the load
-    over = spectrum(k_max, apart[-1] + patch.a, body.rolling_radius)
+    over = spectrum(k_max, body.rolling_radius)
     even, odd = synthesis_weights(found.axis, found.k, over, patch.a * stretch, apart)
     weights = np.stack([even[:, column], odd[:, column] * np.sign(xi)])
     u = np.empty((len(loads), 3, len(xi)))

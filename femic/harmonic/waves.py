@@ -4,13 +4,17 @@ A unit load, uniform over |x| <= a and over a strip of s, is the sum over wavenu
 vary as cos(k x), of weight sin(k a) / (k a); displacements vary as cos(k x) or sin(k x). On a closed ring of
 radius R only k = m / R, m = 0, 1, 2, ... exist. Beyond a largest k a body responds like its tangent
 half-space, whose integrals are known in closed form: `tail`.
+
+Responses are smooth in ln k, waves are not: the integrals follow Filon (1928). On each panel of
+wavenumbers, in geometric progression, the response is a sum of Legendre polynomials, whose integrals with
+cos(k x) and sin(k x) are spherical Bessel functions. So it takes as many wavenumbers far away as near.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import erfc, iti0k0, k0, k1
+from scipy.special import erfc, eval_legendre, iti0k0, k0, k1, spherical_jn
 
 from approx.halfspace import HalfSpace, nine
 from femic.harmonic.wavenumbers import Axis
@@ -19,33 +23,86 @@ from geometries.patches import Patch
 Array = NDArray[np.float64]
 
 SINES = np.array([[False, True, True], [True, False, False], [True, False, False]])  # odd in x
-GAUSS = 8  # points per panel
-PANELS_PER_PERIOD = 1.5
-RATIO = 1.5  # of successive panels, as long as they are shorter
+POINTS = 16  # per panel
+AT, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
+DEGREES = np.arange(POINTS)
+TO_LEGENDRE = WEIGHTS[:, None] * (2 * DEGREES + 1) * eval_legendre(DEGREES, AT[:, None])  # (point, degree)
+RATIO = 1.5  # of the ends of panels
 LOWEST = 1e-12  # first panel, times the largest wavenumber
-CHUNK = 4096  # wavenumbers of a sum at a time
+GENTLE = 1.0  # phase over half a panel up to which sin(k a) / (k a) is as smooth as the response
+CHUNK = 512  # places x at a time
 GOING_OVER, STEEPNESS = 300, 4.0  # the order at which a sum goes over into an integral, and how fast
 LAST_ORDER = 1200  # of such a sum: its weight is below 1e-14
 
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """Wavenumbers k [1/mm] and weights of the sum (1 / pi) integral dk, up to k_max."""
+    """Wavenumbers k [1/mm] of the sum (1 / pi) integral dk up to k_max: single ones, then those of panels."""
 
-    k: Array
-    weights: Array
+    single: Array  # (n,)
+    weights: Array  # of the single ones
+    ends: Array  # of the panels, growing
+    share: Array  # of the integrand, at the points of the panels, (panel, POINTS)
     k_max: float
 
+    @property
+    def points(self) -> Array:
+        """Wavenumbers of the panels, (panel, POINTS)."""
+        return _middle(self.ends) + _half(self.ends) * AT
 
-def integral(k_max: float, x_max: float) -> Spectrum:
-    """Of an infinite body: Gauss panels, in geometric progression up to a share of the period of cos(k x)."""
-    longest = 2 * np.pi / (PANELS_PER_PERIOD * x_max)
-    edges = [0.0, LOWEST * k_max]
-    while edges[-1] < k_max:
-        edges.append(min(RATIO * edges[-1], edges[-1] + longest, k_max))
-    at, weights = np.polynomial.legendre.leggauss(GAUSS)
-    low, half = np.array(edges[:-1])[:, None], np.diff(edges)[:, None] / 2
-    return Spectrum((low + half * (1 + at)).ravel(), (half * weights).ravel() / np.pi, k_max)
+    @property
+    def k(self) -> Array:
+        """All of them."""
+        return np.append(self.single, self.points.ravel())
+
+    def shares(self, a: float, x: Array) -> tuple[Array, Array]:
+        """What responses at k add to displacements at x [mm] due to a unit total load over |x| <= a.
+
+        Of even ones, of odd ones; (len(k), len(x)) each.
+        """
+        parts = [self._shares(a, x[start : start + CHUNK]) for start in range(0, len(x), CHUNK)]
+        even, odd = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
+        return even, odd
+
+    def _shares(self, a: float, x: Array) -> tuple[Array, Array]:
+        single = (self.weights * np.sinc(self.single * a / np.pi))[:, None] * np.exp(
+            1j * np.outer(self.single, x)
+        )
+        gentle = int(np.sum(_half(self.ends) * a <= GENTLE))
+        low, high = self.ends[: gentle + 1], self.ends[gentle:]
+        k_low, k_high = np.split(self.points, [gentle])
+        waves = np.concatenate(
+            [
+                np.sinc(k_low * a / np.pi)[..., None] * _filon(low, x),
+                (_filon(high, x + a) - _filon(high, x - a)) / (2j * a * k_high[..., None]),
+            ]
+        )
+        panels = (self.share[..., None] * waves / np.pi).reshape(-1, len(x))
+        both = np.concatenate([single, panels])
+        return both.real, both.imag
+
+
+def _middle(ends: Array) -> Array:
+    return (ends[1:, None] + ends[:-1, None]) / 2
+
+
+def _half(ends: Array) -> Array:
+    return np.diff(ends)[:, None] / 2
+
+
+def _filon(ends: Array, x: Array) -> NDArray[np.complex128]:
+    """Weights (panel, POINTS, len(x)) of the values of a smooth function in its integral with exp(i k x)."""
+    phase = _half(ends) * x  # (panel, x)
+    moments = 1j ** DEGREES[:, None, None] * spherical_jn(DEGREES[:, None, None], phase)
+    waves = _half(ends) * np.exp(1j * _middle(ends) * x)
+    return np.asarray(np.einsum("qn,npx->pqx", TO_LEGENDRE, moments) * waves[:, None])
+
+
+def integral(k_max: float) -> Spectrum:
+    """Of an infinite body: panels in geometric progression."""
+    n = int(np.ceil(-np.log(LOWEST) / np.log(RATIO)))
+    ends = np.append(0.0, k_max * np.geomspace(LOWEST, 1.0, n + 1))
+    return Spectrum(np.empty(0), np.empty(0), ends, np.ones((len(ends) - 1, POINTS)), k_max)
 
 
 def orders(k_max: float, radius: float) -> Spectrum:
@@ -53,10 +110,10 @@ def orders(k_max: float, radius: float) -> Spectrum:
     k = np.arange(int(np.floor(k_max * radius)) + 1) / radius
     weights = np.full_like(k, 1 / (np.pi * radius))
     weights[[0, -1]] /= 2
-    return Spectrum(k, weights, k[-1])
+    return Spectrum(k, weights, k[-1:], np.empty((0, POINTS)), k[-1])
 
 
-def ring(k_max: float, x_max: float, radius: float) -> Spectrum:
+def ring(k_max: float, radius: float) -> Spectrum:
     """Of a closed ring: the sum over its low orders goes over smoothly into the integral.
 
     The two differ by what comes round the ring, x + 2 pi R: of waves that are short compared with that
@@ -64,38 +121,34 @@ def ring(k_max: float, x_max: float, radius: float) -> Spectrum:
     """
     if k_max * radius < LAST_ORDER:
         return orders(k_max, radius)
-    low, high = orders(LAST_ORDER / radius, radius), integral(k_max, x_max)
-    k = np.append(low.k, high.k)
-    by_sum = erfc(STEEPNESS * np.log(np.maximum(k * radius, 1e-9) / GOING_OVER)) / 2
-    weights = np.append(low.weights, high.weights) * np.append(by_sum[: len(low.k)], 1 - by_sum[len(low.k) :])
-    kept = weights != 0
-    return Spectrum(k[kept], weights[kept], k_max)
+    low, high = orders(LAST_ORDER / radius, radius), integral(k_max)
+    by_integral = 1 - _by_sum(high.points * radius)
+    felt = int(np.argmax(np.any(by_integral != 0, axis=1)))
+    weights = low.weights * _by_sum(low.single * radius)
+    return Spectrum(low.single, weights, high.ends[felt:], by_integral[felt:], k_max)
 
 
-def spectrum(k_max: float, x_max: float, radius: float) -> Spectrum:
+def _by_sum(order: Array) -> Array:
+    """The share of an order of a ring that is summed, not integrated."""
+    return np.asarray(erfc(STEEPNESS * np.log(np.maximum(order, 1e-9) / GOING_OVER)) / 2)
+
+
+def spectrum(k_max: float, radius: float) -> Spectrum:
     """The wavenumbers of a body of some rolling radius, up to k_max."""
-    return integral(k_max, x_max) if np.isinf(radius) else ring(k_max, x_max, radius)
+    return integral(k_max) if np.isinf(radius) else ring(k_max, radius)
 
 
 def synthesis(response: Array, direction: int, over: Spectrum, a: float, xi: Array) -> Array:
     """Displacements (3, n) at xi [mm] due to a unit total load, from its responses (3, len(k)) at one s."""
-    weighted = response * (over.weights * np.sinc(over.k * a / np.pi))
-    phase = np.outer(over.k, xi)
-    return np.where(SINES[:, direction, None], weighted @ np.sin(phase), weighted @ np.cos(phase))
+    even, odd = over.shares(a, xi)
+    return np.where(SINES[:, direction, None], response @ odd, response @ even)
 
 
 def synthesis_weights(axis: Axis, k: Array, over: Spectrum, a: float, xi: Array) -> tuple[Array, Array]:
     """Shares (len(k), n) of the responses at k in displacements at xi [mm]: of even ones, of odd ones."""
-    even, odd = np.zeros((2, len(k), len(xi)))
-    for start in range(0, len(over.k), CHUNK):
-        part = slice(start, start + CHUNK)
-        at = over.k[part]
-        weights = (over.weights[part] * np.sinc(at * a / np.pi))[:, None]
-        of_even, of_odd = axis.interpolation(k, at)
-        phase = np.outer(at, xi)
-        even += of_even.T @ (weights * np.cos(phase))
-        odd += of_odd.T @ (weights * np.sin(phase))
-    return even, odd
+    even, odd = over.shares(a, xi)
+    of_even, of_odd = axis.interpolation(k, over.k)
+    return of_even.T @ even, of_odd.T @ odd
 
 
 # --- the half-space --------------------------------------------------------------------------------
@@ -125,7 +178,8 @@ def tail(half_space: HalfSpace, patch: Patch, k_max: float, x: Array, s: float) 
 
     x, s [mm]: observer minus patch centre.
     """
-    over = integral(k_max, max(float(np.max(np.abs(x))), patch.a))
+    over = integral(k_max)
     response = half_space_response(half_space, patch.b, s, over.k)
-    below = np.stack([synthesis(response[:, j], j, over, patch.a, x) for j in range(3)], axis=1)
+    even, odd = over.shares(patch.a, x)
+    below = np.where(SINES[..., None], response @ odd, response @ even)
     return half_space.ics(patch, x, np.full_like(x, s)) / patch.area - below

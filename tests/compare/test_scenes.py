@@ -288,3 +288,66 @@ def test_moment_loads_keep_clear_of_the_end_of_the_contour():
     assert load_scene("geometry1", changes | line).moment_arm == pytest.approx(3.5, abs=0.1)
     with pytest.raises(BadScene, match=r"moment_arm = 6: .* 1\.\d* mm beside .* 6 patch\.b = 1\.2 mm"):
         load_scene("geometry1", changes | line | {"moment_arm": 6.0})
+
+
+SMALL = {"patch": {"a": 0.004, "b": 0.0025}, "rotation_reach": 20.0, "moment_arm": 5.0}
+WIDE_GRID = {"grid": {"n_x": 4, "n_s": 3, "dx": 0.005, "ds": 0.008}}
+
+
+def along_x(reach, s=0.0):
+    return {"lines": [{"along": "x", "s": s, "reach": reach, "points": 11}]}
+
+
+RATIOS = {  # changes at the limit, beyond it, what is said
+    "a line along x": (
+        SMALL | along_x(25.0),
+        along_x(25.3),
+        r"lines\.0 \(s = 0 mm\): reaches 25\.3 mm, 1\.01e\+04 times patch\.b = 0\.0025, .*at most 10000 "
+        r"times by engine\.kind = 'harmonic': shorten it to 25 mm",
+    ),
+    "a line beside the load": (
+        SMALL | along_x(15.0, 20.0),
+        along_x(15.4, 20.0),
+        r"lines\.0 .* reaches 25\.\d+ mm",
+    ),
+    "what M is fitted to": (
+        SMALL | along_x(1.0) | {"rotation_reach": 25.0},
+        {"rotation_reach": 25.3},
+        r"rotation_reach: reaches 25\.3 mm, 1\.01e\+04 times patch\.b",
+    ),
+    "the far arc": (
+        SMALL | along_x(1.0) | {"engine": {"far_radius": 12500.0}},
+        {"engine": {"far_radius": 12600.0}},
+        r"engine\.far_radius = 12600: 5\.04e\+06 times patch\.b = 0\.0025, .*at most 5e\+06 times",
+    ),
+    "the elements of a grid": (
+        SMALL | along_x(1.0) | WIDE_GRID | {"rotation_reach": 25.0, "patch": {"a": 0.3, "b": 0.3}},
+        {"rotation_reach": 25.3},
+        r"rotation_reach: reaches 25\.3 mm, 1\.01e\+04 times grid\.dx / 2 = 0\.0025",
+    ),
+    "a line of the calibration": (
+        SMALL | along_x(1.0) | {"calibration": {"x_max": 25.0, "s": [0.0]}},
+        {"calibration": {"x_max": 25.3, "s": [0.0]}},
+        r"calibration \(fit s = 0 mm\): reaches 25\.3 mm",
+    ),
+    "a line of the solid engine": (
+        {"patch": {"a": 0.025, "b": 0.05}, "engine": {"kind": "solid"}} | along_x(25.0),
+        along_x(25.3),
+        r"lines\.0 .* 1\.01e\+03 times patch\.a = 0\.025, .*at most 1000 times by engine\.kind = 'solid'",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", RATIOS)
+def test_what_is_too_large_for_the_loaded_element_is_refused_with_the_limit(case):
+    at_the_limit, beyond, expected = RATIOS[case]
+    load_scene("flat", at_the_limit)
+    with pytest.raises(BadScene, match=expected):
+        load_scene("flat", at_the_limit | beyond)
+
+
+def test_the_same_in_other_units_is_the_same():
+    """All lengths a millionth: no length is too small, ratios are."""
+    micro = {name: 1e-6 * length for name, length in (("rotation_reach", 20.0), ("moment_arm", 5.0))}
+    tiny = {"patch": {"a": 2e-7, "b": 3e-7}, "engine": {"far_radius": 1.28e-3}, **micro}
+    assert load_scene("flat", tiny | along_x(25e-6)).patch.a == 2e-7

@@ -41,12 +41,9 @@ def test_a_second_run_opens_no_mesh_and_an_interrupted_one_resumes(tmp_path, mon
 
 
 def test_a_dead_worker_is_reported_with_both_causes_and_what_to_try(monkeypatch):
-    def dead(**_):
-        def run(_):
-            raise TerminatedWorkerError
+    def dead(*_):
+        raise TerminatedWorkerError
 
-        return run
-
-    monkeypatch.setattr(workers, "Parallel", dead)
+    monkeypatch.setattr(workers, "in_processes", dead)
     with pytest.raises(Failure, match=r"memory: use fewer.*mesher crashed.*change the cells.*are kept"):
         list(solve_models(TASKS, workers=2, store=Store(), on_step=str))
