@@ -11,7 +11,7 @@ from geometries.grids import Grid
 
 Array = NDArray[np.float64]
 
-ON_EDGE = 1e-9  # of a strip: joints that close to its edge are on it
+ON_EDGE = 1e-3  # of a strip: joints that close to its edge are on it, as in meshes
 
 
 @dataclass(frozen=True)

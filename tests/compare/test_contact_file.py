@@ -15,8 +15,8 @@ from compare.matrix.export import (
     Wanted,
     approximated,
     depends_on_offset_only,
-    told,
     to_contact,
+    told,
 )
 from compare.scenes.load import load_scene, scene_from_table
 from femic.grid_operator import PARITY
