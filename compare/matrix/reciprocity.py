@@ -11,12 +11,12 @@ from geometries.grids import Grid
 
 Array = NDArray[np.float64]
 
-ON_EDGE = 1e-9  # of a strip: joints that close to its edge are on it
+ON_EDGE = 1e-3  # of a strip: joints that close to its edge are on it, as in meshes
 
 
 @dataclass(frozen=True)
 class Reciprocity:
-    """Largest |C(I, J) - C(J, I)^T| over the largest C_nn, of all pairs of strips and of those without joints.
+    """Largest |C(I, J) - C(J, I)^T| over the largest C_nn: of all pairs of strips, of those without joints.
 
     Displacements are read at centres, loads act on whole elements. The average over an element differs from
     its centre by the curvature of the field across it; at a joint the local directions s and n, which turn

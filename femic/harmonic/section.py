@@ -25,7 +25,7 @@ Indices = NDArray[np.int64]
 
 TRIANGLE = 2  # Gmsh's number of the 3-node triangle
 FRONTAL, DELAUNAY = 6, 5  # Gmsh's numbers of its algorithms
-SLIVER = 0.1  # shape below which a cell is one: 4 sqrt(3) area / sum of squared edges, 1 for equal edges
+SLIVER = 0.25  # shape below which a cell is one: 4 sqrt(3) area / sum of squared edges, 1 for equal edges
 DEGREE = 4
 CLOSE = 1e-3  # of a strip: ends that are closer are one
 INNER = slice(-3, None)  # nodes of a cell that are not on its edges
