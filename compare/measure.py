@@ -1,9 +1,12 @@
 """The measure of errors: what a percentage means wherever femic shows or judges an error of ICs.
 
-Error of a component: max |v - C| over a line as a share of the component itself, that is of max |C_ij|
-over all lines. Where C_ij vanishes, v is tested as a zero: its error is a share of 0.05 max |C_nn| over
-all lines. Beside it the weight, the same difference as a share of max |C_nn| on the line, says what it
-can do to displacements. Refinement has a scale of its own: `femic.accuracy`.
+Error of a component: max |v - C| over a line as a share of the component itself. That is max |C_ij| over
+the points of all lines that are `NEAR` elements from the load and further; an error nearer is a share of
+max |C_ij| over all points. (With one scale for both, the peak under the load would make little of all errors
+away from it, in all scenes that have a line through the load, and in no others.) Where C_ij vanishes, v is
+tested as a zero: its error is a share of 0.05 max |C_nn| over the same points. Beside it the weight, the same
+difference as a share of max |C_nn| on the line, says what it can do to displacements. Refinement has a
+scale of its own: `femic.accuracy`.
 """
 
 from collections.abc import Mapping
@@ -13,7 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femic.accuracy import FLOOR
+from femic.matrix import NEAR
 from femic.reference import Estimated
+from geometries.patches import Patch
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -38,6 +43,12 @@ def scale(size: Array, vanishing: Mask, of_nn: float) -> Array:
     return np.where(vanishing, FLOOR * of_nn, size)
 
 
+def far_from(patch: Patch, x: Array, s: Array) -> Mask:
+    """Which of some points (n,) [mm] lie `NEAR` elements of the size of a patch from it and further."""
+    elements = np.hypot(x / (2 * patch.a), (s - patch.s) / (2 * patch.b))
+    return np.asarray(elements > (1 - ROUNDING) * NEAR)
+
+
 @dataclass(frozen=True, eq=False)
 class Measure:
     """What errors of the ICs of one body, or of both together, are shares of."""
@@ -46,39 +57,43 @@ class Measure:
     estimate: Array  # of its error, likewise
     nn: Array  # (n,) C_nn, or A_nn where C_nn was not computed
     lines: Mapping[str, slice]  # which of the n points belong to which line
+    far: Mask  # (n,) which lie far from the load
 
     @classmethod
-    def of(cls, c: Estimated, a_nn: Array, lines: Mapping[str, slice]) -> "Measure":
+    def of(cls, c: Estimated, a_nn: Array, lines: Mapping[str, slice], far: Mask) -> "Measure":
         """The measure of C; A_nn, (n,), takes the place of C_nn where that was not computed."""
         nn = a_nn if np.any(np.isnan(c.ic[2, 2])) else c.ic[2, 2]
-        return cls(c.ic, c.estimate, nn, lines)
+        return cls(c.ic, c.estimate, nn, lines, far)
 
     @property
     def zero(self) -> Mask:
         """Which components vanish by symmetry, (3, 3)."""
-        return by_symmetry(self._largest(self.c), self._nn)
+        return by_symmetry(_largest(self.c[..., self._far]), self._nn(self._far))
 
     @property
     def vanishing(self) -> Mask:
         """Which components vanish, (3, 3): by symmetry, or below ten times their estimates."""
-        return vanishes(self._largest(self.c), self._largest(self.estimate), self._nn)
+        size, estimate = (_largest(values[..., self._far]) for values in (self.c, self.estimate))
+        return vanishes(size, estimate, self._nn(self._far))
 
     @property
     def scale(self) -> Array:
-        """What errors are shares of [mm/N], (3, 3)."""
-        return scale(self._largest(self.c), self.vanishing, self._nn)
+        """What errors at each point are shares of [mm/N], (3, 3, n)."""
+        away, near = (
+            scale(_largest(self.c[..., points]), self.vanishing, self._nn(points))[..., None]
+            for points in (self._far, self._on_lines)
+        )
+        return np.where(self.far, away, near)
 
     def shares(self, off: Array) -> OfLines:
         """Errors of a deviation (3, 3, n) from C per line."""
-        scale = self.scale
-        return {line: _largest(off[..., part]) / scale for line, part in self.lines.items()}
+        shares = off / self.scale
+        return {line: _largest(shares[..., part]) for line, part in self.lines.items()}
 
     def rms(self, off: Array) -> OfLines:
         """Roots of the mean squares of a deviation (3, 3, n) per line, shares of the same."""
-        scale = self.scale
-        return {
-            line: np.sqrt(np.mean(off[..., part] ** 2, axis=-1)) / scale for line, part in self.lines.items()
-        }
+        shares = off / self.scale
+        return {line: np.sqrt(np.mean(shares[..., part] ** 2, axis=-1)) for line, part in self.lines.items()}
 
     def weights(self, off: Array) -> OfLines:
         """A deviation (3, 3, n) per line as a share of max |C_nn| there."""
@@ -88,12 +103,21 @@ class Measure:
         }
 
     @property
-    def _nn(self) -> float:
-        return float(np.max(self._largest(self.nn)))
+    def _on_lines(self) -> Mask:
+        """The points of all lines, (n,)."""
+        on = np.zeros(len(self.nn), dtype=bool)
+        for part in self.lines.values():
+            on[part] = True
+        return on
 
-    def _largest(self, values: Array) -> Array:
-        """The largest of all lines."""
-        return np.max([_largest(values[..., part]) for part in self.lines.values()], axis=0)
+    @property
+    def _far(self) -> Mask:
+        """Those far from the load; all of them where none is."""
+        on = self._on_lines
+        return on & self.far if np.any(on & self.far) else on
+
+    def _nn(self, points: Mask) -> float:
+        return float(np.max(np.abs(self.nn[points])))
 
 
 def _largest(values: Array) -> Array:

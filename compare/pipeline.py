@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from approx.pair import Pair, Solid
-from compare.measure import Measure
+from compare.measure import Measure, far_from
 from compare.scenes.scene import Scene
 from femic.at_points import references
 from femic.models import Cost, Points
@@ -165,9 +165,9 @@ def refinement_scales_of(results: Results, body: str) -> dict[str, Array]:
 
 def measure_of(results: Results, body: str) -> Measure:
     """What errors of a body's ICs, or of both bodies', are shares of: `compare.measure`."""
-    at = results.points.x, results.points.s
-    a = solids(results.scene)[body].approximate("A", results.scene.patch, at) / results.scene.patch.area
-    return Measure.of(reference_of(results, body), a[N, N], results.lines)
+    at, patch = (results.points.x, results.points.s), results.scene.patch
+    a = solids(results.scene)[body].approximate("A", patch, at) / patch.area
+    return Measure.of(reference_of(results, body), a[N, N], results.lines, far_from(patch, *at))
 
 
 def ics_of(results: Results, variant: str, body: str) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.matrix.results import MatrixResults
-from compare.measure import Measure
+from compare.measure import Measure, far_from
 from compare.scenes.load import CHECK_TOLERANCE
 from compare.scenes.scene import Scene
 from femic.accuracy import component_of
@@ -92,7 +92,8 @@ def _compared(
     for name, job in jobs.items():
         column, single = results.found[name].column(strip), solved[name].c
         ic, estimate = (part[:, :, 1:, observed].reshape(3, 3, -1) for part in (column.ic, column.estimate))
-        measure = Measure(ic, estimate, ic[N, N], job.lines)
+        far = far_from(job.patch, job.points.x, job.points.s)
+        measure = Measure(ic, estimate, ic[N, N], job.lines, far)
         apart, allowed = measure.shares(single.ic - ic), measure.shares(single.estimate + estimate)
         each = [
             (component_of(apart[line], c), c, component_of(allowed[line], c))

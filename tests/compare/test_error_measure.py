@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.measure import Measure
+from compare.measure import Measure, far_from
 from femic.reference import Estimated
+from geometries.patches import Patch
 
 X, S, N = range(3)
 NEAR, FAR = "near", "far"  # two lines of three points each
 LINES = {NEAR: slice(0, 3), FAR: slice(3, 6)}
+EVERYWHERE = np.ones(6, dtype=bool)  # far from the load
 A_NN = np.array([5.0, 6.0, 5.0, 0.5, 1.0, 0.5])
 
 
@@ -36,7 +38,7 @@ def off_by(component, value, point):
 
 
 def measure(ic, estimate=None):
-    return Measure.of(of(ic, estimate), A_NN, LINES)
+    return Measure.of(of(ic, estimate), A_NN, LINES, EVERYWHERE)
 
 
 def test_an_error_is_a_share_of_the_component_itself_over_all_lines(c):
@@ -114,7 +116,7 @@ def test_units_do_not_matter(c):
     estimate = np.full_like(c, 1e-4)
     one = measure(c, estimate)
     for unit in (1e-9, 2.1e6):
-        other = Measure.of(of(unit * c, unit * estimate), unit * A_NN, LINES)
+        other = Measure.of(of(unit * c, unit * estimate), unit * A_NN, LINES, EVERYWHERE)
         np.testing.assert_array_equal(other.vanishing, one.vanishing)
         for how in ("shares", "rms", "weights"):
             for line, of_line in getattr(one, how)(off).items():
@@ -147,3 +149,35 @@ def test_points_of_no_line_do_not_count(c):
     of_c = replace(measure(c), lines={NEAR: LINES[NEAR]})
     c[X, N, 5] = 7.0
     assert of_c.shares(off_by((X, N), 0.01, 1))[NEAR][X, N] == pytest.approx(0.5)
+
+
+def test_the_peak_under_the_load_does_not_hide_errors_away_from_it(c):
+    """A line more, through the load: errors elsewhere stay; at the load they are shares of the peak."""
+    peak = np.concatenate([c, 20 * c[..., 1:2]], axis=-1)
+    lines = LINES | {"through the load": slice(6, 7)}
+    far = np.append(EVERYWHERE, False)
+    with_peak = Measure.of(of(peak), np.append(A_NN, 90.0), lines, far)
+    off = np.zeros_like(peak)
+    off[N, N] = 0.4
+    off[S, N] = 0.1
+    assert with_peak.shares(off)[NEAR][N, N] == measure(c).shares(off[..., :6])[NEAR][N, N] == 0.1
+    assert with_peak.shares(off)["through the load"][N, N] == pytest.approx(0.4 / 80)
+    assert with_peak.shares(off)[FAR][S, N] == pytest.approx(0.1 / (0.05 * 4))
+    assert with_peak.shares(off)["through the load"][S, N] == pytest.approx(0.1 / (0.05 * 80))
+    only_near = replace(with_peak, far=np.zeros(7, dtype=bool))
+    assert only_near.shares(off)[NEAR][N, N] == pytest.approx(0.4 / 80)
+
+
+def test_a_component_that_is_known_badly_at_the_load_only_does_not_vanish(c):
+    estimate = np.zeros_like(c)
+    estimate[X, N, 1] = 0.01
+    far = EVERYWHERE.copy()
+    assert measure(c, estimate).vanishing[X, N]
+    far[1] = False
+    assert not Measure.of(of(c, estimate), A_NN, LINES, far).vanishing[X, N]
+
+
+def test_far_is_four_elements_away():
+    patch = Patch(0.2, 0.3, 1.0)
+    x, s = np.array([0.0, 1.6, 1.59, 0.0, 0.0, 1.2]), np.array([1.0, 1.0, 1.0, -1.4, 3.39, 2.8])
+    np.testing.assert_array_equal(far_from(patch, x, s), [False, True, False, True, False, True])
