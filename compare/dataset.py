@@ -152,7 +152,7 @@ def settings(scene: Scene) -> dict[str, float | str]:
 ERRORS = {  # what `errors.nc` has: over which dims, and what they say
     "error": (
         ("variant", "line", "i", "j"),
-        "max |v - C| over the line, share of max |C_ij| over all lines; of 0.05 max |C_nn| where that "
+        "max |v - C| over the line, share of max |C_ij| (`compare.measure`); of 0.05 max |C_nn| where that "
         "vanishes; C: its estimate",
     ),
     "rms": (("variant", "line", "i", "j"), "root of the mean square over the line, share of the same"),

@@ -126,11 +126,7 @@ def largest(
 
 
 def on_its_line(results: Results, variant: str, of: tuple[str, str], line: OffsetLine) -> float:
-    """Largest |v - C| of a body's component on a line as a share of max |C| there.
-
-    The largest over all lines is that under the load where a line passes through it, beside which what
-    happens on the other lines would be small.
-    """
+    """Largest |v - C| of a body's component on a line as a share of max |C| there."""
     c = curve(results, "C", *of, [line])
     return largest(results, variant, of, [line]) / float(np.max(np.abs(c)))
 

@@ -245,7 +245,7 @@ SIDES = {  # (met in every case, missed)
     (15, "plane"): (plane(estimates_away(0.9), estimate=0.01), plane(estimates_away(1.1), estimate=0.01)),
     (15, "nearly plane"): (plane(times("A", None, 1.009)), plane(times("A", None, 1.011))),
     (16, "along s"): (of(times("A", NN, on_lines(3, 1.1))), of(times("A", NN, on_lines(2, 1.1)))),
-    (16, "concave"): (of(times("A", NN, by_body(2, 0.95))), of(times("A", NN, by_body(1, 0.85)))),
+    (16, "concave"): (of(times("A", NN, on_lines(2, 1.1))), of(times("A", NN, on_lines(3, 1.1)))),
     (17, "xx"): (of(times("A", XX, 0.95)), of(times("A", XX, 0.85))),
     (17, "ss"): (of(bumped(SS, 1, -0.1)), of(bumped(SS, 1, 0.1))),
     (17, "B_ss"): (of(times("B", SS, 0.95)), of(times("B", SS, 0.85))),
