@@ -112,8 +112,15 @@ class Job:
 
     @property
     def loads(self) -> tuple[Load, ...]:
-        """The loads whose displacements are asked for."""
-        return tuple(Load(self.patch, direction) for direction in directions_of(self.components))
+        """The loads whose displacements are asked for, by the harmonic engine those of C_ji, too.
+
+        Its loads share a factorisation, and the error of C_ij is estimated by that of C_ji, too (`pooled`):
+        then the estimate does not depend on what else is asked for.
+        """
+        asked = set(self.components)
+        if self.engine == "harmonic":
+            asked |= {component[::-1] for component in asked}
+        return tuple(Load(self.patch, direction) for direction in directions_of(asked))
 
     @property
     def rule(self) -> DiscountRule:

@@ -335,6 +335,19 @@ def test_threads_do_not_change_the_result(workers):
     assert f"{len(counted) - 1} wavenumbers" in together.cost.solver
 
 
+def test_loads_of_both_c_ij_and_c_ji_are_solved():
+    """Their estimates are pooled, whatever else is asked for."""
+
+    def directions(components, engine="harmonic"):
+        asked = replace(job(40.0, 1.0), components=components, engine=engine)
+        return [load.direction for load in asked.loads]
+
+    assert directions(("sn",)) == directions(("ns",)) == [1, 2]
+    assert directions(("xn", "nn")) == [0, 2]
+    assert directions(("nn",)) == [2]
+    assert directions(("sn",), "solid") == [2]  # a field each, as dear as the first
+
+
 def test_units_do_not_matter():
     """Millimetres and MPa, or metres and Pa."""
     asked = request(harmonic(job(40.0, 1.0)), Level())
