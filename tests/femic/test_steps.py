@@ -11,7 +11,6 @@ from femic.problem import Assessed
 from femic.reference import Level
 from femic.refinement import _steps, refine, refined
 
-
 START = Level()
 
 
