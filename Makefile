@@ -5,7 +5,7 @@ READY := .venv/.ready
 FEMIC := $(BIN)/femic
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat matrix calibrate compare frontier validate extremes docs test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix calibrate compare frontier validate extremes docs mutations test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -43,6 +43,10 @@ extremes: $(READY)  ## every part at its limits and beyond: out/extremes/extreme
 
 docs: $(READY)  ## compute the numbers of the written pages, and write them (half an hour)
 	$(BIN)/python tools/write_docs.py --compute
+
+mutations: $(READY)  ## small changes of the code: do the tests notice? docs/mutations.md (hours; resumes)
+	$(BIN)/python tools/mutations.py --page
+	$(BIN)/python tools/write_docs.py
 
 test: $(READY)  ## all tests but the slow ones (minutes)
 	$(BIN)/pytest

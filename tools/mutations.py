@@ -1,0 +1,239 @@
+"""Change the code in small ways and see whether the tests notice: `make mutations`.
+
+    python tools/mutations.py [--sample N] [--workers N] [--modules femic/plan.py ...] [--page]
+
+A seeded sample of N mutants of each module in tools/mutations.toml is tried in copies of the tree, each with
+the tests that protect it (without slow ones, up to a time limit). Names of types, words, error texts and log
+messages are not changed. What was tried is kept in out/mutations.jsonl and is not tried again by the same
+code and tests. With --page the numbers go to docs/numbers/mutations.json, of which docs/mutations.md is made
+(tools/write_docs.py).
+"""
+
+import argparse
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from queue import Queue
+from time import perf_counter
+from typing import Any
+
+from mutants import ROOT, SEED, Mutant, mutated, sample
+
+from compare.provenance import results_digest
+from femic.provenance import digest_of, versions
+
+CODE = ("geometries", "approx", "femic", "compare", "tests")
+COPIED = (
+    "geometries",
+    "approx",
+    "femic",
+    "compare",
+    "tests",
+    "examples",
+    "docs",
+    "tools",
+    "pyproject.toml",
+    "README.md",
+)
+TABLE = ROOT / "tools" / "mutations.toml"
+KEPT = ROOT / "out" / "mutations.jsonl"
+LIMIT, LEAST = 4.0, 30.0  # times the seconds of the tests without a mutant; seconds
+GOAL = 0.95
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A mutant and what the tests said: caught, late (they did not end in time) or survived."""
+
+    mutant: Mutant
+    outcome: str
+    seconds: float
+
+
+def main() -> None:
+    asked = arguments()
+    table = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+    tests = {module: table["modules"][module] for module in asked.modules or table["modules"]}
+    chosen = [mutant for module in tests for mutant in sample(module, asked.sample)]
+    tried = list(outcomes(chosen, tests, asked.workers))
+    found = record(tried, table.get("harmless", []), asked.sample)
+    sys.stdout.write(f"{found['summary']}\n")
+    for one in found["survived"]:
+        sys.stdout.write(
+            f"{one['module']}:{one['number']}: {one['line']}  ->  {one['becomes']}  {one['why']}\n"
+        )
+    if asked.page:
+        text = json.dumps(found, indent=1, ensure_ascii=False)
+        (ROOT / "docs" / "numbers" / "mutations.json").write_text(text + "\n", encoding="utf-8")
+
+
+def arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--sample", type=int, default=10, help="mutants of each module")
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes at a time")
+    parser.add_argument("--modules", nargs="*", help="default: all of tools/mutations.toml")
+    parser.add_argument("--page", action="store_true", help="keep the numbers for docs/mutations.md")
+    return parser.parse_args()
+
+
+# --- trying them ------------------------------------------------------------
+
+
+def outcomes(chosen: Sequence[Mutant], tests: dict[str, list[str]], workers: int) -> Iterator[Tried]:
+    """Try mutants side by side, each worker in a copy of the tree; those that are known are not tried."""
+    key = digest_of([ROOT / name for name in CODE], versions())
+    known = kept(key)
+    with copies(workers) as trees, ThreadPoolExecutor(workers) as pool:
+        todo = [mutant for mutant in chosen if mutant not in known]
+        files = list(dict.fromkeys(tuple(tests[mutant.module]) for mutant in todo))
+        seconds = dict(zip(files, pool.map(lambda of: baseline(trees, of), files), strict=True))
+
+        def tell(mutant: Mutant) -> Tried:
+            of = tuple(tests[mutant.module])
+            return tried_in(trees, mutant, of, max(LEAST, LIMIT * seconds[of]))
+
+        for n, one in enumerate(pool.map(tell, todo)):
+            sys.stderr.write(f"{n + 1}/{len(todo)} {one.outcome} {one.mutant.module}:{one.mutant.number}\n")
+            known[one.mutant] = one
+            keep(key, one)
+    return iter([known[mutant] for mutant in chosen])
+
+
+@contextmanager
+def copies(workers: int) -> Iterator[Queue[Path]]:
+    """Copies of the tree, for one worker each."""
+    free: Queue[Path] = Queue()
+    with tempfile.TemporaryDirectory() as folder:
+        for worker in range(workers):
+            tree = Path(folder) / str(worker)
+            tree.mkdir()
+            for name in COPIED:
+                source, skip = ROOT / name, shutil.ignore_patterns("__pycache__")
+                (shutil.copytree if source.is_dir() else shutil.copy)(
+                    source, tree / name, **({"ignore": skip} if source.is_dir() else {})
+                )
+            free.put(tree)
+        yield free
+
+
+@contextmanager
+def borrowed(trees: Queue[Path]) -> Iterator[Path]:
+    tree = trees.get()
+    try:
+        yield tree
+    finally:
+        trees.put(tree)
+
+
+def baseline(trees: Queue[Path], tests: tuple[str, ...]) -> float:
+    """Seconds of some tests, which must pass as the code is."""
+    with borrowed(trees) as tree:
+        start = perf_counter()
+        if run_tests(tree, tests, None) != 0:
+            raise SystemExit(f"{' '.join(tests)}: these fail without any mutant")
+        return perf_counter() - start
+
+
+def tried_in(trees: Queue[Path], mutant: Mutant, tests: tuple[str, ...], limit: float) -> Tried:
+    """Whether the tests notice a mutant."""
+    with borrowed(trees) as tree:
+        path, start = tree / mutant.module, perf_counter()
+        code = path.read_text(encoding="utf-8")
+        try:
+            path.write_text(mutated(code, mutant.operator, mutant.occurrence), encoding="utf-8")
+            exit_code = run_tests(tree, tests, limit)
+        finally:
+            path.write_text(code, encoding="utf-8")
+    outcome = "late" if exit_code is None else "caught" if exit_code else "survived"
+    return Tried(mutant, outcome, round(perf_counter() - start, 1))
+
+
+def run_tests(tree: Path, tests: tuple[str, ...], limit: float | None) -> int | None:
+    """Exit code of pytest, 0: all passed; None where it did not end in time."""
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", *tests]
+    process = subprocess.Popen(
+        command,
+        cwd=tree,
+        env=os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    try:
+        return process.wait(limit)
+    except subprocess.TimeoutExpired:
+        return None
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+# --- what was found ------------------------------------------------------------
+
+
+def kept(key: str) -> dict[Mutant, Tried]:
+    """What was tried before with the same code and tests."""
+    lines = KEPT.read_text(encoding="utf-8").splitlines() if KEPT.exists() else []
+    entries = [entry for line in lines if (entry := json.loads(line))["key"] == key]
+    found = [Tried(Mutant(**entry["mutant"]), entry["outcome"], entry["seconds"]) for entry in entries]
+    return {one.mutant: one for one in found}
+
+
+def keep(key: str, one: Tried) -> None:
+    KEPT.parent.mkdir(exist_ok=True)
+    with KEPT.open("a", encoding="utf-8") as lines:
+        lines.write(json.dumps({"key": key} | asdict(one), ensure_ascii=False) + "\n")
+
+
+def record(tried: Sequence[Tried], harmless: Sequence[dict[str, str]], asked: int) -> dict[str, Any]:
+    """Everything as it goes into `mutations.json`."""
+    reasons = {(one["module"], one["line"], one["becomes"]): one["why"] for one in harmless}
+    survived = [
+        asdict(one.mutant)
+        | {"why": reasons.get((one.mutant.module, one.mutant.line, one.mutant.becomes), "")}
+        for one in tried
+        if one.outcome == "survived"
+    ]
+    rows = []
+    for module in dict.fromkeys(one.mutant.module for one in tried):
+        left = [one for one in survived if one["module"] == module]
+        of_module = [one for one in tried if one.mutant.module == module]
+        rows.append(
+            {
+                "module": module,
+                "mutants": len(of_module),
+                "caught": len(of_module) - len(left),
+                "harmless": sum(bool(one["why"]) for one in left),
+                "survived": sum(not one["why"] for one in left),
+                "seconds": round(sum(one.seconds for one in of_module) / len(of_module), 1),
+            }
+        )
+    matter = sum(row["caught"] + row["survived"] for row in rows)
+    caught = sum(row["caught"] for row in rows)
+    return {
+        "rows": rows,
+        "survived": survived,
+        "summary": f"{caught} of {matter} mutants that can matter are caught ({caught / max(matter, 1):.1%})",
+        "goal": GOAL,
+        "sample": asked,
+        "seed": SEED,
+        "versions": versions(),
+        "code": results_digest(),
+    }
+
+
+if __name__ == "__main__":
+    main()
