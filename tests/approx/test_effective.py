@@ -81,3 +81,9 @@ def test_one_body_alone_may_have_effective_properties():
 def test_impossible_properties_are_refused(make, message):
     with pytest.raises(WrongInput, match=message):
         make()
+
+
+@pytest.mark.parametrize("far", [0.0, 0.5])
+def test_poisson_s_ratio_far_away_may_be_any_that_a_material_may_have(far):
+    found = EffectiveProperties(nu=Transition(far, 9.0, 1.0, 1.0)).at(np.array([9.0]), one_body(STEEL, +1))
+    np.testing.assert_allclose(found.nu, far, atol=1e-16)

@@ -343,3 +343,26 @@ def test_line_load_shifts_the_surface_by_a_constant_to_either_side(side):
         shift = ics(0.0, s, patch, side=side)[1, 2] / (2 * patch.b)
         flamant_sn = -side * np.sign(s) * (1 - 2 * STEEL.nu) / (4 * STEEL.G)
         assert shift == pytest.approx(flamant_sn, rel=1e-4)  # 2 s / (pi a), (b / s)^2
+
+
+def test_a_grid_may_be_a_single_strip_or_a_single_lag():
+    """Of one element in a direction: what the points say."""
+    half_space = HalfSpace(one_body(STEEL, +1))
+    for n_x, n_s in ((1, 1), (3, 1), (1, 4)):
+        x, s = 2 * PATCH.a * np.arange(n_x)[:, None], 2 * PATCH.b * np.arange(n_s)
+        np.testing.assert_allclose(
+            half_space.lags(PATCH, n_x, n_s), half_space.ics(PATCH, x, s), rtol=1e-12, atol=1e-25
+        )
+    for n_x, n_s in ((0, 4), (3, 0)):
+        with pytest.raises(WrongInput, match="at least one lag each"):
+            half_space.lags(PATCH, n_x, n_s)
+
+
+@pytest.mark.parametrize("along", ["x", "s"])
+def test_a_grid_whose_end_lies_beyond_what_can_be_computed_is_refused(along):
+    """Lengths to 1e70 mm: no element is larger, the fourth one ends beyond."""
+    long = 0.2e70
+    patch = Patch(long, 0.2) if along == "x" else Patch(0.5, long)
+    n = {"n_x": 4, "n_s": 1} if along == "x" else {"n_x": 1, "n_s": 4}
+    with pytest.raises(WrongInput, match=r"1\.6e\+70 mm: only"):
+        HalfSpace(one_body(STEEL, +1)).lags(patch, **n)

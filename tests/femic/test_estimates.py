@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from femic.accuracy import line_errors
 from femic.harmonic.synthesis import LOWER as HALF
 from femic.models import Cost, Points, RawICs
 from femic.reference import (
@@ -215,6 +216,19 @@ def test_the_largest_wavenumber_grows_by_the_cube_root_of_the_tolerance_and_doub
         assert waves_for(tolerance, 1.0, Level(waves=waves))[1] == pytest.approx(larger * 2**waves)
 
 
+def test_wavenumbers_are_as_accurate_as_the_line_needs_where_displacements_are_least():
+    """A twentieth of the largest A_nn there, a point load's: (1 - nu) / (2 pi G r)."""
+    x = np.array([3.0, -5.0, 8.0, 40.0, -20.0])
+    lines = {"near": slice(0, 3), "far": slice(3, 5)}
+    job = replace(JOB, engine="harmonic", tolerance=0.004, points=Points(x, 0 * x), lines=lines)
+    material = JOB.body.material
+    least = (1 - material.nu) / (2 * np.pi * material.G * 20.0) / 20
+    asked = request(job, Level())
+    assert asked.accuracy == pytest.approx(0.5 * 0.004 * least, rel=1e-3)
+    assert asked.highest == pytest.approx(2 * np.pi)
+    assert request(job, Level(waves=1)).highest == pytest.approx(4 * np.pi)
+
+
 def test_how_much_tighter_than_tuned():
     assert [tighter(t) for t in (1.0, 1e-3, 5e-4)] == [1, 1, 2]
     assert far_radius_for(1e-3 / 4, "harmonic") == pytest.approx(2 * far_radius_for(1e-3, "harmonic"))
@@ -250,6 +264,15 @@ def test_scales_are_of_each_line_by_itself():
     found = scales([TWO], ics(nn=[4, -8, 2, 1, -1], sn=[-3, 1, 0, 1.5, -1]))
     assert (found["one"][2, 2], found["other"][2, 2]) == (8, 2)
     assert (found["one"][1, 2], found["other"][1, 2]) == (3, 1.5)
+
+
+def test_the_error_on_a_line_is_the_largest_of_either_sign():
+    c = ics(nn=[1, -2, 3, -4, 2], ss=2.0)
+    off = ics(nn=[0.1, 0.2, -0.4, 0, 0.1], ss=[0, 0.5, 0.1, 0, 0])
+    found = line_errors(off, c, c[2, 2])
+    assert found[2, 2] == pytest.approx(0.1)
+    assert found[1, 1] == pytest.approx(0.25)
+    assert found[0, 1] == 0
 
 
 def test_errors_are_the_largest_on_a_line_as_shares_of_its_scale():

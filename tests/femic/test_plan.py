@@ -119,3 +119,15 @@ def test_each_field_of_a_solid_is_solved():
 def test_smaller_cells_at_the_points_cost_more():
     even, graded = (plan._cubes(solid(plane(), cells=cells)) for cells in (UNIFORM, Cells(2.0, 0.2, 0.2)))
     assert graded < even / 5
+
+
+@pytest.mark.parametrize("contour", [plane(), arc(1e4, 1e-4, 2e-4)])
+def test_points_cost_the_same_on_the_other_side_of_a_plane_of_symmetry(contour):
+    asked = replace(
+        solid(contour, cells=Cells(0.5, 0.3, 0.3)), points=Points(np.array([4.0]), np.array([7.0]))
+    )
+    cubes = plan._cubes(asked)
+    in_x = replace(asked, points=Points(np.array([-4.0]), np.array([7.0])))
+    in_y = replace(asked, points=Points(np.array([4.0]), np.array([-7.0])))
+    assert plan._cubes(in_x) == pytest.approx(cubes, rel=1e-12)
+    assert (abs(plan._cubes(in_y) / cubes - 1) < 1e-12) == contour.symmetric
