@@ -237,3 +237,12 @@ def test_accuracy_may_differ_from_entry_to_entry():
     assert set(one.k) <= set(both.k)
     assert set(other.k) <= set(both.k)
     assert len(sampled(AXIS, Solver(smooth), ODD, 0.2, 1e-1).k) < min(len(one.k), len(other.k))
+
+
+@pytest.mark.parametrize("radius", [1.0, 20.0, 500.0])
+def test_orders_between_which_there_is_nothing_never_came_last(radius):
+    """m = 0, 1, 2 of a ring have no middles: the sparser ones have them, too, as all first ones."""
+    axis = Axis(1e-3, 25.0, radius)
+    found = sampled(axis, Solver(smooth), ODD, 0.2, 1e-6)
+    assert np.any(found.last)
+    assert set(axis.first()) <= set(found.sparser.k)
