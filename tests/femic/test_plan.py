@@ -8,6 +8,7 @@ import pytest
 from femic import plan
 from femic.cell_size import Cells
 from femic.harmonic.engine import build_section
+from femic.harmonic.expected import expected_wavenumbers
 from femic.models import Points
 from femic.plan import planned
 from femic.solid.engine import Request
@@ -70,7 +71,7 @@ def test_right_hand_sides_are_solved_one_by_one(monkeypatch):
     with_law(monkeypatch, FACTOR=0.0, SOLVE=1.0, SOLVE_GROWTH=0.0, SECTION_START=0.0, SECTION_PER_UNKNOWN=0.0)
     one, nine = (planned(replace(TASK.request, loads=loads), 1) for loads in (LOADS[:1], LOADS))
     assert nine.fields == 9 * one.fields
-    assert nine.seconds == pytest.approx(9 * one.seconds)
+    assert nine.seconds / nine.wavenumbers == pytest.approx(9 * one.seconds / one.wavenumbers)
 
 
 def test_costs_of_unknowns_follow_their_powers(monkeypatch):
@@ -84,10 +85,11 @@ def test_costs_of_unknowns_follow_their_powers(monkeypatch):
         assert power == pytest.approx(law.get("FACTOR_GROWTH", law.get("SOLVE_GROWTH")))
 
 
-def test_wavenumbers_are_planned_evenly_in_t():
-    axis = TASK.request.axis
-    expected = np.arcsinh(axis.k_max / axis.scale) / 0.33
-    assert planned(TASK.request, 1).wavenumbers == round(expected)
+def test_wavenumbers_are_those_that_a_half_space_would_take():
+    found = planned(TASK.request, 1)
+    assert found.wavenumbers == expected_wavenumbers(TASK.request)
+    finer = planned(replace(TASK.request, accuracy=TASK.request.accuracy / 1000), 1)
+    assert finer.wavenumbers > found.wavenumbers
 
 
 UNIFORM = Cells(2.0, 1e-9, 1e-9)
