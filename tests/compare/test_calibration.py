@@ -74,6 +74,7 @@ def test_c_of_the_fit_is_c_of_the_scene(calibrated, made):
     np.testing.assert_allclose(target.ics[0, on_line], between, atol=0.005 * np.max(np.abs(c)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("components", [["xn"], ["nn", "xn", "xx"]])
 def test_c_of_the_fit_of_a_wheel_is_c_of_the_scene_whatever_it_asks_for(tmp_path, components):
     text = scene_text(engine=HARMONIC, upper_E=70e3).replace("[upper]", "[upper]\nrolling_radius = 60.0")

@@ -221,7 +221,9 @@ def test_advice_from_the_command_line(made, tmp_path, capsys):
 # --- ics = "auto" ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("tolerance", "kind"), [(0.5, "approximation"), (0.02, "harmonic")])
+@pytest.mark.parametrize(
+    ("tolerance", "kind"), [(0.5, "approximation"), pytest.param(0.02, "harmonic", marks=pytest.mark.slow)]
+)
 def test_auto_chooses_what_advise_names(made, tolerance, kind):
     path, store, _ = made
     scene = load_scene(str(path), {"ics_tolerance": tolerance})
@@ -253,6 +255,7 @@ def test_ways_keep_what_belongs_to_the_body(made, tmp_path):
     assert (other.bodies["lower"].domain.far_radius, other.most_unknowns) == (320.0, 5000)
 
 
+@pytest.mark.slow
 def test_run_and_export_say_and_use_what_auto_chose(made, tmp_path, capsys):
     path, store, _ = made
     mine = tmp_path / "mine.toml"

@@ -277,26 +277,35 @@ def test_only_what_was_asked_is_fitted():
     assert list(fit.u) == [CENTRAL[2]]
 
 
-def test_entries_of_m_do_not_depend_on_what_else_is_asked():
+def some_displacements(body):
+    """Of every load that M may need: M is what conditions make of them, whatever they are."""
+    points = RULE.points(body)
+    loads = [*CENTRAL, *OFF_CENTRE, RULE.moment_load(), RULE.moment_load(-1)]
+    return points, {load: 1e-6 * RNG.normal(size=(3, len(points.x))) for load in loads}
+
+
+@pytest.mark.parametrize("contour", [SYMMETRIC, UNSYMMETRIC], ids=["symmetric", "unsymmetric"])
+@pytest.mark.parametrize("radius", [np.inf, 60.0])
+def test_entries_of_m_do_not_depend_on_what_else_is_asked(radius, contour):
     """Each entry that two questions determine is the same, whatever else they ask."""
-    of_all = Fit(UNSYMMETRIC, UPPER, (*CENTRAL, *OFF_CENTRE), rolling_radius=60.0)
+    body = wheel(radius, UPPER, contour)
+    points, u = some_displacements(body)
+    of_all = fit_discount(body, RULE, conditions(body, RULE, (*CENTRAL, *OFF_CENTRE)), u)
     for asked in (CENTRAL[:1], CENTRAL[1:2], CENTRAL[2:], CENTRAL, OFF_CENTRE[2:], OFF_CENTRE[:1]):
-        fit = conditions(of_all.body, RULE, asked)
-        m = fit_discount(of_all.body, RULE, fit, of_all.u)
+        m = fit_discount(body, RULE, conditions(body, RULE, asked), u)
         determined = m != 0
-        np.testing.assert_allclose(m[determined], of_all.m[determined], rtol=1e-9)
+        np.testing.assert_allclose(m[determined], of_all[determined], rtol=1e-9)
         for load in asked:  # and nothing else matters for these loads
-            parts = [rigid_part(one, of_all.body, of_all.points, load) for one in (m, of_all.m)]
+            parts = [rigid_part(one, body, points, load) for one in (m, of_all)]
             np.testing.assert_allclose(*parts, rtol=1e-9, atol=1e-12 * np.abs(parts[0]).max())
 
 
 def test_on_a_wheel_xn_and_nx_asked_alone_are_reciprocal():
     body = wheel(60.0, UPPER, SYMMETRIC)
-    of_all = Fit(SYMMETRIC, UPPER, CENTRAL, rolling_radius=60.0)
-    x = np.array([8.0, 16.0, 25.0])
-    points = Points(x, np.zeros(3))
+    _, u = some_displacements(body)
+    points = Points(np.array([8.0, 16.0, 25.0]), np.zeros(3))
     of_n, of_x = (
-        rigid_part(fit_discount(body, RULE, conditions(body, RULE, (load,)), of_all.u), body, points, load)
+        rigid_part(fit_discount(body, RULE, conditions(body, RULE, (load,)), u), body, points, load)
         for load in (CENTRAL[2], CENTRAL[0])
     )
     np.testing.assert_allclose(of_n[0], -of_x[2], rtol=1e-12)

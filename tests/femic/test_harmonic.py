@@ -72,6 +72,7 @@ def test_error_falls_at_least_like_h_cubed():
     assert np.polyfit(np.log(factors), np.log(rms), 1)[0] > 3
 
 
+@pytest.mark.slow
 def test_error_falls_about_like_the_square_of_the_domain():
     sizes, off = np.array([40.0, 80.0, 160.0]), []
     for size in sizes:
@@ -97,7 +98,7 @@ def test_poisson_s_ratio_may_come_close_to_one_half(nu):
 
 
 @pytest.mark.parametrize(
-    ("a", "b"), [pytest.param(0.02, 2.0, marks=pytest.mark.slow), (0.2, 2.0), (2.0, 0.02)]
+    ("a", "b"), [*(pytest.param(a, 2.0, marks=pytest.mark.slow) for a in (0.02, 0.2)), (2.0, 0.02)]
 )
 def test_slender_patches(a, b):
     patch = Patch(a, b)
@@ -110,9 +111,10 @@ def test_slender_patches(a, b):
     assert np.max(shares(found.c.estimate, exact)) < 5e-3
 
 
-def test_estimates_bound_the_errors_and_are_at_most_ten_times_them():
+@pytest.mark.parametrize("others", [[], pytest.param(OTHERS.values(), marks=pytest.mark.slow)])
+def test_estimates_bound_the_errors_and_are_at_most_ten_times_them(others):
     jobs = [harmonic(job(size, 1.0), factor) for size, factor in ((80.0, 1.25), (640.0, 1.0))]
-    jobs += [harmonic(job(320.0, 1.0, **changes)) for changes in OTHERS.values()]
+    jobs += [harmonic(job(320.0, 1.0, **changes)) for changes in others]
     cases = []
     for asked in jobs:
         found, a = reference(asked), halfspace(asked)
@@ -169,14 +171,15 @@ def test_components_of_a_wheel_do_not_depend_on_what_else_is_asked_for():
     """Only wavenumbers may lie elsewhere: what is asked alone is within its estimate."""
     x = np.array([-16.0, 8.0, 16.0, 25.0])
     crown = {"side": UPPER, "contour": arc(10.0, 0.4, 0.4), "rolling_radius": 500.0}
-    asked = replace(harmonic(job(320.0, 1.0, **crown)), points=Points(x, 0 * x), lines={"x": slice(None)})
-    of = [("xn",), ("nx",), ("xn", "nn"), ("xx", "xn", "nx", "nn")]
-    xn, nx, both, all_four = (reference(replace(asked, components=components)).c for components in of)
-    for other in (both, all_four):
-        assert np.all(np.abs(other.ic - xn.ic)[0, 2] <= xn.estimate[0, 2])
+    asked = replace(
+        harmonic(job(320.0, 1.0, **crown), 2.0), points=Points(x, 0 * x), lines={"x": slice(None)}
+    )
+    of = [("xn",), ("nx",), ("xx", "xn", "nx", "nn")]
+    xn, nx, all_four = (reference(replace(asked, components=components)).c for components in of)
+    assert np.all(np.abs(all_four.ic - xn.ic)[0, 2] <= xn.estimate[0, 2])
     assert np.all(np.abs(all_four.ic - nx.ic)[2, 0] <= nx.estimate[2, 0])
     np.testing.assert_allclose(nx.ic[2, 0], -xn.ic[0, 2], rtol=1e-3)
-    assert np.all(xn.estimate[0, 2] < 0.005 * np.max(np.abs(xn.ic[0, 2])))
+    assert np.all(xn.estimate[0, 2] < 0.03 * np.max(np.abs(xn.ic[0, 2])))
 
 
 def test_a_wheel_is_periodic():

@@ -89,6 +89,7 @@ def test_supports_hold_far_arc_hub_and_end_and_nothing_else(solid):
     np.testing.assert_array_equal(held.any(axis=1), held.all(axis=1))
 
 
+@pytest.mark.slow  # the harmonic engine's is not
 def test_a_large_rolling_radius_is_a_prismatic_body_and_the_difference_falls_like_its_inverse():
     radii = np.array([100.0, 200.0, 400.0])
 
