@@ -3,9 +3,6 @@
 import sys
 from pathlib import Path
 
-import pytest
-
-pytest.importorskip("cosmic_ray", reason="pip install -e '.[dev]'")
 sys.path.append(str(Path(__file__).parents[1] / "tools"))
 import mutations
 from mutants import ROOT, Mutant, changed_lines, mutated, places, sample
