@@ -25,7 +25,7 @@ from approx.effective import EffectiveProperties
 from approx.pair import Solid
 from approx.target import indices
 from compare.calibration.fits import calibrate, target_of
-from compare.measure import Measure
+from compare.measure import Measure, far_from
 from compare.pipeline import Results, reference_of
 from compare.scenes.load import load_scene
 from femic.store import Store
@@ -118,9 +118,10 @@ def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArr
     table = np.empty((len(RATIOS), len(variants), len(COMPONENTS)))
     upper, lower = (reference_of(results, body) for body in BODIES)
     moved = [translated(results, body) for body in BODIES]
+    far = far_from(results.scene.patch, results.points.x, results.points.s)
     for r, ratio in enumerate(RATIOS):
         c = upper.ic / ratio + lower.ic
-        measure = Measure(c, upper.estimate / ratio + lower.estimate, c[2, 2], lines)
+        measure = Measure(c, upper.estimate / ratio + lower.estimate, c[2, 2], lines, far)
         for v, (name, (variant, found)) in enumerate(variants.items()):
             ics = approximated(results, variant, ratio, found)
             if name == TRANSLATED:
