@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from compare.validation import bodies, choices, curvature, curves, nn, program, sn, tangential, xn
+from compare.validation import bodies, choices, criteria, curvature, curves, nn, program, sn, tangential, xn
 from compare.validation.curves import ACROSS, CONCAVE, CONVEX, SHOWN, THROUGH, error, line_of
 from compare.validation.program import cylinder_error, far_field_error, point_load
 from compare.validation.runs import GEOMETRIES
@@ -375,3 +375,35 @@ def test_limits_hold_and_wrong_ones_do_not(nu, monkeypatch):
     assert criteria["cylinder"].met(cylinder_error(UPPER, nu)) == (nu == 0.5)  # nothing to multiply there
     monkeypatch.setattr(program, "FAR", 1e3)
     assert not criteria["point loads"].met(far_field_error(nu))
+
+
+def test_what_c_cannot_decide_is_close_to_a_threshold():
+    """0.002 of it; of 1 where it is 0."""
+    at_zero, at_half = (criteria.Criterion("", "", "<", threshold, dict) for threshold in (0.0, 0.5))
+    assert at_zero.close(0.0019)
+    assert not at_zero.close(0.0021)
+    assert at_half.close(0.5009)
+    assert not at_half.close(0.5011)
+
+
+def test_numbers_are_those_of_the_geometries_without_a_fit_unless_asked():
+    class Runs:
+        geometry, fitted = staticmethod(lambda _: "plain"), staticmethod(lambda _: "fitted")
+
+    assert set(criteria.of_geometries(lambda found: found)(Runs).values()) == {"plain"}
+    assert set(criteria.of_geometries(lambda found: found, fitted=True)(Runs).values()) == {"fitted"}
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_largest_misfit_counts_whatever_its_sign(sign):
+    """B-hat less or more by a bump at s = 7.5 mm."""
+
+    def c(of):
+        out = of.by("Bhat").copy()
+        out[S, N] += sign * 1e-6 * np.exp(-((of.points.s - 7.5) ** 2)) * of.on(ACROSS)
+        return out
+
+    joint = 10 * np.radians(25.5)
+    assert sn.furthest_misfit(made(FIRST, c)) == pytest.approx(7.5 / joint, rel=0.01)
+    runs = runs_of(c)
+    assert sn.misfit_of_first(runs) == {FIRST: sn.furthest_misfit(runs.geometry(FIRST))}

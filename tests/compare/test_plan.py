@@ -2,7 +2,9 @@
 
 import pytest
 
-from compare.plan import Step, seconds
+from compare.plan import Step, compared, run_steps, seconds
+from compare.scenes.load import load_scene
+from femic.models import Cost
 from femic.plan import Planned
 
 
@@ -22,3 +24,28 @@ def test_models_of_the_solid_engine_share_the_workers_those_of_the_harmonic_foll
 
 def test_no_models_take_no_time():
     assert seconds([], 2) == 0
+
+
+def models_of(check):
+    scene = load_scene("flat", {"bodies": ["lower"], "engine": {"check": check, "tolerance": 0.1}})
+    return {one.name: one.cells for one in run_steps(scene, 1)}
+
+
+def test_a_run_plans_the_models_of_the_scene_and_those_of_its_check():
+    harmonic = {"lower, fine": 1.0, "lower, coarse": 1.5}
+    assert models_of(False) == pytest.approx(harmonic)
+    solid = {"check, lower, fine": 1.0, "check, lower, coarse": 1.5, "check, lower, small": 1.5}
+    assert models_of(True) == pytest.approx(harmonic | solid)
+
+
+@pytest.mark.parametrize(
+    ("engine", "solver", "told"),
+    [("harmonic", "direct, 27 wavenumbers", "20 / 27"), ("solid", "multigrid", "20 / –")],
+)
+def test_wavenumbers_are_shown_beside_those_planned(engine, solver, told):
+    cost = Cost(1200, 100, solver, (), 1e-12, {"mesh": 1.0, "solution": 2.0}, 150.0)
+    (row,) = compared([step(engine, 4.0)], {"a model": cost, "another": cost})
+    assert row["wavenumbers"] == told
+    assert row["unknowns"] == "1,000 / 1,200"
+    assert row["seconds"] == "4 / 3"
+    assert row["memory"] == "100 / 150"
