@@ -1,5 +1,8 @@
 """How reciprocal a matrix is, and where: matrices with one known defect."""
 
+import json
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 
@@ -55,3 +58,8 @@ def test_a_grid_of_joints_only_has_no_elsewhere():
     found = reciprocity(reciprocal_matrix()[:, :2, :2], arc(2.0, 0.1, 0.1), grid)
     assert (found.at_joints, found.elsewhere) == ((0, 1), None)
     assert "without" not in described(found, grid)
+
+
+def test_it_can_be_written_into_a_file():
+    found = reciprocity(with_defects(joint=0.01, elsewhere=0.002), JOINTED, GRID)
+    assert json.loads(json.dumps(asdict(found)))["at_joints"] == [0, 4]
