@@ -351,6 +351,7 @@ def test_loads_of_both_c_ij_and_c_ji_are_solved():
     assert directions(("sn",), "solid") == [2]  # a field each, as dear as the first
 
 
+@pytest.mark.slow
 def test_units_do_not_matter():
     """Millimetres and MPa, or metres and Pa."""
     asked = request(harmonic(job(40.0, 1.0)), Level())
@@ -385,6 +386,7 @@ def test_responses_are_smooth_at_zero():
     np.testing.assert_allclose((two - zero)[1:] / (one - zero)[1:], 4, rtol=1e-2)
 
 
+@pytest.mark.slow
 def test_on_the_flank_of_a_wheel_the_patch_keeps_its_length():
     """R(s) is 15 % above R_roll there: close to a small patch it gives way as the half-space does."""
     body = Body(UPPER, arc(10.0, 0.9, 0.9), STEEL, Domain(40.0, 40.0), 20.0)

@@ -113,7 +113,7 @@ def test_parity_in_s_of_a_symmetric_section_is_that_of_x_and_s_swapped():
     np.testing.assert_allclose(ic[..., 4], even_in_s * ic[..., 0], rtol=1e-12)
 
 
-@pytest.mark.parametrize("s", [0.0, 1.5])
+@pytest.mark.parametrize("s", [pytest.param(0.0, marks=pytest.mark.slow), 1.5])
 def test_half_and_quarter_models_agree(s):
     """A flank steeper by nothing to speak of needs the half model: a second route to the same ICs."""
     nearly = arc(10.0, np.radians(25.5), np.radians(25.5) + 1e-6)
