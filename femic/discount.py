@@ -12,9 +12,8 @@ tilt of the axle, alike about x and z (M_yphi / R_roll); one that comes with the
 (M_yz / R_roll). With these D is rigid for each load, reciprocal, and a function of the lag. M has two entries
 more, phi-phi and z-phi: what tilts of the axle leave of them turns the load's section about its contact
 centre. Seen from elsewhere that is rigid but for a translation along y, the turn times the height of the
-observer's contact centre over the load's: without it, D would not be reciprocal, or loads at the contact
-centre would depend on phi-phi.
-Source: [BVSV] section 5.1, design section 4.
+observer's contact centre over the load's. It is left out: with it, D would not be reciprocal, or loads at the
+contact centre would depend on phi-phi. Source: [BVSV] section 5.1, design section 4.
 """
 
 from collections.abc import Callable, Mapping
