@@ -162,16 +162,20 @@ def rigid_moment(body, s, direction):
     return y * force[2] - z * force[1]
 
 
-def test_turns_of_sections_are_nothing_to_loads_at_the_contact_centre_and_prismatic_at_x_0():
+@pytest.mark.parametrize("entry", [(3, 3), (2, 3)], ids=["phi-phi", "z-phi"])
+def test_turns_of_sections_are_those_of_the_prismatic_body_at_x_0(entry):
+    m = np.zeros((4, 4))
+    m[entry] = m[entry[::-1]] = 1.0
+    bodies = wheel(60.0, UPPER), request_for(UNSYMMETRIC, side=UPPER).body
+    on_wheel, prismatic = (discounts(m, body, 5.0)[..., FAR.x == 0] for body in bodies)
+    np.testing.assert_allclose(on_wheel, prismatic, atol=1e-13)
+    assert np.abs(prismatic).max() > 1
+
+
+def test_phi_phi_is_nothing_to_loads_at_the_contact_centre():
     m = np.zeros((4, 4))
     m[3, 3] = 1.0
-    body = wheel(60.0, UPPER)
-    assert np.all(discounts(m, body, 0.0) == 0)
-    in_own_section = FAR.x == 0
-    as_prismatic = discounts(m, request_for(UNSYMMETRIC, side=UPPER).body, 5.0)
-    np.testing.assert_allclose(
-        discounts(m, body, 5.0)[..., in_own_section], as_prismatic[..., in_own_section]
-    )
+    assert np.all(discounts(m, wheel(60.0, UPPER), 0.0) == 0)
 
 
 def test_the_discount_at_the_contact_centre_is_that_of_the_design():
