@@ -167,9 +167,12 @@ def test_turns_of_sections_are_those_of_the_prismatic_body_at_x_0(entry):
     m = np.zeros((4, 4))
     m[entry] = m[entry[::-1]] = 1.0
     bodies = wheel(60.0, UPPER), request_for(UNSYMMETRIC, side=UPPER).body
-    on_wheel, prismatic = (discounts(m, body, 5.0)[..., FAR.x == 0] for body in bodies)
-    np.testing.assert_allclose(on_wheel, prismatic, atol=1e-13)
-    assert np.abs(prismatic).max() > 1
+    s = FAR.s[FAR.x == 0]
+    here, there = (generalized(bodies[1], 0 * s, at)[:4] for at in (s, np.full_like(s, 5.0)))
+    by_definition = np.einsum("aip,ab,bjp->jip", here, m, there)  # Phi^T M Phi
+    for body in bodies:
+        np.testing.assert_allclose(discounts(m, body, 5.0)[..., FAR.x == 0], by_definition, atol=1e-13)
+    assert np.abs(by_definition).max() > 1
 
 
 def test_phi_phi_is_nothing_to_loads_at_the_contact_centre():
