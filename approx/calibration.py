@@ -1,20 +1,19 @@
 """Effective properties fitted to known ICs: the A' with which B-hat-prime comes closest to them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter
 from scipy.optimize import least_squares
 
 from approx.effective import EffectiveProperties, Transition
 from approx.target import Target
+from geometries.arrays import Array
 from geometries.errors import WrongInput
 
-Array = NDArray[np.float64]
 Values = dict[str, dict[str, float]]  # by property and parameter
 
 PARAMETERS = ("far", "r_inf", "m", "n")
@@ -218,14 +217,7 @@ class _Data:
             return values
         low, high = np.array([self.bounds(*which) for which in free]).T
 
-        def at(variables: Array) -> Values:
-            changed = {name: dict(parameters) for name, parameters in values.items()}
-            for (name, parameter), variable in zip(free, variables, strict=True):
-                changed[name][parameter] = self.to_value(name, parameter, float(variable))
-            return changed
-
-        def deviations(variables: Array) -> Array:
-            return self.deviations(self.ics(at(variables)))
+        deviations = self._deviations_of(values, free)
 
         def polished(first: Array, stop: Mapping[str, float]) -> tuple[float, Array]:
             inside = np.clip(first, low + INSIDE * (high - low), high - INSIDE * (high - low))
@@ -237,7 +229,19 @@ class _Data:
             for start in starts
         ]
         rough = sorted((polished(first, ROUGH) for first in firsts), key=lambda one: one[0])
-        return at(min((polished(x, EXACT) for _, x in rough[:FINALISTS]), key=lambda one: one[0])[1])
+        closest = min((polished(x, EXACT) for _, x in rough[:FINALISTS]), key=lambda one: one[0])[1]
+        return self._at(values, free, closest)
+
+    def _at(self, values: Values, free: Sequence[tuple[str, str]], variables: Array) -> Values:
+        """Values with other ones of what is free, by its variables."""
+        changed = {name: dict(parameters) for name, parameters in values.items()}
+        for (name, parameter), variable in zip(free, variables, strict=True):
+            changed[name][parameter] = self.to_value(name, parameter, float(variable))
+        return changed
+
+    def _deviations_of(self, values: Values, free: Sequence[tuple[str, str]]) -> Callable[[Array], Array]:
+        """Deviations as a function of the variables of what is free."""
+        return lambda variables: self.deviations(self.ics(self._at(values, free, variables)))
 
     def without(
         self, values: Values, free: Sequence[tuple[str, str]], unknown: tuple[str, str]
@@ -263,7 +267,7 @@ class _Data:
         return min(variable - low, high - variable) < 1e-6 * (high - low)
 
     def covariance(self, values: Values, free: Sequence[tuple[str, str]]) -> Array:
-        """Of the variables; infinite on the diagonal where the data do not determine them."""
+        """Covariance of the variables; on the diagonal infinite where the data do not determine one."""
         jacobian = self._jacobian(values, free)
         lengths = np.linalg.norm(jacobian, axis=0)
         if not np.all(lengths > 0):
@@ -282,22 +286,13 @@ class _Data:
         return float(np.max([per_point, np.mean(known**2), rounding**2]))
 
     def _jacobian(self, values: Values, free: Sequence[tuple[str, str]]) -> Array:
-        columns = []
-        for name, parameter in free:
-            low, high = self.bounds(name, parameter)
-            variable = self.to_variable(name, parameter, values[name][parameter])
-            ends = np.clip([variable - 1e-5, variable + 1e-5], low, high)
-            at_ends = [
-                self.deviations(
-                    self.ics(
-                        values
-                        | {name: values[name] | {parameter: self.to_value(name, parameter, float(end))}}
-                    )
-                )
-                for end in ends
-            ]
-            columns.append((at_ends[1] - at_ends[0]) / (ends[1] - ends[0]))
-        return np.array(columns).T
+        """Of the deviations with respect to the variables of what is free, (n_deviations, n_free)."""
+        bounds = np.array([self.bounds(*which) for which in free]).T
+        variables = np.array([self.to_variable(*which, values[which[0]][which[1]]) for which in free])
+        at_values = least_squares(
+            self._deviations_of(values, free), np.clip(variables, *bounds), "3-point", bounds, max_nfev=1
+        )
+        return np.asarray(at_values.jac)
 
     def least_known(self, values: Values, free: Sequence[tuple[str, str]]) -> tuple[str, str] | None:
         """The free parameter that is known worst, if the data do not determine it."""

@@ -12,12 +12,11 @@ uniform radial displacement. Source: design section 3.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.materials import Material
-
-Array = NDArray[np.float64]
 
 
 def half_plane_ics(material: Material, side: int, s: ArrayLike, s_0: float) -> Array:

@@ -3,12 +3,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.materials import ElasticConstants
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

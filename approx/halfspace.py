@@ -5,16 +5,15 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from approx.effective import EffectiveProperties
 from approx.hat import over_hat, over_hat_lags
 from approx.rectangle import checked_lengths, over_lags, over_rectangle
+from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.materials import ElasticConstants
 from geometries.patches import Patch
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

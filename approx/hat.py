@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from approx.rectangle import over_rectangle, with_signs
+from geometries.arrays import Array
 from geometries.patches import Patch
-
-Array = NDArray[np.float64]
+from geometries.quadrature import gauss
 
 DIGITS = 17  # that the Gauss rules aim at
 GAUSS = (2, 3, 4, 6, 8, 12, 16, 24)  # numbers of nodes
@@ -83,7 +82,7 @@ def _rules(centre: Array, gap: Array) -> Array:
 def _nodes(centre: Array, half: float, rule: int, fine: int) -> Nodes:
     """The rule of the window centre - half ... centre + half."""
     if rule:
-        at, weights = _gauss(rule)
+        at, weights = gauss(rule)
         return Nodes(centre[:, None] + half * at, np.broadcast_to(weights / 2, (len(centre), rule)))
     low, high = centre - half, centre + half
     edge = np.clip(half, low, high)
@@ -91,12 +90,6 @@ def _nodes(centre: Array, half: float, rule: int, fine: int) -> Nodes:
     pieces = [(low[:, None], (edge - low)[:, None]), (edge[:, None], (high - edge)[:, None])]
     at = np.concatenate([start + length * share for start, length in pieces], axis=1)
     return Nodes(at, np.concatenate([length * weights for _, length in pieces], axis=1) / (2 * half))
-
-
-@lru_cache
-def _gauss(n: int) -> tuple[Array, Array]:
-    at, weights = np.polynomial.legendre.leggauss(n)
-    return at, weights
 
 
 def _tanh_sinh_size(patch: Patch) -> int:

@@ -1,12 +1,10 @@
 """Approximations on a grid: the ICs of all pairs of elements, by their lag along x and both strips."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from approx.pair import Pair, Solid
+from geometries.arrays import Array
 from geometries.grids import Grid
-
-Array = NDArray[np.float64]
 
 
 def column(variant: str, solid: Solid | Pair, grid: Grid, strip: int) -> Array:

@@ -8,11 +8,10 @@ delta(s_J), the same for both bodies. Source: [BVSV] section 3 (design section 3
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from geometries.arrays import Array
 from geometries.surfaces import Surface
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

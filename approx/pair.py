@@ -3,16 +3,16 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from approx.effective import EffectiveProperties
 from approx.halfspace import HalfSpace
 from approx.variants import COUPLING, approximate
+from geometries.arrays import Array
 from geometries.materials import ElasticConstants, Material, both_bodies, one_body
 from geometries.patches import Patch
 from geometries.surfaces import Surface
 
-Array = NDArray[np.float64]
 Points = tuple[ArrayLike, ArrayLike]
 
 

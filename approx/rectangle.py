@@ -17,12 +17,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import Patch
-
-Array = NDArray[np.float64]
 
 XX, SS, XS, JX, JS = range(5)  # rows of the arrays of integrals
 IN_CACHE = 16384  # points worked on at a time (measured: docs/analytic.md)

@@ -3,14 +3,12 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from approx.effective import EffectiveProperties, Transition
 from approx.pair import Pair, Solid
+from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import DIRECTIONS, Patch
-
-Array = NDArray[np.float64]
 
 FEWEST = 8  # points
 SPREAD = 1.5  # least of the largest over the smallest distance

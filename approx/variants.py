@@ -5,17 +5,15 @@ from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from approx.halfspace import HalfSpace, observers
 from approx.orientation import Turn, both_turned, load_turned, observer_turned, turn_between
+from geometries.arrays import Array
 from geometries.errors import WrongInput
-from geometries.patches import Patch
+from geometries.patches import N, Patch, S, X
 from geometries.surfaces import Surface
 
-Array = NDArray[np.float64]
-X, S, N = range(3)
 COUPLING = ((X, N), (N, X))  # index of xn and nx
 
 

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from approx.matrix import matrix
-from compare.matrix.export import raw_matrix, read_matrix
-from compare.matrix.results import compute_matrix
+from compare.reports.matrix.export import raw_matrix, read_matrix
+from compare.results.matrix.compute import compute_matrix
 from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
-from femic.refinement import SILENT
-from femic.store import Store
+from femic.means import SILENT, Means
+from femic.work.store import Store
 from geometries.contours import Contour
 
 Array = NDArray[np.float64]
@@ -90,7 +90,7 @@ def main(approaches: list[float]) -> None:
     scene = load_scene("geometry2", {"engine": {"check": False}})
     with tempfile.TemporaryDirectory() as folder:
         store, path = Store(Path(folder) / "store"), Path(folder) / "matrix.nc"
-        compute_matrix(scene, path, workers=1, store=store)
+        compute_matrix(scene, path, Means(1, store))
         found = {
             "C": read_matrix(path, "combined"),
             "raw C": raw_matrix(scene, 1, store, SILENT),

@@ -24,11 +24,12 @@ from approx.calibration import fit
 from approx.effective import EffectiveProperties
 from approx.pair import Solid
 from approx.target import indices
-from compare.calibration.fits import calibrate, target_of
-from compare.measure import Measure, far_from
-from compare.pipeline import Results, reference_of
+from compare.reports.calibration.fits import calibrate, target_of
+from compare.results.compute import Results, reference_of
+from compare.results.measure import Measure, far_from
 from compare.scenes.load import load_scene
-from femic.store import Store
+from femic.means import Means
+from femic.work.store import Store
 from geometries.materials import Material
 
 Array = NDArray[np.float64]
@@ -68,7 +69,9 @@ def fitted(name: str, tolerance: float, store: Store) -> tuple[Results, dict[tup
     """C of a scene's bodies, and effective properties of each for every set of components."""
     wanted = {"bodies": list(BODIES), "properties": ["mismatch_k"], "components": COMPONENTS}
     engine = {"tolerance": tolerance, "check": False}
-    results = calibrate(load_scene(name, {"calibration": wanted, "engine": engine}), store=store).results
+    results = calibrate(
+        load_scene(name, {"calibration": wanted, "engine": engine}), Means(store=store)
+    ).results
     fits = {}
     for components, properties in SETS.items():
         calibration = replace(results.scene.calibration, components=components)
@@ -109,7 +112,7 @@ def translated(results: Results, body: str) -> Array:
 
 
 def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArray:
-    """Worst errors on the scene's lines by ratio, variant and component; see `compare.measure`."""
+    """Worst errors on the scene's lines by ratio, variant and component; see `compare.results.measure`."""
     lines = {name: part for name, part in results.lines.items() if not name.startswith("fit ")}
     variants = {"B̂": ("Bhat", {}), TRANSLATED: ("Bhat", {})} | {
         f"B̂′, {', '.join(SETS[components])} to {', '.join(components)}": ("Bhat_prime", found)

@@ -17,13 +17,15 @@ from time import perf_counter
 
 import numpy as np
 
-from compare.matrix.results import matrix_jobs
-from compare.pipeline import Results, compute, jobs, refinement_shares_of
+from compare.results.compute import Results, compute, jobs, refinement_shares_of
+from compare.results.matrix.compute import matrix_jobs
 from compare.scenes.load import load_scene
 from femic.accuracy import component_of
-from femic.harmonic.engine import HarmonicRequest, raw_ics
-from femic.matrix import matrices
-from femic.reference import Level, harmonic_request
+from femic.harmonic.engine import raw_ics
+from femic.harmonic.request import HarmonicRequest
+from femic.level import Level
+from femic.matrix.reference import matrices
+from femic.means import Means
 from femic.solid import pardiso
 
 BODIES = ("lower", "upper")
@@ -34,7 +36,7 @@ STRIPS = 64
 def run(name: str, **engine: object) -> tuple[Results, float]:
     scene = load_scene(name, {"engine": {"check": False, **engine}})
     start = perf_counter()
-    results = compute(scene, workers=2)
+    results = compute(scene, Means(2))
     return results, perf_counter() - start
 
 
@@ -97,13 +99,13 @@ def many_loads() -> None:
         grid = {"grid": {"n_x": 3, "n_s": STRIPS}}
         job = matrix_jobs(load_scene(name, grid | {"engine": {"check": False, "tolerance": 0.01}}))["lower"]
         start = perf_counter()
-        found = matrices({"lower": job}, workers=2)["lower"]
+        found = matrices({"lower": job}, Means(2))["lower"]
         seconds = perf_counter() - start
         start = perf_counter()
         solid_scene = load_scene(
             name, {"bodies": ["lower"], "engine": {"kind": "solid", "check": False, "tolerance": 0.01}}
         )
-        compute(solid_scene, workers=2)
+        compute(solid_scene, Means(2))
         one = perf_counter() - start
         unknowns = f"{found.models['fine'].unknowns:,}"
         cells = f"{seconds:.0f}", unknowns, f"{one:.0f}", f"{STRIPS * one:.0f}"
@@ -112,7 +114,7 @@ def many_loads() -> None:
 
 def growth() -> None:
     table("cells ×", "domain ×", "unknowns", "wavenumbers", "s", "ms per wavenumber")
-    asked = harmonic_request(jobs(load_scene("geometry1"))["lower"], Level())
+    asked = jobs(load_scene("geometry1"))["lower"].request(Level())
     for cells, domain in ((1.0, 1.0), (0.7, 1.0), (0.5, 1.0), (0.35, 1.0), (1.0, 4.0), (1.0, 16.0)):
         body = replace(asked.body, domain=asked.body.domain.scaled(domain))
         timed(replace(asked, cells=asked.cells.scaled(cells), body=body), cells, domain)

@@ -15,10 +15,11 @@ from time import perf_counter
 
 import numpy as np
 
-from compare.matrix.results import compute_matrix
-from compare.pipeline import compute
+from compare.results.compute import compute
+from compare.results.matrix.compute import compute_matrix
 from compare.scenes.load import load_scene
-from femic.store import Store
+from femic.means import Means
+from femic.work.store import Store
 
 TOLERANCE = 1e-3
 LAGS = {32: 64, 64: 128, 128: 256}
@@ -42,11 +43,11 @@ def one(n_s: int, n_x: int) -> None:
     scene = load_scene("geometry2", {"grid": {"n_s": n_s, "n_x": n_x}, "engine": engine})
     with tempfile.TemporaryDirectory() as folder:
         store, path = Store(Path(folder) / "store"), Path(folder) / "matrix.nc"
-        results = compute_matrix(scene, path, workers=2, store=store)
+        results = compute_matrix(scene, path, Means(2, store))
         costs = [cost for found in results.found.values() for cost in found.models.values()]
         models = sum(sum(cost.seconds.values()) for cost in costs)
         start = perf_counter()
-        compute_matrix(scene, path, workers=2, store=store)
+        compute_matrix(scene, path, Means(2, store))
         again = perf_counter() - start
         kept = sum(file.stat().st_size for file in (Path(folder) / "store").rglob("*.nc"))
         cells = (
@@ -68,7 +69,7 @@ def single_loads(n: int) -> None:
     """Seconds of n single loads, extrapolated from one."""
     engine = {"check": False, "tolerance": TOLERANCE}
     start = perf_counter()
-    compute(load_scene("geometry2", {"engine": engine}), workers=2)
+    compute(load_scene("geometry2", {"engine": engine}), Means(2))
     seconds = perf_counter() - start
     print(f"\none load at s = 0: {seconds:.0f} s; {n} of them, extrapolated: {n * seconds:.0f} s", flush=True)
 

@@ -24,13 +24,16 @@ import numpy as np
 import xarray as xr
 
 from approx.halfspace import HalfSpace
-from compare.pipeline import jobs
+from compare.results.compute import jobs
 from compare.scenes.load import load_scene
 from femic.accuracy import component_of, line_errors
+from femic.engine import Request
+from femic.job import Job
+from femic.level import Level, factors
 from femic.models import Cost, RawICs
-from femic.reference import Job, Level, combine, factors, request
+from femic.reference import combine
 from femic.solid import pardiso
-from femic.solid.engine import Request, raw_ics
+from femic.solid.engine import raw_ics
 from geometries.contours import arc
 from geometries.materials import one_body
 
@@ -44,6 +47,11 @@ def table(title: str, head: list[str], rows: Iterator[list[str]]) -> None:
     print(f"\n### {title}\n\n| {' | '.join(head)} |\n|{'---|' * len(head)}", flush=True)
     for row in rows:
         print(f"| {' | '.join(row)} |", flush=True)
+
+
+def with_cells(job, factor):
+    """A job with other cells to start with."""
+    return replace(job, settings=replace(job.settings, cells=job.first_cells.scaled(factor)))
 
 
 def in_fresh_process(asked: Request) -> RawICs:
@@ -62,7 +70,7 @@ def series(job: Job, levels: list[Level]) -> tuple[dict[Level, RawICs], dict[Lev
     for level in levels:
         for needed in level.models().values():
             if needed not in models:
-                models[needed] = in_fresh_process(request(job, needed))
+                models[needed] = in_fresh_process(job.request(needed))
     found = {level: combine(job, level, models) for level in levels}
     return models, {k: r.c.ic for k, r in found.items()}, {k: r.c.estimate for k, r in found.items()}
 
@@ -126,7 +134,7 @@ def solver_rows() -> Iterator[list[str]]:
     half = replace(quarter, body=replace(quarter.body, contour=unsymmetric))
     for model, job in (("quarter", quarter), ("half", half)):
         for cells in (4, 2.83, 2, 1.41):
-            asked = request(replace(job, cells=job.cells.scaled(cells)), Level())
+            asked = with_cells(job, cells).request(Level())
             costs = [in_fresh_process(replace(asked, solver=name)).cost for name in ("multigrid", "direct")]
             seconds = [cost.seconds["solution"] for cost in costs]
             yield [
@@ -156,7 +164,7 @@ def growth_rows(measured: dict[str, list[Cost]]) -> Iterator[list[str]]:
         for cells in (3.5, 2.4, 1.7, 1.2, 0.85, 0.65):
             if solver == "direct" and costs and costs[-1].unknowns * 2.3 > DIRECT_MOST:
                 break
-            asked = request(replace(job, cells=job.cells.scaled(cells), solver=solver), Level())
+            asked = replace(with_cells(job, cells).request(Level()), solver=solver)
             costs.append(cost := in_fresh_process(asked).cost)
             yield [
                 solver,

@@ -1,5 +1,5 @@
 """`python -m compare`: the command `femic`."""
 
-from compare.cli import main
+from compare.cli.main import main
 
 main()

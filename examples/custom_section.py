@@ -14,12 +14,13 @@ import xarray as xr
 from cyclopts import run
 from matplotlib.figure import Figure
 
-from compare.dataset import errors, to_dataset
-from compare.figures import draw_curve
-from compare.pipeline import compute
+from compare.pages.curves import draw_curve
+from compare.results.compute import compute
+from compare.results.dataset import errors, to_dataset
 from compare.scenes.load import scene_from_table
 from compare.scenes.scene import Scene
-from femic.store import Store
+from femic.means import Means
+from femic.work.store import Store
 
 STEEL = {"E": 210e3, "nu": 0.28}
 VARIANTS = ["A", "B", "Bhat", "C"]
@@ -29,7 +30,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.02) -> xr.Dat
     """Compute to an estimated error of `tolerance`; picture and solved models go to `out`."""
     out.mkdir(parents=True, exist_ok=True)
     scene = rail_scene(tolerance)
-    results = compute(scene, store=Store(out / "store"))
+    results = compute(scene, Means(store=Store(out / "store")))
     ics = to_dataset(results)
     draw(scene, ics.sel(body="lower", j="n")).savefig(out / "custom_section.png", dpi=150)
     worst = errors(results, ics).error.max("line").sel(body="lower", i=["n", "s"], j="n", variant=VARIANTS)

@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 from approx.halfspace import HalfSpace
 from approx.orientation import load_turned, turn_between
 from approx.pair import Solid
-from compare.dataset import errors, to_dataset
-from compare.figures import STYLES, SYMBOLS
-from compare.pipeline import Results, compute, shares_of
+from compare.pages.styles import STYLES, SYMBOLS
+from compare.results.compute import Results, compute, shares_of
+from compare.results.dataset import errors, to_dataset
 from compare.scenes.load import load_scene
-from femic.store import Store
+from femic.means import Means
+from femic.work.store import Store
 from geometries.materials import one_body
 from geometries.patches import Patch
 
@@ -39,7 +40,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.01) -> xr.Dat
     for name, row in zip(SCENES, figure.subplots(2, 3, sharex=True), strict=True):
         engine = {"tolerance": tolerance, "check": False}
         scene = load_scene(name, {"components": ["nn", "sn"], "engine": engine})
-        results = compute(scene, store=Store(out / "store"))
+        results = compute(scene, Means(store=Store(out / "store")))
         found.append(errors_with_factor(results))
         for axes, body in zip(row, BODIES, strict=True):
             draw(axes, results, body)

@@ -13,12 +13,13 @@ import xarray as xr
 from cyclopts import run
 from matplotlib.figure import Figure
 
-from compare.dataset import errors, to_dataset
-from compare.figures import MARKERS, STYLES, SYMBOLS
-from compare.pipeline import compute
+from compare.pages.styles import MARKERS, STYLES, SYMBOLS
+from compare.results.compute import compute
+from compare.results.dataset import errors, to_dataset
 from compare.scenes.load import scene_from_table
 from compare.scenes.scene import Scene
-from femic.store import Store
+from femic.means import Means
+from femic.work.store import Store
 
 ANGLES = [0, 15, 30, 45, 60]  # degrees
 VARIANTS = ["A", "B", "Bhat", "C"]
@@ -53,7 +54,7 @@ def flanks(angle: float, tolerance: float) -> Scene:
 
 def worst_errors(scene: Scene, store: Store) -> xr.DataArray:
     """Worst errors of the combined ICs under a normal load, by direction i and variant."""
-    results = compute(scene, store=store)
+    results = compute(scene, Means(store=store))
     worst = errors(results, to_dataset(results)).error.max("line")
     return worst.sel(body="combined", i=["n", "s"], j="n", variant=VARIANTS)
 

@@ -12,11 +12,12 @@ import xarray as xr
 from cyclopts import run
 from matplotlib.figure import Figure
 
-from compare.dataset import to_dataset
-from compare.figures import draw_curve
-from compare.pipeline import compute
+from compare.pages.curves import draw_curve
+from compare.results.compute import compute
+from compare.results.dataset import to_dataset
 from compare.scenes.load import load_scene
-from femic.store import Store
+from femic.means import Means
+from femic.work.store import Store
 
 ASKED = {
     "bodies": ["lower"],
@@ -29,7 +30,7 @@ ASKED = {
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.005) -> xr.Dataset:
     """Compute to an estimated error of `tolerance`; picture and solved models go to `out`."""
     scene = load_scene("geometry1", ASKED | {"engine": {"tolerance": tolerance, "check": False}})
-    ics = to_dataset(compute(scene, store=Store(out / "store")))
+    ics = to_dataset(compute(scene, Means(store=Store(out / "store"))))
     sn = ics.sel(body="lower", i="s", j="n")
     draw(sn).savefig(out / "one_figure.png", dpi=150)
     return sn

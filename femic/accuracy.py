@@ -3,7 +3,7 @@
 max |error of C| over a line, divided by the larger of max |C_ij| and 0.05 max |C_nn| on that line, body by
 body. The floor is against 0/0: without it components that vanish, or nearly do, would ask for endless
 cells. It is no measure of approximations: what they lack of a small C is a share of C itself, see
-`compare.measure`. Design section 2.
+`compare.results.measure`. Design section 2.
 """
 
 from dataclasses import dataclass
@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geometries.arrays import Array
 from geometries.errors import Failure
 from geometries.patches import DIRECTIONS
-
-Array = NDArray[np.float64]
 
 FLOOR = 0.05
 

@@ -3,23 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from femic.harmonic.engine import HarmonicRequest
-from femic.harmonic.synthesis import Responses, displacements
+from femic.estimate import total
+from femic.job import Job
+from femic.level import Level
+from femic.means import DEFAULT, Means, Solved
 from femic.models import RawICs
-from femic.problem import Assessed
-from femic.reference import Job, Level, Reference, combine, request, scales, shares, total
-from femic.refinement import SILENT, Watch, converged
-from femic.solid.engine import Request
-from femic.store import Store
+from femic.reference import Reference, combine, scales, shares
+from femic.refinement import Assessed, converged
 
 
 def references(
-    jobs: Mapping[str, Job],
-    *,
-    combined: bool = False,
-    workers: int = 1,
-    store: Store | None = None,
-    watch: Watch = SILENT,
+    jobs: Mapping[str, Job], means: Means = DEFAULT, *, combined: bool = False
 ) -> dict[str, Reference]:
     """Solve all jobs, refining each until its estimate meets its tolerance; `combined`: their sum's too.
 
@@ -27,7 +21,7 @@ def references(
     Raises WrongInput for points outside a model, NotConverged where the tolerance would need a
     larger model than the job allows.
     """
-    return converged(AtPoints(jobs, combined), workers=workers, store=store or Store(), watch=watch)
+    return converged(AtPoints(jobs, combined), means)
 
 
 @dataclass(frozen=True)
@@ -37,13 +31,9 @@ class AtPoints:
     jobs: Mapping[str, Job]
     combined: bool
 
-    def request(self, name: str, level: Level) -> Request | HarmonicRequest:
-        """The model of a job at a level."""
-        return request(self.jobs[name], level)
-
-    def read(self, asked: Request | HarmonicRequest, model: RawICs | Responses) -> RawICs:
+    def read(self, name: str, solved: Solved) -> RawICs:
         """Displacements at the points."""
-        return model if isinstance(model, RawICs) else displacements(model, asked.loads, asked.points)
+        return self.jobs[name].settings.engine.displacements(solved.task.request, solved.model)
 
     def combine(self, name: str, level: Level, models: Mapping[Level, RawICs]) -> Reference:
         """C of a body."""

@@ -20,17 +20,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
 from femic.models import Points
-from femic.symmetry import N, S, X
+from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.materials import one_body
-from geometries.patches import Load, Patch
-
-Array = NDArray[np.float64]
+from geometries.patches import Load, N, Patch, S, X
 
 FX, FY, FZ, MOMENT = range(4)  # of M; generalized forces are these,
 TURN, SPIN = 4, 5  # a moment about z, one about the axle

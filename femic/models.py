@@ -4,11 +4,13 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from resource import RUSAGE_SELF, getrusage
+from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
+from geometries.arrays import Array, Indices
 
-Array = NDArray[np.float64]
+SolverChoice = Literal["auto", "multigrid", "direct"]  # of the solid engine
+
+BASE_MEMORY = 200.0  # MB, of a process that has not done anything yet
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,22 @@ class Cost:
 
 
 @dataclass(frozen=True)
+class Planned:
+    """What a model will take.
+
+    `wavenumbers` are those of the harmonic engine, `fields` the right-hand sides that are solved, `memory` is
+    the peak [MB].
+    """
+
+    unknowns: int
+    wavenumbers: int
+    fields: int
+    half_section: bool
+    seconds: float
+    memory: float
+
+
+@dataclass(frozen=True)
 class RawICs:
     """Displacements per unit total load [mm/N] with clamped far boundaries, before any discount.
 
@@ -47,7 +65,7 @@ class RawICs:
     u: Array
     cost: Cost
     perturbed: Mapping[str, Array] = field(default_factory=dict)
-    drawn: tuple[Array, NDArray[np.int64]] | None = None
+    drawn: tuple[Array, Indices] | None = None
 
 
 def peak_memory() -> float:

@@ -8,14 +8,10 @@ parity in y, any other load is the sum of an even and an odd part.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from geometries.patches import Load
+from geometries.arrays import Array, Mask
+from geometries.patches import Load, S, X
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
-X, S, N = range(3)  # directions x, s, n; components x, y, z
 Y = S
 
 

@@ -1,18 +1,17 @@
 """Bodies: what is behind a contact surface, its material, and how much of it is modelled."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from geometries.arrays import Array
 from geometries.contours import Contour
 from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.surfaces import Surface
-
-Array = NDArray[np.float64]
 
 HUB = 0.2  # default hub radius, and the smallest one, as a share of the rolling radius
 END_SAMPLES = 4001
@@ -98,6 +97,10 @@ class Body:
     def xi_end(self) -> float:
         """Chart coordinate [mm] at which the model ends."""
         return min(self.domain.half_length, np.pi * self.rolling_radius)
+
+    def enlarged(self, factor: float) -> "Body":
+        """The same body in a domain `factor` times as large."""
+        return replace(self, domain=self.domain.scaled(factor))
 
     @property
     def s_range(self) -> tuple[float, float]:

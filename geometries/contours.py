@@ -10,16 +10,17 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 from scipy.special import ellipeinc
 
+from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
+from geometries.quadrature import on_panels
 
-Array = NDArray[np.float64]
 NEWTON_STEPS = 30
-GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(16)
+GAUSS_POINTS = 16  # per interval of a spline
 ROUNDING = 1e-14  # of the length of a curve: to this its arc length is known
 
 
@@ -116,10 +117,8 @@ class Spline:
 
 def length_between(curve: CubicSpline, start: Array, end: Array) -> Array:
     """Arc length [mm] of a spline between parameters of one of its intervals, by Gauss quadrature."""
-    half = np.asarray(end - start)[..., None] / 2
-    t = start[..., None] + half * (1 + GAUSS_POINTS)
-    speed = np.linalg.norm(curve(t, 1), axis=-1)
-    return np.asarray(np.sum(GAUSS_WEIGHTS * half * speed, axis=-1))
+    t, weights = on_panels(np.asarray(start), np.asarray(end), GAUSS_POINTS)
+    return np.asarray(np.sum(weights * np.linalg.norm(curve(t, 1), axis=-1), axis=-1))
 
 
 def invert(

@@ -3,12 +3,8 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from geometries.arrays import Array
 from geometries.errors import WrongInput
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

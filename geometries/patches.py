@@ -4,14 +4,14 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from geometries.arrays import Array
 from geometries.errors import WrongInput
-
-Array = NDArray[np.float64]
 
 DirectionName = Literal["x", "s", "n"]
 DIRECTIONS: tuple[DirectionName, ...] = get_args(DirectionName)  # names of the directions 0, 1, 2
+X, S, N = range(3)
+COMPONENTS = tuple(i + j for i in DIRECTIONS for j in DIRECTIONS)  # displacement, then traction
 
 
 @dataclass(frozen=True)

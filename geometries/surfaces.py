@@ -8,12 +8,11 @@ x; for R_roll = infinity, the prismatic surface, it is x everywhere.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from geometries.arrays import Array
 from geometries.contours import Contour
 from geometries.errors import WrongInput
-
-Array = NDArray[np.float64]
 
 UPPER, LOWER = +1, -1
 SEAM = 1e-9  # rad, where a model that goes all the way round ends

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
-from compare.figures import STYLES
+from compare.pages.styles import STYLES
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 COARSE = 0.2  # about where cells stop growing with the tolerance (femic.reference.cells_for)

@@ -29,8 +29,8 @@ from typing import Any
 
 from mutants import ROOT, SEED, Mutant, mutated, sample
 
-from compare.provenance import results_digest
-from femic.provenance import digest_of, versions
+from compare.results.provenance import results_digest
+from femic.work.provenance import digest_of, versions
 
 CODE = ("geometries", "approx", "femic", "compare", "tests")
 COPIED = (

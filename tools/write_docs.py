@@ -17,10 +17,10 @@ import numpy as np
 import xarray as xr
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, meta
 
-from compare.cli import exit_code
-from compare.frontier.advice import advise
-from compare.frontier.trade import front, told_apart
-from compare.provenance import results_digest
+from compare.cli.main import exit_code
+from compare.reports.frontier.advice import advise
+from compare.reports.frontier.trade import front, told_apart
+from compare.results.provenance import results_digest
 from geometries.errors import Failure
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -5,23 +5,21 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from compare.scenes.scene import Scene
+from femic.engine import Engine
+from femic.engines import ENGINES
 from femic.solid.pardiso import available as direct_available
 from geometries.bodies import Body, Domain
 from geometries.patches import OffsetLine
 
 ROUNDING = 1e-9
 CLEAR_OF_PATCH = 6  # half-widths beside a moment load
-STEEPEST = {"solid": 75, "harmonic": 85}  # degrees
-SOLID_NU, SOLID_RADIUS, SOLID_ASPECT = 0.49, 50.0, 10.0  # limits of the solid engine
-AT_MOST = "use engine.kind = 'harmonic' (without check) above"
-AT_LEAST = "use engine.kind = 'harmonic' (without check) below"
-FURTHEST = {"solid": 1e3, "harmonic": 1e4}  # points, in least half-sides of the patch
 LARGEST = 5e6  # radius of the far arc, likewise
 INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 
 
 def misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterator[str]:
     """What is wrong between the tables of a scene."""
+    limits = scene.settings.engine.limits
     around = min(np.pi * body.rolling_radius for body in scene.bodies.values())
     size = min(domain.far_radius, domain.half_length, around)
     half_length = ", engine.half_length" if np.isfinite(domain.half_length) else ""
@@ -31,11 +29,10 @@ def misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterat
     reaches = [_reach(line, scene.patch.s) for line in scene.lines]
     labelled = [(f"lines.{k} ({name})", reach) for k, (name, reach) in enumerate(reaches)]
     of_patch = {"patch.a": scene.patch.a, "patch.b": scene.patch.b}
-    yield from _ratio_misfits(of_patch, [*labelled, ("rotation_reach", scene.rotation_reach)], scene)
+    yield from _ratio_misfits(of_patch, [*labelled, ("rotation_reach", scene.settings.rotation_reach)], scene)
     for name, body in scene.bodies.items():
-        yield from _body_misfits(name, body, STEEPEST[scene.engine])
-    if scene.engine == "solid":
-        yield from _solid_misfits(scene)
+        yield from _body_misfits(name, body, limits.inclination)
+    yield from _limit_misfits(scene)
     if "Bhat_prime" in scene.variants and not any(scene.pair.has_effective(name) for name in scene.compared):
         yield (
             "variants: Bhat_prime needs effective properties of what is compared: add a table "
@@ -43,9 +40,10 @@ def misfits(scene: Scene, extent: tuple[float, float], domain: Domain) -> Iterat
         )
     if scene.ics == "Bhat_prime" and not any(scene.pair.has_effective(name) for name in scene.compared):
         yield "ics = 'Bhat_prime': the scene has no effective properties; femic calibrate finds some"
-    if scene.fields and scene.engine != "solid":
-        yield "fields = true: only engine.kind = 'solid' has fields in 3D"
-    if scene.solver == "direct" and not direct_available():
+    if scene.fields and not scene.settings.engine.has_fields:
+        able = " or ".join(repr(name) for name, engine in ENGINES.items() if engine.has_fields)
+        yield f"fields = true: only engine.kind = {able} has fields in 3D"
+    if scene.settings.solver == "direct" and not direct_available():
         yield f"engine.solver = 'direct': not installed; {INSTALL_DIRECT}, or use 'auto'"
 
 
@@ -65,7 +63,7 @@ def grid_misfits(scene: Scene) -> Iterator[str]:
     if 2 * grid.lags[-1] > around:
         yield f"grid: {grid.n_x} elements of {grid.dx:g} mm are more than half of half a turn ({around:g} mm)"
     of_element = {"grid.dx / 2": grid.dx / 2, "grid.ds / 2": grid.ds / 2}
-    yield from _ratio_misfits(of_element, [("rotation_reach", scene.rotation_reach)], scene)
+    yield from _ratio_misfits(of_element, [("rotation_reach", scene.settings.rotation_reach)], scene)
 
 
 def calibration_misfits(scene: Scene) -> Iterator[str]:
@@ -100,7 +98,7 @@ def _extent(scene: Scene) -> tuple[float, float]:
 
 
 def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
-    patch, smallest = scene.patch, scene.cells.smallest
+    patch, smallest = scene.patch, scene.first_cells.smallest
     ends = f"the contours go from s = {extent[0]:g} to {extent[1]:g} mm"
     if not extent[0] <= patch.s - patch.b < patch.s + patch.b <= extent[1]:
         yield f"patch.s = {patch.s:g}, patch.b = {patch.b:g}: the patch reaches beyond the contour; {ends}"
@@ -108,11 +106,11 @@ def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: 
         yield f"patch.a = {patch.a:g}, patch.b = {patch.b:g}: each at most a tenth of {far}"
     if 2 * abs(patch.s) > size:
         yield f"patch.s = {patch.s:g}: beyond {far}"
-    side = patch.b if scene.engine == "harmonic" else min(patch.a, patch.b)
+    side = scene.settings.engine.least_side(patch)
     if smallest > side:
         yield f"engine.smallest_cell = {smallest:g}: at most {side:g}, half a side of the patch"
     for name in ("rotation_reach", *(["moment_arm"] if patch.s else [])):
-        reach = getattr(scene, name)
+        reach = getattr(scene.settings, name)
         if not extent[0] <= -reach < reach <= extent[1]:
             yield f"{name} = {reach:g}: beyond the contour; {ends}: give a smaller one"
         if 2 * reach > size:
@@ -122,7 +120,7 @@ def _patch_misfits(scene: Scene, extent: tuple[float, float], size: float, far: 
 
 
 def _moment_misfits(scene: Scene, extent: tuple[float, float], size: float, far: str) -> Iterator[str]:
-    arm, reach, b = scene.moment_arm, scene.rotation_reach, scene.patch.b
+    arm, reach, b = scene.settings.moment_arm, scene.settings.rotation_reach, scene.patch.b
     if 2 * (arm + reach) > size:
         yield f"moment_arm + rotation_reach = {arm + reach:g}: at most {far}"
     beside = min(reach, extent[1] - arm, -extent[0] - arm)
@@ -152,12 +150,13 @@ def _ratio_misfits(
     """
     name, side = min(sides.items(), key=lambda one: one[1])
     least = f"{name} = {side:g}, the least half-side of the loaded element"
-    most = FURTHEST[scene.engine] * side
+    engine = scene.settings.engine
+    most = engine.limits.distance * side
     for label, reach in reaches:
         if reach > most * (1 + ROUNDING):
             yield (
                 f"{label}: reaches {reach:g} mm, {reach / side:.3g} times {least}; at most {most / side:g} "
-                f"times by engine.kind = {scene.engine!r}: shorten it to {most:g} mm, or enlarge the element"
+                f"times by engine.kind = {engine.name!r}: shorten it to {most:g} mm, or enlarge the element"
             )
     far_radius = max(body.domain.far_radius for body in scene.bodies.values())
     if far_radius > LARGEST * side * (1 + ROUNDING):
@@ -186,22 +185,36 @@ def _misfits_of_line(
             )
 
 
-def _solid_misfits(scene: Scene) -> Iterator[str]:
-    """What only the harmonic engine can do."""
+def _limit_misfits(scene: Scene) -> Iterator[str]:
+    """What only another engine can do; what none can, the limits of the keys themselves say."""
+    engine, patch = scene.settings.engine, scene.patch
+    limits = engine.limits
     for name, body in scene.bodies.items():
-        if body.material.nu > SOLID_NU:
-            yield f"{name}.nu = {body.material.nu:g}: {AT_MOST} {SOLID_NU:g}, or give a smaller one"
-        if body.rolling_radius < SOLID_RADIUS:
+        nu, radius = body.material.nu, body.rolling_radius
+        if nu > limits.nu:
+            others = _others(engine, [other for other in ENGINES.values() if other.limits.nu >= nu])
+            yield f"{name}.nu = {nu:g}: {others} above {limits.nu:g}, or give a smaller one"
+        if radius < limits.rolling_radius:
+            able = [other for other in ENGINES.values() if other.limits.rolling_radius <= radius]
+            others = _others(engine, able)
             yield (
-                f"{name}.rolling_radius = {body.rolling_radius:g}: {AT_LEAST} {SOLID_RADIUS:g}, or give a "
+                f"{name}.rolling_radius = {radius:g}: {others} below {limits.rolling_radius:g}, or give a "
                 "larger one"
             )
-    aspect = scene.patch.a / scene.patch.b
-    if not 1 / SOLID_ASPECT <= aspect <= SOLID_ASPECT:
+    aspect = patch.a / patch.b
+    if not 1 / limits.aspect * (1 - ROUNDING) <= aspect <= limits.aspect * (1 + ROUNDING):
+        longer = max(aspect, 1 / aspect) * (1 - ROUNDING)
+        others = _others(engine, [other for other in ENGINES.values() if other.limits.aspect >= longer])
         yield (
-            f"patch.a / patch.b = {aspect:g}: use engine.kind = 'harmonic' (without check) outside "
-            "0.1 ... 10, or bring a and b closer"
+            f"patch.a / patch.b = {aspect:g}: {others} outside {1 / limits.aspect:g} ... {limits.aspect:g}, "
+            "or bring a and b closer"
         )
+
+
+def _others(engine: Engine, able: Iterable[Engine]) -> str:
+    """Which other engines are able, as a remedy."""
+    names = [repr(other.name) for other in able if other is not engine]
+    return f"use engine.kind = {' or '.join(names)} (without check)" if names else "no engine goes"
 
 
 def _body_misfits(name: str, body: Body, most: float) -> Iterator[str]:

@@ -5,6 +5,9 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FilePath, field_validator, model_validator
 
+from femic.engines import EngineName
+from femic.models import SolverChoice
+
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Flank = Annotated[float, Field(ge=0, le=85)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -224,7 +227,7 @@ class CalibrationTable(Section):
 class EngineTable(Section):
     """How the reference C is computed."""
 
-    kind: Literal["harmonic", "solid"] = Field(
+    kind: EngineName = Field(
         "harmonic",
         description="harmonic: one section problem per wavenumber along x, seconds (half_length, "
         "line_growth and solver do not matter); solid: 3D finite elements, minutes",
@@ -259,9 +262,7 @@ class EngineTable(Section):
         "(solid: 320)",
     )
     half_length: Positive = Field(320.0, description="first extent along +x and -x, clamped ends [mm]")
-    solver: Literal["auto", "multigrid", "direct"] = Field(
-        "auto", description="linear solver; direct needs the extra femic[direct]"
-    )
+    solver: SolverChoice = Field("auto", description="linear solver; direct needs the extra femic[direct]")
 
 
 class SceneFile(Section):

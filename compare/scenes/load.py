@@ -15,10 +15,14 @@ from pydantic import ValidationError
 from approx.effective import EffectiveProperties, Transition
 from compare.scenes import file as files
 from compare.scenes.checks import calibration_misfits, grid_misfits, misfits
+from compare.scenes.errors import BadScene, require_none
 from compare.scenes.messages import messages
 from compare.scenes.scene import Calibration, Scene
-from femic.cell_size import Cells
-from femic.reference import cells_for, far_radius_for
+from femic.engine import Engine
+from femic.engines import ENGINES
+from femic.job import Settings
+from femic.meshing.cell_size import Cells
+from femic.solid.record import SOLID
 from geometries import contours
 from geometries.bodies import Body, Domain
 from geometries.contours import Contour
@@ -29,11 +33,7 @@ from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
 from geometries.surfaces import LOWER, UPPER
 
 FLAT_REFERENCE_LENGTH = 10.0
-CHECK_TOLERANCE = 0.01  # the tightest of the solid engine where it is the check of the harmonic one
-
-
-class BadScene(WrongInput):
-    """A scene that cannot be run; the message lists every error with field, value and remedy."""
+CHECK, CHECK_TOLERANCE = SOLID, 0.01  # the engine that checks others, and its tightest tolerance then
 
 
 def builtin_names() -> list[str]:
@@ -71,7 +71,7 @@ def load_solid_scene(name_or_path: str) -> Scene:
     path = scene_path(name_or_path)
     text, table = read_scene(path)
     parsed = parse(table, path)
-    if parsed.engine.kind == "solid":
+    if ENGINES[parsed.engine.kind].has_fields:
         return build_scene(path.stem, text, parsed)
     return _by_solid_engine(path.stem, text, parsed)
 
@@ -132,12 +132,12 @@ def _files(scene: files.SceneFile) -> dict[str, Path]:
 
 def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
     """Turn a valid file into geometry; raises BadScene where the parts do not fit together."""
-    engine = scene.engine
-    far_radius = engine.far_radius or far_radius_for(engine.tolerance, engine.kind)
-    domain = Domain(far_radius, engine.half_length if engine.kind == "solid" else np.inf)
+    table, engine = scene.engine, ENGINES[scene.engine.kind]
+    far_radius = table.far_radius or engine.far_radius(table.tolerance)
+    domain = Domain(far_radius, np.inf if engine.endless else table.half_length)
     bodies = {
-        key: _body(key, side, table, domain)
-        for key, side, table in (("lower", LOWER, scene.lower), ("upper", UPPER, scene.upper))
+        key: _body(key, side, of_body, domain)
+        for key, side, of_body in (("lower", LOWER, scene.lower), ("upper", UPPER, scene.upper))
     }
     reference_length = scene.reference_length or _crown_radius(bodies["lower"].contour)
     patch = Patch(scene.patch.a, scene.patch.b, scene.patch.s)
@@ -159,33 +159,34 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         lines=tuple(_line(line, extent) for line in scene.lines or files.default_lines(patch.s)),
         grid=_grid(scene.grid, patch),
         checked_strips=scene.grid.check,
-        engine=engine.kind,
-        cells=_cells(engine, patch),
-        solver=engine.solver,
-        tolerance=engine.tolerance,
-        most_unknowns=engine.most_unknowns,
+        settings=Settings(
+            engine,
+            table.tolerance,
+            _cells(engine, table, patch),
+            table.most_unknowns,
+            scene.rotation_reach or _default_reach(reference_length, domain, extent),
+            scene.moment_arm or _default_arm(reference_length, domain, extent),
+            table.solver,
+        ),
         reference_length=reference_length,
-        rotation_reach=scene.rotation_reach or _default_reach(reference_length, domain, extent),
-        moment_arm=scene.moment_arm or _default_arm(reference_length, domain, extent),
         fields=scene.fields,
         ics=scene.ics,
         ics_tolerance=scene.ics_tolerance,
-        check=_by_solid_engine(name, text, scene) if engine.check and engine.kind != "solid" else None,
+        check=_by_solid_engine(name, text, scene) if table.check and engine is not CHECK else None,
     )
     errors = list(misfits(built, extent, domain))
     if "grid" in scene.model_fields_set:
         errors += grid_misfits(built)
     if "calibration" in scene.model_fields_set:
         errors += calibration_misfits(built)
-    if errors:
-        raise BadScene(f"{name}: {len(errors)} error(s)\n  " + "\n  ".join(errors))
+    require_none(name, errors)
     return built
 
 
 def _by_solid_engine(name: str, text: str, scene: files.SceneFile) -> Scene:
     """The scene by the solid engine, with its own cells and, where none is given, its own domain."""
     engine = files.EngineTable(
-        kind="solid",
+        kind=CHECK.name,
         tolerance=max(scene.engine.tolerance, CHECK_TOLERANCE),
         far_radius=scene.engine.far_radius,
         half_length=scene.engine.half_length,
@@ -256,13 +257,13 @@ def _grid(table: files.GridTable, patch: Patch) -> Grid:
     return Grid(table.n_x, table.n_s, table.dx or 2 * patch.a, table.ds or 2 * patch.b, table.s)
 
 
-def _cells(engine: files.EngineTable, patch: Patch) -> Cells:
+def _cells(engine: Engine, table: files.EngineTable, patch: Patch) -> Cells:
     """Cells to start with: what the scene says, else what the tolerance needs."""
-    default = cells_for(engine.tolerance, patch, engine.kind)
+    default = engine.tuned.cells_for(table.tolerance, patch)
     return Cells(
-        engine.smallest_cell or default.smallest,
-        engine.growth or default.growth,
-        engine.line_growth or default.line_growth,
+        table.smallest_cell or default.smallest,
+        table.growth or default.growth,
+        table.line_growth or default.line_growth,
     )
 
 

@@ -1,5 +1,6 @@
 """What is wrong with a scene file, as one line per error: field = value: what is wrong; remedy."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -24,6 +25,17 @@ def messages(details: Sequence[ErrorDetails]) -> list[str]:
         for one in details
         if not (one["type"].endswith("_type") and any(f.startswith(f"{_field(one)}.") for f in of_right_type))
     ]
+
+
+def in_keys(message: object) -> str:
+    """A message of `femic` in the words of a scene file: its `names` as keys, or options of the commands."""
+    return re.sub("`(\\w+)`", lambda found: _key_of(found[1]), str(message))
+
+
+def _key_of(name: str) -> str:
+    if name in files.EngineTable.model_fields:
+        return f"engine.{name}"
+    return f"--{name}" if name == "workers" else name
 
 
 def _field(detail: ErrorDetails) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from compare.scenes.scene import Scene
+from femic.solid.record import SOLID
 from geometries.bodies import Body
 
 LARGE_RADIUS = 10  # times the patch: flat elements are then good to about 1 %
@@ -104,7 +105,7 @@ def _of_domain(scene: Scene) -> Iterator[str]:
         for line in scene.lines
         if line.along == "x" and abs(line.s[0] - scene.patch.s) < scene.patch.b
     ]
-    if scene.engine == "solid" and aspect > SLENDER and through:
+    if scene.settings.engine is SOLID and aspect > SLENDER and through:
         yield (
             f"patch of aspect {aspect:.3g}: on the line {through[0]}, which runs through it, the error next "
             "to the load can be twice the estimate"

@@ -6,9 +6,8 @@ from pathlib import Path
 
 from approx.effective import EffectiveProperties
 from approx.pair import Pair, Solid
-from femic.cell_size import Cells
-from femic.reference import Engine
-from femic.solid.linear import SolverChoice
+from femic.job import Settings
+from femic.meshing.cell_size import Cells
 from geometries.bodies import Body
 from geometries.grids import Grid
 from geometries.patches import OffsetLine, Patch
@@ -47,18 +46,17 @@ class Scene:
     lines: tuple[OffsetLine, ...]
     grid: Grid
     checked_strips: int  # how many of its columns the solid engine computes, too
-    engine: Engine
-    cells: Cells
-    solver: SolverChoice
-    tolerance: float
-    most_unknowns: int
-    reference_length: float
-    rotation_reach: float
-    moment_arm: float
+    settings: Settings  # of C
+    reference_length: float  # mm
     fields: bool
     ics: str  # "C", a variant, or "auto"
     ics_tolerance: float  # largest error where they are chosen
     check: "Scene | None" = None  # the same scene by the solid engine, whose C is to be drawn beside
+
+    @property
+    def first_cells(self) -> Cells:
+        """The cells that C starts with."""
+        return self.settings.first_cells(self.patch)
 
     @property
     def solved(self) -> tuple[str, ...]:

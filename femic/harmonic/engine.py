@@ -9,39 +9,29 @@ displacements anywhere along x. Source: design section 4.
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from time import perf_counter
 from typing import Protocol
 
 import numpy as np
 from joblib import Parallel, delayed
-from numpy.typing import NDArray
 
 from femic.accuracy import NotConverged
-from femic.cell_size import Cells
+from femic.harmonic.request import NEARER, HarmonicRequest
 from femic.harmonic.section import SectionMesh, section_mesh
 from femic.harmonic.section_model import assemble
 from femic.harmonic.section_response import Respond
 from femic.harmonic.section_size import SectionSize
 from femic.harmonic.synthesis import Responses, displacements
-from femic.harmonic.wavenumbers import Axis, Sampled, sampled
+from femic.harmonic.wavenumbers import Sampled, sampled
 from femic.harmonic.waves import SINES
-from femic.models import Cost, Points, RawICs, peak_memory
-from femic.threads import one_blas_thread
-from geometries.bodies import Body
-from geometries.patches import Load, Patch
+from femic.models import Cost, RawICs, peak_memory
+from femic.work.threads import one_blas_thread
+from geometries.arrays import Array
+from geometries.patches import Patch
 
-Array = NDArray[np.float64]
-
-LOWEST = 0.7  # scale of the wavenumbers, times 1 / far radius: below it the clamped far arc rules
-HIGHEST = 2 * np.pi  # largest wavenumber, times 1 / least half-side: beyond it the half-space does
-CURVED = 0.05  # half-side over radius of curvature from which on larger wavenumbers are needed
 FINER = 5.0  # cells where M is fitted
 CENTRES_RESOLVED = 17.5  # as below, where displacements are read at the centres of strips only
 RESOLVED = 4.0  # longest cell on a strip, times growth / largest wavenumber
-ROUNDING = 0.25  # of a step of pi / a or 2 pi / a that the largest wavenumber may fall short
-FAR_REACH = 7.0  # lengths 1 / k beyond which the far arc is not felt
-NEARER = 2.0  # far radius over the one of the check
 
 Progress = Callable[[int], None]  # wavenumbers solved so far; 0: the section is assembled
 
@@ -68,67 +58,6 @@ class _Nothing:
 
 
 NOTHING_KEPT = _Nothing()
-
-
-@dataclass(frozen=True)
-class HarmonicRequest:
-    """What one model is solved for; points are relative to each load in x, only their s matters here.
-
-    `cells`: smallest and growth, away from the ends of the loaded strips; with `even_strips` all cells on
-    the strips are of the smallest size, near the patches `exact` they are `FINER` times smaller.
-    `accuracy` [mm/N], one or one each (load, 1, observer), is asked of the interpolation between
-    wavenumbers; `highest`, times the least half-side of the loads, is the largest of them.
-    """
-
-    body: Body
-    loads: tuple[Load, ...]
-    points: Points
-    cells: Cells
-    accuracy: Array | float
-    highest: float = HIGHEST
-    even_strips: bool = False
-    exact: tuple[Patch, ...] = ()
-
-    @property
-    def k_max(self) -> float:
-        """Largest wavenumber [1/mm]: the more curved the surface under the loads, the larger.
-
-        There the patch's own weight sin(k a) / (k a) is 0, and at half of it, too, if `highest` is 2 pi or
-        more: little is cut off.
-        """
-        patches = [load.patch for load in self.loads]
-        bend = max(_curvature(self.body, patch.s, patch.b) * max(patch.a, patch.b) for patch in patches)
-        a, b = min(patch.a for patch in patches), min(patch.b for patch in patches)
-        needed = self.highest / min(a, b) * max(1.0, bend / CURVED) ** 0.5
-        step = min(HIGHEST, self.highest) / a
-        return step * int(np.ceil(needed / step - ROUNDING))
-
-    @property
-    def observed(self) -> Array:
-        """Arc lengths [mm] where the responses are read, each once."""
-        return np.unique(self.points.s)
-
-    @property
-    def felt(self) -> float:
-        """Wavenumber [1/mm] from which on the nearer of the two far arcs is not felt."""
-        return FAR_REACH * NEARER / self.body.domain.far_radius
-
-    @property
-    def determined_by(self) -> tuple[object, ...]:
-        """All that the responses depend on."""
-        size = self.cells, self.even_strips, self.exact
-        return self.body, self.loads, self.observed, size, self.accuracy, self.axis
-
-    @property
-    def axis(self) -> Axis:
-        """The axis of wavenumbers."""
-        return Axis(LOWEST / self.body.domain.far_radius, self.k_max, self.body.rolling_radius)
-
-
-def _curvature(body: Body, s: float, b: float) -> float:
-    """Largest curvature [1/mm] of the surface over a strip."""
-    turn = float(np.ptp(body.contour.inclination(np.linspace(s - b, s + b, 9)))) / (2 * b)
-    return max(turn, 1 / float(body.surface.circle_radius(s)))
 
 
 def build_section(request: HarmonicRequest) -> SectionMesh:
@@ -179,8 +108,8 @@ def solve(
     model = assemble(section)
     if most_unknowns is not None and model.unknowns > most_unknowns:
         raise NotConverged(
-            f"a section needs {model.unknowns:,} unknowns, engine.most_unknowns = {most_unknowns:,}: give a "
-            "larger engine.tolerance, larger cells (engine.growth) or a larger most_unknowns"
+            f"a section needs {model.unknowns:,} unknowns, `most_unknowns` = {most_unknowns:,}: give a "
+            "larger `tolerance`, larger cells (`growth`) or a larger `most_unknowns`"
         )
     respond = Respond(model, request.loads, request.observed, nearer=1 / NEARER)
     assembled = perf_counter()

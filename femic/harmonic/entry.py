@@ -1,4 +1,4 @@
-"""Responses as an entry of the store (`femic.store`), and their parts: one per wavenumber."""
+"""Responses as an entry of the store (`femic.work.store`), and their parts: one per wavenumber."""
 
 import json
 from dataclasses import asdict, dataclass
@@ -6,11 +6,12 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import xarray as xr
 
-from femic.harmonic.engine import Answer, HarmonicRequest
+from femic.harmonic.engine import Answer
+from femic.harmonic.request import HarmonicRequest
 from femic.harmonic.synthesis import Responses
 from femic.harmonic.wavenumbers import Sampled
 from femic.models import cost_from
-from femic.store import Store
+from femic.work.store import Store
 from geometries.patches import DIRECTIONS
 
 

@@ -7,15 +7,13 @@ a tenth of a second. On a plane it finds the same ones; on curved bodies about f
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from approx.halfspace import HalfSpace
-from femic.harmonic.engine import HarmonicRequest
+from femic.harmonic.request import HarmonicRequest
 from femic.harmonic.wavenumbers import sampled
 from femic.harmonic.waves import SINES, half_space_response
+from geometries.arrays import Array
 from geometries.materials import one_body
-
-Array = NDArray[np.float64]
 
 OBSERVERS = 60  # about as many are looked at
 DIGITS = 6  # of distances, in half-widths: those that agree are looked at once

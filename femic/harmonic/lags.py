@@ -9,18 +9,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from approx.halfspace import HalfSpace
 from femic.harmonic.synthesis import REACH, Responses
 from femic.harmonic.wavenumbers import Sampled
 from femic.harmonic.waves import SINES, spectrum, synthesis_weights, tail
-from femic.symmetry import S
+from geometries.arrays import Array, Indices
 from geometries.grids import Grid
 from geometries.materials import one_body
-from geometries.patches import Load, Patch
-
-Array = NDArray[np.float64]
+from geometries.patches import Load, Patch, S
 
 DIGITS = 10  # of the interpolation between radii
 ANALYTIC = 0.4  # change of ln(radius) within which the weights are analytic at the nearest lag
@@ -70,8 +67,8 @@ class LagSynthesis:
     odd: Array
     tails: Array  # (load radius, i, j, lag, strips apart)
     found: Sampled
-    place: NDArray[np.int64]  # of the strips among the observers
-    loads: NDArray[np.int64]  # (strip, direction): place among the loads
+    place: Indices  # of the strips among the observers
+    loads: Indices  # (strip, direction): place among the loads
 
     @classmethod
     def of(cls, solved: Responses, found: Sampled, k_max: float, grid: Grid) -> "LagSynthesis":

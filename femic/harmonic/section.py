@@ -8,20 +8,17 @@ from dataclasses import dataclass, replace
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BarycentricInterpolator
 from scipy.sparse import csr_matrix
 from skfem import ElementTriP4, MeshTri, MeshTri2
 
-from femic.edges import edge_numbers
-from femic.gmsh_session import gmsh_session
 from femic.harmonic.section_size import SectionSize, set_section_size
-from femic.outline import add_section
+from femic.meshing.edges import edge_numbers
+from femic.meshing.gmsh_session import gmsh_session
+from femic.meshing.outline import add_section
+from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 from geometries.errors import Failure
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 TRIANGLE = 2  # Gmsh's number of the 3-node triangle
 FRONTAL, DELAUNAY = 6, 5  # Gmsh's numbers of its algorithms

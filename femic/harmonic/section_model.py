@@ -9,19 +9,15 @@ Math. 41, 1983, 39-53).
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import SuperLU, splu
 from skfem import Basis, ElementTriP4
 
 from femic.accuracy import NotConverged
 from femic.harmonic.section import SectionMesh
+from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 from geometries.errors import Failure
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 QUADRATURE = 8  # order: of the products of shape functions
 # A tenth of the tightest tolerance. Displacements are wrong by a quarter of their residual or less (seen by a
@@ -113,7 +109,7 @@ def _not_solved(k: float, unknowns: int, what: str) -> str:
         f"section at the wavenumber k = {k:.4g} 1/mm, {unknowns:,} unknowns: not solved: {what}. Likely "
         "cause: a Poisson's ratio too close to 0.5, cells that are strongly distorted or of very different "
         "sizes, or moduli or lengths beyond what numbers can hold. Try a smaller nu, a smaller "
-        "engine.growth, or lengths and moduli of usual size"
+        "`growth`, or lengths and moduli of usual size"
     )
 
 
@@ -140,7 +136,7 @@ def _require_unfolded(basis: Basis) -> None:
     """Raise Failure if a curved cell overlaps itself."""
     det = basis.mapping.detDF(basis.X)
     if np.any(np.min(det, axis=1) * np.max(det, axis=1) <= 0):
-        raise Failure("cells of the section are too coarse for its contour: give a smaller engine.growth")
+        raise Failure("cells of the section are too coarse for its contour: give a smaller `growth`")
 
 
 def _cell_matrices(body: Body, basis: Basis) -> tuple[Array, Array, Array]:

@@ -8,16 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, diags_array, kron
 
 from femic.harmonic.section import SectionMesh
 from femic.harmonic.section_model import FreeSystem, SectionModel
-from femic.symmetry import Parity, S, X, Y, parities
-from geometries.patches import Load
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from femic.symmetry import Parity, Y, parities
+from geometries.arrays import Array
+from geometries.patches import Load, S, X
+from geometries.quadrature import on_panels
 
 LOAD_POINTS = 4  # Gauss points per edge of a strip
 
@@ -118,9 +116,8 @@ def strip_force(section: SectionMesh, load: Load, y: int = 0) -> Array:
     low, high = load.patch.s - load.patch.b, load.patch.s + load.patch.b
     knots = np.concatenate([-section.knots, section.knots]) if y else section.knots
     edges = np.unique([low, *knots[(knots > low) & (knots < high)], high])
-    at, weights = np.polynomial.legendre.leggauss(LOAD_POINTS)
-    half = np.diff(edges)[:, None] / 2
-    s, w = (edges[:-1, None] + half * (1 + at)).ravel(), (half * weights).ravel() / (high - low)
+    nodes, weights = on_panels(edges[:-1], edges[1:], LOAD_POINTS)
+    s, w = nodes.ravel(), weights.ravel() / (high - low)
     direction = section.body.surface.axes(0.0, s)[load.direction]  # (3, n)
     share = 0.5 if y else 1.0  # a half of the section carries half of the even and of the odd part
     return np.asarray(share * (observers(section, s, y).T @ (w * direction).T.ravel()))

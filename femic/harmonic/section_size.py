@@ -10,13 +10,11 @@ from dataclasses import dataclass, replace
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femic.cell_size import Cells, distance, round_the_axis, set_cell_size
+from femic.meshing.cell_size import Cells, distance, round_the_axis, set_cell_size
+from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.contours import Contour
-
-Array = NDArray[np.float64]
 
 JOINT = 0.2  # cell at a joint over that of its distance from the nearest strip: a jump disturbs little
 TURN = 0.5  # rad, most that the contour turns within a cell

@@ -4,20 +4,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from approx.halfspace import HalfSpace
 from femic.harmonic.wavenumbers import Sampled
 from femic.harmonic.waves import SINES, spectrum, synthesis_weights, tail
+from femic.level import HIGHER
 from femic.models import Cost, Points, RawICs
+from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 from geometries.materials import one_body
 from geometries.patches import Load, Patch
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
-LOWER = 2.0  # largest wavenumber over the one of the check
 REACH = 40.0  # lengths 1 / k beyond which nothing is left of a wave
 
 
@@ -52,7 +49,7 @@ class Responses:
         yield "", far, k_max
         yield "nearer", self.nearer, k_max
         yield "sparser", far.sparser, k_max
-        yield "lower", far, k_max / LOWER
+        yield "lower", far, k_max / HIGHER
 
 
 def displacements(solved: Responses, loads: Sequence[Load], points: Points) -> RawICs:

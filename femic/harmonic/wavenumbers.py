@@ -12,13 +12,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from femic.accuracy import NotConverged
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from geometries.arrays import Array, Mask
 
 DEGREE = 5
 FIRST = 1.2  # first spacing in t
@@ -118,7 +115,7 @@ def sampled(
             raise NotConverged(
                 f"more than {MOST} wavenumbers would be needed for displacements within "
                 f"{np.min(accuracy):.1e} mm/N: "
-                "give a larger engine.tolerance, or shorter lines"
+                "give a larger `tolerance`, or shorter lines"
             )
         expected = _interpolated(axis, found, odd, list(halves))
         new = dict(zip(halves, solve(list(halves)), strict=True))

@@ -18,13 +18,13 @@ from scipy.special import erfc, eval_legendre, iti0k0, k0, k1, spherical_jn
 
 from approx.halfspace import HalfSpace, nine
 from femic.harmonic.wavenumbers import Axis
+from geometries.arrays import Array
 from geometries.patches import Patch
-
-Array = NDArray[np.float64]
+from geometries.quadrature import gauss
 
 SINES = np.array([[False, True, True], [True, False, False], [True, False, False]])  # odd in x
 POINTS = 16  # per panel
-AT, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
+AT, WEIGHTS = gauss(POINTS)
 DEGREES = np.arange(POINTS)
 TO_LEGENDRE = WEIGHTS[:, None] * (2 * DEGREES + 1) * eval_legendre(DEGREES, AT[:, None])  # (point, degree)
 RATIO = 1.5  # of the ends of panels

@@ -3,14 +3,11 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix
 from skfem import Basis, ElementTetP2, MeshTet2
 
+from geometries.arrays import Array, Indices, Mask
 from geometries.materials import Material
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 # Rules with positive weights: exact for the stiffness of straight cells, and exact enough on curved
 # ones that constant strain is reproduced there (rules of order 3 and 4 have negative weights).
@@ -46,7 +43,7 @@ def _chunks(mesh: MeshTet2) -> Iterator[tuple[Indices, int]]:
             yield cells[start : start + CHUNK], order
 
 
-def is_curved(mesh: MeshTet2) -> NDArray[np.bool_]:
+def is_curved(mesh: MeshTet2) -> Mask:
     """Whether a mid-side node of a cell lies off the middle of its edge, shape (n_cells,)."""
     middle = mesh.doflocs[:, mesh.edges].mean(axis=1)
     mid_nodes = mesh.doflocs[:, mesh.nvertices :]

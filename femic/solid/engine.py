@@ -4,46 +4,32 @@ model -> load -> solve -> observe. The model is a quarter of the body where the 
 else half of it; loads and observers anywhere on its surface are served by parity.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, coo_array, csr_matrix, vstack
 from scipy.sparse import eye as identity
 
 from femic.accuracy import NotConverged
-from femic.cell_size import Cells
-from femic.models import Cost, Points, RawICs, peak_memory
+from femic.models import Cost, Points, RawICs, SolverChoice, peak_memory
 from femic.solid.elasticity import rigid_body_modes, stiffness
-from femic.solid.linear import Solution, SolverChoice, System, prepare
+from femic.solid.linear import Solution, System, prepare
 from femic.solid.mesh import SolidMesh, solid_mesh
+from femic.solid.request import SolidRequest
 from femic.solid.tetrahedra import Focus
-from femic.symmetry import Parity, X, Y, held_by_symmetry, parities
-from geometries.bodies import Body
-from geometries.patches import DIRECTIONS, Load, Patch
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from femic.symmetry import Parity, Y, held_by_symmetry, parities
+from geometries.arrays import Array, Indices, Mask
+from geometries.patches import Load, Patch, X
+from geometries.quadrature import on_panels
 
 Field = tuple[tuple[Parity, Solution], ...]  # what adds up to the field of a load
 
 LOAD_QUADRATURE = 4  # Gauss points per interval, which is as long as the smallest surface cell
 INTERVALS = 24, 2000  # fewest and most per side of the patch
 RESIDUAL = 1e-9
-
-
-@dataclass(frozen=True)
-class Request:
-    """What one model is built and solved for; points are relative to each load in x."""
-
-    body: Body
-    loads: tuple[Load, ...]
-    points: Points
-    cells: Cells
-    solver: SolverChoice = "auto"
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +46,7 @@ class SolidModel:
         return int(self.stiffness.shape[0])
 
 
-def raw_ics(request: Request, most_unknowns: int | None = None) -> RawICs:
+def raw_ics(request: SolidRequest, most_unknowns: int | None = None) -> RawICs:
     """Mesh, assemble and solve what the request needs, and nothing else.
 
     Raises NotConverged if the mesh has more than `most_unknowns`.
@@ -71,8 +57,8 @@ def raw_ics(request: Request, most_unknowns: int | None = None) -> RawICs:
     unknowns = 3 * solid.nodes.shape[1]
     if most_unknowns is not None and unknowns > most_unknowns:
         raise NotConverged(
-            f"a model needs {unknowns:,} unknowns, engine.most_unknowns = {most_unknowns:,}: give a larger "
-            "engine.tolerance, larger cells (engine.growth, engine.line_growth) or a larger most_unknowns"
+            f"a model needs {unknowns:,} unknowns, `most_unknowns` = {most_unknowns:,}: give a larger "
+            "`tolerance`, larger cells (`growth`, `line_growth`) or a larger `most_unknowns`"
         )
     model = assemble(solid)
     assembled = perf_counter()
@@ -96,7 +82,7 @@ def raw_ics(request: Request, most_unknowns: int | None = None) -> RawICs:
     return RawICs(u, cost)
 
 
-def build_mesh(request: Request) -> SolidMesh:
+def build_mesh(request: SolidRequest) -> SolidMesh:
     """The mesh for a request: a quarter where symmetry allows it, refined at patches and points."""
     body, points, smallest = request.body, request.points, request.cells.smallest
     surface = body.surface
@@ -139,7 +125,7 @@ def assemble(solid: SolidMesh) -> SolidModel:
     return SolidModel(solid, stiffness(solid.mesh, body.material), supported)
 
 
-def _facets_with_vertices(solid: SolidMesh, chosen: Mask) -> NDArray[np.int64]:
+def _facets_with_vertices(solid: SolidMesh, chosen: Mask) -> Indices:
     facets = solid.mesh.boundary_facets()
     return np.asarray(facets[np.all(chosen[solid.mesh.facets[:, facets]], axis=0)])
 
@@ -171,14 +157,13 @@ def patch_load(solid: SolidMesh, load: Load, parity: Parity) -> Array:
 
 def _composite_gauss(breaks: list[float], longest: float) -> tuple[Array, Array]:
     """Points and weights on the spans between breaks, in intervals that are not longer than `longest`."""
-    nodes, weights = np.polynomial.legendre.leggauss(LOAD_QUADRATURE)
     spans = [
         np.linspace(low, high, int(np.clip(np.ceil((high - low) / longest), *INTERVALS)) + 1)
         for low, high in pairwise(breaks)
     ]
-    start = np.concatenate([span[:-1] for span in spans])
-    half = np.concatenate([np.diff(span) for span in spans])[:, None] / 2
-    return (start[:, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
+    start, end = (np.concatenate([span[part] for span in spans]) for part in (np.s_[:-1], np.s_[1:]))
+    nodes, weights = on_panels(start, end, LOAD_QUADRATURE)
+    return nodes.ravel(), weights.ravel()
 
 
 def solve(model: SolidModel, loads: Sequence[Load], solver: SolverChoice) -> dict[Load, Field]:
@@ -218,8 +203,3 @@ def observe(model: SolidModel, load: Load, field: Field, points: Points) -> Arra
             part = np.where(points.s < 0, parity.signs(Y)[:, None] * part, part)
         u += part
     return np.asarray(np.einsum("icp,cp->ip", surface.axes(xi, points.s), u))
-
-
-def directions_of(components: Iterable[str]) -> tuple[int, ...]:
-    """Load directions that the components ("xn": displacement x due to traction n) need."""
-    return tuple(sorted({DIRECTIONS.index(component[1]) for component in components}))

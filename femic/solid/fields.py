@@ -7,20 +7,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import ElementTetP2
 from skfem.quadrature import get_quadrature
 
 from femic.solid.elasticity import CHUNK
-from femic.solid.engine import Field, Request, assemble, build_mesh, solve
+from femic.solid.engine import Field, assemble, build_mesh, solve
 from femic.solid.mesh import SolidMesh
-from femic.symmetry import X, Y, on_plane
+from femic.solid.request import SolidRequest
+from femic.symmetry import Y, on_plane
+from geometries.arrays import Array, Indices, Mask
 from geometries.materials import Material
-from geometries.patches import Load
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+from geometries.patches import Load, X
 
 P2 = ElementTetP2()
 
@@ -44,7 +41,7 @@ class NodalField:
     von_mises: Array  # (n_nodes,) [MPa/N]
 
 
-def nodal_fields(request: Request, *, whole: bool = True) -> Iterator[tuple[Load, NodalField]]:
+def nodal_fields(request: SolidRequest, *, whole: bool = True) -> Iterator[tuple[Load, NodalField]]:
     """Solve the request's loads: the fields on the whole body, or on the part of it that is modelled."""
     model = assemble(build_mesh(request))
     grid = grid_of(model.solid, whole=whole)

@@ -7,23 +7,19 @@ unit rows, with zeros in the modes, so that the blocks stay whole.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import pyamg
-from numpy.typing import NDArray
 from pyamg.multilevel import MultilevelSolver
 from pyamg.relaxation.smoothing import change_smoothers
 from scipy.sparse import bsr_matrix, csr_matrix, diags_array, kron, triu
 from scipy.sparse.linalg import cg
 
 from femic.accuracy import NotConverged
+from femic.models import SolverChoice
 from femic.solid import pardiso
-from femic.threads import one_blas_thread
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-SolverChoice = Literal["auto", "multigrid", "direct"]
+from femic.work.threads import one_blas_thread
+from geometries.arrays import Array, Mask
 
 MAX_ITERATIONS = 300
 DIRECT_LIMIT = 80_000  # unknowns
@@ -135,6 +131,6 @@ def _checked(solution: Solution, tolerance: float) -> Solution:
         raise NotConverged(
             f"linear solver: relative residual {solution.residual:.1e} after {solution.iterations} "
             f"iterations, {tolerance:.0e} asked for. Likely cause: strongly distorted cells or a "
-            "Poisson's ratio near 0.5. Try solver = 'direct', or a smaller engine.growth"
+            "Poisson's ratio near 0.5. Try `solver` = 'direct', or a smaller `growth`"
         )
     return solution

@@ -7,18 +7,15 @@ straight triangle with its mid-side nodes half way: fields there are quadratic s
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from skfem import Basis, ElementTetP2, ElementTriP2, MeshTet, MeshTet2, MeshTri
 
-from femic.cell_size import Cells
-from femic.edges import edge_numbers
+from femic.meshing.cell_size import Cells
+from femic.meshing.edges import edge_numbers
 from femic.solid.tetrahedra import Focus, Tetrahedra, fill
+from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 from geometries.errors import Failure
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,10 +4,10 @@ from collections.abc import Callable
 from importlib.util import find_spec
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-Array = NDArray[np.float64]
+from geometries.arrays import Array
+
 SYMMETRIC_POSITIVE_DEFINITE = 2
 
 

@@ -8,16 +8,13 @@ from dataclasses import dataclass, replace
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femic.cell_size import Cells, distance, round_the_axis, set_cell_size
-from femic.gmsh_session import gmsh_session
-from femic.outline import add_section
+from femic.meshing.cell_size import Cells, distance, round_the_axis, set_cell_size
+from femic.meshing.gmsh_session import gmsh_session
+from femic.meshing.outline import add_section
+from geometries.arrays import Array, Indices
 from geometries.bodies import Body, Domain
 from geometries.errors import Failure
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 BENT = 20  # rolling radius over far radius beyond which bending distorts cells by 5 % at most
 DELAUNAY = 1  # HXT is no faster here, and crashes on some coarse meshes

@@ -3,11 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femic.solid.fields import Grid, NodalField
-
-Indices = NDArray[np.int64]
+from geometries.arrays import Indices
 
 # scikit-fem numbers the mid-side nodes as VTK does: edges 01, 12, 02, 03, 13, 23.
 # Cells that are turned inside out get their vertices 1 and 2 swapped:

@@ -6,14 +6,7 @@ from scipy.linalg import sqrtm
 from scipy.spatial.transform import Rotation
 
 from approx.halfspace import HalfSpace
-from approx.orientation import (
-    both_turned,
-    load_turned,
-    matmul,
-    observer_turned,
-    turn_about_x,
-    turn_between,
-)
+from approx.orientation import both_turned, load_turned, matmul, observer_turned, turn_about_x, turn_between
 from geometries.contours import arc, ellipse, plane
 from geometries.materials import Material, both_bodies, one_body
 from geometries.patches import Patch

@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.dataset import errors, to_dataset
-from compare.pipeline import compute
+from compare.results.compute import compute
+from compare.results.dataset import errors, to_dataset
 from compare.scenes.load import load_scene
-from femic.reference import cells_for
+from femic.means import Means
+from femic.solid.record import SOLID
 
 COARSE_ENGINE = """
 [engine]
@@ -62,7 +63,7 @@ def write_scene(tmp_path):
 @pytest.fixture(scope="session")
 def geometry1():
     """Geometry 1 by the harmonic engine at tolerance 0.001: (results, dataset, errors)."""
-    results = compute(load_scene("geometry1", {"engine": {"check": False, "tolerance": 0.001}}), workers=2)
+    results = compute(load_scene("geometry1", {"engine": {"check": False, "tolerance": 0.001}}), Means(2))
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
 
@@ -71,8 +72,9 @@ def geometry1():
 def geometry1_checked():
     """The same with the solid engine's C at tolerance 3 % (a minute and a half)."""
     scene = load_scene("geometry1")
-    check = replace(scene.check, tolerance=0.03, cells=cells_for(0.03, scene.patch, "solid"))
-    results = compute(replace(scene, check=check), workers=1)
+    cells = SOLID.tuned.cells_for(0.03, scene.patch)
+    check = replace(scene.check, settings=replace(scene.check.settings, tolerance=0.03, cells=cells))
+    results = compute(replace(scene, check=check), Means(1))
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
 
@@ -82,7 +84,7 @@ def small(tmp_path_factory):
     """Results of a coarse scene with unlike bodies: (results, dataset, errors)."""
     path = tmp_path_factory.mktemp("scenes") / "small.toml"
     path.write_text(scene_text(upper_E=70e3), encoding="utf-8")
-    results = compute(load_scene(str(path)), workers=1)
+    results = compute(load_scene(str(path)), Means(1))
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
 

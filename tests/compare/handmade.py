@@ -7,13 +7,15 @@ from functools import cache
 import numpy as np
 
 from approx.pair import Solid
-from compare.pipeline import Results, approximated, scene_points
+from compare.results.compute import Results, approximated, jobs, scene_points
 from compare.scenes.load import load_scene
-from compare.validation.curves import CONCAVE, CONVEX, unit
-from compare.validation.runs import GEOMETRIES, NINE
+from compare.studies.validation.curves import CONCAVE, CONVEX, unit
+from compare.studies.validation.runs import GEOMETRIES
 from femic.discount import FY, MOMENT
+from femic.estimate import Estimated
 from femic.models import Points
-from femic.reference import Estimated, Reference
+from femic.reference import Reference
+from geometries.patches import COMPONENTS
 
 X, S, N = range(3)
 FIT = {"combined": {"mismatch_k": {"far": 0.1, "r_inf": 20.0, "m": 1.0, "n": 2.0}}}
@@ -70,12 +72,12 @@ Made = Callable[[Of], np.ndarray]
 def without_c(name: str, *, fitted: bool = False, upper_E: float = 210e3) -> Results:
     """A geometry, or the plane, with its approximations."""
     variants = ["A", "B", "Bbar", "Bhat", "mix"] + ["Bhat_prime"] * fitted
-    asked = {"components": list(NINE), "variants": variants, "engine": {"check": False}}
+    asked = {"components": list(COMPONENTS), "variants": variants, "engine": {"check": False}}
     asked |= {"upper": {"E": upper_E}} | ({"effective": FIT} if fitted else {})
     scene = load_scene(name, asked)
     points, lines = scene_points(scene)
     approximations, seconds = approximated(scene, points)
-    return Results(scene, points, lines, {}, {}, approximations, seconds)
+    return Results(scene, points, lines, jobs(scene), {}, {}, approximations, seconds)
 
 
 def with_c(results: Results, c: Made, *, estimate: float = 0.0, rotation: dict | None = None) -> Results:

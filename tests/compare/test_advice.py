@@ -6,18 +6,20 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.dataset import errors
-from compare.figures import error_against_seconds
-from compare.frontier import advice as advising
-from compare.frontier import trade
-from compare.frontier.advice import Question, advise, told, tried_for
-from compare.frontier.report import evidence, figure
-from compare.frontier.ways import Way
-from compare.html import known_cell
-from compare.pipeline import (
+from compare.pages.html import known_cell
+from compare.reports.frontier import advice as advising
+from compare.reports.frontier import trade
+from compare.reports.frontier.advice import Question, advise, told, tried_for
+from compare.reports.frontier.page import evidence, figure
+from compare.reports.frontier.ways import Way
+from compare.reports.scene.figures import error_against_seconds
+from compare.reports.scene.page import _rows
+from compare.reports.scene.summary import summary
+from compare.results.compute import (
     Results,
     approximated,
     ics_of,
+    jobs,
     reference_of,
     refinement_shares_of,
     scene_points,
@@ -25,11 +27,12 @@ from compare.pipeline import (
     vanishing,
     weights_of,
 )
-from compare.report import _rows
+from compare.results.dataset import errors
 from compare.scenes.load import load_scene
-from compare.summary import summary
+from femic.estimate import Estimated
+from femic.means import Means
 from femic.models import Cost
-from femic.reference import Estimated, Reference
+from femic.reference import Reference
 
 X, S, N = range(3)
 SMALL = 0.001  # C_xn over the largest C_nn: a fiftieth of what 5 % are
@@ -58,7 +61,7 @@ def hand_made(components, known=1e-5):
         c = Estimated(ic, estimate, zero, zero)
         references[body] = Reference(c, ic, np.zeros((4, 4)), None, None, scene.bodies[body], {"fine": COST})
     seconds |= dict.fromkeys((("C", "combined"), ("C", "lower")), 10.0)
-    return Results(scene, points, lines, references, {}, ics, seconds)
+    return Results(scene, points, lines, jobs(scene), references, {}, ics, seconds)
 
 
 def frontier_of(results):
@@ -117,7 +120,7 @@ def test_advice_tries_a_tighter_c_before_it_takes_a_small_component_for_a_zero(m
         return frontier_of(hand_made(["xn"], known=SMALL * tightest[-1]))
 
     monkeypatch.setattr(advising, "compute_frontier", tried)
-    asked, found = tried_for("geometry1", Question("combined", ("xn",), 0.9), workers=1)
+    asked, found = tried_for("geometry1", Question("combined", ("xn",), 0.9), Means(1))
     assert tightest == [0.1, 0.01]
     assert asked.ways[-1].engine["tolerance"] == 0.01
     assert not found.vanishes.sel(body="combined", component="xn")
@@ -125,7 +128,7 @@ def test_advice_tries_a_tighter_c_before_it_takes_a_small_component_for_a_zero(m
     monkeypatch.setattr(
         advising, "compute_frontier", lambda *_, **__: frontier_of(hand_made(["xn"], known=SMALL))
     )
-    asked, found = tried_for("geometry1", Question("combined", ("xn",), 0.9), workers=1)
+    asked, found = tried_for("geometry1", Question("combined", ("xn",), 0.9), Means(1))
     assert asked.ways[-1].engine["tolerance"] == 1e-4  # there is none tighter
     assert found.vanishes.sel(body="combined", component="xn")
 
@@ -135,7 +138,7 @@ def test_no_tighter_c_is_asked_for_what_vanishes_by_symmetry(monkeypatch):
     monkeypatch.setattr(
         advising, "compute_frontier", lambda *_, **__: tried.append(1) or frontier_of(hand_made(["sn"]))
     )
-    _, found = tried_for("geometry1", Question("combined", ("sn",), 0.9), workers=1)
+    _, found = tried_for("geometry1", Question("combined", ("sn",), 0.9), Means(1))
     assert found.vanishes.sel(body="combined", component="sn")
     assert len(tried) == 1
 

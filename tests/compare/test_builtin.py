@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.dataset import errors, to_dataset
-from compare.pipeline import compute, estimated_errors, jobs
+from compare.results.compute import compute, estimated_errors, jobs
+from compare.results.dataset import errors, to_dataset
 from compare.scenes.load import builtin_names, load_scene
 from femic.accuracy import component_of
-from femic.reference import Level, combine, request, scaled, scales, worst
+from femic.level import MODELS, Level
+from femic.means import Means
+from femic.reference import combine, scales, worst
 from femic.solid.engine import raw_ics
 
 pytestmark = pytest.mark.slow
@@ -17,7 +19,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.mark.parametrize("name", builtin_names())
 def test_default_settings_know_c_of_each_body_and_the_sum_to_one_percent_at_once(name):
-    results = compute(load_scene(name), workers=1)
+    results = compute(load_scene(name), Means(1))
     for where, estimate in estimated_errors(results).items():
         assert all(component_of(estimate, c) < 0.007 for c in results.scene.components), where
     assert all(found.level == Level() for found in results.references.values())
@@ -35,12 +37,12 @@ def _check_against_the_half_space(results):
 @pytest.mark.parametrize("body", ["lower", "upper"])
 def test_doubling_the_domain_of_geometry_2_changes_c_by_less_than_the_estimate(body):
     job = jobs(load_scene("geometry2"))[body]
-    job = replace(job, cells=job.cells.scaled(1.5))
+    job = replace(job, settings=replace(job.settings, cells=job.first_cells.scaled(1.5)))
     reference = combine(
-        job, Level(), {level: raw_ics(request(job, level)) for level in Level().models().values()}
+        job, Level(), {level: raw_ics(job.request(level)) for level in Level().models(MODELS).values()}
     )
-    doubled = replace(job, body=scaled(job, Level(domain=1))[0])
-    models = {level: raw_ics(request(doubled, level)) for level in Level().models().values()}
+    doubled = replace(job, body=job.body.enlarged(2.0))
+    models = {level: raw_ics(doubled.request(level)) for level in Level().models(MODELS).values()}
     change = np.abs(combine(doubled, Level(), models).c.ic - reference.c.ic)
     scale = scales([job], reference.c.ic)
     changed, known = (worst(job, v, scale) for v in (change, reference.c.estimate))

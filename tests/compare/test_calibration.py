@@ -9,14 +9,15 @@ import xarray as xr
 
 from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
-from compare.calibration.figures import REFITTED, WITHOUT, curve, translation
-from compare.calibration.fits import calibrate, target_from, with_properties
-from compare.cli import DONE, WRONG_INPUT, exit_code
-from compare.pipeline import compute, reference_of
+from compare.cli.main import DONE, WRONG_INPUT, exit_code
+from compare.reports.calibration.figures import REFITTED, WITHOUT, curve, translation
+from compare.reports.calibration.fits import calibrate, target_from, with_properties
+from compare.results.compute import compute, reference_of
 from compare.scenes.load import load_scene, scene_from_table
 from femic.harmonic import engine as harmonic
+from femic.means import Means
 from femic.solid import engine as solid
-from femic.store import Store
+from femic.work.store import Store
 from geometries.errors import WrongInput
 from tests.compare.conftest import scene_text
 
@@ -40,7 +41,7 @@ def made(tmp_path_factory):
 @pytest.fixture(scope="module")
 def calibrated(made):
     path, out = made
-    return calibrate(load_scene(str(path)), store=Store(out / "store"))
+    return calibrate(load_scene(str(path)), Means(store=Store(out / "store")))
 
 
 def test_the_fit_is_kept_with_points_weights_covariance_and_residual(made, calibrated):
@@ -66,7 +67,7 @@ def test_c_of_the_fit_is_c_of_the_scene(calibrated, made):
     target = calibrated.targets["combined"]
     line = [{"along": "x", "s": 1.6, "reach": 12.0, "points": 801}]
     scene = load_scene(str(path), {"lines": line, "components": ["nn", "xn"], "engine": {"check": False}})
-    results = compute(scene, store=Store(out / "store"))
+    results = compute(scene, Means(store=Store(out / "store")))
     c = reference_of(results, "combined").ic[0, 2] * scene.patch.area
     on_line = target.s == 1.6
     assert np.sum(on_line) == 40
@@ -80,10 +81,10 @@ def test_c_of_the_fit_of_a_wheel_is_c_of_the_scene_whatever_it_asks_for(tmp_path
     text = scene_text(engine=HARMONIC, upper_E=70e3).replace("[upper]", "[upper]\nrolling_radius = 60.0")
     path = tmp_path / "wheel.toml"
     path.write_text(text, encoding="utf-8")
-    target = calibrate(load_scene(str(path)), workers=1).targets["combined"]
+    target = calibrate(load_scene(str(path)), Means(1)).targets["combined"]
     line = [{"along": "x", "s": 1.6, "reach": 12.0, "points": 801}]
     scene = load_scene(str(path), {"lines": line, "components": components, "engine": {"check": False}})
-    results = compute(scene, workers=1)
+    results = compute(scene, Means(1))
     c = reference_of(results, "combined").ic[0, 2] * scene.patch.area
     on_line = target.s == 1.6
     between = np.interp(target.x[on_line], results.points.x, c)
@@ -131,7 +132,7 @@ def test_a_second_time_nothing_is_solved(made, monkeypatch, calibrated):
     path, out = made
     monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
     other = load_scene(str(path), {"calibration": {"weights": "logarithmic"}})
-    found = calibrate(other, store=Store(out / "store"))
+    found = calibrate(other, Means(store=Store(out / "store")))
     weights = found.targets["combined"].weights
     target = found.targets["combined"]
     np.testing.assert_allclose(weights**2 * target.r, np.min(target.r))

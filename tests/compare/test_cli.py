@@ -5,7 +5,7 @@ import json
 import pytest
 import xarray as xr
 
-from compare.cli import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from compare.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.solid import engine as solid
 from tests.compare.conftest import COARSE_ENGINE
 
@@ -96,7 +96,7 @@ def test_an_interruption_exits_with_130(write_scene, tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("compare.commands.run_scene", interrupted)
+    monkeypatch.setattr("compare.cli.scenes.run_scene", interrupted)
     assert exit_code(["run", str(write_scene(ONE)), "--out", str(tmp_path / "o")]) == INTERRUPTED
 
 

@@ -8,9 +8,9 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from approx.matrix import column, matrix
-from compare.cli import WRONG_INPUT, exit_code
-from compare.matrix.contact_file import ContactFile, of_offsets_only, read, write
-from compare.matrix.export import (
+from compare.cli.main import WRONG_INPUT, exit_code
+from compare.reports.matrix.contact_file import ContactFile, of_offsets_only, read, write
+from compare.reports.matrix.export import (
     Exported,
     Wanted,
     approximated,
@@ -19,7 +19,7 @@ from compare.matrix.export import (
     told,
 )
 from compare.scenes.load import load_scene, scene_from_table
-from femic.grid_operator import PARITY
+from contact.grid_operator import PARITY
 from geometries.errors import WrongInput
 from geometries.materials import both_bodies
 
@@ -252,7 +252,7 @@ def test_what_contact_must_be_given_is_printed(tmp_path, capsys):
 
 @pytest.mark.parametrize("ics", ["Bhat", "auto"])
 def test_an_approximation_has_no_discount_to_leave_out(ics, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("compare.commands.choose", lambda *_, **__: pytest.fail("asked"))
+    monkeypatch.setattr("compare.cli.matrices.choose", lambda *_, **__: pytest.fail("asked"))
     code, said = told_of(CURVED, tmp_path, capsys, "--ics", ics, "--discount", "none")
     assert code == WRONG_INPUT
     assert f"discount = none, ics = {ics}: only C is raw before it is discounted" in said

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.validation.changes import CHANGES
-from compare.validation.curves import ACROSS, BESIDE, CONCAVE, CONVEX, THROUGH
-from compare.validation.program import cylinder_errors
-from compare.validation.runs import GEOMETRIES
-from compare.validation.sn import with_factor
-from compare.validation.statements import STATEMENTS
+from compare.studies.validation.changes import CHANGES
+from compare.studies.validation.curves import ACROSS, BESIDE, CONCAVE, CONVEX, THROUGH
+from compare.studies.validation.program import cylinder_errors
+from compare.studies.validation.runs import GEOMETRIES
+from compare.studies.validation.sn import with_factor
+from compare.studies.validation.statements import STATEMENTS
 from tests.compare.handmade import (
     SOFT,
     STIFF,

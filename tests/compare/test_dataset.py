@@ -6,8 +6,8 @@ import xarray as xr
 
 from approx.halfspace import HalfSpace
 from approx.variants import VARIANTS
-from compare import dataset as data
-from compare import report
+from compare.reports.scene import page as report
+from compare.results import dataset as data
 from femic.discount import rigid_part
 from geometries.materials import both_bodies
 from geometries.patches import Load

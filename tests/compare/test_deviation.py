@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from compare.matrix.deviation import Column, Deviation
-from femic.matrix import NEAR, is_far
-from femic.reference import Estimated
+from compare.results.matrix.deviation import Column, Deviation
+from femic.discount import NEAR
+from femic.estimate import Estimated
+from femic.matrix.columns import is_far
 from geometries.grids import Grid
 
 X, S, N = range(3)

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.measure import Measure, far_from
-from femic.reference import Estimated
+from compare.results.measure import Measure, far_from
+from femic.estimate import Estimated
 from geometries.patches import Patch
 
 X, S, N = range(3)

@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.cli import DONE, WRONG_INPUT, exit_code
-from compare.extremes import analytic, engines, exact
-from compare.extremes.engines import Engines, compared, flat, on_outline
-from compare.extremes.found import HARMONIC, SOLID, Beyond, Found, Parameter, Reached, tried
-from compare.extremes.report import summary
-from compare.pipeline import compute, estimated_errors, ics_of, reference_of
+from compare.cli.main import DONE, WRONG_INPUT, exit_code
+from compare.results.compute import compute, estimated_errors, ics_of, reference_of
 from compare.scenes.load import load_scene
+from compare.studies.extremes import analytic, engines, exact
+from compare.studies.extremes.engines import Engines, compared, flat, on_outline
+from compare.studies.extremes.found import HARMONIC, SOLID, Beyond, Found, Parameter, Reached, tried
+from compare.studies.extremes.page import summary
 from femic.accuracy import component_of
-from femic.store import Store
+from femic.work.store import Store
 from geometries.errors import Failure
 from geometries.patches import Patch
 
@@ -113,7 +113,7 @@ def test_the_command_writes_what_it_found(tmp_path, monkeypatch, capsys):
     page = (tmp_path / "extremes.html").read_text(encoding="utf-8")
     assert "Poisson&#39;s ratio must lie in 0 ... 0.5" in page
     assert "://" not in page
-    monkeypatch.setattr("compare.commands.extremes_available", lambda: False)
+    monkeypatch.setattr("compare.cli.studies.extremes_available", lambda: False)
     assert exit_code(["extremes", "--out", str(tmp_path)]) == WRONG_INPUT
     assert "pip install" in capsys.readouterr().err
 

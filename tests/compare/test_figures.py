@@ -7,10 +7,11 @@ import pytest
 from scipy.integrate import trapezoid
 from skfem import MeshTri
 
-from compare import run, views
-from compare.figures import _closing, surface_mesh
+from compare.pages import views
+from compare.pages.sections import _closing, surface_mesh
+from compare.reports.scene import run
 from compare.scenes.load import load_scene
-from femic.reference import Level
+from femic.level import Level
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material

@@ -8,18 +8,19 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from compare.cli import DONE, WRONG_INPUT, exit_code
-from compare.dataset import errors, to_dataset
-from compare.frontier import report as frontier_report
-from compare.frontier import trade as frontier
-from compare.frontier.advice import ALIKE, Question, advise, asked_for
-from compare.frontier.choice import choose, question_of
-from compare.frontier.trade import Asked, compute_frontier, front, known_errors
-from compare.frontier.ways import Way, harmonic, solid
-from compare.pipeline import compute
+from compare.cli.main import DONE, WRONG_INPUT, exit_code
+from compare.reports.frontier import page as frontier_report
+from compare.reports.frontier import trade as frontier
+from compare.reports.frontier.advice import ALIKE, Question, advise, asked_for
+from compare.reports.frontier.choice import choose, question_of
+from compare.reports.frontier.trade import Asked, compute_frontier, front, known_errors
+from compare.reports.frontier.ways import Way, by_engine, harmonic
+from compare.results.compute import compute
+from compare.results.dataset import errors, to_dataset
 from compare.scenes.load import load_scene
 from femic.harmonic import engine as harmonic_engine
-from femic.store import Store
+from femic.means import Means
+from femic.work.store import Store
 from geometries.errors import Failure, WrongInput
 from tests.compare.conftest import scene_text
 
@@ -35,7 +36,7 @@ def made(tmp_path_factory):
     top = 'components = ["nn", "xn", "sn"]\nbodies = ["combined", "lower"]\n'
     path.write_text(scene_text(top, engine=HARMONIC, upper_E=70e3), encoding="utf-8")
     store = Store(folder / "store")
-    return path, store, compute_frontier(str(path), Asked(tuple(harmonic(1e-3))), workers=2, store=store)
+    return path, store, compute_frontier(str(path), Asked(tuple(harmonic(1e-3))), Means(2, store))
 
 
 points = st.tuples(st.integers(0, 6), st.integers(0, 6))
@@ -146,7 +147,7 @@ def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
     steps = iter(predicted.values())
     monkeypatch.setattr(frontier.plan, "run_steps", lambda *_: [])
     monkeypatch.setattr(frontier.plan, "seconds", lambda *_: next(steps))
-    found = compute_frontier(str(path), Asked(tuple(harmonic(1e-3)), budget=1000.0), workers=2, store=store)
+    found = compute_frontier(str(path), Asked(tuple(harmonic(1e-3)), budget=1000.0), Means(2, store))
     assert "harmonic 0.001" not in found.way.values
     assert found.attrs["best"] in {"harmonic 0.1", "harmonic 0.01"}
     assert "about 100000 s" in json.loads(found.attrs["skipped"])["harmonic 0.001"]
@@ -155,7 +156,7 @@ def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
 def test_without_a_reference_there_is_no_frontier(made):
     path, store, _ = made
     with pytest.raises(Failure, match="no reference C within the budget of 1e-06 s"):
-        compute_frontier(str(path), Asked(tuple(harmonic(0.1)), budget=1e-6), workers=2, store=store)
+        compute_frontier(str(path), Asked(tuple(harmonic(0.1)), budget=1e-6), Means(2, store))
 
 
 def test_b_hat_prime_is_tried_where_there_are_properties_for_it(made, tmp_path):
@@ -163,7 +164,7 @@ def test_b_hat_prime_is_tried_where_there_are_properties_for_it(made, tmp_path):
     fitted = tmp_path / "fitted.toml"
     properties = "\n[effective.combined]\nmismatch_k = { far = 0.1, r_inf = 9.0, m = 1.0, n = 2.0 }\n"
     fitted.write_text(path.read_text(encoding="utf-8") + properties, encoding="utf-8")
-    with_fit = compute_frontier(str(fitted), Asked(tuple(harmonic(0.1))), workers=2, store=store)
+    with_fit = compute_frontier(str(fitted), Asked(tuple(harmonic(0.1))), Means(2, store))
     b_hat_prime = with_fit.error.sel(way="Bhat_prime")
     assert np.all(b_hat_prime.sel(body="combined") > 0)
     assert np.all(np.isnan(b_hat_prime.sel(body="lower")))
@@ -181,7 +182,7 @@ def test_what_an_engine_cannot_do_is_listed(made, tmp_path):
     path, *_ = made
     soft = tmp_path / "soft.toml"
     soft.write_text(path.read_text(encoding="utf-8").replace("nu = 0.3", "nu = 0.4995"), encoding="utf-8")
-    asked = Asked((*harmonic(0.1), *solid()))
+    asked = Asked((*harmonic(0.1), *by_engine("solid")))
     monkey = [way.name for way in asked.ways if way.kind == "solid"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(frontier, "compute", lambda *_, **__: pytest.fail("solved"))
@@ -227,9 +228,9 @@ def test_advice_from_the_command_line(made, tmp_path, capsys):
 def test_auto_chooses_what_advise_names(made, tolerance, kind):
     path, store, _ = made
     scene = load_scene(str(path), {"ics_tolerance": tolerance})
-    chosen = choose(str(path), question_of(scene), workers=2, store=store)
+    chosen = choose(str(path), question_of(scene), Means(2, store))
     asked = asked_for(tolerance, scene.components, "combined")
-    found = compute_frontier(str(path), asked, workers=2, store=store)
+    found = compute_frontier(str(path), asked, Means(2, store))
     way = advise(found, tolerance, scene.components, "combined").way
     assert chosen.advice.way == way
     assert chosen.advice.error <= tolerance == chosen.advice.tolerance
@@ -249,10 +250,10 @@ def test_ways_keep_what_belongs_to_the_body(made, tmp_path):
     asked = asked_for(0.1, ["nn"], "lower")
     scene = asked.scene(str(mine), asked.ways[0].engine)
     assert scene.bodies["lower"].domain.far_radius == 2000.0
-    assert (scene.most_unknowns, scene.tolerance, scene.check) == (5000, 0.1, None)
-    assert scene.cells.smallest != 0.01
-    other = asked.scene(str(mine), next(solid()).engine)
-    assert (other.bodies["lower"].domain.far_radius, other.most_unknowns) == (320.0, 5000)
+    assert (scene.settings.most_unknowns, scene.settings.tolerance, scene.check) == (5000, 0.1, None)
+    assert scene.first_cells.smallest != 0.01
+    other = asked.scene(str(mine), next(by_engine("solid")).engine)
+    assert (other.bodies["lower"].domain.far_radius, other.settings.most_unknowns) == (320.0, 5000)
 
 
 @pytest.mark.slow
@@ -269,11 +270,11 @@ def test_run_and_export_say_and_use_what_auto_chose(made, tmp_path, capsys):
     said = capsys.readouterr().out
     assert "50.00% asked for" in said
     nine = Question("combined", tuple(i + j for i in "xsn" for j in "xsn"), 0.5)
-    chosen = choose(str(mine), nine, workers=2, store=store)
+    chosen = choose(str(mine), nine, Means(2, store))
     assert f"contact_{chosen.ics}.txt" in said
     assert (tmp_path / "out" / f"contact_{chosen.ics}.txt").is_file()
     assert exit_code(["run", str(mine), *place]) == DONE
-    of_run = choose(str(mine), question_of(load_scene(str(mine))), workers=2, store=store)
+    of_run = choose(str(mine), question_of(load_scene(str(mine))), Means(2, store))
     assert f"Use {of_run.advice.label}" in capsys.readouterr().out
 
 
@@ -282,7 +283,7 @@ def test_export_refuses_before_it_asks_what_to_use(made, tmp_path, monkeypatch, 
     mine = tmp_path / "mine.toml"
     text = path.read_text(encoding="utf-8").replace('"combined", "lower"', '"lower"')
     mine.write_text('ics = "auto"\n' + text, encoding="utf-8")
-    monkeypatch.setattr("compare.commands.choose", lambda *_, **__: pytest.fail("asked"))
+    monkeypatch.setattr("compare.cli.scenes.choose", lambda *_, **__: pytest.fail("asked"))
     assert exit_code(["export", str(mine), "--out", str(tmp_path / "out")]) == WRONG_INPUT
     assert "add 'combined'" in capsys.readouterr().err
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.pipeline import estimated_errors, refinement_scales_of
-from compare.report import agreement
+from compare.reports.scene.page import agreement
+from compare.results.compute import estimated_errors, refinement_scales_of
 from femic.accuracy import component_of
 from tests.compare.conftest import on_line
 

@@ -7,22 +7,23 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare import plan
-from compare.cli import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
-from compare.matrix import results as matrix
-from compare.matrix.check import check, checked_strips
-from compare.matrix.contact_file import read
-from compare.matrix.report import key_of_scene
-from compare.matrix.results import compute_matrix, matrix_jobs
-from compare.pipeline import jobs
-from compare.scenes.load import BadScene, load_scene, scene_from_table
+from compare.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from compare.reports.matrix.contact_file import read
+from compare.reports.matrix.page import key_of_scene
+from compare.results import plan
+from compare.results.compute import jobs
+from compare.results.matrix import compute as matrix
+from compare.results.matrix.check import check, checked_strips
+from compare.results.matrix.compute import compute_matrix, matrix_jobs
+from compare.scenes.errors import BadScene
+from compare.scenes.load import load_scene, scene_from_table
 from femic.harmonic import engine as harmonic
 from femic.harmonic.section_model import FreeSystem
-from femic.plan import planned
-from femic.reference import Level, request
-from femic.refinement import SILENT
+from femic.level import Level
+from femic.means import Means
 from femic.solid import engine as solid
-from femic.store import Store
+from femic.solid.record import SOLID
+from femic.work.store import Store
 from geometries.patches import DIRECTIONS
 from tests.compare.conftest import COARSE_ENGINE, scene_text
 
@@ -79,7 +80,7 @@ def test_a_second_time_nothing_is_meshed_or_factored(made, monkeypatch, capsys):
     assert exit_code(["matrix", str(path), "--out", str(out)]) == DONE
     assert "as it is there already" in capsys.readouterr().out
     scene = load_scene(str(path))
-    again = compute_matrix(scene, out / "again.nc", store=Store(out / "store"))
+    again = compute_matrix(scene, out / "again.nc", Means(store=Store(out / "store")))
     with (
         xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as first,
         xr.open_dataset(out / "again.nc", engine="h5netcdf") as second,
@@ -117,7 +118,7 @@ def test_large_matrices_are_never_held_as_a_whole(made, monkeypatch):
     path, out = made
     monkeypatch.setattr(matrix, "LARGEST", 100)
     monkeypatch.setattr("femic.matrix.REMEMBERED", 100)
-    results = compute_matrix(load_scene(str(path)), out / "large.nc", store=Store(out / "store"))
+    results = compute_matrix(load_scene(str(path)), out / "large.nc", Means(store=Store(out / "store")))
     assert not results.eigenvalues
     assert not results.reciprocity
     with (
@@ -213,9 +214,9 @@ def test_a_plan_knows_the_unknowns_and_the_file(made):
 
 def test_a_plan_of_a_solid_is_right_to_a_factor_of_two(write_scene):
     scene = load_scene(str(write_scene('bodies = ["lower"]', engine=COARSE_ENGINE)))
-    asked = request(jobs(scene)["lower"], Level())
+    asked = jobs(scene)["lower"].request(Level())
     cells = solid.build_mesh(asked)
-    assert 0.5 < planned(asked, 2).unknowns / (3 * cells.nodes.shape[1]) < 2
+    assert 0.5 < SOLID.planned(asked, 2).unknowns / (3 * cells.nodes.shape[1]) < 2
 
 
 # --- the solid engine --------------------------------------------------------------------------------
@@ -231,8 +232,8 @@ def test_strips_that_are_checked_are_spread_over_the_grid(made):
 def test_a_column_by_the_solid_engine_agrees_within_the_estimates(made, tmp_path):
     path, _ = made
     scene = load_scene(str(path), {"bodies": ["lower"], "grid": {"check": 1, "n_x": 8}})
-    results = compute_matrix(scene, tmp_path / "matrix.nc", workers=2)
-    (one,) = check(results, workers=2, store=Store(tmp_path / "store"), watch=SILENT)
+    results = compute_matrix(scene, tmp_path / "matrix.nc", Means(2))
+    (one,) = check(results, Means(2, Store(tmp_path / "store")))
     assert (one.body, one.strip) == ("lower", 2)
     assert one.component in {i + j for i in DIRECTIONS for j in DIRECTIONS}
     assert one.closest <= 1.0

@@ -6,11 +6,22 @@ from functools import partial
 import numpy as np
 import pytest
 
-from compare.validation import bodies, choices, criteria, curvature, curves, nn, program, sn, tangential, xn
-from compare.validation.curves import ACROSS, CONCAVE, CONVEX, SHOWN, THROUGH, error, line_of
-from compare.validation.program import cylinder_error, far_field_error, point_load
-from compare.validation.runs import GEOMETRIES
-from compare.validation.statements import STATEMENTS
+from compare.studies.validation import (
+    bodies,
+    choices,
+    criteria,
+    curvature,
+    curves,
+    nn,
+    program,
+    sn,
+    tangential,
+    xn,
+)
+from compare.studies.validation.curves import ACROSS, CONCAVE, CONVEX, SHOWN, THROUGH, error, line_of
+from compare.studies.validation.program import cylinder_error, far_field_error, point_load
+from compare.studies.validation.runs import GEOMETRIES
+from compare.studies.validation.statements import STATEMENTS
 from geometries.materials import Material, one_body
 from geometries.surfaces import LOWER, UPPER
 from tests.compare.handmade import (
@@ -78,7 +89,7 @@ def test_the_peak_of_one_line_is_not_the_scale_of_another():
 def test_panels_are_cut_where_asked():
     results = made(FIRST, times("A", None, 1))
     whole = curves.panel(results, ("A",), ("lower", "nn"), line_of(results, THROUGH))
-    far = curves.beyond(whole, 1.0)
+    far = whole.beyond(1.0)
     assert whole.at.min() == 0
     assert far.at.min() >= 1.0
     assert {len(far.at)} == {len(values) for values in far.curves.values()} == {len(far.estimate)}

@@ -11,15 +11,16 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare import commands
-from compare.cli import DONE, INTERRUPTED, WRONG_INPUT, exit_code
-from compare.overlay.curves import curve, is_mirrored, load, worst
-from compare.overlay.differences import differences
-from compare.overlay.figures import LINE_STYLES, curves, drawn_variants
-from compare.overlay.report import _rank, summary
-from compare.overlay.sources import MOST, sources, up_to_date
-from compare.provenance import results_digest
-from femic.provenance import code_digest
+from compare.cli import scenes
+from compare.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
+from compare.pages.styles import DASHES
+from compare.reports.overlay.curves import curve, is_mirrored, load, worst
+from compare.reports.overlay.differences import differences
+from compare.reports.overlay.figures import curves, drawn_variants
+from compare.reports.overlay.page import _rank, summary
+from compare.reports.overlay.sources import MOST, sources, up_to_date
+from compare.results.provenance import results_digest
+from femic.work.provenance import code_digest
 from tests.compare.conftest import on_line, scene_text
 
 ALONG_S = '\n[[lines]]\nalong = "s"\nx = 1.6\nreach = 8.0\npoints = 33\n'
@@ -60,7 +61,7 @@ def computed(monkeypatch):
         names.append(scene.name)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(commands, "run_scene", run_scene)
+    monkeypatch.setattr(scenes, "run_scene", run_scene)
     return names
 
 
@@ -112,7 +113,7 @@ def test_the_figure_draws_the_curves_of_all_scenes(compared):
     for gentle, steep in drawn.T:
         assert gentle.get_color() == steep.get_color()
         assert gentle.get_linestyle() != steep.get_linestyle()
-    assert len(LINE_STYLES) == MOST
+    assert len(DASHES) == MOST
 
 
 def test_both_halves_of_a_line_are_shown_if_a_scene_is_not_symmetric(compared):

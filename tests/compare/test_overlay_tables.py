@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.overlay.curves import Overlay, Result
-from compare.overlay.report import ALIKE, _ranking, _rows
-from compare.overlay.sources import Content
+from compare.reports.overlay.curves import Overlay, Result
+from compare.reports.overlay.page import ALIKE, _ranking, _rows
+from compare.reports.overlay.sources import Content
 
 LINES, VARIANTS, COMPONENTS = ("near", "far"), ("A", "Bhat"), ("nn", "xn", "sn")
 COMMON = Content(("lower",), COMPONENTS, VARIANTS, LINES)

@@ -2,10 +2,9 @@
 
 import pytest
 
-from compare.plan import Step, compared, run_steps, seconds
+from compare.results.plan import Step, compared, run_steps, seconds
 from compare.scenes.load import load_scene
-from femic.models import Cost
-from femic.plan import Planned
+from femic.models import Cost, Planned
 
 
 def step(engine, takes):

@@ -6,12 +6,12 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from compare import commands, progress
-from compare.cli import DONE, exit_code
-from compare.progress import EVERY, Lines, doing, shown
+from compare.cli import progress, scenes
+from compare.cli.main import DONE, exit_code
+from compare.cli.progress import EVERY, Lines, doing, shown
+from femic.level import Level
+from femic.means import Solved, Step, Task
 from femic.models import Cost, RawICs
-from femic.reference import Level
-from femic.workers import Solved, Step, Task
 
 LOWER = Task("lower", Level(), None, 1000)
 UPPER = Task("upper", Level(cells=-1), None, 1000)
@@ -123,7 +123,7 @@ def test_a_run_into_a_file_shows_what_its_models_are_at(write_scene, tmp_path, m
         'bodies = ["lower"]', engine='[engine]\nkind = "harmonic"\ntolerance = 0.1\nfar_radius = 160\n'
     )
     with (tmp_path / "log.txt").open("w") as log:
-        monkeypatch.setattr(commands, "Console", lambda: Console(file=log))
+        monkeypatch.setattr(scenes, "Console", lambda: Console(file=log))
         assert exit_code(["run", str(path), "--out", str(tmp_path / "out"), "--workers", "1"]) == DONE
     text = (tmp_path / "log.txt").read_text()
     begun, first, done = (text.find(word) for word in ("mesh and assembly", "of about", " unknowns, "))

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from compare import provenance
-from compare.matrix import report as matrix_report
-from compare.provenance import results_digest
+from compare.reports.matrix import page as matrix_report
+from compare.results import provenance
+from compare.results.provenance import results_digest
 from compare.scenes.load import load_scene
-from femic.provenance import PACKAGES, code_digest, digest_of
-from femic.store import Store
+from femic.work.provenance import PACKAGES, code_digest, digest_of
+from femic.work.store import Store
 
 CODE = '''"""A module."""
 

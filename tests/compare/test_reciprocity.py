@@ -6,8 +6,8 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from compare.matrix.reciprocity import described, reciprocity
-from femic.grid_operator import PARITY
+from compare.results.matrix.reciprocity import described, reciprocity
+from contact.grid_operator import PARITY
 from geometries.contours import arc, plane
 from geometries.grids import Grid
 

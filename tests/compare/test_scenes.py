@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from approx.effective import EffectiveProperties, Transition
+from compare.scenes.errors import BadScene
 from compare.scenes.file import SceneFile
 from compare.scenes.listing import listing
-from compare.scenes.load import BadScene, builtin_names, load_scene
-from femic.reference import cells_for
+from compare.scenes.load import builtin_names, load_scene
+from femic.harmonic.record import HARMONIC
+from femic.solid.record import SOLID
 from tests.compare.conftest import SHORT_LINES, scene_text
 
 
@@ -198,7 +200,7 @@ def test_changes_replace_the_keys_they_name_and_no_others():
     assert scene.bodies["lower"].material.nu == 0.4
     assert scene.bodies["lower"].material.E == original.bodies["lower"].material.E
     assert scene.bodies["upper"].material.nu == original.bodies["upper"].material.nu
-    assert (scene.tolerance, scene.solved) == (0.1, ("lower",))
+    assert (scene.settings.tolerance, scene.solved) == (0.1, ("lower",))
     again = load_scene_text(scene.text)  # what is recorded is what was computed
     assert (again["lower"]["nu"], again["engine"], again["patch"]) == (
         0.4,
@@ -213,28 +215,29 @@ def load_scene_text(text):
 
 def test_the_first_cells_follow_from_the_tolerance():
     fine, coarse, coarsest = (
-        load_scene("flat", {"engine": {"kind": "solid", "tolerance": t}}).cells for t in (0.01, 0.08, 1.0)
+        load_scene("flat", {"engine": {"kind": "solid", "tolerance": t}}).first_cells
+        for t in (0.01, 0.08, 1.0)
     )
     assert coarse.growth == pytest.approx(2 * fine.growth)  # eight times the error, cubic convergence
     assert coarse.smallest == pytest.approx(2 * fine.smallest)
     assert coarsest.growth == pytest.approx(3 * fine.growth)
-    given = load_scene("flat", {"engine": {"kind": "solid", "tolerance": 0.08, "growth": 0.2}}).cells
+    given = load_scene("flat", {"engine": {"kind": "solid", "tolerance": 0.08, "growth": 0.2}}).first_cells
     assert (given.growth, given.smallest) == (0.2, coarse.smallest)
 
 
 def test_a_tight_tolerance_has_small_cells_and_a_far_arc_of_the_harmonic_engine():
     loose, tuned, tight = (load_scene("flat", {"engine": {"tolerance": t}}) for t in (0.1, 0.001, 0.000125))
-    assert tuned.cells.growth == pytest.approx(2 * tight.cells.growth)
-    assert loose.cells.growth == pytest.approx(1.5 * tuned.cells.growth)
+    assert tuned.first_cells.growth == pytest.approx(2 * tight.first_cells.growth)
+    assert loose.first_cells.growth == pytest.approx(1.5 * tuned.first_cells.growth)
     radii = [scene.bodies["lower"].domain.far_radius for scene in (loose, tuned, tight)]
     assert radii == pytest.approx([1280.0, 1280.0, 1280.0 * 8**0.5])
 
 
 def test_the_check_is_the_scene_by_the_solid_engine_on_its_own_cells():
     scene = load_scene("geometry2", {"engine": {"tolerance": 0.001, "growth": 0.3}})
-    assert (scene.engine, scene.check.engine, scene.check.check) == ("harmonic", "solid", None)
-    assert scene.check.tolerance == 0.01
-    assert scene.check.cells == cells_for(0.01, scene.patch, "solid")
+    assert (scene.settings.engine, scene.check.settings.engine, scene.check.check) == (HARMONIC, SOLID, None)
+    assert scene.check.settings.tolerance == 0.01
+    assert scene.check.first_cells == SOLID.tuned.cells_for(0.01, scene.patch)
     assert scene.check.bodies["upper"].domain.far_radius == 320.0
     assert load_scene("flat").check is None
     assert load_scene("geometry2", {"engine": {"kind": "solid"}}).check is None
@@ -254,7 +257,7 @@ BEYOND_SOLID = {
 @pytest.mark.parametrize("case", BEYOND_SOLID)
 def test_what_only_the_harmonic_engine_can_do_is_refused_of_the_solid_one_and_of_a_check(case):
     changes, expected = BEYOND_SOLID[case]
-    assert load_scene("flat", changes).engine == "harmonic"
+    assert load_scene("flat", changes).settings.engine is HARMONIC
     for engine in ({"kind": "solid"}, {"check": True}):
         with pytest.raises(BadScene, match=expected):
             load_scene("flat", changes | {"engine": engine})

@@ -8,9 +8,9 @@ import pytest
 import xarray as xr
 from matplotlib.image import imread
 
-from compare import views
-from compare.cli import DONE, FAILED, WRONG_INPUT, exit_code
-from compare.fields import on_screen
+from compare.cli.main import DONE, FAILED, WRONG_INPUT, exit_code
+from compare.pages import views
+from compare.reports.scene.fields import on_screen
 from compare.scenes.listing import listing
 from compare.scenes.load import load_scene
 

@@ -8,13 +8,13 @@ import pytest
 
 from approx import orientation, variants
 from approx.orientation import Turn
-from compare.cli import DONE, INTERRUPTED, WRONG_INPUT, exit_code
-from compare.validation import figures, nn, verdicts
-from compare.validation.criteria import Criterion, Statement
-from compare.validation.curves import Measured
-from compare.validation.runs import GEOMETRIES, Runs
-from compare.validation.statements import STATEMENTS
-from compare.validation.verdicts import (
+from compare.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
+from compare.studies.validation import figures, nn, verdicts
+from compare.studies.validation.criteria import Criterion, Statement
+from compare.studies.validation.curves import Measured
+from compare.studies.validation.runs import GEOMETRIES, Runs
+from compare.studies.validation.statements import STATEMENTS
+from compare.studies.validation.verdicts import (
     DEPENDS,
     NOT_DECIDED,
     NOT_REPRODUCED,
@@ -24,7 +24,8 @@ from compare.validation.verdicts import (
 )
 from femic import reference
 from femic.harmonic import engine as harmonic_engine
-from femic.store import Store
+from femic.means import Means
+from femic.work.store import Store
 from geometries.errors import Failure
 
 NEED_MORE = (8, 11, 14, 15, 21)  # statements that need other runs than those of both geometries
@@ -47,7 +48,7 @@ def store(tmp_path_factory):
 @pytest.fixture(scope="module")
 def runs(store):
     """Both geometries by the harmonic engine, not as accurate as `femic validate` has them."""
-    found = Runs(2, store, tolerance=0.01)
+    found = Runs(Means(2, store), tolerance=0.01)
     for name in GEOMETRIES:
         found.fitted(name)
     return found

@@ -1,16 +1,21 @@
 """Small models of an unsymmetric section: seconds, not accuracy."""
 
 import logging
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from femic.cell_size import Cells
+from femic.job import Job, Settings
+from femic.level import MODELS, Level
+from femic.means import Means, Task
+from femic.meshing.cell_size import Cells
 from femic.models import Points
-from femic.reference import Job, Level, request
-from femic.solid.engine import Request, assemble, build_mesh, raw_ics
-from femic.store import Store
-from femic.workers import Task, solve_models
+from femic.refinement import solve_models
+from femic.solid.engine import assemble, build_mesh, raw_ics
+from femic.solid.record import SOLID
+from femic.solid.request import SolidRequest
+from femic.work.store import Store
 from geometries import contours
 from geometries.bodies import Body, Domain
 from geometries.materials import Material
@@ -40,7 +45,7 @@ def request_for(contour, *, side=LOWER, patch=PATCH, directions=(0, 1, 2), cells
     s = np.array([0.8, 0.8, 2.0, -3.0, -0.8, -0.8])
     points = changes.get("points", Points(x, s))
     loads = tuple(Load(patch, direction) for direction in directions)
-    return Request(body, loads, points, cells, changes.get("solver", "multigrid"))
+    return SolidRequest(body, loads, points, cells, changes.get("solver", "multigrid"))
 
 
 def ics_of(request):
@@ -75,19 +80,23 @@ JOB = Job(
     ("nn",),
     request_for(SYMMETRIC).points,
     LINES,
-    tolerance=1.0,
-    cells=COARSE,
-    rotation_reach=9.0,
-    most_unknowns=100_000,
+    Settings(SOLID, 1.0, COARSE, most_unknowns=100_000, rotation_reach=9.0),
 )
-FIRST = list(Level().models().values())
 
 
-TASKS = [Task("lower", level, request(JOB, level), JOB.most_unknowns) for level in FIRST]
+def changed(job, **settings):
+    """A job with other settings."""
+    return replace(job, settings=replace(job.settings, **settings))
+
+
+FIRST = list(Level().models(MODELS).values())
+
+
+TASKS = [(SOLID, Task("lower", level, JOB.request(level), 100_000)) for level in FIRST]
 
 
 def solve_all(store):
-    found = solve_models(TASKS, workers=1, store=store, on_step=str)
+    found = solve_models(TASKS, Means(1, store))
     return {solved.task.level: solved.model for solved in found}
 
 

@@ -5,13 +5,15 @@ from pathlib import Path
 
 import numpy as np
 
-from femic.cell_size import Cells
-from femic.harmonic.engine import HarmonicRequest
+from femic.harmonic.record import HARMONIC
+from femic.harmonic.request import HarmonicRequest
 from femic.harmonic.section_response import Respond
+from femic.level import Level
+from femic.means import Means, Task
+from femic.meshing.cell_size import Cells
 from femic.models import Points
-from femic.reference import Level
-from femic.store import Store
-from femic.workers import Task, solve_models
+from femic.refinement import solve_models
+from femic.work.store import Store
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material
@@ -35,7 +37,7 @@ def main(location: str, log: str) -> None:
         return respond(self, k, nearer=nearer)
 
     Respond.__call__ = counted
-    list(solve_models([TASK], workers=2, store=Store(location), on_step=str))
+    list(solve_models([(HARMONIC, TASK)], Means(2, Store(location))))
 
 
 if __name__ == "__main__":

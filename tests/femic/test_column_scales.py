@@ -1,14 +1,16 @@
 """How errors of an IC matrix are measured: scales of a column, shares of them, the worst of all."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
 from femic.accuracy import Shares
-from femic.matrix import AtLags, MatrixJob, cells_for, column_scale, column_shares, far_radius_for, worst_of
-from femic.reference import Estimated
+from femic.engines import HARMONIC
+from femic.estimate import Estimated
+from femic.job import Settings
+from femic.matrix.columns import column_scale, column_shares, worst_of
+from femic.matrix.job import MatrixJob, far_radius_for
+from femic.matrix.reference import AtLags
 from geometries.bodies import Body, Domain
 from geometries.contours import plane
 from geometries.grids import Grid
@@ -22,8 +24,9 @@ SOFT = Material(70e3, 0.33)
 STRIP = 4
 
 
-def job(material=STEEL, side=LOWER, **changes):
-    return MatrixJob(Body(side, plane(), material, Domain(1000.0, np.inf)), GRID, **changes)
+def job(material=STEEL, side=LOWER, **settings):
+    body = Body(side, plane(), material, Domain(1000.0, np.inf))
+    return MatrixJob(body, GRID, Settings(HARMONIC, **settings))
 
 
 def a_nn(material, side):
@@ -142,9 +145,10 @@ def test_every_strip_is_judged_and_both_bodies_together_by_the_scale_of_their_su
 
 
 def test_first_cells_and_domains_follow_tolerance_and_grid():
-    assert cells_for(1e-3, GRID).smallest == pytest.approx(GRID.ds / 4)
-    assert cells_for(1e-3 / 8, GRID) == cells_for(1e-3, GRID).scaled(0.5)
-    assert cells_for(1.0, GRID) == cells_for(1e-3, GRID).scaled(1.25)
+    tuned = job(tolerance=1e-3).first_cells
+    assert tuned.smallest == pytest.approx(GRID.ds / 4)
+    assert job(tolerance=1e-3 / 8).first_cells == tuned.scaled(0.5)
+    assert job(tolerance=1.0).first_cells == tuned.scaled(1.25)
     wide = Grid(7, 60, 0.4, 0.5)
     assert far_radius_for(1e-3, GRID) == far_radius_for(0.1, GRID) == 1280.0
     assert far_radius_for(1e-3, wide) == pytest.approx(600 * 15)
@@ -152,6 +156,5 @@ def test_first_cells_and_domains_follow_tolerance_and_grid():
 
 
 def test_cells_that_are_given_are_taken():
-    given = cells_for(1e-3, GRID).scaled(3)
-    assert replace(job(), cells=given).first_cells == given
-    assert job(tolerance=1e-3 / 8).first_cells == cells_for(1e-3 / 8, GRID)
+    given = job().first_cells.scaled(3)
+    assert job(cells=given).first_cells == given

@@ -6,32 +6,22 @@ import numpy as np
 import pytest
 
 from femic.accuracy import line_errors
-from femic.harmonic.synthesis import LOWER as HALF
+from femic.engines import ENGINES, HARMONIC, SOLID
+from femic.estimate import Estimated, Orders, estimated, orders_at, pooled, total
+from femic.harmonic.request import waves_for
+from femic.level import HIGHER, Level, factors
 from femic.models import Cost, Points, RawICs
 from femic.reference import (
-    Estimated,
-    Level,
-    Orders,
-    cells_for,
     combine,
     costs_of,
     discounted,
-    estimated,
     estimated_errors,
-    factors,
-    far_radius_for,
-    orders_at,
-    pooled,
-    request,
     scales,
     shares,
-    tighter,
-    total,
-    waves_for,
     worst,
 )
 from geometries.patches import Patch
-from tests.femic.conftest import JOB
+from tests.femic.conftest import JOB, changed
 
 COST = Cost(1, 1, "none", (), 0.0, {}, 0.0)
 RNG = np.random.default_rng(5)
@@ -48,7 +38,7 @@ SAFETY = {"solid": 1.25, "harmonic": 2.0}
 def test_a_mesh_error_of_the_assumed_order_is_bounded_with_its_safety(engine):
     """Errors of coarse cells are 1.5^2 times those of fine ones: the difference tells them."""
     ic, coarse = EXACT + ERROR, EXACT + 1.5**2 * ERROR
-    found = estimated(engine, ic, coarse, {"nearer": ic})
+    found = estimated(ic, coarse, {"nearer": ic}, safety=ENGINES[engine].safety)
     np.testing.assert_allclose(found.mesh_error, SAFETY[engine] * np.abs(ERROR))
     assert np.all(found.truncation_error == 0)
     assert np.all(found.waves_error == 0)
@@ -58,7 +48,7 @@ def test_a_mesh_error_of_the_assumed_order_is_bounded_with_its_safety(engine):
 def test_a_truncation_error_of_the_assumed_order_is_bounded_with_its_safety():
     """It falls like the square of the size: at half of it, it is four times as large."""
     ic = EXACT + ERROR
-    found = estimated("harmonic", ic, ic, {"nearer": EXACT + 4 * ERROR})
+    found = estimated(ic, ic, {"nearer": EXACT + 4 * ERROR}, safety=2.0)
     np.testing.assert_allclose(found.truncation_error, 1.25 * np.abs(ERROR))
     assert np.all(found.mesh_error + found.waves_error == 0)
 
@@ -66,14 +56,14 @@ def test_a_truncation_error_of_the_assumed_order_is_bounded_with_its_safety():
 @pytest.mark.parametrize(("name", "gain"), [("sparser", 32), ("lower", 3)])
 def test_an_error_of_the_wavenumbers_that_grows_as_assumed_is_bounded(name, gain):
     ic = EXACT + ERROR
-    found = estimated("harmonic", ic, ic, {"nearer": ic, name: EXACT + gain * ERROR})
+    found = estimated(ic, ic, {"nearer": ic, name: EXACT + gain * ERROR}, safety=2.0)
     np.testing.assert_allclose(found.waves_error, 1.25 * np.abs(ERROR))
 
 
 def test_parts_add_up_and_do_not_cancel():
     ic = EXACT + ERROR
     less = {"nearer": EXACT + 4 * ERROR, "sparser": EXACT + 32 * ERROR, "lower": EXACT - 1 * ERROR}
-    found = estimated("harmonic", ic, EXACT + 2.25 * ERROR, less)
+    found = estimated(ic, EXACT + 2.25 * ERROR, less, safety=2.0)
     np.testing.assert_allclose(found.waves_error, 1.25 * 2 * np.abs(ERROR))  # 2 ERROR / (3 - 1): as above
     np.testing.assert_allclose(found.estimate, (2.0 + 1.25 + 2.5) * np.abs(ERROR))
 
@@ -81,11 +71,11 @@ def test_parts_add_up_and_do_not_cancel():
 def test_orders_may_differ_from_point_to_point():
     ic, orders = EXACT + ERROR, Orders(np.array([2, 1, 2, 1]), np.array([2, 2, 1, 1]))
     found = estimated(
-        "solid",
         ic,
         EXACT + 1.5**orders.mesh * ERROR,
         {"nearer": EXACT + 2.0**orders.truncation * ERROR},
-        orders,
+        safety=1.25,
+        orders=orders,
     )
     np.testing.assert_allclose(found.mesh_error, 1.25 * np.abs(ERROR))
     np.testing.assert_allclose(found.truncation_error, 1.25 * np.abs(ERROR))
@@ -111,10 +101,10 @@ def test_the_mesh_part_is_pooled_the_truncation_is_not():
     """sn agrees on two meshes by luck, ns does not: sn is not believed to be better."""
     ic, other = EXACT.copy(), EXACT.copy()
     other[2, 1] += 0.25
-    by_mesh = estimated("harmonic", ic, other, {"nearer": ic}).mesh_error
+    by_mesh = estimated(ic, other, {"nearer": ic}, safety=2.0).mesh_error
     np.testing.assert_allclose(by_mesh[1, 2], 2.0 * 0.25 / 1.25)
     np.testing.assert_allclose(by_mesh[1, 2], by_mesh[2, 1])
-    by_size = estimated("harmonic", ic, ic, {"nearer": other}).truncation_error
+    by_size = estimated(ic, ic, {"nearer": other}, safety=2.0).truncation_error
     assert np.all(by_size[1, 2] == 0)
     np.testing.assert_allclose(by_size[2, 1], 1.25 * 0.25 / 3)
 
@@ -155,25 +145,27 @@ TRUNCATION = {  # a third of the far radius from the load on
 }
 
 
-def job_at(places):
-    x, s = np.array(list(places)).T
-    return replace(JOB, patch=Patch(A, B, AT), points=Points(x, s), lines={"all": slice(0, len(x))})
+PATCH_AT = Patch(A, B, AT)
+
+
+def points_at(places):
+    return Points(*np.array(list(places)).T)
 
 
 def test_on_the_outline_of_the_patch_the_mesh_error_falls_slowly():
-    found = orders_at(job_at(MESH), FAR).mesh
+    found = orders_at(PATCH_AT, points_at(MESH), FAR).mesh
     assert dict(zip(MESH, found.tolist(), strict=True)) == MESH
 
 
 def test_close_to_the_far_arc_truncation_falls_slowly():
-    found = orders_at(job_at(TRUNCATION), FAR).truncation
+    found = orders_at(PATCH_AT, points_at(TRUNCATION), FAR).truncation
     assert dict(zip(TRUNCATION, found.tolist(), strict=True)) == TRUNCATION
 
 
 def made_up(job, u_of):
     """Models of a job that nobody solved: displacements by a function of cells and domain."""
-    models = Level().models(job.engine).values()
-    loads, n = request(job, Level()).loads, len(request(job, Level()).points.x)
+    models = Level().models(job.settings.engine.models).values()
+    loads, n = job.request(Level()).loads, len(job.request(Level()).points.x)
     exact, error = np.random.default_rng(8).normal(size=(2, len(loads), 3, n))
     return {level: RawICs(exact + u_of(*factors(level)) * error, COST) for level in models}
 
@@ -202,48 +194,48 @@ def discounted_difference(job, one, other):
 
 @pytest.mark.parametrize("waves", [0, 1, 3])
 def test_the_interpolation_takes_half_of_the_tolerance_and_gains_32_a_level(waves):
-    accuracy, _ = waves_for(0.004, 3.0, Level(waves=waves))
+    accuracy, _ = waves_for(0.004, 3.0, waves)
     assert accuracy == pytest.approx(0.5 * 0.004 * 3.0 / 32**waves)
-    assert waves_for(1.0, 3.0, Level(waves=waves)) == waves_for(0.01, 3.0, Level(waves=waves))
+    assert waves_for(1.0, 3.0, waves) == waves_for(0.01, 3.0, waves)
 
 
 @pytest.mark.parametrize(("tolerance", "larger"), [(0.1, 1), (1e-3, 1), (1.25e-4, 2), (1e-6, 10)])
 def test_the_largest_wavenumber_grows_by_the_cube_root_of_the_tolerance_and_doubles_a_level(
     tolerance, larger
 ):
-    assert HALF == 2
+    assert HIGHER == 2
     for waves in (0, 1, 2):
-        assert waves_for(tolerance, 1.0, Level(waves=waves))[1] == pytest.approx(larger * 2**waves)
+        assert waves_for(tolerance, 1.0, waves)[1] == pytest.approx(larger * 2**waves)
 
 
 def test_wavenumbers_are_as_accurate_as_the_line_needs_where_displacements_are_least():
     """A twentieth of the largest A_nn there, a point load's: (1 - nu) / (2 pi G r)."""
     x = np.array([3.0, -5.0, 8.0, 40.0, -20.0])
     lines = {"near": slice(0, 3), "far": slice(3, 5)}
-    job = replace(JOB, engine="harmonic", tolerance=0.004, points=Points(x, 0 * x), lines=lines)
+    job = changed(replace(JOB, points=Points(x, 0 * x), lines=lines), engine=HARMONIC, tolerance=0.004)
     material = JOB.body.material
     least = (1 - material.nu) / (2 * np.pi * material.G * 20.0) / 20
-    asked = request(job, Level())
+    asked = job.request(Level())
     assert asked.accuracy == pytest.approx(0.5 * 0.004 * least, rel=1e-3)
     assert asked.highest == pytest.approx(2 * np.pi)
-    assert request(job, Level(waves=1)).highest == pytest.approx(4 * np.pi)
+    assert job.request(Level(waves=1)).highest == pytest.approx(4 * np.pi)
 
 
 def test_how_much_tighter_than_tuned():
-    assert [tighter(t) for t in (1.0, 1e-3, 5e-4)] == [1, 1, 2]
-    assert far_radius_for(1e-3 / 4, "harmonic") == pytest.approx(2 * far_radius_for(1e-3, "harmonic"))
-    assert far_radius_for(1.0, "harmonic") == far_radius_for(1e-3, "harmonic")
-    assert far_radius_for(1e-4, "solid") == far_radius_for(1.0, "solid")
+    assert [HARMONIC.tuned.tighter(t) for t in (1.0, 1e-3, 5e-4)] == [1, 1, 2]
+    assert HARMONIC.far_radius(1e-3 / 4) == pytest.approx(2 * HARMONIC.far_radius(1e-3))
+    assert HARMONIC.far_radius(1.0) == HARMONIC.far_radius(1e-3)
+    assert SOLID.far_radius(1e-4) == SOLID.far_radius(1.0)
 
 
 @pytest.mark.parametrize(("engine", "tuned", "smallest"), [("solid", 0.01, 0.2), ("harmonic", 0.001, 0.5)])
 def test_first_cells_follow_the_cube_root_of_the_tolerance(engine, tuned, smallest):
     """The solid engine resolves both sides of the patch, the harmonic one that along s."""
-    patch = Patch(0.2, 0.5)
-    at_tuned, finer = (cells_for(t, patch, engine) for t in (tuned, tuned / 8))
+    patch, first = Patch(0.2, 0.5), ENGINES[engine].tuned
+    at_tuned, finer = (first.cells_for(t, patch) for t in (tuned, tuned / 8))
     assert at_tuned.smallest == pytest.approx(smallest / 12)
     assert finer == at_tuned.scaled(0.5)
-    assert cells_for(1.0, patch, engine) == at_tuned.scaled({"solid": 3.0, "harmonic": 1.5}[engine])
+    assert first.cells_for(1.0, patch) == at_tuned.scaled({"solid": 3.0, "harmonic": 1.5}[engine])
 
 
 # --- scales, shares, the worst -----------------------------------------------------------------------------

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from femic.cell_size import Cells
-from femic.harmonic.engine import HarmonicRequest, solve
+from femic.harmonic.engine import solve
 from femic.harmonic.expected import expected_wavenumbers
+from femic.harmonic.request import HarmonicRequest
+from femic.meshing.cell_size import Cells
 from femic.models import Points
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse, plane

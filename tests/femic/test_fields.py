@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from femic.cell_size import Cells
+from femic.meshing.cell_size import Cells
 from femic.models import Points
 from femic.solid.elasticity import is_curved
 from femic.solid.engine import assemble, build_mesh, observe, solve
 from femic.solid.fields import displacement, grid_of, nodal_fields, stress, von_mises
-from femic.symmetry import X, Y, on_plane
+from femic.symmetry import Y, on_plane
 from geometries.contours import plane
-from geometries.patches import Load, Patch
+from geometries.patches import Load, Patch, X
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import STEEL, SYMMETRIC, UNSYMMETRIC, request_for
 

@@ -5,10 +5,13 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from femic.accuracy import line_errors
-from femic.cell_size import Cells
+from femic.job import Job, Settings
+from femic.level import MODELS, Level
+from femic.meshing.cell_size import Cells
 from femic.models import Points
-from femic.reference import Job, Level, combine, discounted, request
+from femic.reference import combine, discounted
 from femic.solid.engine import raw_ics
+from femic.solid.record import SOLID
 from geometries import contours
 from geometries.bodies import Body, Domain
 from geometries.materials import Material, one_body
@@ -35,7 +38,7 @@ def job(size, factor, *, side=LOWER, s=0.0, material=STEEL, **changes):
     reach = min(20.0, size / 8)
     lines = {"s": LINES[0], "x": LINES[1]}
     cells = DEFAULT.scaled(factor)
-    return Job(body, patch, ALL, points, lines, cells=cells, rotation_reach=reach)
+    return Job(body, patch, ALL, points, lines, Settings(SOLID, cells=cells, rotation_reach=reach))
 
 
 def halfspace(asked):
@@ -51,7 +54,7 @@ def shares(difference, a):
 def flat_errors(size, factor, **changes):
     asked = job(size, factor, **changes)
     a = halfspace(asked)
-    return shares(discounted(asked, raw_ics(request(asked, Level())).u)[0] - a, a)
+    return shares(discounted(asked, raw_ics(asked.request(Level())).u)[0] - a, a)
 
 
 @pytest.mark.parametrize("side", [LOWER, UPPER])
@@ -79,7 +82,7 @@ def test_error_falls_about_like_the_square_of_the_domain():
 def error_and_estimate(asked):
     a = halfspace(asked)
     reference = combine(
-        asked, Level(), {level: raw_ics(request(asked, level)) for level in Level().models().values()}
+        asked, Level(), {level: raw_ics(asked.request(level)) for level in Level().models(MODELS).values()}
     )
     return shares(reference.c.ic - a, a), shares(reference.c.estimate, a)
 

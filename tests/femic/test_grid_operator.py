@@ -5,7 +5,7 @@ import pytest
 
 from approx.matrix import matrix
 from approx.pair import Solid
-from femic.grid_operator import GridOperator, reciprocity_defect
+from contact.grid_operator import GridOperator, reciprocity_defect
 from geometries.contours import arc
 from geometries.grids import Grid
 from geometries.surfaces import LOWER, Surface

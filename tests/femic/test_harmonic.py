@@ -8,22 +8,25 @@ import pytest
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
 from femic.accuracy import line_errors
-from femic.cell_size import Cells
 from femic.harmonic.engine import raw_ics
+from femic.harmonic.record import HARMONIC
 from femic.harmonic.section import section_mesh
 from femic.harmonic.section_model import assemble
 from femic.harmonic.section_response import Respond, strip_force
 from femic.harmonic.section_size import SectionSize
+from femic.level import MODELS, Level
+from femic.meshing.cell_size import Cells
 from femic.models import Points
-from femic.reference import Level, combine, discounted, request
+from femic.reference import combine, discounted
 from femic.solid.engine import raw_ics as solid_raw_ics
+from femic.solid.record import SOLID
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.materials import Material, one_body
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER
 from tests.femic import test_sphere as sphere
-from tests.femic.conftest import STEEL, UNSYMMETRIC, assert_honest
+from tests.femic.conftest import STEEL, UNSYMMETRIC, assert_honest, changed
 from tests.femic.test_flat import LINES, OTHERS, halfspace, job, shares
 
 DEFAULT = Cells(0.03, 0.4, 0.4)
@@ -32,11 +35,11 @@ BARE = Cells(0.1, 0.5, 0.5)
 
 def harmonic(asked, factor=1.0):
     """The same by the harmonic engine, cells `factor` times those for a tolerance of 0.1 %."""
-    return replace(asked, engine="harmonic", cells=DEFAULT.scaled(factor), tolerance=1e-3)
+    return changed(asked, engine=HARMONIC, cells=DEFAULT.scaled(factor), tolerance=1e-3)
 
 
 def reference(asked):
-    models = {model: raw_ics(request(asked, model)) for model in Level().models("harmonic").values()}
+    models = {model: raw_ics(asked.request(model)) for model in Level().models(HARMONIC.models).values()}
     return combine(asked, Level(), models)
 
 
@@ -50,7 +53,7 @@ def test_all_nine_components_are_the_half_space_also_on_the_element(side):
     asked = harmonic(job(1280.0, 1.0, side=side))
     own = Points(np.append(asked.points.x, near), np.append(asked.points.s, 0 * near))
     asked = replace(asked, points=own)
-    model = raw_ics(request(asked, Level()))
+    model = raw_ics(asked.request(Level()))
     found, a = discounted(asked, model.u)[0], halfspace(asked)
     assert model.cost.unknowns <= 30_000
     far = np.hypot(asked.points.x, asked.points.s) >= 4 * 0.6
@@ -66,9 +69,9 @@ def test_error_falls_at_least_like_h_cubed():
     factors = np.array([2.2, 1.6, 1.2])
     rms = []
     for factor in factors:
-        asked = replace(harmonic(job(10_000.0, 1.0), factor), tolerance=1e-4)
+        asked = changed(harmonic(job(10_000.0, 1.0), factor), tolerance=1e-4)
         a = halfspace(asked)
-        found = discounted(asked, raw_ics(request(asked, Level())).u)[0]
+        found = discounted(asked, raw_ics(asked.request(Level())).u)[0]
         rms.append(np.sqrt(np.mean(shares(found - a, a) ** 2)))
     assert np.polyfit(np.log(factors), np.log(rms), 1)[0] > 3
 
@@ -77,10 +80,10 @@ def test_error_falls_at_least_like_h_cubed():
 def test_error_falls_about_like_the_square_of_the_domain():
     sizes, off = np.array([40.0, 80.0, 160.0]), []
     for size in sizes:
-        asked = replace(harmonic(job(size, 1.0)), rotation_reach=5.0)
+        asked = changed(harmonic(job(size, 1.0)), rotation_reach=5.0)
         off.append(
             shares(
-                discounted(asked, raw_ics(request(asked, Level())).u)[0] - halfspace(asked), halfspace(asked)
+                discounted(asked, raw_ics(asked.request(Level())).u)[0] - halfspace(asked), halfspace(asked)
             )
         )
     for i, j in ((0, 2), (2, 0), (1, 2)):  # the components in which truncation dominates
@@ -92,7 +95,7 @@ def test_error_falls_about_like_the_square_of_the_domain():
 def test_poisson_s_ratio_may_come_close_to_one_half(nu):
     """No locking: as accurate as the truncation lets it be."""
     asked = harmonic(job(2560.0, 1.0, material=Material(210e3, nu)))
-    model = raw_ics(request(asked, Level()))
+    model = raw_ics(asked.request(Level()))
     a = halfspace(asked)
     assert np.max(shares(discounted(asked, model.u)[0] - a, a)) < 1e-3
     assert model.cost.residual < 1e-7
@@ -152,8 +155,8 @@ def test_prismatic_is_the_limit_of_a_large_wheel_with_a_difference_like_1_over_r
     crown = {"side": UPPER, "contour": arc(10.0, 0.4, 0.4)}
     asked = [harmonic(job(80.0, 1.0, rolling_radius=R, **crown), 2.0) for R in radii]
     straight = harmonic(job(80.0, 1.0, **crown), 2.0)
-    c = discounted(straight, raw_ics(request(straight, Level())).u)[0]
-    off = [np.max(np.abs(discounted(j, raw_ics(request(j, Level())).u)[0] - c), axis=-1)[0, 2] for j in asked]
+    c = discounted(straight, raw_ics(straight.request(Level())).u)[0]
+    off = [np.max(np.abs(discounted(j, raw_ics(j.request(Level())).u)[0] - c), axis=-1)[0, 2] for j in asked]
     assert np.polyfit(np.log(radii), np.log(off), 1)[0] == pytest.approx(-1, abs=0.1)
 
 
@@ -166,7 +169,7 @@ def test_a_wheel_s_longitudinal_curvature_shows_in_xn_as_b_hat_has_it():
     plane_one = harmonic(job(1280.0, 1.0, side=UPPER))
     plane_one = replace(plane_one, points=Points(x, 0 * x), lines={"x": slice(None)})
     wheel = replace(plane_one, body=replace(plane_one.body, rolling_radius=500.0))
-    on_plane, on_wheel = (discounted(j, raw_ics(request(j, Level())).u)[0] for j in (plane_one, wheel))
+    on_plane, on_wheel = (discounted(j, raw_ics(j.request(Level())).u)[0] for j in (plane_one, wheel))
     half_space = HalfSpace(one_body(STEEL, UPPER))
     b_hat, a = (
         approximate("Bhat", half_space, j.body.surface, j.patch, (x, 0 * x)) / j.patch.area
@@ -198,7 +201,7 @@ def test_a_wheel_is_periodic():
     body = Body(UPPER, plane(), STEEL, Domain(60.0, 60.0), 40.0)
     loads = tuple(Load(Patch(0.5, 0.4), direction) for direction in range(3))
     x = np.array([3.0, 3.0 - 2 * np.pi * 40.0])
-    asked = request(harmonic(job(60.0, 1.0)), Level())
+    asked = harmonic(job(60.0, 1.0)).request(Level())
     u = raw_ics(replace(asked, body=body, loads=loads, points=Points(x, 0 * x + 2.0), cells=BARE)).u
     np.testing.assert_allclose(u[..., 1], u[..., 0], rtol=0, atol=1e-9 * np.max(np.abs(u)))
 
@@ -223,7 +226,9 @@ SLOW = ("roller", "unsymmetric")
 def test_both_engines_agree_within_their_estimates(changes):
     """The same section; that of the solid is clamped at its ends too, which its estimate contains."""
     solid = job(80.0, 2.4, **changes)
-    found = combine(solid, Level(), {m: solid_raw_ics(request(solid, m)) for m in Level().models().values()})
+    found = combine(
+        solid, Level(), {m: solid_raw_ics(solid.request(m)) for m in Level().models(MODELS).values()}
+    )
     other = reference(harmonic(solid))
     scale = found.c.ic
     off, known = (shares(v, scale) for v in (found.c.ic - other.c.ic, found.c.estimate + other.c.estimate))
@@ -301,7 +306,7 @@ def test_supports_carry_the_load(model):
 
 
 def test_observers_in_front_and_behind_see_mirror_images(model):
-    asked = request(harmonic(job(40.0, 1.0)), Level())
+    asked = harmonic(job(40.0, 1.0)).request(Level())
     x, s = np.array([1.5, -1.5]), np.array([0.8, 0.8])
     u = raw_ics(replace(asked, body=model.section.body, loads=LOADS[:3], points=Points(x, s), cells=BARE)).u
     signs = np.outer([-1, 1, 1], [-1, 1, 1])  # load, displacement
@@ -329,7 +334,7 @@ def test_halves_of_a_section_give_what_the_whole_gives(side):
 
 def test_what_vanishes_by_symmetry_vanishes():
     asked = harmonic(job(40.0, 1.0, contour=arc(10.0, 0.6, 0.6)), 1.5)
-    u = raw_ics(request(asked, Level())).u[:3, :, : len(asked.points.x)]
+    u = raw_ics(asked.request(Level())).u[:3, :, : len(asked.points.x)]
     on_plane = asked.points.s == 0
     across = asked.points.x == 0
     for i, j in ((0, 1), (1, 0), (1, 2), (2, 1)):
@@ -340,7 +345,7 @@ def test_what_vanishes_by_symmetry_vanishes():
 
 @pytest.mark.parametrize("workers", [2, 3])
 def test_threads_do_not_change_the_result(workers):
-    asked = request(harmonic(job(40.0, 1.0), 1.5), Level())
+    asked = harmonic(job(40.0, 1.0), 1.5).request(Level())
     counted = []
     alone = raw_ics(asked)
     together = raw_ics(asked, workers=workers, progress=counted.append)
@@ -352,20 +357,20 @@ def test_threads_do_not_change_the_result(workers):
 def test_loads_of_both_c_ij_and_c_ji_are_solved():
     """Their estimates are pooled, whatever else is asked for."""
 
-    def directions(components, engine="harmonic"):
-        asked = replace(job(40.0, 1.0), components=components, engine=engine)
+    def directions(components, engine=HARMONIC):
+        asked = changed(replace(job(40.0, 1.0), components=components), engine=engine)
         return [load.direction for load in asked.loads]
 
     assert directions(("sn",)) == directions(("ns",)) == [1, 2]
     assert directions(("xn", "nn")) == [0, 2]
     assert directions(("nn",)) == [2]
-    assert directions(("sn",), "solid") == [2]  # a field each, as dear as the first
+    assert directions(("sn",), SOLID) == [2]  # a field each, as dear as the first
 
 
 @pytest.mark.slow
 def test_units_do_not_matter():
     """Millimetres and MPa, or metres and Pa."""
-    asked = request(harmonic(job(40.0, 1.0)), Level())
+    asked = harmonic(job(40.0, 1.0)).request(Level())
     points = Points(np.array([0.0, 1.5]), np.array([0.3, 1.6]))
     u = []
     for length, stress in ((1.0, 1.0), (1e-3, 1e6)):
@@ -403,7 +408,7 @@ def test_on_the_flank_of_a_wheel_the_patch_keeps_its_length():
     body = Body(UPPER, arc(10.0, 0.9, 0.9), STEEL, Domain(40.0, 40.0), 20.0)
     assert body.surface.circle_radius(8.0) == pytest.approx(23.0, rel=0.01)
     patch, x = Patch(0.05, 0.04, 8.0), np.array([0.0, 0.05, 0.2])
-    asked = request(harmonic(job(15.0, 1.0)), Level())
+    asked = harmonic(job(15.0, 1.0)).request(Level())
     points, load = Points(x, 0 * x + 8.0), (Load(patch, 2),)
     u = raw_ics(replace(asked, body=body, loads=load, points=points, cells=Cells(0.004, 0.4, 0.4))).u[0, 2]
     a = HalfSpace(one_body(STEEL, UPPER)).ics(patch, x, 0 * x)[2, 2] / patch.area

@@ -9,9 +9,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.gmsh_session import gmsh_session
+from femic.estimate import ESTIMATE_ORDER, SAFETY
+from femic.level import COARSER
+from femic.meshing.gmsh_session import gmsh_session
 from femic.models import Points
-from femic.reference import COARSER, ESTIMATE_ORDER, SAFETY
 from femic.solid.elasticity import stiffness
 from femic.solid.engine import SolidModel, observe, solve
 from femic.solid.mesh import curved

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from femic.discount import rigid_part
+from femic.job import Job, Settings
+from femic.level import MODELS, Level
 from femic.models import Points
-from femic.reference import Job, Level, combine, request
+from femic.reference import combine
 from femic.solid.engine import raw_ics
+from femic.solid.record import SOLID
 from geometries.contours import through_points
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER
@@ -25,8 +28,8 @@ def solved(body, s_load, s_observer, x=0.0):
     points = Points(np.array([x]), np.array([s_observer]))
     lines = {"point": slice(0, 1)}
     rule = {"rotation_reach": 5.0, "moment_arm": 2.0}
-    job = Job(body, Patch(0.2, 0.2, s_load), LATERAL, points, lines, cells=CELLS, **rule)
-    models = {level: raw_ics(request(job, level)) for level in Level().models().values()}
+    job = Job(body, Patch(0.2, 0.2, s_load), LATERAL, points, lines, Settings(SOLID, cells=CELLS, **rule))
+    models = {level: raw_ics(job.request(level)) for level in Level().models(MODELS).values()}
     return job, combine(job, Level(), models)
 
 

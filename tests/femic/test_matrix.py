@@ -8,23 +8,30 @@ import pytest
 from approx.halfspace import HalfSpace
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
+from contact.grid_operator import GridOperator, reciprocity_defect
 from femic.at_points import references
 from femic.discount import generalized
-from femic.grid_operator import GridOperator, reciprocity_defect
+from femic.estimate import total
 from femic.harmonic.engine import build_section, solve
 from femic.harmonic.lags import LagSynthesis
+from femic.harmonic.record import HARMONIC
 from femic.harmonic.section_model import assemble
 from femic.harmonic.section_response import _part, strip_force
 from femic.harmonic.synthesis import displacements
-from femic.matrix import AtLags, MatrixJob, column_scale, column_shares, far_radius_for, matrices
+from femic.job import Job, Settings
+from femic.level import Level
+from femic.matrix.columns import column_scale, column_shares
+from femic.matrix.job import MatrixJob, far_radius_for
+from femic.matrix.reference import AtLags, matrices
+from femic.means import Means
 from femic.models import Points
-from femic.reference import Job, Level, scales, total
+from femic.reference import scales
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.grids import Grid
 from geometries.materials import one_body
 from geometries.surfaces import LOWER, UPPER
-from tests.femic.conftest import STEEL
+from tests.femic.conftest import STEEL, changed
 
 GRID = Grid(10, 8, 0.4, 0.4)
 REACH, ARM = 12.0, 3.0
@@ -32,11 +39,11 @@ REACH, ARM = 12.0, 3.0
 
 def matrix_job(side, contour, grid=GRID, radius=np.inf, tolerance=1e-3):
     body = Body(side, contour, STEEL, Domain(far_radius_for(tolerance, grid), np.inf), radius)
-    return MatrixJob(body, grid, tolerance, rotation_reach=REACH, moment_arm=ARM)
+    return MatrixJob(body, grid, Settings(HARMONIC, tolerance, rotation_reach=REACH, moment_arm=ARM))
 
 
 def solved(jobs, *, combined=False):
-    return matrices(jobs, combined=combined, workers=2)
+    return matrices(jobs, Means(2), combined=combined)
 
 
 @pytest.fixture(scope="module")
@@ -120,11 +127,9 @@ def test_single_loads_are_columns(on_arcs, strip):
             tuple(names),
             Points(x, s),
             {f"{m}": slice(m, None, len(observed)) for m in observed[:1]},
-            rotation_reach=REACH,
-            moment_arm=ARM,
-            engine="harmonic",
+            Settings(HARMONIC, rotation_reach=REACH, moment_arm=ARM),
         )
-        own = references({"lower": single}, workers=2)["lower"].c
+        own = references({"lower": single}, Means(2))["lower"].c
         at = np.ix_(range(3), range(3), lags, observed)
         together = [getattr(column, part)[at].reshape(3, 3, -1) for part in ("ic", "estimate")]
         nn = np.max(np.abs(own.ic[2, 2]))
@@ -136,7 +141,7 @@ def test_single_loads_are_columns(on_arcs, strip):
 @pytest.mark.slow
 def test_a_refined_model_agrees_with_its_first_one_within_the_estimate(on_plane):
     """The driver refines what is not accurate enough: here it is asked for more than it starts with."""
-    job = replace(on_plane.job, cells=on_plane.cells.scaled(1.8), tolerance=1e-3)
+    job = changed(on_plane.job, cells=on_plane.cells.scaled(1.8), tolerance=1e-3)
     finer = solved({"lower": job})["lower"]
     assert finer.level.cells > 0
     assert AtLags({"lower": job}, combined=False).assess({"lower": finer}).own["lower"].total <= 1e-3
@@ -146,7 +151,7 @@ def test_a_refined_model_agrees_with_its_first_one_within_the_estimate(on_plane)
 def test_two_different_flanks_are_known_with_the_first_models():
     """Coarse models lacked cells between strips and far arc: an estimate of 382 %, refined without end."""
     job = matrix_job(UPPER, arc(10.2, np.radians(25), np.radians(33)), Grid(8, 13, 0.4, 0.4), tolerance=0.01)
-    found = solved({"upper": replace(job, most_unknowns=60_000)})["upper"]
+    found = solved({"upper": changed(job, most_unknowns=60_000)})["upper"]
     assert found.level == Level()
     assert found.models["coarse"].unknowns > found.models["fine"].unknowns / 3
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 from skfem import Basis, ElementTetP2, ElementTriP2, MeshTri
 
-from femic.cell_size import Cells
+from femic.meshing.cell_size import Cells
 from femic.models import Points
 from femic.solid.engine import build_mesh
 from femic.solid.mesh import Trace, curved

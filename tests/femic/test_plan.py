@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic import plan
-from femic.cell_size import Cells
+from femic.engines import HARMONIC, SOLID
+from femic.harmonic import plan
 from femic.harmonic.engine import build_section
 from femic.harmonic.expected import expected_wavenumbers
+from femic.meshing.cell_size import Cells
 from femic.models import Points
-from femic.plan import planned
-from femic.solid.engine import Request
+from femic.solid.request import SolidRequest
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.patches import Load, Patch
@@ -22,6 +22,10 @@ from tests.femic.kept_model import TASK
 LOADS = tuple(Load(Patch(0.4, 0.5, s), direction) for s in (0.0, 2.0, -2.0) for direction in range(3))
 
 
+def with_cells(factor):
+    return replace(TASK.request, cells=TASK.request.cells.scaled(factor))
+
+
 def with_law(monkeypatch, **constants):
     """The plan with some of its measured constants."""
     for name, value in constants.items():
@@ -29,21 +33,23 @@ def with_law(monkeypatch, **constants):
 
 
 def start_of(found):
-    return plan.SECTION_START + plan.SECTION_PER_UNKNOWN * found.unknowns
+    return plan.START + plan.PER_UNKNOWN * found.unknowns
 
 
 def test_workers_share_the_factorisations_as_far_as_memory_lets_them():
     """Three quarters of a core each, and one alone is one; mesh and assembly are not shared."""
     times = {}
     for workers in (1, 4, 8):
-        found = planned(TASK.request, workers)
+        found = HARMONIC.planned(TASK.request, workers)
         times[workers] = found.seconds - start_of(found)
     assert times[1] == pytest.approx(3 * times[4])
     assert times[4] == pytest.approx(2 * times[8])
 
 
 def test_unknowns_are_those_of_the_mesh_and_memory_grows_with_them():
-    found, finer = (planned(replace(TASK.request, cells=TASK.request.cells.scaled(f)), 1) for f in (1, 0.5))
+    found, finer = (
+        HARMONIC.planned(replace(TASK.request, cells=TASK.request.cells.scaled(f)), 1) for f in (1, 0.5)
+    )
     assert found.unknowns == 3 * build_section(TASK.request).mesh.doflocs.shape[1]
     assert found.memory == pytest.approx(200 + 0.036 * found.unknowns)
     assert finer.unknowns > 1.5 * found.unknowns
@@ -55,11 +61,9 @@ def test_each_wavenumber_is_factored_once_for_each_parity_and_again_with_the_arc
     monkeypatch, contour, factorisations
 ):
     """A section that is its own mirror image has an even and an odd problem."""
-    with_law(
-        monkeypatch, FACTOR=1.0, FACTOR_GROWTH=0.0, SOLVE=0.0, SECTION_START=0.0, SECTION_PER_UNKNOWN=0.0
-    )
+    with_law(monkeypatch, FACTOR=1.0, FACTOR_GROWTH=0.0, SOLVE=0.0, START=0.0, PER_UNKNOWN=0.0)
     asked = replace(TASK.request, loads=LOADS, body=replace(TASK.request.body, contour=contour))
-    found = planned(asked, 1)
+    found = HARMONIC.planned(asked, 1)
     axis = asked.axis
     felt = np.arcsinh(asked.felt / axis.scale) / np.arcsinh(axis.k_max / axis.scale)
     assert 0 < felt < 1
@@ -68,8 +72,8 @@ def test_each_wavenumber_is_factored_once_for_each_parity_and_again_with_the_arc
 
 
 def test_right_hand_sides_are_solved_one_by_one(monkeypatch):
-    with_law(monkeypatch, FACTOR=0.0, SOLVE=1.0, SOLVE_GROWTH=0.0, SECTION_START=0.0, SECTION_PER_UNKNOWN=0.0)
-    one, nine = (planned(replace(TASK.request, loads=loads), 1) for loads in (LOADS[:1], LOADS))
+    with_law(monkeypatch, FACTOR=0.0, SOLVE=1.0, SOLVE_GROWTH=0.0, START=0.0, PER_UNKNOWN=0.0)
+    one, nine = (HARMONIC.planned(replace(TASK.request, loads=loads), 1) for loads in (LOADS[:1], LOADS))
     assert nine.fields == 9 * one.fields
     assert nine.seconds / nine.wavenumbers == pytest.approx(9 * one.seconds / one.wavenumbers)
 
@@ -79,16 +83,18 @@ def test_costs_of_unknowns_follow_their_powers(monkeypatch):
         {"FACTOR": 1.0, "SOLVE": 0.0, "FACTOR_GROWTH": 1.5},
         {"FACTOR": 0.0, "SOLVE": 1.0, "SOLVE_GROWTH": 1.25},
     ):
-        with_law(monkeypatch, SECTION_START=0.0, SECTION_PER_UNKNOWN=0.0, **law)
-        few, many = (planned(replace(TASK.request, cells=TASK.request.cells.scaled(f)), 1) for f in (1, 0.5))
+        with_law(monkeypatch, START=0.0, PER_UNKNOWN=0.0, **law)
+        few, many = (
+            HARMONIC.planned(replace(TASK.request, cells=TASK.request.cells.scaled(f)), 1) for f in (1, 0.5)
+        )
         power = np.log(many.seconds / few.seconds) / np.log(many.unknowns / few.unknowns)
         assert power == pytest.approx(law.get("FACTOR_GROWTH", law.get("SOLVE_GROWTH")))
 
 
 def test_wavenumbers_are_those_that_a_half_space_would_take():
-    found = planned(TASK.request, 1)
+    found = HARMONIC.planned(TASK.request, 1)
     assert found.wavenumbers == expected_wavenumbers(TASK.request)
-    finer = planned(replace(TASK.request, accuracy=TASK.request.accuracy / 1000), 1)
+    finer = HARMONIC.planned(replace(TASK.request, accuracy=TASK.request.accuracy / 1000), 1)
     assert finer.wavenumbers > found.wavenumbers
 
 
@@ -98,7 +104,7 @@ UNIFORM = Cells(2.0, 1e-9, 1e-9)
 def solid(contour, half_length=30.0, cells=UNIFORM, directions=(2,)):
     body = Body(LOWER, contour, STEEL, Domain(40.0, half_length))
     loads = tuple(Load(Patch(0.3, 0.5), direction) for direction in directions)
-    return Request(body, loads, Points(np.array([1.0]), np.array([0.5])), cells, "multigrid")
+    return SolidRequest(body, loads, Points(np.array([1.0]), np.array([0.5])), cells, "multigrid")
 
 
 @pytest.mark.parametrize(("contour", "share"), [(plane(), 0.5), (arc(1e4, 1e-4, 2e-4), 1.0)])
@@ -107,11 +113,11 @@ def test_cells_of_one_size_fill_the_body(contour, share):
     volume = share * np.pi * 40.0**2 / 2 * 30.0
     cubes = plan._cubes(solid(contour))
     assert cubes == pytest.approx(volume / 2.0**3, rel=0.05)  # of 40 000 random points
-    assert planned(solid(contour), 1).unknowns == round(4.2 * 5.4 * cubes)
+    assert SOLID.planned(solid(contour), 1).unknowns == round(4.2 * 5.4 * cubes)
 
 
 def test_each_field_of_a_solid_is_solved():
-    one, three = (planned(solid(plane(), directions=d), 1) for d in ((2,), (0, 1, 2)))
+    one, three = (SOLID.planned(solid(plane(), directions=d), 1) for d in ((2,), (0, 1, 2)))
     assert (one.fields, three.fields) == (1, 3)
     assert three.seconds - one.seconds == pytest.approx(2 * 3e-5 * one.unknowns)
     assert one.seconds == pytest.approx((6e-5 + 3e-5) * one.unknowns)

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from femic import processes
-from femic.processes import in_processes
+from femic.work import processes
+from femic.work.processes import in_processes
 
 IDLE, BUSY = "time.sleep(300)", "sum(range(10**11))"  # the latter never gives other threads a turn
 PARENT = """
 import os, sys, time
-from femic.processes import in_processes
+from femic.work.processes import in_processes
 
 def task(folder):
     open(os.path.join(folder, str(os.getpid())), "w").close()

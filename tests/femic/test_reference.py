@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.reference import MODELS, Level, combine, discounted, estimated_errors, factors, request, scales
+from femic.level import MODELS, Level, factors
+from femic.reference import combine, discounted, estimated_errors, scales
 from tests.femic.conftest import JOB, LINES
 
 
 def test_models_differ_in_cells_and_domain_only_as_stated():
-    fine, coarse, small = (request(JOB, Level().models()[name]) for name in MODELS["solid"])
-    assert coarse.cells == JOB.cells.scaled(1.5)
+    fine, coarse, small = (JOB.request(Level().models(MODELS)[name]) for name in MODELS)
+    assert coarse.cells == JOB.first_cells.scaled(1.5)
     assert small.cells == coarse.cells
     assert small.body.domain == JOB.body.domain.scaled(0.5)
     assert fine.body == coarse.body == JOB.body

@@ -7,14 +7,19 @@ import pytest
 
 from femic.accuracy import NotConverged
 from femic.at_points import assess, references
+from femic.estimate import Estimated, total
+from femic.harmonic.record import HARMONIC
+from femic.level import Level, factors
+from femic.means import Means, Watch
 from femic.models import Points
-from femic.reference import Estimated, Level, combine, factors, scales, shares, total, worst
-from femic.refinement import Watch, refine, refined
+from femic.reference import combine, scales, shares, worst
+from femic.refinement import refine, refined
 from femic.solid import engine as solid
+from femic.solid.record import SOLID
 from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.surfaces import UPPER
-from tests.femic.conftest import COARSE, JOB, LINES, PATCH
+from tests.femic.conftest import COARSE, JOB, LINES, PATCH, changed
 
 
 def with_errors(models, mesh, truncation, waves=0.0):
@@ -32,7 +37,7 @@ def own_shares(job, reference):
 
 
 def met(job, reference):
-    return own_shares(job, reference).total <= job.tolerance
+    return own_shares(job, reference).total <= job.settings.tolerance
 
 
 def next_level(job, reference):
@@ -49,14 +54,14 @@ STEPS = [  # estimates, tolerance, expected level; cells gain 1.5^3 = 3.4 a step
 
 @pytest.mark.parametrize(("mesh", "truncation", "tolerance", "level"), STEPS)
 def test_the_part_that_is_too_large_is_refined(models, mesh, truncation, tolerance, level):
-    job = replace(JOB, tolerance=tolerance)
+    job = changed(JOB, tolerance=tolerance)
     reference = with_errors(models, mesh, truncation)
     assert not met(job, reference)
     assert next_level(job, reference) == level
 
 
 def test_estimates_within_the_tolerance_are_enough(models):
-    assert met(replace(JOB, tolerance=0.02), with_errors(models, 0.011, 0.008))
+    assert met(changed(JOB, tolerance=0.02), with_errors(models, 0.011, 0.008))
 
 
 def test_an_estimate_that_is_not_a_number_is_not_convergence(models):
@@ -66,17 +71,17 @@ def test_an_estimate_that_is_not_a_number_is_not_convergence(models):
 
 
 def test_too_large_a_model_is_refused_with_the_numbers_and_what_to_try(models):
-    job = replace(JOB, tolerance=0.01)
+    job = changed(JOB, tolerance=0.01)
     reference = with_errors(models, 0.05, 0.2)
     with pytest.raises(NotConverged, match=r"lower body: .*C_nn .*5\.00% from the mesh.*10,000\).*Try"):
-        next_level(replace(job, most_unknowns=10_000), reference)
+        next_level(changed(job, most_unknowns=10_000), reference)
 
 
 def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice():
     asked = []
     watch = Watch(asked.append)
-    job = replace(JOB, tolerance=0.002)
-    found = references({"lower": job}, watch=watch)["lower"]
+    job = changed(JOB, tolerance=0.002)
+    found = references({"lower": job}, Means(1, watch=watch))["lower"]
     assert len(asked) > 1
     flat = [task.level for tasks in asked for task in tasks]
     assert len(set(flat)) == len(flat)
@@ -91,27 +96,27 @@ def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice
 def test_parts_of_which_none_is_too_large_but_their_sum_is(models):
     """Three parts of 0.4 of the tolerance each: cells are refined, or refinement would go on for ever."""
     reference = with_errors(models, 0.004, 0.004, 0.004)
-    assert next_level(replace(JOB, tolerance=0.01), reference) == Level(1)
+    assert next_level(changed(JOB, tolerance=0.01), reference) == Level(1)
 
 
 def test_a_part_without_error_is_not_refined(models):
     reference = with_errors(models, 0.02, 0.0)
-    assert next_level(replace(JOB, tolerance=0.01), reference) == Level(2, 0)
+    assert next_level(changed(JOB, tolerance=0.01), reference) == Level(2, 0)
 
 
 def test_wavenumbers_are_refined_on_their_own(models):
-    job = replace(JOB, tolerance=0.01, engine="harmonic")
+    job = changed(JOB, tolerance=0.01, engine=HARMONIC)
     reference = with_errors(models, 0.001, 0.001, waves=0.03)
     assert next_level(job, reference) == Level(0, 0, 1)  # 0.03 / 8 < 0.005
 
 
 def test_a_harmonic_job_solves_two_models_a_solid_one_three():
-    assert list(Level(1, 1, 1).models("harmonic").values()) == [Level(1, 1, 1), Level(0, 1, 1)]
-    assert list(Level(1, 1).models("solid").values()) == [Level(1, 1), Level(0, 1), Level(0, 0)]
+    assert list(Level(1, 1, 1).models(HARMONIC.models).values()) == [Level(1, 1, 1), Level(0, 1, 1)]
+    assert list(Level(1, 1).models(SOLID.models).values()) == [Level(1, 1), Level(0, 1), Level(0, 0)]
 
 
 def test_refinement_that_does_not_help_ends(models):
-    job = replace(JOB, tolerance=0.01)
+    job = changed(JOB, tolerance=0.01)
     reference = replace(with_errors(models, 0.0, 0.02), level=Level(0, 4))
     with pytest.raises(NotConverged, match=r"2\.00% from the domain.*domain more than 16 times the first"):
         next_level(job, reference)
@@ -119,7 +124,7 @@ def test_refinement_that_does_not_help_ends(models):
 
 def test_the_sum_of_both_bodies_is_judged_too(models):
     """Opposite ICs of two bodies cancel: their errors do not, and the scale of the sum is small."""
-    job = replace(JOB, tolerance=0.02, most_unknowns=10_000_000)
+    job = changed(JOB, tolerance=0.02, most_unknowns=10_000_000)
     good = with_errors(models, 0.001, 0.0)
     poor = with_errors(models, 0.011, 0.0)
     worse = replace(poor, c=replace(poor.c, ic=-0.95 * good.c.ic))
@@ -133,16 +138,16 @@ def test_the_sum_of_both_bodies_is_judged_too(models):
 
 def test_a_first_model_beyond_the_limit_is_refused():
     with pytest.raises(NotConverged, match=r"a model needs [\d,]+ unknowns, engine\.most_unknowns = 1,000"):
-        references({"lower": replace(JOB, most_unknowns=1000)})
+        references({"lower": changed(JOB, most_unknowns=1000)}, Means(1))
 
 
 def test_points_outside_the_smallest_model_are_refused_before_any_work(monkeypatch):
     monkeypatch.setattr(solid, "build_mesh", lambda _: pytest.fail("a mesh was made"))
     far = replace(JOB, points=Points(np.array([30.0]), np.array([0.0])), lines={"far": slice(0, 1)})
     with pytest.raises(WrongInput, match=r"lower body: the point s = 0 mm, 30 mm along x, .* 25 mm along x"):
-        references({"lower": far})  # the small model goes to x = 25 mm
+        references({"lower": far}, Means(1))  # the small model goes to x = 25 mm
     with pytest.raises(WrongInput, match="lies outside"):
-        references({"lower": replace(JOB, patch=replace(PATCH, s=22.0))})
+        references({"lower": replace(JOB, patch=replace(PATCH, s=22.0))}, Means(1))
 
 
 def without_nn(models, job, share):
@@ -156,7 +161,7 @@ def without_nn(models, job, share):
 
 def test_without_nn_the_sum_of_both_half_spaces_is_the_scale_of_the_sum(models):
     """What is a share of each body's scale is the same share of the scale of their sum."""
-    job = replace(JOB, components=("xx",), tolerance=0.02)
+    job = changed(replace(JOB, components=("xx",)), tolerance=0.02)
     softer = replace(JOB.body, side=UPPER, material=Material(70e3, 0.33))
     jobs = {"lower": job, "upper": replace(job, body=softer)}
     found = {name: without_nn(models, of_body, 0.7 * job.tolerance) for name, of_body in jobs.items()}

@@ -5,8 +5,9 @@ import pytest
 from skfem import Basis, ElementTetP2
 
 from femic.accuracy import line_errors
+from femic.level import Level
 from femic.models import Points
-from femic.reference import Level, discounted, request
+from femic.reference import discounted
 from femic.solid.engine import assemble, build_mesh, raw_ics
 from geometries.bodies import Domain
 from geometries.contours import arc, plane
@@ -95,7 +96,7 @@ def test_a_large_rolling_radius_is_a_prismatic_body_and_the_difference_falls_lik
 
     def c(radius):
         asked = job(80.0, 2.8, side=UPPER, rolling_radius=radius)
-        return discounted(asked, raw_ics(request(asked, Level())).u)[0]
+        return discounted(asked, raw_ics(asked.request(Level())).u)[0]
 
     prismatic = c(np.inf)
     near = c(1e7)

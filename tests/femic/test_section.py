@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 from skfem import Basis, ElementTriP4, MeshTri
 
-from femic.cell_size import Cells
 from femic.harmonic import section as sections
 from femic.harmonic.engine import build_section, strips
+from femic.harmonic.record import HARMONIC
 from femic.harmonic.section import MeshTri4, section_mesh, shapes
 from femic.harmonic.section_model import assemble
 from femic.harmonic.section_size import SectionSize
-from femic.matrix import MatrixJob, far_radius_for
-from femic.reference import Level
+from femic.job import Settings
+from femic.level import Level
+from femic.matrix.job import MatrixJob, far_radius_for
+from femic.meshing.cell_size import Cells
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse, plane
 from geometries.errors import Failure
@@ -153,9 +155,8 @@ def test_cells_that_grow_as_fast_as_the_distance_are_still_as_small_as_asked(rad
     """
     grid = Grid(20, n_s, 0.4, 0.4)
     body = Body(UPPER, arc(radius, *np.radians(flanks)), STEEL, Domain(far_radius_for(0.01, grid), np.inf))
-    request = MatrixJob(body, grid, 0.01, rotation_reach=2 * radius, moment_arm=radius / 2).request(
-        Level(cells=-1)
-    )
+    settings = Settings(HARMONIC, 0.01, rotation_reach=2 * radius, moment_arm=radius / 2)
+    request = MatrixJob(body, grid, settings).request(Level(cells=-1))
     assert request.cells.growth > 1
     corners = triangles(build_section(request))
     assert np.min(shapes(corners)) > 0.25

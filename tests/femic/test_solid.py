@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from femic.job import directions_of
 from femic.models import Points
 from femic.solid.elasticity import stiffness
-from femic.solid.engine import build_mesh, directions_of, observe, patch_load, raw_ics, solve
+from femic.solid.engine import build_mesh, observe, patch_load, raw_ics, solve
 from femic.symmetry import Parity, held_by_symmetry, parities
 from geometries.bodies import Domain
 from geometries.contours import arc, through_points

@@ -8,7 +8,7 @@ from femic.harmonic import engine, section_model
 from femic.harmonic.entry import KeptWaves
 from femic.harmonic.section_model import LARGEST_RESIDUAL
 from femic.harmonic.section_response import Respond
-from femic.store import Store
+from femic.work.store import Store
 from tests.femic.kept_model import TASK
 
 K = 0.3

@@ -5,7 +5,8 @@ import pytest
 
 from femic.accuracy import line_errors
 from femic.discount import conditions, fit_discount, rigid_part
-from femic.reference import Level, combine, request
+from femic.level import MODELS, Level
+from femic.reference import combine
 from femic.solid.engine import raw_ics
 from geometries.contours import arc
 from geometries.surfaces import LOWER, UPPER
@@ -42,7 +43,7 @@ def displacements(body, load, points):
 
 
 def error_and_estimate(asked, truth):
-    models = {level: raw_ics(request(asked, level)) for level in Level().models().values()}
+    models = {level: raw_ics(asked.request(level)) for level in Level().models(MODELS).values()}
     reference = combine(asked, Level(), models)
     error, estimate = (
         np.max([line_errors(d[..., p], truth[..., p], truth[2, 2, p]) for p in LINES], axis=0)

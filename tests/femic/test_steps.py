@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 
 from femic.accuracy import NotConverged, Shares
+from femic.engines import ENGINES, HARMONIC
+from femic.job import Settings
+from femic.level import Level
 from femic.models import Cost
-from femic.problem import Assessed
-from femic.reference import Level
-from femic.refinement import _steps, refine, refined
+from femic.refinement import Assessed, _steps, refine, refined
 
 START = Level()
+LARGE = Settings(HARMONIC, most_unknowns=10**9)
 
 
 @dataclass(frozen=True)
-class Limits:
+class Asked:
     """What a job may take."""
 
-    tolerance: float = 0.01
-    most_unknowns: int = 10**9
-    engine: str = "harmonic"
+    settings: Settings = LARGE
 
 
 @dataclass(frozen=True)
@@ -61,19 +61,19 @@ def test_each_part_refines_what_causes_it_by_its_own_gain(part, gain, name):
     for steps in (1, 2):
         error = 0.005 * gain**steps
         for factor, expected in ((0.99, steps), (1.01, steps + 1)):
-            level = refined("lower", Limits(), Found(), parts(**{part: factor * error}))
+            level = refined("lower", Asked(), Found(), parts(**{part: factor * error}))
             assert level == replace(Level(), **{name: expected})
 
 
 def test_refinement_goes_on_from_where_it_is():
     found = Found(Level(1, -1, 2))
-    assert refined("lower", Limits(), found, parts(mesh=0.01)) == Level(2, -1, 2)
+    assert refined("lower", Asked(), found, parts(mesh=0.01)) == Level(2, -1, 2)
 
 
 def test_of_the_sum_a_body_may_take_its_share():
-    assert refined("lower", Limits(), Found(), parts(truncation=0.019), 0.5) == Level(0, 2)
-    assert refined("lower", Limits(), Found(), parts(truncation=0.019)) == Level(0, 1)
-    assert refined("lower", Limits(), Found(), parts(truncation=0.004, mesh=0.004), 0.5) == Level(1, 1)
+    assert refined("lower", Asked(), Found(), parts(truncation=0.019), 0.5) == Level(0, 2)
+    assert refined("lower", Asked(), Found(), parts(truncation=0.019)) == Level(0, 1)
+    assert refined("lower", Asked(), Found(), parts(truncation=0.004, mesh=0.004), 0.5) == Level(1, 1)
 
 
 @pytest.mark.parametrize(("engine", "growth"), [("solid", 2.7), ("harmonic", 2.0)])
@@ -81,19 +81,19 @@ def test_a_model_that_would_be_too_large_is_refused_with_its_size(engine, growth
     """Two steps of cells: 1.5^(2 growth) times the unknowns."""
     expected = round(1000 * 1.5 ** (2 * growth))
     estimated = parts(mesh=0.03)
-    limits = Limits(engine=engine, most_unknowns=expected)
-    assert refined("lower", limits, Found(), estimated) == Level(2)
+    allowed = Settings(ENGINES[engine], most_unknowns=expected)
+    assert refined("lower", Asked(allowed), Found(), estimated) == Level(2)
     with pytest.raises(NotConverged, match=f"about {expected:,} unknowns"):
-        refined("lower", replace(limits, most_unknowns=expected - 1), Found(), estimated)
+        refined("lower", Asked(replace(allowed, most_unknowns=expected - 1)), Found(), estimated)
 
 
 @pytest.mark.parametrize(("part", "name"), [("mesh", "cells"), ("truncation", "domain"), ("waves", "waves")])
 def test_four_steps_from_the_start_are_the_furthest(part, name):
     estimated = parts(**{part: 0.006})
     near, far = (Found(replace(Level(), **{name: done})) for done in (3, 4))
-    assert getattr(refined("lower", Limits(), near, estimated), name) == 4
+    assert getattr(refined("lower", Asked(), near, estimated), name) == 4
     with pytest.raises(NotConverged):
-        refined("lower", Limits(), far, estimated)
+        refined("lower", Asked(), far, estimated)
 
 
 def test_the_refusal_says_what_was_reached():
@@ -105,10 +105,10 @@ def test_the_refusal_says_what_was_reached():
         r"the wavenumbers\); the tolerance 1\.00% .* more than 16 times the first"
     )
     with pytest.raises(NotConverged, match=says):
-        refined("lower", Limits(most_unknowns=10), found, estimated)
+        refined("lower", Asked(Settings(HARMONIC, most_unknowns=10)), found, estimated)
 
 
-JOBS = {"lower": Limits(), "upper": Limits()}
+JOBS = {"lower": Asked(), "upper": Asked()}
 FOUND = {"lower": Found(), "upper": Found()}
 
 

@@ -15,10 +15,12 @@ import pytest
 import xarray as xr
 
 from femic.harmonic import engine
+from femic.harmonic.record import HARMONIC
 from femic.harmonic.section_response import Respond
-from femic.provenance import code_digest
-from femic.store import Store
-from femic.workers import solve_models
+from femic.means import Means
+from femic.refinement import solve_models
+from femic.work.provenance import code_digest
+from femic.work.store import Store
 from tests.femic.kept_model import TASK
 
 ENTRY = xr.Dataset({"u": (("i",), np.arange(5.0))})
@@ -144,7 +146,7 @@ def test_two_processes_may_write_the_same(tmp_path):
 
 
 def solve(store):
-    return next(iter(solve_models([TASK], workers=2, store=store, on_step=str)))
+    return next(iter(solve_models([(HARMONIC, TASK)], Means(2, store))))
 
 
 def test_a_second_run_opens_no_mesh_and_factors_no_matrix(tmp_path, monkeypatch):
@@ -176,8 +178,8 @@ def test_an_interrupted_model_goes_on_behind_its_last_wavenumber(tmp_path, monke
     interrupted = []
     monkeypatch.setattr(Respond, "__call__", counted)
     with pytest.raises(KeyboardInterrupt):
-        list(solve_models([TASK], workers=1, store=Store(tmp_path), on_step=str))
-    found = next(iter(solve_models([TASK], workers=1, store=Store(tmp_path), on_step=str)))
+        list(solve_models([(HARMONIC, TASK)], Means(1, Store(tmp_path))))
+    found = next(iter(solve_models([(HARMONIC, TASK)], Means(1, Store(tmp_path)))))
     assert sorted(solved) == found.model.found.k.tolist()  # each of them once
 
 

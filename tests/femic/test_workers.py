@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from femic import workers
-from femic.reference import MODELS, Level
+from femic.level import MODELS, Level
+from femic.means import Means
+from femic.refinement import solve_models
 from femic.solid import engine as solid
-from femic.store import Store
-from femic.workers import solve_models
+from femic.solid import tasks
+from femic.work.store import Store
 from geometries.errors import Failure
 from tests.femic.conftest import TASKS, solve_all
 
@@ -33,10 +34,10 @@ def test_a_second_run_opens_no_mesh_and_an_interrupted_one_resumes(tmp_path, mon
         assert len(meshed) == 2
     first = solve_all(store)
     assert interrupted
-    assert len(meshed) == len(MODELS["solid"])  # two before the interruption, the third after it
-    again = list(solve_models(TASKS, workers=1, store=store, on_step=str))
+    assert len(meshed) == len(MODELS)  # two before the interruption, the third after it
+    again = list(solve_models(TASKS, Means(1, store)))
     assert all(solved.kept for solved in again)
-    assert len(meshed) == len(MODELS["solid"])
+    assert len(meshed) == len(MODELS)
     np.testing.assert_array_equal(first[Level()].u, again[0].model.u)
 
 
@@ -44,6 +45,6 @@ def test_a_dead_worker_is_reported_with_both_causes_and_what_to_try(monkeypatch)
     def dead(*_):
         raise TerminatedWorkerError
 
-    monkeypatch.setattr(workers, "in_processes", dead)
+    monkeypatch.setattr(tasks, "in_processes", dead)
     with pytest.raises(Failure, match=r"memory: use fewer.*mesher crashed.*change the cells.*are kept"):
-        list(solve_models(TASKS, workers=2, store=Store(), on_step=str))
+        list(solve_models(TASKS, Means(2)))

@@ -1,0 +1,1 @@
+"""The command line `femic`: the top floor of `compare`."""

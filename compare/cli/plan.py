@@ -1,0 +1,59 @@
+"""What `femic plan` prints."""
+
+from rich.console import Console
+from rich.table import Table
+
+from compare.results.matrix.compute import file_size
+from compare.results.plan import Step, matrix_steps, run_steps, seconds
+from compare.scenes.scene import Scene
+
+
+def show(scene: Scene, workers: int, console: Console) -> None:
+    """Print what `femic run` and `femic matrix` of a scene would take."""
+    console.print(f"{scene.title}: tolerance {scene.settings.tolerance:g}, {workers} workers", markup=False)
+    console.print(
+        f"bodies: {', '.join(scene.solved)} (compared: {', '.join(scene.compared)}); components: "
+        f"{', '.join(scene.components)} for `femic run`, all nine for `femic matrix`",
+        markup=False,
+    )
+    grid = scene.grid
+    of_matrix = (
+        f"femic matrix: {grid.n_x} lags of {grid.dx:g} mm, {grid.n_s} strips of {grid.ds:g} mm about "
+        f"s = {grid.s:g} mm; matrix.nc takes {file_size(scene) / 1e6:.0f} MB"
+    )
+    for title, steps in (
+        ("femic run", run_steps(scene, workers)),
+        (of_matrix, matrix_steps(scene, workers)),
+    ):
+        _print(title, steps, workers, console)
+    console.print(
+        "One round; a round more where the estimated error is larger than the tolerance. Kept models take no "
+        "time.",
+        markup=False,
+    )
+
+
+def _print(title: str, steps: list[Step], workers: int, console: Console) -> None:
+    table = Table(title=title, title_justify="left")
+    for column in ("model", "engine", "symmetry", "cells ×", "far arc", "along x"):
+        table.add_column(column)
+    for column in ("unknowns", "wavenumbers", "fields", "s", "MB"):
+        table.add_column(column, justify="right")
+    for step in steps:
+        takes = step.takes
+        table.add_row(
+            step.name,
+            step.engine.name,
+            "y" if takes.half_section else "none",
+            f"{step.cells:.3g}",
+            f"{step.far_radius:g} mm",
+            step.along_x,
+            f"{takes.unknowns:,}",
+            str(takes.wavenumbers or "–"),
+            str(takes.fields),
+            f"{takes.seconds:.0f}",
+            f"{takes.memory:.0f}",
+        )
+    console.print(table)
+    most = max(step.takes.memory for step in steps)
+    console.print(f"about {seconds(steps, workers):.0f} s, {most:.0f} MB", markup=False)

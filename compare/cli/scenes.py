@@ -1,0 +1,127 @@
+"""Commands about scenes: `run`, `compare`, `plan`, `show`, `scenes`."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from compare.cli import plan as planning
+from compare.cli.work import DEFAULT, WIDE, StoreAt, Work, Workers
+from compare.reports.frontier.choice import AUTO, choose, question_of
+from compare.reports.overlay import curves as overlay
+from compare.reports.overlay import page as overlay_page
+from compare.reports.overlay import sources as overlay_sources
+from compare.reports.scene import fields
+from compare.reports.scene.run import run_scene
+from compare.scenes import plausibility
+from compare.scenes.listing import listing
+from compare.scenes.load import builtin_names, load_scene
+from compare.scenes.scene import Scene
+from femic.means import cores
+from geometries.patches import DirectionName
+
+SolidName = Literal["lower", "upper"]
+
+
+def run(scene: str, /, *, work: Work = DEFAULT) -> None:
+    """Compute and compare the influence coefficients of a scene; write a report.
+
+    Parameters
+    ----------
+    scene
+        built-in name (see `femic scenes`) or TOML file
+    """
+    loaded = load_scene(scene)
+    console = Console()
+    report = _computed(loaded, work.folder(loaded), work, console)
+    console.print(f"Report: {report}", soft_wrap=True)
+    if loaded.ics == AUTO:
+        with work.means(work.folder(loaded), console) as means:
+            chosen = choose(scene, question_of(loaded), means)
+        console.print(chosen.told, soft_wrap=True, markup=False, highlight=False)
+
+
+def _computed(scene: Scene, folder: Path, work: Work, console: Console) -> Path:
+    """Compute a scene, with warnings and progress on the console; returns the path of its report."""
+    for text in plausibility.warnings(scene):
+        console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
+    with work.means(folder, console) as means:
+        return run_scene(scene, folder, means)
+
+
+def compare(
+    *scene: str,
+    results: Annotated[Path, Parameter(help="folder that has the results of each scene in SCENE/")] = Path(
+        "out"
+    ),
+    out: Annotated[Path | None, Parameter(help="folder for the overlay; default RESULTS/SCENE_SCENE")] = None,
+    workers: Workers = None,
+    store: StoreAt = None,
+) -> None:
+    """Show the results of two or more scenes in the same figures and tables; write a report.
+
+    Scenes without results, or with results of another text or femic, are computed first, as by `femic run`.
+
+    Parameters
+    ----------
+    scene
+        built-in name (see `femic scenes`), TOML file, or folder with results of `femic run`
+    """
+    found = overlay_sources.sources(scene, results)
+    overlay_sources.common(found)  # raises before any work starts
+    folder = overlay_page.folder_of(found, out, results)
+    console = Console()
+    for source in found:
+        if source.scene is not None and not overlay_sources.up_to_date(source):
+            console.print(f"{source.name}: no results of it by this femic yet, computing", markup=False)
+            work = Work(source.folder, workers, store)
+            _computed(source.scene, source.folder, work, console)
+    report = overlay_page.write(overlay.load(found), folder)
+    console.print(f"Report: {report}", soft_wrap=True)
+
+
+def plan(scene: str, /, *, workers: Workers = None) -> None:
+    """Say what a scene would take: models, unknowns, wavenumbers, seconds, memory, file size.
+
+    Parameters
+    ----------
+    scene
+        built-in name (see `femic scenes`) or TOML file
+    """
+    planning.show(load_scene(scene), workers or cores(), Console(width=WIDE, highlight=False))
+
+
+def show(
+    target: str,
+    /,
+    *,
+    body: Annotated[SolidName | None, Parameter(help="default: the first that the scene compares")] = None,
+    load: Annotated[DirectionName | None, Parameter(help="direction of the load; default n")] = None,
+    out: Annotated[Path | None, Parameter(help="PNG; default beside the .vtu, out/SCENE/show/")] = None,
+    window: Annotated[bool | None, Parameter(help="open a window; default: where there is a screen")] = None,
+) -> None:
+    """Draw a body under a unit load: its cells, displacements and stresses.
+
+    A scene is solved with coarse cells: a preview in seconds.
+
+    Parameters
+    ----------
+    target
+        built-in name (see `femic scenes`), TOML file, or .vtu file of displacements and stresses
+    """
+    console = Console(soft_wrap=True, highlight=False)
+    asked = fields.Shown(target, body, load, out, window)
+    fields.show(asked, lambda text: console.print(text, markup=False))
+
+
+def scenes(
+    *, show: Annotated[str | None, Parameter(help="print this scene with every key, ready to copy")] = None
+) -> None:
+    """List the built-in scenes, or print one with every key, unit and default."""
+    console = Console(highlight=False, soft_wrap=True)
+    if show is not None:
+        console.print(listing(show), end="", markup=False)
+        return
+    for name in builtin_names():
+        console.print(f"{name:12} {load_scene(name).title}", markup=False)

@@ -1,0 +1,55 @@
+"""Commands that try the program itself: `validate`, `extremes`."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from compare.cli.work import DEFAULT, Work
+from compare.results import folders
+from compare.studies.extremes.found import available as extremes_available
+from compare.studies.validation import page as validation
+from compare.studies.validation import runs, verdicts
+from femic.engines import ENGINES, EngineName
+from geometries.errors import WrongInput
+
+
+def validate(
+    *,
+    only: Annotated[
+        tuple[int, ...] | None, Parameter(help="numbers of statements; default: all", consume_multiple=True)
+    ] = None,
+    tolerance: Annotated[float, Parameter(help="of C")] = runs.TOLERANCE,
+    work: Work = DEFAULT,
+) -> None:
+    """Check what is said about these ICs, and this program, with computed verdicts; write a report."""
+    numbers = verdicts.chosen(only)
+    if not runs.TIGHTEST <= tolerance <= runs.LOOSEST:
+        raise WrongInput(f"--tolerance {tolerance:g}: {runs.TIGHTEST:g} ... {runs.LOOSEST:g}")
+    folder = folders.made(work.out or Path("out") / "validation")
+    console = Console(highlight=False)
+    with work.means(folder, console) as means:
+        report = validation.validate(numbers, runs.Runs(means, tolerance), folder)
+    console.print(f"Report: {report}", soft_wrap=True)
+
+
+def extremes(
+    *,
+    of: Annotated[
+        tuple[Literal["analytic", EngineName], ...],
+        Parameter(help="which parts", consume_multiple=True),
+    ] = ("analytic", *ENGINES),
+    work: Work = DEFAULT,
+) -> None:
+    """Try every part at the limits of what may be asked for, and beyond; write errors, cost and messages."""
+    if not extremes_available():
+        raise WrongInput("femic extremes: run .venv/bin/pip install -c constraints.txt -e '.[extremes]'")
+    from compare.studies.extremes import page as extremes_page
+    from compare.studies.extremes.engines import Engines
+
+    folder = folders.made(work.out or Path("out") / "extremes")
+    console = Console(highlight=False)
+    with work.means(folder, console) as means:
+        report = extremes_page.try_all(of, Engines(means), folder)
+    console.print(f"Report: {report}", soft_wrap=True)

@@ -1,0 +1,4 @@
+"""What all reports share: figures, 3D views, styles of variants, templates of pages.
+
+Imports `scenes` and `results`.
+"""

@@ -1,0 +1,136 @@
+"""The one drawer of curves: some of them over one abscissa, C with its estimate, and grids of such panels."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import cycle
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from compare.pages.styles import CHECK, FURTHER, RC, STYLES, SYMBOLS, Style
+from geometries.arrays import Array, Mask
+
+INVISIBLE = 1e-9  # of a dimensionless IC
+CHECK_MARKS = 24  # on a line
+BAND = "C ± estimate"
+OF_SYMBOL = {SYMBOLS.get(name, name): style for name, style in STYLES.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """Curves over one abscissa, arrays (n,), by their labels.
+
+    `estimate` is that of the curve "C", drawn as a band, `known` that of the other engine's C.
+    """
+
+    title: str
+    across: str  # label of the abscissa
+    at: Array
+    up: str  # label of the ordinate
+    curves: Mapping[str, Array]
+    estimate: Array | None = None
+    known: Array | None = None
+    marks: tuple[float, ...] = field(default=())  # abscissas of joints, dotted
+
+    def beyond(self, at: float) -> "Panel":
+        """The part from an abscissa on."""
+        return self.part(self.at >= at)
+
+    def labelled(self, title: str, across: str, up: str) -> "Panel":
+        """With a title and labels."""
+        return replace(self, title=title, across=across, up=up)
+
+    def part(self, shown: Mask) -> "Panel":
+        """What is shown of it, (n,)."""
+        curves = {name: values[shown] for name, values in self.curves.items()}
+        estimate, known = (None if of is None else of[shown] for of in (self.estimate, self.known))
+        return replace(self, at=self.at[shown], curves=curves, estimate=estimate, known=known)
+
+
+def styles_of(panels: Sequence[Panel], given: Mapping[str, Style] = OF_SYMBOL) -> dict[str, Style]:
+    """A style for each label: the given one, or a further one."""
+    labels = dict.fromkeys(label for panel in panels for label in panel.curves)
+    further = dict(zip((label for label in labels if label not in given), cycle(FURTHER), strict=False))
+    return dict(given) | further
+
+
+def draw(axes: Axes, panel: Panel, styles: Mapping[str, Style], *, labelled: bool = True) -> None:
+    """Curves of a panel, those of `styles` that come first on top; NaN: a curve that is not there."""
+    if panel.estimate is not None and "C" in panel.curves:
+        c, label = panel.curves["C"], BAND if labelled else None
+        low, high = c - panel.estimate, c + panel.estimate
+        axes.fill_between(panel.at, low, high, color="black", alpha=0.2, linewidth=0, label=label)
+    order = list(styles)
+    for name in sorted(panel.curves, key=order.index, reverse=True):
+        values = panel.curves[name]
+        if np.all(np.isnan(values)):
+            continue
+        if styles[name] is CHECK:
+            _draw_check(axes, panel, name, values)
+        else:
+            axes.plot(panel.at, values, label=name if labelled else None, **styles[name])
+
+
+def _draw_check(axes: Axes, panel: Panel, name: str, values: Array) -> None:
+    """The other engine's C as marks, with bars where its estimate is there."""
+    marked = slice(None, None, max(1, len(panel.at) // CHECK_MARKS))
+    if panel.known is None:
+        axes.plot(panel.at[marked], values[marked], label=name, **CHECK)
+        return
+    bars = panel.known[marked]
+    axes.errorbar(panel.at[marked], values[marked], bars, label=f"{name} ± estimate", zorder=2, **CHECK)
+
+
+def finish(axes: Axes, panel: Panel) -> None:
+    """Titles, labels, joints; a curve that vanishes by symmetry is not blown up to rounding noise."""
+    show_zero(axes)
+    for at in panel.marks:
+        axes.axvline(at, color="grey", linestyle=":", linewidth=1, label="_joint")
+    if panel.marks:
+        place = max(panel.marks), 0.02
+        axes.annotate(
+            " flank",
+            place,
+            xycoords=("data", "axes fraction"),
+            fontsize=7,
+            color="grey",
+            ha="left",
+            va="bottom",
+        )
+    axes.set(xlabel=panel.across, ylabel=panel.up)
+    axes.set_title(panel.title, fontsize=9)
+
+
+def show_zero(axes: Axes) -> None:
+    """A curve that vanishes by symmetry is shown as a line, not as blown-up rounding noise."""
+    if max(np.max(np.abs(drawn.get_ydata())) for drawn in axes.get_lines()) < INVISIBLE:
+        axes.set_ylim(-1e-3, 1e-3)
+        axes.annotate("0 by symmetry", (0.5, 0.6), xycoords="axes fraction", ha="center", color="grey")
+
+
+def drawn(panels: Sequence[Panel], columns: int, size: tuple[float, float] = (4.1, 2.9)) -> Figure:
+    """Panels in so many columns, each of a size [inch], with one legend."""
+    rows, styles = -(-len(panels) // columns), styles_of(panels)
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=(size[0] * columns, size[1] * rows + 0.5), layout="constrained")
+        grid = figure.subplots(rows, columns, squeeze=False).ravel()
+        for axes, panel in zip(grid, panels, strict=False):
+            draw(axes, panel, styles)
+            finish(axes, panel)
+        for axes in grid[len(panels) :]:
+            axes.remove()
+        add_legend(figure)
+        return figure
+
+
+def add_legend(figure: Figure, most: int = 8) -> None:
+    """One legend of all labels in a figure, below it."""
+    handles = {
+        label: handle
+        for axes in figure.axes
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    columns = min(most, len(handles))
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=columns)

@@ -1,0 +1,58 @@
+"""How curves look: each variant has its symbol, style and marker here; one that has none takes the next."""
+
+from collections.abc import Iterable, Mapping
+from itertools import cycle
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from approx.variants import VARIANTS
+
+Style = Mapping[str, Any]  # keywords of a line of matplotlib
+
+RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.2, "figure.dpi": 110}
+
+SYMBOLS = {name: variant.symbol for name, variant in VARIANTS.items()} | {"C": "C", "C_solid": "C (solid)"}
+
+CHECK: Style = {"color": "black", "marker": "o", "markersize": 4, "mfc": "white", "linestyle": "none"}
+
+DASHES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (1.3, 1.2)), (0, (5, 1.2, 1, 1.2)), (0, (9, 2)))
+COLOURS = ("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:orange")
+FURTHER: tuple[Style, ...] = (  # of what has no style of its own
+    {"color": "tab:cyan", "linewidth": 1.4},
+    {"color": "tab:pink", "linewidth": 1.4, "linestyle": (0, (4, 1))},
+    {"color": "tab:olive", "linewidth": 1.4, "linestyle": (0, (1, 1))},
+    {"color": "tab:gray", "linewidth": 1.4, "linestyle": (0, (5, 1, 1, 1))},
+    {"color": "black", "linewidth": 1.4},
+    {"color": "tab:red", "linewidth": 1.4, "linestyle": (0, (3, 1))},
+)
+OWN: Mapping[str, tuple[str, Style]] = {  # marker and line, the first on top: mix coincides with others
+    "mix": ("P", {"color": "tab:purple", "linestyle": (0, (1, 3)), "linewidth": 2.2}),
+    "A": ("s", {"color": "tab:blue", "linestyle": (0, (5, 2))}),
+    "B": ("o", {"color": "tab:orange", "linestyle": "-"}),
+    "Bbar": ("^", {"color": "tab:green", "linestyle": (0, (3, 1, 1, 1))}),
+    "Bhat": ("D", {"color": "tab:red", "linestyle": (0, (2, 1))}),
+    "Bhat_prime": ("v", {"color": "tab:brown", "linestyle": (0, (6, 1))}),
+    "C_solid": ("X", CHECK),
+    "C": ("*", {"color": "black", "linewidth": 1.8, "zorder": 1}),
+}
+FURTHER_MARKERS = "hpd<>8H"
+
+
+def with_further(names: Iterable[str]) -> dict[str, tuple[str, Style]]:
+    """Marker and style of each name: its own, or further ones in turn."""
+    turns = zip(cycle(FURTHER_MARKERS), cycle(FURTHER), strict=False)
+    new = {name: next(turns) for name in names if name not in OWN}
+    return new | dict(OWN)
+
+
+LOOKS = with_further(VARIANTS)
+STYLES: Mapping[str, Style] = {name: style for name, (_, style) in LOOKS.items()}
+MARKERS: Mapping[str, str] = {name: marker for name, (marker, _) in LOOKS.items()}
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write a figure as PNG and return its path."""
+    figure.savefig(path)
+    return path

@@ -1,0 +1,173 @@
+"""`femic frontier`: errors against seconds, as file, figures and report; the evidence of `femic advise`."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from rich.table import Table
+
+from compare.pages.html import VANISHING, Cell, embedded, error_cell, known_cell, rendered
+from compare.pages.styles import RC, save
+from compare.reports.frontier.advice import Advice
+from compare.reports.frontier.trade import front, known_errors, told_apart
+from compare.results import folders
+from compare.results.dataset import write
+from geometries.arrays import Array, Indices
+
+KINDS = {"approximation": ("tab:blue", "o"), "harmonic": ("black", "s"), "solid": ("tab:red", "^")}
+LEAST = 1e-6  # error that is drawn: less vanishes by symmetry
+
+
+def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
+    """Write `frontier.nc`, the figures and `frontier.html`; returns the path of the report."""
+    at = folders.made(folder / "figures")
+    write(dataset, folder / "frontier.nc")
+    bodies = [str(body) for body in dataset.body.values]
+    drawn = [save(figure(dataset, body), at / f"frontier_{body}.png") for body in bodies]
+    path = folder / "frontier.html"
+    path.write_text(
+        rendered(
+            "frontier.html.j2",
+            title=f"Speed against accuracy: {dataset.attrs['title']}",
+            summary=summary(dataset),
+            components=[str(component) for component in dataset.component.values],
+            tables=[{"body": body, "rows": list(_rows(dataset, body))} for body in bodies],
+            best=dataset.attrs["best"],
+            points=dataset.attrs["points"],
+            skipped=json.loads(dataset.attrs["skipped"]),
+            figures=[embedded(one) for one in drawn],
+            text=dataset.attrs["scene"],
+        ),
+        encoding="utf-8",
+    )
+    return path
+
+
+def summary(dataset: xr.Dataset) -> str:
+    """One paragraph, computed: the ways of the front that are worst in no component, of the first body."""
+    body = str(dataset.body.values[0])
+    worst, seconds = told_apart(dataset, body).max("component"), dataset.seconds.sel(body=body)
+    chosen = front(seconds.values, worst.values)
+    order = [k for k in np.argsort(seconds.values) if chosen[k]]
+    parts = [
+        f"{dataset.label.values[k]} {100 * worst.values[k]:.3g} % in {_time(seconds.values[k])}"
+        for k in order
+    ]
+    return (
+        f"{body} ICs at {dataset.attrs['points']} points, worst component, as a share of itself"
+        f"{' (if it vanishes, of 0.05 C_nn)' if np.any(dataset.vanishes.sel(body=body)) else ''}: "
+        f"{', '.join(parts)}. All other ways are slower than one of these and no better. Errors against "
+        f"{dataset.attrs['best']}, which estimates its own."
+    )
+
+
+def _time(seconds: float) -> str:
+    if np.isnan(seconds):
+        return "–"
+    return f"{seconds:.3g} s" if seconds >= 1 else f"{1000 * seconds:.2g} ms"
+
+
+def figure(dataset: xr.Dataset, body: str) -> Figure:
+    """Error of each component against seconds: the front is a line, the best C's own estimate dashed."""
+    components = [str(component) for component in dataset.component.values]
+    columns = min(3, len(components))
+    rows = -(-len(components) // columns)
+    with mpl.rc_context(RC):
+        drawn = Figure(figsize=(4.4 * columns, 3.4 * rows + 0.5), layout="constrained")
+        grid = drawn.subplots(rows, columns, squeeze=False, sharex=True).ravel()
+        errors = told_apart(dataset, body)
+        for axes, component in zip(grid, components, strict=False):
+            _draw(axes, dataset.sel(body=body, component=component), errors.sel(component=component).values)
+            gone = bool(dataset.vanishes.sel(body=body, component=component))
+            axes.set_title(f"{body} {component}" + (", vanishes: share of 0.05 C_nn" if gone else ""))
+        for axes in grid[-columns:]:
+            axes.set_xlabel(f"seconds for {dataset.attrs['points']} points  [s]")
+        for axes in grid[len(components) :]:
+            axes.remove()
+        drawn.supylabel("error, share of the component itself  [-]")
+        drawn.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
+        return drawn
+
+
+def _draw(axes: Axes, dataset: xr.Dataset, at_least: Array) -> None:
+    seconds, errors = dataset.seconds.values, np.maximum(at_least, LEAST)
+    for kind, (colour, marker) in KINDS.items():
+        of_kind = dataset.kind.values == kind
+        if np.any(of_kind):
+            axes.loglog(seconds[of_kind], errors[of_kind], marker, color=colour, mfc="none", label=kind)
+    chosen = np.flatnonzero(front(seconds, errors))
+    order = chosen[np.argsort(seconds[chosen])]
+    axes.loglog(seconds[order], errors[order], color="grey", linewidth=1, zorder=1, label="front")
+    floor = max(float(dataset.estimate.sel(way=dataset.attrs["best"])), LEAST)
+    axes.axhline(floor, color="grey", linestyle=":", label="estimate of the best C")
+    for k, (at, label) in enumerate(_labels(dataset, order, errors).items()):
+        beside = (4, 3) if k % 2 == 0 else (4, -9)
+        axes.annotate(label, at, fontsize=7, xytext=beside, textcoords="offset points")
+    axes.margins(x=0.12)
+
+
+def _labels(dataset: xr.Dataset, ways: Indices, errors: Array) -> dict[tuple[float, float], str]:
+    """Labels of some ways at (seconds, error): those of one point together."""
+    found: dict[tuple[float, float], str] = {}
+    for k in ways:
+        at, label = (
+            (float(dataset.seconds.values[k]), float(errors[k])),
+            str(dataset.label.values[k]).removeprefix("C, harmonic "),
+        )
+        found[at] = f"{found[at]}, {label}" if at in found else label
+    return found
+
+
+def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:
+    of_body = dataset.sel(body=body)
+    errors = told_apart(dataset, body)
+    fronts = {
+        str(c): front(of_body.seconds.values, errors.sel(component=c).values)
+        for c in dataset.component.values
+    }
+    for k, way in enumerate(dataset.way.values):
+        best = str(way) == dataset.attrs["best"]
+        cells = [
+            _cell(of_body.sel(way=way, component=c), best, " *" if fronts[str(c)][k] else "")
+            for c in dataset.component.values
+        ]
+        yield {
+            "label": str(dataset.label.values[k]),
+            "best": best,
+            "cells": cells,
+            "seconds": _time(float(of_body.seconds.values[k])),
+            "unknowns": f"{int(dataset.unknowns.values[k]):,}" if dataset.unknowns.values[k] else "",
+            "memory": f"{dataset.memory.values[k]:.0f}" if dataset.memory.values[k] else "",
+        }
+
+
+def _cell(at: xr.Dataset, best: bool, mark: str) -> Cell:
+    made = known_cell if best else error_cell
+    return made(at.error.item(), at.weight.item(), vanishes=bool(at.vanishes), mark=mark)
+
+
+def evidence(dataset: xr.Dataset, advice: Advice, components: list[str], body: str) -> Table:
+    """What the advice rests on: what the error of each way is at most, and its seconds."""
+    gone = dataset.vanishes.sel(body=body, component=components).values
+    shown = Table(
+        title=f"{body}: error at most, share of the component itself (measured, and the estimate of "
+        f"{dataset.attrs['best']})",
+        caption="†: vanishes in C; share of 0.05 C_nn" if np.any(gone) else None,
+    )
+    headings = [name + (VANISHING if zero else "") for name, zero in zip(components, gone, strict=True)]
+    for heading in ("", "seconds", *headings):
+        shown.add_column(heading, justify="right")
+    errors, seconds = known_errors(dataset, body), dataset.seconds.sel(body=body).values
+    for k in np.argsort(seconds):
+        of_way = errors.isel(way=int(k)).sel(component=components).values
+        if np.all(np.isnan(of_way)):
+            continue
+        chosen = str(dataset.way.values[k]) == advice.way
+        label = f"> {dataset.label.values[k]}" if chosen else str(dataset.label.values[k])
+        shown.add_row(label, _time(float(seconds[k])), *(f"{error:.2%}" for error in of_way))
+    return shown

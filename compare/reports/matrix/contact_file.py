@@ -1,0 +1,168 @@
+"""Files of numerical influence coefficients for the program CONTACT (option C3 = 9), written and read.
+
+The layout is that of CONTACT's reader, which differs from its user guide; docs/contact-export.md shows it. An
+entry is the displacement of the upper body minus that of the lower one [mm] due to traction on the upper body
+on one element, times the combined shear modulus over that traction, in local directions. Entries are given
+for lags ix >= 0 only: for ix < 0 the reader changes the signs of nx, xn, xs and sx.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from geometries.arrays import Array
+from geometries.errors import WrongInput
+
+NAMES = ("nn", "nx", "ns", "xn", "xx", "xs", "sn", "sx", "ss")  # in the order of the columns
+ROWS, COLUMNS = [2, 2, 2, 0, 0, 0, 1, 1, 1], [2, 0, 1, 2, 0, 1, 2, 0, 1]  # the same in x, s, n
+NO_QUASI_IDENTITY, ORDER_OF_DIRECTIONS = 0, 312  # what the reader wants to find
+MIRRORED_IN_X, MIRRORED_IN_S = 1, 0
+SKIPPED_PER_STRIP, SKIPPED_PER_OFFSET = 4, 2  # lines that the reader passes over
+HEADER = 4  # lines
+
+
+@dataclass(frozen=True, eq=False)
+class ContactFile:
+    """What such a file says.
+
+    `values` (n_matrix, 2 n_s - 1, n_x, 3, 3) [mm]: loaded strip (one for all if the ICs do not depend on it),
+    offset of the observing strip from -(n_s - 1), lag, displacement and traction in the order x, s, n.
+    `convex` says which body is the convex one: 1 the upper, 2 the lower. Raises WrongInput where shapes or
+    values do not fit.
+    """
+
+    values: Array
+    dx: float
+    ds: float
+    convex: int
+
+    def __post_init__(self) -> None:
+        shape = self.values.shape
+        if len(shape) != 5 or shape[1] % 2 == 0 or shape[3:] != (3, 3) or shape[0] not in (1, self.n_s):
+            raise WrongInput(f"values of shape {shape}: (1 or n_s, 2 n_s - 1, n_x, 3, 3) is needed")
+        if self.convex not in (1, 2):
+            raise WrongInput(f"convex = {self.convex!r}: 1 (the upper body) or 2 (the lower one)")
+        if not (0 < self.dx < np.inf and 0 < self.ds < np.inf):
+            raise WrongInput(f"dx = {self.dx!r}, ds = {self.ds!r}: must be positive and finite [mm]")
+        if not np.all(np.isfinite(self.values)):
+            raise WrongInput(f"values: {np.sum(~np.isfinite(self.values))} are not finite")
+
+    @property
+    def n_s(self) -> int:
+        """Number of strips."""
+        return (self.values.shape[1] + 1) // 2
+
+    @property
+    def n_x(self) -> int:
+        """Number of lags."""
+        return int(self.values.shape[2])
+
+    @property
+    def one_for_all(self) -> bool:
+        """Whether the ICs depend on the offset of the strips only."""
+        return len(self.values) == 1
+
+
+def by_offsets(ics: Array) -> Array:
+    """ICs (n_x, n_s, n_s, 3, 3) of observing and loaded strips by offset, (n_s, 2 n_s - 1, n_x, 3, 3).
+
+    Offsets that lead out of the grid have zeros.
+    """
+    n_x, n_s = ics.shape[:2]
+    values = np.zeros((n_s, 2 * n_s - 1, n_x, 3, 3))
+    for loaded in range(n_s):
+        first = n_s - 1 - loaded
+        values[loaded, first : first + n_s] = np.swapaxes(ics[:, :, loaded], 0, 1)
+    return values
+
+
+def of_offsets_only(ics: Array) -> Array:
+    """Of ICs (n_x, n_s, n_s, 3, 3) that do not depend on the loaded strip, (1, 2 n_s - 1, n_x, 3, 3)."""
+    backward, forward = ics[:, :-1, -1], ics[:, :, 0]
+    return np.concatenate([backward, forward], axis=1).swapaxes(0, 1)[None]
+
+
+def write(file: ContactFile, path: Path) -> None:
+    """Write a file whole or not at all; every number with all of its digits."""
+    temporary = path.with_suffix(".part")
+    with temporary.open("w", encoding="ascii") as out:
+        out.writelines(f"{line}\n" for line in _lines(file))
+    temporary.replace(path)
+
+
+def _lines(file: ContactFile) -> Iterator[str]:
+    n_s = file.n_s
+    yield f"{len(file.values)} {file.convex}"
+    yield f"{NO_QUASI_IDENTITY} {ORDER_OF_DIRECTIONS}"
+    yield f"{MIRRORED_IN_X} {MIRRORED_IN_S}"
+    yield f"{file.n_x} {n_s} {float(file.dx)!r} {float(file.ds)!r}"
+    for strip, of_strip in enumerate(file.values):
+        if not file.one_for_all:
+            yield f"% load on strip {strip + 1} of {n_s}"
+            yield from ["%"] * (SKIPPED_PER_STRIP - 1)
+        for offset, of_offset in zip(range(1 - n_s, n_s), of_strip, strict=True):
+            yield f"% iy = {offset}"
+            yield "% ix x " + " ".join(f"C{name}" for name in NAMES)
+            for ix, nine in enumerate(of_offset[:, ROWS, COLUMNS].tolist()):
+                yield f"{ix} {ix * file.dx:.10g} " + " ".join(map(repr, nine))
+
+
+def read(path: Path) -> ContactFile:
+    """Read a file as CONTACT does; raises WrongInput, with the line, where CONTACT would stop."""
+    with path.open(encoding="ascii", errors="replace") as lines:
+        n_matrix, convex, n_x, n_s, dx, ds = _header(path, lines)
+        values = np.empty((n_matrix, 2 * n_s - 1, n_x, 3, 3))
+        at = HEADER
+        for of_strip in values:
+            at += len(list(islice(lines, SKIPPED_PER_STRIP if n_matrix > 1 else 0)))
+            for of_offset in of_strip:
+                at += len(list(islice(lines, SKIPPED_PER_OFFSET)))
+                of_offset[:, ROWS, COLUMNS] = _numbers(path, lines, at, n_x)
+                at += n_x
+    return ContactFile(values, dx, ds, convex)
+
+
+def _header(path: Path, lines: TextIO) -> tuple[int, int, int, int, float, float]:
+    head = [line.split() for line in islice(lines, HEADER)]
+    try:
+        (n_matrix, convex), quasi, mirrored, (n_x, n_s, dx, ds) = (
+            [int(word) for word in head[0][:2]],
+            [int(word) for word in head[1][:2]],
+            [int(word) for word in head[2][:2]],
+            [kind(word) for kind, word in zip((int, int, float, float), head[3], strict=False)],
+        )
+    except (IndexError, ValueError) as error:
+        raise WrongInput(
+            f"{path}: the first {HEADER} lines must be n_matrix iaconvex / 0 312 / 1 0 / mx my dx dy"
+        ) from error
+    for k, (got, wanted) in enumerate(
+        (
+            (quasi, [NO_QUASI_IDENTITY, ORDER_OF_DIRECTIONS]),
+            (mirrored, [MIRRORED_IN_X, MIRRORED_IN_S]),
+        ),
+        start=2,
+    ):
+        if got != wanted:
+            raise WrongInput(f"{path}, line {k}: {got}; only {wanted} is read")
+    if n_matrix not in (1, n_s) or n_x < 1 or n_s < 1:
+        raise WrongInput(f"{path}: n_matrix = {n_matrix}, mx = {n_x}, my = {n_s}: n_matrix must be 1 or my")
+    return n_matrix, convex, n_x, n_s, dx, ds
+
+
+def _numbers(path: Path, lines: TextIO, at: int, n_x: int) -> list[list[float]]:
+    """The nine columns of n_x lines, the first of which has `at` lines before it."""
+    rows = []
+    for ix in range(n_x):
+        words = next(lines, "").split()
+        try:
+            numbers = [float(word) for word in words[2:]]
+        except ValueError:
+            numbers = []
+        if len(numbers) != len(NAMES) or words[0] != str(ix):
+            raise WrongInput(f"{path}, line {at + ix + 1}: expected ix = {ix}, x and nine numbers")
+        rows.append(numbers)
+    return rows

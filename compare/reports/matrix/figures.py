@@ -1,0 +1,40 @@
+"""Maps of an IC matrix: the nine responses to one loaded strip on the developed surface (x, s)."""
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.colors import SymLogNorm
+from matplotlib.figure import Figure
+
+from compare.pages.styles import RC
+from contact.grid_operator import PARITY
+from geometries.arrays import Array
+from geometries.grids import Grid
+from geometries.patches import DIRECTIONS
+
+DECADES = 3  # shown of each sign, below the largest value
+SMALLEST = 1e-9  # largest value of a map that is drawn as zero, of the largest of all
+
+
+def maps(title: str, unit: str, grid: Grid, strip: int, column: Array) -> Figure:
+    """Nine maps of values (3, 3, n_x, n_s) at lags of both signs, one colour scale."""
+    x = np.append(-grid.lags[:0:-1], grid.lags)
+    values = np.concatenate([PARITY[..., None, None] * column[:, :, :0:-1], column], axis=2)
+    largest = max(float(np.max(np.abs(values))), np.finfo(float).tiny)
+    norm = SymLogNorm(largest / 10**DECADES, vmin=-largest, vmax=largest)
+    with mpl.rc_context(RC | {"axes.grid": False}):
+        figure = Figure(figsize=(11, 8.2), layout="constrained")
+        rows = figure.subplots(3, 3, sharex=True, sharey=True)
+        for (i, j), axes in np.ndenumerate(rows):
+            shades = axes.pcolormesh(
+                x, grid.strips, values[i, j].T, norm=norm, cmap="RdBu_r", rasterized=True
+            )
+            axes.plot(0, grid.strips[strip], "k+", markersize=7)
+            zero = "  (0)" if np.max(np.abs(values[i, j])) <= SMALLEST * largest else ""
+            axes.set_title(f"{DIRECTIONS[i]}{DIRECTIONS[j]}{zero}", fontsize=9)
+        for axes in rows[-1]:
+            axes.set_xlabel("x [mm], observer − load")
+        for axes in rows[:, 0]:
+            axes.set_ylabel("s of the observer [mm]")
+        figure.colorbar(shades, ax=rows, label=unit, shrink=0.8)
+        figure.suptitle(title)
+        return figure

@@ -1,0 +1,47 @@
+"""What each variant costs and gives: error against seconds."""
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from compare.pages.styles import MARKERS, RC, STYLES, SYMBOLS
+from compare.results.compute import Results
+from compare.scenes.scene import Scene
+
+LEAST_DRAWN = 1e-6  # error: less is rounding
+
+
+def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
+    """Worst error of each variant over all lines against the seconds that it took, per body."""
+    scene = results.scene
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=(4.1 * len(scene.compared), 3.8), layout="constrained")
+        grid = figure.subplots(1, len(scene.compared), squeeze=False, sharey=True)[0]
+        for axes, body in zip(grid, scene.compared, strict=True):
+            of_body = errors.sel(body=body)
+            for variant in results.variants:
+                if not np.isnan(results.seconds[variant, body]):
+                    _draw_errors(axes, results.seconds[variant, body], of_body.sel(variant=variant), scene)
+            axes.set(title=body, xlabel=f"seconds for {len(results.points.x)} points [s]")
+        grid[0].set_ylabel("worst error over the lines [-],\none mark per component")
+        grid[0].legend()
+        return figure
+
+
+def _draw_errors(axes: Axes, seconds: float, of_variant: xr.Dataset, scene: Scene) -> None:
+    """A mark per component; hollow where C vanishes, whose errors are shares of 0.05 max |C_nn|."""
+    worst, name = of_variant.error.max("line"), str(of_variant.variant.item())
+    style = {"color": STYLES[name]["color"], "linestyle": "none", "marker": MARKERS[name]}
+    marked = [
+        (max(worst.sel(i=c[0], j=c[1]).item(), LEAST_DRAWN), bool(of_variant.vanishes.sel(i=c[0], j=c[1])))
+        for c in scene.components
+    ]
+    for gone, label in ((False, SYMBOLS[name]), (True, "_zeros")):
+        values = [value for value, vanishes in marked if vanishes == gone]
+        more = " (estimate; all its models)" if name == "C" and not gone else ""
+        fill = {"mfc": "none"} if gone else {}
+        axes.loglog([seconds] * len(values), values, label=label + more, **style, **fill)
+    if any(gone for _, gone in marked):
+        axes.set_title("hollow: C vanishes, share of 0.05 C_nn", loc="right", fontsize=7, color="grey", y=0.0)

@@ -1,0 +1,91 @@
+"""`femic run`: compute a scene and write its results, figures and report into a folder."""
+
+import logging
+from pathlib import Path
+
+import xarray as xr
+
+from compare.pages import sections, views
+from compare.pages.curves import curves
+from compare.pages.styles import save
+from compare.reports.scene import page as report
+from compare.reports.scene.fields import write_fields
+from compare.reports.scene.figures import error_against_seconds
+from compare.results import dataset as data
+from compare.results import folders
+from compare.results.compute import Results, compute
+from compare.scenes.scene import Scene
+from femic.means import DEFAULT, Means
+from femic.solid.engine import build_mesh
+
+log = logging.getLogger(__name__)
+
+
+def run_scene(scene: Scene, out: Path, means: Means = DEFAULT) -> Path:
+    """Compute the scene, write `ics.nc`, `errors.nc`, CSV, figures and `report.html`; returns its path.
+
+    Solved models are kept in the store: an interrupted run resumes behind the last of them.
+    """
+    folders.made(out)
+    results = compute(scene, means)
+    dataset = data.to_dataset(results)
+    errors = data.errors(results, dataset)
+    data.write(dataset, out / "ics.nc")
+    data.write(errors, out / "errors.nc")
+    data.write_curves(dataset, scene.components, out)
+    (out / "scene.toml").write_text(scene.text, encoding="utf-8")
+    path = out / "report.html"
+    path.write_text(
+        report.render(results, errors, draw(results, dataset, errors, out / "figures")), encoding="utf-8"
+    )
+    if scene.fields:
+        write_fields(results, out / "fields", means.watch)
+    return path
+
+
+def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path) -> dict[str, list[Path]]:
+    """All figures of the report as PNG files, by the part of the report that shows them."""
+    scene = results.scene
+    folder.mkdir(exist_ok=True)
+    return {
+        "scene": [
+            save(sections.sections(scene), folder / "sections.png"),
+            *(_draw_meshes if scene.settings.engine.has_fields else _draw_sections)(results, folder),
+        ],
+        "curves": [
+            save(curves(results, dataset, component), folder / f"curves_{component}.png")
+            for component in scene.components
+        ],
+        "cost": [save(error_against_seconds(results, errors), folder / "error_against_seconds.png")],
+    }
+
+
+def _draw_sections(results: Results, folder: Path) -> list[Path]:
+    """The section mesh of each solved body."""
+    paths = []
+    for name, found in results.references.items():
+        if found.drawn is None:
+            continue
+        figure = sections.section_mesh(*found.drawn, results.scene, name)
+        paths.append(save(figure, folder / f"mesh_{name}.png"))
+    return paths
+
+
+def _draw_meshes(results: Results, folder: Path) -> list[Path]:
+    """The mesh of each solved body in 3D if the machine can, and the surface mesh of the last."""
+    paths = []
+    in_3d = views.can_render()
+    if not in_3d:
+        log.warning(f"no 3D pictures of the meshes: {views.NO_RENDERING}. All other figures are drawn")
+    for name, job in results.jobs.items():
+        solid = build_mesh(job.request(results.references[name].level))
+        side = -1 if solid.half_section and job.patch.s < 0 else 1  # only s >= 0 is modelled
+        if in_3d:
+            paths.append(folder / f"mesh_{name}.png")
+            patch = job.body.surface.position(0.0, side * job.patch.s)
+            title = f"{name} body, {solid.mesh.nelements:,} cells"
+            vertices = solid.nodes[:, : solid.n_vertices]
+            views.draw_mesh(vertices, solid.mesh.t, patch, paths[-1], title=title)
+    surface = sections.surface_mesh(solid.trace.basis.mesh, results.scene, name, side=side)
+    paths.append(save(surface, folder / "mesh_surface.png"))
+    return paths

@@ -1,0 +1,1 @@
+"""The IC matrix of a scene: computed, checked, written strip by strip."""

@@ -1,0 +1,79 @@
+"""What a scene will take, and why; afterwards, what it took."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from compare.results.compute import jobs
+from compare.results.matrix.compute import matrix_jobs
+from compare.scenes.scene import Scene
+from femic.engine import Engine
+from femic.job import Job
+from femic.level import Level, factors
+from femic.matrix.job import MatrixJob
+from femic.models import Cost, Planned
+
+
+@dataclass(frozen=True)
+class Step:
+    """A model of a plan: its name, size of cells over the scene's, extent, and what it takes."""
+
+    name: str
+    engine: Engine
+    cells: float
+    far_radius: float
+    along_x: str
+    takes: Planned
+
+
+def run_steps(scene: Scene, workers: int) -> list[Step]:
+    """The models of `femic run`."""
+    steps = list(_steps(jobs(scene), workers, ""))
+    return steps + (list(_steps(jobs(scene.check), workers, "check, ")) if scene.check else [])
+
+
+def matrix_steps(scene: Scene, workers: int) -> list[Step]:
+    """The models of `femic matrix`."""
+    return list(_steps(matrix_jobs(scene), workers, ""))
+
+
+def _steps(asked: Mapping[str, Job] | Mapping[str, MatrixJob], workers: int, prefix: str) -> Iterator[Step]:
+    for name, job in asked.items():
+        engine = job.settings.engine
+        for model, level in Level().models(engine.models).items():
+            request = job.request(level)
+            body, takes = request.body, engine.planned(request, workers)
+            length = "endless" if np.isinf(body.xi_end) else f"{body.xi_end:.4g} mm"
+            yield Step(
+                f"{prefix}{name}, {model}",
+                engine,
+                factors(level)[0],
+                body.domain.far_radius,
+                "all round" if body.closed else length,
+                takes,
+            )
+
+
+def seconds(steps: list[Step], workers: int) -> float:
+    """Of all steps: models of engines that share a model among workers one by one, others side by side."""
+    return sum(step.takes.seconds / (1 if step.engine.shares_a_model else workers) for step in steps)
+
+
+def compared(steps: list[Step], costs: Mapping[str, Cost]) -> list[dict[str, str]]:
+    """What models were expected to take beside what they took."""
+    rows = []
+    for step in steps:
+        cost = costs.get(step.name)
+        if cost is not None:
+            wavenumbers = cost.solver.split(", ")[-1].split()[0] if step.takes.wavenumbers else "–"
+            rows.append(
+                {
+                    "name": step.name,
+                    "unknowns": f"{step.takes.unknowns:,} / {cost.unknowns:,}",
+                    "wavenumbers": f"{step.takes.wavenumbers or '–'} / {wavenumbers}",
+                    "seconds": f"{step.takes.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
+                    "memory": f"{step.takes.memory:.0f} / {cost.peak_memory:.0f}",
+                }
+            )
+    return rows

@@ -1,0 +1,233 @@
+"""Statements 5, 17, 18 and 19: how two bodies deviate, alone, together, near the load; how they turn."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from compare.pages.panels import Panel
+from compare.results.compute import Results
+from compare.studies.validation.criteria import (
+    FOLLOWS,
+    MUCH,
+    SATISFACTORY,
+    Criterion,
+    Statement,
+    of_bodies,
+    of_components,
+    of_geometries,
+    of_lines,
+    on_both,
+)
+from compare.studies.validation.curves import (
+    ACROSS,
+    ALONE,
+    BODIES,
+    CONVEX,
+    SHOWN,
+    STEEP,
+    THROUGH,
+    along,
+    curve,
+    line_of,
+    on_its_line,
+    panel,
+    unit,
+)
+from compare.studies.validation.runs import GEOMETRIES, Runs
+from compare.studies.validation.tangential import of_xx
+from femic.discount import FY, MOMENT
+from geometries.arrays import Array
+from geometries.patches import N, S
+
+CANCEL, ADD = ("nn", "ss", "xx", "xs"), ("xn", "sn")
+ON_THROUGH = ("nn", "ss", "xx", "xn")  # the others vanish on s = 0 by symmetry
+AT_LOAD, NEAR, FAR = 0.1, 0.25, (1.0, 2.0)  # reference lengths from the load
+SHOWN_NEAR = 1.0  # reference lengths
+
+
+def kept_of_both(results: Results, component: str) -> float:
+    """|sum of both bodies' C - A| over the sum of their norms, on all lines: 0 cancels, 1 adds."""
+    convex, concave = (
+        curve(results, "C", body, component) - curve(results, "A", body, component) for body in ALONE
+    )
+    return float(np.linalg.norm(convex + concave) / (np.linalg.norm(convex) + np.linalg.norm(concave)))
+
+
+def of_b_ss_across(results: Results, body: str) -> float:
+    """Largest |B_ss - C_ss| on the line along s, of max |C_ss| there."""
+    return on_its_line(results, "B", (body, "ss"), line_of(results, ACROSS))
+
+
+def opposite_in_ss(results: Results, way: str) -> float:
+    """Cosine between both bodies' C_ss - A_ss on the lines of a direction, "along x" or "along s"."""
+    lines = along(results, way[-1])
+    convex, concave = (
+        curve(results, "C", body, "ss", lines) - curve(results, "A", body, "ss", lines) for body in ALONE
+    )
+    return float(convex @ concave / (np.linalg.norm(convex) * np.linalg.norm(concave)))
+
+
+def from_half_space(results: Results, body: str, component: str) -> Array:
+    """(C - A) / A_nn of a body's component at every point, (n,)."""
+    c, a = (curve(results, variant, body, component) for variant in ("C", "A"))
+    return np.asarray((c - a) / curve(results, "A", body, "nn"))
+
+
+def at_load(results: Results, body: str, component: str) -> float:
+    """Largest |C - A| / A_nn on s = 0 within a tenth of the reference length."""
+    part, x = results.lines[THROUGH], line_of(results, THROUGH).x
+    near = np.abs(x) <= AT_LOAD * results.scene.reference_length
+    return float(np.max(np.abs(from_half_space(results, body, component)[part][near])))
+
+
+def near_over_far(results: Results, body: str, component: str) -> float:
+    """Largest |C - A| / A_nn within a quarter of the reference length over that one to two lengths away."""
+    length = results.scene.reference_length
+    r = np.hypot(results.points.x, results.points.s - results.scene.patch.s) / length
+    off = np.abs(from_half_space(results, body, component))
+    return float(np.max(off[r <= NEAR]) / np.max(off[(r >= FAR[0]) & (r <= FAR[1])]))
+
+
+def rotation(results: Results, body: str) -> float:
+    """Rotation about x that a unit lateral load at s = 0 is discounted for [1/N]."""
+    return float(results.references[body].discount[FY, MOMENT])
+
+
+def convex_share(results: Results) -> float:
+    """The convex body's part of both bodies' |discounted rotations|."""
+    sizes = {body: abs(rotation(results, body)) for body in ALONE}
+    return sizes[CONVEX] / sum(sizes.values())
+
+
+def rotations(runs: Runs) -> Mapping[str, float]:
+    """Discounted rotations, times E L^2."""
+
+    def scaled(results: Results, body: str) -> float:
+        return rotation(results, body) * unit(results) * results.scene.reference_length
+
+    return {f"rotation · E L²: {case}": value for case, value in of_bodies(scaled, ALONE)(runs).items()}
+
+
+def _sums(runs: Runs) -> list[Panel]:
+    results = runs.geometry(GEOMETRIES[0])
+    return [
+        panel(results, ("A",), (body, component), along(results, direction)[0])
+        for component, direction in (("nn", "s"), ("sn", "s"), ("xn", "x"))
+        for body in BODIES
+    ]
+
+
+def _bodies(results: Results) -> list[Panel]:
+    places = [("xx", THROUGH), ("ss", THROUGH), ("ss", ACROSS)]
+    return [
+        panel(results, ("A", "B"), (body, component), line_of(results, name)).beyond(STEEP)
+        for component, name in places
+        for body in ALONE
+    ]
+
+
+def _near(results: Results) -> list[Panel]:
+    """(C - A) / A_nn near the load: on s = 0, and on the line along s what vanishes there."""
+    drawn = ((THROUGH, ON_THROUGH), (ACROSS, ("xs", "sn")))
+    return [_off_half_space(results, body, line, c) for line, c in drawn for body in ALONE]
+
+
+def _off_half_space(results: Results, body: str, name: str, components: tuple[str, ...]) -> Panel:
+    line, length = line_of(results, name), results.scene.reference_length
+    shown = (line.running >= 0) & (line.running <= SHOWN_NEAR * length)
+    curves = {c: from_half_space(results, body, c)[results.lines[name]][shown] for c in components}
+    title = f"{results.scene.name}, {body}: {', '.join(components)} on {name}"
+    return Panel(title, f"{line.along} / L  [-]", line.running[shown] / length, "(C - A) / A_nn  [-]", curves)
+
+
+def _turning(results: Results) -> list[Panel]:
+    """C_sn before the discount and after it."""
+    line = line_of(results, ACROSS)
+    part = results.lines[line.name]
+    raw = {body: unit(results) * results.references[body].raw[S, N, part] for body in ALONE}
+    return [panel(results, (), (body, "sn"), line, {"C before the discount": raw[body]}) for body in ALONE]
+
+
+STATEMENTS = (
+    Statement(
+        5,
+        "Deviations of the two bodies from A cancel in nn, ss, xx, xs and add in xn, sn.",
+        (
+            Criterion(
+                "cancel",
+                "|sum of both deviations| / sum of their norms: nn, ss, xx, xs",
+                "<",
+                MUCH,
+                of_bodies(kept_of_both, CANCEL),
+            ),
+            Criterion("add", "the same: xn, sn", ">", 0.75, of_bodies(kept_of_both, ADD)),
+        ),
+        _sums,
+        columns=3,
+    ),
+    Statement(
+        17,
+        "Of the bodies alone C_xx deviates little from A_xx, and C_ss from A_ss to opposite sides; B_ss is "
+        "good along s.",
+        (
+            Criterion(
+                "xx",
+                "largest |A_xx - C_xx| on a line, of max |C_xx| there: body alone",
+                "<",
+                FOLLOWS,
+                of_bodies(of_xx, ALONE),
+            ),
+            Criterion(
+                "ss",
+                "cosine between both bodies' C_ss - A_ss",
+                "<",
+                -MUCH,
+                of_lines(opposite_in_ss, ("along x", "along s")),
+            ),
+            Criterion(
+                "B_ss",
+                "largest |B_ss - C_ss| at x = 1.6 mm, of max |C_ss| there",
+                "<",
+                FOLLOWS,
+                of_bodies(of_b_ss_across),
+            ),
+        ),
+        on_both(_bodies),
+    ),
+    Statement(
+        18,
+        "All ICs converge to those of the half-space near the load.",
+        (
+            Criterion(
+                "at the load",
+                "largest |C - A| / A_nn on s = 0, |x| ≤ 1 mm",
+                "<",
+                SATISFACTORY,
+                of_components(at_load, ON_THROUGH),
+            ),
+            Criterion(
+                "converge",
+                "largest |C - A| / A_nn up to 2.5 mm from the load over that at 10 to 20 mm",
+                "<",
+                MUCH,
+                of_components(near_over_far, SHOWN),
+            ),
+        ),
+        on_both(_near),
+    ),
+    Statement(
+        19,
+        "The rotation that is discounted is mostly that of the convex body.",
+        (
+            Criterion(
+                "convex",
+                "rotation of the convex body under a lateral load over the sum of both sizes",
+                ">",
+                MUCH,
+                of_geometries(convex_share),
+            ),
+        ),
+        on_both(_turning),
+        rotations,
+    ),
+)

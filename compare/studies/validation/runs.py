@@ -1,0 +1,98 @@
+"""The runs that statements are checked against, each computed when it is first asked for."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from approx.effective import EffectiveProperties
+from approx.variants import VARIANTS
+from compare.reports.calibration.fits import calibrate
+from compare.results.compute import Results, approximated, compute
+from compare.scenes.load import load_scene
+from compare.scenes.scene import Scene
+from femic.means import Means
+from geometries.patches import COMPONENTS
+
+GEOMETRIES = ("geometry1", "geometry2")
+TOLERANCE = 1e-3  # of C
+TIGHTEST, LOOSEST = 1e-4, 0.02
+OTHER_NU = {"geometry1": 0.30, "geometry2": 0.28}
+NEARLY_PLANE = 1e4  # radius [mm] of the arcs
+
+
+@dataclass(eq=False)
+class Runs:
+    """Scenes with C of all nine components and every variant, computed once each."""
+
+    means: Means
+    tolerance: float = TOLERANCE
+    done: dict[str, Results] = field(default_factory=dict)
+    fits: dict[str, Mapping[str, EffectiveProperties]] = field(default_factory=dict)
+
+    def geometry(self, name: str) -> Results:
+        """A geometry of the source."""
+        return self._once(name, lambda: self._compute(self._scene(name)))
+
+    def fitted(self, name: str) -> Results:
+        """The same with B-hat-prime, fitted to the geometry itself."""
+        return self._once(f"{name}, fitted", lambda: self._with_fit(self.geometry(name)))
+
+    def checked(self, name: str) -> Results:
+        """The same, its C also by the solid engine."""
+        return self._once(f"{name}, both engines", lambda: self._compute(self._scene(name, check=True)))
+
+    def other_nu(self, name: str) -> Results:
+        """A geometry with Poisson's ratio of the other one."""
+        nu = {"nu": OTHER_NU[name]}
+        return self._once(
+            f"{name}, nu = {OTHER_NU[name]:.2f}",
+            lambda: self._compute(self._scene(name, {"lower": nu, "upper": nu})),
+        )
+
+    def not_revolved(self) -> Results:
+        """Geometry 2, its wheel prismatic."""
+        prismatic = {"upper": {"rolling_radius": float("inf")}}
+        name = "geometry2, not revolved"
+        return self._once(
+            name, lambda: self._compute(replace(self._scene("geometry2", prismatic), name=name))
+        )
+
+    def plane(self) -> Results:
+        """Both bodies half-spaces."""
+        return self._once("flat", lambda: self._compute(self._scene("flat")))
+
+    def nearly_plane(self) -> Results:
+        """Geometry 1 with arcs of a very large radius."""
+        arc = {"contour": {"kind": "arc", "radius": NEARLY_PLANE, "flank_inclination_deg": 25.5}}
+        changes = {"lower": arc, "upper": arc, "reference_length": 10.0}
+        name = f"arcs of {NEARLY_PLANE / 1000:g} m"
+        return self._once(name, lambda: self._compute(replace(self._scene("geometry1", changes), name=name)))
+
+    def _once(self, name: str, make: Callable[[], Results]) -> Results:
+        if name not in self.done:
+            self.means.watch.on_stage(f"  {name}")
+            self.done[name] = make()
+        return self.done[name]
+
+    def _scene(self, name: str, changes: Mapping[str, Any] | None = None, *, check: bool = False) -> Scene:
+        engine = {"tolerance": self.tolerance, "check": check}
+        variants = [variant for variant in VARIANTS if variant != "Bhat_prime"]
+        asked = {"components": list(COMPONENTS), "variants": variants, "engine": engine}
+        return load_scene(name, asked | dict(changes or {}))
+
+    def _with_fit(self, results: Results) -> Results:
+        fit = self._fit(results.scene.name)
+        scene = replace(results.scene, effective=fit, variants=tuple(VARIANTS))
+        approximations, seconds = approximated(scene, results.points)
+        return replace(
+            results, scene=scene, approximations=approximations, seconds={**results.seconds, **seconds}
+        )
+
+    def _fit(self, name: str) -> Mapping[str, EffectiveProperties]:
+        """Effective properties fitted to C_xn of one load position."""
+        if name not in self.fits:
+            self.fits[name] = calibrate(self._scene(name), self.means).scene.effective
+        return self.fits[name]
+
+    def _compute(self, scene: Scene) -> Results:
+        return compute(scene, self.means)

@@ -1,0 +1,70 @@
+"""From numbers to verdicts: each statement with the criteria that it meets, and in which cases."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from compare.scenes.messages import in_keys
+from compare.studies.validation.criteria import Criterion, Statement
+from compare.studies.validation.curves import Measured
+from compare.studies.validation.runs import Runs
+from compare.studies.validation.statements import STATEMENTS
+from geometries.errors import Failure, WrongInput
+
+REPRODUCED, NOT_REPRODUCED, DEPENDS = "reproduced", "not reproduced", "depends"
+NOT_DECIDED = "not decided"
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A statement with its numbers."""
+
+    statement: Statement
+    measured: Measured
+    failed: str = ""  # why nothing could be measured
+
+    @property
+    def number(self) -> int:
+        """That of the statement."""
+        return self.statement.number
+
+    @property
+    def verdict(self) -> str:
+        """Reproduced if every criterion is met in every case, not if none is in any; else it depends."""
+        if self.failed:
+            return NOT_DECIDED
+        met = [criterion.met(value) for criterion, _, value in self.numbers]
+        if all(met):
+            return REPRODUCED
+        return DEPENDS if any(met) else NOT_REPRODUCED
+
+    @property
+    def numbers(self) -> Iterator[tuple[Criterion, str, float]]:
+        """Every criterion, case and value."""
+        for criterion in () if self.failed else self.statement.criteria:
+            for case, value in self.measured.values[criterion.name].items():
+                yield criterion, case, value
+
+    @property
+    def unmet(self) -> list[tuple[Criterion, str, float]]:
+        """Where it fails."""
+        return [
+            (criterion, case, value) for criterion, case, value in self.numbers if not criterion.met(value)
+        ]
+
+
+def judge(number: int, runs: Runs) -> Judged:
+    """Numbers a statement, and judge it; not decided where C cannot be had."""
+    statement = STATEMENTS[number]
+    try:
+        return Judged(statement, statement.measured(runs))
+    except Failure as error:
+        return Judged(statement, Measured({}), in_keys(error))
+
+
+def chosen(only: Iterable[int] | None) -> tuple[int, ...]:
+    """The statements asked for, all by default; raises WrongInput for others."""
+    asked = tuple(dict.fromkeys(only)) if only is not None else tuple(STATEMENTS)
+    unknown = [number for number in asked if number not in STATEMENTS]
+    if unknown or not asked:
+        raise WrongInput(f"--only {' '.join(map(str, unknown)) or '?'}: give some of 1 to {len(STATEMENTS)}")
+    return asked

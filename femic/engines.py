@@ -1,0 +1,12 @@
+"""All engines by name: a new one is a folder with a record, and a line here."""
+
+from collections.abc import Mapping
+from typing import Literal
+
+from femic.engine import Engine
+from femic.harmonic.record import HARMONIC
+from femic.solid.record import SOLID
+
+EngineName = Literal["harmonic", "solid"]
+
+ENGINES: Mapping[EngineName, Engine] = {"harmonic": HARMONIC, "solid": SOLID}

@@ -1,0 +1,42 @@
+"""Models of the harmonic engine solved one after the other, each by parallel threads, and kept."""
+
+from collections.abc import Iterator, Sequence
+
+from femic.accuracy import NotConverged
+from femic.harmonic.engine import solve
+from femic.harmonic.entry import KeptWaves, from_entry, to_entry
+from femic.harmonic.expected import expected_wavenumbers
+from femic.harmonic.request import HarmonicRequest
+from femic.means import Means, Solved, Step, Task
+
+
+def solve_tasks(tasks: Sequence[Task], means: Means) -> Iterator[Solved]:
+    """Solve models; an interrupted run resumes behind the last wavenumber that was finished."""
+    for task in tasks:
+        yield _solved(task, means)
+
+
+def _solved(task: Task, means: Means) -> Solved:
+    request: HarmonicRequest = task.request
+    key = means.store.key("harmonic", *request.determined_by)
+    entry = means.store.get(key)
+    if entry is not None:
+        return Solved(task, from_entry(entry, request), kept=True)
+    means.watch.on_step(Step(task, "mesh and assembly"))
+    expected = _expected(request)
+    responses = solve(
+        request,
+        task.most_unknowns,
+        workers=means.workers,
+        progress=lambda solved: means.watch.on_step(Step(task, "first wavenumbers", solved, expected)),
+        kept=KeptWaves(means.store, key),
+    )
+    means.store.put(key, to_entry(responses))
+    return Solved(task, responses, kept=False)
+
+
+def _expected(request: HarmonicRequest) -> int | None:
+    try:
+        return expected_wavenumbers(request)
+    except NotConverged:  # of the half-space: the body itself will tell
+        return None

@@ -1,0 +1,125 @@
+"""What C is wanted of: a body, a load, components, points, and how accurately."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from approx.halfspace import HalfSpace
+from femic.accuracy import FLOOR
+from femic.discount import Condition, DiscountRule, conditions, observers
+from femic.engine import Engine, Specification
+from femic.level import Level, factors
+from femic.meshing.cell_size import Cells
+from femic.models import Points, SolverChoice
+from geometries.arrays import Array
+from geometries.bodies import Body
+from geometries.materials import one_body
+from geometries.patches import DIRECTIONS, Load, N, Patch
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How C is computed: by which engine, how accurately, and where M is fitted (`femic.discount`) [mm].
+
+    `cells` are those to start with, by default what the tolerance needs. No model may have more than
+    `most_unknowns`. `solver` is that of the solid engine.
+    """
+
+    engine: Engine
+    tolerance: float = 0.01
+    cells: Cells | None = None
+    most_unknowns: int = 1_000_000
+    rotation_reach: float = 20.0
+    moment_arm: float = 5.0
+    solver: SolverChoice = "auto"
+
+    def rule(self, a: float, b: float) -> DiscountRule:
+        """How M is fitted with loads on patches of these half-sides [mm]."""
+        return DiscountRule(a, b, self.rotation_reach, self.moment_arm)
+
+    def first_cells(self, patch: Patch) -> Cells:
+        """The cells to start with."""
+        return self.cells or self.engine.tuned.cells_for(self.tolerance, patch)
+
+
+@dataclass(frozen=True)
+class Job:
+    """The reference ICs of one body.
+
+    `lines` says which points lie on which line: tolerance and estimates refer to the scale of refinement of
+    a line.
+    """
+
+    body: Body
+    patch: Patch
+    components: tuple[str, ...]
+    points: Points
+    lines: Mapping[str, slice]
+    settings: Settings
+
+    @property
+    def first_cells(self) -> Cells:
+        """The cells to start with."""
+        return self.settings.first_cells(self.patch)
+
+    @property
+    def loads(self) -> tuple[Load, ...]:
+        """The loads whose displacements are asked for, by some engines those of C_ji, too.
+
+        Their loads share a factorisation, and the error of C_ij is estimated by that of C_ji, too (`pooled`):
+        then the estimate does not depend on what else is asked for.
+        """
+        asked = set(self.components)
+        if self.settings.engine.both_loads:
+            asked |= {component[::-1] for component in asked}
+        return tuple(Load(self.patch, direction) for direction in directions_of(asked))
+
+    @property
+    def rule(self) -> DiscountRule:
+        """How M is fitted."""
+        return self.settings.rule(self.patch.a, self.patch.b)
+
+    @property
+    def half_space_nn(self) -> Array:
+        """A_nn at the points per unit total load [mm/N], shape (n,)."""
+        half_space = HalfSpace(one_body(self.body.material, self.body.side))
+        s = self.points.s - self.patch.s
+        return half_space.ics(self.patch, self.points.x, s)[N, N] / self.patch.area
+
+    @property
+    def fit(self) -> list[Condition]:
+        """What determines M."""
+        return conditions(self.body, self.rule, self.loads)
+
+    @property
+    def solved_loads(self) -> tuple[Load, ...]:
+        """The job's own loads first, then what else M needs."""
+        of_fit = (load for condition in self.fit for load in condition.loads)
+        return tuple(dict.fromkeys([*self.loads, *of_fit]))
+
+    def request(self, level: Level) -> Any:
+        """The model at a level, as the job's engine takes it."""
+        return self.settings.engine.request(self.specification(level))
+
+    def specification(self, level: Level) -> Specification:
+        """The model at a level: the job's own points first, then where M is fitted."""
+        extra = observers(self.body, self.rule, self.fit)
+        cells, domain = factors(level)
+        nn = self.half_space_nn
+        return Specification(
+            self.body.enlarged(domain),
+            self.solved_loads,
+            Points(np.append(self.points.x, extra.x), np.append(self.points.s, extra.s)),
+            self.first_cells.scaled(cells),
+            self.settings.tolerance,
+            FLOOR * min(float(np.max(nn[line])) for line in self.lines.values()),
+            level.waves,
+            self.settings.solver,
+        )
+
+
+def directions_of(components: Iterable[str]) -> tuple[int, ...]:
+    """Load directions that the components ("xn": displacement x due to traction n) need."""
+    return tuple(sorted({DIRECTIONS.index(component[1]) for component in components}))

@@ -1,0 +1,119 @@
+"""What an IC matrix is wanted of: a body, a grid, and how accurately."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from approx.halfspace import HalfSpace
+from femic.accuracy import FLOOR
+from femic.discount import Condition, DiscountRule, conditions, observers
+from femic.engine import Tuned
+from femic.harmonic.record import FAR_RADIUS
+from femic.harmonic.request import HarmonicRequest, waves_for
+from femic.job import Settings
+from femic.level import TRUNCATION_ORDER, Level, factors
+from femic.meshing.cell_size import Cells
+from femic.models import Points
+from geometries.arrays import Array
+from geometries.bodies import Body
+from geometries.grids import Grid
+from geometries.materials import one_body
+from geometries.patches import Load, N, Patch, S, X
+
+CELLS_PER_HALF_STRIP, GROWTH_OF_CELLS = 2, 0.55  # displacements are read at the centres of strips only
+WAVES = 4.0  # expected error of the interpolation between wavenumbers over what it turns out to be
+FAR_OVER_HALF_WIDTH = 600.0  # of the grid
+HIGHEST_OF_FIT = 6 * np.pi  # wavenumber, times the least half-side: M must be right to more digits than C
+
+
+def _cells(patch: Patch) -> Cells:
+    return Cells(patch.b / CELLS_PER_HALF_STRIP, GROWTH_OF_CELLS, GROWTH_OF_CELLS)
+
+
+TUNED = Tuned(tolerance=0.001, cells=_cells, coarsest=1.25)
+
+
+def far_radius_for(tolerance: float, grid: Grid) -> float:
+    """Radius [mm] of the far arc that is likely to meet a tolerance: in proportion to the grid."""
+    half = grid.n_s * grid.ds / 2
+    closer = TUNED.tighter(tolerance) ** (1 / TRUNCATION_ORDER)
+    return max(FAR_RADIUS, FAR_OVER_HALF_WIDTH * half) * closer
+
+
+@dataclass(frozen=True)
+class MatrixJob:
+    """The IC matrix of one body, by the harmonic engine; the scale of errors: `femic.matrix.columns`."""
+
+    body: Body
+    grid: Grid
+    settings: Settings
+
+    @property
+    def first_cells(self) -> Cells:
+        """The cells to start with."""
+        cells = TUNED.cells_for(self.settings.tolerance, self.grid.patch(0))
+        return self.settings.cells or cells
+
+    @property
+    def strip_loads(self) -> tuple[Load, ...]:
+        """Unit loads on every strip in every direction."""
+        patches = [self.grid.patch(strip) for strip in range(self.grid.n_s)]
+        return tuple(Load(patch, direction) for patch in patches for direction in (X, S, N))
+
+    @property
+    def rule(self) -> DiscountRule:
+        """How M is fitted."""
+        return self.settings.rule(self.grid.dx / 2, self.grid.ds / 2)
+
+    @cached_property
+    def fit(self) -> list[Condition]:
+        """What determines M."""
+        return conditions(self.body, self.rule, self.strip_loads)
+
+    @property
+    def fit_loads(self) -> tuple[Load, ...]:
+        """The loads of these conditions."""
+        return tuple(dict.fromkeys(load for condition in self.fit for load in condition.loads))
+
+    @property
+    def fit_points(self) -> Points:
+        """Where these conditions look."""
+        return observers(self.body, self.rule, self.fit)
+
+    def request(self, level: Level) -> HarmonicRequest:
+        """The model at a level: all strips as loads and observers, and what M needs."""
+        cells, domain = factors(level)
+        strips, extra = self.grid.strips, self.fit_points
+        points = Points(
+            np.append(np.full_like(strips, self.grid.lags[-1]), extra.x), np.append(strips, extra.s)
+        )
+        loads = tuple(dict.fromkeys([*self.strip_loads, *self.fit_loads]))
+        relative, larger = waves_for(self.settings.tolerance, WAVES, level.waves)
+        return HarmonicRequest(
+            self.body.enlarged(domain),
+            loads,
+            points,
+            self.first_cells.scaled(cells),
+            relative * self._least_scales(loads, np.unique(points.s)),
+            larger * HIGHEST_OF_FIT,
+            even_strips=True,
+            exact=tuple(dict.fromkeys(load.patch for load in self.fit_loads)),
+        )
+
+    def half_space_nn(self, x: ArrayLike, s: ArrayLike) -> Array:
+        """A_nn per unit load [mm/N] at distances x, s [mm]."""
+        half_space = HalfSpace(one_body(self.body.material, self.body.side))
+        patch = Patch(self.grid.dx / 2, self.grid.ds / 2)
+        return half_space.ics(patch, x, s)[N, N] / self.grid.area
+
+    def _least_scales(self, loads: Sequence[Load], s: Array) -> Array:
+        """Least scale of errors [mm/N], (load, 1, len(s)); of M's conditions the least A_nn of all."""
+        of_load = np.array([load.patch.s for load in loads])
+        scales = FLOOR * self.half_space_nn(0.0, s - of_load[:, None])
+        of_fit = np.array([load in self.fit_loads for load in loads])
+        fitted = np.ix_(of_fit, np.isin(s, self.fit_points.s))
+        scales[fitted] = np.min(scales) / FLOOR
+        return scales[:, None]

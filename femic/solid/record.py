@@ -1,0 +1,50 @@
+"""The record of the solid engine."""
+
+from femic.engine import Engine, Limits, Tuned
+from femic.estimate import SAFETY
+from femic.meshing.cell_size import Cells
+from femic.models import RawICs
+from femic.solid.plan import planned
+from femic.solid.request import SolidRequest, request_for
+from femic.solid.tasks import solve_tasks
+from geometries.patches import Patch
+
+CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
+FAR_RADIUS = 320.0  # mm
+
+
+def _least_side(patch: Patch) -> float:
+    return min(patch.a, patch.b)
+
+
+def _cells(patch: Patch) -> Cells:
+    return Cells(_least_side(patch) / CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH)
+
+
+def _far_radius(_tolerance: float) -> float:
+    return FAR_RADIUS
+
+
+def _displacements(_request: SolidRequest, solved: RawICs) -> RawICs:
+    return solved
+
+
+SOLID = Engine(
+    name="solid",
+    describes="solid: quadratic tetrahedra",
+    models=("fine", "coarse", "small"),
+    safety=SAFETY,
+    growth_of_unknowns=2.7,
+    tuned=Tuned(tolerance=0.01, cells=_cells, coarsest=3.0),
+    far_radius=_far_radius,
+    least_side=_least_side,
+    limits=Limits(nu=0.49, aspect=10.0, rolling_radius=50.0, inclination=75.0, distance=1e3),
+    endless=False,
+    both_loads=False,
+    shares_a_model=False,
+    has_fields=True,
+    request=request_for,
+    solve=solve_tasks,
+    displacements=_displacements,
+    planned=planned,
+)

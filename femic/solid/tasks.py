@@ -1,0 +1,55 @@
+"""Models of the solid engine solved in parallel processes, and kept."""
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
+from functools import partial
+
+import xarray as xr
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+from femic.means import Means, Solved, Step, Task
+from femic.models import RawICs, cost_from
+from femic.solid.engine import raw_ics
+from femic.work.processes import in_processes
+from femic.work.store import Store
+from geometries.errors import Failure
+
+
+def solve_tasks(tasks: Sequence[Task], means: Means) -> Iterator[Solved]:
+    """Solve models, and yield them as they finish; an interrupted run resumes behind the last one."""
+    store, new = means.store, []
+    for task in tasks:
+        entry = store.get(_key(task, store))
+        if entry is None:
+            new.append(task)
+        else:
+            yield Solved(task, RawICs(entry.u.values, cost_from(entry.attrs["cost"])), kept=True)
+    begun, workers = _begun(new, means.watch.on_step), means.workers
+    try:
+        yield from in_processes(partial(_solved, store=store), begun, workers)
+    except TerminatedWorkerError as error:
+        raise Failure(
+            f"one of {workers} worker processes ended without an answer. It was killed, most likely for "
+            "memory: use fewer (`workers` = 1) or larger cells (`growth`, `line_growth`). Or the "
+            "mesher crashed, which it does at the same place with one process too: change the cells a "
+            "little (`smallest_cell`, `growth`). Finished models are kept"
+        ) from error
+
+
+def _begun(tasks: Sequence[Task], on_step: Callable[[Step], None]) -> Iterator[Task]:
+    """Tasks as processes take them: each is worked at from then on."""
+    for task in tasks:
+        on_step(Step(task, "solid engine at work"))
+        yield task
+
+
+def _key(task: Task, store: Store) -> str:
+    return store.key("solid", task.request)
+
+
+def _solved(task: Task, store: Store) -> Solved:
+    raw = raw_ics(task.request, task.most_unknowns)
+    u = xr.Variable(("load", "i", "point"), raw.u, {"units": "mm/N"})
+    store.put(_key(task, store), xr.Dataset({"u": u}, attrs={"cost": json.dumps(asdict(raw.cost))}))
+    return Solved(task, raw, kept=False)

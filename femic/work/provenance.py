@@ -1,0 +1,47 @@
+"""What a stored model depends on besides its inputs: this code and the libraries it ran with."""
+
+import ast
+import hashlib
+import platform
+from collections.abc import Iterable
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+LIBRARIES = ("gmsh", "numpy", "pyamg", "scikit-fem", "scipy")
+PACKAGES = ("geometries", "approx", "femic")
+Documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python, femic and the libraries that determine a result."""
+    return {"python": platform.python_version()} | {name: version(name) for name in ("femic", *LIBRARIES)}
+
+
+@cache
+def code_digest() -> str:
+    """Short digest of what determines a model: models of other code are not mistaken for ours."""
+    root = Path(__file__).parents[2]
+    return digest_of((root / package for package in PACKAGES), versions())
+
+
+def digest_of(folders: Iterable[Path], *facts: object) -> str:
+    """Short digest of facts and of what the Python files in some folders do, by their names and order.
+
+    Words do not count: neither comments nor docstrings, nor how the code is laid out.
+    """
+    digest = hashlib.sha256(repr(facts).encode())
+    for folder in folders:
+        for source in sorted(folder.rglob("*.py")):
+            digest.update(f"\n{folder.name}/{source.relative_to(folder).as_posix()}\n".encode())
+            digest.update(_meaning(source.read_text(encoding="utf-8")).encode())
+    return digest.hexdigest()[:12]
+
+
+def _meaning(code: str) -> str:
+    """The syntax tree without docstrings."""
+    tree = ast.parse(code)
+    for node in ast.walk(tree):
+        if isinstance(node, Documented) and ast.get_docstring(node, clean=False) is not None:
+            del node.body[0]
+    return ast.dump(tree)
