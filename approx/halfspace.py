@@ -18,7 +18,7 @@ from geometries.patches import Patch
 
 @dataclass(frozen=True)
 class Element:
-    """How the traction is distributed about an element: its integrals at points and at lags of a grid."""
+    """A distribution of the traction about an element: its integrals at points and at lags of a grid."""
 
     at_points: Callable[[Patch, Array, Array], Array]
     at_lags: Callable[[Patch, int, int], Array]
@@ -34,7 +34,7 @@ ELEMENTS: Mapping[str, Element] = MappingProxyType(
 
 @dataclass(frozen=True)
 class HalfSpace:
-    """One body or both as half-spaces: elastic constants, the element's traction, and what varies in A'."""
+    """One body or both as half-spaces: elastic constants, the element's traction, effective properties."""
 
     constants: ElasticConstants
     element: str = "uniform"
@@ -48,14 +48,17 @@ class HalfSpace:
         """A per unit pressure [mm/MPa] at observers (x, s) [mm] relative to the patch centre.
 
         Shape (3, 3, *broadcast(x, s).shape): displacement i due to traction j, directions x, s, n.
-        Relative errors below 1e-14 everywhere (bilinear: docs/analytic.md); zeros of symmetry are exact.
+        Relative errors are below 1e-14 everywhere (bilinear: docs/analytic.md); zeros of symmetry are exact.
         Raises WrongInput for points that are not finite or do not broadcast. Source: [BVSV] section 2,
         Kalker (1990).
         """
         return nine(self.constants, self._integrals(patch, *observers(x, s)))
 
     def effective_ics(self, patch: Patch, x: ArrayLike, s: ArrayLike) -> Array:
-        """A' likewise. Raises WrongInput where no effective properties are given."""
+        """A' [mm/MPa], with the arguments and the shape of `ics`.
+
+        Raises WrongInput also where no effective properties are given.
+        """
         if self.effective is None:
             raise WrongInput("effective properties: give those of B-hat-prime (far, r_inf, m, n)")
         x, s = observers(x, s)
@@ -73,24 +76,25 @@ class HalfSpace:
         return nine(self.constants, ELEMENTS[self.element].at_lags(patch, n_x, n_s))
 
     def _integrals(self, patch: Patch, x: Array, s: Array) -> Array:
+        """Integrals of the kernels [mm], shape (5, *x.shape)."""
         checked_lengths(patch, x, s)
         return ELEMENTS[self.element].at_points(patch, x, s)
 
 
 def nine(constants: ElasticConstants, integrals: Array) -> Array:
-    """The components made of I_xx, I_ss, I_xs, J_x, J_s (5, ...), design section 3; shape (3, 3, ...)."""
+    """ICs [mm/MPa], shape (3, 3, ...), from I_xx, I_ss, I_xs, J_x, J_s [mm] (5, ...): design section 3."""
     scale = constants.factor / (2 * np.pi * constants.G)
     I_xx, I_ss, I_xs, J_x, J_s = integrals
     nn = scale * (1 - constants.nu) * (I_xx + I_ss)
-    out = np.empty((3, 3, *nn.shape))
-    out[0, 0] = nn + scale * constants.nu * I_xx
-    out[1, 1] = nn + scale * constants.nu * I_ss
-    out[0, 1] = out[1, 0] = scale * constants.nu * I_xs
-    out[2, 0] = scale * constants.mismatch_k * J_x
-    out[2, 1] = scale * constants.mismatch_k * J_s
-    out[:2, 2] = -out[2, :2]
-    out[2, 2] = nn
-    return out
+    ics = np.empty((3, 3, *nn.shape))
+    ics[0, 0] = nn + scale * constants.nu * I_xx
+    ics[1, 1] = nn + scale * constants.nu * I_ss
+    ics[0, 1] = ics[1, 0] = scale * constants.nu * I_xs
+    ics[2, 0] = scale * constants.mismatch_k * J_x
+    ics[2, 1] = scale * constants.mismatch_k * J_s
+    ics[:2, 2] = -ics[2, :2]
+    ics[2, 2] = nn
+    return ics
 
 
 def observers(x: ArrayLike, s: ArrayLike) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Approximations on a grid: the ICs of all pairs of elements, by their lag along x and both strips."""
+"""Approximations on a grid: ICs of all pairs of elements, by their lag along x and their strips."""
 
 import numpy as np
 
@@ -13,6 +13,6 @@ def column(variant: str, solid: Solid | Pair, grid: Grid, strip: int) -> Array:
 
 
 def matrix(variant: str, solid: Solid | Pair, grid: Grid) -> Array:
-    """The IC matrix [mm/MPa], (n_x, n_s, n_s, 3, 3): lag, observing and loaded strip, direction of each."""
+    """The IC matrix [mm/MPa], (n_x, n_s, n_s, 3, 3): lag, observing and loaded strip, their directions."""
     columns = [column(variant, solid, grid, strip) for strip in range(grid.n_s)]
     return np.moveaxis(np.stack(columns), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))

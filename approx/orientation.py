@@ -40,7 +40,7 @@ class Turn:
 
 
 def turn_about_x(alpha: ArrayLike) -> Turn:
-    """R_x(alpha)."""
+    """The turn R_x(alpha) about the x axis, alpha in rad."""
     half = np.asarray(alpha, dtype=float) / 2
     return Turn(np.array([np.cos(half), np.sin(half), 0 * half, 0 * half]))
 
@@ -61,21 +61,21 @@ def turn_between(surface: Surface, points: tuple[Array, Array], s_load: float) -
 
 
 def matmul(left: Array, right: Array) -> Array:
-    """Matrix product over the first two axes."""
+    """Matrix product over the first two axes, shape (3, 3, ...)."""
     return np.einsum("ik...,kj...->ij...", left, right)
 
 
 def load_turned(a: Array, turn: Turn) -> Array:
-    """B = A T: the load is turned into the observer's directions."""
+    """B = A T: the load is turned into the observer's directions; shape and unit of A."""
     return matmul(a, turn.matrix)
 
 
 def observer_turned(a: Array, turn: Turn) -> Array:
-    """B-bar = T A: the displacement is turned."""
+    """B-bar = T A: the displacement is turned; shape and unit of A."""
     return matmul(turn.matrix, a)
 
 
 def both_turned(a: Array, turn: Turn) -> Array:
-    """B-hat = S A S, S = T^(1/2): half each; keeps reciprocity."""
+    """B-hat = S A S, S = T^(1/2): load and displacement are turned by half each, which keeps reciprocity."""
     half = turn.half.matrix
     return matmul(matmul(half, a), half)

@@ -18,7 +18,7 @@ Points = tuple[ArrayLike, ArrayLike]
 
 @dataclass(frozen=True)
 class Solid:
-    """A body as approximations see it; `effective`: what its B-hat-prime is made of."""
+    """A body for approximations; `effective` are the properties of its B-hat-prime."""
 
     material: Material
     surface: Surface
@@ -30,19 +30,19 @@ class Solid:
         return one_body(self.material, self.surface.side)
 
     def approximate(self, variant: str, patch: Patch, points: Points) -> Array:
-        """ICs of this body per unit pressure [mm/MPa], as `approx.variants.approximate`."""
+        """ICs of this body per unit pressure [mm/MPa], shape (3, 3, ...): `approx.variants.approximate`."""
         half_space = HalfSpace(self.constants, effective=self.effective)
         return approximate(variant, half_space, self.surface, patch, points)
 
     def curvature(self, patch: Patch, points: Points) -> Array:
-        """What its curvature along x adds to B-hat [mm/MPa]; 0 of a prismatic body."""
+        """Part of B-hat [mm/MPa] by the curvature of the body along x, shape (3, 3, ...); 0 if prismatic."""
         prismatic = Solid(self.material, self.surface.prismatic)
         return self.approximate("Bhat", patch, points) - prismatic.approximate("Bhat", patch, points)
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Upper and lower body; `effective`: what the combined B-hat-prime is made of."""
+    """Upper and lower body; `effective` are the properties of their combined B-hat-prime."""
 
     upper: Solid
     lower: Solid
@@ -55,28 +55,29 @@ class Pair:
         return both_bodies(self.upper.material, self.lower.material)
 
     def approximate(self, variant: str, patch: Patch, points: Points) -> Array:
-        """ICs of both bodies per unit pressure [mm/MPa]: their sum, each with its own turns.
+        """ICs per unit pressure [mm/MPa], shape (3, 3, ...): the sum over both bodies, each with its turns.
 
         Where combined effective properties are given, B-hat-prime and xn, nx of the mix are those of the
-        combined constants on the contour of the lower body: the properties stand for everything else, also
-        for the curvature of wheels along x. With `curvature_apart` what that adds to B-hat of each body is
-        added. Source: [BVSV] section 4, design section 2.
+        combined constants on the contour of the lower body. The properties stand for everything else, also
+        for the curvature of wheels along x; with `curvature_apart` the effect of this curvature on B-hat of
+        each body is added instead. Source: [BVSV] section 4, design section 2.
         """
         if variant == "Bhat_prime" and self.effective:
             return self._effective(patch, points)
-        both = [body.approximate(variant, patch, points) for body in (self.upper, self.lower)]
-        total = np.sum(both, axis=0)
+        body_ics = [body.approximate(variant, patch, points) for body in (self.upper, self.lower)]
+        total = np.sum(body_ics, axis=0)
         if variant == "mix" and self.effective:
             total[COUPLING] = self._effective(patch, points)[COUPLING]
         return np.asarray(total)
 
     def _effective(self, patch: Patch, points: Points) -> Array:
+        """B-hat-prime by the combined effective properties [mm/MPa]."""
         half_space = HalfSpace(self.constants, effective=self.effective)
         prismatic = approximate("Bhat_prime", half_space, self.lower.surface.prismatic, patch, points)
         return prismatic + self.curvature(patch, points) if self.curvature_apart else prismatic
 
     def curvature(self, patch: Patch, points: Points) -> Array:
-        """What the bodies' curvature along x adds to B-hat [mm/MPa]."""
+        """Part of B-hat [mm/MPa] by the curvature of both bodies along x, shape (3, 3, ...)."""
         return self.upper.curvature(patch, points) + self.lower.curvature(patch, points)
 
     def has_effective(self, body: str) -> bool:

@@ -1,7 +1,7 @@
-"""Integrals of the half-space kernels over a rectangle, to the last digit everywhere.
+"""Integrals of the half-space kernels over a rectangle, exact to rounding everywhere.
 
-The sums of logarithms over the corners that textbooks give cancel: far away they lose digits like
-r^2 / (a b), and beside the patch in other ways. Here
+The sums of logarithms over the corners in textbooks suffer from cancellation: far away they lose digits in
+proportion to r^2 / (a b), and they lose digits beside the patch. Here
 
 - kernels are even or odd in X and in S = observer minus loaded point, so that each integral is a sum
   of integrals of one sign over rectangles in the quadrant X, S >= 0 (`_straddling`);
@@ -23,7 +23,7 @@ from geometries.errors import WrongInput
 from geometries.patches import Patch
 
 XX, SS, XS, JX, JS = range(5)  # rows of the arrays of integrals
-IN_CACHE = 16384  # points worked on at a time (measured: docs/analytic.md)
+IN_CACHE = 16384  # number of points worked on at a time (measured: docs/analytic.md)
 LENGTHS = 1e-70, 1e70  # mm; coordinates may also be smaller, or 0
 BELOW_ONE = np.nextafter(1.0, 0.0)
 
@@ -47,7 +47,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Distances:
-    """From the observer to the ends of the two sides of a rectangle at S.low (0) and at S.high (1)."""
+    """Distances from the observer to the ends of the two sides of a rectangle at S.low (0) and S.high (1)."""
 
     low: tuple[Array, Array]  # at X.low, on side 0 and 1
     high: tuple[Array, Array]  # at X.high
@@ -57,7 +57,7 @@ class Distances:
 
 @dataclass(frozen=True)
 class Rectangle:
-    """X x S in the first quadrant, the distances along its sides, and ln(R00 R11 / (R01 R10))."""
+    """The rectangle X x S in the first quadrant, the distances along its sides, ln(R00 R11 / (R01 R10))."""
 
     X: Interval
     S: Interval
@@ -67,12 +67,12 @@ class Rectangle:
 
     @property
     def swapped(self) -> "Rectangle":
-        """The same with x and s exchanged."""
+        """The rectangle with x and s exchanged."""
         return Rectangle(self.S, self.X, self.along_s, self.along_x, self.log_ratio)
 
 
 def rectangle(X: Interval, S: Interval, R: tuple[Array, Array, Array, Array]) -> Rectangle:
-    """From the distances R00, R01, R10, R11 of the corners: first index X, second S."""
+    """The rectangle X x S from the distances R00, R01, R10, R11 of its corners: first index X, second S."""
     R00, R01, R10, R11 = R
     q, r = R01 * R10, R11 * R00
     return Rectangle(
@@ -85,6 +85,7 @@ def rectangle(X: Interval, S: Interval, R: tuple[Array, Array, Array, Array]) ->
 
 
 def _distances(g: Array, low: tuple[Array, Array], high: tuple[Array, Array]) -> Distances:
+    """Distances along one direction, with their sums and differences."""
     total = low[0] + high[0], low[1] + high[1]
     return Distances(low, high, total, (g / total[0], g / total[1]))
 
@@ -99,58 +100,58 @@ def over(X: Interval, S: Interval) -> Rectangle:
 # --- over a rectangle of the first quadrant ----------------------------------------------------------
 
 
-def fill(out: Array, at: Rectangle) -> None:
-    """I_xx, I_ss, I_xs, J_x, J_s into an array of shape (5, ...)."""
-    turned = at.swapped
-    out[XX], out[SS] = even_even(at), even_even(turned)
-    out[XS] = odd_odd(at)
-    out[JX], out[JS] = odd_even(at), odd_even(turned)
+def fill(out: Array, rect: Rectangle) -> None:
+    """Write I_xx, I_ss, I_xs, J_x, J_s [mm] into an array of shape (5, ...)."""
+    swapped = rect.swapped
+    out[XX], out[SS] = even_even(rect), even_even(swapped)
+    out[XS] = odd_odd(rect)
+    out[JX], out[JS] = odd_even(rect), odd_even(swapped)
 
 
-def even_even(at: Rectangle) -> Array:
+def even_even(rect: Rectangle) -> Array:
     """Integral of X^2/R^3: S1 D(S1) - S0 D(S0), D(S) = asinh(X1/S) - asinh(X0/S).
 
     Written as h D(S1) + S0 (D(S1) - D(S0)), h = S1 - S0.
     """
-    X0, X1, along = at.X.low, at.X.high, at.along_x
-    R01, (R10, R11), (step0, step1) = along.low[1], along.high, along.difference
-    low, high = at.along_s.total
-    D1 = np.arcsinh(at.X.g / (X1 * R01 + X0 * R11))
+    X0, X1, along_x = rect.X.low, rect.X.high, rect.along_x
+    R01, (R10, R11), (step0, step1) = along_x.low[1], along_x.high, along_x.difference
+    low, high = rect.along_s.total
+    D1 = np.arcsinh(rect.X.g / (X1 * R01 + X0 * R11))
     further = X1 + R10
-    defect = (step0 + step1) * further + low * (at.X.length + step0)
-    Q = at.S.g * defect / (high * further * low * (X0 + R01))
-    return at.S.length * D1 + at.S.low * _log1m(Q)
+    defect = (step0 + step1) * further + low * (rect.X.length + step0)
+    Q = rect.S.g * defect / (high * further * low * (X0 + R01))
+    return rect.S.length * D1 + rect.S.low * _log1m(Q)
 
 
-def odd_odd(at: Rectangle) -> Array:
+def odd_odd(rect: Rectangle) -> Array:
     """Integral of XS/R^3: R01 + R10 - R00 - R11."""
-    total, (step0, step1) = at.along_x.total, at.along_s.difference
-    return at.X.g * (step0 + step1) / (total[0] * total[1])
+    total, (step0, step1) = rect.along_x.total, rect.along_s.difference
+    return rect.X.g * (step0 + step1) / (total[0] * total[1])
 
 
-def odd_even(at: Rectangle) -> Array:
+def odd_even(rect: Rectangle) -> Array:
     """Integral of X/R^2: S1 L(S1) - S0 L(S0) + X1 A(X1) - X0 A(X0).
 
     L(S) = ln(R(X1, S) / R(X0, S)), A(X) = atan(S1/X) - atan(S0/X); differences as in `even_even`.
     """
-    X0, X1, w, h = at.X.low, at.X.high, at.X.length, at.S.length
-    P, XX = at.S.low * at.S.high, X0 * X1
-    L1 = np.log1p(at.X.g / at.along_x.low[1] ** 2) / 2
-    nearer, further, hX1 = X0 * X0 + P, X1 * X1 + P, h * X1
-    A1 = np.arctan2(hX1, further)
-    turn = np.arctan2(h * w * (P - XX), further * nearer + h * X0 * hX1)
-    return h * L1 + at.S.low * at.log_ratio + w * A1 + X0 * turn
+    X0, X1, w, h = rect.X.low, rect.X.high, rect.X.length, rect.S.length
+    P, X0_X1 = rect.S.low * rect.S.high, X0 * X1
+    L1 = np.log1p(rect.X.g / rect.along_x.low[1] ** 2) / 2
+    near_term, far_term, hX1 = X0 * X0 + P, X1 * X1 + P, h * X1
+    A1 = np.arctan2(hX1, far_term)
+    angle = np.arctan2(h * w * (P - X0_X1), far_term * near_term + h * X0 * hX1)
+    return h * L1 + rect.S.low * rect.log_ratio + w * A1 + X0 * angle
 
 
 def _log1m(Q: Array) -> Array:
-    """ln(1 - Q), finite at Q = 1: there S0 or X0 before it is 0, or nothing beside the other terms."""
+    """ln(1 - Q), finite at Q = 1, where its factor S0 or X0 is 0 or negligible beside the other terms."""
     return np.log1p(-np.minimum(Q, BELOW_ONE))
 
 
 def checked_lengths(patch: Patch, x: Array, s: Array) -> None:
     """Raise WrongInput where half-sides or coordinates are beyond `LENGTHS`."""
     least, most = min(patch.a, patch.b), max(patch.a, patch.b)
-    furthest = max(float(np.max(np.abs(at), initial=0.0)) for at in (x, s))
+    furthest = max(float(np.max(np.abs(coordinates), initial=0.0)) for coordinates in (x, s))
     if least < LENGTHS[0] or max(most, furthest) > LENGTHS[1]:
         raise WrongInput(
             f"lengths from {least:g} to {max(most, furthest):g} mm: only {LENGTHS[0]:g} ... {LENGTHS[1]:g} "
@@ -176,7 +177,7 @@ def over_rectangle(patch: Patch, x: Array, s: Array) -> Array:
 
 
 def with_signs(integrals: Array, x: Array, s: Array) -> Array:
-    """The integrals at (x, s), of both signs, given those at (|x|, |s|); changes its argument."""
+    """The integrals at (x, s) of any sign, from those at (|x|, |s|), (5, ...) [mm]; changes its argument."""
     sign_x, sign_s = np.sign(x), np.sign(s)
     integrals[XS] *= sign_x * sign_s
     integrals[JX] *= sign_x
@@ -185,7 +186,7 @@ def with_signs(integrals: Array, x: Array, s: Array) -> Array:
 
 
 def _quadrant(out: Array, patch: Patch, x: Array, s: Array) -> None:
-    """Observers at x, s >= 0: beside the patch in both directions, and the others."""
+    """Write the integrals for observers at x, s >= 0, beside the patch in both directions or not."""
     straddles = (x < patch.a) | (s < patch.b)
     if straddles.any():
         beside = ~straddles
@@ -198,12 +199,12 @@ def _quadrant(out: Array, patch: Patch, x: Array, s: Array) -> None:
 
 
 def _beside(x: Array, half: float) -> Interval:
-    """The patch as seen by an observer beside it."""
+    """The interval of the patch as seen by an observer beside it."""
     return Interval(x - half, x + half, np.full_like(x, 2 * half))
 
 
 def _folded(x: Array, half: float) -> Interval:
-    """Where an odd kernel does not cancel: |x - half| ... x + half."""
+    """The interval in which an odd kernel does not cancel: |x - half| ... x + half."""
     return Interval(np.abs(x - half), x + half, 2 * np.minimum(x, half))
 
 
@@ -217,16 +218,16 @@ def _parts(x: Array, half: float) -> Iterator[tuple[Interval, Array]]:
 
 
 def _straddling(patch: Patch, x: Array, s: Array) -> Array:
-    """Observers between the edge lines of the patch."""
+    """The integrals for observers between the edge lines of the patch, shape (5, n)."""
     out = np.zeros((5, len(x)))
     odd_x, odd_s = _folded(x, patch.a), _folded(s, patch.b)
     out[XS] = odd_odd(over(odd_x, odd_s))
     for X, weight in _parts(x, patch.a):
         out[JS] += weight * odd_even(over(odd_s, X))
-        for S, other in _parts(s, patch.b):
-            at = over(X, S)
-            out[XX] += weight * other * even_even(at)
-            out[SS] += weight * other * even_even(at.swapped)
+        for S, weight_s in _parts(s, patch.b):
+            rect = over(X, S)
+            out[XX] += weight * weight_s * even_even(rect)
+            out[SS] += weight * weight_s * even_even(rect.swapped)
     for S, weight in _parts(s, patch.b):
         out[JX] += weight * odd_even(over(odd_x, S))
     return out
@@ -236,7 +237,7 @@ def _straddling(patch: Patch, x: Array, s: Array) -> Array:
 
 
 def over_lags(patch: Patch, n_x: int, n_s: int) -> Array:
-    """The same integrals at the lags (2 a k, 2 b l) of a grid of such patches, shape (5, n_x, n_s).
+    """The integrals of `over_rectangle` [mm] at the lags (2 a k, 2 b l) of a grid of patches, (5, n_x, n_s).
 
     k = 0 ... n_x - 1, l = 0 ... n_s - 1; negative lags by parity. Each corner is evaluated once.
     """
@@ -254,7 +255,7 @@ def over_lags(patch: Patch, n_x: int, n_s: int) -> Array:
 
 
 def _edges(half: float, n: int) -> Interval:
-    """The patches at lags 0 ... n - 1 along one axis, of the first one the half at positive X."""
+    """Intervals of the patches at lags 0 ... n - 1 along one axis; of the first only the half X > 0."""
     high = half * (2 * np.arange(n, dtype=np.float64) + 1)
     length = np.full_like(high, 2 * half)
     length[0] = half
@@ -262,7 +263,7 @@ def _edges(half: float, n: int) -> Interval:
 
 
 def _grid(X: Interval, S: Interval) -> Rectangle:
-    """Adjoining rectangles, each distance taken once."""
+    """Adjoining rectangles, for which each distance is evaluated once."""
     x, s = np.append(X.low[0], X.high)[:, None], np.append(S.low[0], S.high)
     R = np.sqrt(x * x + s * s)
     return rectangle(X[:, None], S, (R[:-1, :-1], R[:-1, 1:], R[1:, :-1], R[1:, 1:]))

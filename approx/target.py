@@ -1,4 +1,4 @@
-"""What effective properties are fitted to: ICs at points, with weights and how well they are known."""
+"""The target of a fit of effective properties: ICs at points, with weights and errors."""
 
 from dataclasses import dataclass, replace
 
@@ -10,8 +10,8 @@ from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import DIRECTIONS, Patch
 
-FEWEST = 8  # points
-SPREAD = 1.5  # least of the largest over the smallest distance
+FEWEST = 8  # least number of points
+SPREAD = 1.5  # least ratio of the largest to the smallest distance
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,12 +19,12 @@ class Target:
     """ICs that B-hat-prime is to reproduce.
 
     `ics` (n_components, n) per unit pressure [mm/MPa] of `components` such as "xn" at observers (x, s) [mm],
-    (n,) each, x from the load, s from the contact centre; `error`, of a shape that broadcasts to the same:
-    how well they are known; `weights` (n,) by which deviations are multiplied. `solid` is a body or a
-    pair without effective properties.
+    (n,) each, x from the load, s from the contact centre; `error` [mm/MPa], of a shape that broadcasts to the
+    same, is that of `ics`; deviations are multiplied by `weights` (n,). `solid` is a body or a pair without
+    effective properties.
 
-    Raises WrongInput for shapes that do not fit, what is not finite, weights below 0, fewer than `FEWEST`
-    points that count, points at one distance only, and components that are 0 at all of them.
+    Raises WrongInput for shapes that do not fit, values that are not finite, weights below 0, fewer than
+    `FEWEST` points that count, points at one distance only, and components that are 0 at all of them.
     """
 
     solid: Solid | Pair
@@ -44,11 +44,16 @@ class Target:
                 raise WrongInput(f"{component}: all of its ICs are 0; choose other points or components")
 
     def _check_arrays(self) -> None:
-        n = np.shape(self.x)
-        for name, shape in {"s": n, "weights": n, "ics": (len(self.components), *n)}.items():
-            found = np.shape(getattr(self, name))
-            if found != shape:
-                raise WrongInput(f"{name} of shape {found}: {shape} is needed")
+        """Raise WrongInput for shapes that do not fit and values that are not finite."""
+        points_shape = np.shape(self.x)
+        for name, shape in {
+            "s": points_shape,
+            "weights": points_shape,
+            "ics": (len(self.components), *points_shape),
+        }.items():
+            actual_shape = np.shape(getattr(self, name))
+            if actual_shape != shape:
+                raise WrongInput(f"{name} of shape {actual_shape}: {shape} is needed")
         try:
             np.broadcast_to(self.error, np.shape(self.ics))
         except ValueError as error:
@@ -61,6 +66,7 @@ class Target:
                 raise WrongInput(f"{name}: {np.sum(~np.isfinite(values))} of {values.size} not finite")
 
     def _check_distances(self) -> None:
+        """Raise WrongInput for weights below 0, too few points, and points at one distance only."""
         counted = int(np.sum(self.weights > 0))
         if np.any(self.weights < 0) or counted < FEWEST:
             raise WrongInput(f"weights: {counted} points count; give {FEWEST} or more, no weight below 0")
@@ -75,48 +81,52 @@ class Target:
 
     @property
     def r(self) -> Array:
-        """Distances from the load [mm], (n,)."""
+        """Distances from the load [mm], shape (n,)."""
         return np.hypot(self.x, self.s - self.patch.s)
 
     @property
     def scales(self) -> Array:
-        """Largest IC of each component [mm/MPa], (n_components, 1)."""
+        """Largest |IC| of each component [mm/MPa], shape (n_components, 1)."""
         return np.max(np.abs(self.ics[:, self.weights > 0]), axis=1, keepdims=True)
 
     @property
     def apart(self) -> Array:
-        """What of B-hat-prime does not depend on effective properties [mm/MPa]: a wheel's curvature, or 0."""
+        """Part of B-hat-prime that does not depend on effective properties [mm/MPa], shape of `ics`.
+
+        It is that of the curvature of wheels, or 0.
+        """
         solid = self.solid
         if not (isinstance(solid, Pair) and solid.curvature_apart):
             return np.zeros(np.shape(self.ics))
         return self._components(solid.curvature(self.patch, (self.x, self.s)))
 
     def of(self, effective: EffectiveProperties) -> Array:
-        """The same ICs by B-hat-prime with effective properties."""
+        """The same ICs by B-hat-prime with effective properties [mm/MPa], shape of `ics`."""
         solid = replace(self.solid, effective=effective)
         return self._components(solid.approximate("Bhat_prime", self.patch, (self.x, self.s)))
 
     def by(self, variant: str) -> Array:
-        """The same ICs by a variant without effective properties."""
+        """The same ICs by a variant without effective properties [mm/MPa], shape of `ics`."""
         return self._components(self.solid.approximate(variant, self.patch, (self.x, self.s)))
 
     def _components(self, ics: Array) -> Array:
+        """The components of the target, (n_components, n), among all ICs (3, 3, n)."""
         rows, columns = zip(*(indices(component) for component in self.components), strict=True)
         return np.asarray(ics[list(rows), list(columns)])
 
 
 def indices(component: str) -> tuple[int, int]:
-    """Of the displacement and the traction of a component such as "xn"."""
+    """Indices of the displacement and of the traction of a component such as "xn"."""
     names: list[str] = [*DIRECTIONS]
     return names.index(component[0]), names.index(component[1])
 
 
 def pointwise_k(target: Target) -> Array:
-    """K [-] at each point, (n_components, n), with which B-hat-prime is the target; NaN: at no K."""
-    at_r0 = float(np.min(target.r[target.r > 0]))
+    """K [-] with which B-hat-prime is the target, shape (n_components, n); NaN where no K does."""
+    r_min = float(np.min(target.r[target.r > 0]))
 
     def with_k(value: float) -> Array:
-        return target.of(EffectiveProperties(mismatch_k=Transition(value, at_r0, 1.0, 1.0)))
+        return target.of(EffectiveProperties(mismatch_k=Transition(value, r_min, 1.0, 1.0)))
 
-    base, slope = with_k(0.0), with_k(1.0) - with_k(0.0)
-    return (target.ics - base) / np.where(slope == 0, np.nan, slope)
+    at_zero, slope = with_k(0.0), with_k(1.0) - with_k(0.0)
+    return (target.ics - at_zero) / np.where(slope == 0, np.nan, slope)

@@ -1,4 +1,4 @@
-"""The registry of approximations: one name, one formula, one symbol; and the one function to call."""
+"""The registry of approximations by name, with their formulas and symbols; `approximate` computes them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ from geometries.errors import WrongInput
 from geometries.patches import N, Patch, S, X
 from geometries.surfaces import Surface
 
-COUPLING = ((X, N), (N, X))  # index of xn and nx
+COUPLING = ((X, N), (N, X))  # indices of xn and nx
 
 
 class Symmetry(Enum):
-    """What the ICs of exact elasticity keep, and an approximation may lose."""
+    """Symmetries of the ICs of exact elasticity, which an approximation may lose."""
 
     RECIPROCITY = "IC(J, I) = IC(I, J)^T"
     SIGNS = "sx = xs, nx = -xn, ns = -sn at each point of a prismatic surface (Betti on a plane)"
@@ -32,7 +32,7 @@ MIRRORS = frozenset({Symmetry.PARITY, Symmetry.MIRROR})
 
 @dataclass(frozen=True, eq=False)
 class Ingredients:
-    """What approximations are made of: half-spaces at the observers, and turns of the directions."""
+    """Ingredients of approximations: ICs of half-spaces at the observers, and turns of the directions."""
 
     half_space: HalfSpace
     surface: Surface
@@ -42,12 +42,12 @@ class Ingredients:
 
     @property
     def a(self) -> Array:
-        """A, (3, 3, ...)."""
+        """A [mm/MPa], shape (3, 3, ...)."""
         return self.half_space.ics(self.patch, self.x, self.s - self.patch.s)
 
     @property
     def a_prime(self) -> Array:
-        """A', of the effective properties."""
+        """A' by the effective properties [mm/MPa], shape (3, 3, ...)."""
         return self.half_space.effective_ics(self.patch, self.x, self.s - self.patch.s)
 
     @property
@@ -58,7 +58,7 @@ class Ingredients:
 
 @dataclass(frozen=True)
 class Variant:
-    """An approximation."""
+    """An approximation; `keeps` are the symmetries that it keeps."""
 
     symbol: str
     meaning: str
@@ -66,15 +66,15 @@ class Variant:
     keeps: frozenset[Symmetry]
 
 
-def _mixed(of: Ingredients) -> Array:
-    """B-hat; sn from B, ns from B-bar, its reciprocal; xn and nx from B-hat-prime, without it from A."""
-    a, turn = of.a, of.turn
-    out = both_turned(a, turn)
-    coupling = both_turned(of.a_prime, turn) if of.half_space.effective else a
-    out[S, N] = load_turned(a, turn)[S, N]
-    out[N, S] = observer_turned(a, turn)[N, S]
-    out[COUPLING] = coupling[COUPLING]
-    return out
+def _mixed(ingredients: Ingredients) -> Array:
+    """B-hat with sn of B, ns of B-bar, and xn, nx of B-hat-prime or, without effective properties, of A."""
+    a, turn = ingredients.a, ingredients.turn
+    ics = both_turned(a, turn)
+    coupling = both_turned(ingredients.a_prime, turn) if ingredients.half_space.effective else a
+    ics[S, N] = load_turned(a, turn)[S, N]
+    ics[N, S] = observer_turned(a, turn)[N, S]
+    ics[COUPLING] = coupling[COUPLING]
+    return ics
 
 
 VARIANTS: Mapping[str, Variant] = MappingProxyType(
@@ -101,11 +101,11 @@ def approximate(
     """ICs per unit pressure [mm/MPa] at surface points (x, s) [mm], shape (3, 3, *broadcast(x, s).shape).
 
     Index order: displacement, traction; local directions x, s, n of observer and load. x counts from the
-    load, s from the contact centre. `half_space` is one body or both; `surface` says how the directions
-    turn, for both bodies that of the lower one. Errors: those of the half-space, 1e-14 of the largest
-    component; what a variant keeps, it keeps to rounding. Raises WrongInput for an unknown variant, for
-    points that are not finite, and for B-hat-prime without effective properties. Source: [BVSV]
-    sections 3 and 4, design section 3.
+    load, s from the contact centre. `half_space` is one body or both; `surface` says how the directions turn,
+    for both bodies that of the lower one. Errors are those of the half-space, 1e-14 of the largest component;
+    the symmetries that a variant keeps hold to rounding. Raises WrongInput for an unknown variant, for points
+    that are not finite, and for B-hat-prime without effective properties. Source: [BVSV] sections 3 and 4,
+    design section 3.
     """
     if variant not in VARIANTS:
         raise WrongInput(f"variant = {variant!r}: one of {', '.join(VARIANTS)}")

@@ -17,8 +17,9 @@ from time import perf_counter
 
 import numpy as np
 
-from compare.results.compute import Results, compute, jobs, refinement_shares_of
+from compare.results.compute import Results, compute, jobs
 from compare.results.matrix.compute import matrix_jobs
+from compare.results.shares import refinement_shares_of
 from compare.scenes.load import load_scene
 from femic.accuracy import component_of
 from femic.harmonic.engine import raw_ics

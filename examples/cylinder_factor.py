@@ -19,8 +19,9 @@ from approx.halfspace import HalfSpace
 from approx.orientation import load_turned, turn_between
 from approx.pair import Solid
 from compare.pages.styles import STYLES, SYMBOLS
-from compare.results.compute import Results, compute, shares_of
+from compare.results.compute import Results, compute
 from compare.results.dataset import errors, to_dataset
+from compare.results.shares import shares_of
 from compare.scenes.load import load_scene
 from femic.means import Means
 from femic.work.store import Store

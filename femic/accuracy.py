@@ -1,9 +1,9 @@
-"""The scale of refinement: what a tolerance is a share of.
+"""The scale of refinement, of which a tolerance is a share.
 
-max |error of C| over a line, divided by the larger of max |C_ij| and 0.05 max |C_nn| on that line, body by
-body. The floor is against 0/0: without it components that vanish, or nearly do, would ask for endless
-cells. It is no measure of approximations: what they lack of a small C is a share of C itself, see
-`compare.results.measure`. Design section 2.
+The error of a component on a line is max |error of C|, divided by the larger of max |C_ij| and 0.05 max
+|C_nn| on that line, body by body. The floor keeps components that vanish, or nearly do, from asking for
+endless cells. The scale does not measure approximations: their errors are shares of C itself, however small C
+is, see `compare.results.measure`. Source: design section 2.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from geometries.arrays import Array
 from geometries.errors import Failure
 from geometries.patches import DIRECTIONS
 
-FLOOR = 0.05
+FLOOR = 0.05  # least scale as a share of max |C_nn| on the line
 
 
 class NotConverged(Failure):
@@ -24,12 +24,12 @@ class NotConverged(Failure):
 
 
 def line_scale(c_line: Array, nn_line: Array) -> Array:
-    """Scale of refinement, (3, 3), of ICs (3, 3, n) on a line; nn_line (n,) is C_nn there."""
+    """Scale of refinement [mm/N] on a line, shape (3, 3), of ICs (3, 3, n) there; nn_line (n,) is C_nn."""
     return np.maximum(np.max(np.abs(c_line), axis=-1), FLOOR * np.max(np.abs(nn_line)))
 
 
 def line_errors(difference: Array, c_line: Array, nn_line: Array) -> Array:
-    """Largest share of it per component on a line, shape (3, 3), of an error of C (3, 3, n)."""
+    """Largest error per component on a line as a share of its scale, shape (3, 3); errors: (3, 3, n)."""
     return np.asarray(np.max(np.abs(difference), axis=-1) / line_scale(c_line, nn_line))
 
 
@@ -41,11 +41,11 @@ def component_of(values: NDArray[Any], component: str) -> float:
 
 @dataclass(frozen=True)
 class Shares:
-    """How large an estimated error is at worst, on the scale of refinement: parts and their sum."""
+    """Largest estimated errors on the scale of refinement: of the parts, and of their sum."""
 
     mesh: float
     truncation: float
     waves: float
     total: float
-    component: str  # where the sum is worst
-    line: str
+    component: str  # the component whose sum is worst
+    line: str  # the line on which it is

@@ -1,4 +1,4 @@
-"""C at points: the ICs of one loaded patch, as accurate as asked."""
+"""C at points: the ICs of one loaded patch, refined until they are as accurate as asked for."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,41 +15,44 @@ from femic.refinement import Assessed, converged
 def references(
     jobs: Mapping[str, Job], means: Means = DEFAULT, *, combined: bool = False
 ) -> dict[str, Reference]:
-    """Solve all jobs, refining each until its estimate meets its tolerance; `combined`: their sum's too.
+    """Solve all jobs and refine each until its estimate meets its tolerance.
 
-    Solved models are kept in the store, where the next run of the same code finds them.
-    Raises WrongInput for points outside a model, NotConverged where the tolerance would need a
-    larger model than the job allows.
+    With `combined` the estimate of the sum of the bodies must meet it, too. Solved models are kept in the
+    store, where the next run of the same code finds them. Raises WrongInput for points outside a model,
+    NotConverged where the tolerance would need a larger model than the job allows.
     """
     return converged(AtPoints(jobs, combined), means)
 
 
 @dataclass(frozen=True)
 class AtPoints:
-    """What `femic.refinement` drives."""
+    """The ICs of bodies at points, as a problem of `femic.refinement`."""
 
     jobs: Mapping[str, Job]
     combined: bool
 
     def read(self, name: str, solved: Solved) -> RawICs:
-        """Displacements at the points."""
+        """The displacements of a solved model at the points."""
         return self.jobs[name].settings.engine.displacements(solved.task.request, solved.model)
 
     def combine(self, name: str, level: Level, models: Mapping[Level, RawICs]) -> Reference:
-        """C of a body."""
+        """C of a body at a level, from the displacements of its models."""
         return combine(self.jobs[name], level, models)
 
-    def assess(self, found: Mapping[str, Reference]) -> Assessed:
-        """Estimated errors."""
-        return assess(self.jobs, found, combined=self.combined)
+    def assess(self, references: Mapping[str, Reference]) -> Assessed:
+        """The estimated errors of the references."""
+        return assess(self.jobs, references, combined=self.combined)
 
 
-def assess(jobs: Mapping[str, Job], found: Mapping[str, Reference], *, combined: bool) -> Assessed:
-    """Estimated errors of references, `combined`: of their sum, too."""
-    own = {name: shares(job, found[name].c, scales([job], found[name].c.ic)) for name, job in jobs.items()}
+def assess(jobs: Mapping[str, Job], references: Mapping[str, Reference], *, combined: bool) -> Assessed:
+    """Estimated errors of references and, with `combined`, of their sum."""
+    own_shares = {
+        name: shares(job, references[name].c, scales([job], references[name].c.ic))
+        for name, job in jobs.items()
+    }
     if not combined:
-        return Assessed(own)
-    c = total([reference.c for reference in found.values()])
+        return Assessed(own_shares)
+    c = total([reference.c for reference in references.values()])
     scale = scales(list(jobs.values()), c.ic)
-    in_combined = {name: shares(job, found[name].c, scale) for name, job in jobs.items()}
-    return Assessed(own, shares(next(iter(jobs.values())), c, scale), in_combined)
+    combined_shares = {name: shares(job, references[name].c, scale) for name, job in jobs.items()}
+    return Assessed(own_shares, shares(next(iter(jobs.values())), c, scale), combined_shares)

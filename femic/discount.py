@@ -1,19 +1,21 @@
-"""The rigid-body discount: what a far support adds to the displacements, and its subtraction.
+"""The rigid-body discount: the rigid motion that a far support allows, and its subtraction.
 
-Far from the contact a body moves rigidly, by a symmetric compliance. D[I, J] is subtracted: the displacement
-at I of the rigid motion that a unit load at J causes. M is that compliance, one symmetric matrix per body: of
-forces along x, y, z and the moment about the x axis, all at the contact centre. On a prismatic body
-D = Phi(I)^T M Phi(J), where Phi carries a unit load to these forces.
+Far from the contact a load moves the body rigidly. D[I, J], the displacement at I by the rigid motion that a
+unit load at J causes, is subtracted from the displacements. M is the compliance of these motions, one
+symmetric matrix per body: under forces along x, y, z and a moment about the x axis, all at the contact
+centre. On a prismatic body D = Phi(I)^T M Phi(J), where Phi takes a unit load to these forces and this
+moment.
 
-A body of revolution moves rigidly in its own way, which looks the same from all places along x. Five
-motions do: a translation in the plane of rolling, alike in x and z (M_zz); a spin about the axle, which moves
-each point along x in proportion to its radius (M_xx - M_zz at the contact centre); a translation along y; a
-tilt of the axle, alike about x and z (M_yphi / R_roll); one that comes with the first translation
-(M_yz / R_roll). With these D is rigid for each load, reciprocal, and a function of the lag. M has two entries
-more, phi-phi and z-phi: what tilts of the axle leave of them turns the load's section about its contact
-centre. Seen from elsewhere that is rigid but for a translation along y, the turn times the height of the
-observer's contact centre over the load's. It is left out: with it, D would not be reciprocal, or loads at the
-contact centre would depend on phi-phi. Source: [BVSV] section 5.1, design section 4.
+The rigid motions of a body of revolution must look the same from all positions along x. Five of them do: a
+translation in the plane of rolling, alike in x and z (M_zz); a spin about the axle, which moves each point
+along x in proportion to its radius (M_xx - M_zz at the contact centre); a translation along y; a tilt of the
+axle, alike about x and z (M_yphi / R_roll); a tilt that comes with the first translation (M_yz / R_roll).
+With these, D is rigid for each load, reciprocal, and a function of the lag. M has two more entries, phi-phi
+and z-phi. The tilts of the axle cover a part of them; the rest turns the load's section about its contact
+centre. Seen from another position this turn is rigid except for a translation along y, the turn times the
+height of the observer's contact centre over the load's. This translation is left out: with it, D would not be
+reciprocal, or loads at the contact centre would depend on phi-phi. Source: [BVSV] section 5.1, design section
+4.
 """
 
 from collections.abc import Callable, Mapping
@@ -30,9 +32,9 @@ from geometries.bodies import Body
 from geometries.materials import one_body
 from geometries.patches import Load, N, Patch, S, X
 
-FX, FY, FZ, MOMENT = range(4)  # of M; generalized forces are these,
-TURN, SPIN = 4, 5  # a moment about z, one about the axle
-ENTRIES = (  # of M that are not always 0
+FX, FY, FZ, MOMENT = range(4)  # rows and columns of M; the first generalized forces
+TURN, SPIN = 4, 5  # further generalized forces: a moment about z, a moment about the axle
+ENTRIES = (  # entries of M that are not always 0
     (FX, FX),
     (FY, FY),
     (FZ, FZ),
@@ -42,14 +44,17 @@ ENTRIES = (  # of M that are not always 0
     (FZ, MOMENT),
 )
 AXES = ("x", "y", "z", "phi")
-ELEMENTS_AWAY = 3  # centre to centre, where C_jj must equal A_jj
+ELEMENTS_AWAY = 3  # distance in elements, centre to centre, at which C_jj must equal A_jj
 NEAR, RIGHT, LEFT = range(3)  # the first points of `DiscountRule.points`
-BESIDE = {+1: (3, 4), -1: (5, 6)}  # those on both sides of the moment load at +-moment_arm
+BESIDE_LOAD = {+1: (3, 4), -1: (5, 6)}  # the points on both sides of the moment load at +-moment_arm
 
 
 @dataclass(frozen=True)
 class DiscountRule:
-    """Where M is fitted: loads at s = 0 and `moment_arm`, observers at +-rotation_reach [mm]."""
+    """Where M is fitted: loads at s = 0 and +-moment_arm, observers up to s = +-rotation_reach [mm].
+
+    Loads are uniform over patches of half-sides a, b [mm].
+    """
 
     a: float
     b: float
@@ -57,19 +62,22 @@ class DiscountRule:
     moment_arm: float
 
     def load(self, direction: int, s: float = 0.0) -> Load:
-        """A load of the rule."""
+        """The unit load in a direction at arc length s [mm]."""
         return Load(Patch(self.a, self.b, s), direction)
 
     def moment_load(self, side: int = 1) -> Load:
-        """A normal load that turns the body about x."""
+        """The normal load at s = side * moment_arm, which turns the body about x."""
         return self.load(N, side * self.moment_arm)
 
     def points(self, body: Body) -> Points:
-        """Three elements away along x, s = +-reach, and as far on both sides of each moment load."""
+        """The observers: 3 elements away along x, at s = +-rotation_reach, beside both moment loads.
+
+        The last ones lie `rotation_reach` from the moment loads, or less where the contour ends earlier.
+        """
         low, high = body.contour.extent
-        beside = min(self.rotation_reach, high - self.moment_arm, -low - self.moment_arm)
-        around = [side * self.moment_arm + d for side in (1, -1) for d in (beside, -beside)]
-        s = np.array([0.0, self.rotation_reach, -self.rotation_reach, *around])
+        distance = min(self.rotation_reach, high - self.moment_arm, -low - self.moment_arm)
+        beside_loads = [side * self.moment_arm + d for side in (1, -1) for d in (distance, -distance)]
+        s = np.array([0.0, self.rotation_reach, -self.rotation_reach, *beside_loads])
         x = np.zeros_like(s)
         x[NEAR] = ELEMENTS_AWAY * 2 * self.a
         return Points(x, s)
@@ -86,36 +94,42 @@ class Condition:
 
 
 def rigid_part(m: Array, body: Body, points: Points, load: Load) -> Array:
-    """D [mm/N] of a load at the points, shape (3, n)."""
+    """D [mm/N] of a unit load at the points, shape (3, n)."""
     return discount(m, motions(body, points, load.patch.s))[:, load.direction]
 
 
 def discount(m: Array, unit: Array) -> Array:
-    """D [mm/N] of a body whose compliance is M, from its `motions`, shape (3, 3, n)."""
+    """D [mm/N] of a body whose compliance is M, from its `motions` (`unit`), shape (3, 3, n)."""
     return np.tensordot([m[entry] for entry in ENTRIES], unit, axes=1)
 
 
 def motions(body: Body, points: Points, s_load: float) -> Array:
-    """D between points and a load at arc length s [mm], per unit of each of `ENTRIES`; (7, 3, 3, n)."""
+    """D between points and a load at arc length s_load [mm], per unit of each entry of M in `ENTRIES`.
+
+    Shape (7, 3, 3, n).
+    """
     surface = body.surface
     xi = surface.chart_x(points.x, points.s, s_load)
     s_loads = np.full_like(xi, s_load)
-    here, there = generalized(body, xi / 2, points.s), generalized(body, -xi / 2, s_loads)  # from half way
+    observer_forces, load_forces = (
+        generalized(body, xi / 2, points.s),
+        generalized(body, -xi / 2, s_loads),
+    )  # seen from half way
 
-    def both(a: int, b: int) -> Array:
-        return np.einsum("ip,jp->ijp", here[a], there[b])
+    def product(a: int, b: int) -> Array:
+        return np.einsum("ip,jp->ijp", observer_forces[a], load_forces[b])
 
     def mutual(a: int, b: int) -> Array:
-        return both(a, b) + both(b, a)
+        return product(a, b) + product(b, a)
 
-    spin, tilt = both(SPIN, SPIN), both(MOMENT, MOMENT) + both(TURN, TURN)
+    spin, tilt = product(SPIN, SPIN), product(MOMENT, MOMENT) + product(TURN, TURN)
     tilt_with_z = mutual(FZ, MOMENT) - mutual(FX, TURN)
     turned, turned_with_z = _section_turns(body, points.s, s_loads, xi / body.rolling_radius)
     lean = body.side / body.rolling_radius
     by_entry = {
         (FX, FX): spin,
-        (FY, FY): both(FY, FY),
-        (FZ, FZ): both(FX, FX) + both(FZ, FZ) - spin,
+        (FY, FY): product(FY, FY),
+        (FZ, FZ): product(FX, FX) + product(FZ, FZ) - spin,
         (FY, MOMENT): mutual(FY, MOMENT) + lean * (tilt - turned),
         (FY, FZ): mutual(FY, FZ) + lean * (tilt_with_z - turned_with_z),
         (MOMENT, MOMENT): turned,
@@ -125,10 +139,10 @@ def motions(body: Body, points: Points, s_load: float) -> Array:
 
 
 def generalized(body: Body, xi: ArrayLike, s: ArrayLike) -> Array:
-    """Generalized forces of unit loads in the local directions at (xi, s), shape (6, 3, n).
+    """Generalized forces of unit loads in the local directions at (xi, s) [mm], shape (6, 3, n).
 
-    Forces along x, y, z, moments about x and z through the contact centre at xi = 0, and the moment
-    about the axle over that of a force along x at the contact centre.
+    They are forces along x, y, z, moments [mm] about x and z through the contact centre at xi = 0, and the
+    moment about the axle over that of a unit force along x at the contact centre.
     """
     surface = body.surface
     force = np.swapaxes(surface.axes(xi, s), 0, 1)  # (component, direction, n)
@@ -139,26 +153,30 @@ def generalized(body: Body, xi: ArrayLike, s: ArrayLike) -> Array:
 
 
 def _section_turns(body: Body, s: Array, s_load: Array, angle: Array) -> tuple[Array, Array]:
-    """Turns of sections about their contact centres, (3, 3, n): under moments there, under forces along z.
+    """Displacements by turns of sections about their contact centres, shape (3, 3, n) each.
 
-    The turn of the load's section is seen, at some angle about the axle, as one about x and one about z.
+    The first turns are caused by moments about the contact centre, the second by forces along z. An observer
+    at an angle about the axle [rad] sees the turn of the load's section as a turn about x and one about z.
     """
-    here, there = (_in_own_section(body, at) for at in (s, s_load))
+    observer, load = (_in_own_section(body, arc_length) for arc_length in (s, s_load))
     sin, cos = np.sin(angle), np.cos(angle)
-    seen_here, seen_there = cos * here.moment + sin * here.lever, cos * there.moment - sin * there.lever
+    turned_moment, load_moment_seen = (
+        cos * observer.moment + sin * observer.lever,
+        cos * load.moment - sin * load.lever,
+    )
 
     def outer(of_observer: Array, of_load: Array) -> Array:
         return np.einsum("ip,jp->ijp", of_observer, of_load)
 
-    turned = outer(seen_here, there.moment) - outer(here.moment, sin * there.lever)
-    return turned, outer(seen_here, there.radial) + outer(here.radial, seen_there)
+    turned = outer(turned_moment, load.moment) - outer(observer.moment, sin * load.lever)
+    return turned, outer(turned_moment, load.radial) + outer(observer.radial, load_moment_seen)
 
 
 @dataclass(frozen=True)
 class _InSection:
-    """Of unit loads x, s, n, (3, n) each: moment about x at the section's contact centre, force along z.
+    """Unit loads x, s, n in their own section: moment about x at its contact centre and force along z.
 
-    `lever` is y of a load along x, with the sign of the turn about z that it sees.
+    `lever` is y [mm] of a load along x, with the sign of the turn about z that it sees. Shapes: (3, n) each.
     """
 
     moment: Array
@@ -167,6 +185,7 @@ class _InSection:
 
 
 def _in_own_section(body: Body, s: Array) -> _InSection:
+    """Moment, force and lever of unit loads at arc lengths s [mm]."""
     forces = generalized(replace(body, rolling_radius=np.inf, hub_radius=None), np.zeros_like(s), s)
     lever = np.zeros_like(forces[0])
     lever[X] = body.side * body.contour.position(s)[0]
@@ -174,77 +193,91 @@ def _in_own_section(body: Body, s: Array) -> _InSection:
 
 
 def conditions(body: Body, rule: DiscountRule, loads: tuple[Load, ...]) -> list[Condition]:
-    """What determines the entries of M that concern the given loads.
+    """The conditions that determine the entries of M which concern the given loads.
 
-    C_jj = A_jj three elements away along x; under the lateral load u_z(reach) - u_z(-reach) equals
-    that of A_ns on a plane. Off-centre loads need all entries, also phi-phi: under a normal load at
-    the moment arm, the part of C_nn that is antisymmetric about the load is that of B-hat. In
-    sections without symmetry, which couple s and n: the first difference vanishes under the normal
-    load, C_sn + C_ns does three elements away, and phi-phi is fitted to moment loads on both sides. A load
-    along x moves a prismatic body along x only; from elsewhere on a wheel, that is a motion along z, too.
+    - C_jj = A_jj three elements away along x.
+    - Under the lateral load u_z(reach) - u_z(-reach) equals that of A_ns on a plane.
+    - Off-centre loads need all entries, also phi-phi: under a normal load at the moment arm, the part of
+      C_nn that is antisymmetric about the load equals that of B-hat.
+    - Sections without symmetry couple s and n. There u_z(reach) - u_z(-reach) vanishes under the normal load,
+      C_sn + C_ns vanishes three elements away, and phi-phi is fitted to moment loads on both sides.
+
+    A load along x moves a prismatic body along x only; from another position on a wheel this is also a motion
+    along z.
     """
     directions = {load.direction for load in loads}
-    in_section = directions if np.isfinite(body.rolling_radius) else directions - {X}
-    off_centre = any(load.patch.s != 0 and load.direction in in_section for load in loads)
-    coupled = not body.contour.symmetric and bool(in_section)
+    section_directions = directions if np.isfinite(body.rolling_radius) else directions - {X}
+    off_centre = any(load.patch.s != 0 and load.direction in section_directions for load in loads)
+    coupled = not body.contour.symmetric and bool(section_directions)
     lateral = S in directions or coupled or off_centre
-    normal = bool(in_section - {S}) or coupled or off_centre
-    found: list[Condition] = []
+    normal = bool(section_directions - {S}) or coupled or off_centre
+    needed: list[Condition] = []
     if X in directions:
-        found.append(_near(body, rule, X))
+        needed.append(_near(body, rule, X))
     if lateral:
-        found += [_near(body, rule, S), _tilt_under_lateral_load(body, rule)]
+        needed += [_near(body, rule, S), _tilt_under_lateral_load(body, rule)]
     if normal:
-        found.append(_near(body, rule, N))
+        needed.append(_near(body, rule, N))
     if coupled:
-        found += [_tilt_under_normal_load(body, rule), _coupling(rule)]
+        needed += [_tilt_under_normal_load(body, rule), _coupling(rule)]
     if off_centre:
-        found.append(_turning(body, rule))
-    return found
+        needed.append(_turning(body, rule))
+    return needed
 
 
 def observers(body: Body, rule: DiscountRule, fit: list[Condition]) -> Points:
-    """The rule's points that the conditions look at: those beside moment loads only if there are any."""
+    """The points of the rule that the conditions read; those beside moment loads only where they are used."""
     points = rule.points(body)
-    n = len(points.x) if any(c.entry == (MOMENT, MOMENT) for c in fit) else len((NEAR, RIGHT, LEFT))
+    n = (
+        len(points.x)
+        if any(condition.entry == (MOMENT, MOMENT) for condition in fit)
+        else len((NEAR, RIGHT, LEFT))
+    )
     return Points(points.x[:n], points.s[:n])
 
 
 def fit_discount(body: Body, rule: DiscountRule, fit: list[Condition], u: Mapping[Load, Array]) -> Array:
-    """M [mm/N, 1/N, 1/(N mm)], shape (4, 4), from displacements (3, n) at the observers.
+    """M [mm/N, 1/N, 1/(N mm)], shape (4, 4), from displacements (3, n) [mm/N] at the observers.
 
     Entries that no condition determines are 0.
     """
     if not fit:
         return np.zeros((4, 4))
     points = rule.points(body)
-    entries = [_symmetric_entry(condition.entry) for condition in fit]
+    entry_matrices = [_symmetric_entry(condition.entry) for condition in fit]
     matrix = [
-        [c.measure(*(rigid_part(entry, body, points, load) for load in c.loads)) for entry in entries]
-        for c in fit
+        [
+            condition.measure(*(rigid_part(entry, body, points, load) for load in condition.loads))
+            for entry in entry_matrices
+        ]
+        for condition in fit
     ]
-    defects = [c.measure(*(u[load] for load in c.loads)) - c.target for c in fit]
-    return np.asarray(np.tensordot(np.linalg.solve(matrix, defects), entries, axes=1))
+    defects = [
+        condition.measure(*(u[load] for load in condition.loads)) - condition.target for condition in fit
+    ]
+    return np.asarray(np.tensordot(np.linalg.solve(matrix, defects), entry_matrices, axes=1))
 
 
 def _near(body: Body, rule: DiscountRule, j: int) -> Condition:
-    """C_jj = A_jj three elements away; j = 0, 1, 2 turns the entries xx, yy, zz."""
+    """C_jj = A_jj three elements away; j = 0, 1, 2 determines the entry xx, yy, zz."""
     a = _half_space("A", body, rule.load(j).patch, rule.points(body))
     return Condition((j, j), (rule.load(j),), lambda u: float(u[j, NEAR]), float(a[j, j, NEAR]))
 
 
 def _tilt_under_lateral_load(body: Body, rule: DiscountRule) -> Condition:
+    """Under the lateral load u_z(reach) - u_z(-reach) equals that of A_ns on a plane."""
     a = _half_space("A", body, rule.load(S).patch, rule.points(body))
     target = float(a[N, S, RIGHT] - a[N, S, LEFT])
     return Condition((FY, MOMENT), (rule.load(S),), lambda u: _tilt(body, rule, u), target)
 
 
 def _tilt_under_normal_load(body: Body, rule: DiscountRule) -> Condition:
+    """Under the normal load u_z(reach) - u_z(-reach) vanishes."""
     return Condition((FZ, MOMENT), (rule.load(N),), lambda u: _tilt(body, rule, u), 0.0)
 
 
 def _tilt(body: Body, rule: DiscountRule, u: Array) -> float:
-    """u_z(reach) - u_z(-reach) at x = 0."""
+    """u_z(reach) - u_z(-reach) at x = 0, of displacements u (3, n_points) at the observers."""
     ends = [RIGHT, LEFT]
     to_vertical = body.surface.axes(0.0, rule.points(body).s[ends])[:, FZ]  # (3 directions, 2)
     right, left = np.sum(to_vertical * u[:, ends], axis=0)
@@ -252,6 +285,8 @@ def _tilt(body: Body, rule: DiscountRule, u: Array) -> float:
 
 
 def _coupling(rule: DiscountRule) -> Condition:
+    """C_sn + C_ns vanishes three elements away."""
+
     def measure(u_n: Array, u_s: Array) -> float:
         return float(u_n[S, NEAR] + u_s[N, NEAR])
 
@@ -259,6 +294,7 @@ def _coupling(rule: DiscountRule) -> Condition:
 
 
 def _turning(body: Body, rule: DiscountRule) -> Condition:
+    """Under moment loads the part of C_nn that is antisymmetric about the load equals that of B-hat."""
     sides = (1,) if body.contour.symmetric else (1, -1)
     loads = tuple(rule.moment_load(side) for side in sides)
 
@@ -266,8 +302,8 @@ def _turning(body: Body, rule: DiscountRule) -> Condition:
         """C_nn further out minus C_nn further in, summed over the loads."""
         return float(
             sum(
-                side * (v[N, BESIDE[side][0]] - v[N, BESIDE[side][1]])
-                for side, v in zip(sides, u, strict=True)
+                side * (displacements[N, BESIDE_LOAD[side][0]] - displacements[N, BESIDE_LOAD[side][1]])
+                for side, displacements in zip(sides, u, strict=True)
             )
         )
 
@@ -276,11 +312,13 @@ def _turning(body: Body, rule: DiscountRule) -> Condition:
 
 
 def _half_space(variant: str, body: Body, patch: Patch, points: Points) -> Array:
+    """ICs [mm/N] of an approximation at points, shape (3, 3, n)."""
     half_space = HalfSpace(one_body(body.material, body.side))
     return approximate(variant, half_space, body.surface, patch, (points.x, points.s)) / patch.area
 
 
 def _symmetric_entry(entry: tuple[int, int]) -> Array:
+    """The matrix (4, 4) with 1 at an entry and its transpose, 0 elsewhere."""
     m = np.zeros((4, 4))
     m[entry] = m[entry[::-1]] = 1.0
     return m

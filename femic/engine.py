@@ -1,7 +1,7 @@
-"""What an engine is: a way to compute displacements of loaded bodies, with all that is known about it.
+"""An engine: a way to compute the displacements of loaded bodies, and the record of its properties.
 
-An engine is a folder with one record of this type; `femic.engines` lists them. Everything that depends on
-which engine computes C asks its record.
+An engine is a folder with one record of the type `Engine`; `femic.engines` lists them. Code that depends on
+the engine that computes C reads its record.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -20,7 +20,7 @@ from geometries.patches import Load, Patch
 class Specification:
     """A model that is to be solved: a body with its domain, loads, and points relative to each load in x.
 
-    `tolerance` is that of the job, `least_scale` [mm/N] the least scale of refinement that it is a share of,
+    `tolerance` is that of the job, `least_scale` [mm/N] the least scale of refinement of which it is a share,
     `waves` the steps by which the wavenumbers are refined; `solver` is that of the solid engine.
     """
 
@@ -35,47 +35,47 @@ class Specification:
 
 
 class Request(Protocol):
-    """What an engine solves; it has more of its own."""
+    """What an engine solves; each engine's request has further fields."""
 
     @property
     def body(self) -> Body:
-        """With its domain."""
+        """The body with its domain."""
 
     @property
     def loads(self) -> tuple[Load, ...]:
-        """Unit total loads."""
+        """The unit total loads."""
 
     @property
     def points(self) -> Points:
-        """Where displacements are read, relative to each load in x."""
+        """The points where displacements are read, relative to each load in x."""
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """A first model that meets a tolerance on the built-in scenes."""
+    """The first model: cells that meet a tolerance on the built-in scenes."""
 
     tolerance: float
     cells: Callable[[Patch], Cells]
-    coarsest: float  # times these, however large the tolerance
+    coarsest: float  # largest factor on these cells, for large tolerances
 
     def cells_for(self, tolerance: float, patch: Patch) -> Cells:
         """Cells that are likely to meet a tolerance: errors fall like the cube of the cell size."""
         return self.cells(patch).scaled(min((tolerance / self.tolerance) ** (1 / MESH_ORDER), self.coarsest))
 
     def tighter(self, tolerance: float) -> float:
-        """How much tighter a tolerance is, at least 1."""
+        """Factor by which a tolerance is tighter than the tuned one, at least 1."""
         return max(1.0, self.tolerance / tolerance)
 
 
 @dataclass(frozen=True)
 class Limits:
-    """As far as an engine has been shown to go."""
+    """The range in which an engine has been shown to be accurate."""
 
     nu: float  # largest Poisson's ratio
-    aspect: float  # largest a / b of the patch, and b / a
-    rolling_radius: float  # mm, least
-    inclination: float  # degrees, largest of a contour
-    distance: float  # of points from the load, in least half-sides of the patch
+    aspect: float  # largest a / b and b / a of the patch
+    rolling_radius: float  # smallest rolling radius [mm]
+    inclination: float  # largest inclination of a contour [degrees]
+    distance: float  # largest distance of points from the load, in least half-sides of the patch
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,19 +83,19 @@ class Engine:
     """A way to compute C."""
 
     name: str
-    describes: str  # it, in a line
-    models: tuple[str, ...]  # of `level.MODELS`: those that give C and its error
-    safety: float  # of the part of the estimate that comes from the mesh
+    describes: str  # a line that describes it
+    models: tuple[str, ...]  # the models of `level.MODELS` that give C and its error
+    safety: float  # factor on the part of the estimate that comes from the mesh
     growth_of_unknowns: float  # exponent of 1 / cell size, measured
     tuned: Tuned
-    far_radius: Callable[[float], float]  # mm, of the far arc, that is likely to meet a tolerance
-    least_side: Callable[[Patch], float]  # mm, of a patch, that cells must resolve
+    far_radius: Callable[[float], float]  # radius [mm] of the far arc that is likely to meet a tolerance
+    least_side: Callable[[Patch], float]  # half-side [mm] of a patch that cells must resolve
     limits: Limits
     endless: bool  # whether prismatic bodies have no ends along x
     both_loads: bool  # whether the loads of C_ji are solved with those of C_ij
-    shares_a_model: bool  # among parallel workers, else each works at one
+    shares_a_model: bool  # whether parallel workers share one model, or each solves another
     has_fields: bool  # whether its models have meshes and displacements in 3D
-    request: Callable[[Specification], Any]
-    solve: Callable[[Sequence[Task], Means], Iterator[Solved]]
-    displacements: Callable[[Any, Any], RawICs]  # of a request and its solved model
-    planned: Callable[[Any, int], Planned]  # what a request takes with so many workers
+    request: Callable[[Specification], Any]  # the request for a specified model
+    solve: Callable[[Sequence[Task], Means], Iterator[Solved]]  # solves models, in any order
+    displacements: Callable[[Any, Any], RawICs]  # from a request and its solved model
+    planned: Callable[[Any, int], Planned]  # expected cost of a request with a number of workers

@@ -1,4 +1,4 @@
-"""All engines by name: a new one is a folder with a record, and a line here."""
+"""All engines by name: a new engine is a folder with a record, and an entry here."""
 
 from collections.abc import Mapping
 from typing import Literal

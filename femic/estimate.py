@@ -19,11 +19,11 @@ from geometries.arrays import Array
 from geometries.patches import Patch
 
 ESTIMATE_ORDER = 2  # in cell size, assumed by the estimate
-LOW_ORDER = 1  # likewise on the outline of the patch; and in 1 / domain size, close to the far arc
-ON_OUTLINE = 0.2  # least half-sides: what is on the outline
-CLOSE_TO_ARC = 1 / 3  # far radii from the load on
+LOW_ORDER = 1  # assumed on the outline of the patch, and in 1 / domain size close to the far arc
+ON_OUTLINE = 0.2  # distance from the outline, in least half-sides, up to which a point is on it
+CLOSE_TO_ARC = 1 / 3  # distance from the load, in far radii, from which on a point is close to the arc
 SAFETY = 1.25  # Roache's factor
-WAVES_GAIN = {"sparser": 32.0, "lower": 3.0}  # error with the perturbed wavenumbers over that with all
+WAVES_GAIN = {"sparser": 32.0, "lower": 3.0}  # error with these wavenumbers over that with all
 
 
 @dataclass(frozen=True)
@@ -31,18 +31,18 @@ class Estimated:
     """ICs per unit total load [mm/N], shape (3, 3, n), after the discount; NaN where nothing was solved."""
 
     ic: Array
-    mesh_error: Array  # estimates of the parts of its error, not negative
+    mesh_error: Array  # estimate of this part of the error of `ic` [mm/N], not negative; so the next two
     truncation_error: Array
-    waves_error: Array  # of the interpolation between wavenumbers; 0 of the solid engine
+    waves_error: Array  # from the wavenumbers; 0 by the solid engine
 
     @property
     def estimate(self) -> Array:
-        """Estimate of the error of `ic`."""
+        """Estimate of the error of `ic` [mm/N], shape (3, 3, n)."""
         return self.mesh_error + self.truncation_error + self.waves_error
 
 
 def total(parts: Sequence[Estimated]) -> Estimated:
-    """The sum over some bodies; their estimates add up."""
+    """The sum of the ICs of bodies; their estimates add up."""
     return Estimated(
         *(np.sum([getattr(part, field.name) for part in parts], axis=0) for field in fields(parts[0]))
     )
@@ -60,35 +60,45 @@ ALIKE_EVERYWHERE = Orders()
 
 
 def orders_at(patch: Patch, points: Points, far_radius: float) -> Orders:
-    """Lower ones where gradients are infinite, and where half the domain hardly contains a point."""
+    """The orders at points: lower where gradients are infinite, and where half the domain hardly reaches."""
     x, s = np.abs(points.x), np.abs(points.s - patch.s)
-    reach = ON_OUTLINE * min(patch.a, patch.b)
-    around = (x < patch.a + reach) & (s < patch.b + reach)
-    on_outline = around & ((x > patch.a - reach) | (s > patch.b - reach))
-    close = np.hypot(x, s) > CLOSE_TO_ARC * far_radius
+    margin = ON_OUTLINE * min(patch.a, patch.b)
+    around = (x < patch.a + margin) & (s < patch.b + margin)
+    on_outline = around & ((x > patch.a - margin) | (s > patch.b - margin))
+    close_to_arc = np.hypot(x, s) > CLOSE_TO_ARC * far_radius
     return Orders(
-        np.where(on_outline, LOW_ORDER, ESTIMATE_ORDER), np.where(close, LOW_ORDER, TRUNCATION_ORDER)
+        np.where(on_outline, LOW_ORDER, ESTIMATE_ORDER), np.where(close_to_arc, LOW_ORDER, TRUNCATION_ORDER)
     )
 
 
 def estimated(
-    ic: Array, coarse: Array, less: Mapping[str, Array], *, safety: float, orders: Orders = ALIKE_EVERYWHERE
+    ic: Array,
+    coarse: Array,
+    perturbed: Mapping[str, Array],
+    *,
+    safety: float,
+    orders: Orders = ALIKE_EVERYWHERE,
 ) -> Estimated:
-    """ICs with estimates of their error, from those with coarser cells and with less of other things.
+    """ICs (3, 3, ...) [mm/N] with estimates of their error, from less accurate ICs of the same shape.
 
-    `less`: "nearer" boundaries, and of the harmonic engine "sparser" and "lower" wavenumbers; `safety`: of
-    the part from the mesh.
+    `coarse` has coarser cells. `less` has "nearer" boundaries and, by the harmonic engine, "sparser" and
+    "lower" wavenumbers. `safety` is the factor on the part from the mesh.
     """
-    waves = [np.abs(ic - less[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in less]
+    waves = [
+        np.abs(ic - perturbed[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in perturbed
+    ]
     return Estimated(
         ic,
         pooled(safety * np.abs(ic - coarse) / (COARSER**orders.mesh - 1)),
-        SAFETY * np.abs(ic - less["nearer"]) / (LARGER**orders.truncation - 1),
+        SAFETY * np.abs(ic - perturbed["nearer"]) / (LARGER**orders.truncation - 1),
         SAFETY * np.sum([np.zeros_like(ic), *waves], axis=0),
     )
 
 
 def pooled(error: Array) -> Array:
-    """Errors (3, 3, ...) of ij not below those of ji: they are errors of the same kind, one lucky or not."""
-    both = np.fmax(error, np.swapaxes(error, 0, 1))
-    return np.where(np.isnan(error), np.nan, both)
+    """The larger of the errors of ij and ji, which are of the same kind, shape (3, 3, ...) as of `error`.
+
+    NaN stays NaN. One of the two may be small by luck.
+    """
+    larger = np.fmax(error, np.swapaxes(error, 0, 1))
+    return np.where(np.isnan(error), np.nan, larger)

@@ -1,4 +1,4 @@
-"""What C is wanted of: a body, a load, components, points, and how accurately."""
+"""The job of C at points: a body, a loaded patch, components, points, and the accuracy."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -21,10 +21,10 @@ from geometries.patches import DIRECTIONS, Load, N, Patch
 
 @dataclass(frozen=True)
 class Settings:
-    """How C is computed: by which engine, how accurately, and where M is fitted (`femic.discount`) [mm].
+    """How C is computed: the engine, the accuracy, and where M is fitted (`femic.discount`) [mm].
 
-    `cells` are those to start with, by default what the tolerance needs. No model may have more than
-    `most_unknowns`. `solver` is that of the solid engine.
+    `cells` are those of the first model, by default those that the tolerance needs. No model may have more
+    than `most_unknowns`. `solver` is that of the solid engine.
     """
 
     engine: Engine
@@ -36,7 +36,7 @@ class Settings:
     solver: SolverChoice = "auto"
 
     def rule(self, a: float, b: float) -> DiscountRule:
-        """How M is fitted with loads on patches of these half-sides [mm]."""
+        """The rule by which M is fitted, with loads on patches of half-sides a, b [mm]."""
         return DiscountRule(a, b, self.rotation_reach, self.moment_arm)
 
     def first_cells(self, patch: Patch) -> Cells:
@@ -66,19 +66,19 @@ class Job:
 
     @property
     def loads(self) -> tuple[Load, ...]:
-        """The loads whose displacements are asked for, by some engines those of C_ji, too.
+        """The loads of the components that are asked for; by some engines those of C_ji as well.
 
-        Their loads share a factorisation, and the error of C_ij is estimated by that of C_ji, too (`pooled`):
-        then the estimate does not depend on what else is asked for.
+        By these engines loads share a factorisation, and the error of C_ij is estimated by that of C_ji as
+        well (`pooled`). So the estimate does not depend on which other components are asked for.
         """
-        asked = set(self.components)
+        components = set(self.components)
         if self.settings.engine.both_loads:
-            asked |= {component[::-1] for component in asked}
-        return tuple(Load(self.patch, direction) for direction in directions_of(asked))
+            components |= {component[::-1] for component in components}
+        return tuple(Load(self.patch, direction) for direction in directions_of(components))
 
     @property
     def rule(self) -> DiscountRule:
-        """How M is fitted."""
+        """The rule by which M is fitted."""
         return self.settings.rule(self.patch.a, self.patch.b)
 
     @property
@@ -90,31 +90,31 @@ class Job:
 
     @property
     def fit(self) -> list[Condition]:
-        """What determines M."""
+        """The conditions that determine M."""
         return conditions(self.body, self.rule, self.loads)
 
     @property
     def solved_loads(self) -> tuple[Load, ...]:
-        """The job's own loads first, then what else M needs."""
-        of_fit = (load for condition in self.fit for load in condition.loads)
-        return tuple(dict.fromkeys([*self.loads, *of_fit]))
+        """The loads of the job, then the further loads that M needs."""
+        fit_loads = (load for condition in self.fit for load in condition.loads)
+        return tuple(dict.fromkeys([*self.loads, *fit_loads]))
 
     def request(self, level: Level) -> Any:
         """The model at a level, as the job's engine takes it."""
         return self.settings.engine.request(self.specification(level))
 
     def specification(self, level: Level) -> Specification:
-        """The model at a level: the job's own points first, then where M is fitted."""
-        extra = observers(self.body, self.rule, self.fit)
+        """The model at a level: the points of the job come first, then those where M is fitted."""
+        fit_points = observers(self.body, self.rule, self.fit)
         cells, domain = factors(level)
-        nn = self.half_space_nn
+        a_nn = self.half_space_nn
         return Specification(
             self.body.enlarged(domain),
             self.solved_loads,
-            Points(np.append(self.points.x, extra.x), np.append(self.points.s, extra.s)),
+            Points(np.append(self.points.x, fit_points.x), np.append(self.points.s, fit_points.s)),
             self.first_cells.scaled(cells),
             self.settings.tolerance,
-            FLOOR * min(float(np.max(nn[line])) for line in self.lines.values()),
+            FLOOR * min(float(np.max(a_nn[line])) for line in self.lines.values()),
             level.waves,
             self.settings.solver,
         )

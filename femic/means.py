@@ -1,4 +1,4 @@
-"""What there is to solve models with, and who hears of it."""
+"""The means to solve models: workers and a store; and the reports of progress."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -15,7 +15,7 @@ class Task:
 
     job: str
     level: Level
-    request: Any  # of the engine that solves it
+    request: Any  # the request of the engine that solves it
     most_unknowns: int
 
 
@@ -30,7 +30,7 @@ class Solved:
 
 @dataclass(frozen=True)
 class Step:
-    """What a model that is being solved is at; how many wavenumbers it has, and may need."""
+    """The stage of a model that is being solved, with its numbers of solved and expected wavenumbers."""
 
     task: Task
     stage: str
@@ -39,12 +39,12 @@ class Step:
 
 
 def _ignored(_: object) -> None:
-    """Nobody wants to hear of it."""
+    """Ignore a report."""
 
 
 @dataclass(frozen=True)
 class Watch:
-    """Who wants to hear of the progress: which models come next, each finished one, and what follows."""
+    """Functions that take reports of progress: the next models, each finished model, stages, and steps."""
 
     on_round: Callable[[Sequence[Task]], None] = _ignored
     on_model: Callable[[Solved], None] = _ignored
@@ -56,15 +56,15 @@ SILENT = Watch()
 
 
 def cores() -> int:
-    """How many there are."""
+    """Number of processor cores."""
     return os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
 class Means:
-    """How models are solved: parallel workers, a store that keeps them, who is told.
+    """How models are solved: the number of parallel workers, the store that keeps them, the reports.
 
-    By default one worker per core; nothing is kept or told.
+    By default there is one worker per core, and nothing is kept or reported.
     """
 
     workers: int = field(default_factory=cores)

@@ -1,4 +1,4 @@
-"""What the engines take and give: observers, raw displacements, and what they cost."""
+"""Input and output of the engines: observers, raw displacements, and costs."""
 
 import json
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from geometries.arrays import Array, Indices
 
 SolverChoice = Literal["auto", "multigrid", "direct"]  # of the solid engine
 
-BASE_MEMORY = 200.0  # MB, of a process that has not done anything yet
+BASE_MEMORY = 200.0  # MB, of a process before it has a model
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Points:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a model took: iterations per field, worst residual, seconds per stage, memory in MB.
+    """The cost of a model: iterations per field, worst residual, seconds per stage, memory [MB].
 
     `peak_memory` is the largest that the process has had so far.
     """
@@ -39,7 +39,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class Planned:
-    """What a model will take.
+    """The expected cost of a model.
 
     `wavenumbers` are those of the harmonic engine, `fields` the right-hand sides that are solved, `memory` is
     the peak [MB].
@@ -57,9 +57,9 @@ class Planned:
 class RawICs:
     """Displacements per unit total load [mm/N] with clamped far boundaries, before any discount.
 
-    `u` has shape (n_loads, 3, n_points): local components x, s, n at each observer. `perturbed` are what `u`
-    would be with something less, for estimates of its error, where the engine can tell at little cost.
-    `drawn`: vertices (2, n) and triangles (3, m) of the section that was solved, to be looked at.
+    `u` has shape (n_loads, 3, n_points): local components x, s, n at each observer. `perturbed` are less
+    accurate `u`, by name, for estimates of its error, where the engine has them at little cost. `drawn` are
+    vertices (2, n) [mm] and triangles (3, m) of the section that was solved, for pictures.
     """
 
     u: Array
@@ -74,6 +74,6 @@ def peak_memory() -> float:
 
 
 def cost_from(text: str) -> Cost:
-    """The cost that was written as JSON."""
+    """The cost that a text of JSON holds."""
     values = json.loads(text)
     return Cost(**values | {"iterations": tuple(values["iterations"])})

@@ -1,7 +1,7 @@
-"""Even and odd: how the planes of symmetry halve a body, and what its other half does.
+"""Planes of symmetry: they halve a body, and even and odd fields follow on its other half.
 
-Every body is its own mirror image in x. A patch sits at x = 0, so one parity in x serves each load.
-Where the section is its own mirror image in y, half of it is enough too: a load at s = 0 has one
+Every body is its own mirror image in x. A patch sits at x = 0, so the field of each load has one parity in x.
+Where the section is its own mirror image in y, half of it is enough as well: a load at s = 0 has one
 parity in y, any other load is the sum of an even and an odd part.
 """
 
@@ -17,19 +17,22 @@ Y = S
 
 @dataclass(frozen=True)
 class Parity:
-    """+1: the field is its own mirror image in x (in y); -1: the opposite of it. y = 0: no symmetry used."""
+    """Parity of a field in x and in y: +1 if it is its own mirror image, -1 if it is the opposite of it.
+
+    y = 0 means that the symmetry in y is not used.
+    """
 
     x: int
     y: int
 
     def signs(self, mirrored: int) -> Array:
-        """What the mirror does to the components, shape (3,): +1 even, -1 odd in the mirrored coordinate."""
-        whole = self.x if mirrored == X else self.y
-        return whole * np.where(np.arange(3) == mirrored, -1.0, 1.0)
+        """Parities of the components in the mirrored coordinate, shape (3,): +1 even, -1 odd."""
+        parity = self.x if mirrored == X else self.y
+        return parity * np.where(np.arange(3) == mirrored, -1.0, 1.0)
 
 
 def parities(load: Load, *, half_section: bool) -> tuple[Parity, ...]:
-    """Parities of the fields that add up to the field of a load."""
+    """Parities of the parts that add up to the field of a load."""
     in_x = -1 if load.direction == X else +1
     if not half_section:
         return (Parity(in_x, 0),)
@@ -39,7 +42,7 @@ def parities(load: Load, *, half_section: bool) -> tuple[Parity, ...]:
 
 
 def held_by_symmetry(nodes: Array, parity: Parity) -> Mask:
-    """Components (n_nodes, 3) that vanish on the planes of symmetry, where they are odd."""
+    """Whether components vanish because a node is on a plane of symmetry and they are odd, (n_nodes, 3)."""
     held = np.zeros((nodes.shape[1], 3), dtype=bool)
     for mirrored in (X, Y) if parity.y else (X,):
         held |= on_plane(nodes, mirrored)[:, None] & (parity.signs(mirrored) < 0)
@@ -47,5 +50,5 @@ def held_by_symmetry(nodes: Array, parity: Parity) -> Mask:
 
 
 def on_plane(nodes: Array, mirrored: int) -> Mask:
-    """Whether nodes (3, n) lie on the plane of symmetry x = 0 (y = 0)."""
+    """Whether nodes (3, n) lie on the plane of symmetry x = 0 (y = 0), shape (n,)."""
     return np.asarray(np.abs(nodes[mirrored]) < 1e-9 * np.ptp(nodes, axis=1).max())

@@ -1,4 +1,4 @@
-"""What is there: contours, materials, bodies, patches and offset lines.
+"""Geometry and materials: contours, materials, bodies, patches, grids and offset lines.
 
 Imports numpy and scipy only, and nothing of this project.
 """

@@ -1,4 +1,4 @@
-"""Bodies: what is behind a contact surface, its material, and how much of it is modelled."""
+"""Bodies: the solids behind contact surfaces, their materials, and how much of them is modelled."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -13,8 +13,8 @@ from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.surfaces import Surface
 
-HUB = 0.2  # default hub radius, and the smallest one, as a share of the rolling radius
-END_SAMPLES = 4001
+HUB_SHARE = 0.2  # default hub radius, and the smallest one, as a share of the rolling radius
+END_SAMPLES = 4001  # arc lengths among which the end of a section is sought
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,8 @@ class Domain:
     """How much of a body is modelled: clamped at the far arc, at both ends and at the hub, free elsewhere.
 
     far_radius [mm] is the radius of the far arc about the contact centre, half_length [mm] the
-    extent along +x and along -x, on a body of revolution along the rolling circle of s = 0; infinite of
-    an endless body, or one that goes all the way round.
+    extent along +x and along -x, on a body of revolution along the rolling circle of s = 0; it is infinite
+    for an endless body, and for one that goes all the way round.
     """
 
     far_radius: float
@@ -44,8 +44,9 @@ class Domain:
 class Body:
     """A prismatic body, or one of revolution about y = any, z = side * rolling_radius.
 
-    side +1: upper, fills n > 0; -1: lower. rolling_radius [mm] is that of the circle through the
-    contact centre, infinite on a prismatic body. hub_radius [mm]: the section ends there, clamped.
+    side +1: upper, fills n > 0; -1: lower. rolling_radius [mm] is that of the circle through the contact
+    centre, infinite on a prismatic body. hub_radius [mm] is the radius at which the section ends, clamped;
+    None stands for the default.
     """
 
     side: int
@@ -61,10 +62,10 @@ class Body:
             raise WrongInput(
                 f"hub_radius = {self.hub_radius!r}: a prismatic body has none; give rolling_radius"
             )
-        if self.hub_radius is not None and not HUB * self.rolling_radius <= self.hub_radius:
+        if self.hub_radius is not None and not HUB_SHARE * self.rolling_radius <= self.hub_radius:
             raise WrongInput(
-                f"hub_radius = {self.hub_radius!r}: at least {HUB:g} rolling_radius "
-                f"({HUB * self.rolling_radius:g} mm)"
+                f"hub_radius = {self.hub_radius!r}: at least {HUB_SHARE:g} rolling_radius "
+                f"({HUB_SHARE * self.rolling_radius:g} mm)"
             )
         if not self.depth > 0:
             raise WrongInput(f"hub_radius = {self.hub_radius!r}: must be smaller than rolling_radius")
@@ -79,7 +80,7 @@ class Body:
         """Height [mm] between contact centre and hub; infinite on a prismatic body."""
         if np.isinf(self.rolling_radius):
             return np.inf
-        return self.rolling_radius - (self.hub_radius or HUB * self.rolling_radius)
+        return self.rolling_radius - (self.hub_radius or HUB_SHARE * self.rolling_radius)
 
     @property
     def reaches_hub(self) -> bool:
@@ -88,7 +89,7 @@ class Body:
 
     @property
     def closed(self) -> bool:
-        """Whether the model goes all the way round."""
+        """Whether the model goes all the way round the axis."""
         return bool(
             np.isfinite(self.rolling_radius) and self.domain.half_length >= np.pi * self.rolling_radius
         )
@@ -104,20 +105,20 @@ class Body:
 
     @property
     def s_range(self) -> tuple[float, float]:
-        """Arc lengths at which the contour meets the far arc or the hub."""
+        """Arc lengths [mm] at which the contour meets the far arc or the hub: the left one, the right one."""
         return section_end(self, -1), section_end(self, +1)
 
 
 @lru_cache(maxsize=64)
 def section_end(body: Body, direction: int) -> float:
-    """Arc length [mm] at which the contour meets the far arc or the hub, growing s for direction +1."""
+    """Arc length [mm] at which the contour meets the far arc or the hub, for direction +1 at s > 0."""
     far, contour = body.domain.far_radius, body.contour
-    joint = contour.limits[1 if direction > 0 else 0]
+    limit = contour.limits[1 if direction > 0 else 0]
 
     def beyond(s: ArrayLike) -> Array:
         y, z = contour.position(s)
         return np.asarray(np.maximum(np.hypot(y, z) - far, body.side * z - body.depth))
 
-    samples = np.linspace(0, joint + direction * 2 * far, END_SAMPLES)
-    first = int(np.argmax(beyond(samples) > 0))
-    return float(brentq(lambda s: float(beyond(s)), samples[first - 1], samples[first], xtol=1e-12))
+    samples = np.linspace(0, limit + direction * 2 * far, END_SAMPLES)
+    outside = int(np.argmax(beyond(samples) > 0))
+    return float(brentq(lambda s: float(beyond(s)), samples[outside - 1], samples[outside], xtol=1e-12))

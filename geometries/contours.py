@@ -19,9 +19,9 @@ from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.quadrature import on_panels
 
-NEWTON_STEPS = 30
+NEWTON_STEPS = 30  # largest number
 GAUSS_POINTS = 16  # per interval of a spline
-ROUNDING = 1e-14  # of the length of a curve: to this its arc length is known
+LENGTH_ROUNDING = 1e-14  # tolerance of an arc length, as a share of the length of the curve
 
 
 class Core(Protocol):
@@ -74,10 +74,11 @@ class Ellipse:
         return invert(self.arc_length, self._speed, s, np.linspace(-np.pi, np.pi, 2049))
 
     def arc_length(self, phi: Array) -> Array:
-        """Arc length [mm] at eccentric angle phi, an incomplete elliptic integral."""
+        """Arc length [mm] at eccentric angle phi, an incomplete elliptic integral; shape of phi."""
         return np.asarray(self.b_el * ellipeinc(phi, 1 - (self.d_el / self.b_el) ** 2))
 
     def _speed(self, phi: Array) -> Array:
+        """Derivative of the arc length by the eccentric angle."""
         return np.hypot(self.b_el * np.cos(phi), self.d_el * np.sin(phi))
 
 
@@ -87,7 +88,7 @@ class Spline:
 
     curve: CubicSpline
     t_centre: float
-    to_knots: Array  # arc length from the first knot to each
+    to_knots: Array  # arc length [mm] from the first knot to each knot, (n_knots,)
 
     def position(self, s: Array) -> Array:
         """Points (y, z) [mm] relative to the contact centre, shape (2, *s.shape)."""
@@ -103,15 +104,17 @@ class Spline:
         return invert(self.arc_length, self._speed, s, self.curve.x)
 
     def arc_length(self, t: Array) -> Array:
-        """Arc length [mm] from the contact centre to parameter t."""
+        """Arc length [mm] from the contact centre to parameter t, shape of t."""
         return self._from_first(t) - self._from_first(np.array(self.t_centre))
 
     def _from_first(self, t: Array) -> Array:
+        """Arc length [mm] from the first knot to parameter t."""
         knots = self.curve.x
-        k = np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(knots) - 2)
-        return np.asarray(self.to_knots[k] + length_between(self.curve, knots[k], t))
+        interval = np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(knots) - 2)
+        return np.asarray(self.to_knots[interval] + length_between(self.curve, knots[interval], t))
 
     def _speed(self, t: Array) -> Array:
+        """Derivative of the arc length by the parameter."""
         return np.asarray(np.linalg.norm(self.curve(t, 1), axis=-1))
 
 
@@ -124,12 +127,13 @@ def length_between(curve: CubicSpline, start: Array, end: Array) -> Array:
 def invert(
     length: Callable[[Array], Array], speed: Callable[[Array], Array], s: Array, table: Array
 ) -> Array:
-    """Parameters t with length(t) = s: interpolation in a table of t, then Newton's method.
+    """Parameters t with length(t) = s, shape of s: interpolation in a table of t, then Newton's method.
 
-    `speed` is the derivative of `length`, which grows.
+    `length` grows with t, and `speed` is its derivative. Raises Failure where Newton's method does not
+    converge.
     """
     lengths = length(table)
-    tolerance = ROUNDING * float(np.ptp(lengths))
+    tolerance = LENGTH_ROUNDING * float(np.ptp(lengths))
     t = np.interp(s, lengths, table)
     for _ in range(NEWTON_STEPS):
         defect = length(t) - s
@@ -183,7 +187,7 @@ class Contour:
         return bool(ends_agree and np.allclose(right, mirrored, rtol=0, atol=1e-9 * s[-1]))
 
     def nearest(self, points: Array, s_range: tuple[float, float]) -> Array:
-        """Arc lengths of the contour points nearest to `points` (2, n) that lie close to it."""
+        """Arc lengths [mm] of the contour points nearest to `points` (2, n) close by, shape (n,)."""
         samples = np.linspace(*s_range, 4001)
         s = samples[cKDTree(self.position(samples).T).query(points.T)[1]]
         for _ in range(8):
@@ -229,12 +233,13 @@ def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> Contour
         raise WrongInput(f"y_centre = {y_centre:g} mm: not between the first and last point")
     pieces = length_between(curve, chord[:-1], chord[1:])
     core = Spline(curve, float(roots[0]), np.concatenate([[0.0], np.cumsum(pieces)]))
-    whole = core.arc_length(chord[[0, -1]]) - core.arc_length(np.array(core.t_centre))
-    limits = (float(whole[0]), float(whole[1]))
+    core_ends = core.arc_length(chord[[0, -1]]) - core.arc_length(np.array(core.t_centre))
+    limits = (float(core_ends[0]), float(core_ends[1]))
     return Contour(core, limits, limits)
 
 
 def _check_arc(lengths: Mapping[str, float], left: float, right: float) -> None:
+    """Raise WrongInput for lengths and flank inclinations out of range."""
     for name, value in lengths.items():
         if not 0 < value < np.inf:
             raise WrongInput(f"{name} = {value!r}: must be a positive length [mm]")
@@ -244,11 +249,12 @@ def _check_arc(lengths: Mapping[str, float], left: float, right: float) -> None:
 
 
 def _check_points(points: Array) -> None:
+    """Raise WrongInput for too few points, for infinite ones, and where y does not grow."""
     if len(points) < 4 or not np.all(np.isfinite(points)):
         raise WrongInput(f"{len(points)} points: at least 4 are needed, all of them finite numbers")
-    back = np.flatnonzero(np.diff(points[:, 0]) <= 0)
-    if len(back):
-        k = int(back[0]) + 1
+    not_growing = np.flatnonzero(np.diff(points[:, 0]) <= 0)
+    if len(not_growing):
+        k = int(not_growing[0]) + 1
         raise WrongInput(
             f"point {k + 1}: y = {points[k, 0]:g} after {points[k - 1, 0]:g}: y must grow; sort the points"
         )

@@ -1,4 +1,4 @@
-"""What a user can mend: wrong input, and results that could not be got."""
+"""Errors that a user can act on: wrong input, and results that could not be computed."""
 
 
 class WrongInput(ValueError):

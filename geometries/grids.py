@@ -26,12 +26,12 @@ class Grid:
 
     @property
     def lags(self) -> Array:
-        """Distances along x of two elements [mm], (n_x,): 0, dx, 2 dx, ..."""
+        """Distances of two elements along x [mm], shape (n_x,): 0, dx, 2 dx, ..."""
         return np.asarray(self.dx * np.arange(self.n_x))
 
     @property
     def strips(self) -> Array:
-        """Arc length of the centres of the strips [mm], (n_s,)."""
+        """Arc lengths of the centres of the strips [mm], shape (n_s,)."""
         return np.asarray(self.s + self.ds * (np.arange(self.n_s) - (self.n_s - 1) / 2))
 
     def patch(self, strip: int) -> Patch:
@@ -45,6 +45,6 @@ class Grid:
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Range of s that the grid covers [mm]."""
+        """Range of arc lengths s that the grid covers [mm]."""
         half = self.n_s * self.ds / 2
         return self.s - half, self.s + half

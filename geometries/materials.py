@@ -1,4 +1,4 @@
-"""Isotropic linear elastic materials, one body and combined."""
+"""Isotropic linear elastic materials, and the elastic constants of one body and of both combined."""
 
 import math
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ class Material:
 
 @dataclass(frozen=True)
 class ElasticConstants:
-    """What the half-space ICs depend on, of one body or of both; arrays where they vary from point to point.
+    """The constants of half-space ICs, of one body or of both; arrays where they vary from point to point.
 
     The ICs are `factor` / (2 pi G) times geometry: factor 1 for one body, 2 for both. The mismatch
     constant `mismatch_k` (K of design section 3) scales xn, nx, sn, ns.
@@ -48,7 +48,7 @@ class ElasticConstants:
 
 
 def one_body(material: Material, side: int) -> ElasticConstants:
-    """One body; side +1 for the upper, -1 for the lower.
+    """Constants of one body; side +1 for the upper, -1 for the lower.
 
     Its mismatch term side (1 - 2 nu) / (4 pi G) is K / (2 pi G) with K = side (1 - 2 nu) / 2.
     """

@@ -15,7 +15,7 @@ from geometries.contours import Contour
 from geometries.errors import WrongInput
 
 UPPER, LOWER = +1, -1
-SEAM = 1e-9  # rad, where a model that goes all the way round ends
+SEAM = 1e-9  # rad, width of the seam at which a model that goes all the way round ends
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Surface:
         return Surface(self.side, self.contour)
 
     def circle_radius(self, s: ArrayLike) -> Array:
-        """Radius R(s) [mm] of the rolling circle at arc length s."""
+        """Radius R(s) [mm] of the rolling circle at arc length s, shape of s."""
         return np.asarray(self.rolling_radius - self.side * self.contour.position(s)[1])
 
     def chart_x(self, x: ArrayLike, s: ArrayLike, s_load: ArrayLike) -> Array:

@@ -32,11 +32,12 @@ from mutants import ROOT, SEED, Mutant, mutated, sample
 from compare.results.provenance import results_digest
 from femic.work.provenance import digest_of, versions
 
-CODE = ("geometries", "approx", "femic", "compare", "tests")
+CODE = ("geometries", "approx", "femic", "contact", "compare", "tests")
 COPIED = (
     "geometries",
     "approx",
     "femic",
+    "contact",
     "compare",
     "tests",
     "examples",

@@ -5,7 +5,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.cli.work import DEFAULT, WIDE, Work
+from compare.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work
 from compare.reports.frontier import advice as advising
 from compare.reports.frontier import page, trade
 from compare.reports.frontier.advice import Question
@@ -15,29 +15,23 @@ from compare.scenes.load import load_scene
 
 
 def frontier(
-    scene: str,
+    scene: SceneName,
     /,
     *,
     budget: Annotated[float, Parameter(help="seconds; what would take longer is skipped and listed")] = 600.0,
-    work: Work = DEFAULT,
+    work: Work = DEFAULT_WORK,
 ) -> None:
-    """Try every way to the ICs of a scene: errors, seconds, unknowns, memory; write a report.
-
-    Parameters
-    ----------
-    scene
-        built-in name (see `femic scenes`) or TOML file
-    """
+    """Try every way to the ICs of a scene: errors, seconds, unknowns, memory; write a report."""
     loaded = load_scene(scene)
     folder, console = folders.made(work.folder(loaded)), Console()
     with work.means(folder, console) as means:
-        computed = trade.compute_frontier(scene, trade.Asked.all(budget), means)
+        computed = trade.compute_frontier(scene, trade.FrontierRequest.all(budget), means)
     console.print(page.summary(computed), markup=False, highlight=False)
     console.print(f"Report: {page.write_frontier(computed, folder)}", soft_wrap=True)
 
 
 def advise(
-    scene: str,
+    scene: SceneName,
     /,
     *,
     tolerance: Annotated[float, Parameter(help="largest error, share of the component itself")] = 0.02,
@@ -45,22 +39,17 @@ def advise(
         str | None, Parameter(help="such as nn,sn; default: all that the scene compares")
     ] = None,
     body: Annotated[BodyName | None, Parameter(help="default: the first that the scene compares")] = None,
-    work: Work = DEFAULT,
+    work: Work = DEFAULT_WORK,
 ) -> None:
-    """Say which ICs are the cheapest that are good enough, and why.
-
-    Parameters
-    ----------
-    scene
-        built-in name (see `femic scenes`) or TOML file
-    """
+    """Say which ICs are the cheapest that are good enough, and why."""
     loaded = load_scene(scene)
-    of_body, asked = body or loaded.compared[0], components.split(",") if components else [*loaded.components]
+    chosen_body = body or loaded.compared[0]
+    chosen_components = components.split(",") if components else [*loaded.components]
     folder = folders.checked(work.folder(loaded))
-    question = Question(of_body, tuple(asked), tolerance)
-    console = Console(width=WIDE, highlight=False)
+    question = Question(chosen_body, tuple(chosen_components), tolerance)
+    console = Console(width=TABLE_WIDTH, highlight=False)
     with work.means(folder, console) as means:
         _, computed = advising.tried_for(scene, question, means)
-    advice = advising.advise(computed, tolerance, asked, of_body)
-    console.print(page.evidence(computed, advice, asked, of_body))
+    advice = advising.advise(computed, tolerance, chosen_components, chosen_body)
+    console.print(page.evidence(computed, advice, chosen_components, chosen_body))
     console.print(advising.told(advice), markup=False)

@@ -19,7 +19,7 @@ app = App(
     help="Influence coefficients of non-planar elastic solids: finite elements (C) against approximations.",
     suppress_keyboard_interrupt=False,
 )
-COMMANDS = {  # by name: where it is, and what it does
+COMMANDS = {  # by name: module and function, and the help text
     "run": ("scenes:run", "Compute and compare the ICs of a scene; write a report."),
     "matrix": ("matrices:matrix", "Compute the IC matrix on a grid: all lags and strips."),
     "calibrate": ("fits:calibrate", "Fit B-hat-prime to C; write the scene with the fit."),
@@ -34,17 +34,17 @@ COMMANDS = {  # by name: where it is, and what it does
     "show": ("scenes:show", "Draw a body under a load: its cells, displacements and stresses."),
     "scenes": ("scenes:scenes", "List the built-in scenes, or print one with every key."),
 }
-for command, (place, says) in COMMANDS.items():
-    app.command(f"compare.cli.{place}", name=command, help=says)
+for command, (location, help_text) in COMMANDS.items():
+    app.command(f"compare.cli.{location}", name=command, help=help_text)
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line and exit with its code."""
+    """Run the command line and exit the process with its code."""
     sys.exit(exit_code(sys.argv[1:] if arguments is None else arguments))
 
 
 def exit_code(arguments: list[str]) -> int:
-    """Run one command and translate what went wrong into a message and an exit code."""
+    """Run one command; print the message of an error, and return the exit code."""
     console = Console(stderr=True, soft_wrap=True, highlight=False)
     logging.basicConfig(
         level=logging.WARNING, format="%(message)s", handlers=[RichHandler(console=console, show_path=False)]

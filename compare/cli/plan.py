@@ -1,4 +1,4 @@
-"""What `femic plan` prints."""
+"""Prints the tables of `femic plan`."""
 
 from rich.console import Console
 from rich.table import Table
@@ -9,7 +9,7 @@ from compare.scenes.scene import Scene
 
 
 def show(scene: Scene, workers: int, console: Console) -> None:
-    """Print what `femic run` and `femic matrix` of a scene would take."""
+    """Print what `femic run` and `femic matrix` of a scene will take."""
     console.print(f"{scene.title}: tolerance {scene.settings.tolerance:g}, {workers} workers", markup=False)
     console.print(
         f"bodies: {', '.join(scene.solved)} (compared: {', '.join(scene.compared)}); components: "
@@ -17,13 +17,13 @@ def show(scene: Scene, workers: int, console: Console) -> None:
         markup=False,
     )
     grid = scene.grid
-    of_matrix = (
+    matrix_title = (
         f"femic matrix: {grid.n_x} lags of {grid.dx:g} mm, {grid.n_s} strips of {grid.ds:g} mm about "
         f"s = {grid.s:g} mm; matrix.nc takes {file_size(scene) / 1e6:.0f} MB"
     )
     for title, steps in (
         ("femic run", run_steps(scene, workers)),
-        (of_matrix, matrix_steps(scene, workers)),
+        (matrix_title, matrix_steps(scene, workers)),
     ):
         _print(title, steps, workers, console)
     console.print(
@@ -40,20 +40,20 @@ def _print(title: str, steps: list[Step], workers: int, console: Console) -> Non
     for column in ("unknowns", "wavenumbers", "fields", "s", "MB"):
         table.add_column(column, justify="right")
     for step in steps:
-        takes = step.takes
+        planned = step.takes
         table.add_row(
             step.name,
             step.engine.name,
-            "y" if takes.half_section else "none",
+            "y" if planned.half_section else "none",
             f"{step.cells:.3g}",
             f"{step.far_radius:g} mm",
             step.along_x,
-            f"{takes.unknowns:,}",
-            str(takes.wavenumbers or "–"),
-            str(takes.fields),
-            f"{takes.seconds:.0f}",
-            f"{takes.memory:.0f}",
+            f"{planned.unknowns:,}",
+            str(planned.wavenumbers or "–"),
+            str(planned.fields),
+            f"{planned.seconds:.0f}",
+            f"{planned.memory:.0f}",
         )
     console.print(table)
-    most = max(step.takes.memory for step in steps)
-    console.print(f"about {seconds(steps, workers):.0f} s, {most:.0f} MB", markup=False)
+    largest_memory = max(step.takes.memory for step in steps)
+    console.print(f"about {seconds(steps, workers):.0f} s, {largest_memory:.0f} MB", markup=False)

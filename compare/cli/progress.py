@@ -1,4 +1,4 @@
-"""Progress while models are solved: a live bar on a terminal, else a line now and then."""
+"""Shows progress while models are solved: a bar on a terminal, otherwise a line every few seconds."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -20,14 +20,14 @@ from femic.level import Level, factors
 from femic.means import Solved, Step, Task, Watch
 
 EVERY = 5.0  # seconds from a line to the next where there is no terminal
-LOOK_EVERY = 0.5  # seconds
+LOOK_EVERY = 0.5  # seconds between looks at the clock
 
 Write = Callable[[str], None]
 
 
 @contextmanager
 def shown(console: Console) -> Iterator[Watch]:
-    """Whom to tell of models while they are solved; each finished one has its line on the console."""
+    """A watch that shows the progress of models on the console; each finished model has a line."""
 
     def write(text: str) -> None:
         console.print(text, soft_wrap=True)
@@ -38,7 +38,7 @@ def shown(console: Console) -> Iterator[Watch]:
 
 @contextmanager
 def _bar(console: Console, write: Write) -> Iterator[Watch]:
-    """A progress bar over the models; refinement adds some."""
+    """A watch that shows a progress bar over the models; refinement adds models."""
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -64,11 +64,14 @@ def _bar(console: Console, write: Write) -> Iterator[Watch]:
 
 @contextmanager
 def _lines(write: Write) -> Iterator[Watch]:
-    """Lines, also while nothing is heard from the models: a thread looks at the clock."""
-    lines, end = Lines(write), Event()
+    """A watch that writes lines.
+
+    A thread looks at the clock, so that lines are written even while no model reports.
+    """
+    lines, stopped = Lines(write), Event()
 
     def look() -> None:
-        while not end.wait(LOOK_EVERY):
+        while not stopped.wait(LOOK_EVERY):
             lines.tell()
 
     thread = Thread(target=look, daemon=True)
@@ -76,41 +79,41 @@ def _lines(write: Write) -> Iterator[Watch]:
     try:
         yield Watch(lambda _: None, lines.on_model, write, lines.on_step)
     finally:
-        end.set()
+        stopped.set()
         thread.join()
 
 
 @dataclass
 class Lines:
-    """A line per model that is being solved, when it begins and every EVERY seconds."""
+    """Writes a line about each model that is being solved: when it begins, and every EVERY seconds."""
 
     write: Write
     clock: Callable[[], float] = monotonic
-    _working: dict[tuple[str, Level], tuple[float, Step]] = field(default_factory=dict)  # begun, and at what
-    _lock: Lock = field(default_factory=Lock)  # models may tell from threads of their own
-    _last: float = 0.0
+    _working: dict[tuple[str, Level], tuple[float, Step]] = field(default_factory=dict)  # begin [s] and step
+    _lock: Lock = field(default_factory=Lock)  # models may report from threads of their own
+    _last: float = 0.0  # time of the last line
 
     def on_step(self, step: Step) -> None:
-        """A model goes on."""
+        """Note the step that a model is at; write a line if it has just begun or the last line is old."""
         with self._lock:
             key = step.task.job, step.task.level
             begun = self._working[key][0] if key in self._working else self.clock()
-            new = key not in self._working
+            has_just_begun = key not in self._working
             self._working[key] = begun, step
-            if new:
+            if has_just_begun:
                 self._last = begun
                 self.write(f"{named(step.task)}: {doing(step)}")
         self.tell()
 
     def on_model(self, solved: Solved) -> None:
-        """A model is finished."""
+        """Write a line about a model that is finished."""
         with self._lock:
             self._working.pop((solved.task.job, solved.task.level), None)
             self._last = self.clock()
             self.write(finished(solved))
 
     def tell(self) -> None:
-        """Write what all models are at, if the last line was long ago."""
+        """Write the steps that all models are at, if the last line is older than EVERY seconds."""
         with self._lock:
             now = self.clock()
             if now - self._last < EVERY:
@@ -121,13 +124,13 @@ class Lines:
 
 
 def named(task: Task) -> str:
-    """The model of a task."""
+    """Text that names the model of a task."""
     cells, domain = factors(task.level)
     return f"  {task.job} body, cells x {cells:.3g}, domain x {domain:.3g}"
 
 
 def doing(step: Step) -> str:
-    """What a model is at."""
+    """Text about the step that a model is at."""
     if not step.wavenumbers:
         return step.stage
     if step.expected is None or step.wavenumbers > step.expected:
@@ -136,7 +139,7 @@ def doing(step: Step) -> str:
 
 
 def finished(solved: Solved) -> str:
-    """What a model took."""
+    """Text about a finished model: what it took."""
     cost = solved.model.cost
     took = "kept from an earlier run" if solved.kept else f"{sum(cost.seconds.values()):.1f} s"
     return f"{named(solved.task)}: {cost.unknowns:,} unknowns, {took}"

@@ -7,7 +7,7 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from compare.cli import plan as planning
-from compare.cli.work import DEFAULT, WIDE, StoreAt, Work, Workers
+from compare.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, StoreAt, Work, Workers
 from compare.reports.frontier.choice import AUTO, choose, question_of
 from compare.reports.overlay import curves as overlay
 from compare.reports.overlay import page as overlay_page
@@ -24,14 +24,8 @@ from geometries.patches import DirectionName
 SolidName = Literal["lower", "upper"]
 
 
-def run(scene: str, /, *, work: Work = DEFAULT) -> None:
-    """Compute and compare the influence coefficients of a scene; write a report.
-
-    Parameters
-    ----------
-    scene
-        built-in name (see `femic scenes`) or TOML file
-    """
+def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
+    """Compute and compare the influence coefficients of a scene; write a report."""
     loaded = load_scene(scene)
     console = Console()
     report = _computed(loaded, work.folder(loaded), work, console)
@@ -43,7 +37,7 @@ def run(scene: str, /, *, work: Work = DEFAULT) -> None:
 
 
 def _computed(scene: Scene, folder: Path, work: Work, console: Console) -> Path:
-    """Compute a scene, with warnings and progress on the console; returns the path of its report."""
+    """Compute a scene, with warnings and progress on the console; return the path of its report."""
     for text in plausibility.warnings(scene):
         console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
     with work.means(folder, console) as means:
@@ -51,7 +45,7 @@ def _computed(scene: Scene, folder: Path, work: Work, console: Console) -> Path:
 
 
 def compare(
-    *scene: str,
+    *scene: SceneName,
     results: Annotated[Path, Parameter(help="folder that has the results of each scene in SCENE/")] = Path(
         "out"
     ),
@@ -68,28 +62,22 @@ def compare(
     scene
         built-in name (see `femic scenes`), TOML file, or folder with results of `femic run`
     """
-    found = overlay_sources.sources(scene, results)
-    overlay_sources.common(found)  # raises before any work starts
-    folder = overlay_page.folder_of(found, out, results)
+    scene_sources = overlay_sources.sources(scene, results)
+    overlay_sources.common(scene_sources)  # raises before any work starts
+    folder = overlay_page.folder_of(scene_sources, out, results)
     console = Console()
-    for source in found:
+    for source in scene_sources:
         if source.scene is not None and not overlay_sources.up_to_date(source):
             console.print(f"{source.name}: no results of it by this femic yet, computing", markup=False)
             work = Work(source.folder, workers, store)
             _computed(source.scene, source.folder, work, console)
-    report = overlay_page.write(overlay.load(found), folder)
+    report = overlay_page.write(overlay.load(scene_sources), folder)
     console.print(f"Report: {report}", soft_wrap=True)
 
 
-def plan(scene: str, /, *, workers: Workers = None) -> None:
-    """Say what a scene would take: models, unknowns, wavenumbers, seconds, memory, file size.
-
-    Parameters
-    ----------
-    scene
-        built-in name (see `femic scenes`) or TOML file
-    """
-    planning.show(load_scene(scene), workers or cores(), Console(width=WIDE, highlight=False))
+def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
+    """Say what a scene would take: models, unknowns, wavenumbers, seconds, memory, file size."""
+    planning.show(load_scene(scene), workers or cores(), Console(width=TABLE_WIDTH, highlight=False))
 
 
 def show(
@@ -111,8 +99,8 @@ def show(
         built-in name (see `femic scenes`), TOML file, or .vtu file of displacements and stresses
     """
     console = Console(soft_wrap=True, highlight=False)
-    asked = fields.Shown(target, body, load, out, window)
-    fields.show(asked, lambda text: console.print(text, markup=False))
+    shown = fields.Shown(target, body, load, out, window)
+    fields.show(shown, lambda text: console.print(text, markup=False))
 
 
 def scenes(

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.cli.work import DEFAULT, Work
+from compare.cli.work import DEFAULT_WORK, Work
 from compare.results import folders
 from compare.studies.extremes.found import available as extremes_available
 from compare.studies.validation import page as validation
@@ -21,7 +21,7 @@ def validate(
         tuple[int, ...] | None, Parameter(help="numbers of statements; default: all", consume_multiple=True)
     ] = None,
     tolerance: Annotated[float, Parameter(help="of C")] = runs.TOLERANCE,
-    work: Work = DEFAULT,
+    work: Work = DEFAULT_WORK,
 ) -> None:
     """Check what is said about these ICs, and this program, with computed verdicts; write a report."""
     numbers = verdicts.chosen(only)
@@ -40,7 +40,7 @@ def extremes(
         tuple[Literal["analytic", EngineName], ...],
         Parameter(help="which parts", consume_multiple=True),
     ] = ("analytic", *ENGINES),
-    work: Work = DEFAULT,
+    work: Work = DEFAULT_WORK,
 ) -> None:
     """Try every part at the limits of what may be asked for, and beyond; write errors, cost and messages."""
     if not extremes_available():

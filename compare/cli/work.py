@@ -1,4 +1,4 @@
-"""What commands share: where results go, and how they are computed."""
+"""Options that commands share: the folder of results, workers and store."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,8 +14,9 @@ from compare.scenes.scene import Scene
 from femic.means import Means, cores
 from femic.work.store import Store
 
-WIDE = 130  # columns of a table
+TABLE_WIDTH = 130  # characters
 
+SceneName = Annotated[str, Parameter(help="built-in name (see `femic scenes`) or TOML file")]
 Workers = Annotated[int | None, Parameter(help="parallel processes or threads; default: one per core")]
 StoreAt = Annotated[
     str | None,
@@ -33,23 +34,23 @@ class Work:
     store: StoreAt = None
 
     def folder(self, scene: Scene) -> Path:
-        """Where the results of a scene go."""
+        """The folder that the results of a scene are written to."""
         return self.out or Path("out") / scene.name
 
     @property
     def threads(self) -> int:
-        """How many work at a time."""
+        """The number of workers."""
         return self.workers or cores()
 
     @contextmanager
     def means(self, folder: Path, console: Console) -> Iterator[Means]:
-        """Workers, a store, and progress on the console; what is solved is kept in a folder of results."""
+        """Workers, a store of solved models in a folder of results unless one is named, and progress."""
         with progress.shown(console) as watch:
             yield Means(self.threads, kept(self.store, folder), watch)
 
 
 def kept(location: str | None, folder: Path) -> Store:
-    """A named store, or that in a folder, without what other code left there."""
+    """The store at a location, or else that in a folder, without models that other code left there."""
     if location is not None:
         return Store(location)
     store = Store(folder / "store")
@@ -57,4 +58,4 @@ def kept(location: str | None, folder: Path) -> Store:
     return store
 
 
-DEFAULT = Work()
+DEFAULT_WORK = Work()

@@ -1,4 +1,4 @@
-"""What all reports share: figures, 3D views, styles of variants, templates of pages.
+"""Drawing and layout that all reports share: figures, 3D views, styles of variants, templates of pages.
 
 Imports `scenes` and `results`.
 """

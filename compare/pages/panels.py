@@ -1,4 +1,4 @@
-"""The one drawer of curves: some of them over one abscissa, C with its estimate, and grids of such panels."""
+"""Draws all figures of curves: panels of curves over one abscissa, C with its estimate, grids of panels."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from compare.pages.styles import CHECK, FURTHER, RC, STYLES, SYMBOLS, Style
+from compare.pages.styles import CHECK_STYLE, FURTHER, RC, STYLES, SYMBOLS, Style
 from geometries.arrays import Array, Mask
 
-INVISIBLE = 1e-9  # of a dimensionless IC
-CHECK_MARKS = 24  # on a line
+INVISIBLE = 1e-9  # dimensionless IC below which a curve is shown as zero
+CHECK_MARKS = 24  # about how many marks a curve of the other engine has
 BAND = "C ± estimate"
 OF_SYMBOL = {SYMBOLS.get(name, name): style for name, style in STYLES.items()}
 
@@ -22,7 +22,8 @@ OF_SYMBOL = {SYMBOLS.get(name, name): style for name, style in STYLES.items()}
 class Panel:
     """Curves over one abscissa, arrays (n,), by their labels.
 
-    `estimate` is that of the curve "C", drawn as a band, `known` that of the other engine's C.
+    `estimate` is the estimated error of the curve "C", drawn as a band; `known` that of the other engine's C,
+    drawn as bars.
     """
 
     title: str
@@ -35,29 +36,29 @@ class Panel:
     marks: tuple[float, ...] = field(default=())  # abscissas of joints, dotted
 
     def beyond(self, at: float) -> "Panel":
-        """The part from an abscissa on."""
+        """The panel from an abscissa on."""
         return self.part(self.at >= at)
 
     def labelled(self, title: str, across: str, up: str) -> "Panel":
-        """With a title and labels."""
+        """The panel with a title and labels."""
         return replace(self, title=title, across=across, up=up)
 
     def part(self, shown: Mask) -> "Panel":
-        """What is shown of it, (n,)."""
+        """The panel with only those points that are shown, (n,)."""
         curves = {name: values[shown] for name, values in self.curves.items()}
-        estimate, known = (None if of is None else of[shown] for of in (self.estimate, self.known))
+        estimate, known = (None if band is None else band[shown] for band in (self.estimate, self.known))
         return replace(self, at=self.at[shown], curves=curves, estimate=estimate, known=known)
 
 
 def styles_of(panels: Sequence[Panel], given: Mapping[str, Style] = OF_SYMBOL) -> dict[str, Style]:
-    """A style for each label: the given one, or a further one."""
+    """A style for each label of the panels: the given one, or one of `FURTHER` in turn."""
     labels = dict.fromkeys(label for panel in panels for label in panel.curves)
     further = dict(zip((label for label in labels if label not in given), cycle(FURTHER), strict=False))
     return dict(given) | further
 
 
 def draw(axes: Axes, panel: Panel, styles: Mapping[str, Style], *, labelled: bool = True) -> None:
-    """Curves of a panel, those of `styles` that come first on top; NaN: a curve that is not there."""
+    """Draw the curves of a panel; those first in `styles` lie on top, curves of NaN only are left out."""
     if panel.estimate is not None and "C" in panel.curves:
         c, label = panel.curves["C"], BAND if labelled else None
         low, high = c - panel.estimate, c + panel.estimate
@@ -67,27 +68,27 @@ def draw(axes: Axes, panel: Panel, styles: Mapping[str, Style], *, labelled: boo
         values = panel.curves[name]
         if np.all(np.isnan(values)):
             continue
-        if styles[name] is CHECK:
+        if styles[name] is CHECK_STYLE:
             _draw_check(axes, panel, name, values)
         else:
             axes.plot(panel.at, values, label=name if labelled else None, **styles[name])
 
 
 def _draw_check(axes: Axes, panel: Panel, name: str, values: Array) -> None:
-    """The other engine's C as marks, with bars where its estimate is there."""
+    """Draw the other engine's C as marks, with bars where its estimate is given."""
     marked = slice(None, None, max(1, len(panel.at) // CHECK_MARKS))
     if panel.known is None:
-        axes.plot(panel.at[marked], values[marked], label=name, **CHECK)
+        axes.plot(panel.at[marked], values[marked], label=name, **CHECK_STYLE)
         return
     bars = panel.known[marked]
-    axes.errorbar(panel.at[marked], values[marked], bars, label=f"{name} ± estimate", zorder=2, **CHECK)
+    axes.errorbar(panel.at[marked], values[marked], bars, label=f"{name} ± estimate", zorder=2, **CHECK_STYLE)
 
 
 def finish(axes: Axes, panel: Panel) -> None:
-    """Titles, labels, joints; a curve that vanishes by symmetry is not blown up to rounding noise."""
+    """Add title, labels and joints to a panel, and show curves that vanish by symmetry as zero."""
     show_zero(axes)
-    for at in panel.marks:
-        axes.axvline(at, color="grey", linestyle=":", linewidth=1, label="_joint")
+    for joint in panel.marks:
+        axes.axvline(joint, color="grey", linestyle=":", linewidth=1, label="_joint")
     if panel.marks:
         place = max(panel.marks), 0.02
         axes.annotate(
@@ -104,14 +105,14 @@ def finish(axes: Axes, panel: Panel) -> None:
 
 
 def show_zero(axes: Axes) -> None:
-    """A curve that vanishes by symmetry is shown as a line, not as blown-up rounding noise."""
-    if max(np.max(np.abs(drawn.get_ydata())) for drawn in axes.get_lines()) < INVISIBLE:
+    """Fix the range of the ordinate where all curves vanish by symmetry, lest rounding errors fill it."""
+    if max(np.max(np.abs(curve.get_ydata())) for curve in axes.get_lines()) < INVISIBLE:
         axes.set_ylim(-1e-3, 1e-3)
         axes.annotate("0 by symmetry", (0.5, 0.6), xycoords="axes fraction", ha="center", color="grey")
 
 
 def drawn(panels: Sequence[Panel], columns: int, size: tuple[float, float] = (4.1, 2.9)) -> Figure:
-    """Panels in so many columns, each of a size [inch], with one legend."""
+    """Figure of panels in a number of columns, each of a size [inch], with one legend."""
     rows, styles = -(-len(panels) // columns), styles_of(panels)
     with mpl.rc_context(RC):
         figure = Figure(figsize=(size[0] * columns, size[1] * rows + 0.5), layout="constrained")
@@ -126,7 +127,7 @@ def drawn(panels: Sequence[Panel], columns: int, size: tuple[float, float] = (4.
 
 
 def add_legend(figure: Figure, most: int = 8) -> None:
-    """One legend of all labels in a figure, below it."""
+    """Add one legend of all labels of a figure below it, in at most `most` columns."""
     handles = {
         label: handle
         for axes in figure.axes

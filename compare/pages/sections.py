@@ -11,12 +11,12 @@ from compare.scenes.scene import Scene
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 
-ON_HUB = 1e-9  # of its depth: a contour that ends there ends on the hub
-HALF_WINDOW = 1.4  # of the zoomed section, in reach of the longest line
+ON_HUB = 1e-9  # share of the depth: a contour that ends closer than that to the hub ends on it
+HALF_WINDOW = 1.4  # half-width of the zoomed section, over the largest |s| of the lines
 
 
 def sections(scene: Scene) -> Figure:
-    """Both sections whole and near the contact, with the patch and the offset lines."""
+    """Figure of both sections, whole and near the contact, with the patch and the offset lines."""
     with mpl.rc_context(RC):
         figure = Figure(figsize=(11, 4.6), layout="constrained")
         whole, near, plan = figure.subplots(1, 3)
@@ -36,10 +36,10 @@ def sections(scene: Scene) -> Figure:
 
 
 def _draw_body(axes: Axes, body: Body, name: str, colour: str) -> None:
-    far = body.domain.far_radius
+    far_radius = body.domain.far_radius
     start, end = body.s_range
-    near = np.linspace(max(start, -0.1 * far), min(end, 0.1 * far), 401)
-    s = np.union1d(np.linspace(start, end, 801), near)
+    s_near_contact = np.linspace(max(start, -0.1 * far_radius), min(end, 0.1 * far_radius), 401)
+    s = np.union1d(np.linspace(start, end, 801), s_near_contact)
     contour = body.contour.position(s)
     clamped = _closing(body, contour[:, -1], contour[:, 0])
     axes.fill(*np.hstack([contour, clamped]), facecolor=colour, alpha=0.15, label=f"{name} body")
@@ -48,18 +48,21 @@ def _draw_body(axes: Axes, body: Body, name: str, colour: str) -> None:
 
 
 def _closing(body: Body, right: Array, left: Array) -> Array:
-    """Far arc and hub from the contour's right end to its left end, shape (2, n)."""
+    """Points of far arc and hub from the contour's right end to its left end, (2, n) [mm]."""
     return np.hstack([_to_hub(body, right), _to_hub(body, left)[:, ::-1]])
 
 
 def _to_hub(body: Body, end: Array) -> Array:
-    """The far arc from an end of the contour to the hub or the pole; only the end if it lies on the hub."""
-    far, (y, z) = body.domain.far_radius, end
+    """Points of the far arc from an end of the contour to the hub or the pole, (2, n) [mm].
+
+    An end that lies on the hub is returned alone.
+    """
+    far_radius, (y, z) = body.domain.far_radius, end
     if body.side * z > (1 - ON_HUB) * body.depth:
         return end[:, None]
-    ends = np.arctan2(body.side * z, abs(y)), np.arcsin(min(1.0, body.depth / far))
-    angle = np.linspace(*ends, 101)
-    return far * np.stack([np.sign(y) * np.cos(angle), body.side * np.sin(angle)])
+    angles_of_ends = np.arctan2(body.side * z, abs(y)), np.arcsin(min(1.0, body.depth / far_radius))
+    angle = np.linspace(*angles_of_ends, 101)
+    return far_radius * np.stack([np.sign(y) * np.cos(angle), body.side * np.sin(angle)])
 
 
 def _draw_marks(axes: Axes, scene: Scene) -> None:
@@ -80,7 +83,7 @@ def _draw_marks(axes: Axes, scene: Scene) -> None:
 
 
 def _draw_plan(axes: Axes, scene: Scene, side: int = 1) -> None:
-    """Lines and patch on the developed surface; side -1: mirrored in s."""
+    """Draw lines and patch on the developed surface; side -1: mirrored in s."""
     for line in scene.lines:
         axes.plot(side * line.s, line.x, linewidth=1.2, label=f"line {line.name}")
     a, b, centre = scene.patch.a, scene.patch.b, side * scene.patch.s
@@ -92,9 +95,9 @@ def _draw_plan(axes: Axes, scene: Scene, side: int = 1) -> None:
 
 
 def surface_mesh(chart: MeshTri, scene: Scene, body: str, *, side: int) -> Figure:
-    """The contact surface's mesh in its chart (x, s): where the lines run, and near the patch.
+    """Figure of the contact surface's mesh in its chart (x, s): where the lines run, and near the patch.
 
-    side -1: the model is the mirror image of the side of the patch.
+    `side` -1: the model is the mirror image of the side of the patch.
     """
     x, s = chart.p
     with mpl.rc_context(RC | {"axes.grid": False}):
@@ -115,18 +118,22 @@ def surface_mesh(chart: MeshTri, scene: Scene, body: str, *, side: int) -> Figur
 
 
 def section_mesh(vertices: Array, triangles: Indices, scene: Scene, body: str) -> Figure:
-    """The section's mesh, whole and near the patch."""
+    """Figure of the section's mesh, whole and near the patch; vertices (2, n) [mm], triangles (3, m)."""
     y, z = vertices
     with mpl.rc_context(RC | {"axes.grid": False}):
         figure = Figure(figsize=(10, 4.8), layout="constrained")
-        at_y, at_z = scene.bodies[body].contour.position(scene.patch.s)
-        near = 8 * max(scene.patch.a, scene.patch.b)
-        whole, close = figure.subplots(1, 2)
-        for axes in (whole, close):
+        patch_y, patch_z = scene.bodies[body].contour.position(scene.patch.s)
+        half_window = 8 * max(scene.patch.a, scene.patch.b)
+        whole, close_up = figure.subplots(1, 2)
+        for axes in (whole, close_up):
             axes.triplot(y, z, triangles.T, linewidth=0.3, color="tab:blue")
             axes.set(aspect="equal", xlabel="y [mm]", ylabel="z [mm]")
         whole.set_title(f"{triangles.shape[1]:,} cells")
-        close.set(title="near the patch", xlim=(at_y - near, at_y + near), ylim=(at_z - near, at_z + near))
+        close_up.set(
+            title="near the patch",
+            xlim=(patch_y - half_window, patch_y + half_window),
+            ylim=(patch_z - half_window, patch_z + half_window),
+        )
         half = " (y ≥ 0: the other half is its mirror image)" if np.min(y) >= 0 else ""
         figure.suptitle(f"section of the {body} body{half}")
         return figure

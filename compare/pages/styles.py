@@ -1,4 +1,4 @@
-"""How curves look: each variant has its symbol, style and marker here; one that has none takes the next."""
+"""Symbols, styles and markers of the curves of variants; a variant without its own takes a further one."""
 
 from collections.abc import Iterable, Mapping
 from itertools import cycle
@@ -15,11 +15,11 @@ RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidt
 
 SYMBOLS = {name: variant.symbol for name, variant in VARIANTS.items()} | {"C": "C", "C_solid": "C (solid)"}
 
-CHECK: Style = {"color": "black", "marker": "o", "markersize": 4, "mfc": "white", "linestyle": "none"}
+CHECK_STYLE: Style = {"color": "black", "marker": "o", "markersize": 4, "mfc": "white", "linestyle": "none"}
 
 DASHES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (1.3, 1.2)), (0, (5, 1.2, 1, 1.2)), (0, (9, 2)))
 COLOURS = ("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:orange")
-FURTHER: tuple[Style, ...] = (  # of what has no style of its own
+FURTHER: tuple[Style, ...] = (  # styles of curves that have none of their own
     {"color": "tab:cyan", "linewidth": 1.4},
     {"color": "tab:pink", "linewidth": 1.4, "linestyle": (0, (4, 1))},
     {"color": "tab:olive", "linewidth": 1.4, "linestyle": (0, (1, 1))},
@@ -27,24 +27,24 @@ FURTHER: tuple[Style, ...] = (  # of what has no style of its own
     {"color": "black", "linewidth": 1.4},
     {"color": "tab:red", "linewidth": 1.4, "linestyle": (0, (3, 1))},
 )
-OWN: Mapping[str, tuple[str, Style]] = {  # marker and line, the first on top: mix coincides with others
+OWN: Mapping[str, tuple[str, Style]] = {  # marker and style; the first on top: mix coincides with others
     "mix": ("P", {"color": "tab:purple", "linestyle": (0, (1, 3)), "linewidth": 2.2}),
     "A": ("s", {"color": "tab:blue", "linestyle": (0, (5, 2))}),
     "B": ("o", {"color": "tab:orange", "linestyle": "-"}),
     "Bbar": ("^", {"color": "tab:green", "linestyle": (0, (3, 1, 1, 1))}),
     "Bhat": ("D", {"color": "tab:red", "linestyle": (0, (2, 1))}),
     "Bhat_prime": ("v", {"color": "tab:brown", "linestyle": (0, (6, 1))}),
-    "C_solid": ("X", CHECK),
+    "C_solid": ("X", CHECK_STYLE),
     "C": ("*", {"color": "black", "linewidth": 1.8, "zorder": 1}),
 }
 FURTHER_MARKERS = "hpd<>8H"
 
 
 def with_further(names: Iterable[str]) -> dict[str, tuple[str, Style]]:
-    """Marker and style of each name: its own, or further ones in turn."""
-    turns = zip(cycle(FURTHER_MARKERS), cycle(FURTHER), strict=False)
-    new = {name: next(turns) for name in names if name not in OWN}
-    return new | dict(OWN)
+    """Marker and style of each name: its own, or further ones in turn; those without their own come first."""
+    further_looks = zip(cycle(FURTHER_MARKERS), cycle(FURTHER), strict=False)
+    looks = {name: next(further_looks) for name in names if name not in OWN}
+    return looks | dict(OWN)
 
 
 LOOKS = with_further(VARIANTS)

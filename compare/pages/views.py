@@ -1,4 +1,4 @@
-"""The only module that loads PyVista: 3D pictures without a screen, where the machine can draw them."""
+"""3D pictures, drawn without a screen where the machine can; the only module that loads PyVista."""
 
 import os
 import subprocess
@@ -23,9 +23,9 @@ NO_RENDERING = (
 )
 TETRAHEDRON = 10  # VTK's number of the 4-node tetrahedron
 
-HOT = 0.02  # share of the largest stress down to which a block is shown
-DECADES = 2  # of stress
-LARGEST_SHIFT = 0.35  # drawn displacement over the size of the block
+HOT = 0.02  # share of the largest stress; the block that is shown contains all larger stresses
+STRESS_DECADES = 2  # range of the colour scale
+LARGEST_SHIFT = 0.35  # largest drawn displacement over the reach of the block
 SHADE = {"ambient": 0.5, "diffuse": 0.65, "specular": 0.0}
 CELLS = {"color": "lightsteelblue", "show_edges": True, "line_width": 0.5, "edge_opacity": 0.6}
 RIM = {"color": "black", "line_width": 1.5}
@@ -44,7 +44,7 @@ COLOUR_BAR = {
 
 
 def can_render() -> bool:
-    """Whether an off-screen 3D picture can be drawn; tried in a process of its own: it may crash."""
+    """Whether an off-screen 3D picture can be drawn; tried in a process of its own, since it may crash."""
     command = [sys.executable, "-c", PROBE]
     try:
         subprocess.run(command, env=os.environ | OFF_SCREEN, capture_output=True, check=True, timeout=120)
@@ -54,7 +54,7 @@ def can_render() -> bool:
 
 
 def draw_mesh(points: Array, cells: Indices, patch: Array, path: Path, *, title: str) -> None:
-    """PNG of a tetrahedral mesh, points (3, n) [mm], cells (4, m), beside a close-up of the patch."""
+    """Write a PNG of a tetrahedral mesh, points (3, n) [mm], cells (4, m), beside a close-up of the patch."""
     import pyvista
 
     os.environ.update(OFF_SCREEN)
@@ -62,12 +62,12 @@ def draw_mesh(points: Array, cells: Indices, patch: Array, path: Path, *, title:
     plotter = pyvista.Plotter(off_screen=True, shape=(1, 2), window_size=(1400, 620))
     size = np.ptp(points[0])
     lower = points[2].min() < -points[2].max()
-    away = np.array([-0.8, -1.0, 0.75 if lower else -0.75])
+    camera_direction = np.array([-0.8, -1.0, 0.75 if lower else -0.75])
     for column, (focus, caption) in enumerate(((points.mean(axis=1), title), (patch, "near the patch"))):
         plotter.subplot(0, column)
         plotter.add_mesh(grid, **CELLS, **SHADE)
         plotter.add_text(caption, font_size=10)
-        plotter.camera_position = [focus + 0.06 * size * away, focus, (0, 0, 1)]
+        plotter.camera_position = [focus + 0.06 * size * camera_direction, focus, (0, 0, 1)]
         if column == 0:
             plotter.reset_camera()
         plotter.show_axes()
@@ -77,7 +77,7 @@ def draw_mesh(points: Array, cells: Indices, patch: Array, path: Path, *, title:
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """A body under a load, and the block around the load that is shown: x >= 0, `reach` [mm] to each side."""
+    """A body under a load; the block around it that is shown has x >= 0, `reach` [mm] to each side."""
 
     grid: Dataset
     centre: Array
@@ -85,13 +85,13 @@ class Loaded:
 
     @property
     def seen_from(self) -> Array:
-        """Direction from which the contact surface is seen: from above on the lower body, else from below."""
+        """Direction from which the contact surface is seen, (3,): from above for the lower body."""
         low, high = self.grid.bounds[4:]
         return np.array([-1.0, -1.0, 1.0 if low < -high else -1.0])
 
 
 def read_loaded(path: Path) -> Loaded:
-    """A .vtu file with displacements and stresses, such as femic writes."""
+    """Read a .vtu file with displacements and stresses as femic writes it; raises WrongInput for others."""
     import pyvista
 
     if not path.is_file():
@@ -104,23 +104,26 @@ def read_loaded(path: Path) -> Loaded:
 
 
 def around_the_load(grid: Dataset) -> Loaded:
-    """The block is centred where the displacement is largest and reaches as far as stresses are high."""
-    hot = grid.points[grid["von_mises"] > HOT * grid["von_mises"].max()]
-    middle = grid.points[np.argmax(grid["size"])]
-    reach = round_number(np.abs(hot - middle).max())
-    return Loaded(grid, np.array([0, 1, 1]) * reach * np.round(middle / reach, 1), reach)
+    """The loaded body of a grid with fields.
+
+    Its block is centred where the displacement is largest and reaches as far as stresses are high.
+    """
+    hot_points = grid.points[grid["von_mises"] > HOT * grid["von_mises"].max()]
+    load_point = grid.points[np.argmax(grid["size"])]
+    reach = round_number(np.abs(hot_points - load_point).max())
+    return Loaded(grid, np.array([0, 1, 1]) * reach * np.round(load_point / reach, 1), reach)
 
 
 def round_number(value: float) -> float:
-    """The largest 1, 2 or 5 times a power of ten up to a value."""
+    """The largest number of the form 1, 2 or 5 times a power of ten that is not above a value."""
     power = 10 ** np.floor(np.log10(value))
     return float(max(digit * power for digit in (1, 2, 5) if digit * power <= value))
 
 
 def draw_fields(loaded: Loaded, path: Path, *, title: str, window: bool = False) -> None:
-    """PNG of a loaded body: as a whole, its cells, displacements and stresses near the load.
+    """Write a PNG of a loaded body: the whole body; cells, displacements and stresses near the load.
 
-    With `window` the same panels open on the screen too and can be turned.
+    With `window` the same panels also open on the screen, where they can be turned.
     """
     if not window:
         os.environ.update(OFF_SCREEN)
@@ -164,20 +167,20 @@ def _four_panels(plotter: Plotter, loaded: Loaded, title: str) -> None:
     _look(plotter, loaded, skin, "von Mises stress")
 
 
-def _add_coloured(plotter: Plotter, skin: Dataset, values: str, title: str) -> None:
-    most = skin[values].max()
-    scale: dict[str, Any] = {"cmap": "YlGnBu", "clim": (0, most)}
-    if values == "von_mises":
-        scale = {"cmap": "YlOrRd", "log_scale": True, "clim": (10.0**-DECADES * most, most)}
+def _add_coloured(plotter: Plotter, skin: Dataset, field: str, title: str) -> None:
+    largest = skin[field].max()
+    scale: dict[str, Any] = {"cmap": "YlGnBu", "clim": (0, largest)}
+    if field == "von_mises":
+        scale = {"cmap": "YlOrRd", "log_scale": True, "clim": (10.0**-STRESS_DECADES * largest, largest)}
     plotter.add_mesh(
-        skin.copy(), scalars=values, scalar_bar_args=COLOUR_BAR | {"title": title}, **scale, **SHADE
+        skin.copy(), scalars=field, scalar_bar_args=COLOUR_BAR | {"title": title}, **scale, **SHADE
     )
 
 
 def _look(plotter: Plotter, loaded: Loaded, shown: Dataset, caption: str) -> None:
     """Point the camera at what is shown and write the caption."""
-    size, across = shown.length, np.array([1.0, -1.0, 0.0])
-    focus = np.array(shown.center) + size * (0.04 * across + [0, 0, 0.04])  # room for bar and caption
+    size, sideways = shown.length, np.array([1.0, -1.0, 0.0])
+    focus = np.array(shown.center) + size * (0.04 * sideways + [0, 0, 0.04])  # room for bar and caption
     plotter.add_text(caption, position=(0.02, 0.93), viewport=True, font_size=13, color="black")
     plotter.camera_position = [focus + 10 * size * loaded.seen_from, focus, (0, 0, 1)]
     plotter.enable_parallel_projection()
@@ -186,7 +189,7 @@ def _look(plotter: Plotter, loaded: Loaded, shown: Dataset, caption: str) -> Non
 
 
 def _add_frame(plotter: Plotter, loaded: Loaded, rim: Dataset) -> None:
-    """The rim, and coordinates along three edges of the block; a ruler has its numbers on its right."""
+    """Add the rim, and rulers along three edges of the block; a ruler has its numbers on its right."""
     plotter.add_mesh(rim, **RIM)
     reach, gap = loaded.reach, 0.05 * loaded.reach
     _, y, z = loaded.centre
@@ -243,7 +246,7 @@ def block(loaded: Loaded) -> tuple[Dataset, Dataset]:
 
 
 def _clipped(shape: Dataset, loaded: Loaded, normals: Array) -> Dataset:
-    """What of a shape lies inside of planes at `reach` from the centre."""
+    """The part of a shape inside of planes with some normals, at `reach` from the centre."""
     for normal in normals:
         shape = shape.clip(normal, origin=loaded.centre + loaded.reach * normal)
     return shape

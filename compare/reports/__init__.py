@@ -1,4 +1,4 @@
-"""What each command makes of results, a folder each: files, figures and a page.
+"""Reports: a folder for each command that writes files, figures and a page from results.
 
-Imports the floors below: `scenes`, `results`, `pages`.
+Modules of this floor may import the floors below it: `scenes`, `results` and `pages`.
 """

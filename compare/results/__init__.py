@@ -1,4 +1,4 @@
-"""Computing a scene and storing what was found: ICs, IC matrices, errors, what a model will take.
+"""Computes scenes and stores the results: ICs, IC matrices, errors, and what models take.
 
 Imports `scenes` and nothing else of `compare`.
 """

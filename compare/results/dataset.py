@@ -1,4 +1,4 @@
-"""Results as labelled arrays: `ics.nc`, `errors.nc` and one CSV per line."""
+"""Results as labelled arrays, written as `ics.nc`, `errors.nc` and one CSV file per line."""
 
 import json
 from collections.abc import Mapping
@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.results.compute import Results, check_of, measure_of, reference_of, refinement_shares_of
+from compare.results.compute import Results, check_of, ics_of, reference_of
 from compare.results.provenance import results_digest
+from compare.results.shares import measure_of, refinement_shares_of
 from compare.scenes.scene import Scene
 from femic.discount import AXES
 from femic.solid.engine import RESIDUAL
@@ -16,59 +17,66 @@ from femic.work.provenance import versions
 from geometries.arrays import Array
 from geometries.patches import DIRECTIONS
 
+LOCAL = ("i", "j", "point")
+PER_LOAD = {"units": "mm/N"}
+PARTS = {  # of `Estimated`: variables of `ics.nc`
+    "estimate": "estimated error of C",
+    "mesh_error": "its part from the mesh",
+    "truncation_error": "its part from the domain",
+    "waves_error": "its part from the wavenumbers",
+}
+NAMES = dict(
+    zip(PARTS, ("estimate", "estimate_mesh", "estimate_truncation", "estimate_wavenumbers"), strict=True)
+)
+
 
 def to_dataset(results: Results) -> xr.Dataset:
-    """All ICs per unit total load after the discount, with estimate, raw field and M. NaN: not computed."""
-    scene = results.scene
-    bodies = list(scene.compared)
-    variants = list(results.variants)
-    shape = (len(variants), len(bodies), 3, 3, len(results.points.x))
-    ic = np.full(shape, np.nan)
-    for b, body in enumerate(bodies):
-        for v, variant in enumerate(scene.variants):
-            ic[v, b] = results.approximations[variant, body]
-        ic[-1, b] = reference_of(results, body).ic
-        if results.checks:
-            ic[-2, b] = check_of(results, body).ic
-    dims = ("body", "i", "j", "point")
-    solved = list(results.references)
-    line = np.concatenate([np.full(p.stop - p.start, name) for name, p in results.lines.items()])
-    per_load = {"units": "mm/N"}
-    estimate, mesh, truncation, waves = (
-        np.stack([getattr(reference_of(results, body), part) for body in bodies])
-        for part in ("estimate", "mesh_error", "truncation_error", "waves_error")
+    """All ICs per unit total load after the discount, their estimated errors, ICs before it, and M.
+
+    `ic` has the dims (variant, body, i, j, point) [mm/N]; those of the other variables, their units and
+    meanings are in the dataset. ICs that were not computed are NaN.
+    """
+    bodies, points, references = results.scene.compared, results.points, results.references
+    ic = [[ics_of(results, variant, body) for body in bodies] for variant in results.variants]
+    raw, m = (
+        np.stack([getattr(reference, name) for reference in references.values()])
+        for name in ("raw", "discount")
     )
-    raw = np.stack([results.references[name].raw for name in solved])
-    discount = np.stack([results.references[name].discount for name in solved])
-    check = {}
-    if results.checks:
-        known = np.stack([check_of(results, body).estimate for body in bodies])
-        check["estimate_solid"] = (dims, known, per_load | {"meaning": "estimated error of C_solid"})
+    lines = [np.full(part.stop - part.start, name) for name, part in results.lines.items()]
     return xr.Dataset(
         {
-            "ic": (("variant", *dims), ic, per_load),
-            "estimate": (dims, estimate, per_load | {"meaning": "estimated error of C"}),
-            "estimate_mesh": (dims, mesh, per_load | {"meaning": "its part from the mesh"}),
-            "estimate_truncation": (dims, truncation, per_load | {"meaning": "its part from the domain"}),
-            "estimate_wavenumbers": (dims, waves, per_load | {"meaning": "its part from the wavenumbers"}),
-            "raw": (("solved", *dims[1:]), raw, per_load | {"meaning": "C before the rigid-body discount"}),
-            "discount": (("solved", "axis", "axis_"), discount, {"units": "mm/N, 1/N, 1/(N mm)"}),
-            **check,
+            "ic": (("variant", "body", *LOCAL), np.array(ic), PER_LOAD),
+            **_estimates(results),
+            "raw": (("solved", *LOCAL), raw, PER_LOAD | {"meaning": "C before the rigid-body discount"}),
+            "discount": (("solved", "axis", "axis_"), m, {"units": "mm/N, 1/N, 1/(N mm)"}),
         },
         coords={
-            "variant": variants,
-            "body": bodies,
+            "variant": list(results.variants),
+            "body": list(bodies),
             "i": list(DIRECTIONS),
             "j": list(DIRECTIONS),
-            "solved": solved,
+            "solved": list(references),
             "axis": list(AXES),
             "axis_": list(AXES),
-            "x": ("point", results.points.x, {"units": "mm"}),
-            "s": ("point", results.points.s, {"units": "mm"}),
-            "line": ("point", line),
+            "x": ("point", points.x, {"units": "mm"}),
+            "s": ("point", points.s, {"units": "mm"}),
+            "line": ("point", np.concatenate(lines)),
         },
         attrs=_attributes(results),
     )
+
+
+def _estimates(results: Results) -> dict[str, xr.Variable]:
+    """The estimated error of C, its parts, and that of the other engine's C."""
+    c = [reference_of(results, body) for body in results.scene.compared]
+    values = {NAMES[part]: ([getattr(of_body, part) for of_body in c], says) for part, says in PARTS.items()}
+    if results.checks:
+        checks = [check_of(results, body).estimate for body in results.scene.compared]
+        values["estimate_solid"] = checks, "estimated error of C_solid"
+    return {
+        name: xr.Variable(("body", *LOCAL), np.stack(of_bodies), PER_LOAD | {"meaning": says})
+        for name, (of_bodies, says) in values.items()
+    }
 
 
 def _attributes(results: Results) -> dict[str, str | float]:
@@ -102,47 +110,54 @@ def _attributes(results: Results) -> dict[str, str | float]:
 
 
 def domains(results: Results) -> dict[str, dict[str, float | None]]:
-    """Shape and final size of each solved body's model [mm]; None: prismatic, no hub, endless along x."""
+    """Sizes of the final model of each solved body [mm].
+
+    `half_length` is None where the model is endless along x, `rolling_radius` where the body is prismatic,
+    `hub_radius` where the model does not reach the hub.
+    """
     return {
         name: {
-            "far_radius": found.body.domain.far_radius,
-            "half_length": _finite(found.body.xi_end),
-            "rolling_radius": _finite(found.body.rolling_radius),
-            "hub_radius": found.body.rolling_radius - found.body.depth if found.body.reaches_hub else None,
-            "smallest_cell": found.cells.smallest,
+            "far_radius": reference.body.domain.far_radius,
+            "half_length": _finite(reference.body.xi_end),
+            "rolling_radius": _finite(reference.body.rolling_radius),
+            "hub_radius": reference.body.rolling_radius - reference.body.depth
+            if reference.body.reaches_hub
+            else None,
+            "smallest_cell": reference.cells.smallest,
         }
-        for name, found in results.references.items()
+        for name, reference in results.references.items()
     }
 
 
 def _finite(value: float) -> float | None:
+    """The value, or None where it is infinite: JSON has no infinity."""
     return value if np.isfinite(value) else None
 
 
 def settings(scene: Scene) -> dict[str, float | str]:
-    """Everything that was set for the reference engine, defaults included."""
-    chosen, cells, domain = scene.settings, scene.first_cells, scene.bodies["lower"].domain
-    of_engine: dict[str, float | str] = {
+    """All settings of the reference engine, defaults included."""
+    reference_settings, cells, domain = scene.settings, scene.first_cells, scene.bodies["lower"].domain
+    of_solid: dict[str, float | str] = {
         "first line_growth": cells.line_growth,
         "first half_length [mm]": domain.half_length,
-        "solver": chosen.solver,
+        "solver": reference_settings.solver,
         "relative residual": RESIDUAL,
     }
     return {
-        "engine": chosen.engine.describes,
-        "tolerance": chosen.tolerance,
-        "most_unknowns": chosen.most_unknowns,
+        "engine": reference_settings.engine.describes,
+        "tolerance": reference_settings.tolerance,
+        "most_unknowns": reference_settings.most_unknowns,
         "first smallest_cell [mm]": cells.smallest,
         "first growth": cells.growth,
         "first far_radius [mm]": domain.far_radius,
-        **({} if chosen.engine.endless else of_engine),
+        **({} if reference_settings.engine.endless else of_solid),
         "reference_length [mm]": scene.reference_length,
-        "rotation_reach [mm]": chosen.rotation_reach,
-        "moment_arm [mm]": chosen.moment_arm,
+        "rotation_reach [mm]": reference_settings.rotation_reach,
+        "moment_arm [mm]": reference_settings.moment_arm,
     }
 
 
-ERRORS = {  # what `errors.nc` has: over which dims, and what they say
+ERRORS = {  # variables of `errors.nc`: their dims and meanings
     "error": (
         ("variant", "line", "i", "j"),
         "max |v - C| over the line, share of max |C_ij| (`compare.results.measure`); of 0.05 max |C_nn| "
@@ -160,28 +175,29 @@ ERRORS = {  # what `errors.nc` has: over which dims, and what they say
 
 
 def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
-    """Errors of each variant against C per body, line and component; how they are measured: `ERRORS`.
+    """Errors of each variant against C per body, line and component.
 
-    The variant "C" carries its estimated error.
+    `ERRORS` has their dims and meanings, `compare.results.measure` how they are measured. The errors of the
+    variant "C" are its estimated ones.
     """
     bodies = list(results.scene.compared)
-    found = xr.concat(
+    measured = xr.concat(
         [_body_errors(results, dataset.sel(body=body), body) for body in bodies],
         dim=xr.Variable("body", bodies),
     )
     for name, (_, meaning) in ERRORS.items():
-        found[name].attrs = {"meaning": meaning} | ({} if name == "vanishes" else {"units": "1"})
-    return found.assign_attrs(code=results_digest())
+        measured[name].attrs = {"meaning": meaning} | ({} if name == "vanishes" else {"units": "1"})
+    return measured.assign_attrs(code=results_digest())
 
 
-def _body_errors(results: Results, of_body: xr.Dataset, body: str) -> xr.Dataset:
-    measure, variants = measure_of(results, body), of_body.variant.values
-    c, estimate = of_body.ic.sel(variant="C").values, of_body.estimate.values
-    offs = [estimate if v == "C" else of_body.ic.sel(variant=v).values - c for v in variants]
+def _body_errors(results: Results, body_dataset: xr.Dataset, body: str) -> xr.Dataset:
+    measure, variants = measure_of(results, body), body_dataset.variant.values
+    c, estimate = body_dataset.ic.sel(variant="C").values, body_dataset.estimate.values
+    deviations = [estimate if v == "C" else body_dataset.ic.sel(variant=v).values - c for v in variants]
     values = {
-        "error": [_stacked(measure.shares(off)) for off in offs],
-        "rms": [_stacked(measure.rms(off)) for off in offs],
-        "weight": [_stacked(measure.weights(off)) for off in offs],
+        "error": [_stacked(measure.shares(deviation)) for deviation in deviations],
+        "rms": [_stacked(measure.rms(deviation)) for deviation in deviations],
+        "weight": [_stacked(measure.weights(deviation)) for deviation in deviations],
         "vanishes": measure.vanishing,
         "estimate_refinement": _stacked(refinement_shares_of(results, body, estimate)),
     }
@@ -196,20 +212,20 @@ def _body_errors(results: Results, of_body: xr.Dataset, body: str) -> xr.Dataset
     )
 
 
-def _stacked(of_lines: Mapping[str, Array]) -> Array:
-    """(line, i, j)."""
-    return np.stack(list(of_lines.values()))
+def _stacked(by_line: Mapping[str, Array]) -> Array:
+    """Values of all lines, (3, 3) each, as one array (line, i, j)."""
+    return np.stack(list(by_line.values()))
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:
-    """Write a NetCDF file whole or not at all."""
+    """Write a NetCDF file; it appears at its path only when it is complete."""
     temporary = path.with_suffix(".part")
     dataset.to_netcdf(temporary, engine="h5netcdf")
     temporary.replace(path)
 
 
 def write_curves(dataset: xr.Dataset, components: tuple[str, ...], folder: Path) -> None:
-    """One CSV per line: x, s and each plotted curve [mm/N], columns like C_nn_combined."""
+    """Write one CSV file per line: x, s [mm] and each plotted curve [mm/N], in columns like C_nn_combined."""
     for line in dict.fromkeys(dataset.line.values):
         on_line = dataset.isel(point=np.flatnonzero(dataset.line.values == line))
         columns = {"x [mm]": on_line.x.values, "s [mm]": on_line.s.values}

@@ -1,4 +1,4 @@
-"""What a scene will take, and why; afterwards, what it took."""
+"""Predicts unknowns, seconds and memory of a scene's models, and compares them with what they took."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -17,56 +17,63 @@ from femic.models import Cost, Planned
 
 @dataclass(frozen=True)
 class Step:
-    """A model of a plan: its name, size of cells over the scene's, extent, and what it takes."""
+    """A model of a plan: its name, engine, size, and what it will take."""
 
     name: str
     engine: Engine
-    cells: float
-    far_radius: float
-    along_x: str
+    cells: float  # their size over that of the scene's first cells
+    far_radius: float  # mm
+    along_x: str  # extent of the model along x, in words
     takes: Planned
 
 
 def run_steps(scene: Scene, workers: int) -> list[Step]:
-    """The models of `femic run`."""
+    """The models that `femic run` solves in its first round."""
     steps = list(_steps(jobs(scene), workers, ""))
     return steps + (list(_steps(jobs(scene.check), workers, "check, ")) if scene.check else [])
 
 
 def matrix_steps(scene: Scene, workers: int) -> list[Step]:
-    """The models of `femic matrix`."""
+    """The models that `femic matrix` solves in its first round; raises BadScene as `matrix_jobs` does."""
     return list(_steps(matrix_jobs(scene), workers, ""))
 
 
-def _steps(asked: Mapping[str, Job] | Mapping[str, MatrixJob], workers: int, prefix: str) -> Iterator[Step]:
-    for name, job in asked.items():
+def _steps(
+    jobs_of_bodies: Mapping[str, Job] | Mapping[str, MatrixJob], workers: int, prefix: str
+) -> Iterator[Step]:
+    for name, job in jobs_of_bodies.items():
         engine = job.settings.engine
         for model, level in Level().models(engine.models).items():
             request = job.request(level)
             body, takes = request.body, engine.planned(request, workers)
-            length = "endless" if np.isinf(body.xi_end) else f"{body.xi_end:.4g} mm"
+            length_along_x = "endless" if np.isinf(body.xi_end) else f"{body.xi_end:.4g} mm"
             yield Step(
                 f"{prefix}{name}, {model}",
                 engine,
                 factors(level)[0],
                 body.domain.far_radius,
-                "all round" if body.closed else length,
+                "all round" if body.closed else length_along_x,
                 takes,
             )
 
 
 def seconds(steps: list[Step], workers: int) -> float:
-    """Of all steps: models of engines that share a model among workers one by one, others side by side."""
+    """Seconds that all steps will take.
+
+    Engines that share a model among workers solve models one by one, others solve them side by side.
+    """
     return sum(step.takes.seconds / (1 if step.engine.shares_a_model else workers) for step in steps)
 
 
 def compared(steps: list[Step], costs: Mapping[str, Cost]) -> list[dict[str, str]]:
-    """What models were expected to take beside what they took."""
+    """Rows of a table: what each model was expected to take / what it took."""
     rows = []
     for step in steps:
         cost = costs.get(step.name)
         if cost is not None:
-            wavenumbers = cost.solver.split(", ")[-1].split()[0] if step.takes.wavenumbers else "–"
+            wavenumbers = (
+                cost.solver.split(", ")[-1].split()[0] if cost.solver.endswith("wavenumbers") else "–"
+            )
             rows.append(
                 {
                     "name": step.name,

@@ -1,4 +1,4 @@
-"""What a written result depends on besides its scene: the code of models, and of what is made of them."""
+"""The digest of all code that written results depend on: that of models, `contact` and `compare`."""
 
 from functools import cache
 from importlib.metadata import version
@@ -7,10 +7,10 @@ from pathlib import Path
 from femic.work.provenance import code_digest, digest_of
 
 LIBRARIES = ("xarray",)
-HERE = Path(__file__).parents[1]
+FOLDERS = tuple(Path(__file__).parents[2] / name for name in ("contact", "compare"))
 
 
 @cache
 def results_digest() -> str:
-    """Short digest: results that an older `compare` made of the same models are not taken for up to date."""
-    return digest_of([HERE], code_digest(), {name: version(name) for name in LIBRARIES})
+    """Short digest of the code; results written with another digest are not up to date."""
+    return digest_of(FOLDERS, code_digest(), {name: version(name) for name in LIBRARIES})

@@ -1,1 +1,4 @@
-"""Scenes: from a TOML file to bodies, patch and lines."""
+"""Scenes: reads TOML files, checks them, and builds bodies, patch and lines from them.
+
+Imports nothing else of `compare`.
+"""

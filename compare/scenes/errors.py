@@ -10,7 +10,7 @@ class BadScene(WrongInput):
 
 
 def require_none(scene: object, misfits: Iterable[str]) -> None:
-    """Raise BadScene if there are any misfits, with all of them."""
-    found = list(misfits)
-    if found:
-        raise BadScene(f"{scene}: {len(found)} error(s)\n  " + "\n  ".join(found))
+    """Raise BadScene with all misfits, if there are any."""
+    lines = list(misfits)
+    if lines:
+        raise BadScene(f"{scene}: {len(lines)} error(s)\n  " + "\n  ".join(lines))

@@ -1,4 +1,4 @@
-"""What a scene file (TOML) may say: keys, units, defaults and limits."""
+"""The keys of a scene file (TOML) with their units, defaults and limits."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -122,9 +122,9 @@ class LineAlongS(Section):
 
 
 def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise ValueError(f"{', '.join(twice)} given twice: name each once")
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise ValueError(f"{', '.join(repeated)} given twice: name each once")
     return names
 
 
@@ -132,7 +132,7 @@ Line = Annotated[LineAlongX | LineAlongS, Field(discriminator="along")]
 
 
 def default_lines(s_patch: float) -> tuple[LineAlongX | LineAlongS, ...]:
-    """Beside the patch and through it along x, and across in front of it."""
+    """The default lines: along x beside the patch and through it, along s in front of it."""
     return (
         LineAlongX(along="x", s=s_patch + 1.6),
         LineAlongX(along="x", s=s_patch),
@@ -154,7 +154,7 @@ class GridTable(Section):
 
 
 class TransitionTable(Section):
-    """A property that goes over to another value at a distance from the load."""
+    """A property that changes with the distance from the load until it has its far value at r_inf."""
 
     far: Finite = Field(description="its value at r_inf and beyond")
     r_inf: Positive = Field(description="distance from the load [mm]")
@@ -180,7 +180,7 @@ class CombinedTable(PropertiesTable):
 
 
 class EffectiveTable(Section):
-    """What Bhat_prime is made of."""
+    """The effective properties that Bhat_prime uses."""
 
     combined: CombinedTable | None = Field(None, description="of both bodies together")
     lower: PropertiesTable | None = Field(None, description="of the lower body")
@@ -188,7 +188,7 @@ class EffectiveTable(Section):
 
 
 class CalibrationTable(Section):
-    """What `femic calibrate` fits Bhat_prime to: C at points of lines with x_min < x <= x_max."""
+    """What `femic calibrate` fits: Bhat_prime to C at the points of lines with x_min < x <= x_max."""
 
     bodies: tuple[BodyName, ...] = Field(("combined",), min_length=1, description="whose properties to fit")
     properties: tuple[PropertyName, ...] = Field(

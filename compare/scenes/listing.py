@@ -14,12 +14,12 @@ from compare.scenes.load import parse, read_scene, scene_path
 
 
 def listing(name_or_path: str) -> str:
-    """The scene as TOML: what it sets, and as comments what it leaves at its default."""
+    """The scene as TOML: keys that it sets, and as comments those that it leaves at their defaults."""
     path = scene_path(name_or_path)
     _, table = read_scene(path)
     parse(deepcopy(table), path)
-    top = [key for key, field in files.SceneFile.model_fields.items() if not _is_table(field)]
-    lines = list(_entries(files.SceneFile, table, only=top))
+    plain_keys = [key for key, field in files.SceneFile.model_fields.items() if not _is_table(field)]
+    lines = list(_entries(files.SceneFile, table, only=plain_keys))
     for name in ("lower", "upper", "patch", "grid", "calibration", "engine"):
         field = files.SceneFile.model_fields[name]
         lines += ["", f"# {field.description}", f"[{name}]"]
@@ -36,7 +36,7 @@ def listing(name_or_path: str) -> str:
 
 
 def _effective(table: dict[str, Any]) -> Iterator[str]:
-    """The effective properties that are given, and how others would be."""
+    """Yield the effective properties that are given, and as comments how to give the others."""
     for name, field in files.EffectiveTable.model_fields.items():
         given = name in table
         yield f"{'' if given else '# '}[effective.{name}]  # {field.description}"
@@ -49,7 +49,7 @@ def _effective(table: dict[str, Any]) -> Iterator[str]:
 
 
 def _contour_kinds() -> Iterator[str]:
-    """All kinds of contours with their keys, as comments."""
+    """Yield all kinds of contours with their keys, as comments."""
     yield "#   contours:"
     for kind in (files.Plane, files.Arc, files.Ellipse, files.PointsFile):
         name = get_args(kind.model_fields["kind"].annotation)[0]

@@ -1,4 +1,7 @@
-"""Scenes: from a built-in name or a TOML file to bodies, patch and lines; all errors at once."""
+"""Loads scenes: builds bodies, patch and lines from a built-in name, a TOML file or a table.
+
+Errors of a scene are collected and raised together.
+"""
 
 import tomllib
 from collections.abc import Mapping
@@ -17,7 +20,7 @@ from compare.scenes import file as files
 from compare.scenes.checks import calibration_misfits, grid_misfits, misfits
 from compare.scenes.errors import BadScene, require_none
 from compare.scenes.messages import messages
-from compare.scenes.scene import Calibration, Scene
+from compare.scenes.scene import Calibration, Scene, common_extent
 from femic.engine import Engine
 from femic.engines import ENGINES
 from femic.job import Settings
@@ -32,8 +35,8 @@ from geometries.materials import Material
 from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
 from geometries.surfaces import LOWER, UPPER
 
-FLAT_REFERENCE_LENGTH = 10.0
-CHECK, CHECK_TOLERANCE = SOLID, 0.01  # the engine that checks others, and its tightest tolerance then
+FLAT_REFERENCE_LENGTH = 10.0  # mm
+CHECK_ENGINE, CHECK_TOLERANCE = SOLID, 0.01  # the engine that checks others; its tightest tolerance for that
 
 
 def builtin_names() -> list[str]:
@@ -44,8 +47,8 @@ def builtin_names() -> list[str]:
 def load_scene(name_or_path: str, changes: Mapping[str, Any] | None = None) -> Scene:
     """The scene of a built-in name or a TOML file, with some keys changed; raises BadScene before any work.
 
-    `changes` has the keys of a scene file; a table in it replaces those keys only that it names, unless
-    it names a `kind`.
+    `changes` has the keys of a scene file. A table in it replaces only those keys that it names; one that
+    names a `kind` replaces the whole table.
     """
     path = scene_path(name_or_path)
     text, table = read_scene(path)
@@ -67,7 +70,10 @@ def _merged(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, A
 
 
 def load_solid_scene(name_or_path: str) -> Scene:
-    """The same, by the solid engine whatever it says: fields in 3D are the solid engine's."""
+    """The scene of a name or TOML file by an engine that has fields in 3D: its own, or the solid engine.
+
+    Raises BadScene.
+    """
     path = scene_path(name_or_path)
     text, table = read_scene(path)
     parsed = parse(table, path)
@@ -77,12 +83,15 @@ def load_solid_scene(name_or_path: str) -> Scene:
 
 
 def scene_from_table(table: dict[str, Any], name: str) -> Scene:
-    """The scene of a table with the keys of a scene file, for use from Python; files are relative to `.`."""
+    """The scene of a table with the keys of a scene file, for use from Python; raises BadScene.
+
+    Names of files in it are relative to the working directory.
+    """
     return build_scene(name, tomlkit.dumps(table), parse(deepcopy(table), Path(name)))
 
 
 def read_scene(path: Path) -> tuple[str, dict[str, Any]]:
-    """Text and table of a TOML file."""
+    """Text and table of a TOML file; raises BadScene if it is not TOML."""
     try:
         text = path.read_text(encoding="utf-8")
         return text, tomllib.loads(text)
@@ -91,12 +100,12 @@ def read_scene(path: Path) -> tuple[str, dict[str, Any]]:
 
 
 def scene_path(name_or_path: str) -> Path:
-    """Path of the scene file that a name or path means."""
+    """Path of the scene file of a built-in name or of a path; raises BadScene if there is none."""
     builtin = files.BUILTIN / f"{name_or_path}.toml"
     path = builtin if name_or_path in builtin_names() else Path(name_or_path)
     if not path.is_file():
-        near = get_close_matches(name_or_path, builtin_names(), cutoff=0.7)
-        hint = f"did you mean {' or '.join(map(repr, sorted(near)))}? " if near else ""
+        similar = get_close_matches(name_or_path, builtin_names(), cutoff=0.7)
+        hint = f"did you mean {' or '.join(map(repr, sorted(similar)))}? " if similar else ""
         raise BadScene(
             f"scene {name_or_path!r}: no such file and no built-in scene; {hint}"
             f"Built-in: {', '.join(builtin_names())}"
@@ -105,7 +114,10 @@ def scene_path(name_or_path: str) -> Path:
 
 
 def parse(table: dict[str, Any], path: Path) -> files.SceneFile:
-    """Validate the keys and values of a scene table; file names are relative to the scene file."""
+    """Validate the keys and values of a scene table; raises BadScene.
+
+    Names of files in it are relative to the scene file, `path`.
+    """
     _resolve_files(table, path.parent)
     try:
         return files.SceneFile.model_validate(table)
@@ -131,17 +143,17 @@ def _files(scene: files.SceneFile) -> dict[str, Path]:
 
 
 def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
-    """Turn a valid file into geometry; raises BadScene where the parts do not fit together."""
+    """Build a scene from a valid file; raises BadScene where its parts do not fit together."""
     table, engine = scene.engine, ENGINES[scene.engine.kind]
     far_radius = table.far_radius or engine.far_radius(table.tolerance)
     domain = Domain(far_radius, np.inf if engine.endless else table.half_length)
     bodies = {
-        key: _body(key, side, of_body, domain)
-        for key, side, of_body in (("lower", LOWER, scene.lower), ("upper", UPPER, scene.upper))
+        body_name: _body(body_name, side, body_table, domain)
+        for body_name, side, body_table in (("lower", LOWER, scene.lower), ("upper", UPPER, scene.upper))
     }
     reference_length = scene.reference_length or _crown_radius(bodies["lower"].contour)
     patch = Patch(scene.patch.a, scene.patch.b, scene.patch.s)
-    extent = _common_extent(bodies)
+    extent = common_extent(bodies)
     built = Scene(
         name=name,
         title=scene.title or name,
@@ -172,9 +184,9 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         fields=scene.fields,
         ics=scene.ics,
         ics_tolerance=scene.ics_tolerance,
-        check=_by_solid_engine(name, text, scene) if table.check and engine is not CHECK else None,
+        check=_by_solid_engine(name, text, scene) if table.check and engine is not CHECK_ENGINE else None,
     )
-    errors = list(misfits(built, extent, domain))
+    errors = list(misfits(built))
     if "grid" in scene.model_fields_set:
         errors += grid_misfits(built)
     if "calibration" in scene.model_fields_set:
@@ -184,9 +196,12 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
 
 
 def _by_solid_engine(name: str, text: str, scene: files.SceneFile) -> Scene:
-    """The scene by the solid engine, with its own cells and, where none is given, its own domain."""
+    """The scene by the solid engine, with cells of that engine's own.
+
+    Its domain is that of the scene where one is given, else the engine's own.
+    """
     engine = files.EngineTable(
-        kind=CHECK.name,
+        kind=CHECK_ENGINE.name,
         tolerance=max(scene.engine.tolerance, CHECK_TOLERANCE),
         far_radius=scene.engine.far_radius,
         half_length=scene.engine.half_length,
@@ -197,21 +212,23 @@ def _by_solid_engine(name: str, text: str, scene: files.SceneFile) -> Scene:
 
 
 def _effective(table: files.EffectiveTable) -> dict[str, EffectiveProperties]:
-    """Effective properties of "combined", "lower", "upper", where given."""
-    found = {}
+    """Effective properties by "combined", "lower", "upper", where given; raises BadScene."""
+    effective = {}
     for name, properties in table:
         if properties is not None:
             tables = {key: getattr(properties, key) for key in files.PropertiesTable.model_fields}
-            given = {key: Transition(**dict(value)) for key, value in tables.items() if value is not None}
-            if not given:
+            transitions = {
+                key: Transition(**dict(value)) for key, value in tables.items() if value is not None
+            }
+            if not transitions:
                 raise BadScene(
                     f"effective.{name}: names no property; give one of {', '.join(tables)}, or leave it out"
                 )
             try:
-                found[name] = EffectiveProperties(**given)
+                effective[name] = EffectiveProperties(**transitions)
             except WrongInput as error:
                 raise BadScene(f"effective.{name}: {error}") from error
-    return found
+    return effective
 
 
 def _calibration(
@@ -223,8 +240,11 @@ def _calibration(
         OffsetLine(f"fit s = {s:g} mm", "x", x, np.full_like(x, s))
         for s in ((patch.s, patch.s + 1.6) if table.s is None else table.s)
     ]
-    ends = max(extent[0], patch.s - furthest), min(extent[1], patch.s + furthest)
-    along_s = [replace(line_along_s(x, ends, table.points), name=f"fit x = {x:g} mm") for x in table.x]
+    s_range = max(extent[0], patch.s - furthest), min(extent[1], patch.s + furthest)
+    along_s = [
+        replace(line_along_s(distance, s_range, table.points), name=f"fit x = {distance:g} mm")
+        for distance in table.x
+    ]
     return Calibration(
         table.bodies,
         table.properties,
@@ -258,7 +278,7 @@ def _grid(table: files.GridTable, patch: Patch) -> Grid:
 
 
 def _cells(engine: Engine, table: files.EngineTable, patch: Patch) -> Cells:
-    """Cells to start with: what the scene says, else what the tolerance needs."""
+    """The first cells: as the scene says, else as the tolerance needs."""
     default = engine.tuned.cells_for(table.tolerance, patch)
     return Cells(
         table.smallest_cell or default.smallest,
@@ -275,14 +295,14 @@ def _contour(body: str, table: files.Plane | files.Arc | files.Ellipse | files.P
             return contours.arc(table.radius, *_flanks(table.flank_inclination_deg))
         case files.Ellipse():
             return contours.ellipse(table.b_el, table.d_el, *_flanks(table.flank_inclination_deg))
-    where = f"{body}.contour.points" if table.file is None else f"{body}.contour.file = {table.file}"
+    source = f"{body}.contour.points" if table.file is None else f"{body}.contour.file = {table.file}"
     try:
         columns = np.array(table.points) if table.file is None else np.loadtxt(table.file, ndmin=2)
         if columns.shape[1] != 2:
             raise WrongInput(f"{columns.shape[1]} columns; give two, y and z, separated by blanks")
         return contours.through_points(columns[:, 0], columns[:, 1], table.y_centre)
     except ValueError as error:
-        raise BadScene(f"{where}: {error}") from error
+        raise BadScene(f"{source}: {error}") from error
 
 
 def _flanks(degrees: float | tuple[float, float]) -> tuple[float, float]:
@@ -291,27 +311,23 @@ def _flanks(degrees: float | tuple[float, float]) -> tuple[float, float]:
 
 
 def _crown_radius(contour: Contour) -> float:
+    """Radius of curvature at s = 0 [mm]; `FLAT_REFERENCE_LENGTH` where the contour is flat there."""
     step = 1e-4
-    ends = contour.core.inclination(np.array([-step, step]))
-    curvature = float(np.ptp(ends)) / (2 * step)
+    inclinations = contour.core.inclination(np.array([-step, step]))
+    curvature = float(np.ptp(inclinations)) / (2 * step)
     return 1 / abs(curvature) if abs(curvature) > 1e-6 else FLAT_REFERENCE_LENGTH
 
 
 def _default_reach(reference_length: float, domain: Domain, extent: tuple[float, float]) -> float:
-    """Twice the reference length, as far as contour and domain go."""
+    """Twice the reference length, at most what contour and domain allow [mm]."""
     return min(2 * reference_length, domain.far_radius / 8, domain.half_length / 8, -extent[0], extent[1])
 
 
 def _default_arm(reference_length: float, domain: Domain, extent: tuple[float, float]) -> float:
-    """Half the reference length, as far as contour and domain go."""
+    """Half the reference length, at most what contour and domain allow [mm]."""
     return min(
         reference_length / 2, domain.far_radius / 16, domain.half_length / 16, -extent[0] / 2, extent[1] / 2
     )
-
-
-def _common_extent(bodies: Mapping[str, Body]) -> tuple[float, float]:
-    low, high = zip(*(body.contour.extent for body in bodies.values()), strict=True)
-    return max(low), min(high)
 
 
 def _line(line: files.LineAlongX | files.LineAlongS, extent: tuple[float, float]) -> OffsetLine:

@@ -1,4 +1,4 @@
-"""What is wrong with a scene file, as one line per error: field = value: what is wrong; remedy."""
+"""Messages about a scene file, one line per error: field = value: what is wrong; remedy."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,18 +18,26 @@ REMEDIES: Mapping[str, str] = {
 
 
 def messages(details: Sequence[ErrorDetails]) -> list[str]:
-    """Errors as lines; where a value may be of several types, only of that which it has."""
-    of_right_type = [f"{_field(one)}." for one in details if not one["type"].endswith("_type")]
+    """Errors of validation as lines.
+
+    Where a value may be of several types, only errors of the type that it has are listed.
+    """
+    fields_of_right_type = [
+        f"{_field(detail)}." for detail in details if not detail["type"].endswith("_type")
+    ]
     return [
-        message(one)
-        for one in details
-        if not (one["type"].endswith("_type") and any(f.startswith(f"{_field(one)}.") for f in of_right_type))
+        message(detail)
+        for detail in details
+        if not (
+            detail["type"].endswith("_type")
+            and any(field.startswith(f"{_field(detail)}.") for field in fields_of_right_type)
+        )
     ]
 
 
 def in_keys(message: object) -> str:
-    """A message of `femic` in the words of a scene file: its `names` as keys, or options of the commands."""
-    return re.sub("`(\\w+)`", lambda found: _key_of(found[1]), str(message))
+    """A message of `femic` for the user: its `names` become keys of a scene file or options of commands."""
+    return re.sub("`(\\w+)`", lambda match: _key_of(match[1]), str(message))
 
 
 def _key_of(name: str) -> str:
@@ -43,13 +51,13 @@ def _field(detail: ErrorDetails) -> str:
 
 
 def message(detail: ErrorDetails) -> str:
-    """One error as: field = value: what is wrong; remedy."""
+    """One error as a line: field = value: what is wrong; remedy."""
     field = _field(detail)
     kind = detail["type"]
     if kind == "extra_forbidden":
         key = str(detail["loc"][-1])
-        near = get_close_matches(key, sorted(_keys(files.SceneFile) - {key}), n=1)
-        hint = f"did you mean {near[0]!r}?" if near else "see `femic scenes --show flat` for all keys"
+        similar = get_close_matches(key, sorted(_keys(files.SceneFile) - {key}), n=1)
+        hint = f"did you mean {similar[0]!r}?" if similar else "see `femic scenes --show flat` for all keys"
         return f"{field}: unknown key; {hint}"
     value = "" if kind == "missing" else f" = {_shown(detail['input'])}"
     remedy = f"; {REMEDIES[kind]}" if kind in REMEDIES else ""

@@ -1,4 +1,4 @@
-"""Scenes that can be computed but may not mean what their author thinks: warnings with numbers."""
+"""Warnings about scenes that can be computed but may not mean what their author intends."""
 
 from collections.abc import Iterator
 
@@ -8,22 +8,22 @@ from compare.scenes.scene import Scene
 from femic.solid.record import SOLID
 from geometries.bodies import Body
 
-LARGE_RADIUS = 10  # times the patch: flat elements are then good to about 1 %
-CLEAR = 3  # patches between a patch and an end or a joint of its contour
-THIN_WEDGE = 40  # degrees of material between the flanks
+LARGE_RADIUS = 10  # radius over patch.b from which flat elements are accurate to about 1 %
+CLEAR = 3  # least number of patches between a patch and an end of its contour
+THIN_WEDGE = 40  # degrees of material between the flanks below which a body is slender
 HUB_PROBLEM = 300  # mm of rolling radius below which the hub shapes the result (design section 4)
-LARGE_ROLLING_RADIUS = 20  # times the longest line along x
-FAR = 6  # times the longest line: beyond it truncation is below about 1 %
-NEARLY_INCOMPRESSIBLE = 0.45
-UNLIKE = 1e3  # ratio of the moduli
-CONFORMAL = 10  # degrees between the two contours at equal s
-SLENDER = 4  # of a patch; on it the estimate is least reliable
+LARGE_ROLLING_RADIUS = 20  # over the longest line along x, from which the surface hardly turns along it
+DOMAIN_OVER_LINE = 6  # size of the domain over reach of a line from which truncation is below about 1 %
+NEARLY_INCOMPRESSIBLE = 0.45  # Poisson's ratio
+UNLIKE_MODULI = 1e3  # ratio of the moduli beyond which only the softer body counts
+CONFORMAL = 10  # largest angle between conformal contours at equal s [degrees]
+SLENDER = 4  # aspect of a patch beyond which the estimate on it is least reliable
 
 
 def warnings(scene: Scene) -> list[str]:
     """What a user should know before trusting the results of a scene, one sentence each.
 
-    Bodies that are neither solved nor approximated, since the scene does not compare them, give none.
+    There is none about bodies that the scene does not compare: they are neither solved nor approximated.
     """
     per_body = [text for name in scene.solved for text in _of_body(scene, name, scene.bodies[name])]
     return [*per_body, *_of_domain(scene), *_of_pair(scene)]
@@ -41,7 +41,7 @@ def _of_body(scene: Scene, name: str, body: Body) -> Iterator[str]:
 
 def _of_contour(scene: Scene, name: str, body: Body) -> Iterator[str]:
     patch, contour = scene.patch, body.contour
-    size = max(patch.a, patch.b)
+    patch_size = max(patch.a, patch.b)
     s = patch.s + np.linspace(-patch.b, patch.b, 201)
     curvature = np.abs(np.gradient(contour.inclination(s), s)).max()
     if curvature * patch.b * LARGE_RADIUS > 1:
@@ -51,7 +51,7 @@ def _of_contour(scene: Scene, name: str, body: Body) -> Iterator[str]:
             "accurate"
         )
     for end in contour.extent:
-        if abs(end - patch.s) < patch.b + 2 * CLEAR * size:
+        if abs(end - patch.s) < patch.b + 2 * CLEAR * patch_size:
             yield (
                 f"patch.s = {patch.s:g}: {abs(end - patch.s) - patch.b:.3g} mm from the end of "
                 f"{name}.contour, whose continuation by its tangent then shapes C"
@@ -90,25 +90,25 @@ def _of_shape(scene: Scene, name: str, body: Body) -> Iterator[str]:
 
 def _of_domain(scene: Scene) -> Iterator[str]:
     domain = scene.bodies["lower"].domain
-    size = min(domain.far_radius, domain.half_length)
+    domain_size = min(domain.far_radius, domain.half_length)
     for line in scene.lines:
         reach = max(np.max(np.abs(line.x)), np.max(np.abs(line.s)))
-        if reach * FAR > size:
+        if reach * DOMAIN_OVER_LINE > domain_size:
             yield (
-                f"line {line.name}: reaches {reach:g} mm, {reach / size:.0%} of the domain ({size:g} mm); "
-                "truncation errors grow like the square of that: enlarge engine.far_radius (solid engine: "
-                "half_length, too)"
+                f"line {line.name}: reaches {reach:g} mm, {reach / domain_size:.0%} of the domain "
+                f"({domain_size:g} mm); truncation errors grow like the square of that: enlarge "
+                "engine.far_radius (solid engine: half_length, too)"
             )
     aspect = max(scene.patch.a / scene.patch.b, scene.patch.b / scene.patch.a)
-    through = [
+    lines_through_patch = [
         line.name
         for line in scene.lines
         if line.along == "x" and abs(line.s[0] - scene.patch.s) < scene.patch.b
     ]
-    if scene.settings.engine is SOLID and aspect > SLENDER and through:
+    if scene.settings.engine is SOLID and aspect > SLENDER and lines_through_patch:
         yield (
-            f"patch of aspect {aspect:.3g}: on the line {through[0]}, which runs through it, the error next "
-            "to the load can be twice the estimate"
+            f"patch of aspect {aspect:.3g}: on the line {lines_through_patch[0]}, which runs through it, the "
+            "error next to the load can be twice the estimate"
         )
 
 
@@ -117,13 +117,13 @@ def _of_pair(scene: Scene) -> Iterator[str]:
     ratio = upper.material.E / lower.material.E
     if "combined" not in scene.compared:
         return
-    if not 1 / UNLIKE < ratio < UNLIKE:
-        soft = "lower" if ratio > 1 else "upper"
-        yield f"upper.E / lower.E = {ratio:.3g}: the combined ICs are those of the {soft} body alone"
+    if not 1 / UNLIKE_MODULI < ratio < UNLIKE_MODULI:
+        softer = "lower" if ratio > 1 else "upper"
+        yield f"upper.E / lower.E = {ratio:.3g}: the combined ICs are those of the {softer} body alone"
     s = np.concatenate([line.s for line in scene.lines])
-    apart = np.degrees(np.abs(upper.contour.inclination(s) - lower.contour.inclination(s)))
-    if np.max(apart) > CONFORMAL:
+    angles = np.degrees(np.abs(upper.contour.inclination(s) - lower.contour.inclination(s)))
+    if np.max(angles) > CONFORMAL:
         yield (
-            f"the contours differ by {np.max(apart):.1f} degrees at s = {s[np.argmax(apart)]:.3g} mm: "
+            f"the contours differ by {np.max(angles):.1f} degrees at s = {s[np.argmax(angles)]:.3g} mm: "
             "combined ICs join points of equal s, which do not lie opposite each other there"
         )

@@ -1,4 +1,4 @@
-"""What is to be compared: bodies, patch, lines, and how C is to be computed."""
+"""The scene: bodies, patch, lines, what is compared, and how C is computed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ from geometries.patches import OffsetLine, Patch
 
 @dataclass(frozen=True)
 class Calibration:
-    """What effective properties are fitted to: components of C at the points of lines, x_min < x <= x_max."""
+    """How effective properties are fitted: to components of C at the points of lines, x_min < x <= x_max."""
 
     bodies: tuple[str, ...]  # of "combined", "lower", "upper"
     properties: tuple[str, ...]  # of EffectiveProperties
     components: tuple[str, ...]
     curvature_apart: bool  # whether the combined properties leave out the curvature of wheels
     x_min: float  # mm
-    x_max: float
+    x_max: float  # mm
     lines: tuple[OffsetLine, ...]
-    logarithmic: bool  # whether each octave of the distance counts alike, else each point
+    logarithmic: bool  # whether each octave of the distance has the same weight; otherwise each point has
 
 
 @dataclass(frozen=True)
@@ -33,29 +33,34 @@ class Scene:
 
     name: str
     title: str
-    text: str  # the TOML it came from
-    files: Mapping[str, Path]  # of points, of the bodies whose contours have one
+    text: str  # TOML
+    files: Mapping[str, Path]  # files of contour points by body, where a contour has one
     bodies: Mapping[str, Body]  # "lower", "upper"
     compared: tuple[str, ...]  # of "combined", "lower", "upper"
     components: tuple[str, ...]
     variants: tuple[str, ...]
     effective: Mapping[str, EffectiveProperties]  # of "combined", "lower", "upper", where given
-    curvature_apart: bool  # whether those of "combined" leave out the curvature of wheels
+    curvature_apart: bool  # whether the properties of "combined" leave out the curvature of wheels
     calibration: Calibration
     patch: Patch
     lines: tuple[OffsetLine, ...]
     grid: Grid
-    checked_strips: int  # how many of its columns the solid engine computes, too
+    checked_strips: int  # how many columns of its IC matrix the solid engine computes, too
     settings: Settings  # of C
     reference_length: float  # mm
-    fields: bool
-    ics: str  # "C", a variant, or "auto"
-    ics_tolerance: float  # largest error where they are chosen
-    check: "Scene | None" = None  # the same scene by the solid engine, whose C is to be drawn beside
+    fields: bool  # whether displacements and stresses are written
+    ics: str  # ICs to use: "C", a variant, or "auto"
+    ics_tolerance: float  # largest error of the ICs where they are chosen by "auto"
+    check: "Scene | None" = None  # the same scene by the solid engine, whose C is drawn beside C
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Arc lengths [mm] as far as both contours go."""
+        return common_extent(self.bodies)
 
     @property
     def first_cells(self) -> Cells:
-        """The cells that C starts with."""
+        """The cells of the first model of C."""
         return self.settings.first_cells(self.patch)
 
     @property
@@ -65,7 +70,7 @@ class Scene:
 
     @property
     def pair(self) -> Pair:
-        """The bodies as approximations see them."""
+        """Both bodies as the approximations take them."""
         lower, upper = (
             Solid(body.material, body.surface, self.effective.get(name))
             for name, body in ((name, self.bodies[name]) for name in ("lower", "upper"))
@@ -76,3 +81,9 @@ class Scene:
     def reference_E(self) -> float:
         """Young's modulus that makes ICs dimensionless [MPa]: the lower body's."""
         return self.bodies["lower"].material.E
+
+
+def common_extent(bodies: Mapping[str, Body]) -> tuple[float, float]:
+    """Arc lengths [mm] as far as the contours of all bodies go."""
+    starts, ends = zip(*(body.contour.extent for body in bodies.values()), strict=True)
+    return max(starts), min(ends)

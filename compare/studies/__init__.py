@@ -1,4 +1,4 @@
-"""Studies of the program itself, and of what is said about ICs: many scenes, one page each.
+"""Studies of the program itself and of statements about ICs: many scenes, one page each.
 
-May import all floors but the command line.
+Modules of this floor may import all floors except the command line.
 """

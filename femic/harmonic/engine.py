@@ -1,11 +1,11 @@
 """The harmonic engine: responses of one body to unit strip loads, one section problem per wavenumber.
 
-A body that does not change along x (round its axis) answers a load that varies as cos(k x) by
-u_x = U sin(k x), u_y = V cos(k x), u_z = W cos(k x), amplitudes of the section alone (`section_model`).
-A load along x exchanges sines and cosines: its K is K(-k), which is K(k) with the sign of U changed. So one
-factorisation per wavenumber serves all loads. On a body of revolution k = m / R_roll. Sections that are
-their own mirror image are solved by halves, even and odd. From the responses, `synthesis` makes the
-displacements anywhere along x. Source: design section 4.
+The section of a body is the same everywhere along x (round its axis). A load that varies as cos(k x) causes
+u_x = U sin(k x), u_y = V cos(k x), u_z = W cos(k x), where U, V, W are amplitudes on the section
+(`section_model`). For a load along x sines and cosines are exchanged: its K is K(-k), which is K(k) with the
+sign of U changed. So one factorisation per wavenumber serves all loads. On a closed body of revolution k = m
+/ R_roll. Sections that are their own mirror image are halved, with even and odd fields. `synthesis` computes
+displacements anywhere along x from the responses. Source: design section 4.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -29,51 +29,51 @@ from femic.work.threads import one_blas_thread
 from geometries.arrays import Array
 from geometries.patches import Patch
 
-FINER = 5.0  # cells where M is fitted
-CENTRES_RESOLVED = 17.5  # as below, where displacements are read at the centres of strips only
-RESOLVED = 4.0  # longest cell on a strip, times growth / largest wavenumber
+FINER = 5.0  # smallest cell over the cells near the patches where M is fitted
+CENTRE_WAVE_CELLS = 17.5  # like `WAVE_CELLS`, where displacements are read at the centres of strips only
+WAVE_CELLS = 4.0  # longest cell on a strip times the largest wavenumber, over growth
 
-Progress = Callable[[int], None]  # wavenumbers solved so far; 0: the section is assembled
-
-
-Answer = tuple[Array, float]  # responses (2, load, 3, len(s)) at a wavenumber, and their residual
+Progress = Callable[[int], None]  # takes the number of wavenumbers solved so far, 0 after the assembly
+Answer = tuple[Array, float]  # responses (2, load, 3, len(s)) [mm^2/N] at a wavenumber, and their residual
 
 
 class Kept(Protocol):
-    """Responses at wavenumbers that were solved before."""
+    """A store of the responses at wavenumbers that were solved before."""
 
     def get(self, k: float) -> Answer | None:
-        """The responses at a wavenumber and their residual, if they were."""
+        """The responses at a wavenumber [1/mm] and their residual, None if it was not solved."""
 
     def put(self, k: float, answer: Answer) -> None:
-        """Keep those of a new one."""
+        """Keep the responses at a wavenumber [1/mm] and their residual."""
 
 
 class _Nothing:
+    """A store that keeps nothing."""
+
     def get(self, k: float) -> None:
-        """Nothing."""
+        """Return None: nothing is kept."""
 
     def put(self, k: float, answer: Answer) -> None:
-        """Forget it."""
+        """Do nothing."""
 
 
 NOTHING_KEPT = _Nothing()
 
 
 def build_section(request: HarmonicRequest) -> SectionMesh:
-    """The mesh for a request: half of the section where symmetry allows it."""
-    half = request.body.contour.symmetric
+    """Mesh the section of a request, half of it where the contour is symmetric."""
+    half_section = request.body.contour.symmetric
     cells = request.cells
-    wave = RESOLVED * cells.growth / request.k_max
+    wave_cell = WAVE_CELLS * cells.growth / request.k_max
     if request.even_strips:
-        wave = min(cells.smallest, CENTRES_RESOLVED * cells.growth / request.k_max)
-    near = [(strips(request.exact), cells.smallest / FINER)] if request.exact else []
-    sizes = SectionSize(cells, strips(load.patch for load in request.loads), wave, tuple(near))
-    return section_mesh(request.body, sizes, half_section=half)
+        wave_cell = min(cells.smallest, CENTRE_WAVE_CELLS * cells.growth / request.k_max)
+    finer = [(strips(request.exact), cells.smallest / FINER)] if request.exact else []
+    size = SectionSize(cells, strips(load.patch for load in request.loads), wave_cell, tuple(finer))
+    return section_mesh(request.body, size, half_section=half_section)
 
 
 def strips(patches: Iterable[Patch]) -> Array:
-    """Ends [mm] of the strips of s under patches, (n, 2)."""
+    """Ends [mm] of the strips of s under patches, without repetitions, shape (n, 2)."""
     return np.unique([[patch.s - patch.b, patch.s + patch.b] for patch in patches], axis=0)
 
 
@@ -83,7 +83,7 @@ def raw_ics(
     workers: int = 1,
     progress: Progress = lambda _: None,
 ) -> RawICs:
-    """Displacements at the points of a request; solves it (`solve`) and sums the wavenumbers."""
+    """Displacements [mm/N] at the points of a request: solve it (`solve`), then sum over the wavenumbers."""
     solved = solve(request, most_unknowns, workers=workers, progress=progress)
     return displacements(solved, request.loads, request.points)
 
@@ -99,8 +99,8 @@ def solve(
     """Mesh, assemble, and solve the wavenumbers in parallel threads.
 
     Raises NotConverged if the section has more than `most_unknowns`, or if a wavenumber cannot be solved to
-    a small residual; the worst one is part of the cost. `kept` has the wavenumbers that an
-    earlier run has solved, and takes the new ones.
+    a small residual. The worst residual is part of the cost. `kept` holds the wavenumbers that an earlier
+    run has solved, and receives the new ones.
     """
     start = perf_counter()
     section = build_section(request)
@@ -115,53 +115,57 @@ def solve(
     assembled = perf_counter()
     progress(0)
     with one_blas_thread():
-        found, residual = _sampled(request, respond, workers, progress, kept)
+        samples, residual = _sampled(request, respond, workers, progress, kept)
     seconds = {
         "mesh": meshed - start,
         "assembly": assembled - meshed,
         "solution": perf_counter() - assembled,
     }
-    solver = f"direct, {len(found.k)} wavenumbers"
+    solver = f"direct, {len(samples.k)} wavenumbers"
     cells = int(section.mesh.nelements)
     cost = Cost(model.unknowns, cells, solver, (), residual, seconds, peak_memory())
     drawn = section.mesh.p[:, : section.mesh.nvertices], section.mesh.t
-    return Responses(request.body, request.loads, request.observed, found, cost, drawn)
+    return Responses(request.body, request.loads, request.observed, samples, cost, drawn)
 
 
 def _sampled(
     request: HarmonicRequest, respond: Respond, workers: int, progress: Progress, kept: Kept
 ) -> tuple[Sampled, float]:
-    """Responses (n, 2, load, 3, len(s)), of the far arc where it is and nearer, at enough wavenumbers.
+    """Responses at enough wavenumbers, and the worst residual of all, kept ones included.
 
-    Also the worst residual of all, those that were kept among them.
+    The responses have shape (n, 2, load, 3, len(s)): first with the far arc at its radius, then with the
+    nearer far arc.
     """
-    run = Parallel(n_jobs=workers, prefer="threads", return_as="generator")
+    parallel = Parallel(n_jobs=workers, prefer="threads", return_as="generator")
     residuals: list[float] = []
 
-    def both(k: float) -> Answer:
+    def answer_at(k: float) -> Answer:
         answer = kept.get(k)
         if answer is None:
             answer = _answer(request, respond, k)
             kept.put(k, answer)
         return answer
 
-    def all_of(wavenumbers: Sequence[float]) -> list[Array]:
-        found = []
-        for responses, residual in run(delayed(both)(k) for k in wavenumbers):
-            found.append(responses)
+    def responses_at(wavenumbers: Sequence[float]) -> list[Array]:
+        all_responses = []
+        for responses, residual in parallel(delayed(answer_at)(k) for k in wavenumbers):
+            all_responses.append(responses)
             residuals.append(residual)
             progress(len(residuals))
-        return found
+        return all_responses
 
     odd = np.stack([SINES[:, load.direction] for load in request.loads])[..., None]
     a = min(load.patch.a for load in request.loads)
-    return sampled(request.axis, all_of, odd, a, request.accuracy), max(residuals)
+    return sampled(request.axis, responses_at, odd, a, request.accuracy), max(residuals)
 
 
 def _answer(request: HarmonicRequest, respond: Respond, k: float) -> Answer:
-    """With the far arc where it is, and nearer where that is felt; the worse residual."""
+    """Responses with both far arcs at a wavenumber [1/mm], and the worse residual of the two.
+
+    From `request.felt` on the distance of the far arc does not matter: one solution serves both.
+    """
     at_arc, residual = respond(k)
     if k >= request.felt:
         return np.stack([at_arc, at_arc]), residual
-    nearer, other = respond(k, nearer=True)
-    return np.stack([at_arc, nearer]), max(residual, other)
+    nearer, nearer_residual = respond(k, nearer=True)
+    return np.stack([at_arc, nearer]), max(residual, nearer_residual)

@@ -1,4 +1,4 @@
-"""Responses as an entry of the store (`femic.work.store`), and their parts: one per wavenumber."""
+"""Responses as an entry of the store (`femic.work.store`), and its parts, one per wavenumber."""
 
 import json
 from dataclasses import asdict, dataclass
@@ -16,21 +16,21 @@ from geometries.patches import DIRECTIONS
 
 
 def to_entry(responses: Responses) -> xr.Dataset:
-    """The compact form: responses per wavenumber, with a nearer far arc where it is felt."""
-    found = responses.found
-    felt = np.any(found.responses[:, 0] != found.responses[:, 1], axis=(1, 2, 3))
+    """The entry of responses; those with the nearer far arc are kept only where it makes a difference."""
+    samples = responses.found
+    felt = np.any(samples.responses[:, 0] != samples.responses[:, 1], axis=(1, 2, 3))
     dims = ("load", "i", "point")
     return xr.Dataset(
         {
-            "response": (("k", *dims), found.responses[:, 0], {"units": "mm2/N"}),
-            "response_nearer": (("k_felt", *dims), found.responses[felt, 1], {"units": "mm2/N"}),
-            "last": ("k", found.last),
+            "response": (("k", *dims), samples.responses[:, 0], {"units": "mm2/N"}),
+            "response_nearer": (("k_felt", *dims), samples.responses[felt, 1], {"units": "mm2/N"}),
+            "last": ("k", samples.last),
             "vertices": (("yz", "vertex"), responses.drawn[0], {"units": "mm"}),
             "triangles": (("corner", "triangle"), responses.drawn[1]),
         },
         coords={
-            "k": ("k", found.k, {"units": "1/mm"}),
-            "k_felt": ("k_felt", found.k[felt], {"units": "1/mm"}),
+            "k": ("k", samples.k, {"units": "1/mm"}),
+            "k_felt": ("k_felt", samples.k[felt], {"units": "1/mm"}),
             "s": ("point", responses.s, {"units": "mm"}),
             "load_s": ("load", [load.patch.s for load in responses.loads], {"units": "mm"}),
             "load_b": ("load", [load.patch.b for load in responses.loads], {"units": "mm"}),
@@ -45,34 +45,35 @@ def to_entry(responses: Responses) -> xr.Dataset:
 
 
 def from_entry(entry: xr.Dataset, request: HarmonicRequest) -> Responses:
-    """What `to_entry` made of the responses to a request."""
+    """The responses to a request, from the entry that `to_entry` made of them."""
     k, at_arc = entry.k.values, entry.response.values
     nearer = at_arc.copy()
     nearer[np.isin(k, entry.k_felt.values)] = entry.response_nearer.values
-    found = Sampled(request.axis, k, np.stack([at_arc, nearer], axis=1), entry["last"].values.astype(bool))
+    samples = Sampled(request.axis, k, np.stack([at_arc, nearer], axis=1), entry["last"].values.astype(bool))
     drawn = entry.vertices.values, entry.triangles.values
     cost = cost_from(entry.attrs["cost"])
-    return Responses(request.body, request.loads, entry.s.values, found, cost, drawn)
+    return Responses(request.body, request.loads, entry.s.values, samples, cost, drawn)
 
 
 @dataclass(frozen=True)
 class KeptWaves:
-    """Wavenumbers of an entry that is not finished."""
+    """The solved wavenumbers of an entry that is not finished, as `Kept` of the engine."""
 
     store: Store
     key: str
 
     def get(self, k: float) -> Answer | None:
-        """Its responses and their residual, if they are there."""
+        """The responses at a wavenumber [1/mm] and their residual, None if they are not there."""
         part = self.store.part(self.key, _name(k))
         return None if part is None else (part["responses"], float(part["residual"]))
 
     def put(self, k: float, answer: Answer) -> None:
-        """Keep them."""
+        """Keep the responses at a wavenumber [1/mm] and their residual."""
         responses, residual = answer
         part = {"responses": responses, "residual": np.array(residual)}
         self.store.put_part(self.key, _name(k), part)
 
 
 def _name(k: float) -> str:
+    """Name of the part of a wavenumber."""
     return f"k{float(k)!r}"

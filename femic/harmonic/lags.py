@@ -1,8 +1,8 @@
 """Displacements at all lags of a grid, strip by strip.
 
-How a response at one wavenumber enters the displacement at a lag depends on the lag alone on a prismatic
-body, on a body of revolution also on the radii of both circles. That dependence is smooth, and the radii
-differ little: weights are computed for a few of them (Chebyshev points) and interpolated.
+On a prismatic body the weight of a response in the displacement at a lag depends on the lag alone, on a body
+of revolution also on the radii of both rolling circles. This dependence is smooth and the radii differ
+little: weights are computed for a few radii (Chebyshev points) and interpolated between them.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from approx.halfspace import HalfSpace
-from femic.harmonic.synthesis import REACH, Responses
+from femic.harmonic.synthesis import WAVE_REACH, Responses
 from femic.harmonic.wavenumbers import Sampled
 from femic.harmonic.waves import SINES, spectrum, synthesis_weights, tail
 from geometries.arrays import Array, Indices
@@ -19,99 +19,107 @@ from geometries.grids import Grid
 from geometries.materials import one_body
 from geometries.patches import Load, Patch, S
 
-DIGITS = 10  # of the interpolation between radii
-ANALYTIC = 0.4  # change of ln(radius) within which the weights are analytic at the nearest lag
-MIRROR = np.where(
+INTERPOLATION_DIGITS = 10  # to which the interpolation between radii is exact
+ANALYTIC_RANGE = 0.4  # change of ln(radius) within which the weights are analytic at the nearest lag
+S_MIRROR = np.where(
     (np.arange(3) == S)[:, None] ^ (np.arange(3) == S), -1.0, 1.0
-)  # of components: s changes sign
-ODD, EVEN = np.nonzero(SINES), np.nonzero(~SINES)  # (i, j) of the components odd and even in x
+)  # signs of the components (i, j) where s changes sign
+ODD, EVEN = np.nonzero(SINES), np.nonzero(~SINES)  # indices (i, j) of the components odd and even in x
 
 
 @dataclass(frozen=True, eq=False)
 class Radii:
-    """Chebyshev points of the height z / R_roll of circles over a range, to interpolate between."""
+    """Chebyshev points of the height of circles, z / R_roll with z into the body, shape (n_points,)."""
 
     points: Array
 
     @classmethod
     def of(cls, heights: Array) -> "Radii":
-        """Enough for some heights; one if they are all alike."""
-        half = float(np.ptp(heights)) / 2
-        n = 1 if half == 0 else 2 + int(np.ceil(DIGITS * np.log(10) / np.log(max(ANALYTIC / half, 2.0))))
+        """Enough points for some heights z / R_roll; one point if they are all alike."""
+        half_range = float(np.ptp(heights)) / 2
+        n = (
+            1
+            if half_range == 0
+            else 2
+            + int(np.ceil(INTERPOLATION_DIGITS * np.log(10) / np.log(max(ANALYTIC_RANGE / half_range, 2.0))))
+        )
         middle = (np.max(heights) + np.min(heights)) / 2
-        return cls(middle + half * np.cos(np.pi * (np.arange(n) + 0.5) / n))
+        return cls(middle + half_range * np.cos(np.pi * (np.arange(n) + 0.5) / n))
 
     @property
     def stretch(self) -> Array:
-        """Chart length over arc length."""
+        """Chart length over arc length at the points, shape (n_points,)."""
         return 1 / (1 - self.points)
 
     def shares(self, heights: Array) -> Array:
-        """Lagrange polynomials, (n_points, len(heights))."""
+        """Lagrange polynomials of the points at heights, shape (n_points, len(heights))."""
         gaps = heights - self.points[:, None]
-        out = np.ones_like(gaps)
+        shares = np.ones_like(gaps)
         for m, point in enumerate(self.points):
-            others = np.arange(len(self.points)) != m
-            out[m] = np.prod(gaps[others] / (point - self.points[others])[:, None], axis=0)
-        return out
+            other_points = np.arange(len(self.points)) != m
+            shares[m] = np.prod(gaps[other_points] / (point - self.points[other_points])[:, None], axis=0)
+        return shares
 
 
 @dataclass(frozen=True, eq=False)
 class LagSynthesis:
-    """From responses to displacements per unit total load [mm/N] at the lags of a grid."""
+    """The way from responses to displacements per unit total load [mm/N] at the lags of a grid."""
 
     grid: Grid
-    heights: Array  # of the strips' circles, over R_roll
+    heights: Array  # z / R_roll of the strips' circles, (n_s,)
     radii: Radii
-    even: Array  # (load radius, k, mean radius, lag)
-    odd: Array
-    tails: Array  # (load radius, i, j, lag, strips apart)
+    even: Array  # weights [1/mm] of responses even in x, (load radius, k, mean radius, lag)
+    odd: Array  # the same of responses odd in x
+    tails: Array  # [mm/N] beyond the largest wavenumber, (load radius, i, j, lag, strips apart)
     found: Sampled
-    place: Indices  # of the strips among the observers
-    loads: Indices  # (strip, direction): place among the loads
+    place: Indices  # number of each strip's centre among the observers, (n_s,)
+    loads: Indices  # number of each load among the solved ones, (strip, direction)
 
     @classmethod
-    def of(cls, solved: Responses, found: Sampled, k_max: float, grid: Grid) -> "LagSynthesis":
-        """Prepare all that does not depend on the strip."""
+    def of(cls, solved: Responses, samples: Sampled, k_max: float, grid: Grid) -> "LagSynthesis":
+        """Prepare all that does not depend on the loaded strip, for wavenumbers up to k_max [1/mm]."""
         body, a = solved.body, grid.dx / 2
         heights = body.side * body.contour.position(grid.strips)[1] / body.rolling_radius
         radii = Radii.of(heights)
         xi = np.outer(radii.stretch, grid.lags).ravel()
-        over = spectrum(k_max, body.rolling_radius)
-        weights = [synthesis_weights(found.axis, found.k, over, a * t, xi) for t in radii.stretch]
-        shape = (len(radii.points), len(found.k), len(radii.points), grid.n_x)
+        wavenumbers = spectrum(k_max, body.rolling_radius)
+        weights = [synthesis_weights(samples.axis, samples.k, wavenumbers, a * t, xi) for t in radii.stretch]
+        shape = (len(radii.points), len(samples.k), len(radii.points), grid.n_x)
         even, odd = (np.stack(w).reshape(shape) for w in zip(*weights, strict=True))
         half_space = HalfSpace(one_body(body.material, body.side))
-        tails = np.stack([_tails(half_space, grid, float(over.k_max * t)) for t in radii.stretch])
-        place = np.searchsorted(solved.s, grid.strips)
-        number = {load: n for n, load in enumerate(solved.loads)}
-        loads = np.array([[number[Load(grid.patch(m), j)] for j in range(3)] for m in range(grid.n_s)])
-        return cls(grid, heights, radii, even, odd, tails, found, place, loads)
+        tails = np.stack([_tails(half_space, grid, float(wavenumbers.k_max * t)) for t in radii.stretch])
+        observers = np.searchsorted(solved.s, grid.strips)
+        load_number = {load: n for n, load in enumerate(solved.loads)}
+        loads = np.array([[load_number[Load(grid.patch(m), j)] for j in range(3)] for m in range(grid.n_s)])
+        return cls(grid, heights, radii, even, odd, tails, samples, observers, loads)
 
     def column(self, strip: int) -> Array:
-        """Displacements due to unit loads on a strip, shape (3, 3, n_x, n_s)."""
+        """Displacements [mm/N] due to unit total loads on a strip, shape (3, 3, n_x, n_s)."""
         u = np.empty((3, 3, self.grid.n_x, self.grid.n_s))
-        of_load = self.radii.shares(self.heights[[strip]])[:, 0]
-        of_pair = self.radii.shares((self.heights + self.heights[strip]) / 2)  # (mean radius, n_s)
+        load_shares = self.radii.shares(self.heights[[strip]])[:, 0]
+        mean_shares = self.radii.shares((self.heights + self.heights[strip]) / 2)  # (mean radius, n_s)
         responses = self.found.responses[:, self.loads[strip]]  # (k, j, i, observer)
         for (i, j), by_radius in ((EVEN, self.even), (ODD, self.odd)):
-            weights = np.tensordot(of_load, by_radius, axes=1).reshape(len(self.found.k), -1)
-            chosen = responses[:, j, i][..., self.place]  # (k, component, n_s)
-            summed = (weights.T @ chosen.reshape(len(chosen), -1)).reshape(
+            weights = np.tensordot(load_shares, by_radius, axes=1).reshape(len(self.found.k), -1)
+            at_strips = responses[:, j, i][..., self.place]  # (k, component, n_s)
+            by_mean_radius = (weights.T @ at_strips.reshape(len(at_strips), -1)).reshape(
                 len(self.radii.points), self.grid.n_x, len(i), -1
             )
-            u[i, j] = np.einsum("qs,qlcs->cls", of_pair, summed)
-        apart = np.arange(self.grid.n_s) - strip + self.tails.shape[-1] // 2
-        near = (apart >= 0) & (apart < self.tails.shape[-1])
-        u[..., near] += np.tensordot(of_load, self.tails, axes=1)[..., apart[near]]
+            u[i, j] = np.einsum("qs,qlcs->cls", mean_shares, by_mean_radius)
+        tail_number = np.arange(self.grid.n_s) - strip + self.tails.shape[-1] // 2
+        has_tail = (tail_number >= 0) & (tail_number < self.tails.shape[-1])
+        u[..., has_tail] += np.tensordot(load_shares, self.tails, axes=1)[..., tail_number[has_tail]]
         return u
 
 
 @lru_cache(maxsize=64)
-def _tails(half_space: HalfSpace, grid: Grid, beyond: float) -> Array:
-    """What wavenumbers beyond the largest add, (3, 3, n_x, strips apart from -m to m): the half-space's."""
-    m = min(int(np.ceil((grid.ds / 2 + REACH / beyond) / grid.ds)), grid.n_s - 1)
+def _tails(half_space: HalfSpace, grid: Grid, k_max: float) -> Array:
+    """Displacements [mm/N] of the half-space by wavenumbers beyond k_max, shape (3, 3, n_x, 2 m + 1).
+
+    The last axis counts the strips apart, from -m to m.
+    """
+    m = min(int(np.ceil((grid.ds / 2 + WAVE_REACH / k_max) / grid.ds)), grid.n_s - 1)
     patch = Patch(grid.dx / 2, grid.ds / 2)
-    ahead = np.stack([tail(half_space, patch, beyond, grid.lags, grid.ds * n) for n in range(m + 1)], axis=-1)
-    behind = MIRROR[..., None, None] * ahead[..., :0:-1]
+    ahead = np.stack([tail(half_space, patch, k_max, grid.lags, grid.ds * n) for n in range(m + 1)], axis=-1)
+    behind = S_MIRROR[..., None, None] * ahead[..., :0:-1]
     return np.concatenate([behind, ahead], axis=-1)

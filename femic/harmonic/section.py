@@ -1,7 +1,7 @@
 """Fourth-order meshes of a section, fine at the loaded strips, nodes on the true contour.
 
-On the contact contour a field is a polynomial of fourth degree in the arc length s on each edge: nodes lie
-evenly in s.
+On each edge of the contact contour a field is a polynomial of fourth degree in the arc length s, because the
+nodes of the edge lie evenly in s.
 """
 
 from dataclasses import dataclass, replace
@@ -22,16 +22,16 @@ from geometries.errors import Failure
 
 TRIANGLE = 2  # Gmsh's number of the 3-node triangle
 FRONTAL, DELAUNAY = 6, 5  # Gmsh's numbers of its algorithms
-SLIVER = 0.25  # shape below which a cell is one: 4 sqrt(3) area / sum of squared edges, 1 for equal edges
-DEGREE = 4
-CLOSE = 1e-3  # of a strip: ends that are closer are one
-INNER = slice(-3, None)  # nodes of a cell that are not on its edges
-LAGRANGE = BarycentricInterpolator(np.arange(DEGREE + 1) / DEGREE, np.eye(DEGREE + 1))
+SLIVER_SHAPE = 0.25  # cells whose `shapes` value is below this are slivers
+ELEMENT_DEGREE = 4
+CLOSE_ENDS = 1e-3  # ends of strips that are closer than this share of the narrowest strip count as one
+INNER_NODES = slice(-3, None)  # the nodes of a cell that are not on its edges
+LAGRANGE = BarycentricInterpolator(np.arange(ELEMENT_DEGREE + 1) / ELEMENT_DEGREE, np.eye(ELEMENT_DEGREE + 1))
 
 
 @dataclass(repr=False)
 class MeshTri4(MeshTri2):  # type: ignore[misc]
-    """Triangles whose geometry is as curved as the fields on them; vertices in growing order."""
+    """Triangles whose geometry is of fourth degree, as the fields on them; vertices in growing order."""
 
     elem: type = ElementTriP4
     sort_t: bool = True
@@ -39,7 +39,7 @@ class MeshTri4(MeshTri2):  # type: ignore[misc]
 
 @dataclass(frozen=True, eq=False)
 class SectionMesh:
-    """A section, or its half y >= 0, in quartic triangles; its contact contour in edges of growing s."""
+    """A section, or its half y >= 0, in quartic triangles; the edges on its contour are sorted by s."""
 
     body: Body
     mesh: MeshTri4
@@ -48,22 +48,22 @@ class SectionMesh:
     half_section: bool
 
     def interpolation(self, s: Array) -> csr_matrix:
-        """Matrix (len(s), n_nodes) from nodal values to points of the contour."""
+        """Matrix (len(s), n_nodes) that takes nodal values to the contour at arc lengths s [mm]."""
         edge = np.clip(np.searchsorted(self.knots, s, side="right") - 1, 0, len(self.knots) - 2)
         start, end = self.knots[edge], self.knots[edge + 1]
         shapes = LAGRANGE((s - start) / (end - start)).T
-        columns = self.contour_nodes[DEGREE * edge + np.arange(DEGREE + 1)[:, None]]
+        columns = self.contour_nodes[ELEMENT_DEGREE * edge + np.arange(ELEMENT_DEGREE + 1)[:, None]]
         rows = np.broadcast_to(np.arange(len(s)), shapes.shape)
         shape = (len(s), self.mesh.doflocs.shape[1])
         return csr_matrix((shapes.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
 
 def section_mesh(body: Body, size: SectionSize, *, half_section: bool = False) -> SectionMesh:
-    """Mesh the section of a body, only y >= 0 of it for `half_section`; vertices lie at the ends of strips.
+    """Mesh the section of a body, or only its half y >= 0 (`half_section`).
 
-    Raises Failure where cells are too coarse for the contour.
+    There is a vertex at each end of a strip. Raises Failure where Gmsh cannot mesh the section.
     """
-    apart = CLOSE * float(np.min(np.diff(size.strips)))
+    apart = CLOSE_ENDS * float(np.min(np.diff(size.strips)))
     ends = np.abs(size.strips) if half_section else size.strips
     breaks = _distinct(ends.ravel(), np.array([*body.contour.joints, *body.s_range]), apart)
     with gmsh_session() as gmsh:
@@ -74,17 +74,18 @@ def section_mesh(body: Body, size: SectionSize, *, half_section: bool = False) -
     return _curved(body, points, triangles, on_contour, half_section)
 
 
-def _distinct(s: Array, others: Array, apart: float) -> Array:
-    """Values in order without those that nearly repeat another one, or one of the others."""
+def _distinct(s: Array, reserved: Array, apart: float) -> Array:
+    """The values s in growing order, without those that nearly repeat another one or a reserved one."""
     s = np.sort(s)
     s = s[np.append(True, np.diff(s) > apart)]
-    return s[np.all(np.abs(s[:, None] - others) > apart, axis=1)]
+    return s[np.all(np.abs(s[:, None] - reserved) > apart, axis=1)]
 
 
 def _triangles(gmsh: ModuleType, surface: int, curves: list[int]) -> tuple[Array, Indices, Indices]:
-    """As `_collect`, by Gmsh's frontal algorithm; by the other one if that leaves fewer slivers.
+    """The triangulation of Gmsh's frontal algorithm, or of Delaunay's if that has fewer slivers.
 
-    Where cells grow about as fast as the distance, the frontal one may stop half way, without a word.
+    Its arrays are those of `_collect`. Where cells grow about as fast as the distance, the frontal algorithm
+    may stop half way without an error.
     """
     frontal = _generated(gmsh, surface, curves, FRONTAL)
     if not _slivers(frontal):
@@ -95,28 +96,35 @@ def _triangles(gmsh: ModuleType, surface: int, curves: list[int]) -> tuple[Array
 def _generated(
     gmsh: ModuleType, surface: int, curves: list[int], algorithm: int
 ) -> tuple[Array, Indices, Indices]:
+    """The triangulation (see `_collect`) that one of Gmsh's algorithms makes."""
     gmsh.option.setNumber("Mesh.Algorithm", algorithm)
     gmsh.model.mesh.clear()
     gmsh.model.mesh.generate(2)
     return _collect(gmsh, surface, curves)
 
 
-def _slivers(meshed: tuple[Array, Indices, Indices]) -> int:
-    """How many cells are slivers."""
-    points, triangles, _ = meshed
-    return int(np.sum(shapes(points[:, triangles]) < SLIVER))
+def _slivers(triangulation: tuple[Array, Indices, Indices]) -> int:
+    """Number of slivers among the cells."""
+    points, triangles, _ = triangulation
+    return int(np.sum(shapes(points[:, triangles]) < SLIVER_SHAPE))
 
 
 def shapes(corners: Array) -> Array:
-    """Shape of triangles with corners (2, 3, n): 1 for equal edges, 0 without an area; (n,)."""
+    """Shape values of triangles with corners (2, 3, n): 4 sqrt(3) area / sum of squared edges, shape (n,).
+
+    The value is 1 for equal edges and 0 for a triangle without an area.
+    """
     edges = np.roll(corners, -1, axis=1) - corners
-    (y, other_y, _), (z, other_z, _) = edges
-    twice_area = np.abs(y * other_z - z * other_y)
+    (dy, next_dy, _), (dz, next_dz, _) = edges
+    twice_area = np.abs(dy * next_dz - dz * next_dy)
     return np.asarray(2 * np.sqrt(3) * twice_area / np.sum(edges**2, axis=(0, 1)))
 
 
 def _collect(gmsh: ModuleType, surface: int, curves: list[int]) -> tuple[Array, Indices, Indices]:
-    """Points (y, z), triangles and edges of the contour, points that no triangle uses left out."""
+    """Points (y, z) (2, n) [mm], triangles (3, m) and edges of the contour (2, n_edges) of Gmsh's model.
+
+    Points that no triangle uses are left out.
+    """
     tags, xyz, _ = gmsh.model.mesh.getNodes()
     types, _, nodes = gmsh.model.mesh.getElements(2, surface)
     if list(types) != [TRIANGLE]:
@@ -131,7 +139,10 @@ def _collect(gmsh: ModuleType, surface: int, curves: list[int]) -> tuple[Array, 
 def _curved(
     body: Body, points: Array, triangles: Indices, on_contour: Indices, half_section: bool
 ) -> SectionMesh:
-    """Fourth order; nodes of the contour on it, evenly in s; inner nodes of its cells follow them."""
+    """The mesh of fourth order whose nodes on the contact contour lie on the true contour, evenly in s.
+
+    Inner nodes of the cells at the contour are moved with them.
+    """
     vertices = np.unique(on_contour)
     s = np.full(points.shape[1], np.nan)
     s[vertices] = body.contour.nearest(points[:, vertices], body.s_range)
@@ -143,8 +154,8 @@ def _curved(
     edges = edges[np.argsort(s[mesh.facets[:, edges]].mean(axis=0))]
     starts, ends = s[mesh.facets[:, edges]]  # an edge runs from its vertex of lower number
     nodes = np.vstack([mesh.facets[:1, edges], mesh.dofs.facet_dofs[:, edges], mesh.facets[1:, edges]])
-    at = np.linspace(starts, ends, DEGREE + 1)  # (node, edge)
-    bulge = body.contour.position(at) - mesh.doflocs[:, nodes]  # (2, node, edge)
+    node_s = np.linspace(starts, ends, ELEMENT_DEGREE + 1)  # (node, edge)
+    bulge = body.contour.position(node_s) - mesh.doflocs[:, nodes]  # (2, node, edge)
     moved = mesh.doflocs.copy()
     moved[:, nodes[1:-1]] += bulge[:, 1:-1]
     _move_inner_nodes(mesh, edges, moved, bulge)
@@ -155,13 +166,17 @@ def _curved(
 
 
 def _move_inner_nodes(mesh: MeshTri4, edges: Indices, moved: Array, bulge: Array) -> None:
-    """Inner nodes of a cell follow the bulge of its edge on the contour, less the further away."""
+    """Move the inner nodes of cells by the bulge of their edge on the contour, less the further away.
+
+    `bulge` (2, node, edge) [mm] is how far the nodes of the edges `edges` move; `moved` (2, n_nodes) holds
+    the coordinates of all nodes and is changed.
+    """
     cells = mesh.f2t[0, edges]
-    y, z = ElementTriP4.doflocs[INNER].T
+    y, z = ElementTriP4.doflocs[INNER_NODES].T
     corners = np.stack([1 - y - z, y, z])  # barycentric coordinates
     for local, (a, b) in enumerate(((0, 1), (1, 2), (0, 2))):
-        mine = mesh.t2f[local, cells] == edges
+        on_this_edge = mesh.t2f[local, cells] == edges
         weight = corners[a] + corners[b]
-        along = LAGRANGE(corners[b] / weight)  # (inner node, node of the edge)
-        follow = np.einsum("i,in,cne->cie", weight**2, along, bulge[..., mine])
-        moved[:, mesh.dofs.interior_dofs[:, cells[mine]]] += follow
+        edge_shapes = LAGRANGE(corners[b] / weight)  # (inner node, node of the edge)
+        displacement = np.einsum("i,in,cne->cie", weight**2, edge_shapes, bulge[..., on_this_edge])
+        moved[:, mesh.dofs.interior_dofs[:, cells[on_this_edge]]] += displacement

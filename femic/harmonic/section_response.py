@@ -1,7 +1,7 @@
-"""What observers see of a section at one wavenumber, under unit line loads on its strips.
+"""The response of a section at one wavenumber: displacements of observers under unit line loads on strips.
 
-Where half of the section is modelled, each load is the sum of an even and an odd one, of which the one at
-s = 0 has only one.
+Where half of the section is modelled, each load is the sum of an even and an odd part; a load at s = 0 has
+only one of them.
 """
 
 from collections.abc import Sequence
@@ -17,18 +17,18 @@ from geometries.arrays import Array
 from geometries.patches import Load, S, X
 from geometries.quadrature import on_panels
 
-LOAD_POINTS = 4  # Gauss points per edge of a strip
+LOAD_POINTS = 4  # Gauss points per edge on a strip
 
 
 class Respond:
-    """Local displacements of observers at arc lengths s [mm] under loads, at any wavenumber.
+    """Displacements of observers at arc lengths s [mm] in their local directions, at any wavenumber.
 
-    Gives amplitudes of sin(k x) or cos(k x), shape (load, 3, len(s)), with the far arc where it is or
-    `nearer`, at that share of its radius, and the residual of what was solved for them.
+    A call returns the amplitudes of sin(k x) or cos(k x) [mm^2/N], shape (load, 3, len(s)), and the residual
+    of the solved equations. The far arc lies at its radius or, with `nearer`, at a share of it.
     """
 
     def __init__(self, model: SectionModel, loads: Sequence[Load], s: Array, nearer: float) -> None:
-        """`nearer`: a share of the far radius."""
+        """Prepare the equations; `nearer` is the radius of the nearer far arc over the far radius."""
         section = model.section
         self._loads = loads
         self._parts = [_part(model, loads, s, y, nearer) for y in _parities(loads, section)]
@@ -37,16 +37,18 @@ class Respond:
         self._signs = np.where(along_x[:, None], [1, -1, -1], [1, 1, 1])[..., None]
 
     def __call__(self, k: float, *, nearer: bool = False) -> tuple[Array, float]:
-        """The amplitudes at wavenumber k [1/mm], and the worst residual; raises NotConverged."""
-        in_space = np.zeros((len(self._loads), 3, self._axes.shape[2]))
+        """The amplitudes [mm^2/N] at wavenumber k [1/mm], and the worst residual; raises NotConverged."""
+        in_global_axes = np.zeros((len(self._loads), 3, self._axes.shape[2]))
         residuals = []
         for part in self._parts:
             amplitudes, residual = (part.nearer if nearer else part.system).solved(k, part.forces)
             residuals.append(residual)
-            seen = (part.observers @ amplitudes).reshape(-1, 3, part.forces.shape[1])
-            in_space[part.of_loads] += part.signs[:, None, None] * np.transpose(seen, (2, 1, 0))[part.columns]
-        local = np.einsum("icn,lcn->lin", self._axes, in_space)
-        return np.asarray(self._signs * local), max(residuals)
+            observed = (part.observers @ amplitudes).reshape(-1, 3, part.forces.shape[1])
+            in_global_axes[part.of_loads] += (
+                part.signs[:, None, None] * np.transpose(observed, (2, 1, 0))[part.columns]
+            )
+        in_local_axes = np.einsum("icn,lcn->lin", self._axes, in_global_axes)
+        return np.asarray(self._signs * in_local_axes), max(residuals)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,43 +58,46 @@ class _Part:
     Loads at s and -s have parts that are equal or opposite: they share a column of the forces.
     """
 
-    of_loads: list[int]
-    columns: list[int]  # of each of these loads
-    signs: Array
+    of_loads: list[int]  # numbers of the loads that have this part
+    columns: list[int]  # the column of `forces` that each of these loads uses
+    signs: Array  # the factor of each of these loads on its column
     forces: Array  # (unknowns, n_columns)
-    observers: csr_matrix  # (3 n, unknowns): components at each observer
+    observers: csr_matrix  # (3 n, unknowns): takes amplitudes to the components at each observer
     system: FreeSystem
-    nearer: FreeSystem
+    nearer: FreeSystem  # with the nearer far arc
 
 
 def _parities(loads: Sequence[Load], section: SectionMesh) -> list[int]:
-    """Parities in y that the loads have: +1, -1; 0 on a whole section."""
+    """Parities in y that the loads have: +1 and -1, or only 0 on a whole section."""
     return sorted({p.y for load in loads for p in parities(load, half_section=section.half_section)})
 
 
 def _part(model: SectionModel, loads: Sequence[Load], s: Array, y: int, nearer: float) -> _Part:
+    """Forces, observers and equations for one parity in y."""
     section, body = model.section, model.section.body
-    alike = [j for j, load in enumerate(loads) if any(p.y == y for p in parities(load, half_section=y != 0))]
-    twins = [_twin(loads[j], y) for j in alike]
+    load_numbers = [
+        j for j, load in enumerate(loads) if any(p.y == y for p in parities(load, half_section=y != 0))
+    ]
+    twins = [_twin(loads[j], y) for j in load_numbers]
     distinct = list(dict.fromkeys(load for load, _ in twins))
     forces = np.stack([strip_force(section, load, y) for load in distinct], axis=1)
     nodes = section.mesh.doflocs
     on_plane = np.abs(nodes[0]) < 1e-9 * body.domain.far_radius
     held = model.supported | (on_plane[:, None] & (_mirror(y) < 0))
-    beyond = np.hypot(*nodes) > nearer * body.domain.far_radius
+    beyond_nearer_arc = np.hypot(*nodes) > nearer * body.domain.far_radius
     return _Part(
-        alike,
+        load_numbers,
         [distinct.index(load) for load, _ in twins],
         np.array([sign for _, sign in twins]),
         forces,
         observers(section, s, y),
         model.free_of(held),
-        model.free_of(held | beyond[:, None]),
+        model.free_of(held | beyond_nearer_arc[:, None]),
     )
 
 
 def _twin(load: Load, y: int) -> tuple[Load, float]:
-    """The load at |s| whose part of a parity in y is that of a load, and the factor between them."""
+    """The load at |s| whose part of a parity in y equals that of a load up to a factor, and this factor."""
     if y == 0 or load.patch.s >= 0:
         return load, 1.0
     mirrored = replace(load, patch=replace(load.patch, s=-load.patch.s))
@@ -100,24 +105,27 @@ def _twin(load: Load, y: int) -> tuple[Load, float]:
 
 
 def _mirror(y: int) -> Array:
-    """Signs of the components (3,) on the other side of y = 0; 1 on a whole section."""
+    """Signs (3,) by which the components differ on the other side of y = 0; 1 on a whole section."""
     return Parity(1, y).signs(Y) if y else np.ones(3)
 
 
 def observers(section: SectionMesh, s: Array, y: int) -> csr_matrix:
-    """Matrix (3 len(s), unknowns) to displacements (x, y, z) on the contour, of fields of a parity in y."""
+    """Matrix (3 len(s), unknowns) from amplitudes of a parity in y to u_x, u_y, u_z on the contour."""
     signs = np.where((s < 0)[:, None], _mirror(y), 1.0).ravel()
     trace = section.interpolation(np.abs(s) if y else s)
     return csr_matrix(diags_array(signs) @ kron(trace, np.eye(3), format="csr"))
 
 
 def strip_force(section: SectionMesh, load: Load, y: int = 0) -> Array:
-    """Consistent forces (unknowns,) of the part of a unit line load with some parity in y, uniform over s."""
+    """Consistent forces (unknowns,) of the part of a unit line load that has a parity in y.
+
+    The line load is uniform over the strip of the load; y = 0 stands for all of it on a whole section.
+    """
     low, high = load.patch.s - load.patch.b, load.patch.s + load.patch.b
     knots = np.concatenate([-section.knots, section.knots]) if y else section.knots
     edges = np.unique([low, *knots[(knots > low) & (knots < high)], high])
     nodes, weights = on_panels(edges[:-1], edges[1:], LOAD_POINTS)
-    s, w = nodes.ravel(), weights.ravel() / (high - low)
+    s, density = nodes.ravel(), weights.ravel() / (high - low)
     direction = section.body.surface.axes(0.0, s)[load.direction]  # (3, n)
-    share = 0.5 if y else 1.0  # a half of the section carries half of the even and of the odd part
-    return np.asarray(share * (observers(section, s, y).T @ (w * direction).T.ravel()))
+    modelled_share = 0.5 if y else 1.0  # half of the section carries half of the even and of the odd part
+    return np.asarray(modelled_share * (observers(section, s, y).T @ (density * direction).T.ravel()))

@@ -1,4 +1,4 @@
-"""From the responses of a section to displacements along x."""
+"""Displacements along x from the responses of a section."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -15,16 +15,16 @@ from geometries.bodies import Body
 from geometries.materials import one_body
 from geometries.patches import Load, Patch
 
-REACH = 40.0  # lengths 1 / k beyond which nothing is left of a wave
+WAVE_REACH = 40.0  # distance times k beyond which nothing is left of a wave
 
 
 @dataclass(frozen=True, eq=False)
 class Responses:
-    """What a section answers to unit line loads on its strips at enough wavenumbers, and what that took.
+    """Responses of a section to unit line loads on its strips at enough wavenumbers, and their cost.
 
-    `found.responses` has shape (k, 2 supports, load, 3, len(s)): amplitudes of sin(k x) or cos(k x) of the
-    local components at arc lengths s, with the far arc where it is and nearer. `drawn` are vertices (2, n)
-    and triangles (3, m) of its mesh, to be looked at.
+    `found.responses` [mm^2/N] has shape (k, 2 supports, load, 3, len(s)): amplitudes of sin(k x) or cos(k x)
+    of the local components at arc lengths s [mm], first with the far arc at its radius, then with the nearer
+    one. `drawn` are vertices (2, n) [mm] and triangles (3, m) of its mesh, for pictures.
     """
 
     body: Body
@@ -36,67 +36,71 @@ class Responses:
 
     @property
     def nearer(self) -> Sampled:
-        """With the far arc at half its radius."""
+        """The responses with the far arc at half its radius."""
         return replace(self.found, responses=self.found.responses[:, 1])
 
     def variations(self) -> Iterator[tuple[str, Sampled, float]]:
-        """What displacements are made of, then with less of something: name, responses, largest k.
+        """All responses, then variations for estimates of the error: name, responses, largest k [1/mm] each.
 
-        "sparser": without the last wavenumber of each interval; "lower": half of the largest wavenumber;
-        "nearer": far arc at half its radius.
+        The name of all responses is "". "nearer" has the far arc at half its radius, "sparser" lacks the last
+        wavenumber of each interval, "lower" goes to half of the largest wavenumber.
         """
-        far, k_max = replace(self.found, responses=self.found.responses[:, 0]), self.found.axis.k_max
-        yield "", far, k_max
+        at_arc, k_max = replace(self.found, responses=self.found.responses[:, 0]), self.found.axis.k_max
+        yield "", at_arc, k_max
         yield "nearer", self.nearer, k_max
-        yield "sparser", far.sparser, k_max
-        yield "lower", far, k_max / HIGHER
+        yield "sparser", at_arc.sparser, k_max
+        yield "lower", at_arc, k_max / HIGHER
 
 
 def displacements(solved: Responses, loads: Sequence[Load], points: Points) -> RawICs:
-    """Displacements at points on the surface under some of the solved loads.
+    """Displacements [mm/N] at points on the surface under some of the solved loads, before the discount.
 
-    `perturbed` of the result: as the variations of the responses.
+    `perturbed` of the result has those by the variations of the responses.
     """
-    of = {name: _summed(solved, found, k_max, loads, points) for name, found, k_max in solved.variations()}
-    return RawICs(of.pop(""), solved.cost, of, solved.drawn)
+    by_variation = {
+        name: _summed(solved, samples, k_max, loads, points) for name, samples, k_max in solved.variations()
+    }
+    return RawICs(by_variation.pop(""), solved.cost, by_variation, solved.drawn)
 
 
-def _summed(solved: Responses, found: Sampled, k_max: float, loads: Sequence[Load], points: Points) -> Array:
-    """Displacements (load, 3, n_points) from responses (k, load, 3, n_s) below k_max.
+def _summed(
+    solved: Responses, samples: Sampled, k_max: float, loads: Sequence[Load], points: Points
+) -> Array:
+    """Displacements [mm/N] from responses (k, load, 3, n_s) up to k_max [1/mm], shape (load, 3, n_points).
 
-    What lies beyond is added as that of the half-space.
+    Wavenumbers beyond k_max are added as those of the half-space.
     """
     u = np.empty((len(loads), 3, len(points.x)))
-    of_patch: dict[Patch, list[int]] = {}
+    loads_of_patch: dict[Patch, list[int]] = {}
     for j, load in enumerate(loads):
-        of_patch.setdefault(load.patch, []).append(j)
-    for alike in of_patch.values():
-        u[alike] = _under_patch(solved, found, k_max, [loads[j] for j in alike], points)
+        loads_of_patch.setdefault(load.patch, []).append(j)
+    for numbers in loads_of_patch.values():
+        u[numbers] = _under_patch(solved, samples, k_max, [loads[j] for j in numbers], points)
     return u
 
 
 def _under_patch(
-    solved: Responses, found: Sampled, k_max: float, loads: Sequence[Load], points: Points
+    solved: Responses, samples: Sampled, k_max: float, loads: Sequence[Load], points: Points
 ) -> Array:
-    """Displacements (load, 3, n_points) under loads on one patch."""
+    """Displacements [mm/N] under loads on one patch, shape (load, 3, n_points)."""
     body, patch = solved.body, loads[0].patch
-    place = np.searchsorted(solved.s, points.s)
+    observer = np.searchsorted(solved.s, points.s)
     xi = body.surface.chart_x(points.x, points.s, patch.s)
-    apart, column = np.unique(np.abs(xi), return_inverse=True)
-    stretch = float(body.surface.chart_x(1.0, patch.s, patch.s))  # of the chart at the load
-    over = spectrum(k_max, body.rolling_radius)
-    even, odd = synthesis_weights(found.axis, found.k, over, patch.a * stretch, apart)
-    weights = np.stack([even[:, column], odd[:, column] * np.sign(xi)])
+    distances, distance_number = np.unique(np.abs(xi), return_inverse=True)
+    stretch = float(body.surface.chart_x(1.0, patch.s, patch.s))  # chart length over arc length at the load
+    wavenumbers = spectrum(k_max, body.rolling_radius)
+    even, odd = synthesis_weights(samples.axis, samples.k, wavenumbers, patch.a * stretch, distances)
+    weights = np.stack([even[:, distance_number], odd[:, distance_number] * np.sign(xi)])
     u = np.empty((len(loads), 3, len(xi)))
     for row, load in enumerate(loads):
-        of_load = found.responses[:, solved.loads.index(load)]
-        for i, sine in enumerate(SINES[:, load.direction]):
-            u[row, i] = np.einsum("kp,kp->p", of_load[:, i, place], weights[int(sine)])
-    half_space, beyond = HalfSpace(one_body(body.material, body.side)), over.k_max * stretch
+        responses = samples.responses[:, solved.loads.index(load)]
+        for i, is_odd in enumerate(SINES[:, load.direction]):
+            u[row, i] = np.einsum("kp,kp->p", responses[:, i, observer], weights[int(is_odd)])
+    half_space, k_max_at_load = HalfSpace(one_body(body.material, body.side)), wavenumbers.k_max * stretch
     directions = [load.direction for load in loads]
-    for s in np.unique(points.s[np.abs(points.s - patch.s) < patch.b + REACH / beyond]):
-        at = points.s == s
-        u[..., at] += np.swapaxes(tail(half_space, patch, beyond, points.x[at], s - patch.s), 0, 1)[
-            directions
-        ]
+    for s in np.unique(points.s[np.abs(points.s - patch.s) < patch.b + WAVE_REACH / k_max_at_load]):
+        on_strip = points.s == s
+        u[..., on_strip] += np.swapaxes(
+            tail(half_space, patch, k_max_at_load, points.x[on_strip], s - patch.s), 0, 1
+        )[directions]
     return u

@@ -1,4 +1,4 @@
-"""Models of the harmonic engine solved one after the other, each by parallel threads, and kept."""
+"""Models of the harmonic engine are solved one after the other, each by parallel threads, and kept."""
 
 from collections.abc import Iterator, Sequence
 
@@ -11,12 +11,16 @@ from femic.means import Means, Solved, Step, Task
 
 
 def solve_tasks(tasks: Sequence[Task], means: Means) -> Iterator[Solved]:
-    """Solve models; an interrupted run resumes behind the last wavenumber that was finished."""
+    """Solve models, and yield each when it is finished.
+
+    A model that an interrupted run has begun goes on behind its last finished wavenumber.
+    """
     for task in tasks:
         yield _solved(task, means)
 
 
 def _solved(task: Task, means: Means) -> Solved:
+    """The model of a task, from the store or solved and kept there."""
     request: HarmonicRequest = task.request
     key = means.store.key("harmonic", *request.determined_by)
     entry = means.store.get(key)
@@ -36,7 +40,8 @@ def _solved(task: Task, means: Means) -> Solved:
 
 
 def _expected(request: HarmonicRequest) -> int | None:
+    """Expected number of wavenumbers, None where the half-space would need too many."""
     try:
         return expected_wavenumbers(request)
-    except NotConverged:  # of the half-space: the body itself will tell
+    except NotConverged:  # for the half-space; whether the body converges is seen when it is solved
         return None

@@ -1,10 +1,10 @@
-"""Which wavenumbers are solved, and the responses between them.
+"""The choice of the wavenumbers that are solved, and the interpolation of the responses between them.
 
-Responses are smooth in t = asinh(k / scale): like ln k beyond the scale, even or odd in k below it. Between
-the solved wavenumbers they are splines of fifth degree. An interval is halved until the spline meets the
-response in its middle: how wrong it was there, and how far that reaches into the displacements, decides.
-On a closed ring only k = m / R exists, m = 0, 1, 2, ...; m = 0 and 1, which may move the ring as a whole, are
-solved and not interpolated.
+Responses are smooth in t = asinh(k / scale), which is like ln k beyond the scale; below it they are even or
+odd in k. Between the solved wavenumbers they are interpolated by splines of fifth degree. An interval is
+halved as long as the error of the spline in the middle of the interval changes the displacements too much.
+On a closed ring only k = m / R exists, m = 0, 1, 2, ... The orders m = 0 and 1, which may move the ring as a
+whole, are solved and not interpolated.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,67 +17,83 @@ from scipy.interpolate import make_interp_spline
 from femic.accuracy import NotConverged
 from geometries.arrays import Array, Mask
 
-DEGREE = 5
-FIRST = 1.2  # first spacing in t
-FEWEST = 8  # orders of a ring that are solved in any case, m = 0, 1, ...; 3 of a large one
-MOST = 1000  # wavenumbers
-GAIN = 64  # the error of an interval falls by about this factor where it is halved
+SPLINE_DEGREE = 5
+FIRST_SPACING = 1.2  # spacing in t of the first wavenumbers
+FEWEST_ORDERS = 8  # number of orders m = 0, 1, ... of a ring that are always solved; 3 for a large ring
+MOST_WAVENUMBERS = 1000  # largest number of wavenumbers
+HALVING_GAIN = 64  # factor by which the error of an interval falls, about, when it is halved
 
 
 @dataclass(frozen=True)
 class Axis:
-    """Wavenumbers 0 ... k_max [1/mm] of an endless body, or the orders among them of a ring [mm]."""
+    """The wavenumbers 0 ... k_max [1/mm] of an endless body, or k = m / radius of a ring (radius [mm])."""
 
     scale: float
     k_max: float
     radius: float = np.inf
 
     def first(self) -> Array:
-        """Wavenumbers to begin with, both ends among them."""
-        end = np.arcsinh(self.k_max / self.scale)
-        k = self.scale * np.sinh(np.linspace(0, end, max(int(np.ceil(end / FIRST)), DEGREE) + 1))
+        """Wavenumbers [1/mm] to begin with, in growing order and with both ends, shape (n,)."""
+        t_end = np.arcsinh(self.k_max / self.scale)
+        k = self.scale * np.sinh(
+            np.linspace(0, t_end, max(int(np.ceil(t_end / FIRST_SPACING)), SPLINE_DEGREE) + 1)
+        )
         if np.isinf(self.radius):
             return np.asarray(k)
-        last = np.floor(self.k_max * self.radius)
-        fewest = 3 if self.radius * self.scale > 1 else FEWEST
-        orders = np.append(np.round(k * self.radius), np.arange(fewest))
-        return np.unique(np.minimum(orders, last)) / self.radius
+        last_order = np.floor(self.k_max * self.radius)
+        fewest_orders = 3 if self.radius * self.scale > 1 else FEWEST_ORDERS
+        orders = np.append(np.round(k * self.radius), np.arange(fewest_orders))
+        return np.unique(np.minimum(orders, last_order)) / self.radius
 
     def between(self, low: float, high: float) -> float | None:
-        """The wavenumber in the middle of two; None where a ring has none."""
+        """The wavenumber [1/mm] in the middle of two, or None where the ring has no order between them."""
         k = float(self.scale * np.sinh(np.mean(np.arcsinh(np.array([low, high]) / self.scale))))
         if np.isinf(self.radius):
             return k
-        first, last = round(low * self.radius) + 1, round(high * self.radius) - 1
-        return float(np.clip(round(k * self.radius), first, last)) / self.radius if first <= last else None
+        first_order, last_order = round(low * self.radius) + 1, round(high * self.radius) - 1
+        return (
+            float(np.clip(round(k * self.radius), first_order, last_order)) / self.radius
+            if first_order <= last_order
+            else None
+        )
 
-    def interpolation(self, nodes: Array, at: Array) -> tuple[Array, Array]:
-        """Matrices (len(at), len(nodes)) from values at nodes to those at other k: of even, of odd ones."""
+    def interpolation(self, nodes: Array, targets: Array) -> tuple[Array, Array]:
+        """Matrices that interpolate functions of k: the first even functions, the second odd ones.
+
+        Each has shape (len(targets), len(nodes)) and takes values at the wavenumbers `nodes` to those at the
+        wavenumbers `targets` [1/mm].
+        """
         if np.isinf(self.radius):
-            return self._mirrored(nodes, at, +1), self._mirrored(nodes, at, -1)
+            return self._mirrored(nodes, targets, +1), self._mirrored(nodes, targets, -1)
         rigid = nodes < 1.5 / self.radius
-        matrix = np.zeros((len(at), len(nodes)))
+        matrix = np.zeros((len(targets), len(nodes)))
         for order in np.flatnonzero(rigid):
-            matrix[np.round(at * self.radius) == order, order] = 1.0
-        others = at * self.radius > 1.5
-        elastic = nodes[~rigid]
-        matrix[np.ix_(others, ~rigid)] = self._spline(elastic, np.eye(len(elastic)), at[others])
+            matrix[np.round(targets * self.radius) == order, order] = 1.0
+        elastic_targets = targets * self.radius > 1.5
+        elastic_nodes = nodes[~rigid]
+        matrix[np.ix_(elastic_targets, ~rigid)] = self._spline(
+            elastic_nodes, np.eye(len(elastic_nodes)), targets[elastic_targets]
+        )
         return matrix, matrix
 
-    def _mirrored(self, nodes: Array, at: Array, parity: int) -> Array:
-        """Splines through the nodes and their mirror images."""
+    def _mirrored(self, nodes: Array, targets: Array, parity: int) -> Array:
+        """The matrix of the spline through the nodes and their mirror images at -k, even (+1) or odd (-1)."""
         identity = np.eye(len(nodes))
-        both = np.append(-nodes[:0:-1], nodes)
-        return self._spline(both, np.vstack([parity * identity[:0:-1], identity]), at)
+        mirrored_nodes = np.append(-nodes[:0:-1], nodes)
+        return self._spline(mirrored_nodes, np.vstack([parity * identity[:0:-1], identity]), targets)
 
-    def _spline(self, nodes: Array, values: Array, at: Array) -> Array:
-        spline = make_interp_spline(np.arcsinh(nodes / self.scale), values, k=DEGREE)
-        return np.asarray(spline(np.arcsinh(at / self.scale)))
+    def _spline(self, nodes: Array, values: Array, targets: Array) -> Array:
+        """Values at other wavenumbers by the spline in t through values at nodes."""
+        spline = make_interp_spline(np.arcsinh(nodes / self.scale), values, k=SPLINE_DEGREE)
+        return np.asarray(spline(np.arcsinh(targets / self.scale)))
 
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
-    """Responses (n, ...) at the solved wavenumbers k (n,), and which of them came last in their interval."""
+    """Responses (n, ...) at the solved wavenumbers k (n,) [1/mm].
+
+    `last` (n,) marks the wavenumbers that were solved last in their interval.
+    """
 
     axis: Axis
     k: Array
@@ -86,7 +102,7 @@ class Sampled:
 
     @property
     def sparser(self) -> "Sampled":
-        """Without those that came last."""
+        """The samples without those that were solved last in their interval."""
         k = self.k[~self.last]
         return Sampled(self.axis, k, self.responses[~self.last], np.zeros(len(k), dtype=bool))
 
@@ -100,41 +116,50 @@ def sampled(
 ) -> Sampled:
     """Solve as many wavenumbers as the displacements need.
 
-    `solve` gives responses to unit loads at some wavenumbers, `odd` says which of their entries are odd in
-    k, `a` [mm] is the half-length of the loads. The error of each interval is brought below `accuracy`
-    [mm/N], one or one each (it and `odd` broadcast with responses); they alternate. Raises NotConverged
-    beyond MOST.
+    `solve` returns the responses to unit loads at given wavenumbers. `odd` marks the entries of a response
+    that are odd in k. `a` [mm] is the half-length of the loads. Intervals are halved until the error that
+    each leaves in the displacements is below `accuracy` [mm/N], a number or an array; `odd` and `accuracy`
+    broadcast with a response. Errors of neighbouring intervals alternate in sign. Raises NotConverged where
+    more than `MOST_WAVENUMBERS` would be needed.
     """
-    first = axis.first().tolist()
-    found = dict(zip(first, solve(first), strict=True))
-    open_intervals = list(pairwise(first))
-    halved: dict[float, tuple[float, float]] = {}
+    first_wavenumbers = axis.first().tolist()
+    responses_at = dict(zip(first_wavenumbers, solve(first_wavenumbers), strict=True))
+    open_intervals = list(pairwise(first_wavenumbers))
+    all_middles: dict[float, tuple[float, float]] = {}
     while open_intervals:
-        halves = {k: ends for ends in open_intervals if (k := axis.between(*ends)) is not None}
-        if len(found) + len(halves) > MOST:
+        middles = {k: ends for ends in open_intervals if (k := axis.between(*ends)) is not None}
+        if len(responses_at) + len(middles) > MOST_WAVENUMBERS:
             raise NotConverged(
-                f"more than {MOST} wavenumbers would be needed for displacements within "
+                f"more than {MOST_WAVENUMBERS} wavenumbers would be needed for displacements within "
                 f"{np.min(accuracy):.1e} mm/N: "
                 "give a larger `tolerance`, or shorter lines"
             )
-        expected = _interpolated(axis, found, odd, list(halves))
-        new = dict(zip(halves, solve(list(halves)), strict=True))
-        wrong = {k: np.max(np.abs(new[k] - guess) / accuracy) for k, guess in zip(new, expected, strict=True)}
-        found |= new
-        halved |= halves
+        interpolated = _interpolated(axis, responses_at, odd, list(middles))
+        solved_at = dict(zip(middles, solve(list(middles)), strict=True))
+        errors = {
+            k: np.max(np.abs(solved_at[k] - interpolation) / accuracy)
+            for k, interpolation in zip(solved_at, interpolated, strict=True)
+        }
+        responses_at |= solved_at
+        all_middles |= middles
         open_intervals = []
-        for middle, (low, high) in halves.items():
+        for middle, (low, high) in middles.items():
             reach = (high - low) / np.pi * min(1.0, 1 / (middle * a))
-            if wrong[middle] * reach / GAIN > 1:
+            if errors[middle] * reach / HALVING_GAIN > 1:
                 open_intervals += [(low, middle), (middle, high)]
-    solved, inner = sorted(found), {end for ends in halved.values() for end in ends}
-    last = np.array([k in halved and k not in inner for k in solved])
-    return Sampled(axis, np.array(solved), np.stack([found[k] for k in solved]), last)
+    wavenumbers, interval_ends = sorted(responses_at), {end for ends in all_middles.values() for end in ends}
+    last = np.array([k in all_middles and k not in interval_ends for k in wavenumbers])
+    return Sampled(axis, np.array(wavenumbers), np.stack([responses_at[k] for k in wavenumbers]), last)
 
 
-def _interpolated(axis: Axis, found: dict[float, Array], odd: Mask, at: list[float]) -> list[Array]:
-    nodes = sorted(found)
-    responses = np.stack([found[k] for k in nodes])
-    even_matrix, odd_matrix = axis.interpolation(np.array(nodes), np.array(at))
-    even_values, odd_values = (np.tensordot(m, responses, axes=1) for m in (even_matrix, odd_matrix))
+def _interpolated(
+    axis: Axis, responses_at: dict[float, Array], odd: Mask, wavenumbers: list[float]
+) -> list[Array]:
+    """Responses at other wavenumbers, interpolated between the solved ones."""
+    nodes = sorted(responses_at)
+    responses = np.stack([responses_at[k] for k in nodes])
+    even_matrix, odd_matrix = axis.interpolation(np.array(nodes), np.array(wavenumbers))
+    even_values, odd_values = (
+        np.tensordot(matrix, responses, axes=1) for matrix in (even_matrix, odd_matrix)
+    )
     return list(np.where(odd, odd_values, even_values))

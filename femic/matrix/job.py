@@ -1,4 +1,4 @@
-"""What an IC matrix is wanted of: a body, a grid, and how accurately."""
+"""The job of an IC matrix: a body, a grid, and the accuracy that is asked for."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,28 +24,29 @@ from geometries.materials import one_body
 from geometries.patches import Load, N, Patch, S, X
 
 CELLS_PER_HALF_STRIP, GROWTH_OF_CELLS = 2, 0.55  # displacements are read at the centres of strips only
-WAVES = 4.0  # expected error of the interpolation between wavenumbers over what it turns out to be
-FAR_OVER_HALF_WIDTH = 600.0  # of the grid
-HIGHEST_OF_FIT = 6 * np.pi  # wavenumber, times the least half-side: M must be right to more digits than C
+WAVES_OVERESTIMATE = 4.0  # expected over actual error of the interpolation between wavenumbers
+FAR_OVER_HALF_WIDTH = 600.0  # far radius over the half-width of the grid
+HIGHEST_OF_FIT = 6 * np.pi  # largest wavenumber times the least half-side: M needs more digits than C
 
 
 def _cells(patch: Patch) -> Cells:
+    """Cells that meet the tuned tolerance on strips as wide as a patch."""
     return Cells(patch.b / CELLS_PER_HALF_STRIP, GROWTH_OF_CELLS, GROWTH_OF_CELLS)
 
 
-TUNED = Tuned(tolerance=0.001, cells=_cells, coarsest=1.25)
+MATRIX_TUNED = Tuned(tolerance=0.001, cells=_cells, coarsest=1.25)
 
 
 def far_radius_for(tolerance: float, grid: Grid) -> float:
-    """Radius [mm] of the far arc that is likely to meet a tolerance: in proportion to the grid."""
-    half = grid.n_s * grid.ds / 2
-    closer = TUNED.tighter(tolerance) ** (1 / TRUNCATION_ORDER)
-    return max(FAR_RADIUS, FAR_OVER_HALF_WIDTH * half) * closer
+    """Radius [mm] of the far arc that is likely to meet a tolerance; it grows with the grid's width."""
+    half_width = grid.n_s * grid.ds / 2
+    tightening = MATRIX_TUNED.tighter(tolerance) ** (1 / TRUNCATION_ORDER)
+    return max(FAR_RADIUS, FAR_OVER_HALF_WIDTH * half_width) * tightening
 
 
 @dataclass(frozen=True)
 class MatrixJob:
-    """The IC matrix of one body, by the harmonic engine; the scale of errors: `femic.matrix.columns`."""
+    """The IC matrix of one body by the harmonic engine; its scale of refinement: `femic.matrix.columns`."""
 
     body: Body
     grid: Grid
@@ -53,8 +54,8 @@ class MatrixJob:
 
     @property
     def first_cells(self) -> Cells:
-        """The cells to start with."""
-        cells = TUNED.cells_for(self.settings.tolerance, self.grid.patch(0))
+        """The cells of the first model."""
+        cells = MATRIX_TUNED.cells_for(self.settings.tolerance, self.grid.patch(0))
         return self.settings.cells or cells
 
     @property
@@ -65,12 +66,12 @@ class MatrixJob:
 
     @property
     def rule(self) -> DiscountRule:
-        """How M is fitted."""
+        """The rule by which M is fitted."""
         return self.settings.rule(self.grid.dx / 2, self.grid.ds / 2)
 
     @cached_property
     def fit(self) -> list[Condition]:
-        """What determines M."""
+        """The conditions that determine M."""
         return conditions(self.body, self.rule, self.strip_loads)
 
     @property
@@ -80,40 +81,45 @@ class MatrixJob:
 
     @property
     def fit_points(self) -> Points:
-        """Where these conditions look."""
+        """The points at which these conditions read displacements."""
         return observers(self.body, self.rule, self.fit)
 
     def request(self, level: Level) -> HarmonicRequest:
-        """The model at a level: all strips as loads and observers, and what M needs."""
+        """The model at a level, with all strips as loads and observers, and with what M needs."""
         cells, domain = factors(level)
-        strips, extra = self.grid.strips, self.fit_points
+        strips, fit_points = self.grid.strips, self.fit_points
         points = Points(
-            np.append(np.full_like(strips, self.grid.lags[-1]), extra.x), np.append(strips, extra.s)
+            np.append(np.full_like(strips, self.grid.lags[-1]), fit_points.x), np.append(strips, fit_points.s)
         )
         loads = tuple(dict.fromkeys([*self.strip_loads, *self.fit_loads]))
-        relative, larger = waves_for(self.settings.tolerance, WAVES, level.waves)
+        accuracy_per_scale, highest_factor = waves_for(
+            self.settings.tolerance, WAVES_OVERESTIMATE, level.waves
+        )
         return HarmonicRequest(
             self.body.enlarged(domain),
             loads,
             points,
             self.first_cells.scaled(cells),
-            relative * self._least_scales(loads, np.unique(points.s)),
-            larger * HIGHEST_OF_FIT,
+            accuracy_per_scale * self._least_scales(loads, np.unique(points.s)),
+            highest_factor * HIGHEST_OF_FIT,
             even_strips=True,
             exact=tuple(dict.fromkeys(load.patch for load in self.fit_loads)),
         )
 
     def half_space_nn(self, x: ArrayLike, s: ArrayLike) -> Array:
-        """A_nn per unit load [mm/N] at distances x, s [mm]."""
+        """A_nn per unit load [mm/N] at distances x, s [mm], of their common shape."""
         half_space = HalfSpace(one_body(self.body.material, self.body.side))
         patch = Patch(self.grid.dx / 2, self.grid.ds / 2)
         return half_space.ics(patch, x, s)[N, N] / self.grid.area
 
     def _least_scales(self, loads: Sequence[Load], s: Array) -> Array:
-        """Least scale of errors [mm/N], (load, 1, len(s)); of M's conditions the least A_nn of all."""
-        of_load = np.array([load.patch.s for load in loads])
-        scales = FLOOR * self.half_space_nn(0.0, s - of_load[:, None])
-        of_fit = np.array([load in self.fit_loads for load in loads])
-        fitted = np.ix_(of_fit, np.isin(s, self.fit_points.s))
+        """Least scale of refinement [mm/N] per load and arc length, shape (load, 1, len(s)).
+
+        Where the conditions of M read, it is the least A_nn of all.
+        """
+        load_s = np.array([load.patch.s for load in loads])
+        scales = FLOOR * self.half_space_nn(0.0, s - load_s[:, None])
+        is_fit_load = np.array([load in self.fit_loads for load in loads])
+        fitted = np.ix_(is_fit_load, np.isin(s, self.fit_points.s))
         scales[fitted] = np.min(scales) / FLOOR
         return scales[:, None]

@@ -1,8 +1,8 @@
 """The IC matrix of each body at all lags and strips, with the estimate of its error.
 
 One model serves all strips: the wavenumbers are solved once, with every strip as a load. Displacements at the
-lags are made of them strip by strip, when they are asked for: of a large matrix no more than one loaded strip
-is in memory. The discount is that of `femic.discount`: one matrix M per body.
+lags are computed from the responses strip by strip, when they are asked for, so that no more than one loaded
+strip of a large matrix is in memory. The discount is that of `femic.discount`: one matrix M per body.
 """
 
 from collections.abc import Mapping
@@ -28,12 +28,12 @@ from femic.refinement import Assessed, converged
 from geometries.arrays import Array
 from geometries.bodies import Body
 
-REMEMBERED = 10_000_000  # entries of a matrix whose columns are made once and not each time
+REMEMBERED_ENTRIES = 10_000_000  # largest number of entries of a matrix whose columns are all kept in memory
 
 
 @dataclass(frozen=True)
 class MatrixReference:
-    """The IC matrix of one body: made strip by strip of what was solved, per unit total load [mm/N]."""
+    """The IC matrix of one body per unit total load [mm/N], computed strip by strip from solved responses."""
 
     job: MatrixJob
     level: Level
@@ -45,109 +45,122 @@ class MatrixReference:
 
     @cached_property
     def _made(self) -> dict[str, tuple[LagSynthesis, Array]]:
-        """How displacements are made, and M, of the fine model, of less of it, and of the coarse one."""
-        at_lags = {
-            name: LagSynthesis.of(self.fine, found, k_max, self.job.grid)
-            for name, found, k_max in self.fine.variations()
+        """The synthesis at the lags, and M: of the fine model (""), of its variations, and of "coarse"."""
+        syntheses = {
+            name: LagSynthesis.of(self.fine, samples, k_max, self.job.grid)
+            for name, samples, k_max in self.fine.variations()
             if name != "nearer"
         }
-        at_lags["nearer"] = replace(at_lags[""], found=self.fine.nearer)  # at the same wavenumbers
-        fine, coarse = (
+        syntheses["nearer"] = replace(syntheses[""], found=self.fine.nearer)  # at the same wavenumbers
+        fine_u, coarse_u = (
             displacements(solved, self.job.fit_loads, self.job.fit_points)
             for solved in (self.fine, self.coarse)
         )
-        fitted = {"": fine.u, **fine.perturbed}
-        made = {name: (synthesis, self._m(fitted[name])) for name, synthesis in at_lags.items()}
-        _, found, k_max = next(self.coarse.variations())
-        made["coarse"] = LagSynthesis.of(self.coarse, found, k_max, self.job.grid), self._m(coarse.u)
-        return made
+        fit_displacements = {"": fine_u.u, **fine_u.perturbed}
+        syntheses_and_m = {
+            name: (synthesis, self._m(fit_displacements[name])) for name, synthesis in syntheses.items()
+        }
+        _, samples, k_max = next(self.coarse.variations())
+        syntheses_and_m["coarse"] = (
+            LagSynthesis.of(self.coarse, samples, k_max, self.job.grid),
+            self._m(coarse_u.u),
+        )
+        return syntheses_and_m
 
     def _m(self, u: Array) -> Array:
+        """M of displacements (load, 3, n) [mm/N] at the points of its conditions, shape (4, 4)."""
         of_load = dict(zip(self.job.fit_loads, u, strict=True))
         return fit_discount(self.job.body, self.job.rule, self.job.fit, of_load)
 
     @property
     def discount(self) -> Array:
-        """M, (4, 4)."""
+        """M [mm/N, 1/N, 1/(N mm)], shape (4, 4)."""
         return self._made[""][1]
 
     def raw_column(self, strip: int) -> Array:
-        """C before the discount due to unit loads on one strip, (3, 3, n_x, n_s)."""
+        """C before the discount [mm/N] due to unit total loads on one strip, shape (3, 3, n_x, n_s)."""
         return self._made[""][0].column(strip)
 
     @cached_property
     def _columns(self) -> list[Estimated] | None:
-        """All columns of a small matrix, None of a large one."""
+        """All columns of a small matrix; None for a large one."""
         n_x, n_s = self.job.grid.n_x, self.job.grid.n_s
-        if 9 * n_x * n_s**2 > REMEMBERED:
+        if 9 * n_x * n_s**2 > REMEMBERED_ENTRIES:
             return None
         return [self._column(strip) for strip in range(n_s)]
 
     def column(self, strip: int) -> Estimated:
-        """C due to unit loads on one strip, arrays (3, 3, n_x, n_s)."""
+        """C [mm/N] due to unit total loads on one strip; its arrays have the shape (3, 3, n_x, n_s)."""
         return self._column(strip) if self._columns is None else self._columns[strip]
 
     def _column(self, strip: int) -> Estimated:
+        """C [mm/N] due to unit total loads on one strip, after the discount, with its estimate."""
         grid = self.job.grid
         x, s = (values.ravel() for values in np.meshgrid(grid.lags, grid.strips, indexing="ij"))
-        unit = motions(self.job.body, Points(x, s), float(grid.strips[strip]))
+        unit_motions = motions(self.job.body, Points(x, s), float(grid.strips[strip]))
         shape = (3, 3, grid.n_x, grid.n_s)
-        of_name = {
-            name: synthesis.column(strip) - discount(m, unit).reshape(shape)
+        by_variation = {
+            name: synthesis.column(strip) - discount(m, unit_motions).reshape(shape)
             for name, (synthesis, m) in self._made.items()
         }
-        return estimated(of_name.pop(""), of_name.pop("coarse"), of_name, safety=HARMONIC.safety)
+        return estimated(
+            by_variation.pop(""), by_variation.pop("coarse"), by_variation, safety=HARMONIC.safety
+        )
 
 
 def matrices(
     jobs: Mapping[str, MatrixJob], means: Means = DEFAULT, *, combined: bool = False
 ) -> dict[str, MatrixReference]:
-    """Solve all bodies, refining each until its estimate meets its tolerance; `combined`: their sum's too.
+    """Solve all bodies and refine each until its estimate meets its tolerance.
 
-    How errors are measured: `column_scale`. Raises as `femic.at_points.references`.
+    With `combined` the estimate of the sum of the bodies must meet it, too. Errors are measured on the scale
+    of `column_scale`. Raises as `femic.at_points.references`.
     """
     return converged(AtLags(jobs, combined), means)
 
 
 @dataclass(frozen=True)
 class AtLags:
-    """What `femic.refinement` drives."""
+    """The IC matrices of bodies, as a problem of `femic.refinement`."""
 
     jobs: Mapping[str, MatrixJob]
     combined: bool
 
     def read(self, _name: str, solved: Solved) -> Responses:
-        """All of it."""
+        """The responses of a solved model."""
         responses: Responses = solved.model
         return responses
 
     def combine(self, name: str, level: Level, models: Mapping[Level, Responses]) -> MatrixReference:
-        """C of a body."""
-        job, of_level = self.jobs[name], level.models(HARMONIC.models)
-        fine, coarse = models[of_level["fine"]], models[of_level["coarse"]]
-        costs = costs_of(of_level, {other: model.cost for other, model in models.items()})
+        """The IC matrix of a body at a level, from the responses of its models."""
+        job, level_of_model = self.jobs[name], level.models(HARMONIC.models)
+        fine, coarse = models[level_of_model["fine"]], models[level_of_model["coarse"]]
+        costs = costs_of(level_of_model, {solved_level: model.cost for solved_level, model in models.items()})
         cells = job.first_cells.scaled(factors(level)[0])
         return MatrixReference(job, level, cells, fine.body, costs, fine, coarse)
 
-    def assess(self, found: Mapping[str, MatrixReference]) -> Assessed:
-        """Estimated errors, strip by strip."""
-        worst: dict[str, list[Shares]] = {name: [] for name in (*found, "combined", *map(_in_sum, found))}
+    def assess(self, references: Mapping[str, MatrixReference]) -> Assessed:
+        """The estimated errors of the bodies, at worst over all strips, and those of their sum."""
+        worst: dict[str, list[Shares]] = {
+            name: [] for name in (*references, "combined", *map(_in_sum, references))
+        }
         for strip in range(next(iter(self.jobs.values())).grid.n_s):
-            of_body = {name: reference.column(strip) for name, reference in found.items()}
+            of_body = {name: reference.column(strip) for name, reference in references.items()}
             for name, c in of_body.items():
                 worst[name].append(column_shares(strip, c, column_scale(strip, c.ic, [self.jobs[name]])))
             if self.combined:
                 c = total(list(of_body.values()))
                 scale = column_scale(strip, c.ic, list(self.jobs.values()))
                 worst["combined"].append(column_shares(strip, c, scale))
-                for name, own in of_body.items():
-                    worst[_in_sum(name)].append(column_shares(strip, own, scale))
-        own_worst = {name: worst_of(worst[name]) for name in found}
+                for name, body_column in of_body.items():
+                    worst[_in_sum(name)].append(column_shares(strip, body_column, scale))
+        own_worst = {name: worst_of(worst[name]) for name in references}
         if not self.combined:
             return Assessed(own_worst)
-        in_sum = {name: worst_of(worst[_in_sum(name)]) for name in found}
+        in_sum = {name: worst_of(worst[_in_sum(name)]) for name in references}
         return Assessed(own_worst, worst_of(worst["combined"]), in_sum)
 
 
 def _in_sum(name: str) -> str:
+    """Name of a body's errors on the scale of the sum."""
     return f"{name} in the sum"

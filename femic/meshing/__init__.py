@@ -1,1 +1,1 @@
-"""What both engines mesh with: outlines of sections, sizes of cells, sessions of Gmsh."""
+"""Meshing for both engines: outlines of sections, sizes of cells, sessions of Gmsh."""

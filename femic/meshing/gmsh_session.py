@@ -1,4 +1,4 @@
-"""The only module that loads Gmsh: late, because it needs system libraries, and one model at a time."""
+"""The only module that loads Gmsh: late, because Gmsh needs system libraries, and one model at a time."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +12,7 @@ class MissingSystemLibrary(Failure):
 
 
 def load_gmsh() -> ModuleType:
-    """Import gmsh, or say which system packages to install."""
+    """Import gmsh; raises MissingSystemLibrary where it cannot be loaded."""
     try:
         import gmsh
     except OSError as error:
@@ -25,7 +25,10 @@ def load_gmsh() -> ModuleType:
 
 @contextmanager
 def gmsh_session() -> Iterator[ModuleType]:
-    """An empty, silent, repeatable Gmsh model; Ctrl-C stays with Python."""
+    """A context with an empty, silent, repeatable Gmsh model; Python keeps the handling of Ctrl-C.
+
+    Errors of Gmsh are raised as Failure.
+    """
     gmsh = load_gmsh()
     gmsh.initialize(interruptible=False)
     try:

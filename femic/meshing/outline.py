@@ -12,15 +12,16 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.contours import Contour
 
-SAMPLES_PER_CURVE = 81
+SAMPLES_PER_CURVE = 81  # points of the contour per curve of Gmsh
 
 
 def add_section(
     gmsh: ModuleType, body: Body, *, half_section: bool, breaks: Sequence[float] = ()
 ) -> tuple[int, list[int]]:
-    """The section as a plane surface in x = 0 (only y >= 0 for `half_section`), and its contour's curves.
+    """Add the section as a plane surface in x = 0; returns its tag and those of the contour's curves.
 
-    The contour consists of one curve per smooth piece; it is divided at the arc lengths `breaks`, too.
+    With `half_section` only y >= 0 is added. The contour consists of one curve per smooth piece; it is also
+    divided at the arc lengths `breaks` [mm].
     """
     s_left, s_right = body.s_range
     inner = [*body.contour.joints, *breaks]
@@ -31,7 +32,7 @@ def add_section(
 
 
 def _add_closing(gmsh: ModuleType, body: Body, ends: tuple[int, int], half_section: bool) -> list[int]:
-    """Curves from the contour's right end along far arc and hub back to its left end."""
+    """Add curves from the contour's right end along far arc and hub to its left end; returns their tags."""
     occ, far = gmsh.model.occ, body.domain.far_radius
     centre = occ.addPoint(0, 0, 0)
     top = min(far, body.depth)
@@ -55,7 +56,7 @@ def _add_closing(gmsh: ModuleType, body: Body, ends: tuple[int, int], half_secti
 def _add_contour(
     gmsh: ModuleType, contour: Contour, s_range: tuple[float, float], inner: list[float]
 ) -> tuple[tuple[int, int], list[int]]:
-    """Curves along the contour; returns the end points' and curves' tags."""
+    """Add curves along the contour; returns the tags of its end points and of the curves."""
     s_start, s_end = s_range
     breaks = np.unique([s_start, *(s for s in inner if s_start < s < s_end), s_end])
     tags = [gmsh.model.occ.addPoint(0, *contour.position(s)) for s in breaks]
@@ -67,6 +68,7 @@ def _add_contour(
 
 
 def _add_piece(gmsh: ModuleType, contour: Contour, s: Array, ends: list[int]) -> int:
+    """Add a line or a spline through the contour at arc lengths s [mm]; returns its tag."""
     occ = gmsh.model.occ
     if np.ptp(contour.inclination(s)) < 1e-12:
         return int(occ.addLine(*ends))

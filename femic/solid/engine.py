@@ -1,7 +1,7 @@
 """The solid engine: displacements of one body under unit patch loads in 3D, before any discount.
 
-model -> load -> solve -> observe. The model is a quarter of the body where the section is symmetric,
-else half of it; loads and observers anywhere on its surface are served by parity.
+The steps are: model, load, solve, observe. The model is a quarter of the body where the section is symmetric,
+else half of it. Loads and observers elsewhere on the surface follow by parity.
 """
 
 from collections.abc import Sequence
@@ -25,16 +25,16 @@ from geometries.arrays import Array, Indices, Mask
 from geometries.patches import Load, Patch, X
 from geometries.quadrature import on_panels
 
-Field = tuple[tuple[Parity, Solution], ...]  # what adds up to the field of a load
+Field = tuple[tuple[Parity, Solution], ...]  # the parts that add up to the field of a load
 
 LOAD_QUADRATURE = 4  # Gauss points per interval, which is as long as the smallest surface cell
-INTERVALS = 24, 2000  # fewest and most per side of the patch
-RESIDUAL = 1e-9
+INTERVALS = 24, 2000  # smallest and largest number of intervals per side of the patch
+RESIDUAL = 1e-9  # relative residual to which systems are solved
 
 
 @dataclass(frozen=True, eq=False)
 class SolidModel:
-    """A meshed and assembled body: prepare once, load many times."""
+    """A meshed and assembled body, which serves all loads."""
 
     solid: SolidMesh
     stiffness: bsr_matrix  # [N/mm]
@@ -42,12 +42,12 @@ class SolidModel:
 
     @property
     def unknowns(self) -> int:
-        """Displacement components of the model, held ones included."""
+        """Number of displacement components of the model, held ones included."""
         return int(self.stiffness.shape[0])
 
 
 def raw_ics(request: SolidRequest, most_unknowns: int | None = None) -> RawICs:
-    """Mesh, assemble and solve what the request needs, and nothing else.
+    """Mesh, assemble and solve a request: displacements [mm/N] at its points under its loads.
 
     Raises NotConverged if the mesh has more than `most_unknowns`.
     """
@@ -83,7 +83,7 @@ def raw_ics(request: SolidRequest, most_unknowns: int | None = None) -> RawICs:
 
 
 def build_mesh(request: SolidRequest) -> SolidMesh:
-    """The mesh for a request: a quarter where symmetry allows it, refined at patches and points."""
+    """Mesh the body of a request, a quarter of it where symmetry allows, fine at patches and points."""
     body, points, smallest = request.body, request.points, request.cells.smallest
     surface = body.surface
     half_section = body.contour.symmetric
@@ -92,27 +92,27 @@ def build_mesh(request: SolidRequest) -> SolidMesh:
     s_loads = [patch.s for patch in patches]
     at_patches = np.stack([surface.chart_x(x, s, s), s])
     at_points = np.hstack([[surface.chart_x(points.x, points.s, s_load), points.s] for s_load in s_loads])
-    centres, read = (
+    centres, read_points = (
         _distinct(surface.position(np.abs(xi), np.abs(s) if half_section else s), smallest)
         for xi, s in (at_patches, np.hstack([at_points, at_patches]))
     )
-    return solid_mesh(body, request.cells, Focus(centres, read), half_section=half_section)
+    return solid_mesh(body, request.cells, Focus(centres, read_points), half_section=half_section)
 
 
 def _spine(patch: Patch) -> Array:
-    """Points (x, s) in the middle of squares that cover a patch, shape (2, n): its centre if it is square."""
+    """Centres (x, s) [mm] of squares that cover a patch, shape (2, n); one if the patch is square."""
     width = min(patch.a, patch.b)
     x, s = (np.linspace(-1, 1, round(np.ceil(half / width))) * (half - width) for half in (patch.a, patch.b))
     return np.stack([grid.ravel() for grid in np.meshgrid(x, patch.s + s, indexing="ij")])
 
 
-def _distinct(points: Array, apart: float) -> Array:
-    """Points (3, n) without those that repeat an earlier one."""
-    return points[:, np.sort(np.unique((points / apart).round(3), axis=1, return_index=True)[1])]
+def _distinct(points: Array, spacing: float) -> Array:
+    """Points (3, n) without those that repeat an earlier one to a thousandth of `spacing` [mm]."""
+    return points[:, np.sort(np.unique((points / spacing).round(3), axis=1, return_index=True)[1])]
 
 
 def assemble(solid: SolidMesh) -> SolidModel:
-    """Stiffness of the body and its clamped nodes: far arc, hub and end face."""
+    """Assemble the stiffness of a mesh; nodes on the far arc, the hub and the end face are clamped."""
     body = solid.body
     xi, y, z = body.surface.turned_back(solid.nodes[:, : solid.n_vertices])
     on_far_arc = np.hypot(y, z) > (1 - 1e-6) * body.domain.far_radius
@@ -125,25 +125,28 @@ def assemble(solid: SolidMesh) -> SolidModel:
     return SolidModel(solid, stiffness(solid.mesh, body.material), supported)
 
 
-def _facets_with_vertices(solid: SolidMesh, chosen: Mask) -> Indices:
+def _facets_with_vertices(solid: SolidMesh, is_chosen: Mask) -> Indices:
+    """Boundary facets all of whose vertices are chosen."""
     facets = solid.mesh.boundary_facets()
-    return np.asarray(facets[np.all(chosen[solid.mesh.facets[:, facets]], axis=0)])
+    return np.asarray(facets[np.all(is_chosen[solid.mesh.facets[:, facets]], axis=0)])
 
 
 def patch_load(solid: SolidMesh, load: Load, parity: Parity) -> Array:
-    """Consistent nodal forces [N], shape (n_nodes, 3), of the part of a unit load with some parity.
+    """Consistent nodal forces [N], shape (n_nodes, 3), of the part of a unit load that has a parity.
 
-    The traction is uniform in the local direction, which turns with the surface. Only what lies on
-    the modelled side counts. Gauss points in the chart reproduce force, moments and second moments
-    exactly on any mesh, so cells need not end at the patch's edges.
+    The traction is uniform in the local direction, which turns with the surface. Only the traction on the
+    modelled side counts. Gauss points in the chart reproduce force, moments and second moments exactly on any
+    mesh, so cells need not end at the edges of the patch.
     """
     surface, patch = solid.body.surface, load.patch
     s_ends = patch.s - patch.b, patch.s + patch.b
-    across = [0.0] if parity.y and s_ends[0] < 0 < s_ends[1] else []
-    modelled = sorted(np.abs(s_ends)) if parity.y else s_ends
-    smallest = solid.trace.smallest((0.0, patch.a), (0.0 if across else modelled[0], modelled[1]))
+    middle_break = [0.0] if parity.y and s_ends[0] < 0 < s_ends[1] else []
+    modelled_ends = sorted(np.abs(s_ends)) if parity.y else s_ends
+    smallest = solid.trace.smallest(
+        (0.0, patch.a), (0.0 if middle_break else modelled_ends[0], modelled_ends[1])
+    )
     x, w_x = _composite_gauss([0.0, patch.a], smallest)
-    s, w_s = _composite_gauss([s_ends[0], *across, s_ends[1]], smallest)
+    s, w_s = _composite_gauss([s_ends[0], *middle_break, s_ends[1]], smallest)
     x, s = (grid.ravel() for grid in np.meshgrid(x, s, indexing="ij"))
     xi = surface.chart_x(x, s, s)
     traction = surface.axes(xi, s)[load.direction] * np.outer(w_x, w_s).ravel() / patch.area  # (3, n)
@@ -156,42 +159,47 @@ def patch_load(solid: SolidMesh, load: Load, parity: Parity) -> Array:
 
 
 def _composite_gauss(breaks: list[float], longest: float) -> tuple[Array, Array]:
-    """Points and weights on the spans between breaks, in intervals that are not longer than `longest`."""
+    """Gauss points and weights on the spans between breaks, (n,) each, in intervals up to `longest`.
+
+    `INTERVALS` bounds the number of intervals per span.
+    """
     spans = [
         np.linspace(low, high, int(np.clip(np.ceil((high - low) / longest), *INTERVALS)) + 1)
         for low, high in pairwise(breaks)
     ]
-    start, end = (np.concatenate([span[part] for span in spans]) for part in (np.s_[:-1], np.s_[1:]))
+    start, end = (np.concatenate([span[ends] for span in spans]) for ends in (np.s_[:-1], np.s_[1:]))
     nodes, weights = on_panels(start, end, LOAD_QUADRATURE)
     return nodes.ravel(), weights.ravel()
 
 
 def solve(model: SolidModel, loads: Sequence[Load], solver: SolverChoice) -> dict[Load, Field]:
-    """Fields of the model under unit total loads; fields of one parity share one preparation."""
+    """Fields of a model under unit total loads; loads of one parity share a factorisation or hierarchy."""
     solid = model.solid
-    wanted = [(load, p) for load in loads for p in parities(load, half_section=solid.half_section)]
+    load_parities = [(load, p) for load in loads for p in parities(load, half_section=solid.half_section)]
     modes, from_vertices = rigid_body_modes(solid.nodes), _from_vertices(solid)
     parts: dict[Load, list[tuple[Parity, Solution]]] = {load: [] for load in loads}
-    for parity in dict.fromkeys(p for _, p in wanted):
-        alike = [load for load, p in wanted if p == parity]
+    for parity in dict.fromkeys(p for _, p in load_parities):
+        loads_of_parity = [load for load, p in load_parities if p == parity]
         held = model.supported | held_by_symmetry(solid.nodes, parity)
-        solve_load = prepare(System(model.stiffness, held, modes, from_vertices), solver, n_loads=len(alike))
-        for load in alike:
+        solve_load = prepare(
+            System(model.stiffness, held, modes, from_vertices), solver, n_loads=len(loads_of_parity)
+        )
+        for load in loads_of_parity:
             parts[load].append((parity, solve_load(patch_load(solid, load, parity), RESIDUAL)))
-    return {load: tuple(found) for load, found in parts.items()}
+    return {load: tuple(solutions) for load, solutions in parts.items()}
 
 
 def _from_vertices(solid: SolidMesh) -> csr_matrix:
-    """Linear fields on the quadratic nodes: a mid-side node has the mean of its edge's ends."""
+    """Matrix (n_nodes, n_vertices) of linear fields: a mid-side node has the mean of its edge's ends."""
     edges = solid.mesh.edges
-    n = edges.shape[1]
-    entries = (np.full(2 * n, 0.5), (np.tile(np.arange(n), 2), edges.ravel()))
-    means = coo_array(entries, shape=(n, solid.n_vertices))
+    n_edges = edges.shape[1]
+    entries = (np.full(2 * n_edges, 0.5), (np.tile(np.arange(n_edges), 2), edges.ravel()))
+    means = coo_array(entries, shape=(n_edges, solid.n_vertices))
     return csr_matrix(vstack([identity(solid.n_vertices), means]))
 
 
 def observe(model: SolidModel, load: Load, field: Field, points: Points) -> Array:
-    """Displacements [mm] in the observers' local directions, shape (3, n_points)."""
+    """Displacements [mm/N] in the observers' local directions, shape (3, n_points)."""
     solid, surface = model.solid, model.solid.body.surface
     xi = surface.chart_x(points.x, points.s, load.patch.s)
     to_points = solid.trace.interpolation(np.abs(xi), np.abs(points.s) if solid.half_section else points.s)

@@ -1,8 +1,8 @@
 """Symmetric positive definite systems of elasticity: multigrid with CG, or a sparse direct solver.
 
 Multigrid: one step from quadratic to linear elements (the vertices), then PyAMG's smoothed
-aggregation with 3 x 3 blocks and the six rigid-body modes. Held components stay in the system as
-unit rows, with zeros in the modes, so that the blocks stay whole.
+aggregation with 3 x 3 blocks and the six rigid-body modes. Held components stay in the system as rows of
+the unit matrix (scaled), with zeros in the modes, so that the blocks stay complete.
 """
 
 from collections.abc import Callable
@@ -22,23 +22,26 @@ from femic.work.threads import one_blas_thread
 from geometries.arrays import Array, Mask
 
 MAX_ITERATIONS = 300
-DIRECT_LIMIT = 80_000  # unknowns
+DIRECT_LIMIT = 80_000  # largest number of unknowns for which the direct solver is faster
 SMOOTHER = ("block_gauss_seidel", {"sweep": "symmetric"})
 
 
 @dataclass(frozen=True)
 class System:
-    """Stiffness with held components, and the way from vertices to all nodes (n_nodes, n_vertices)."""
+    """A stiffness matrix with held components and what multigrid needs.
+
+    `modes` are the rigid-body modes; `from_vertices` takes values at vertices to all nodes.
+    """
 
     matrix: bsr_matrix
     held: Mask  # (n_nodes, 3)
     modes: Array  # (3 n_nodes, 6)
-    from_vertices: csr_matrix
+    from_vertices: csr_matrix  # (n_nodes, n_vertices)
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Nodal displacements (n_nodes, 3) and how they were got."""
+    """Nodal displacements (n_nodes, 3) [mm/N], with the solver that found them and its residual."""
 
     displacement: Array
     solver: str
@@ -47,10 +50,11 @@ class Solution:
 
 
 def prepare(system: System, solver: SolverChoice, *, n_loads: int = 1) -> Callable[[Array, float], Solution]:
-    """Factor or build the hierarchy once; the result solves K u = f to a relative residual.
+    """Factor the matrix or build the hierarchy once; the result solves K u = f to a relative residual.
 
-    "auto" takes the direct solver where it is installed and was measured faster (docs/performance.md):
-    several loads on one matrix of moderate size.
+    "auto" takes the direct solver where it is installed and was measured to be faster (docs/performance.md):
+    for several loads on one matrix of moderate size. The result raises NotConverged where the residual is
+    more than twice as large as asked for.
     """
     direct_is_faster = n_loads > 1 and system.matrix.shape[0] <= DIRECT_LIMIT
     if solver == "direct" or (solver == "auto" and direct_is_faster and pardiso.available()):
@@ -59,6 +63,7 @@ def prepare(system: System, solver: SolverChoice, *, n_loads: int = 1) -> Callab
 
 
 def _prepare_multigrid(system: System) -> Callable[[Array, float], Solution]:
+    """A solver by conjugate gradients with a multigrid preconditioner."""
     free = ~system.held.ravel()
     matrix = _with_unit_rows(system.matrix, free)
     with one_blas_thread():
@@ -83,6 +88,7 @@ def _prepare_multigrid(system: System) -> Callable[[Array, float], Solution]:
 
 
 def _hierarchy(system: System, matrix: bsr_matrix, free: Mask) -> MultilevelSolver:
+    """The multigrid levels: quadratic elements, linear elements, aggregates."""
     n_vertices = system.from_vertices.shape[1]
     free_vertices = free[: 3 * n_vertices]
     prolongation = kron(system.from_vertices, np.eye(3), format="csr")
@@ -102,13 +108,14 @@ def _hierarchy(system: System, matrix: bsr_matrix, free: Mask) -> MultilevelSolv
 
 
 def _with_unit_rows(matrix: bsr_matrix, free: Mask) -> bsr_matrix:
-    """The matrix with held rows and columns cleared and its mean diagonal put there."""
+    """The matrix with held rows and columns cleared and its mean diagonal entry on their diagonal."""
     keep = diags_array(free * 1.0)
     scale = float(np.mean(matrix.diagonal()))
     return (keep @ matrix.tocsr() @ keep + diags_array(np.where(free, 0.0, scale))).tobsr((3, 3))
 
 
 def _prepare_direct(system: System) -> Callable[[Array, float], Solution]:
+    """A solver by a sparse factorisation."""
     free = np.flatnonzero(~system.held.ravel())
     matrix = system.matrix.tocsr()[free][:, free]
     back_substitute = pardiso.factor(triu(matrix, format="csr"))
@@ -123,10 +130,12 @@ def _prepare_direct(system: System) -> Callable[[Array, float], Solution]:
 
 
 def _residual(matrix: csr_matrix, u: Array, load: Array) -> float:
+    """Relative residual ||f - K u|| / ||f||."""
     return float(np.linalg.norm(load - matrix @ u) / np.linalg.norm(load))
 
 
 def _checked(solution: Solution, tolerance: float) -> Solution:
+    """The solution; raises NotConverged where its residual is more than twice the tolerance."""
     if not solution.residual <= 2 * tolerance:
         raise NotConverged(
             f"linear solver: relative residual {solution.residual:.1e} after {solution.iterations} "

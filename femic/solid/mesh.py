@@ -1,7 +1,7 @@
-"""Second-order solid meshes whose nodes lie on the true contour, and the trace on it.
+"""Second-order solid meshes whose surface nodes lie on the true contact surface, and their trace on it.
 
 On the contact surface (xi, s) is a chart (`geometries.surfaces`) in which every curved facet is a
-straight triangle with its mid-side nodes half way: fields there are quadratic splines of (xi, s).
+straight triangle with its mid-side nodes half way: on it fields are quadratic splines of (xi, s).
 """
 
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ class Trace:
     """The contact surface in its chart (xi, s): quadratic triangles and the solid's nodes on it."""
 
     basis: Basis
-    nodes: Indices  # (n,) the solid mesh's node of each surface node
+    nodes: Indices  # (n,) number of each surface node among the nodes of the solid mesh
 
     def smallest(self, xi_range: tuple[float, float], s_range: tuple[float, float]) -> float:
         """Size of the smallest triangle near a rectangle [mm]: the root of twice its area."""
@@ -58,12 +58,15 @@ class SolidMesh:
 
 
 def solid_mesh(body: Body, cells: Cells, focus: Focus, *, half_section: bool) -> SolidMesh:
-    """Mesh a body with cells refined around the focus."""
+    """Mesh a body with small cells around the focus; raises Failure where the mesh is faulty."""
     return curved(body, fill(body, cells, focus, half_section=half_section), half_section=half_section)
 
 
 def curved(body: Body, linear: Tetrahedra, *, half_section: bool) -> SolidMesh:
-    """Second-order mesh from tetrahedra: nodes near the contact surface are moved onto it."""
+    """Second-order mesh from tetrahedra; nodes near the contact surface are moved onto it.
+
+    Raises Failure where cells fold or the mesh misses a part of the surface.
+    """
     on_surface = np.unique(linear.contact_triangles)
     chart = np.full((2, linear.points.shape[1]), np.nan)
     chart[:, on_surface] = _chart_of(body, linear.points[:, on_surface])
@@ -87,13 +90,14 @@ def _chart_of(body: Body, points: Array) -> Array:
 
 
 def surface_edges(linear: Tetrahedra) -> Indices:
-    """Edges of the contact triangles as vertex pairs in order, shape (2, n_edges)."""
+    """Edges of the contact triangles as sorted vertex pairs without repetitions, shape (2, n_edges)."""
     t = linear.contact_triangles
     pairs = np.hstack([t[[0, 1]], t[[1, 2]], t[[0, 2]]])
     return np.unique(np.sort(pairs, axis=0), axis=1)
 
 
 def _trace(mesh: MeshTet, linear: Tetrahedra, chart: Array) -> Trace:
+    """The contact surface of a mesh in its chart."""
     vertices, triangles = np.unique(linear.contact_triangles, return_inverse=True)
     surface = MeshTri(
         np.ascontiguousarray(chart[:, vertices]),
@@ -104,7 +108,7 @@ def _trace(mesh: MeshTet, linear: Tetrahedra, chart: Array) -> Trace:
 
 
 def _checked(solid: SolidMesh) -> SolidMesh:
-    """Refuse meshes whose cells fold where their edges were curved, or that miss part of the surface."""
+    """The mesh; raises Failure where curved cells fold or a part of the contact surface is missing."""
     basis = Basis(solid.mesh, ElementTetP2(), intorder=2)
     jacobian = basis.mapping.detDF(basis.X, None)
     folded = int(np.sum(np.any(jacobian <= 0, axis=1) & np.any(jacobian > 0, axis=1)))

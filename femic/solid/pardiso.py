@@ -17,7 +17,7 @@ def available() -> bool:
 
 
 def factor(upper_triangle: csr_matrix) -> Callable[[Array], Array]:
-    """Factor a symmetric positive definite matrix; the result maps right-hand sides to solutions."""
+    """Factor a symmetric positive definite matrix; the result takes a right-hand side to its solution."""
     import pypardiso
 
     solver = pypardiso.PyPardisoSolver(mtype=SYMMETRIC_POSITIVE_DEFINITE)

@@ -10,22 +10,26 @@ from femic.solid.tasks import solve_tasks
 from geometries.patches import Patch
 
 CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
-FAR_RADIUS = 320.0  # mm
+FAR_RADIUS = 320.0  # mm, of the far arc
 
 
 def _least_side(patch: Patch) -> float:
+    """The half-side [mm] that cells must resolve."""
     return min(patch.a, patch.b)
 
 
 def _cells(patch: Patch) -> Cells:
+    """Cells that meet the tuned tolerance under a patch."""
     return Cells(_least_side(patch) / CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH)
 
 
 def _far_radius(_tolerance: float) -> float:
+    """Radius [mm] of the far arc, the same for all tolerances."""
     return FAR_RADIUS
 
 
 def _displacements(_request: SolidRequest, solved: RawICs) -> RawICs:
+    """The displacements of a solved model, which is all that is kept of it."""
     return solved
 
 

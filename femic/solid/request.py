@@ -1,4 +1,4 @@
-"""What a model of the solid engine is built and solved for."""
+"""The request for a model of the solid engine."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from geometries.patches import Load
 
 @dataclass(frozen=True)
 class SolidRequest:
-    """What one model is built and solved for; points are relative to each load in x."""
+    """What one model is built and solved for. Points are relative to each load in x."""
 
     body: Body
     loads: tuple[Load, ...]
@@ -20,6 +20,12 @@ class SolidRequest:
     solver: SolverChoice = "auto"
 
 
-def request_for(asked: Specification) -> SolidRequest:
-    """The request for a model: its cells alone make it accurate."""
-    return SolidRequest(asked.body, asked.loads, asked.points, asked.cells, asked.solver)
+def request_for(specification: Specification) -> SolidRequest:
+    """The request for a specified model; its accuracy is set by its cells alone."""
+    return SolidRequest(
+        specification.body,
+        specification.loads,
+        specification.points,
+        specification.cells,
+        specification.solver,
+    )

@@ -1,4 +1,4 @@
-"""Models of the solid engine solved in parallel processes, and kept."""
+"""Models of the solid engine are solved in parallel processes, and kept."""
 
 import json
 from collections.abc import Callable, Iterator, Sequence
@@ -17,17 +17,20 @@ from geometries.errors import Failure
 
 
 def solve_tasks(tasks: Sequence[Task], means: Means) -> Iterator[Solved]:
-    """Solve models, and yield them as they finish; an interrupted run resumes behind the last one."""
-    store, new = means.store, []
+    """Solve models, and yield each as it is finished; models that an earlier run finished come first.
+
+    Raises Failure where a worker process ends without a result.
+    """
+    store, unsolved = means.store, []
     for task in tasks:
         entry = store.get(_key(task, store))
         if entry is None:
-            new.append(task)
+            unsolved.append(task)
         else:
             yield Solved(task, RawICs(entry.u.values, cost_from(entry.attrs["cost"])), kept=True)
-    begun, workers = _begun(new, means.watch.on_step), means.workers
+    begun_tasks, workers = _begun(unsolved, means.watch.on_step), means.workers
     try:
-        yield from in_processes(partial(_solved, store=store), begun, workers)
+        yield from in_processes(partial(_solved, store=store), begun_tasks, workers)
     except TerminatedWorkerError as error:
         raise Failure(
             f"one of {workers} worker processes ended without an answer. It was killed, most likely for "
@@ -38,17 +41,19 @@ def solve_tasks(tasks: Sequence[Task], means: Means) -> Iterator[Solved]:
 
 
 def _begun(tasks: Sequence[Task], on_step: Callable[[Step], None]) -> Iterator[Task]:
-    """Tasks as processes take them: each is worked at from then on."""
+    """Yield tasks as processes take them, and report that each has begun."""
     for task in tasks:
         on_step(Step(task, "solid engine at work"))
         yield task
 
 
 def _key(task: Task, store: Store) -> str:
+    """Key of the model of a task in the store."""
     return store.key("solid", task.request)
 
 
 def _solved(task: Task, store: Store) -> Solved:
+    """Solve the model of a task and keep its displacements."""
     raw = raw_ics(task.request, task.most_unknowns)
     u = xr.Variable(("load", "i", "point"), raw.u, {"units": "mm/N"})
     store.put(_key(task, store), xr.Dataset({"u": u}, attrs={"cost": json.dumps(asdict(raw.cost))}))

@@ -1,7 +1,7 @@
 """Gmsh extrudes or revolves the section of a body and fills it with graded tetrahedra.
 
 Only x >= 0 is meshed, and only y >= 0 where the symmetry of section and load allows it. The curves
-that Gmsh sees may deviate a little from the true contour; `femic.solid.mesh` moves the nodes onto it.
+of Gmsh may deviate a little from the true contour; `femic.solid.mesh` moves the nodes onto it.
 """
 
 from dataclasses import dataclass, replace
@@ -16,14 +16,14 @@ from geometries.arrays import Array, Indices
 from geometries.bodies import Body, Domain
 from geometries.errors import Failure
 
-BENT = 20  # rolling radius over far radius beyond which bending distorts cells by 5 % at most
-DELAUNAY = 1  # HXT is no faster here, and crashes on some coarse meshes
+BENT_RATIO = 20  # rolling over far radius, beyond which bending distorts the cells by at most 5 %
+DELAUNAY_3D = 1  # Gmsh's number of this algorithm; HXT is no faster here, and crashes on some coarse meshes
 TETRAHEDRON = 4  # Gmsh's number of the 4-node tetrahedron
 
 
 @dataclass(frozen=True)
 class Focus:
-    """Where cells are small: patch centres, and the points where results are read [mm], (3, n) each."""
+    """Where cells are small: patch centres and points where displacements are read [mm], (3, n) each."""
 
     centres: Array
     points: Array
@@ -31,16 +31,16 @@ class Focus:
 
 @dataclass(frozen=True)
 class Tetrahedra:
-    """First-order tetrahedra, with the triangles that lie on the contact surface."""
+    """First-order tetrahedra, and their faces on the contact surface."""
 
-    points: Array  # (3, n_points)
+    points: Array  # (3, n_points) [mm]
     cells: Indices  # (4, n_cells)
     contact_triangles: Indices  # (3, n_triangles)
 
 
 def fill(body: Body, cells: Cells, focus: Focus, *, half_section: bool) -> Tetrahedra:
-    """Mesh x >= 0 of a body (y >= 0 too for `half_section`)."""
-    if not body.reaches_hub and BENT * body.domain.far_radius < body.rolling_radius < np.inf:
+    """Mesh x >= 0 of a body (only y >= 0 of it for `half_section`); raises Failure where Gmsh cannot."""
+    if not body.reaches_hub and BENT_RATIO * body.domain.far_radius < body.rolling_radius < np.inf:
         return _bent(body, cells, focus, half_section)
     with gmsh_session() as gmsh:
         _add_volume(gmsh, body, half_section)
@@ -50,15 +50,16 @@ def fill(body: Body, cells: Cells, focus: Focus, *, half_section: bool) -> Tetra
 
 
 def _bent(body: Body, cells: Cells, focus: Focus, half_section: bool) -> Tetrahedra:
-    """The mesh of the prismatic body, bent: Gmsh does not mesh surfaces of tiny angles."""
+    """The mesh of the prismatic body, bent: Gmsh does not mesh surfaces that turn by tiny angles."""
     domain = Domain(body.domain.far_radius, body.xi_end)
     straight = replace(body, domain=domain, rolling_radius=np.inf, hub_radius=None)
-    unbent = Focus(body.surface.turned_back(focus.centres), body.surface.turned_back(focus.points))
-    linear = fill(straight, cells, unbent, half_section=half_section)
-    return replace(linear, points=body.surface.turned(linear.points))
+    straight_focus = Focus(body.surface.turned_back(focus.centres), body.surface.turned_back(focus.points))
+    straight_mesh = fill(straight, cells, straight_focus, half_section=half_section)
+    return replace(straight_mesh, points=body.surface.turned(straight_mesh.points))
 
 
 def _add_volume(gmsh: ModuleType, body: Body, half_section: bool) -> None:
+    """Add the section to Gmsh's model, extruded or revolved."""
     occ = gmsh.model.occ
     section = [(2, add_section(gmsh, body, half_section=half_section)[0])]
     if np.isinf(body.rolling_radius):
@@ -71,13 +72,15 @@ def _add_volume(gmsh: ModuleType, body: Body, half_section: bool) -> None:
 
 
 def _set_cell_size(gmsh: ModuleType, body: Body, cells: Cells, focus: Focus) -> None:
+    """Set the size of cells by the distances from the focus, and the meshing algorithm."""
     r, d = (distance(gmsh, points) for points in (focus.centres, focus.points))
-    h = f"sqrt({cells.smallest:.17g}^2+({cells.line_growth:.17g}*F{r})^2+({cells.growth:.17g}*F{d})^2)"
-    set_cell_size(gmsh, [h, round_the_axis(body)] if body.rolling_radius < np.inf else [h])
-    gmsh.option.setNumber("Mesh.Algorithm3D", DELAUNAY)
+    size = f"sqrt({cells.smallest:.17g}^2+({cells.line_growth:.17g}*F{r})^2+({cells.growth:.17g}*F{d})^2)"
+    set_cell_size(gmsh, [size, round_the_axis(body)] if body.rolling_radius < np.inf else [size])
+    gmsh.option.setNumber("Mesh.Algorithm3D", DELAUNAY_3D)
 
 
 def _collect(gmsh: ModuleType, body: Body) -> Tetrahedra:
+    """The tetrahedra of Gmsh's model; raises Failure where it has other cells."""
     tags, xyz, _ = gmsh.model.mesh.getNodes()
     types, _, nodes = gmsh.model.mesh.getElements(3)
     if list(types) != [TETRAHEDRON]:
@@ -94,7 +97,7 @@ def _collect(gmsh: ModuleType, body: Body) -> Tetrahedra:
 
 
 def _on_contact_surface(gmsh: ModuleType, tag: int, body: Body) -> bool:
-    """Whether the middle of a boundary face lies on the contour rather than on a cut or far face."""
+    """Whether a boundary face lies on the contact surface, by its middle, and not on a cut or far face."""
     low, high = (np.array(bound) for bound in gmsh.model.getParametrizationBounds(2, tag))
     middle = np.array(gmsh.model.getValue(2, tag, (low + high) / 2)).reshape(3, 1)
     xi, y, z = body.surface.turned_back(middle)

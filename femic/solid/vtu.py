@@ -8,7 +8,7 @@ from femic.solid.fields import Grid, NodalField
 from geometries.arrays import Indices
 
 # scikit-fem numbers the mid-side nodes as VTK does: edges 01, 12, 02, 03, 13, 23.
-# Cells that are turned inside out get their vertices 1 and 2 swapped:
+# In cells that are inside out, vertices 1 and 2 are swapped; this is the order of their nodes:
 TURNED = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]
 
 
@@ -24,7 +24,7 @@ def write_vtu(field: NodalField, path: Path) -> Path:
 
 
 def right_handed(grid: Grid) -> Indices:
-    """The cells with vertex 3 on the side of 0, 1, 2 that VTK expects, shape (10, n_cells)."""
+    """The cells, with vertex 3 on the side of the face 0, 1, 2 that VTK expects, shape (10, n_cells)."""
     origin, *ends = np.moveaxis(grid.nodes[:, grid.cells[:4]], 1, 0)
     edges = np.stack([end - origin for end in ends])  # (3 edges, 3 components, n_cells)
     inside_out = np.linalg.det(np.moveaxis(edges, 2, 0)) < 0

@@ -1,1 +1,1 @@
-"""How work is done and kept: processes, threads, the store of finished models, their provenance."""
+"""Processes, threads, the store of finished models, and the provenance of stored models."""

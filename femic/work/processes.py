@@ -11,19 +11,22 @@ from typing import TypeVar
 
 from joblib import Parallel, delayed
 
-Given = TypeVar("Given")
-Made = TypeVar("Made")
+Argument = TypeVar("Argument")
+Result = TypeVar("Result")
 
 SET_DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG of prctl
-LOOK_EVERY = 0.5  # seconds, at whether the parent is there
+LOOK_EVERY = 0.5  # seconds between checks whether the parent still runs
 
 
-def in_processes(function: Callable[[Given], Made], given: Iterable[Given], workers: int) -> Iterator[Made]:
-    """What a function makes of each thing given, as it is finished; `workers` at a time, one: here.
+def in_processes(
+    function: Callable[[Argument], Result], arguments: Iterable[Argument], workers: int
+) -> Iterator[Result]:
+    """Yield the results of a function for arguments, in the order in which they are finished.
 
-    Each thing is taken from `given` when a process is free for it.
+    `workers` processes work in parallel; a single worker is this process. An argument is taken from the
+    iterable when a process is free for it.
     """
-    run = Parallel(
+    parallel = Parallel(
         n_jobs=workers,
         return_as="generator_unordered",
         pre_dispatch=workers,
@@ -31,15 +34,15 @@ def in_processes(function: Callable[[Given], Made], given: Iterable[Given], work
         initializer=end_with_parent,
         initargs=(os.getpid(),),
     )
-    yield from run(delayed(function)(one) for one in given)
+    yield from parallel(delayed(function)(argument) for argument in arguments)
 
 
 def end_with_parent(parent: int) -> None:
     """Let this process be killed when its parent ends.
 
-    Linux does so by itself, in the middle of a long computation, too, already when the thread ends that
-    started this process; elsewhere a thread looks at the parent. `parent` is its process id: it may have
-    ended before this was called.
+    Linux does so by itself, even in the middle of a long computation, and already when the thread ends that
+    started this process. On other systems a thread watches the parent. `parent` is its process id: the parent
+    may have ended before this function was called.
     """
     if sys.platform == "linux":
         ctypes.CDLL(None, use_errno=True).prctl(SET_DEATH_SIGNAL, signal.SIGKILL)
@@ -49,12 +52,13 @@ def end_with_parent(parent: int) -> None:
 
 
 def _watch(parent: int) -> None:
+    """End this process soon after its parent has ended."""
     while True:
         _end_without(parent)
         sleep(LOOK_EVERY)
 
 
 def _end_without(parent: int) -> None:
-    """End at once, without cleaning up, if the parent is gone: another process has taken its place."""
+    """End this process at once, without cleaning up, if its parent has been replaced by another process."""
     if os.getppid() != parent:
         os._exit(1)

@@ -1,4 +1,4 @@
-"""What a stored model depends on besides its inputs: this code and the libraries it ran with."""
+"""Provenance of a stored model besides its inputs: this code and the libraries that it ran with."""
 
 import ast
 import hashlib
@@ -20,15 +20,15 @@ def versions() -> dict[str, str]:
 
 @cache
 def code_digest() -> str:
-    """Short digest of what determines a model: models of other code are not mistaken for ours."""
+    """Short digest of this code and its libraries: models of other code are not mistaken for its own."""
     root = Path(__file__).parents[2]
     return digest_of((root / package for package in PACKAGES), versions())
 
 
 def digest_of(folders: Iterable[Path], *facts: object) -> str:
-    """Short digest of facts and of what the Python files in some folders do, by their names and order.
+    """Short digest of facts and of the Python files in folders: their names and their code.
 
-    Words do not count: neither comments nor docstrings, nor how the code is laid out.
+    Comments, docstrings and layout do not count.
     """
     digest = hashlib.sha256(repr(facts).encode())
     for folder in folders:
@@ -39,7 +39,7 @@ def digest_of(folders: Iterable[Path], *facts: object) -> str:
 
 
 def _meaning(code: str) -> str:
-    """The syntax tree without docstrings."""
+    """The syntax tree of code without docstrings, as text."""
     tree = ast.parse(code)
     for node in ast.walk(tree):
         if isinstance(node, Documented) and ast.get_docstring(node, clean=False) is not None:

@@ -1,9 +1,9 @@
-"""Finished work, kept where the next run finds it: models, and the parts of models that are not finished.
+"""The store of finished work: models, and the parts of models that are not finished, for the next run.
 
-An entry is a file KEY-HASH.nc (NetCDF). KEY comes from all that determines the result: the request, this
-code, the versions of its libraries. HASH comes from the content: damaged and half-written files are
-noticed and computed again. The location is a folder, or any other that fsspec knows (memory://, s3://).
-Several processes may use one store: nothing is ever changed in place.
+An entry is a file KEY-HASH.nc (NetCDF). KEY is derived from all that determines the result: the request, this
+code, the versions of its libraries. HASH is derived from the content: damaged and half-written files are
+recognised, and their content is computed again. The location is a folder, or any other that fsspec knows
+(memory://, s3://). Several processes may use one store: nothing is ever changed in place.
 """
 
 import logging
@@ -29,34 +29,34 @@ Arrays = Mapping[str, Array]
 
 log = logging.getLogger(__name__)
 
-LOOKS = 100  # at a file that other processes keep replacing
-HASH = 16  # letters of the content's hash in a file's name
-CODE = re.compile("[0-9a-f]{12}")  # folders of one version of the code each
+MOST_READS = 100  # largest number of attempts to read a file that other processes keep replacing
+HASH_LENGTH = 16  # number of letters of the hash in a file's name
+CODE_FOLDER = re.compile("[0-9a-f]{12}")  # name of the folder of a version of the code
 
 
 @dataclass
 class Store:
-    """A store; without a location nothing is kept."""
+    """A store at a location; without a location nothing is kept."""
 
     location: str | Path | None = None
     writable: bool = field(default=True, init=False)  # until writing fails
 
     def key(self, kind: str, *request: object) -> str:
-        """What an entry is found by."""
+        """The key of the entry of a request."""
         return f"{kind}-{joblib.hash((code_digest(), kind, *request))}"
 
     def get(self, key: str) -> xr.Dataset | None:
-        """The entry of a key, None where there is none that is whole."""
+        """The entry of a key, None where there is no undamaged one."""
         content = self._read(key, ".nc")
         return None if content is None else xr.load_dataset(BytesIO(content), engine="h5netcdf")
 
     def put(self, key: str, entry: xr.Dataset) -> None:
-        """Keep an entry; its parts are not needed any more."""
+        """Keep an entry, and remove its parts, which are not needed any more."""
         self._write(key, ".nc", lambda: bytes(entry.to_netcdf(engine="h5netcdf")))
         self._remove(f"{key}.parts", recursive=True)
 
     def part(self, key: str, name: str) -> Arrays | None:
-        """A part of an entry that was not finished: its arrays by name."""
+        """The arrays by name of a part of an unfinished entry, None where there is no undamaged one."""
         content = self._read(f"{key}.parts/{name}", ".npz")
         return None if content is None else dict(np.load(BytesIO(content)))
 
@@ -65,43 +65,49 @@ class Store:
         self._write(f"{key}.parts/{name}", ".npz", lambda: _npz(values))
 
     def forget_other_code(self) -> None:
-        """Remove what other versions of the code have kept, and nothing else."""
+        """Remove the entries of other versions of the code, and nothing else."""
         if self.location is None or not self._has(self._root):
             return
         for path in self._fs.ls(self._root, detail=False):
             name = Path(path).name
-            if CODE.fullmatch(name) and name != code_digest():
+            if CODE_FOLDER.fullmatch(name) and name != code_digest():
                 self._fs.rm(path, recursive=True)
 
     @property
     def _fs(self) -> AbstractFileSystem:
+        """The file system of the location."""
         return url_to_fs(str(self.location))[0]
 
     @property
     def _root(self) -> str:
+        """The path of the location in its file system."""
         return str(url_to_fs(str(self.location))[1]).rstrip("/")
 
     def _path(self, name: str) -> str:
+        """The path of a file of this version of the code."""
         return f"{self._root}/{code_digest()}/{name}"
 
     def _has(self, path: str) -> bool:
+        """Whether a path exists now."""
         self._fs.invalidate_cache(path)
         return bool(self._fs.exists(path))
 
     def _versions(self, name: str, ending: str) -> list[str]:
-        """Files of one name, whatever their content."""
+        """Paths of the files of a name, whatever their content."""
         start = self._path(name)
         folder, _, stem = start.rpartition("/")
         if not self._has(folder):
             return []
-        pattern = re.compile(re.escape(stem) + f"-[0-9a-f]{{{HASH}}}" + re.escape(ending))
-        return sorted(p for p in self._fs.ls(folder, detail=False) if pattern.fullmatch(p.rpartition("/")[2]))
+        pattern = re.compile(re.escape(stem) + f"-[0-9a-f]{{{HASH_LENGTH}}}" + re.escape(ending))
+        return sorted(
+            path for path in self._fs.ls(folder, detail=False) if pattern.fullmatch(path.rpartition("/")[2])
+        )
 
     def _read(self, name: str, ending: str) -> bytes | None:
-        """The content of a file that is whole."""
+        """The content of an undamaged file of a name, None where there is none."""
         if self.location is None:
             return None
-        for _ in range(LOOKS):
+        for _ in range(MOST_READS):
             replaced = False
             for path in self._versions(name, ending):
                 try:
@@ -117,7 +123,7 @@ class Store:
         return None
 
     def _write(self, name: str, ending: str, content: Any) -> None:
-        """Write under another name, then move: nobody sees half of it."""
+        """Write under a temporary name, then move: no process sees a half-written file."""
         if self.location is None or not self.writable:
             return
         data = content()
@@ -126,7 +132,7 @@ class Store:
         try:
             self._fs.makedirs(path.rpartition("/")[0], exist_ok=True)
             self._fs.pipe_file(temporary, data)
-            others = self._versions(name, ending)
+            earlier_versions = self._versions(name, ending)
             self._fs.mv(temporary, path)
         except OSError as error:
             self.writable = False
@@ -135,17 +141,19 @@ class Store:
             )
             self._remove_file(temporary)
             return
-        for other in others:
-            if other != path:
-                self._remove_file(other)
+        for earlier_version in earlier_versions:
+            if earlier_version != path:
+                self._remove_file(earlier_version)
 
     def _remove_file(self, path: str) -> None:
+        """Remove a file; failures are only logged."""
         try:
             self._fs.rm_file(path)
         except OSError as error:
             log.debug(f"{path}: {error}")
 
     def _remove(self, name: str, *, recursive: bool) -> None:
+        """Remove a name of this version of the code, if it exists; failures are only logged."""
         if self.location is None or not self.writable:
             return
         try:
@@ -156,10 +164,12 @@ class Store:
 
 
 def _hash(content: bytes) -> str:
-    return sha256(content).hexdigest()[:HASH]
+    """Hash of a content, as it stands in a file's name."""
+    return sha256(content).hexdigest()[:HASH_LENGTH]
 
 
 def _npz(values: Arrays) -> bytes:
+    """Arrays as the content of a NumPy archive."""
     buffer = BytesIO()
     np.savez(buffer, allow_pickle=False, **values)
     return buffer.getvalue()

@@ -4,5 +4,5 @@ from threadpoolctl import threadpool_limits
 
 
 def one_blas_thread() -> threadpool_limits:
-    """Sparse sweeps run on one core; BLAS threads waiting for the next tiny product slow them down."""
+    """A context with one BLAS thread: more threads, which wait for tiny products, slow sparse sweeps down."""
     return threadpool_limits(limits=1, user_api="blas")

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from approx.calibration import EXPONENTS, REACH, fit
+from approx.calibration import EXPONENTS, R_INF_REACH, fit
 from approx.effective import EffectiveProperties, Transition
 from approx.pair import Pair, Solid
 from approx.target import FEWEST, Target, indices, pointwise_k
@@ -41,7 +41,7 @@ def logarithmic(low, high):
 @settings(max_examples=20, deadline=None)
 @given(
     far=st.floats(-4.9, 4.9).filter(lambda far: abs(far) > 0.05),
-    r_inf=logarithmic(0.5, REACH * 24.9),
+    r_inf=logarithmic(0.5, R_INF_REACH * 24.9),
     m=logarithmic(*EXPONENTS["m"]),
     n=logarithmic(*EXPONENTS["n"]),
     apart=st.booleans(),

@@ -107,7 +107,7 @@ class Runs:
     def geometry(self, name):
         return self.geometries[name]
 
-    fitted = checked = geometry
+    fitted = with_both_engines = geometry
 
     def other_nu(self, name):
         return self.others[name]

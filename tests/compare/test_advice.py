@@ -15,19 +15,9 @@ from compare.reports.frontier.ways import Way
 from compare.reports.scene.figures import error_against_seconds
 from compare.reports.scene.page import _rows
 from compare.reports.scene.summary import summary
-from compare.results.compute import (
-    Results,
-    approximated,
-    ics_of,
-    jobs,
-    reference_of,
-    refinement_shares_of,
-    scene_points,
-    shares_of,
-    vanishing,
-    weights_of,
-)
+from compare.results.compute import Results, approximated, ics_of, jobs, reference_of, scene_points
 from compare.results.dataset import errors
+from compare.results.shares import refinement_shares_of, shares_of, vanishing, weights_of
 from compare.scenes.load import load_scene
 from femic.estimate import Estimated
 from femic.means import Means
@@ -115,7 +105,7 @@ def test_advice_tries_a_tighter_c_before_it_takes_a_small_component_for_a_zero(m
     """The estimate is a hundred times the tolerance of the tightest C, in parts of C_xn's size."""
     tightest = []
 
-    def tried(_, asked, **__):
+    def tried(_, asked, __):
         tightest.append(asked.ways[-1].engine["tolerance"])
         return frontier_of(hand_made(["xn"], known=SMALL * tightest[-1]))
 

@@ -11,7 +11,7 @@ from approx.effective import EffectiveProperties, Transition
 from compare.cli.main import DONE, exit_code
 from compare.reports.calibration import maps as calibration_map
 from compare.reports.calibration.fits import Calibrated, target_from
-from compare.reports.calibration.maps import MOST, Axes, compute_map, fit_at, scene_at
+from compare.reports.calibration.maps import MOST_GEOMETRIES, Axes, compute_map, fit_at, scene_at
 from compare.scenes.load import load_scene
 from geometries.errors import WrongInput
 from tests.compare.conftest import scene_text
@@ -95,7 +95,7 @@ def test_a_node_has_its_arcs_and_all_else_of_the_scene(synthetic):
         ((20.0, 10.0), (1.0, 1.1), "two or more, growing"),
         ((20.0, 86.0), (1.0, 1.1), "within 0 ... 85"),
         ((20.0, 30.0), (0.9, 1.1), "ratios = "),
-        (tuple(np.linspace(10, 60, 6)), tuple(np.linspace(1, 2, 5)), f"at most {MOST}"),
+        (tuple(np.linspace(10, 60, 6)), tuple(np.linspace(1, 2, 5)), f"at most {MOST_GEOMETRIES}"),
     ],
 )
 def test_impossible_maps_are_refused(flanks, ratios, message):

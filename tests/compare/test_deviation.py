@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from compare.results.matrix.deviation import Column, Deviation
-from femic.discount import NEAR
 from femic.estimate import Estimated
-from femic.matrix.columns import is_far
+from femic.matrix.columns import NEAR_ELEMENTS, is_far
 from geometries.grids import Grid
 
 X, S, N = range(3)
@@ -30,7 +29,7 @@ def collected(columns, estimate=None):
     for strip, (difference, c) in enumerate(columns):
         zero = np.zeros_like(c)
         known = Estimated(c, zero if estimate is None else estimate, zero, zero)
-        found.add(difference, Column(known, is_far(strip, GRID), np.full((N_X, N_S), 2.0)))
+        found = found.with_column(difference, Column(known, is_far(strip, GRID), np.full((N_X, N_S), 2.0)))
     return found
 
 
@@ -64,7 +63,7 @@ def test_what_a_component_causes_is_a_share_of_what_it_can_cause():
 
 def test_the_worst_entry_far_from_the_load_is_a_share_of_the_largest_there():
     assert is_far(0, GRID)[4].all()
-    assert not is_far(0, GRID)[NEAR - 1, 0]
+    assert not is_far(0, GRID)[NEAR_ELEMENTS - 1, 0]
     found = collected([(of(xn={(4, 0): 0.01, (1, 1): 5.0}, nn={(4, 1): 7.0}), C)])
     assert found.worst[X, N] == pytest.approx(0.5)  # of 0.02, not of the 0.5 that is near
     assert found.near[X, N] == pytest.approx(2.5)  # of A_nn
@@ -108,7 +107,6 @@ def test_what_is_zero_is_tested_as_a_zero():
 
 def test_a_grid_with_nothing_far_from_the_load_has_no_worst_entry_there():
     small = Column(Estimated(C, *[NOTHING] * 3), np.zeros((N_X, N_S), dtype=bool), np.ones((N_X, N_S)))
-    found = Deviation.none(N_S)
-    found.add(of(nn={(4, 0): 1.0}), small)
+    found = Deviation.none(N_S).with_column(of(nn={(4, 0): 1.0}), small)
     assert np.all(np.isnan(found.worst))
     assert found.near[N, N] == 1

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from compare.cli.main import DONE, WRONG_INPUT, exit_code
-from compare.results.compute import compute, estimated_errors, ics_of, reference_of
+from compare.results.compute import compute, ics_of, reference_of
+from compare.results.shares import estimated_errors
 from compare.scenes.load import load_scene
 from compare.studies.extremes import analytic, engines, exact
 from compare.studies.extremes.engines import Engines, compared, flat, on_outline
@@ -147,7 +148,7 @@ def test_a_case_that_fails_is_reported(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_drawn_planes_are_known_to_their_estimates(engine, monkeypatch):
-    monkeypatch.setattr(engines, "EXAMPLES", 15)
+    monkeypatch.setattr(engines, "DRAWN_PLANES", 15)
     assert engine._drawn_planes().used < 2
 
 

@@ -10,6 +10,7 @@ from skfem import MeshTri
 from compare.pages import views
 from compare.pages.sections import _closing, surface_mesh
 from compare.reports.scene import run
+from compare.results.compute import jobs
 from compare.scenes.load import load_scene
 from femic.level import Level
 from geometries.bodies import Body, Domain
@@ -96,7 +97,8 @@ def test_the_surface_mesh_is_shown_where_the_patch_is_modelled(s, side, tmp_path
 )
 def test_the_close_up_aims_at_the_modelled_side(s, flanks, shown, tmp_path, monkeypatch):
     scene = off_centre(s, tmp_path, flanks)
-    results = SimpleNamespace(scene=scene, references={"lower": SimpleNamespace(level=Level(cells=-1))})
+    reference = SimpleNamespace(level=Level(cells=-1))
+    results = SimpleNamespace(scene=scene, jobs=jobs(scene), references={"lower": reference})
     drawn = []
     monkeypatch.setattr(views, "can_render", lambda: True)
     monkeypatch.setattr(views, "draw_mesh", lambda *given, **_: drawn.append(given[2]))

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from compare.cli.main import DONE, WRONG_INPUT, exit_code
 from compare.reports.frontier import page as frontier_report
 from compare.reports.frontier import trade as frontier
-from compare.reports.frontier.advice import ALIKE, Question, advise, asked_for
+from compare.reports.frontier.advice import AS_CHEAP, Question, advise, asked_for
 from compare.reports.frontier.choice import choose, question_of
-from compare.reports.frontier.trade import Asked, compute_frontier, front, known_errors
+from compare.reports.frontier.trade import FrontierRequest, compute_frontier, front, known_errors
 from compare.reports.frontier.ways import Way, by_engine, harmonic
 from compare.results.compute import compute
 from compare.results.dataset import errors, to_dataset
@@ -36,7 +36,7 @@ def made(tmp_path_factory):
     top = 'components = ["nn", "xn", "sn"]\nbodies = ["combined", "lower"]\n'
     path.write_text(scene_text(top, engine=HARMONIC, upper_E=70e3), encoding="utf-8")
     store = Store(folder / "store")
-    return path, store, compute_frontier(str(path), Asked(tuple(harmonic(1e-3))), Means(2, store))
+    return path, store, compute_frontier(str(path), FrontierRequest(tuple(harmonic(1e-3))), Means(2, store))
 
 
 points = st.tuples(st.integers(0, 6), st.integers(0, 6))
@@ -108,7 +108,7 @@ def test_advice_keeps_its_promise_and_is_the_cheapest_that_does(made, tolerance,
     measured = found.error.sel(way=advice.way, body=body, component=list(components)).max()
     assert float(measured) <= advice.error <= tolerance
     seconds = found.seconds.sel(body=body)
-    far_cheaper = found.way.values[(ALIKE * seconds < advice.seconds).values]
+    far_cheaper = found.way.values[(AS_CHEAP * seconds < advice.seconds).values]
     assert np.all(at_most.sel(way=far_cheaper) > tolerance)
     as_cheap = found.way.values[(seconds <= advice.seconds).values]
     enough = at_most.sel(way=as_cheap).where(at_most.sel(way=as_cheap) <= tolerance)
@@ -147,7 +147,9 @@ def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
     steps = iter(predicted.values())
     monkeypatch.setattr(frontier.plan, "run_steps", lambda *_: [])
     monkeypatch.setattr(frontier.plan, "seconds", lambda *_: next(steps))
-    found = compute_frontier(str(path), Asked(tuple(harmonic(1e-3)), budget=1000.0), Means(2, store))
+    found = compute_frontier(
+        str(path), FrontierRequest(tuple(harmonic(1e-3)), budget=1000.0), Means(2, store)
+    )
     assert "harmonic 0.001" not in found.way.values
     assert found.attrs["best"] in {"harmonic 0.1", "harmonic 0.01"}
     assert "about 100000 s" in json.loads(found.attrs["skipped"])["harmonic 0.001"]
@@ -156,7 +158,7 @@ def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
 def test_without_a_reference_there_is_no_frontier(made):
     path, store, _ = made
     with pytest.raises(Failure, match="no reference C within the budget of 1e-06 s"):
-        compute_frontier(str(path), Asked(tuple(harmonic(0.1)), budget=1e-6), Means(2, store))
+        compute_frontier(str(path), FrontierRequest(tuple(harmonic(0.1)), budget=1e-6), Means(2, store))
 
 
 def test_b_hat_prime_is_tried_where_there_are_properties_for_it(made, tmp_path):
@@ -164,7 +166,7 @@ def test_b_hat_prime_is_tried_where_there_are_properties_for_it(made, tmp_path):
     fitted = tmp_path / "fitted.toml"
     properties = "\n[effective.combined]\nmismatch_k = { far = 0.1, r_inf = 9.0, m = 1.0, n = 2.0 }\n"
     fitted.write_text(path.read_text(encoding="utf-8") + properties, encoding="utf-8")
-    with_fit = compute_frontier(str(fitted), Asked(tuple(harmonic(0.1))), Means(2, store))
+    with_fit = compute_frontier(str(fitted), FrontierRequest(tuple(harmonic(0.1))), Means(2, store))
     b_hat_prime = with_fit.error.sel(way="Bhat_prime")
     assert np.all(b_hat_prime.sel(body="combined") > 0)
     assert np.all(np.isnan(b_hat_prime.sel(body="lower")))
@@ -182,7 +184,7 @@ def test_what_an_engine_cannot_do_is_listed(made, tmp_path):
     path, *_ = made
     soft = tmp_path / "soft.toml"
     soft.write_text(path.read_text(encoding="utf-8").replace("nu = 0.3", "nu = 0.4995"), encoding="utf-8")
-    asked = Asked((*harmonic(0.1), *by_engine("solid")))
+    asked = FrontierRequest((*harmonic(0.1), *by_engine("solid")))
     monkey = [way.name for way in asked.ways if way.kind == "solid"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(frontier, "compute", lambda *_, **__: pytest.fail("solved"))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from compare.reports.scene.page import agreement
-from compare.results.compute import estimated_errors, refinement_scales_of
+from compare.results.shares import estimated_errors, refinement_scales_of
 from femic.accuracy import component_of
 from tests.compare.conftest import on_line
 

@@ -14,7 +14,7 @@ from compare.results import plan
 from compare.results.compute import jobs
 from compare.results.matrix import compute as matrix
 from compare.results.matrix.check import check, checked_strips
-from compare.results.matrix.compute import compute_matrix, matrix_jobs
+from compare.results.matrix.compute import compute_matrix, file_size, matrix_jobs
 from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene, scene_from_table
 from femic.harmonic import engine as harmonic
@@ -116,8 +116,8 @@ def test_other_maps_need_no_new_models(made, monkeypatch):
 
 def test_large_matrices_are_never_held_as_a_whole(made, monkeypatch):
     path, out = made
-    monkeypatch.setattr(matrix, "LARGEST", 100)
-    monkeypatch.setattr("femic.matrix.REMEMBERED", 100)
+    monkeypatch.setattr(matrix, "LARGEST_WHOLE_MATRIX", 100)
+    monkeypatch.setattr("femic.matrix.reference.REMEMBERED_ENTRIES", 100)
     results = compute_matrix(load_scene(str(path)), out / "large.nc", Means(store=Store(out / "store")))
     assert not results.eigenvalues
     assert not results.reciprocity
@@ -208,7 +208,7 @@ def test_a_plan_knows_the_unknowns_and_the_file(made):
         assert step.takes.unknowns == models[step.name]["unknowns"]
         wavenumbers = int(models[step.name]["solver"].split(", ")[-1].split()[0])
         assert wavenumbers / 2 < step.takes.wavenumbers < 2 * wavenumbers
-    planned_size = plan.file_size(scene)
+    planned_size = file_size(scene)
     assert planned_size < (out / "matrix.nc").stat().st_size < planned_size + 100_000
 
 

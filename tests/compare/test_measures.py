@@ -18,7 +18,7 @@ from compare.studies.validation import (
     tangential,
     xn,
 )
-from compare.studies.validation.curves import ACROSS, CONCAVE, CONVEX, SHOWN, THROUGH, error, line_of
+from compare.studies.validation.curves import ACROSS, CONCAVE, CONVEX, INDEPENDENT, THROUGH, error, line_of
 from compare.studies.validation.program import cylinder_error, far_field_error, point_load
 from compare.studies.validation.runs import GEOMETRIES
 from compare.studies.validation.statements import STATEMENTS
@@ -329,7 +329,7 @@ def test_the_mix_is_measured_by_its_worst_and_its_mean_component():
         return out
 
     results = made(FIRST, c)
-    singles = [[error(results, v, CONVEX, i) for i in SHOWN] for v in ("A", "B", "Bbar", "Bhat")]
+    singles = [[error(results, v, CONVEX, i) for i in INDEPENDENT] for v in ("A", "B", "Bbar", "Bhat")]
     worst, mean = min(max(of) for of in singles), min(sum(of) / 6 for of in singles)
     assert choices.worst_of_mix(results, CONVEX) == pytest.approx(0.25 / worst)
     assert choices.mean_of_mix(results, CONVEX) == pytest.approx((1 / 4 + 1 / 9) / 6 / mean)
@@ -384,7 +384,7 @@ def test_limits_hold_and_wrong_ones_do_not(nu, monkeypatch):
     assert all(criteria["cylinder"].met(cylinder_error(side, nu)) for side in (UPPER, LOWER))
     monkeypatch.setattr(program, "_cylinder", partial(program._cylinder, factor=False))
     assert criteria["cylinder"].met(cylinder_error(UPPER, nu)) == (nu == 0.5)  # nothing to multiply there
-    monkeypatch.setattr(program, "FAR", 1e3)
+    monkeypatch.setattr(program, "FAR_PATCHES", 1e3)
     assert not criteria["point loads"].met(far_field_error(nu))
 
 

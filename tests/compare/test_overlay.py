@@ -18,7 +18,7 @@ from compare.reports.overlay.curves import curve, is_mirrored, load, worst
 from compare.reports.overlay.differences import differences
 from compare.reports.overlay.figures import curves, drawn_variants
 from compare.reports.overlay.page import _rank, summary
-from compare.reports.overlay.sources import MOST, sources, up_to_date
+from compare.reports.overlay.sources import MOST_SCENES, sources, up_to_date
 from compare.results.provenance import results_digest
 from femic.work.provenance import code_digest
 from tests.compare.conftest import on_line, scene_text
@@ -113,7 +113,7 @@ def test_the_figure_draws_the_curves_of_all_scenes(compared):
     for gentle, steep in drawn.T:
         assert gentle.get_color() == steep.get_color()
         assert gentle.get_linestyle() != steep.get_linestyle()
-    assert len(DASHES) == MOST
+    assert len(DASHES) == MOST_SCENES
 
 
 def test_both_halves_of_a_line_are_shown_if_a_scene_is_not_symmetric(compared):

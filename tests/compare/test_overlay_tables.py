@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from compare.reports.overlay.curves import Overlay, Result
-from compare.reports.overlay.page import ALIKE, _ranking, _rows
+from compare.reports.overlay.page import WITHIN_ACCURACY, _ranking, _rows
 from compare.reports.overlay.sources import Content
 
 LINES, VARIANTS, COMPONENTS = ("near", "far"), ("A", "Bhat"), ("nn", "xn", "sn")
@@ -35,7 +35,9 @@ def overlay():
 
 def test_what_vanishes_in_a_scene_is_not_ranked(overlay):
     """A's nn: 2 and 5 % at worst; its xn is 100 % wrong in both."""
-    assert _ranking(overlay, "lower", "A") == f"more in b: nn 2.50 ×; {ALIKE}: xn; vanishing in b: sn"
+    assert (
+        _ranking(overlay, "lower", "A") == f"more in b: nn 2.50 ×; {WITHIN_ACCURACY}: xn; vanishing in b: sn"
+    )
 
 
 def test_tables_mark_what_vanishes_and_show_weights(overlay):

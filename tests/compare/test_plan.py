@@ -4,12 +4,13 @@ import pytest
 
 from compare.results.plan import Step, compared, run_steps, seconds
 from compare.scenes.load import load_scene
+from femic.engines import ENGINES
 from femic.models import Cost, Planned
 
 
 def step(engine, takes):
     planned = Planned(unknowns=1000, wavenumbers=20, fields=3, half_section=True, seconds=takes, memory=100.0)
-    return Step("a model", engine, 1.0, 100.0, "endless", planned)
+    return Step("a model", ENGINES[engine], 1.0, 100.0, "endless", planned)
 
 
 @pytest.mark.parametrize(("workers", "expected"), [(1, 3 + 5 + 8 + 4), (2, 3 + 5 + 6), (4, 3 + 5 + 3)])

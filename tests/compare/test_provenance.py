@@ -84,8 +84,9 @@ def test_a_further_file_counts(tmp_path):
 @pytest.fixture
 def copy(tmp_path, monkeypatch):
     """A copy of `compare` in its place, whose digest is computed anew."""
-    shutil.copytree(provenance.HERE, tmp_path / "compare", ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(provenance, "HERE", tmp_path / "compare")
+    for folder in provenance.FOLDERS:
+        shutil.copytree(folder, tmp_path / folder.name, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(provenance, "FOLDERS", [tmp_path / folder.name for folder in provenance.FOLDERS])
     return tmp_path / "compare"
 
 
@@ -98,7 +99,7 @@ def replace_in(path: Path, old: str, new: str) -> None:
 def test_a_measure_of_compare_changes_results_but_no_models(copy):
     models, before = Store().key("harmonic", 1), results_digest.__wrapped__()
     assert before == results_digest()
-    replace_in(copy / "measure.py", "KNOWN = 10.0", "KNOWN = 3.0")
+    replace_in(copy / "results" / "measure.py", "KNOWN = 10.0", "KNOWN = 3.0")
     assert results_digest.__wrapped__() != before
     assert code_digest.__wrapped__() == code_digest()
     assert Store().key("harmonic", 1) == models

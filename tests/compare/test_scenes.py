@@ -278,7 +278,7 @@ def test_points_come_from_one_source(contour):
 
 def test_points_of_the_discount_lie_inside_the_domain():
     changes = {"rotation_reach": 60.0, "moment_arm": 40.0, "engine": {"far_radius": 160.0}}
-    assert load_scene("geometry1", changes).moment_arm == 40  # a central load has no use for it
+    assert load_scene("geometry1", changes).settings.moment_arm == 40  # a central load has no use for it
     with pytest.raises(BadScene, match=r"moment_arm \+ rotation_reach = 100: at most half .* \(80 mm\)"):
         load_scene("geometry1", changes | {"patch": {"s": 1.0}})
 
@@ -288,7 +288,7 @@ def test_moment_loads_keep_clear_of_the_end_of_the_contour():
     contour = {"kind": "points", "points": np.column_stack([y, -(y**2) / 40]).tolist()}
     changes = {"lower": {"contour": contour}, "upper": {"contour": contour}, "patch": {"s": 2.0}}
     line = {"lines": [{"along": "x", "s": 2.0}]}
-    assert load_scene("geometry1", changes | line).moment_arm == pytest.approx(3.5, abs=0.1)
+    assert load_scene("geometry1", changes | line).settings.moment_arm == pytest.approx(3.5, abs=0.1)
     with pytest.raises(BadScene, match=r"moment_arm = 6: .* 1\.\d* mm beside .* 6 patch\.b = 1\.2 mm"):
         load_scene("geometry1", changes | line | {"moment_arm": 6.0})
 

@@ -57,7 +57,7 @@ def assert_honest(cases):
     """Of (error, estimate) pairs: every estimate bounds its error; 90 of 100 are below ten times it.
 
     Mesh errors change sign along a line: now and then one component comes out accurate by luck. By
-    reciprocity ij and ji then do so together: they count once.
+    reciprocity ij and ji then do so together: they count once. Of less than ten, one may.
     """
     above = []
     for error, estimate in cases:
@@ -65,7 +65,7 @@ def assert_honest(cases):
         too_large = estimate > 10 * error
         above.append((too_large | too_large.T)[np.triu_indices(len(error))])
         assert np.sqrt(np.mean(estimate**2)) < 10 * np.sqrt(np.mean(error**2))
-    assert np.mean(above) <= 0.1, np.array(above)
+    assert np.sum(above) <= np.ceil(0.1 * np.size(above)), np.array(above)
 
 
 @pytest.fixture(scope="session", params=[LOWER, UPPER], ids=["lower", "upper"])

@@ -11,6 +11,7 @@ from femic.harmonic.engine import build_section
 from femic.harmonic.expected import expected_wavenumbers
 from femic.meshing.cell_size import Cells
 from femic.models import Points
+from femic.solid import plan as solid_plan
 from femic.solid.request import SolidRequest
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
@@ -111,7 +112,7 @@ def solid(contour, half_length=30.0, cells=UNIFORM, directions=(2,)):
 def test_cells_of_one_size_fill_the_body(contour, share):
     """Half of a cylinder of radius 40 mm, 30 mm of it along +x; half of that where it is symmetric in y."""
     volume = share * np.pi * 40.0**2 / 2 * 30.0
-    cubes = plan._cubes(solid(contour))
+    cubes = solid_plan._cubes(solid(contour))
     assert cubes == pytest.approx(volume / 2.0**3, rel=0.05)  # of 40 000 random points
     assert SOLID.planned(solid(contour), 1).unknowns == round(4.2 * 5.4 * cubes)
 
@@ -125,7 +126,9 @@ def test_each_field_of_a_solid_is_solved():
 
 
 def test_smaller_cells_at_the_points_cost_more():
-    even, graded = (plan._cubes(solid(plane(), cells=cells)) for cells in (UNIFORM, Cells(2.0, 0.2, 0.2)))
+    even, graded = (
+        solid_plan._cubes(solid(plane(), cells=cells)) for cells in (UNIFORM, Cells(2.0, 0.2, 0.2))
+    )
     assert graded < even / 5
 
 
@@ -134,8 +137,8 @@ def test_points_cost_the_same_on_the_other_side_of_a_plane_of_symmetry(contour):
     asked = replace(
         solid(contour, cells=Cells(0.5, 0.3, 0.3)), points=Points(np.array([4.0]), np.array([7.0]))
     )
-    cubes = plan._cubes(asked)
+    cubes = solid_plan._cubes(asked)
     in_x = replace(asked, points=Points(np.array([-4.0]), np.array([7.0])))
     in_y = replace(asked, points=Points(np.array([4.0]), np.array([-7.0])))
-    assert plan._cubes(in_x) == pytest.approx(cubes, rel=1e-12)
-    assert (abs(plan._cubes(in_y) / cubes - 1) < 1e-12) == contour.symmetric
+    assert solid_plan._cubes(in_x) == pytest.approx(cubes, rel=1e-12)
+    assert (abs(solid_plan._cubes(in_y) / cubes - 1) < 1e-12) == contour.symmetric

@@ -111,7 +111,7 @@ def test_a_ring_is_solved_at_its_orders_only(radius):
 def test_a_response_that_is_never_smooth_is_refused_with_what_to_try():
     rng = np.random.default_rng(1)
     noise = Solver(lambda _: rng.normal(size=(2, 1)))
-    with pytest.raises(NotConverged, match=r"more than 1000 wavenumbers .* larger engine.tolerance"):
+    with pytest.raises(NotConverged, match=r"more than 1000 wavenumbers .* larger `tolerance`"):
         sampled(AXIS, noise, ODD, 0.2, 1e-9)
 
 

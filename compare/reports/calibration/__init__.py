@@ -1,1 +1,1 @@
-"""`femic calibrate` and `calibrate-map`: B-hat-prime fitted to C."""
+"""`femic calibrate` and `femic calibrate-map` fit B-hat-prime to C."""

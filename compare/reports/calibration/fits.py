@@ -1,8 +1,8 @@
-"""Effective properties of a scene fitted to its C: points, fits, the scene with them."""
+"""Fits effective properties of a scene to its C, and writes the scene with them."""
 
 import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -26,34 +26,34 @@ from femic.work.provenance import versions
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
-SHOWN = ("nn", "xn", "sn")  # components that the report shows, whatever is fitted
-DRAWN = ("A", "B", "Bhat")  # variants that it shows beside B-hat-prime
+REPORTED_COMPONENTS = ("nn", "xn", "sn")  # components that every report shows, whichever were fitted
+BESIDE_FIT = ("A", "B", "Bhat")  # variants that the report shows beside B-hat-prime
 
 
 @dataclass(frozen=True, eq=False)
 class Calibrated:
-    """A scene with fitted properties, its ICs with them, and what they were fitted to."""
+    """A scene with fitted properties, its results, the fits and the targets that they were fitted to."""
 
     scene: Scene  # with the fitted properties
-    results: Results  # of the scene, on the lines of the calibration, too
+    results: Results  # on the lines of the scene and of its calibration
     fits: Mapping[str, Fit]  # by body
-    targets: Mapping[str, Target]
+    targets: Mapping[str, Target]  # by body
 
 
 def calibrate(scene: Scene, means: Means = DEFAULT) -> Calibrated:
-    """Compute C at the points of the scene's calibration and on its lines, and fit to it.
+    """Compute C on the lines of the scene and of its calibration, and fit effective properties to it.
 
-    Raises BadScene where the calibration does not fit the scene, NotConverged as `compute`.
+    Raises BadScene if the calibration does not fit the scene, NotConverged as `compute` does.
     """
-    checked(scene)
-    asked = replace(
+    require_calibration(scene)
+    extended = replace(
         scene,
         lines=(*scene.lines, *scene.calibration.lines),
-        components=tuple(dict.fromkeys((*SHOWN, *scene.calibration.components))),
-        variants=("A",),  # the others follow when the fit is there
+        components=tuple(dict.fromkeys((*REPORTED_COMPONENTS, *scene.calibration.components))),
+        variants=("A",),  # the other variants are computed after the fit
         check=None,
     )
-    results = compute(asked, means)
+    results = compute(extended, means)
     means.watch.on_stage("  fitting")
     targets = {body: target_of(results, body) for body in scene.calibration.bodies}
     fits = {body: fit(target, scene.calibration.properties) for body, target in targets.items()}
@@ -61,31 +61,37 @@ def calibrate(scene: Scene, means: Means = DEFAULT) -> Calibrated:
     return Calibrated(replace(results.scene, lines=scene.lines), results, fits, targets)
 
 
-def checked(scene: Scene) -> Scene:
-    """The scene; raises BadScene, before any work, where its calibration cannot be done."""
+def require_calibration(scene: Scene) -> Scene:
+    """Return the scene; raises BadScene, before any computation, if it cannot be calibrated."""
     errors = list(calibration_misfits(scene))
     if not errors:
         shape = len(scene.calibration.components), sum(len(line.x) for line in scene.calibration.lines)
         try:
             for body in scene.calibration.bodies:
-                target_from(scene, _on_planes(scene, np.ones(shape), body), body)
+                target_from(scene, _a_on_planes(scene, np.ones(shape), body), body)
         except WrongInput as error:
             errors.append(f"calibration: {error}")
     require_none(scene.name, errors)
     return scene
 
 
-def _on_planes(scene: Scene, ics: Array, body: str) -> Array:
-    """ICs as given, but A on planes, where C is A: what vanishes is known before C is."""
-    bodies = scene.bodies.values()
-    bent = any(np.ptp(one.contour.inclination(np.linspace(*one.s_range, 99))) for one in bodies)
-    if bent or any(np.isfinite(one.rolling_radius) for one in bodies):
+def _a_on_planes(scene: Scene, ics: Array, body: str) -> Array:
+    """ICs (n_components, n) [mm/MPa] as given; if all bodies are planes, A instead, because C is A there.
+
+    Components that vanish are thus known before C is computed.
+    """
+    solid_bodies = scene.bodies.values()
+    bent = any(
+        np.ptp(solid_body.contour.inclination(np.linspace(*solid_body.s_range, 99)))
+        for solid_body in solid_bodies
+    )
+    if bent or any(np.isfinite(solid_body.rolling_radius) for solid_body in solid_bodies):
         return ics
     return target_from(scene, ics, body).by("A")
 
 
 def target_of(results: Results, body: str) -> Target:
-    """C of a body at the points of the scene's calibration, as something to fit to."""
+    """The target of a fit: C of a body and its estimate at the points of the scene's calibration."""
     scene = results.scene
     parts = [results.lines[line.name] for line in scene.calibration.lines]
     points = np.concatenate([np.arange(part.start, part.stop) for part in parts])
@@ -98,7 +104,7 @@ def target_of(results: Results, body: str) -> Target:
 
 
 def target_from(scene: Scene, ics: Array, body: str = "combined") -> Target:
-    """ICs (n_components, n) [mm/MPa] at the points of the scene's calibration, known exactly."""
+    """The target of a fit: ICs (n_components, n) [mm/MPa] at the calibration's points, known exactly."""
     calibration = scene.calibration
     solid = replace(solids(scene)[body], effective=None)
     if isinstance(solid, Pair):
@@ -109,20 +115,23 @@ def target_from(scene: Scene, ics: Array, body: str = "combined") -> Target:
 
 
 def _weights(x: Array, s: Array) -> Array:
-    """Points at even distances count alike per octave: squares of weights go like 1 / r; 1 at the nearest."""
+    """Weights (n,) [-] with which evenly spaced points count alike per octave of their distance.
+
+    Their squares go like 1 / r; the weight of the nearest point is 1.
+    """
     r = np.hypot(x, s)
     return np.asarray(np.sqrt(np.min(r) / r))
 
 
 def _with_fits(results: Results, scene: Scene, fits: Mapping[str, Fit]) -> Results:
-    """Results of the scene as it is with the fitted properties."""
-    found = {body: one.effective for body, one in fits.items()}
+    """The results of the scene with the fitted properties, approximations computed anew."""
+    effective = {body: body_fit.effective for body, body_fit in fits.items()}
     calibrated = replace(
         results.scene,
-        text=with_properties(scene, found, Path()),
-        effective={**{name: scene.effective[name] for name in _kept(scene, found)}, **found},
+        text=with_properties(scene, effective, Path()),
+        effective={**{name: scene.effective[name] for name in _kept(scene, effective)}, **effective},
         curvature_apart=scene.calibration.curvature_apart if "combined" in fits else scene.curvature_apart,
-        variants=tuple(dict.fromkeys((*scene.variants, *DRAWN, "Bhat_prime"))),
+        variants=tuple(dict.fromkeys((*scene.variants, *BESIDE_FIT, "Bhat_prime"))),
     )
     approximations, seconds = approximated(calibrated, results.points)
     return replace(
@@ -131,18 +140,21 @@ def _with_fits(results: Results, scene: Scene, fits: Mapping[str, Fit]) -> Resul
 
 
 def _kept(scene: Scene, fitted: Mapping[str, EffectiveProperties]) -> list[str]:
-    """Bodies whose given properties stay: those of both together would outweigh new ones of each."""
-    outdone = set(fitted) if "combined" in fitted else {*fitted, "combined"}
-    return [name for name in scene.effective if name not in outdone]
+    """The bodies whose given properties stay beside the fitted ones.
+
+    Properties of both bodies together take precedence over those of each body, and would hide new ones.
+    """
+    overruled = set(fitted) if "combined" in fitted else {*fitted, "combined"}
+    return [name for name in scene.effective if name not in overruled]
 
 
-def with_properties(scene: Scene, found: Mapping[str, EffectiveProperties], folder: Path) -> str:
-    """The text of a scene file with effective properties and B-hat-prime, to be written into a folder."""
+def with_properties(scene: Scene, effective: Mapping[str, EffectiveProperties], folder: Path) -> str:
+    """The text of the scene's file with effective properties and B-hat-prime, for a file in `folder`."""
     table = tomllib.loads(scene.text)
     listed = table.get("variants", SceneFile.model_fields["variants"].default)
     table["variants"] = list(dict.fromkeys((*listed, "Bhat_prime")))
-    given = {name: table["effective"][name] for name in _kept(scene, found)}
-    for body, properties in found.items():
+    given = {name: table["effective"][name] for name in _kept(scene, effective)}
+    for body, properties in effective.items():
         given[body] = properties_table(scene, body, properties)
     for name, file in scene.files.items():
         path = file.resolve()
@@ -154,7 +166,7 @@ def with_properties(scene: Scene, found: Mapping[str, EffectiveProperties], fold
 
 
 def properties_table(scene: Scene, body: str, properties: EffectiveProperties) -> dict[str, Any]:
-    """A table [effective.BODY] of a scene file."""
+    """The table [effective.BODY] of a scene file."""
     table: dict[str, Any] = {}
     if body == "combined" and scene.calibration.curvature_apart:
         table["curvature"] = "apart"
@@ -167,44 +179,14 @@ def properties_table(scene: Scene, body: str, properties: EffectiveProperties) -
 
 
 def to_dataset(calibrated: Calibrated) -> xr.Dataset:
-    """The fits with their covariance and residual, and the points, weights and ICs that they are fits of."""
+    """The fits with covariances and residuals, and the points, weights and ICs [mm/N] that were fitted."""
     scene, bodies = calibrated.scene, list(calibrated.fits)
     first = calibrated.targets[bodies[0]]
     names = [parameter.name for parameter in calibrated.fits[bodies[0]].parameters]
-    per_body = ("body", "parameter")
-    fits, targets = list(calibrated.fits.values()), list(calibrated.targets.values())
-    ic = ("body", "component", "point")
-    area = scene.patch.area
     return xr.Dataset(
-        {
-            "value": (
-                per_body,
-                [[p.value for p in one.parameters] for one in fits],
-                {"units": "r_inf: mm, G: MPa"},
-            ),
-            "covariance": (("body", "parameter", "parameter_"), np.stack([_full(one) for one in fits])),
-            "note": (per_body, [[p.note for p in one.parameters] for one in fits]),
-            "rms": (
-                ("body", "component"),
-                np.stack([one.rms for one in fits]),
-                {"meaning": "share of max |C|"},
-            ),
-            "worst": (("body", "component"), np.stack([one.worst for one in fits]), {"meaning": "likewise"}),
-            "c": (ic, np.stack([one.ics for one in targets]) / area, {"units": "mm/N"}),
-            "estimate": (ic, np.stack([one.error for one in targets]) / area, {"units": "mm/N"}),
-            "fitted": (
-                ic,
-                np.stack(
-                    [
-                        target.of(calibrated.fits[body].effective)
-                        for body, target in calibrated.targets.items()
-                    ]
-                )
-                / area,
-                {"units": "mm/N"},
-            ),
-            "weight": ("point", first.weights),
-        },
+        _fit_variables(list(calibrated.fits.values()))
+        | _target_variables(calibrated)
+        | {"weight": ("point", first.weights)},
         coords={
             "body": bodies,
             "component": list(first.components),
@@ -223,9 +205,37 @@ def to_dataset(calibrated: Calibrated) -> xr.Dataset:
     )
 
 
-def _full(found: Fit) -> Array:
-    """Covariance of all parameters, NaN where they were not fitted."""
-    fitted = [k for k, parameter in enumerate(found.parameters) if parameter.deviation is not None]
-    full = np.full((len(found.parameters),) * 2, np.nan)
-    full[np.ix_(fitted, fitted)] = found.covariance
+def _fit_variables(fits: Sequence[Fit]) -> dict[str, tuple[Any, ...]]:
+    """Parameters of the fits of all bodies, their covariance, and the residuals as shares of max |C|."""
+    of_parameters, share = ("body", "parameter"), {"meaning": "share of max |C|"}
+    return {
+        "value": (
+            of_parameters,
+            [[parameter.value for parameter in fit.parameters] for fit in fits],
+            {"units": "r_inf: mm, G: MPa"},
+        ),
+        "note": (of_parameters, [[parameter.note for parameter in fit.parameters] for fit in fits]),
+        "covariance": ((*of_parameters, "parameter_"), np.stack([_full_covariance(fit) for fit in fits])),
+        "rms": (("body", "component"), np.stack([fit.rms for fit in fits]), share),
+        "worst": (("body", "component"), np.stack([fit.worst for fit in fits]), share),
+    }
+
+
+def _target_variables(calibrated: Calibrated) -> dict[str, tuple[Any, ...]]:
+    """C at the points that were fitted, its estimate, and what the fits make of it [mm/N]."""
+    dims, units, area = ("body", "component", "point"), {"units": "mm/N"}, calibrated.scene.patch.area
+    targets = calibrated.targets
+    ics = {
+        "c": [target.ics for target in targets.values()],
+        "estimate": [target.error for target in targets.values()],
+        "fitted": [target.of(calibrated.fits[body].effective) for body, target in targets.items()],
+    }
+    return {name: (dims, np.stack(of_bodies) / area, units) for name, of_bodies in ics.items()}
+
+
+def _full_covariance(body_fit: Fit) -> Array:
+    """The covariance of all parameters (n_parameters, n_parameters), NaN for those that were not fitted."""
+    fitted = [k for k, parameter in enumerate(body_fit.parameters) if parameter.deviation is not None]
+    full = np.full((len(body_fit.parameters),) * 2, np.nan)
+    full[np.ix_(fitted, fitted)] = body_fit.covariance
     return full

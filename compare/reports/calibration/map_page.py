@@ -1,4 +1,4 @@
-"""`femic calibrate-map`: the map as a file, a figure, and a table of what it is worth."""
+"""`femic calibrate-map` writes the map as a file and a figure, and shows a table of its residuals."""
 
 from pathlib import Path
 
@@ -29,13 +29,13 @@ def write_map(dataset: xr.Dataset, folder: Path) -> Path:
 
 
 def figure(dataset: xr.Dataset) -> Figure:
-    """The first fitted property at the nodes, and the residuals on the geometries left out."""
+    """Draw the first fitted property at the nodes, and the residuals on the geometries left out."""
     with mpl.rc_context(RC):
-        drawn = Figure(figsize=(11, 4.4), layout="constrained")
-        fits, residuals = drawn.subplots(1, 2)
+        canvas = Figure(figsize=(11, 4.4), layout="constrained")
+        fits, residuals = canvas.subplots(1, 2)
         _draw_fits(fits, dataset)
         _draw_residuals(residuals, dataset)
-        return drawn
+        return canvas
 
 
 def _draw_fits(axes: Axes, dataset: xr.Dataset) -> None:
@@ -56,8 +56,8 @@ def _draw_fits(axes: Axes, dataset: xr.Dataset) -> None:
 
 def _draw_residuals(axes: Axes, dataset: xr.Dataset) -> None:
     for by, (colour, marker, label) in BY.items():
-        found = dataset.residual.sel(by=by, measure="rms").values
-        axes.semilogy(np.arange(len(found)), 100 * found, marker, color=colour, mfc="none", label=label)
+        rms = dataset.residual.sel(by=by, measure="rms").values
+        axes.semilogy(np.arange(len(rms)), 100 * rms, marker, color=colour, mfc="none", label=label)
     names = [f"{f:g}°\n{r:.4g}" for f, r in _left_out(dataset)]
     axes.set_xticks(np.arange(len(names)), names, fontsize=6)
     axes.set(
@@ -69,14 +69,16 @@ def _draw_residuals(axes: Axes, dataset: xr.Dataset) -> None:
 
 
 def table(dataset: xr.Dataset) -> Table:
-    """Residuals on the geometries left out."""
-    shown = Table(title="Geometries left out of the map: deviation from C, shares of max |C|, rms (worst)")
+    """The table of residuals on the geometries left out, as shares of max |C|."""
+    residuals = Table(
+        title="Geometries left out of the map: deviation from C, shares of max |C|, rms (worst)"
+    )
     for heading in ("flank [deg]", "ratio", *(label for *_, label in BY.values())):
-        shown.add_column(heading, justify="right")
+        residuals.add_column(heading, justify="right")
     for k, (flank, ratio) in enumerate(_left_out(dataset)):
         cells = [dataset.residual.isel(left_out=k).sel(by=by).values for by in BY]
-        shown.add_row(f"{flank:g}", f"{ratio:.4g}", *(f"{rms:.1%} ({worst:.0%})" for rms, worst in cells))
-    return shown
+        residuals.add_row(f"{flank:g}", f"{ratio:.4g}", *(f"{rms:.1%} ({worst:.0%})" for rms, worst in cells))
+    return residuals
 
 
 def _left_out(dataset: xr.Dataset) -> list[tuple[float, float]]:

@@ -1,4 +1,4 @@
-"""A map of fits: B-hat-prime of circular arcs with flanks, over flank inclination and radius ratio."""
+"""A map of fits of B-hat-prime to circular arcs with flanks, over flank inclination and radius ratio."""
 
 import tomllib
 from collections.abc import Sequence
@@ -19,15 +19,19 @@ from geometries.errors import WrongInput
 
 Node = tuple[float, float]  # flank inclination [deg], radius of the upper arc over that of the lower
 
-MOST = 40  # scenes
+MOST_GEOMETRIES = 40  # of a map, with those left out
 STEEPEST = 85.0  # degrees
-SMOOTH = 4  # nodes of an axis from which on interpolation is cubic
-TRIED = ("map", "fit", "Bhat")  # on geometries left out: interpolated, their own fit, none
+SMOOTH = 4  # number of nodes per axis from which on interpolation is cubic
+TRIED = ("map", "fit", "Bhat")  # compared on the geometries left out: fit from the map, own fit, no fit
 
 
 @dataclass(frozen=True)
 class Axes:
-    """Flank inclinations [deg] and radius ratios of a map, each growing. Raises WrongInput."""
+    """Flank inclinations [deg] and radius ratios of a map, each growing.
+
+    Raises WrongInput if one of them is too short, does not grow or is out of its limits, or if the map has
+    more than `MOST_GEOMETRIES`.
+    """
 
     flanks: tuple[float, ...]
     ratios: tuple[float, ...]
@@ -40,39 +44,42 @@ class Axes:
             if not (growing and low <= values[0] and values[-1] <= high and np.isfinite(values[-1])):
                 raise WrongInput(f"{name} = {values}: two or more, growing, within {low:g} ... {high:g}")
         total = len(self.nodes) + len(self.left_out)
-        if total > MOST:
+        if total > MOST_GEOMETRIES:
             raise WrongInput(
-                f"flanks, ratios: {total} scenes with those left out; at most {MOST}: give fewer"
+                f"flanks, ratios: {total} scenes with those left out; at most {MOST_GEOMETRIES}: give fewer"
             )
 
     @property
     def nodes(self) -> list[Node]:
-        """What the map is made of, ratios running fastest."""
+        """The geometries whose fits make up the map, with ratios running fastest."""
         return list(product(self.flanks, self.ratios))
 
     @property
     def left_out(self) -> list[Node]:
-        """What it is tried on: the middle of every cell."""
+        """The geometries on which the map is tried: the middle of every cell."""
         cells = product(pairwise(self.flanks), pairwise(self.ratios))
         return [((a + b) / 2, (c + d) / 2) for (a, b), (c, d) in cells]
 
 
 def compute_map(base: str, axes: Axes, means: Means = DEFAULT) -> xr.Dataset:
-    """Fits at the nodes, and how well B-hat-prime interpolated from them does on the geometries left out.
+    """Compute the fits at the nodes, and the residuals of fits from the map on the geometries left out.
 
     `base` is a scene: its materials, patch, rolling radius and calibration are those of all nodes, its
-    reference length the radius of the lower arc. Raises as `compare.reports.calibration.fits.calibrate`.
+    reference length is the radius of the lower arc. Raises as
+    `compare.reports.calibration.fits.calibrate` does.
     """
     scene = load_scene(base)
 
-    def at(node: Node) -> Calibrated:
+    def calibrated_at(node: Node) -> Calibrated:
         means.watch.on_stage(f"  flanks {node[0]:g} degrees, radius ratio {node[1]:g}")
         return calibrate(scene_at(scene.text, scene.reference_length, node), means)
 
-    dataset = _of_nodes(scene, axes, [at(node) for node in axes.nodes])
-    tried = [_tried(dataset, node, at(node)) for node in axes.left_out]
+    dataset = _node_dataset(scene, axes, [calibrated_at(node) for node in axes.nodes])
+    residuals = [_residuals(dataset, node, calibrated_at(node)) for node in axes.left_out]
     meaning = {"units": "1", "meaning": "deviation of B-hat-prime from C, share of max |C| of the points"}
-    return dataset.assign(residual=(("left_out", "by", "measure"), np.array(tried), meaning)).assign_coords(
+    return dataset.assign(
+        residual=(("left_out", "by", "measure"), np.array(residuals), meaning)
+    ).assign_coords(
         left_out_flank=("left_out", [node[0] for node in axes.left_out], {"units": "deg"}),
         left_out_ratio=("left_out", [node[1] for node in axes.left_out]),
         by=list(TRIED),
@@ -81,7 +88,10 @@ def compute_map(base: str, axes: Axes, means: Means = DEFAULT) -> xr.Dataset:
 
 
 def scene_at(text: str, radius: float, node: Node) -> Scene:
-    """The scene of a text with the arcs of a node, the lower one of a radius [mm], both bodies together."""
+    """The scene of a text with the arcs of a node; `radius` [mm] is that of the lower arc.
+
+    It compares and calibrates both bodies together.
+    """
     table, (flank, ratio) = tomllib.loads(text), node
     for body, factor in (("lower", 1.0), ("upper", ratio)):
         arc = {"kind": "arc", "radius": radius * factor, "flank_inclination_deg": flank}
@@ -91,20 +101,25 @@ def scene_at(text: str, radius: float, node: Node) -> Scene:
     return scene_from_table(table | {"bodies": ["combined"]}, f"flank {flank:g}, ratio {ratio:g}")
 
 
-def _of_nodes(scene: Scene, axes: Axes, found: Sequence[Calibrated]) -> xr.Dataset:
-    """C at the points of the calibration, fits and their residuals at the nodes."""
-    targets, fits = [one.targets["combined"] for one in found], [one.fits["combined"] for one in found]
-    over, shape = ("flank", "ratio"), (len(axes.flanks), len(axes.ratios), -1)
-    c = [_unit(one.scene) * target.ics for one, target in zip(found, targets, strict=True)]
+def _node_dataset(scene: Scene, axes: Axes, calibrations: Sequence[Calibrated]) -> xr.Dataset:
+    """C at the points of the calibration [-], the fits and their residuals, at all nodes."""
+    targets, fits = (
+        [calibrated.targets["combined"] for calibrated in calibrations],
+        [calibrated.fits["combined"] for calibrated in calibrations],
+    )
+    dims, shape = ("flank", "ratio"), (len(axes.flanks), len(axes.ratios), -1)
+    c = [
+        _unit(calibrated.scene) * target.ics for calibrated, target in zip(calibrations, targets, strict=True)
+    ]
     return xr.Dataset(
         {
-            "c": ((*over, "component", "point"), np.reshape(c, (*shape[:2], *c[0].shape)), {"units": "1"}),
+            "c": ((*dims, "component", "point"), np.reshape(c, (*shape[:2], *c[0].shape)), {"units": "1"}),
             "value": (
-                (*over, "parameter"),
-                np.reshape([[p.value for p in f.parameters] for f in fits], shape),
+                (*dims, "parameter"),
+                np.reshape([[p.value for p in node_fit.parameters] for node_fit in fits], shape),
             ),
-            "rms": ((*over, "component"), np.reshape([f.rms for f in fits], shape)),
-            "worst": ((*over, "component"), np.reshape([f.worst for f in fits], shape)),
+            "rms": ((*dims, "component"), np.reshape([node_fit.rms for node_fit in fits], shape)),
+            "worst": ((*dims, "component"), np.reshape([node_fit.worst for node_fit in fits], shape)),
         },
         coords={
             "flank": ("flank", list(axes.flanks), {"units": "deg"}),
@@ -123,16 +138,16 @@ def _of_nodes(scene: Scene, axes: Axes, found: Sequence[Calibrated]) -> xr.Datas
 
 
 def _unit(scene: Scene) -> float:
-    """Makes ICs per unit pressure dimensionless [MPa/mm]."""
+    """The factor that makes ICs per unit pressure dimensionless [MPa/mm]."""
     return scene.reference_E * scene.reference_length / scene.patch.area
 
 
 def fit_at(dataset: xr.Dataset, flank: float, ratio: float) -> Fit:
     """The fit of B-hat-prime to C interpolated between the nodes, for the patch and materials of the map.
 
-    Cubic in the inclination and the inverse ratio, linear in both where one has fewer than four nodes. r_inf
-    is in mm for the map's `reference_length`: other sizes with the same proportions have it in proportion.
-    Raises WrongInput outside the map.
+    The interpolation is cubic in the inclination and the inverse ratio, and linear in both if one has fewer
+    than four nodes. r_inf is in mm for the map's `reference_length`; for other sizes with the same
+    proportions it is in proportion. Raises WrongInput outside the map.
     """
     flanks, ratios = dataset.flank.values, dataset.ratio.values
     if not (flanks[0] <= flank <= flanks[-1] and ratios[0] <= ratio <= ratios[-1]):
@@ -142,14 +157,18 @@ def fit_at(dataset: xr.Dataset, flank: float, ratio: float) -> Fit:
         )
     scene = scene_at(dataset.attrs["scene"], dataset.attrs["reference_length"], (flank, ratio))
     method = "cubic" if min(len(flanks), len(ratios)) >= SMOOTH else "linear"
-    between = RegularGridInterpolator((flanks, -1 / ratios), dataset.c.values, method=method)
-    ics = between((flank, -1 / ratio)) / _unit(scene)
+    interpolated = RegularGridInterpolator((flanks, -1 / ratios), dataset.c.values, method=method)
+    ics = interpolated((flank, -1 / ratio)) / _unit(scene)
     return fit(target_from(scene, ics), scene.calibration.properties)
 
 
-def _tried(dataset: xr.Dataset, node: Node, found: Calibrated) -> list[list[float]]:
-    """Residuals on one geometry, rms and worst: by the map, by its own fit, by B-hat."""
-    target, own = found.targets["combined"], found.fits["combined"]
-    tried = (target.of(fit_at(dataset, *node).effective), target.of(own.effective), target.by("Bhat"))
-    offs = [np.abs(ics - target.ics) / target.scales for ics in tried]
-    return [[float(np.sqrt(np.mean(off**2))), float(np.max(off))] for off in offs]
+def _residuals(dataset: xr.Dataset, node: Node, calibrated: Calibrated) -> list[list[float]]:
+    """Residuals (rms, worst) [-] on one geometry: of the fit from the map, of its own fit, and of B-hat."""
+    target, own_fit = calibrated.targets["combined"], calibrated.fits["combined"]
+    approximations = (
+        target.of(fit_at(dataset, *node).effective),
+        target.of(own_fit.effective),
+        target.by("Bhat"),
+    )
+    deviations = [np.abs(ics - target.ics) / target.scales for ics in approximations]
+    return [[float(np.sqrt(np.mean(deviation**2))), float(np.max(deviation))] for deviation in deviations]

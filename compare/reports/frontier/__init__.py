@@ -1,1 +1,1 @@
-"""`femic frontier` and `femic advise`: speed against accuracy."""
+"""`femic frontier` and `femic advise` compare the speed and the accuracy of ways to compute ICs."""

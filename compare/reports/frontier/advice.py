@@ -1,4 +1,4 @@
-"""The cheapest ICs that are good enough for a tolerance, with the evidence."""
+"""Advice on the cheapest ICs that meet a tolerance, with the evidence for it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,60 +7,60 @@ import numpy as np
 import xarray as xr
 
 from compare.reports.frontier import ways
-from compare.reports.frontier.trade import Asked, compute_frontier, known_errors
+from compare.reports.frontier.trade import FrontierRequest, compute_frontier, known_errors
 from femic.means import DEFAULT, Means
 from geometries.errors import Failure, WrongInput
 
-ALIKE = 3.0  # times as many seconds as the fastest are as cheap: what a clock can tell of approximations
-TIGHTER = 10.0  # C where that does not say whether a component vanishes
-FINER = 4  # times tighter than the tolerance is the C against which errors are measured
+AS_CHEAP = 3.0  # times the fastest way's seconds: faster ways count as equally cheap, as clocks vary
+RETRY_FACTOR = 10.0  # times tighter is the next C, if one leaves open whether a component vanishes
+REFERENCE_FACTOR = 4  # how many times tighter than the tolerance the reference C is
 
 
 @dataclass(frozen=True)
 class Advice:
-    """A way to ICs that meets a tolerance."""
+    """A way to ICs that meets a tolerance, with its error and seconds."""
 
     way: str
     label: str
-    error: float  # at most, worst of the components
+    error: float  # upper bound, of the worst component
     seconds: float
-    component: str  # the worst
-    vanishes: bool  # C of this component does: the error is a share of 0.05 max |C_nn|
+    component: str  # the worst one
+    vanishes: bool  # whether this component vanishes in C: the error is then a share of 0.05 max |C_nn|
     body: str
     tolerance: float
 
 
 def advise(dataset: xr.Dataset, tolerance: float, components: Sequence[str], body: str) -> Advice:
-    """The cheapest way of a frontier whose errors, with those of the reference, meet the tolerance.
+    """The cheapest way of a frontier whose errors, plus those of the reference, meet the tolerance.
 
-    Among ways that are as cheap (`ALIKE`) it is the closest. Raises WrongInput for components or bodies that
-    the frontier does not have, Failure where no way is good enough.
+    Among ways that are equally cheap (`AS_CHEAP`) it is the most accurate one. Raises WrongInput for
+    components or bodies that the frontier does not have, Failure if no way meets the tolerance.
     """
-    for name, asked in (("component", components), ("body", [body])):
-        unknown = [one for one in asked if one not in dataset[name].values]
+    for dimension, names in (("component", components), ("body", [body])):
+        unknown = [name for name in names if name not in dataset[dimension].values]
         if unknown:
             raise WrongInput(
-                f"{name} = {', '.join(unknown)}: the scene has {', '.join(dataset[name].values)}"
+                f"{dimension} = {', '.join(unknown)}: the scene has {', '.join(dataset[dimension].values)}"
             )
     errors = known_errors(dataset, body).sel(component=list(components))
     worst = errors.max("component")
     seconds = dataset.seconds.sel(body=body)
-    enough = worst.way.values[(worst <= tolerance).values]
-    if not enough.size:
+    good_enough = worst.way.values[(worst <= tolerance).values]
+    if not good_enough.size:
         best = str(worst.way.values[int(np.nanargmin(worst.values))])
         raise Failure(
             f"no way meets {tolerance:g}: the best, {best}, is known to {float(worst.min()):.2g}; ask for "
             "less, or for fewer components"
         )
-    fastest = float(seconds.sel(way=enough).min())
-    cheap = [one for one in enough if float(seconds.sel(way=one)) <= ALIKE * fastest]
-    way = min(cheap, key=lambda one: float(worst.sel(way=one)))
-    of_way = errors.sel(way=way)
-    component = str(of_way.component.values[int(np.argmax(of_way.values))])
+    fastest = float(seconds.sel(way=good_enough).min())
+    cheap = [name for name in good_enough if float(seconds.sel(way=name)) <= AS_CHEAP * fastest]
+    way = min(cheap, key=lambda name: float(worst.sel(way=name)))
+    way_errors = errors.sel(way=way)
+    component = str(way_errors.component.values[int(np.argmax(way_errors.values))])
     return Advice(
         str(way),
         str(dataset.label.sel(way=way).item()),
-        float(of_way.max()),
+        float(way_errors.max()),
         float(seconds.sel(way=way)),
         component,
         bool(dataset.vanishes.sel(body=body, component=component)),
@@ -71,42 +71,47 @@ def advise(dataset: xr.Dataset, tolerance: float, components: Sequence[str], bod
 
 def told(advice: Advice) -> str:
     """The advice as a sentence."""
-    of_what = "; it vanishes in C, so that is a share of 0.05 C_nn" if advice.vanishes else ""
+    share_note = "; it vanishes in C, so that is a share of 0.05 C_nn" if advice.vanishes else ""
     return (
         f"Use {advice.label}: {advice.body} ICs to {advice.error:.2%} of a component (worst: "
-        f"{advice.component}{of_what}), {advice.tolerance:.2%} asked for."
+        f"{advice.component}{share_note}), {advice.tolerance:.2%} asked for."
     )
 
 
 @dataclass(frozen=True)
 class Question:
-    """Of which body, in which components, and how accurately ICs are to be chosen."""
+    """The body and the components whose ICs are to be chosen, and the tolerance of their errors [-]."""
 
     body: str
     components: tuple[str, ...]
     tolerance: float
 
 
-def tried_for(base: str, question: Question, means: Means = DEFAULT) -> tuple[Asked, xr.Dataset]:
-    """What an advice rests on: the ways that were tried, and their frontier.
+def tried_for(base: str, question: Question, means: Means = DEFAULT) -> tuple[FrontierRequest, xr.Dataset]:
+    """The request that answers a question, and the frontier that was computed for it.
 
-    Where a component vanishes in C, but not by symmetry, a tighter C is tried: it may just be small, and
-    then its errors are shares of itself.
+    If a component vanishes in C, but not by symmetry, a tighter C is tried: the component may only be small,
+    and its errors would then be shares of itself.
     """
     tolerance, body, components = question.tolerance, question.body, list(question.components)
     while True:
-        asked = asked_for(tolerance, components, body)
-        found = compute_frontier(base, asked, means)
-        of_asked = found.sel(body=body, component=[one for one in components if one in found.component])
-        undecided = bool(np.any(of_asked.vanishes & ~of_asked.by_symmetry))
-        if not undecided or tolerance / FINER <= ways.TIGHTEST:
-            return asked, found
-        tolerance /= TIGHTER
+        request = asked_for(tolerance, components, body)
+        frontier = compute_frontier(base, request, means)
+        of_question = frontier.sel(
+            body=body, component=[component for component in components if component in frontier.component]
+        )
+        undecided = bool(np.any(of_question.vanishes & ~of_question.by_symmetry))
+        if not undecided or tolerance / REFERENCE_FACTOR <= ways.TIGHTEST_HARMONIC:
+            return request, frontier
+        tolerance /= RETRY_FACTOR
 
 
-def asked_for(tolerance: float, components: Sequence[str], body: str) -> Asked:
-    """What has to be tried: the approximations, and C accurate enough to judge them by; of one body only."""
+def asked_for(tolerance: float, components: Sequence[str], body: str) -> FrontierRequest:
+    """The request for the approximations of one body and a C that is accurate enough to judge them.
+
+    Raises WrongInput unless the tolerance is between 0 and 1.
+    """
     if not 0 < tolerance <= 1:
         raise WrongInput(f"--tolerance {tolerance:g}: between 0 and 1")
     changes = {"components": list(components), "bodies": [body]}
-    return Asked(tuple(ways.harmonic(tolerance / FINER)), changes=changes)
+    return FrontierRequest(tuple(ways.harmonic(tolerance / REFERENCE_FACTOR)), changes=changes)

@@ -1,4 +1,4 @@
-"""Which ICs a scene uses: those that it names, or the cheapest that are good enough."""
+"""The choice of the ICs that a scene uses: those that it names, or the cheapest that meet its tolerance."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,7 +13,10 @@ AUTO, C = "auto", "C"
 
 @dataclass(frozen=True)
 class Choice:
-    """ICs by name, C or an approximation, keys of the table `engine` for that C, and why (None: named)."""
+    """Chosen ICs: C or the name of an approximation, and keys of the table `engine` for that C.
+
+    `advice` says why they were chosen; it is None if the scene names them.
+    """
 
     ics: str
     engine: Mapping[str, Any] = field(default_factory=dict)
@@ -21,23 +24,23 @@ class Choice:
 
     @property
     def told(self) -> str:
-        """What was chosen, and what that was judged by."""
+        """A sentence on what was chosen and how it was judged; empty if the scene names its ICs."""
         return f"{told(self.advice)} Judged on the scene's lines, at its patch." if self.advice else ""
 
 
 def question_of(scene: Scene) -> Question:
-    """All that a scene compares of its first body."""
+    """The question for all components that a scene compares, of the first of its bodies."""
     return Question(scene.compared[0], scene.components, scene.ics_tolerance)
 
 
 def choose(base: str, question: Question, means: Means = DEFAULT) -> Choice:
     """The ICs that `femic advise` would name, judged on the lines and at the patch of a scene.
 
-    Raises Failure where nothing is good enough.
+    Raises Failure if no way meets the tolerance.
     """
-    asked, found = tried_for(base, question, means)
-    advice = advise(found, question.tolerance, question.components, question.body)
-    settings = {way.name: way.engine for way in asked.ways}
+    request, frontier = tried_for(base, question, means)
+    advice = advise(frontier, question.tolerance, question.components, question.body)
+    settings = {way.name: way.engine for way in request.ways}
     if advice.way not in settings:
         return Choice(advice.way, advice=advice)
-    return Choice(C, asked.engine(base, settings[advice.way]), advice)
+    return Choice(C, request.engine(base, settings[advice.way]), advice)

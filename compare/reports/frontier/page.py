@@ -1,4 +1,4 @@
-"""`femic frontier`: errors against seconds, as file, figures and report; the evidence of `femic advise`."""
+"""Writes the file, figures and report of `femic frontier`, and the evidence table of `femic advise`."""
 
 import json
 from collections.abc import Iterator
@@ -20,15 +20,15 @@ from compare.results.dataset import write
 from geometries.arrays import Array, Indices
 
 KINDS = {"approximation": ("tab:blue", "o"), "harmonic": ("black", "s"), "solid": ("tab:red", "^")}
-LEAST = 1e-6  # error that is drawn: less vanishes by symmetry
+LEAST_ERROR_DRAWN = 1e-6  # smaller errors vanish by symmetry and are drawn here
 
 
 def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
     """Write `frontier.nc`, the figures and `frontier.html`; returns the path of the report."""
-    at = folders.made(folder / "figures")
+    figures_folder = folders.made(folder / "figures")
     write(dataset, folder / "frontier.nc")
     bodies = [str(body) for body in dataset.body.values]
-    drawn = [save(figure(dataset, body), at / f"frontier_{body}.png") for body in bodies]
+    figure_paths = [save(figure(dataset, body), figures_folder / f"frontier_{body}.png") for body in bodies]
     path = folder / "frontier.html"
     path.write_text(
         rendered(
@@ -40,7 +40,7 @@ def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
             best=dataset.attrs["best"],
             points=dataset.attrs["points"],
             skipped=json.loads(dataset.attrs["skipped"]),
-            figures=[embedded(one) for one in drawn],
+            figures=[embedded(figure_path) for figure_path in figure_paths],
             text=dataset.attrs["scene"],
         ),
         encoding="utf-8",
@@ -49,7 +49,7 @@ def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """One paragraph, computed: the ways of the front that are worst in no component, of the first body."""
+    """One paragraph, computed: the front of the first body's ways, by their worst components."""
     body = str(dataset.body.values[0])
     worst, seconds = told_apart(dataset, body).max("component"), dataset.seconds.sel(body=body)
     chosen = front(seconds.values, worst.values)
@@ -73,29 +73,29 @@ def _time(seconds: float) -> str:
 
 
 def figure(dataset: xr.Dataset, body: str) -> Figure:
-    """Error of each component against seconds: the front is a line, the best C's own estimate dashed."""
+    """Draw the error of each component against seconds, with the front and the best C's estimate as lines."""
     components = [str(component) for component in dataset.component.values]
     columns = min(3, len(components))
     rows = -(-len(components) // columns)
     with mpl.rc_context(RC):
-        drawn = Figure(figsize=(4.4 * columns, 3.4 * rows + 0.5), layout="constrained")
-        grid = drawn.subplots(rows, columns, squeeze=False, sharex=True).ravel()
+        canvas = Figure(figsize=(4.4 * columns, 3.4 * rows + 0.5), layout="constrained")
+        grid = canvas.subplots(rows, columns, squeeze=False, sharex=True).ravel()
         errors = told_apart(dataset, body)
         for axes, component in zip(grid, components, strict=False):
             _draw(axes, dataset.sel(body=body, component=component), errors.sel(component=component).values)
-            gone = bool(dataset.vanishes.sel(body=body, component=component))
-            axes.set_title(f"{body} {component}" + (", vanishes: share of 0.05 C_nn" if gone else ""))
+            vanishes = bool(dataset.vanishes.sel(body=body, component=component))
+            axes.set_title(f"{body} {component}" + (", vanishes: share of 0.05 C_nn" if vanishes else ""))
         for axes in grid[-columns:]:
             axes.set_xlabel(f"seconds for {dataset.attrs['points']} points  [s]")
         for axes in grid[len(components) :]:
             axes.remove()
-        drawn.supylabel("error, share of the component itself  [-]")
-        drawn.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-        return drawn
+        canvas.supylabel("error, share of the component itself  [-]")
+        canvas.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
+        return canvas
 
 
-def _draw(axes: Axes, dataset: xr.Dataset, at_least: Array) -> None:
-    seconds, errors = dataset.seconds.values, np.maximum(at_least, LEAST)
+def _draw(axes: Axes, dataset: xr.Dataset, errors_of_ways: Array) -> None:
+    seconds, errors = dataset.seconds.values, np.maximum(errors_of_ways, LEAST_ERROR_DRAWN)
     for kind, (colour, marker) in KINDS.items():
         of_kind = dataset.kind.values == kind
         if np.any(of_kind):
@@ -103,24 +103,24 @@ def _draw(axes: Axes, dataset: xr.Dataset, at_least: Array) -> None:
     chosen = np.flatnonzero(front(seconds, errors))
     order = chosen[np.argsort(seconds[chosen])]
     axes.loglog(seconds[order], errors[order], color="grey", linewidth=1, zorder=1, label="front")
-    floor = max(float(dataset.estimate.sel(way=dataset.attrs["best"])), LEAST)
+    floor = max(float(dataset.estimate.sel(way=dataset.attrs["best"])), LEAST_ERROR_DRAWN)
     axes.axhline(floor, color="grey", linestyle=":", label="estimate of the best C")
-    for k, (at, label) in enumerate(_labels(dataset, order, errors).items()):
+    for k, (point, label) in enumerate(_labels(dataset, order, errors).items()):
         beside = (4, 3) if k % 2 == 0 else (4, -9)
-        axes.annotate(label, at, fontsize=7, xytext=beside, textcoords="offset points")
+        axes.annotate(label, point, fontsize=7, xytext=beside, textcoords="offset points")
     axes.margins(x=0.12)
 
 
 def _labels(dataset: xr.Dataset, ways: Indices, errors: Array) -> dict[tuple[float, float], str]:
-    """Labels of some ways at (seconds, error): those of one point together."""
-    found: dict[tuple[float, float], str] = {}
+    """The labels of ways by their point (seconds, error); ways at the same point share a label."""
+    labels: dict[tuple[float, float], str] = {}
     for k in ways:
-        at, label = (
+        point, label = (
             (float(dataset.seconds.values[k]), float(errors[k])),
             str(dataset.label.values[k]).removeprefix("C, harmonic "),
         )
-        found[at] = f"{found[at]}, {label}" if at in found else label
-    return found
+        labels[point] = f"{labels[point]}, {label}" if point in labels else label
+    return labels
 
 
 def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:
@@ -146,28 +146,32 @@ def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:
         }
 
 
-def _cell(at: xr.Dataset, best: bool, mark: str) -> Cell:
+def _cell(way_errors: xr.Dataset, best: bool, mark: str) -> Cell:
     made = known_cell if best else error_cell
-    return made(at.error.item(), at.weight.item(), vanishes=bool(at.vanishes), mark=mark)
+    return made(
+        way_errors.error.item(), way_errors.weight.item(), vanishes=bool(way_errors.vanishes), mark=mark
+    )
 
 
 def evidence(dataset: xr.Dataset, advice: Advice, components: list[str], body: str) -> Table:
-    """What the advice rests on: what the error of each way is at most, and its seconds."""
-    gone = dataset.vanishes.sel(body=body, component=components).values
-    shown = Table(
+    """The table that the advice rests on: the upper bounds of each way's errors, and its seconds."""
+    vanishing = dataset.vanishes.sel(body=body, component=components).values
+    rows = Table(
         title=f"{body}: error at most, share of the component itself (measured, and the estimate of "
         f"{dataset.attrs['best']})",
-        caption="†: vanishes in C; share of 0.05 C_nn" if np.any(gone) else None,
+        caption="†: vanishes in C; share of 0.05 C_nn" if np.any(vanishing) else None,
     )
-    headings = [name + (VANISHING if zero else "") for name, zero in zip(components, gone, strict=True)]
+    headings = [
+        name + (VANISHING if vanishes else "") for name, vanishes in zip(components, vanishing, strict=True)
+    ]
     for heading in ("", "seconds", *headings):
-        shown.add_column(heading, justify="right")
+        rows.add_column(heading, justify="right")
     errors, seconds = known_errors(dataset, body), dataset.seconds.sel(body=body).values
     for k in np.argsort(seconds):
-        of_way = errors.isel(way=int(k)).sel(component=components).values
-        if np.all(np.isnan(of_way)):
+        way_errors = errors.isel(way=int(k)).sel(component=components).values
+        if np.all(np.isnan(way_errors)):
             continue
         chosen = str(dataset.way.values[k]) == advice.way
         label = f"> {dataset.label.values[k]}" if chosen else str(dataset.label.values[k])
-        shown.add_row(label, _time(float(seconds[k])), *(f"{error:.2%}" for error in of_way))
-    return shown
+        rows.add_row(label, _time(float(seconds[k])), *(f"{error:.2%}" for error in way_errors))
+    return rows

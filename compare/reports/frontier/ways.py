@@ -1,4 +1,4 @@
-"""Every way to the ICs of a scene: the approximations, and both engines at several tolerances."""
+"""The ways to the ICs of a scene: the approximations, and both engines at several tolerances."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ TOLERANCES: Mapping[EngineName, tuple[float, ...]] = {  # loose to tight
     "harmonic": (1e-1, 1e-2, 1e-3, 1e-4),
     "solid": (1e-1, 3e-2, 1e-2),
 }
-TIGHTEST = TOLERANCES["harmonic"][-1]
+TIGHTEST_HARMONIC = TOLERANCES["harmonic"][-1]
 
 Kind = Literal["approximation", EngineName]
 
@@ -30,19 +30,19 @@ class Way:
 
     @property
     def label(self) -> str:
-        """As figures and tables call it."""
+        """The label of this way in figures and tables."""
         return SYMBOLS.get(self.name, f"C, {self.name}")
 
 
 def approximations(scene: Scene) -> Iterator[Way]:
-    """All variants, B-hat-prime where one of the bodies compared has the properties for it."""
+    """Yield all variants; B-hat-prime only if one of the bodies compared has effective properties."""
     for variant in VARIANTS:
         if variant != "Bhat_prime" or any(scene.pair.has_effective(name) for name in scene.compared):
             yield Way(variant, "approximation")
 
 
-def harmonic(tightest: float = TIGHTEST) -> Iterator[Way]:
-    """The harmonic engine, loose to tight, up to the first tolerance that is not above `tightest`."""
+def harmonic(tightest: float = TIGHTEST_HARMONIC) -> Iterator[Way]:
+    """Yield the harmonic engine, loose to tight, up to the first tolerance that is not above `tightest`."""
     for tolerance in TOLERANCES["harmonic"]:
         yield _way("harmonic", tolerance)
         if tolerance <= tightest:
@@ -50,7 +50,7 @@ def harmonic(tightest: float = TIGHTEST) -> Iterator[Way]:
 
 
 def by_engine(name: EngineName) -> Iterator[Way]:
-    """An engine at several tolerances, the solid one by every solver that is installed."""
+    """Yield an engine at several tolerances, the solid engine with every solver that is installed."""
     for tolerance in TOLERANCES[name]:
         if ENGINES[name] is not SOLID:
             yield _way(name, tolerance)

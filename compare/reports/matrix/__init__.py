@@ -1,1 +1,1 @@
-"""`femic matrix` and `femic export`: the IC matrix on a grid."""
+"""`femic matrix` and `femic export` compute the IC matrix on a grid and write it."""

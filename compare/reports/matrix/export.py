@@ -1,4 +1,4 @@
-"""`femic export`: the IC matrix of both bodies as a file that CONTACT reads."""
+"""`femic export` writes the IC matrix of both bodies as a file that CONTACT reads."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,7 +10,7 @@ import numpy as np
 from approx.matrix import column, matrix
 from compare.reports.matrix import contact_file
 from compare.reports.matrix.contact_file import ContactFile
-from compare.reports.matrix.page import Asked, write_matrix
+from compare.reports.matrix.page import MatrixOutput, write_matrix
 from compare.results import folders
 from compare.results.matrix.compute import matrix_jobs
 from compare.scenes.checks import grid_misfits
@@ -21,7 +21,7 @@ from femic.means import DEFAULT, Means
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
-ALIKE = 1e-12  # of the largest IC: strips whose ICs differ less depend on their offset only
+SAME_ICS = 1e-12  # of the largest IC: below this difference, ICs of strips depend on their offset only
 RAW = "; raw: with the rigid give of both bodies up to their clamped far arcs, without an estimate"
 
 
@@ -30,20 +30,20 @@ Discount = Literal["rule", "none"]
 
 @dataclass(frozen=True)
 class Wanted:
-    """Which ICs a file is to have: C, after the rigid-body discount or before it, or an approximation."""
+    """The ICs that a file is to have: C, after the rigid-body discount or before it, or an approximation."""
 
     ics: str
     discount: Discount = "rule"
 
     @property
     def name(self) -> str:
-        """Of the file."""
+        """The name of the file."""
         return f"contact_{self.ics}{'_raw' if self.discount == 'none' else ''}.txt"
 
 
 @dataclass(frozen=True)
 class Exported:
-    """A written file, what it holds and of what."""
+    """A written file with its content, the scene and the ICs that were wanted."""
 
     path: Path
     file: ContactFile
@@ -51,8 +51,8 @@ class Exported:
     wanted: Wanted
 
 
-def checked(scene: Scene, wanted: Wanted) -> None:
-    """Raise BadScene where the grid does not fit, WrongInput where ICs of both bodies cannot be had."""
+def require_exportable(scene: Scene, wanted: Wanted) -> None:
+    """Raise BadScene if the grid does not fit, WrongInput if the ICs of both bodies are not available."""
     if "combined" not in scene.compared:
         raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
     if wanted.discount == "none" and wanted.ics != "C":
@@ -66,30 +66,30 @@ def checked(scene: Scene, wanted: Wanted) -> None:
 
 
 def export(scene: Scene, wanted: Wanted, out: Path, means: Means = DEFAULT) -> Exported:
-    """Write `contact_ICS.txt`: ICs of both bodies by C, computed if it is not there, or an approximation.
+    """Write `contact_ICS.txt`: the ICs of both bodies by C, computed if it is missing, or an approximation.
 
-    C without the discount goes to `contact_C_raw.txt`. Raises as `checked`.
+    C without the discount is written to `contact_C_raw.txt`. Raises as `require_exportable` does.
     """
-    checked(scene, wanted)
+    require_exportable(scene, wanted)
     folders.made(out)
-    file = _file(scene, wanted, out, means)
+    file = _file_content(scene, wanted, out, means)
     path = out / wanted.name
     means.watch.on_stage("  writing")
     contact_file.write(file, path)
     return Exported(path, file, scene, wanted)
 
 
-def _file(scene: Scene, wanted: Wanted, out: Path, means: Means) -> ContactFile:
+def _file_content(scene: Scene, wanted: Wanted, out: Path, means: Means) -> ContactFile:
     if wanted.ics != "C":
         return approximated(scene, wanted.ics)
     if wanted.discount == "none":
         return to_contact(scene, raw_matrix(scene, means))
-    write_matrix(scene, Asked(out), means)
+    write_matrix(scene, MatrixOutput(out), means)
     return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
 
 
 def told(written: Exported) -> str:
-    """What a user of CONTACT has to set, and what CONTACT would not notice."""
+    """The text that says what to set in CONTACT, and which wrong settings CONTACT does not notice."""
     file, grid = written.file, written.scene.grid
     strips = (
         "one matrix for all strips, one strip and one lag more than CONTACT's grid"
@@ -109,15 +109,15 @@ def told(written: Exported) -> str:
 
 
 def to_contact(scene: Scene, ics: Array) -> ContactFile:
-    """ICs of both bodies (n_x, n_s, n_s, 3, 3) [mm/MPa] on the scene's grid: one matrix a loaded strip."""
+    """A file with one matrix per loaded strip, from ICs of both bodies (n_x, n_s, n_s, 3, 3) [mm/MPa]."""
     return _scaled(scene, contact_file.by_offsets(ics))
 
 
 def approximated(scene: Scene, variant: str) -> ContactFile:
-    """An approximation: one matrix for all strips if it depends on their offset only.
+    """A file with an approximation; it has one matrix for all strips if ICs depend on their offset only.
 
-    Such a file has one strip and one lag more than the scene's grid: CONTACT's preconditioner transforms
-    2 MX by 2 MY offsets, -MY among them, and zeros there may make it indefinite.
+    A file with one matrix has one strip and one lag more than the scene's grid: CONTACT's preconditioner
+    transforms 2 MX by 2 MY offsets, including -MY, and zeros there may make it indefinite.
     """
     pair, grid = scene.pair, scene.grid
     ics = matrix(variant, pair, grid)
@@ -137,31 +137,33 @@ def _scaled(scene: Scene, values: Array) -> ContactFile:
 
 
 def raw_matrix(scene: Scene, means: Means) -> Array:
-    """C of both bodies before the discount [mm/MPa], (n_x, n_s, n_s, 3, 3); models are solved, or kept.
+    """C of both bodies before the discount [mm/MPa], (n_x, n_s, n_s, 3, 3).
 
-    It contains the rigid give of both bodies up to their clamped far arcs; its error is not estimated.
+    Models are solved unless they are kept. These ICs contain the rigid give of both bodies up to their
+    clamped far arcs; their error is not estimated.
     """
-    found = matrices(matrix_jobs(scene), means, combined=True)
+    body_matrices = matrices(matrix_jobs(scene), means, combined=True)
     columns = [
-        np.sum([one.raw_column(strip) for one in found.values()], axis=0) for strip in range(scene.grid.n_s)
+        np.sum([body_matrix.raw_column(strip) for body_matrix in body_matrices.values()], axis=0)
+        for strip in range(scene.grid.n_s)
     ]
     return scene.grid.area * np.moveaxis(np.stack(columns), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))
 
 
 def depends_on_offset_only(ics: Array) -> bool:
-    """Whether all strips have the same ICs."""
+    """Whether ICs (n_x, n_s, n_s, 3, 3) are the same for all pairs of strips with the same offset."""
     moved = np.abs(ics[:, 1:, 1:] - ics[:, :-1, :-1])
-    return bool(np.max(moved, initial=0.0) <= ALIKE * np.max(np.abs(ics)))
+    return bool(np.max(moved, initial=0.0) <= SAME_ICS * np.max(np.abs(ics)))
 
 
 def convex_body(scene: Scene) -> int:
-    """1 the upper, 2 the lower body; 2 for a plane."""
+    """The number of the convex body: 1 for the upper, 2 for the lower one and for a plane."""
     start, end = scene.bodies["lower"].contour.inclination(np.array(scene.grid.extent))
     return 1 if end < start else 2
 
 
 def read_matrix(path: Path, body: str) -> Array:
-    """C of a body from `matrix.nc` [mm/MPa], (n_x, n_s, n_s, 3, 3)."""
+    """Read C of a body [mm/MPa], (n_x, n_s, n_s, 3, 3), from `matrix.nc`."""
     with h5netcdf.File(path, "r") as file:
         bodies = [name.decode() if isinstance(name, bytes) else str(name) for name in file["body"][...]]
         return np.asarray(file["ic"][bodies.index(body)])

@@ -1,4 +1,4 @@
-"""Maps of an IC matrix: the nine responses to one loaded strip on the developed surface (x, s)."""
+"""Maps of an IC matrix: the nine components of the response to one loaded strip, over (x, s)."""
 
 import matplotlib as mpl
 import numpy as np
@@ -11,16 +11,16 @@ from geometries.arrays import Array
 from geometries.grids import Grid
 from geometries.patches import DIRECTIONS
 
-DECADES = 3  # shown of each sign, below the largest value
-SMALLEST = 1e-9  # largest value of a map that is drawn as zero, of the largest of all
+COLOUR_DECADES = 3  # decades of the colour scale, of each sign, below the largest value
+SMALLEST = 1e-9  # of the largest value of all maps: a map without larger values is marked as zero
 
 
 def maps(title: str, unit: str, grid: Grid, strip: int, column: Array) -> Figure:
-    """Nine maps of values (3, 3, n_x, n_s) at lags of both signs, one colour scale."""
+    """Draw nine maps with one colour scale, at lags of both signs; `column` is (3, 3, n_x, n_s) in `unit`."""
     x = np.append(-grid.lags[:0:-1], grid.lags)
     values = np.concatenate([PARITY[..., None, None] * column[:, :, :0:-1], column], axis=2)
     largest = max(float(np.max(np.abs(values))), np.finfo(float).tiny)
-    norm = SymLogNorm(largest / 10**DECADES, vmin=-largest, vmax=largest)
+    norm = SymLogNorm(largest / 10**COLOUR_DECADES, vmin=-largest, vmax=largest)
     with mpl.rc_context(RC | {"axes.grid": False}):
         figure = Figure(figsize=(11, 8.2), layout="constrained")
         rows = figure.subplots(3, 3, sharex=True, sharey=True)

@@ -1,4 +1,4 @@
-"""`femic matrix`: compute the IC matrices of a scene, write the file, the figures and the report."""
+"""`femic matrix` computes the IC matrices of a scene and writes the file, the figures and the report."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -25,23 +25,27 @@ from femic.work.store import Store
 from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS
 
-COMPARED = ("A", "Bhat")  # whose difference from C is drawn
+MAPPED_VARIANTS = ("A", "Bhat")  # variants whose difference from C is drawn
 
 
 @dataclass(frozen=True)
-class Asked:
-    """Where results go, and the loaded strip of the figures (None: nearest to the patch)."""
+class MatrixOutput:
+    """The folder of the results, and the loaded strip of the figures (None: the one nearest to the patch)."""
 
     out: Path
     strip: int | None = None
 
 
-def write_matrix(scene: Scene, asked: Asked, means: Means = DEFAULT) -> Path:
-    """Write `matrix.nc`, figures of one loaded strip and `matrix.html` into a folder; returns its path."""
-    out, watch, workers = asked.out, means.watch, means.workers
+def write_matrix(scene: Scene, output: MatrixOutput, means: Means = DEFAULT) -> Path:
+    """Write `matrix.nc`, figures of one loaded strip and `matrix.html`; returns the path of the page.
+
+    Nothing is computed if the folder has the same results already. Raises WrongInput for a strip that the
+    grid does not have.
+    """
+    out, watch, workers = output.out, means.watch, means.workers
     folders.checked(out)
-    chosen = _chosen(scene, asked.strip)
-    path, key = out / "matrix.html", key_of_scene(scene, chosen)
+    loaded_strip = _chosen(scene, output.strip)
+    path, key = out / "matrix.html", key_of_scene(scene, loaded_strip)
     if path.is_file() and _key_of(out / "matrix.nc") == key:
         watch.on_stage("  as it is there already")
         return path
@@ -53,20 +57,20 @@ def write_matrix(scene: Scene, asked: Asked, means: Means = DEFAULT) -> Path:
     (out / "figures").mkdir(parents=True, exist_ok=True)
     results = compute_matrix(scene, out / "matrix.nc", means)
     checks = check(results, means)
-    paths = draw(results, chosen, out / "figures")
+    paths = draw(results, loaded_strip, out / "figures")
     path.write_text(render(results, steps, checks, paths, out / "matrix.nc"), encoding="utf-8")
-    with h5netcdf.File(out / "matrix.nc", "a") as file:  # all of it is there
+    with h5netcdf.File(out / "matrix.nc", "a") as file:  # the key is written last: all results are complete
         file.attrs["key"] = key
     return path
 
 
 def key_of_scene(scene: Scene, strip: int) -> str:
-    """All that the file and its figures depend on: code, text, contours that it may have from files."""
+    """The key of all that the results depend on: code, the scene's text and bodies, and the drawn strip."""
     return Store().key("matrix", results_digest(), scene.text, dict(scene.bodies), strip)
 
 
 def _key_of(path: Path) -> str | None:
-    """What a matrix file was made of; None if it cannot be read."""
+    """The key in a matrix file; None if the file has none or cannot be read."""
     try:
         with h5netcdf.File(path, "r") as file:
             return str(file.attrs["key"])
@@ -84,13 +88,16 @@ def _chosen(scene: Scene, strip: int | None) -> int:
 
 
 def draw(results: MatrixResults, strip: int, folder: Path) -> list[Path]:
-    """Maps of C and of what A and B-hat lack, of the first of the bodies compared."""
+    """Draw maps of C and of its differences from A and B-hat, of the first of the bodies compared."""
     scene, body = results.scene, results.scene.compared[0]
     unit, grid = scene.reference_E * scene.reference_length, scene.grid
     c = results.column(body, strip).ic
     drawn = {"C": ("C", c)} | {
-        f"C-{v}": (f"C − {SYMBOLS[v]}", c - approximated(v, solids(scene)[body], grid, strip) / grid.area)
-        for v in COMPARED
+        f"C-{variant}": (
+            f"C − {SYMBOLS[variant]}",
+            c - approximated(variant, solids(scene)[body], grid, strip) / grid.area,
+        )
+        for variant in MAPPED_VARIANTS
     }
     where = f"{body}, load on strip {strip} (s = {grid.strips[strip]:.3g} mm)"
     return [
@@ -109,32 +116,35 @@ def render(
     figures: Sequence[Path],
     file: Path,
 ) -> str:
-    """The report as HTML."""
+    """Return the report as HTML; `file` is `matrix.nc`."""
     scene = results.scene
     costs = {
         f"{name}, {model}": cost
-        for name, found in results.found.items()
-        for model, cost in found.models.items()
+        for name, body_matrix in results.found.items()
+        for model, cost in body_matrix.models.items()
     }
-    per_body = [sum(one.seconds for one in checks if one.body == name) for name in results.found]
-    strips = len({one.strip for one in checks})
+    per_body = [
+        sum(strip_check.seconds for strip_check in checks if strip_check.body == name)
+        for name in results.found
+    ]
+    strips = len({strip_check.strip for strip_check in checks})
     all_strips = scene.grid.n_s * float(np.mean(per_body)) / strips / 60 if checks else 0.0
     return rendered(
         "matrix.html.j2",
         title=f"IC matrix: {scene.title}",
         summary=summary(results, file),
-        known=list(_known(results)),
-        demands=list(_demands(results)),
+        known=list(_accuracy_rows(results)),
+        demands=list(_demand_rows(results)),
         checks=[
             {
-                "body": one.body,
-                "strip": one.strip,
-                "apart": f"{one.apart:.2%} ({one.component})",
-                "allowed": f"{one.allowed:.2%}",
-                "closest": f"{one.closest:.2f}",
-                "seconds": f"{one.seconds:.0f}",
+                "body": strip_check.body,
+                "strip": strip_check.strip,
+                "apart": f"{strip_check.apart:.2%} ({strip_check.component})",
+                "allowed": f"{strip_check.allowed:.2%}",
+                "closest": f"{strip_check.closest:.2f}",
+                "seconds": f"{strip_check.seconds:.0f}",
             }
-            for one in checks
+            for strip_check in checks
         ],
         strips=scene.grid.n_s,
         all_strips=f"{all_strips:.0f} minutes",
@@ -148,13 +158,13 @@ def render(
         L=scene.reference_length,
         figures=[embedded(path) for path in figures],
         cost=plan.compared(list(steps), costs),
-        took=_took(results, costs),
+        took=_cost_text(results, costs),
         text=scene.text,
     )
 
 
 def summary(results: MatrixResults, file: Path) -> str:
-    """One paragraph, computed."""
+    """One paragraph, computed: the file's content and accuracy, the best and the worst approximation."""
     scene, grid = results.scene, results.scene.grid
     name = scene.compared[0]
     at_worst = max(shares.total for shares in results.errors.values())
@@ -168,16 +178,20 @@ def summary(results: MatrixResults, file: Path) -> str:
 
 
 def _extremes(results: MatrixResults, body: str) -> tuple[str, str]:
-    """The best and the worst approximation of C_nn."""
-    nn = {v: one.under_tractions[2, 2] for (v, of), one in results.approximations.items() if of == body}
-    best, worst = min(nn, key=lambda v: nn[v]), max(nn, key=lambda v: nn[v])
+    """The texts on the best and on the worst approximation of C_nn."""
+    nn = {
+        variant: deviation.under_tractions[2, 2]
+        for (variant, compared_body), deviation in results.approximations.items()
+        if compared_body == body
+    }
+    best, worst = min(nn, key=lambda variant: nn[variant]), max(nn, key=lambda variant: nn[variant])
     return (
         f"{SYMBOLS[best]} is best for pressures (displacements off by at most {nn[best]:.1%} of the largest)",
         f"{SYMBOLS[worst]} worst ({nn[worst]:.1%})",
     )
 
 
-def _known(results: MatrixResults) -> Iterator[dict[str, str]]:
+def _accuracy_rows(results: MatrixResults) -> Iterator[dict[str, str]]:
     for name, shares in results.errors.items():
         yield {
             "body": name,
@@ -189,7 +203,7 @@ def _known(results: MatrixResults) -> Iterator[dict[str, str]]:
         }
 
 
-def _demands(results: MatrixResults) -> Iterator[dict[str, str]]:
+def _demand_rows(results: MatrixResults) -> Iterator[dict[str, str]]:
     for name, eigenvalue in results.eigenvalues.items():
         body, _, kind = name.partition(", ")
         raw = kind == "raw"
@@ -203,30 +217,39 @@ MakeCell = Callable[..., Cell]  # `error_cell`, or `known_cell` of C itself
 def _rows(
     results: MatrixResults, body: str, cells: Callable[[Deviation, MakeCell], list[Cell]]
 ) -> Iterator[dict[str, object]]:
-    for (variant, of), deviation in results.approximations.items():
-        if of == body:
+    for (variant, compared_body), deviation in results.approximations.items():
+        if compared_body == body:
             yield {"symbol": SYMBOLS[variant], "cells": cells(deviation, error_cell)}
     yield {"symbol": "C", "cells": cells(results.known[body], known_cell)}
 
 
-def _under_tractions(of: Deviation, make: MakeCell) -> list[Cell]:
-    """Shares of what the component itself can cause; below them, of what pressures can."""
-    values = (of.under_tractions_of_itself, of.under_tractions, of.causes_nothing)
+def _under_tractions(deviation: Deviation, make: MakeCell) -> list[Cell]:
+    """Cells of deviations under tractions: shares of what the component itself can cause.
+
+    The weights below them are shares of what pressures can cause.
+    """
+    values = (deviation.under_tractions_of_itself, deviation.under_tractions, deviation.causes_nothing)
     return [
-        make(float(share), float(weight), vanishes=bool(gone))
-        for share, weight, gone in zip(*(one.ravel() for one in values), strict=True)
+        make(float(share), float(weight), vanishes=bool(vanishes))
+        for share, weight, vanishes in zip(*(shares.ravel() for shares in values), strict=True)
     ]
 
 
-def _worst(of: Deviation, make: MakeCell) -> list[Cell]:
-    """Shares of the largest entry of the component; below them those of nearer entries, of A_nn."""
+def _worst(deviation: Deviation, make: MakeCell) -> list[Cell]:
+    """Cells of the worst entries, as shares of the component's largest entry.
+
+    The weights below them are those of nearer entries, as shares of A_nn.
+    """
     return [
-        make(float(share), float(near), vanishes=bool(gone))
-        for share, near, gone in zip(*(one.ravel() for one in (of.worst, of.near, of.vanishing)), strict=True)
+        make(float(share), float(near), vanishes=bool(vanishes))
+        for share, near, vanishes in zip(
+            *(shares.ravel() for shares in (deviation.worst, deviation.near, deviation.vanishing)),
+            strict=True,
+        )
     ]
 
 
-def _took(results: MatrixResults, costs: dict[str, Cost]) -> str:
+def _cost_text(results: MatrixResults, costs: dict[str, Cost]) -> str:
     models = sum(sum(cost.seconds.values()) for cost in costs.values())
     return (
         f"Models: {models:.0f} s when they were solved. This run, with what was kept: "

@@ -1,1 +1,1 @@
-"""`femic compare`: results of several scenes together."""
+"""`femic compare` shows the results of several scenes together."""

@@ -1,4 +1,4 @@
-"""Overlay of the results of several scenes: curves and errors of what they have in common."""
+"""Overlay of the results of several scenes: curves and errors of all that they have in common."""
 
 import csv
 from collections.abc import Mapping, Sequence
@@ -13,12 +13,12 @@ import xarray as xr
 from compare.reports.overlay.sources import Content, Source, common, read
 from geometries.arrays import Array
 
-MIRRORED = 1e-6  # of the largest value on a line
+MIRRORED = 1e-6  # largest asymmetry of a mirrored curve, as a share of the largest value on its line
 
 
 @dataclass(frozen=True)
 class Result:
-    """The results of one scene."""
+    """The ICs and errors of one scene, under its name."""
 
     name: str
     ics: xr.Dataset
@@ -26,18 +26,18 @@ class Result:
 
     @property
     def reference_length(self) -> float:
-        """Unit of length L of the scene [mm]."""
+        """The reference length L of the scene [mm]."""
         return float(self.ics.attrs["reference_length"])
 
     @property
     def unit(self) -> float:
-        """E · L [N/mm]: makes the scene's ICs dimensionless."""
+        """E · L [N/mm], the factor that makes the scene's ICs [mm/N] dimensionless."""
         return float(self.ics.attrs["reference_E"]) * self.reference_length
 
 
 @dataclass(frozen=True)
 class Overlay:
-    """Results of two or more scenes, and what all of them have."""
+    """The results of two or more scenes, and the content that all of them have in common."""
 
     common: Content
     results: tuple[Result, ...]
@@ -45,7 +45,10 @@ class Overlay:
 
 @dataclass(frozen=True)
 class Curve:
-    """One component of one body on a line, dimensionless: coordinate / L, IC · E · L; (n,) each."""
+    """One component of one body along a line, dimensionless.
+
+    `at` (n,) has coordinates over L, `values` and `estimate` (n,) have ICs and the estimate of C times E · L.
+    """
 
     along: Literal["x", "s"]
     at: Array
@@ -53,23 +56,26 @@ class Curve:
     estimate: Array
 
 
-def load(found: Sequence[Source]) -> Overlay:
-    """Read the results of all scenes from their folders."""
-    return Overlay(common(found), tuple(Result(source.name, *read(source.folder)) for source in found))
+def load(sources: Sequence[Source]) -> Overlay:
+    """Read the results of all sources from their folders; raises WrongInput without common content."""
+    return Overlay(common(sources), tuple(Result(source.name, *read(source.folder)) for source in sources))
 
 
 def curve(result: Result, line: str, body: str, component: str) -> Curve:
-    """All curves of one scene in one panel."""
+    """The curves of all variants of one scene for one component of one body along a line, dimensionless."""
     on_line = result.ics.isel(point=np.flatnonzero(result.ics.line.values == line))
-    found = on_line.sel(body=body, i=component[0], j=component[1])
+    component_ics = on_line.sel(body=body, i=component[0], j=component[1])
     along: Literal["x", "s"] = "x" if np.ptp(on_line.s.values) == 0 else "s"
-    values = {str(v): found.ic.sel(variant=v).values * result.unit for v in found.variant.values}
-    at = on_line[along].values / result.reference_length
-    return Curve(along, at, values, found.estimate.values * result.unit)
+    values = {
+        str(variant): component_ics.ic.sel(variant=variant).values * result.unit
+        for variant in component_ics.variant.values
+    }
+    coordinates = on_line[along].values / result.reference_length
+    return Curve(along, coordinates, values, component_ics.estimate.values * result.unit)
 
 
 def is_mirrored(overlay: Overlay, line: str) -> bool:
-    """Whether every curve of every scene repeats itself, up to its sign, on the other half of a line."""
+    """Whether the two halves of a line have the same values, up to the sign, in all curves of all scenes."""
     return all(
         _repeats(curve(result, line, body, component))
         for result, body, component in product(
@@ -78,44 +84,57 @@ def is_mirrored(overlay: Overlay, line: str) -> bool:
     )
 
 
-def _repeats(drawn: Curve) -> bool:
-    if drawn.along == "x":
-        return True  # all bodies and loads are symmetric in x
-    sizes = np.abs(list(drawn.values.values()))
+def _repeats(scene_curve: Curve) -> bool:
+    if scene_curve.along == "x":
+        return True  # every body and every load is symmetric in x
+    sizes = np.abs(list(scene_curve.values.values()))
     asymmetry = np.max(np.abs(sizes - sizes[:, ::-1]))
-    return np.allclose(drawn.at, -drawn.at[::-1]) and bool(asymmetry <= MIRRORED * np.max(sizes))
+    return np.allclose(scene_curve.at, -scene_curve.at[::-1]) and bool(asymmetry <= MIRRORED * np.max(sizes))
 
 
 def worst(
-    overlay: Overlay, result: Result, of: tuple[str, str], measure: Literal["error", "weight"] = "error"
+    overlay: Overlay,
+    result: Result,
+    body_component: tuple[str, str],
+    measure: Literal["error", "weight"] = "error",
 ) -> dict[str, float]:
-    """Worst error (weight) of a body's component over the common lines, by variant; C: as estimated."""
-    body, component = of
-    of_component = result.errors[measure].sel(
+    """The worst error (or weight) of a component over the common lines [-], by variant; of C, its estimate.
+
+    `body_component` names the body and the component.
+    """
+    body, component = body_component
+    line_errors = result.errors[measure].sel(
         body=body, i=component[0], j=component[1], line=list(overlay.common.lines)
     )
-    largest = of_component.max("line", skipna=False)
+    largest = line_errors.max("line", skipna=False)
     return {variant: largest.sel(variant=variant).item() for variant in (*overlay.common.variants, "C")}
 
 
 def vanishes(result: Result, body: str, component: str) -> bool:
-    """Whether a component of C vanishes in a scene, so that its errors are shares of 0.05 max |C_nn|."""
+    """Whether a component of C vanishes in a scene; its errors are then shares of 0.05 max |C_nn|."""
     return bool(result.errors.vanishes.sel(body=body, i=component[0], j=component[1]))
 
 
 def write_curves(overlay: Overlay, folder: Path) -> None:
-    """One CSV per line: a row per scene, body, component and point, a column per variant [-]."""
+    """Write one CSV file per line, with a row per scene, body, component and point.
+
+    Each variant has a column; all values are dimensionless.
+    """
     variants = (*overlay.common.variants, "C")
     for line in overlay.common.lines:
         along = curve(overlay.results[0], line, overlay.common.bodies[0], overlay.common.components[0]).along
-        name = line.replace(" ", "").replace("=", "")
-        with (folder / f"curves_{name}.csv").open("w", newline="", encoding="utf-8") as file:
+        file_name = line.replace(" ", "").replace("=", "")
+        with (folder / f"curves_{file_name}.csv").open("w", newline="", encoding="utf-8") as file:
             table = csv.writer(file)
             table.writerow(["scene", "body", "component", f"{along}/L", *variants, "estimate"])
             for result, body, component in product(
                 overlay.results, overlay.common.bodies, overlay.common.components
             ):
-                drawn = curve(result, line, body, component)
-                columns = [drawn.at, *(drawn.values[variant] for variant in variants), drawn.estimate]
+                scene_curve = curve(result, line, body, component)
+                columns = [
+                    scene_curve.at,
+                    *(scene_curve.values[variant] for variant in variants),
+                    scene_curve.estimate,
+                ]
                 for row in np.column_stack(columns):
                     table.writerow([result.name, body, component, *(f"{value:.8g}" for value in row)])

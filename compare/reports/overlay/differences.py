@@ -1,4 +1,4 @@
-"""What the scenes of an overlay set differently."""
+"""The settings in which the scenes of an overlay differ."""
 
 import json
 import tomllib
@@ -11,8 +11,8 @@ from compare.reports.overlay.curves import Overlay, Result
 from compare.reports.overlay.sources import scene_of_text
 from compare.scenes import file as files
 
-ABSENT, DEFAULT = "–", "default"
-FILLED_IN = {  # keys of a scene file with computed defaults, by their names in the settings of results
+ABSENT_TEXT, DEFAULT_TEXT = "–", "default"  # shown for a missing key and for a value of None
+FILLED_IN = {  # settings of results that have computed defaults, and the scene file's keys for them
     "reference_length [mm]": "reference_length",
     "rotation_reach [mm]": "rotation_reach",
     "moment_arm [mm]": "moment_arm",
@@ -24,7 +24,7 @@ FILLED_IN = {  # keys of a scene file with computed defaults, by their names in 
 
 @dataclass(frozen=True)
 class Difference:
-    """A key of the scene file that is not the same in all scenes."""
+    """A key of the scene file whose value is not the same in all scenes, with the value of each scene."""
 
     key: str
     meaning: str
@@ -32,36 +32,36 @@ class Difference:
 
 
 def differences(overlay: Overlay) -> Iterator[Difference]:
-    """What the scenes set differently, defaults filled in; and the programs that computed them."""
+    """Yield all keys that scenes set differently, defaults filled in, and programs that differ."""
     settings = [_settings(result) for result in overlay.results]
     meanings = _meanings()
     keys = dict.fromkeys(key for setting in settings for key in setting)
     tables = list(dict.fromkeys(key.rpartition(".")[0] for key in keys))
     for key in sorted(keys, key=lambda key: tables.index(key.rpartition(".")[0])):
-        values = [_shown(setting.get(key, ABSENT)) for setting in settings]
+        values = [_shown(setting.get(key, ABSENT_TEXT)) for setting in settings]
         if len(set(values)) > 1:
             yield Difference(key, meanings.get(key.rpartition(".")[2], ""), values)
 
 
 def _settings(result: Result) -> dict[str, Any]:
-    """Every key of a scene file under its dotted name, and "computed with" its code and versions."""
+    """Values of all keys of a scene by dotted name, and of "computed with ..." for its code and versions."""
     attributes = result.ics.attrs
     text = attributes["scene"]
-    named = {key: value for key, value in _flat(tomllib.loads(text)).items() if key.endswith(".file")}
+    file_names = {key: value for key, value in _flat(tomllib.loads(text)).items() if key.endswith(".file")}
     settings = json.loads(attributes["settings"])
-    chosen = {key: settings[name] for name, key in FILLED_IN.items() if name in settings}
-    programs = {"code": attributes.get("code", ABSENT)} | json.loads(attributes["versions"])
+    computed_defaults = {key: settings[name] for name, key in FILLED_IN.items() if name in settings}
+    programs = {"code": attributes.get("code", ABSENT_TEXT)} | json.loads(attributes["versions"])
     return (
         _flat(scene_of_text(text, Path(result.name)).model_dump())
-        | named
-        | chosen
+        | file_names
+        | computed_defaults
         | {"title": attributes["title"]}
         | {f"computed with {program}": version for program, version in programs.items()}
     )
 
 
 def _flat(value: Any, key: str = "") -> dict[str, Any]:
-    """Nested tables and lists of tables as one, under dotted keys."""
+    """Flatten nested tables and lists of tables into one table with dotted keys."""
     if isinstance(value, dict):
         entries = dict(value)
     elif isinstance(value, list | tuple) and any(isinstance(entry, dict) for entry in value):
@@ -73,15 +73,15 @@ def _flat(value: Any, key: str = "") -> dict[str, Any]:
 
 
 def _meanings() -> dict[str, str]:
-    """What the keys of a scene file mean, where a key means the same in every table."""
-    said: dict[str, set[str]] = {}
+    """The descriptions of the scene file's keys, without keys whose description depends on the table."""
+    descriptions: dict[str, set[str]] = {}
     for section in files.Section.__subclasses__():
         for key, field in section.model_fields.items():
-            said.setdefault(key, set()).add(field.description or "")
-    return {key: next(iter(texts)) for key, texts in said.items() if len(texts) == 1}
+            descriptions.setdefault(key, set()).add(field.description or "")
+    return {key: next(iter(texts)) for key, texts in descriptions.items() if len(texts) == 1}
 
 
 def _shown(value: Any) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(_shown(entry) for entry in value)
-    return DEFAULT if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+    return DEFAULT_TEXT if value is None else f"{value:g}" if isinstance(value, float) else str(value)

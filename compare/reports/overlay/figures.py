@@ -1,4 +1,4 @@
-"""Figures of an overlay: one component of several scenes (matplotlib)."""
+"""Figures of an overlay, drawn with matplotlib: one component of several scenes."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,18 +14,18 @@ from compare.pages.panels import BAND, Panel, draw, finish
 from compare.pages.styles import DASHES, RC, STYLES, SYMBOLS, Style
 from compare.reports.overlay.curves import Curve, Overlay, Result, curve, is_mirrored
 
-DRAWN = ("A", "B", "Bhat")  # the others stay in the tables
-WIDE, NARROW = 2.4, 0.9  # lines, back to front: what coincides stays visible
+OVERLAID_VARIANTS = ("A", "B", "Bhat")  # drawn in figures; tables also have the others
+WIDE_LINE, NARROW_LINE = 2.4, 0.9  # line widths, rear to front: curves that coincide stay visible
 
 
 def drawn_variants(overlay: Overlay) -> tuple[str, ...]:
-    """The variants that figures show: few enough to tell apart, and whatever there is otherwise."""
+    """C and the common variants among `OVERLAID_VARIANTS`; C and all common variants if there are none."""
     common = overlay.common.variants
-    return ("C", *(tuple(variant for variant in common if variant in DRAWN) or common))
+    return ("C", *(tuple(variant for variant in common if variant in OVERLAID_VARIANTS) or common))
 
 
 def curves(overlay: Overlay, component: str) -> Figure:
-    """One component of all scenes along every line (columns) for every body (rows), dimensionless."""
+    """Draw one component of all scenes, dimensionless: a column per line, a row per body."""
     bodies, lines, styles = overlay.common.bodies, overlay.common.lines, _styles(overlay)
     with mpl.rc_context(RC):
         figure = Figure(figsize=(4.1 * len(lines), 2.7 * len(bodies) + 1.1), layout="constrained")
@@ -33,34 +33,39 @@ def curves(overlay: Overlay, component: str) -> Figure:
         for c, line in enumerate(lines):
             half = is_mirrored(overlay, line)
             for r, body in enumerate(bodies):
-                of_scenes = [curve(result, line, body, component) for result in overlay.results]
+                scene_curves = [curve(result, line, body, component) for result in overlay.results]
                 title = f"{component} on {line}" if r == 0 else ""
-                across = f"{of_scenes[0].along} / L  [-]" if r == len(bodies) - 1 else ""
-                up = f"{body}\nIC · E · L  [-]" if c == 0 else ""
-                panels = [_panel(one, styles, half=half).labelled(title, across, up) for one in of_scenes]
+                x_label = f"{scene_curves[0].along} / L  [-]" if r == len(bodies) - 1 else ""
+                y_label = f"{body}\nIC · E · L  [-]" if c == 0 else ""
+                panels = [
+                    _panel(scene_curve, styles, half=half).labelled(title, x_label, y_label)
+                    for scene_curve in scene_curves
+                ]
                 _draw_panel(grid[r, c], panels, styles)
         _add_legends(figure, overlay)
         return figure
 
 
 def _draw_panel(axes: Axes, panels: Sequence[Panel], styles: Mapping[str, Style]) -> None:
-    """Panels of scenes over each other, each with its line style."""
+    """Draw the panels of all scenes into the same axes, each with its own line style."""
     for panel, dashes in zip(panels, DASHES, strict=False):
         dashed = {name: {**style, "linestyle": dashes} for name, style in styles.items()}
         draw(axes, panel, dashed, labelled=False)
     finish(axes, panel)
 
 
-def _panel(one: Curve, styles: Mapping[str, Style], *, half: bool) -> Panel:
-    symbols = {SYMBOLS[variant]: values for variant, values in one.values.items()}
-    chosen = {symbol: values for symbol, values in symbols.items() if symbol in styles}
-    return Panel("", "", one.at, "", chosen, one.estimate).part(one.at >= (0 if half else -np.inf))
+def _panel(scene_curve: Curve, styles: Mapping[str, Style], *, half: bool) -> Panel:
+    symbols = {SYMBOLS[variant]: values for variant, values in scene_curve.values.items()}
+    shown = {symbol: values for symbol, values in symbols.items() if symbol in styles}
+    return Panel("", "", scene_curve.at, "", shown, scene_curve.estimate).part(
+        scene_curve.at >= (0 if half else -np.inf)
+    )
 
 
 def _styles(overlay: Overlay) -> dict[str, dict[str, Any]]:
-    """By symbol: colours of the variants, wide lines behind narrow ones."""
+    """Line styles by symbol: each variant has its colour, and wide lines lie behind narrow ones."""
     variants = drawn_variants(overlay)
-    widths = np.linspace(WIDE, NARROW, len(variants))
+    widths = np.linspace(WIDE_LINE, NARROW_LINE, len(variants))
     return {
         SYMBOLS[variant]: {"color": STYLES[variant]["color"], "linewidth": width, "zorder": 4 - width / 2}
         for variant, width in zip(variants, widths, strict=True)
@@ -68,7 +73,7 @@ def _styles(overlay: Overlay) -> dict[str, dict[str, Any]]:
 
 
 def _add_legends(figure: Figure, overlay: Overlay) -> None:
-    """Scenes by line style above the panels, variants by colour below them."""
+    """Add a legend of scenes (line styles) above the panels and one of variants (colours) below them."""
     scenes = [
         Line2D([], [], color="dimgrey", linestyle=dashes, linewidth=1.6, label=_label(result))
         for result, dashes in zip(overlay.results, DASHES[: len(overlay.results)], strict=True)

@@ -1,4 +1,4 @@
-"""The self-contained HTML report of an overlay, its figures and CSV files."""
+"""Writes the self-contained HTML report of an overlay, its figures and its CSV files."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,8 +14,8 @@ from compare.results import folders
 from compare.results.measure import ROUNDING
 from geometries.errors import WrongInput
 
-JUDGED = ("A", "Bhat")  # variants of the summary
-ALIKE = "alike within the accuracy of C"
+JUDGED = ("A", "Bhat")  # variants that the summary speaks of
+WITHIN_ACCURACY = "alike within the accuracy of C"
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,10 @@ class Row:
     first: bool
 
 
-def folder_of(found: Sequence[Source], out: Path | None, results: Path) -> Path:
-    """Where the overlay goes; raises WrongInput where that would overwrite something else."""
-    folder = folders.checked(out or results / "_".join(source.name for source in found))
-    if (folder / "ics.nc").exists() or folder.resolve() in [source.folder.resolve() for source in found]:
+def folder_of(sources: Sequence[Source], out: Path | None, results: Path) -> Path:
+    """The folder of the overlay; raises WrongInput if it holds the results of a scene."""
+    folder = folders.checked(out or results / "_".join(source.name for source in sources))
+    if (folder / "ics.nc").exists() or folder.resolve() in [source.folder.resolve() for source in sources]:
         raise WrongInput(f"--out {folder}: has the results of a scene; name another folder")
     return folder
 
@@ -50,7 +50,7 @@ def write(overlay: Overlay, folder: Path) -> Path:
 
 
 def render(overlay: Overlay, figures: Sequence[Path]) -> str:
-    """The report as HTML with the PNG figures in it."""
+    """Return the report as HTML with the PNG figures embedded."""
     return rendered(
         "overlay.html.j2",
         title=", ".join(result.name for result in overlay.results),
@@ -73,23 +73,25 @@ def _rows(overlay: Overlay, body: str) -> Iterator[Row]:
     }
     for variant in (*overlay.common.variants, "C"):
         for k, result in enumerate(overlay.results):
-            of_row = [cells[result.name, component][variant] for component in overlay.common.components]
-            yield Row(SYMBOLS[variant] if k == 0 else "", result.name, of_row, k == 0)
+            row_cells = [cells[result.name, component][variant] for component in overlay.common.components]
+            yield Row(SYMBOLS[variant] if k == 0 else "", result.name, row_cells, k == 0)
 
 
 def _cells(overlay: Overlay, result: Result, body: str, component: str) -> dict[str, Cell]:
-    """Of a component in a scene, by variant."""
+    """The table cells of a component in a scene, by variant."""
     errors = worst(overlay, result, (body, component))
     weights = worst(overlay, result, (body, component), "weight")
-    gone = vanishes(result, body, component)
+    component_vanishes = vanishes(result, body, component)
     return {
-        variant: (known_cell if variant == "C" else error_cell)(error, weights[variant], vanishes=gone)
+        variant: (known_cell if variant == "C" else error_cell)(
+            error, weights[variant], vanishes=component_vanishes
+        )
         for variant, error in errors.items()
     }
 
 
 def summary(overlay: Overlay) -> str:
-    """One paragraph, computed: in which scene C is further from A and from B-hat, and by what factor."""
+    """One paragraph, computed: where C deviates most from A and from B-hat, with the factors."""
     body, lines = overlay.common.bodies[0], len(overlay.common.lines)
     judged = [variant for variant in JUDGED if variant in overlay.common.variants]
     if not judged:
@@ -102,28 +104,32 @@ def summary(overlay: Overlay) -> str:
 
 
 def _ranking(overlay: Overlay, body: str, variant: str) -> str:
-    """The components by the scene that has the largest error, with the factor to the smallest."""
+    """The components, grouped by the scene with the largest error; each with its factor to the smallest."""
     most = "more" if len(overlay.results) == 2 else "most"
     ranks: dict[str, list[str]] = {}
     for component in overlay.common.components:
-        gone = [result.name for result in overlay.results if vanishes(result, body, component)]
-        if gone:  # errors there are shares of something else
-            ranks.setdefault(f"vanishing in {', '.join(gone)}", []).append(component)
+        vanishing_in = [result.name for result in overlay.results if vanishes(result, body, component)]
+        if vanishing_in:  # the errors there are shares of 0.05 max |C_nn|, not of the component
+            ranks.setdefault(f"vanishing in {', '.join(vanishing_in)}", []).append(component)
             continue
         errors = [(worst(overlay, result, (body, component)), result.name) for result in overlay.results]
         scene, factor = _rank([(error[variant], error["C"], name) for error, name in errors])
-        ranks.setdefault(f"{most} in {scene}" if scene else ALIKE, []).append(component + factor)
-    last = {rank: ranks.pop(rank) for rank in list(ranks) if not rank.startswith(most)}
-    return "; ".join(f"{rank}: {', '.join(components)}" for rank, components in (ranks | last).items())
+        ranks.setdefault(f"{most} in {scene}" if scene else WITHIN_ACCURACY, []).append(component + factor)
+    unranked = {rank: ranks.pop(rank) for rank in list(ranks) if not rank.startswith(most)}
+    return "; ".join(f"{rank}: {', '.join(components)}" for rank, components in (ranks | unranked).items())
 
 
 def _rank(errors: Sequence[tuple[float, float, str]]) -> tuple[str, str]:
-    """Scene and factor of the largest error, of (error, accuracy of C, scene); "" within the accuracy."""
-    (least, known, _), (largest, known_there, scene) = min(errors), max(errors)
-    if largest - least <= known + known_there:
+    """The scene with the largest error, and the text of its factor to the smallest; errors are [-].
+
+    Each entry of `errors` is (error, accuracy of C, scene). Both texts are empty if the difference is within
+    the accuracies.
+    """
+    (least, accuracy_at_least, _), (largest, accuracy_at_largest, scene) = min(errors), max(errors)
+    if largest - least <= accuracy_at_least + accuracy_at_largest:
         return "", ""
-    if max(least, known) < ROUNDING:
+    if max(least, accuracy_at_least) < ROUNDING:
         return scene, " (0 elsewhere)"
-    factor = largest / max(least, known)
-    over = "over " if least < known else ""
+    factor = largest / max(least, accuracy_at_least)
+    over = "over " if least < accuracy_at_least else ""
     return scene, f" {over}{factor:.2f} ×" if factor < 10 else f" {over}{factor:.0f} ×"

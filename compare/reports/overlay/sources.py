@@ -1,4 +1,4 @@
-"""The scenes of an overlay: where their results are, what all have, whether they are up to date."""
+"""The scenes of an overlay: the folders of their results, their common content, and their state."""
 
 import tomllib
 from collections.abc import Sequence
@@ -15,12 +15,12 @@ from compare.scenes.load import build_scene, builtin_names, parse, read_scene, s
 from compare.scenes.scene import Scene
 from geometries.errors import WrongInput
 
-MOST = 5  # scenes in one overlay: line styles that the eye can tell apart
+MOST_SCENES = 5  # in one overlay: as many as there are line styles that the eye can tell apart
 
 
 @dataclass(frozen=True)
 class Content:
-    """What results have curves and errors of."""
+    """The bodies, components, variants and lines that results have curves and errors for."""
 
     bodies: tuple[str, ...]
     components: tuple[str, ...]
@@ -30,35 +30,38 @@ class Content:
 
 @dataclass(frozen=True)
 class Source:
-    """One of the scenes to overlay, and the folder of its results."""
+    """A scene to overlay, or a folder of results, with the folder that its results are in."""
 
     name: str
     folder: Path
     content: Content
-    scene: Scene | None  # None: a result folder, taken as it is
+    scene: Scene | None  # None: a folder of results, which is not computed again
     text: str
-    files: tuple[Path, ...] = ()  # of points, that the scene reads
+    files: tuple[Path, ...] = ()  # files of points that the scene reads
 
 
 def sources(arguments: Sequence[str], results: Path) -> tuple[Source, ...]:
-    """The scenes that names, TOML files and result folders mean; raises WrongInput."""
-    if not 2 <= len(arguments) <= MOST:
+    """The sources that names, TOML files and folders of results stand for.
+
+    Raises WrongInput if there are fewer than 2 or more than `MOST_SCENES`, or if a name occurs twice.
+    """
+    if not 2 <= len(arguments) <= MOST_SCENES:
         given = ", ".join(arguments) or "none"
-        raise WrongInput(f"scenes = {given}: {len(arguments)} of them; give 2 to {MOST}")
-    found = tuple(_source(argument, results) for argument in arguments)
-    for k, source in enumerate(found):
-        for other, argument in zip(found[:k], arguments, strict=False):
-            if source.name == other.name:
+        raise WrongInput(f"scenes = {given}: {len(arguments)} of them; give 2 to {MOST_SCENES}")
+    overlaid = tuple(_source(argument, results) for argument in arguments)
+    for k, source in enumerate(overlaid):
+        for earlier, argument in zip(overlaid[:k], arguments, strict=False):
+            if source.name == earlier.name:
                 raise WrongInput(
                     f"scenes = {argument}, {arguments[k]}: {source.name!r} twice; "
                     "give different scenes, or rename one of them"
                 )
-    return found
+    return overlaid
 
 
 def _source(argument: str, results: Path) -> Source:
     if argument not in builtin_names() and Path(argument).is_dir():
-        return _of_folder(Path(argument))
+        return _folder_source(Path(argument))
     path = scene_path(argument)
     text, table = read_scene(path)
     parsed = parse(deepcopy(table), path)
@@ -67,10 +70,10 @@ def _source(argument: str, results: Path) -> Source:
     return Source(scene.name, results / scene.name, content, scene, text, tuple(scene.files.values()))
 
 
-def _of_folder(folder: Path) -> Source:
+def _folder_source(folder: Path) -> Source:
     try:
         ics, errors = read(folder)
-        errors[list(ERRORS)]  # what another femic wrote may have others
+        errors[list(ERRORS)]  # raises KeyError for a file of another version with other variables
         text, lines = ics.attrs["scene"], list(dict.fromkeys(ics.line.values.tolist()))
     except (OSError, KeyError) as error:
         raise WrongInput(
@@ -81,7 +84,7 @@ def _of_folder(folder: Path) -> Source:
 
 
 def scene_of_text(text: str, folder: Path) -> files.SceneFile:
-    """The scene that a text describes; the files of points that it names need not be there."""
+    """The scene that a text describes; its files of points need not exist."""
     table = tomllib.loads(text)
     for body in ("lower", "upper"):
         if "file" in table[body]["contour"]:
@@ -93,9 +96,12 @@ def _content(parsed: files.SceneFile, lines: Sequence[str]) -> Content:
     return Content(parsed.bodies, parsed.components, parsed.variants, tuple(lines))
 
 
-def common(found: Sequence[Source]) -> Content:
-    """What all scenes have, in the order of the first; raises WrongInput where that is not enough."""
-    contents = {source.name: asdict(source.content) for source in found}
+def common(overlaid: Sequence[Source]) -> Content:
+    """The content that all scenes have in common, in the order of the first scene.
+
+    Raises WrongInput if they have no body, no component or no line in common.
+    """
+    contents = {source.name: asdict(source.content) for source in overlaid}
     first, *others = contents.values()
     shared = {kind: tuple(v for v in first[kind] if all(v in o[kind] for o in others)) for kind in first}
     misfits = [
@@ -111,10 +117,10 @@ def common(found: Sequence[Source]) -> Content:
 
 
 def up_to_date(source: Source) -> bool:
-    """Whether the folder has the results of the scene and of the code as they are now."""
+    """Whether the folder has results of the present scene, its present files of points and this code."""
     try:
         ics, errors = read(source.folder)
-    except OSError:  # missing, or no NetCDF file
+    except OSError:  # a file is missing or is no NetCDF file
         return False
     written = (source.folder / "ics.nc").stat().st_mtime
     points_changed = any(path.stat().st_mtime > written for path in source.files)
@@ -123,6 +129,6 @@ def up_to_date(source: Source) -> bool:
 
 
 def read(folder: Path) -> tuple[xr.Dataset, xr.Dataset]:
-    """ICs and errors."""
+    """Read the ICs [mm/N] and the errors [-] from a folder of results."""
     ics, errors = (xr.load_dataset(folder / name, engine="h5netcdf") for name in ("ics.nc", "errors.nc"))
     return ics, errors

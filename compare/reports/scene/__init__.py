@@ -1,1 +1,1 @@
-"""`femic run` and `femic show`: the ICs of a scene along its lines, fields in 3D."""
+"""`femic run` computes the ICs of a scene along its lines; `femic show` draws fields in 3D."""

@@ -1,4 +1,4 @@
-"""What each variant costs and gives: error against seconds."""
+"""The figure of what each variant costs: its error against its seconds."""
 
 import matplotlib as mpl
 import numpy as np
@@ -10,11 +10,11 @@ from compare.pages.styles import MARKERS, RC, STYLES, SYMBOLS
 from compare.results.compute import Results
 from compare.scenes.scene import Scene
 
-LEAST_DRAWN = 1e-6  # error: less is rounding
+LEAST_DRAWN = 1e-6  # error: smaller errors are rounding and are drawn here
 
 
 def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
-    """Worst error of each variant over all lines against the seconds that it took, per body."""
+    """Draw the worst error of each variant over all lines against its seconds, one panel per body."""
     scene = results.scene
     with mpl.rc_context(RC):
         figure = Figure(figsize=(4.1 * len(scene.compared), 3.8), layout="constrained")
@@ -31,17 +31,17 @@ def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
 
 
 def _draw_errors(axes: Axes, seconds: float, of_variant: xr.Dataset, scene: Scene) -> None:
-    """A mark per component; hollow where C vanishes, whose errors are shares of 0.05 max |C_nn|."""
+    """Draw a mark per component, hollow if it vanishes in C: its error is then a share of 0.05 max |C_nn|."""
     worst, name = of_variant.error.max("line"), str(of_variant.variant.item())
     style = {"color": STYLES[name]["color"], "linestyle": "none", "marker": MARKERS[name]}
-    marked = [
+    marks = [
         (max(worst.sel(i=c[0], j=c[1]).item(), LEAST_DRAWN), bool(of_variant.vanishes.sel(i=c[0], j=c[1])))
         for c in scene.components
     ]
-    for gone, label in ((False, SYMBOLS[name]), (True, "_zeros")):
-        values = [value for value, vanishes in marked if vanishes == gone]
-        more = " (estimate; all its models)" if name == "C" and not gone else ""
-        fill = {"mfc": "none"} if gone else {}
+    for hollow, label in ((False, SYMBOLS[name]), (True, "_zeros")):
+        values = [value for value, vanishes in marks if vanishes == hollow]
+        more = " (estimate; all its models)" if name == "C" and not hollow else ""
+        fill = {"mfc": "none"} if hollow else {}
         axes.loglog([seconds] * len(values), values, label=label + more, **style, **fill)
-    if any(gone for _, gone in marked):
+    if any(hollow for _, hollow in marks):
         axes.set_title("hollow: C vanishes, share of 0.05 C_nn", loc="right", fontsize=7, color="grey", y=0.0)

@@ -1,4 +1,4 @@
-"""The self-contained HTML report of a comparison."""
+"""Makes the self-contained HTML report of a scene."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,16 +10,10 @@ import xarray as xr
 from compare.pages.html import VANISHING, Cell, embedded, error_cell, known_cell, rendered
 from compare.pages.styles import SYMBOLS
 from compare.reports.scene.summary import summary
-from compare.results.compute import (
-    Results,
-    apart,
-    measure_of,
-    reference_of,
-    refinement_scales_of,
-    vanishing,
-)
+from compare.results.compute import Results, reference_of
 from compare.results.dataset import settings
 from compare.results.measure import ROUNDING
+from compare.results.shares import apart, measure_of, refinement_scales_of, vanishing
 from compare.scenes.plausibility import warnings
 from femic.accuracy import component_of
 from femic.discount import AXES
@@ -41,7 +35,7 @@ class Row:
 
 
 def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[Path]]) -> str:
-    """The report as HTML; `figures` has the paths of PNGs under "scene", "curves", "cost"."""
+    """Return the report as HTML; `figures` has the paths of PNG files under "scene", "curves" and "cost"."""
     scene = results.scene
     return rendered(
         "report.html.j2",
@@ -63,7 +57,7 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
             if not np.isnan(results.seconds[name, scene.compared[0]])
         ],
         settings=settings(scene),
-        known=_known(results),
+        known=_accuracy_rows(results),
         notes=warnings(scene),
         first=scene.compared[0],
         discounts=[(name, _entries(reference.discount)) for name, reference in results.references.items()],
@@ -75,16 +69,16 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
 def _rows(results: Results, errors: xr.Dataset, body: str, measure: str) -> Iterator[Row]:
     for variant in results.variants:
         for k, line in enumerate(results.lines):
-            at = errors.sel(body=body, variant=variant, line=line)
-            cells = [_cell(at.sel(i=c[0], j=c[1]), measure) for c in results.scene.components]
+            line_errors = errors.sel(body=body, variant=variant, line=line)
+            cells = [_cell(line_errors.sel(i=c[0], j=c[1]), measure) for c in results.scene.components]
             yield Row(SYMBOLS[variant] if k == 0 else "", line, cells, k == 0)
 
 
-def _cell(at: xr.Dataset, measure: str) -> Cell:
-    """An error with its weight, or an rms, of a variant on a line."""
-    made = known_cell if at.variant.item() == "C" else error_cell
-    weight = at.weight.item() if measure == "error" else np.nan
-    return made(at[measure].item(), weight, vanishes=bool(at.vanishes))
+def _cell(component_errors: xr.Dataset, measure: str) -> Cell:
+    """The cell of a component of a variant on a line: its error with its weight, or its rms."""
+    made = known_cell if component_errors.variant.item() == "C" else error_cell
+    weight = component_errors.weight.item() if measure == "error" else np.nan
+    return made(component_errors[measure].item(), weight, vanishes=bool(component_errors.vanishes))
 
 
 def _setting(results: Results) -> str:
@@ -94,9 +88,9 @@ def _setting(results: Results) -> str:
         for name, body in scene.bodies.items()
     )
     ends = " (along x the bodies have no ends)" if scene.settings.engine.endless else " as both ends are"
-    at = "the contact centre" if scene.patch.s == 0 else f"s = {scene.patch.s:g} mm"
+    place = "the contact centre" if scene.patch.s == 0 else f"s = {scene.patch.s:g} mm"
     return (
-        f"{bodies}. Unit loads on a patch of {2 * scene.patch.a:g} × {2 * scene.patch.b:g} mm at {at}. "
+        f"{bodies}. Unit loads on a patch of {2 * scene.patch.a:g} × {2 * scene.patch.b:g} mm at {place}. "
         "Each body is its contour, continued by straight flanks and closed by a far arc about the contact "
         f"centre, which is clamped{ends}; contour and flanks are free. The rigid-body motion "
         "that this adds is discounted. The shape of the body far away is a convention of this program."
@@ -110,75 +104,94 @@ def _shape(body: Body) -> str:
     return f"revolved, rolling radius {body.rolling_radius:g} mm{hub}"
 
 
-def _known(results: Results) -> list[dict[str, str]]:
-    """How well C of each solved body is known, on both scales, and what that took."""
+def _accuracy_rows(results: Results) -> list[dict[str, str]]:
+    """How well C of each solved body is known, on both scales, and the cells and domain that this took."""
     rows = []
     for name, job in results.jobs.items():
-        found, scale = results.references[name], refinement_scales_of(results, name)
-        error, component, line = worst(job, found.c.estimate, scale)
-        cells, domain = factors(found.level)
+        reference, scale = results.references[name], refinement_scales_of(results, name)
+        error, component, line = worst(job, reference.c.estimate, scale)
+        cells, domain = factors(reference.level)
         rows.append(
             {
                 "body": name,
-                "itself": _of_itself(results, name),
+                "itself": _largest_estimate(results, name),
                 "error": f"{error:.2%} ({component} on {line})",
-                "mesh": f"{worst(job, found.c.mesh_error, scale)[0]:.2%}",
-                "truncation": f"{worst(job, found.c.truncation_error, scale)[0]:.2%}",
-                "waves": f"{worst(job, found.c.waves_error, scale)[0]:.2%}",
-                "cells": f"{found.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
-                "domain": f"far arc {found.body.domain.far_radius:g} mm, {_length(found.body)} "
+                "mesh": f"{worst(job, reference.c.mesh_error, scale)[0]:.2%}",
+                "truncation": f"{worst(job, reference.c.truncation_error, scale)[0]:.2%}",
+                "waves": f"{worst(job, reference.c.waves_error, scale)[0]:.2%}",
+                "cells": f"{reference.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
+                "domain": f"far arc {reference.body.domain.far_radius:g} mm, {_length(reference.body)} "
                 f"(first × {domain:.3g})",
             }
         )
     return rows
 
 
-def _of_itself(results: Results, body: str) -> str:
-    """The largest estimate of a component of C as a share of the component itself; which vanish."""
+def _largest_estimate(results: Results, body: str) -> str:
+    """The largest estimate of C as a share of the component itself, and the components that vanish."""
     measure = measure_of(results, body)
     components = results.scene.components
-    gone = [c for c in components if component_of(measure.vanishing, c)]
-    errors = [
-        (component_of(of_line, c), c, line)
-        for line, of_line in measure.shares(reference_of(results, body).estimate).items()
-        for c in components
-        if c not in gone
+    vanishing_components = [
+        component for component in components if component_of(measure.vanishing, component)
     ]
-    shown = "{:.2%} ({} on {})".format(*max(errors)) if errors else "–"
-    return shown + (f"; vanishing: {', '.join(gone)}" if gone else "")
+    errors = [
+        (component_of(line_shares, component), component, line)
+        for line, line_shares in measure.shares(reference_of(results, body).estimate).items()
+        for component in components
+        if component not in vanishing_components
+    ]
+    largest = "{:.2%} ({} on {})".format(*max(errors)) if errors else "–"
+    return largest + (f"; vanishing: {', '.join(vanishing_components)}" if vanishing_components else "")
 
 
 def agreement(results: Results) -> Iterator[dict[str, str]]:
-    """How far C of both engines are apart, and whether that is within the sum of their estimates."""
+    """Yield how far C of both engines differ, and whether this is within the sum of their estimates."""
     for body in results.scene.compared if results.checks else ():
-        off_by, known_to = apart(results, body)
-        gone = vanishing(results, body)
+        differences, allowed = apart(results, body)
+        vanishing_mask = vanishing(results, body)
         for line in results.lines:
-            components = {
-                v: (component_of(off_by[line], v), component_of(known_to[line], v))
-                for v in results.scene.components
+            apart_of = {
+                component: (
+                    component_of(differences[line], component),
+                    component_of(allowed[line], component),
+                )
+                for component in results.scene.components
             }
-            closest = max(components, key=lambda v: components[v][0] / max(components[v][1], ROUNDING))
-            largest = max(components, key=lambda v: (not component_of(gone, v), components[v][0]))
+            closest = max(
+                apart_of, key=lambda component: apart_of[component][0] / max(apart_of[component][1], ROUNDING)
+            )
+            largest = max(
+                apart_of,
+                key=lambda component: (not component_of(vanishing_mask, component), apart_of[component][0]),
+            )
             yield {
                 "body": body,
                 "line": line,
-                "apart": f"{components[largest][0]:.2%} ({_marked(largest, gone)})",
-                "closest": "{}: {:.2%} of {:.2%}".format(_marked(closest, gone), *components[closest]),
-                "verdict": "yes" if all(a <= max(e, ROUNDING) for a, e in components.values()) else "no",
+                "apart": f"{apart_of[largest][0]:.2%} ({_marked(largest, vanishing_mask)})",
+                "closest": "{}: {:.2%} of {:.2%}".format(
+                    _marked(closest, vanishing_mask), *apart_of[closest]
+                ),
+                "verdict": "yes"
+                if all(difference <= max(estimate, ROUNDING) for difference, estimate in apart_of.values())
+                else "no",
             }
 
 
-def _marked(component: str, gone: Mask) -> str:
-    return component + (VANISHING if component_of(gone, component) else "")
+def _marked(component: str, vanishing_mask: Mask) -> str:
+    return component + (VANISHING if component_of(vanishing_mask, component) else "")
 
 
 def _length(body: Body) -> str:
-    """How far a model goes along x."""
+    """The text that says how far a model extends along x."""
     if body.closed:
         return "all the way round"
     return "endless along x" if np.isinf(body.xi_end) else f"half-length {body.xi_end:.4g} mm"
 
 
-def _entries(m: np.ndarray) -> list[str]:
-    return [f"M_{AXES[a]}{AXES[b]} = {m[a, b]:.4g}" for a in range(4) for b in range(a, 4) if m[a, b] != 0]
+def _entries(discount: np.ndarray) -> list[str]:
+    return [
+        f"M_{AXES[a]}{AXES[b]} = {discount[a, b]:.4g}"
+        for a in range(4)
+        for b in range(a, 4)
+        if discount[a, b] != 0
+    ]

@@ -1,4 +1,4 @@
-"""`femic run`: compute a scene and write its results, figures and report into a folder."""
+"""`femic run` computes a scene and writes its results, figures and report into a folder."""
 
 import logging
 from pathlib import Path
@@ -22,9 +22,9 @@ log = logging.getLogger(__name__)
 
 
 def run_scene(scene: Scene, out: Path, means: Means = DEFAULT) -> Path:
-    """Compute the scene, write `ics.nc`, `errors.nc`, CSV, figures and `report.html`; returns its path.
+    """Compute the scene; write `ics.nc`, `errors.nc`, CSV files, figures and `report.html`; return its path.
 
-    Solved models are kept in the store: an interrupted run resumes behind the last of them.
+    Solved models are kept in the store, so that an interrupted run continues after the last of them.
     """
     folders.made(out)
     results = compute(scene, means)
@@ -44,7 +44,7 @@ def run_scene(scene: Scene, out: Path, means: Means = DEFAULT) -> Path:
 
 
 def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path) -> dict[str, list[Path]]:
-    """All figures of the report as PNG files, by the part of the report that shows them."""
+    """Draw all figures of the report as PNG files; returns their paths by the part of the report."""
     scene = results.scene
     folder.mkdir(exist_ok=True)
     return {
@@ -61,25 +61,25 @@ def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path
 
 
 def _draw_sections(results: Results, folder: Path) -> list[Path]:
-    """The section mesh of each solved body."""
+    """Draw the section mesh of each solved body that has one; returns the paths."""
     paths = []
-    for name, found in results.references.items():
-        if found.drawn is None:
+    for name, reference in results.references.items():
+        if reference.drawn is None:
             continue
-        figure = sections.section_mesh(*found.drawn, results.scene, name)
+        figure = sections.section_mesh(*reference.drawn, results.scene, name)
         paths.append(save(figure, folder / f"mesh_{name}.png"))
     return paths
 
 
 def _draw_meshes(results: Results, folder: Path) -> list[Path]:
-    """The mesh of each solved body in 3D if the machine can, and the surface mesh of the last."""
+    """Draw the mesh of each solved body, if this machine can draw in 3D, and the last body's surface mesh."""
     paths = []
     in_3d = views.can_render()
     if not in_3d:
         log.warning(f"no 3D pictures of the meshes: {views.NO_RENDERING}. All other figures are drawn")
     for name, job in results.jobs.items():
         solid = build_mesh(job.request(results.references[name].level))
-        side = -1 if solid.half_section and job.patch.s < 0 else 1  # only s >= 0 is modelled
+        side = -1 if solid.half_section and job.patch.s < 0 else 1  # a half section models s >= 0 only
         if in_3d:
             paths.append(folder / f"mesh_{name}.png")
             patch = job.body.surface.position(0.0, side * job.patch.s)

@@ -1,1 +1,1 @@
-"""The IC matrix of a scene: computed, checked, written strip by strip."""
+"""Computes the IC matrix of a scene, checks it, and writes it strip by strip."""

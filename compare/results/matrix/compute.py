@@ -1,4 +1,4 @@
-"""The IC matrix of a scene: computed, checked, written strip by strip."""
+"""Computes the IC matrix of a scene and writes it strip by strip."""
 
 import json
 from collections.abc import Mapping
@@ -34,37 +34,39 @@ from geometries.bodies import Domain
 from geometries.patches import DIRECTIONS
 
 DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
-LARGEST = 12_000_000  # entries of a matrix that is held as a whole, for reciprocity and eigenvalues
+LARGEST_WHOLE_MATRIX = 12_000_000  # entries of a matrix held as a whole, for reciprocity and eigenvalues
 VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated error of C"))
 
 
 @dataclass(frozen=True, eq=False)
 class MatrixResults:
-    """The matrices of a scene's bodies, and what they keep of what elasticity demands."""
+    """The IC matrices of a scene's bodies, their errors, and how well they satisfy elasticity's laws."""
 
     scene: Scene
-    found: Mapping[str, MatrixReference]
-    errors: Mapping[str, Shares]  # estimated, at worst, of each body compared
-    reciprocity: Mapping[str, Reciprocity]  # defect of the raw matrices
-    eigenvalues: Mapping[str, float]  # smallest, of the symmetric part, over the element's own ICs
+    found: Mapping[str, MatrixReference]  # by solved body
+    errors: Mapping[str, Shares]  # largest estimated error, by body compared
+    reciprocity: Mapping[str, Reciprocity]  # defect of the raw matrix, by solved body
+    eigenvalues: Mapping[str, float]  # smallest of the symmetric part, over the element's own ICs
     approximations: Mapping[tuple[str, str], Deviation]  # by (variant, body)
-    known: Mapping[str, Deviation]  # by body: what C's own estimate allows
+    known: Mapping[str, Deviation]  # estimated deviation of C itself, by body
     seconds: float
-    memory: float  # MB, of the process at its peak
+    memory: float  # peak of the process [MB]
 
     def column(self, body: str, strip: int) -> Estimated:
-        """C of a body, or of both, due to unit loads on a strip [mm/N], arrays (3, 3, n_x, n_s)."""
+        """C of a body, or of both, due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
         return total([self.found[name].column(strip) for name in parts_of(body)])
 
 
 def matrix_jobs(scene: Scene) -> dict[str, MatrixJob]:
     """The jobs of the bodies that the comparison needs; raises BadScene where the grid does not fit."""
     require_none(scene.name, grid_misfits(scene))
-    least = far_radius_for(scene.settings.tolerance, scene.grid)
+    least_far_radius = far_radius_for(scene.settings.tolerance, scene.grid)
     settings = replace(scene.settings, engine=HARMONIC, cells=None)
     return {
         name: MatrixJob(
-            replace(body, domain=Domain(max(least, body.domain.far_radius), np.inf)), scene.grid, settings
+            replace(body, domain=Domain(max(least_far_radius, body.domain.far_radius), np.inf)),
+            scene.grid,
+            settings,
         )
         for name, body in scene.bodies.items()
         if name in scene.solved
@@ -74,28 +76,34 @@ def matrix_jobs(scene: Scene) -> dict[str, MatrixJob]:
 def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixResults:
     """Compute the matrices of a scene and write them to a NetCDF file; one loaded strip at a time.
 
-    Raises BadScene for a grid that does not fit, NotConverged as `femic.at_points.references`.
+    Raises BadScene where the grid does not fit, and NotConverged as `femic.at_points.references` does.
     """
     start = perf_counter()
     jobs, combined = matrix_jobs(scene), "combined" in scene.compared
-    found = matrices(jobs, means, combined=combined)
+    matrix_references = matrices(jobs, means, combined=combined)
     means.watch.on_stage("  writing, checking")
     collected = _Collected.of(scene, jobs)
     temporary = path.with_suffix(".part")
-    _skeleton(scene, found, temporary)
+    _write_coordinates(scene, matrix_references, temporary)
     with h5netcdf.File(temporary, "a") as file:
-        _variables(file, scene)
+        _create_variables(file, scene)
         for strip in range(scene.grid.n_s):
-            of_body = {name: reference.column(strip) for name, reference in found.items()}
-            compared = {name: total([of_body[part] for part in parts_of(name)]) for name in scene.compared}
-            for b, c in enumerate(compared.values()):
-                file["ic"][b, :, :, strip] = scene.grid.area * _last(c.ic)
-                file["estimate"][b, :, :, strip] = scene.grid.area * _last(c.estimate)
-            collected.add(strip, compared, {name: one.raw_column(strip) for name, one in found.items()})
+            columns = {name: reference.column(strip) for name, reference in matrix_references.items()}
+            compared_columns = {
+                name: total([columns[part] for part in parts_of(name)]) for name in scene.compared
+            }
+            for b, c in enumerate(compared_columns.values()):
+                file["ic"][b, :, :, strip] = scene.grid.area * _directions_last(c.ic)
+                file["estimate"][b, :, :, strip] = scene.grid.area * _directions_last(c.estimate)
+            collected.add(
+                strip,
+                compared_columns,
+                {name: reference.raw_column(strip) for name, reference in matrix_references.items()},
+            )
     results = MatrixResults(
         scene,
-        found,
-        {name: worst_of(of_strips) for name, of_strips in collected.errors.items()},
+        matrix_references,
+        {name: worst_of(strip_errors) for name, strip_errors in collected.errors.items()},
         {name: reciprocity(ics, jobs[name].body.contour, scene.grid) for name, ics in collected.raw.items()},
         collected.eigenvalues(),
         collected.deviations,
@@ -111,26 +119,29 @@ def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixRe
 
 @dataclass(eq=False)
 class _Collected:
-    """What the columns say, gathered loaded strip by loaded strip; whole matrices only up to `LARGEST`."""
+    """What is computed from the columns, loaded strip by loaded strip.
+
+    Whole matrices are kept only up to `LARGEST_WHOLE_MATRIX` entries.
+    """
 
     scene: Scene
     jobs: Mapping[str, MatrixJob]
-    raw: dict[str, Array]  # of each solved body, (n_x, n_s, n_s, 3, 3)
-    discounted: dict[str, Array]  # of all that is compared
-    errors: dict[str, list[Shares]]
-    deviations: dict[tuple[str, str], Deviation]
-    known: dict[str, Deviation]
+    raw: dict[str, Array]  # matrices before the discount by solved body, (n_x, n_s, n_s, 3, 3) [mm/N]
+    discounted: dict[str, Array]  # matrices after the discount by body compared, likewise
+    errors: dict[str, list[Shares]]  # estimated errors of each column by body compared
+    deviations: dict[tuple[str, str], Deviation]  # by (variant, body)
+    known: dict[str, Deviation]  # estimated deviation of C itself, by body
 
     @classmethod
     def of(cls, scene: Scene, jobs: Mapping[str, MatrixJob]) -> "_Collected":
-        """Nothing yet."""
+        """The state before the first strip."""
         shape, pair = _shape(scene), scene.pair
-        whole = int(np.prod(shape)) <= LARGEST
+        held_whole = int(np.prod(shape)) <= LARGEST_WHOLE_MATRIX
         return cls(
             scene,
             jobs,
-            {name: np.empty(shape) for name in jobs if whole},
-            {name: np.empty(shape) for name in scene.compared if whole},
+            {name: np.empty(shape) for name in jobs if held_whole},
+            {name: np.empty(shape) for name in scene.compared if held_whole},
             {name: [] for name in scene.compared},
             {
                 (variant, name): Deviation.none(scene.grid.n_s)
@@ -142,12 +153,12 @@ class _Collected:
         )
 
     def add(self, strip: int, compared: Mapping[str, Estimated], raw: Mapping[str, Array]) -> None:
-        """The columns of one more strip."""
+        """Add the columns of one more loaded strip."""
         grid = self.scene.grid
-        for name, whole in self.raw.items():
-            whole[:, :, strip] = _last(raw[name])
-        for name, whole in self.discounted.items():
-            whole[:, :, strip] = _last(compared[name].ic)
+        for name, matrix in self.raw.items():
+            matrix[:, :, strip] = _directions_last(raw[name])
+        for name, matrix in self.discounted.items():
+            matrix[:, :, strip] = _directions_last(compared[name].ic)
         columns = {}
         for name, c in compared.items():
             jobs = [self.jobs[part] for part in parts_of(name)]
@@ -155,20 +166,22 @@ class _Collected:
             columns[name] = Column(c, is_far(strip, grid), half_spaces_nn(strip, jobs))
             self.known[name] = self.known[name].with_column(c.estimate, columns[name])
         for (variant, name), deviation in self.deviations.items():
-            other = column(variant, solids(self.scene)[name], grid, strip) / grid.area
-            self.deviations[variant, name] = deviation.with_column(other - compared[name].ic, columns[name])
+            approximation = column(variant, solids(self.scene)[name], grid, strip) / grid.area
+            self.deviations[variant, name] = deviation.with_column(
+                approximation - compared[name].ic, columns[name]
+            )
 
     def eigenvalues(self) -> dict[str, float]:
-        """Smallest of each matrix."""
-        of_all = {f"{name}, raw": ics for name, ics in self.raw.items()}
-        of_all |= {f"{name}, discounted": ics for name, ics in self.discounted.items()}
-        return {name: _definite(ics) for name, ics in of_all.items()}
+        """Smallest eigenvalue of each matrix, over the element's own ICs."""
+        matrices_by_name = {f"{name}, raw": ics for name, ics in self.raw.items()}
+        matrices_by_name |= {f"{name}, discounted": ics for name, ics in self.discounted.items()}
+        return {name: _relative_smallest_eigenvalue(ics) for name, ics in matrices_by_name.items()}
 
 
 def file_size(scene: Scene) -> int:
-    """Bytes of the NetCDF file, but for a few thousand."""
-    each = sum(np.dtype(kind).itemsize for _, kind, _ in VARIABLES)
-    return len(scene.compared) * each * int(np.prod(_shape(scene)))
+    """Size of the NetCDF file in bytes, without its header of a few thousand."""
+    entry_bytes = sum(np.dtype(kind).itemsize for _, kind, _ in VARIABLES)
+    return len(scene.compared) * entry_bytes * int(np.prod(_shape(scene)))
 
 
 def _shape(scene: Scene) -> tuple[int, int, int, int, int]:
@@ -176,28 +189,33 @@ def _shape(scene: Scene) -> tuple[int, int, int, int, int]:
     return grid.n_x, grid.n_s, grid.n_s, 3, 3
 
 
-def _last(column: Array) -> Array:
-    """(i, j, lag, observer) as (lag, observer, i, j)."""
+def _directions_last(column: Array) -> Array:
+    """A column (i, j, lag, observing strip) as (lag, observing strip, i, j)."""
     return np.moveaxis(column, (0, 1), (2, 3))
 
 
-def _definite(ics: Array) -> float:
-    """Smallest eigenvalue over the element's own ICs in its directions, the least of them."""
-    own = np.min(np.diagonal(ics[0], axis1=0, axis2=1).diagonal(axis1=0, axis2=1))
-    return GridOperator.of(ics).smallest_eigenvalue() / float(own)
+def _relative_smallest_eigenvalue(ics: Array) -> float:
+    """Smallest eigenvalue of a matrix over the least of the element's own ICs xx, ss, nn."""
+    own_ic = np.min(np.diagonal(ics[0], axis1=0, axis2=1).diagonal(axis1=0, axis2=1))
+    return GridOperator.of(ics).smallest_eigenvalue() / float(own_ic)
 
 
-def _skeleton(scene: Scene, found: Mapping[str, MatrixReference], path: Path) -> None:
-    """The file without its matrices: coordinates and M."""
+def _write_coordinates(scene: Scene, matrix_references: Mapping[str, MatrixReference], path: Path) -> None:
+    """Write the file without its matrices: coordinates and M."""
     grid, mm = scene.grid, {"units": "mm"}
     xr.Dataset(
-        {"discount": (("solved", "moved", "force"), np.stack([one.discount for one in found.values()]))},
+        {
+            "discount": (
+                ("solved", "moved", "force"),
+                np.stack([reference.discount for reference in matrix_references.values()]),
+            )
+        },
         coords={
             "lag": ("lag", grid.lags, mm),
             "observed": ("observed", grid.strips, mm),
             "loaded": ("loaded", grid.strips, mm),
             "body": list(scene.compared),
-            "solved": list(found),
+            "solved": list(matrix_references),
             "i": list(DIRECTIONS),
             "j": list(DIRECTIONS),
             "moved": list(AXES),
@@ -206,8 +224,8 @@ def _skeleton(scene: Scene, found: Mapping[str, MatrixReference], path: Path) ->
     ).to_netcdf(path, engine="h5netcdf")
 
 
-def _variables(file: h5netcdf.File, scene: Scene) -> None:
-    """Room for the matrices, loaded strip by loaded strip."""
+def _create_variables(file: h5netcdf.File, scene: Scene) -> None:
+    """Create the variables of the matrices, chunked by loaded strip."""
     grid = scene.grid
     for name, kind, meaning in VARIABLES:
         variable = file.create_variable(name, DIMENSIONS, kind, chunks=(1, grid.n_x, grid.n_s, 1, 3, 3))
@@ -218,8 +236,8 @@ def _attributes(results: MatrixResults) -> dict[str, str | float]:
     scene = results.scene
     models = {
         f"{name}, {model}": asdict(cost)
-        for name, found in results.found.items()
-        for model, cost in found.models.items()
+        for name, reference in results.found.items()
+        for model, cost in reference.models.items()
     }
     return {
         "title": f"IC matrix: {scene.title}",
@@ -230,7 +248,9 @@ def _attributes(results: MatrixResults) -> dict[str, str | float]:
         "ds": scene.grid.ds,
         "tolerance": scene.settings.tolerance,
         "estimated_error": json.dumps({name: asdict(shares) for name, shares in results.errors.items()}),
-        "reciprocity_defect": json.dumps({name: asdict(one) for name, one in results.reciprocity.items()}),
+        "reciprocity_defect": json.dumps(
+            {name: asdict(defect) for name, defect in results.reciprocity.items()}
+        ),
         "smallest_eigenvalue": json.dumps(dict(results.eigenvalues)),
         "models": json.dumps(models),
         "seconds": results.seconds,

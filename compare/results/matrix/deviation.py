@@ -1,4 +1,4 @@
-"""How far approximations of an IC matrix are from C: entry by entry, and under tractions on all elements."""
+"""Deviations of approximations of an IC matrix from C: of entries, and under tractions on all elements."""
 
 from dataclasses import dataclass
 
@@ -12,36 +12,37 @@ from geometries.patches import N
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """C due to unit loads on a strip, arrays (3, 3, n_x, n_s), and what is far from that strip."""
+    """C due to unit loads on a strip, and which elements are far from that strip."""
 
-    c: Estimated
-    far: Mask  # (n_x, n_s): `femic.matrix.columns.NEAR_ELEMENTS` from the load and further
+    c: Estimated  # arrays (3, 3, n_x, n_s) [mm/N]
+    far: Mask  # (n_x, n_s): at least `femic.matrix.columns.NEAR_ELEMENTS` elements from the load
     a_nn: Array  # (n_x, n_s) [mm/N]
 
 
 @dataclass(frozen=True, eq=False)
 class Deviation:
-    """What is wrong with an approximation, strip by strip; of C itself: what its estimate says.
+    """Largest values and sums over the entries of an approximation V of C; loaded strips are added in turn.
 
-    Far from the load the largest values, (3, 3); nearer shares of A_nn; sums over loaded strips and lags of
-    both signs, (3, 3, n_s), which is what tractions of 1 everywhere, of the worst signs, make of them.
+    For C itself, V - C is its estimated error. Largest values are (3, 3). Sums, (3, 3, n_s) by observing
+    strip, are over loaded strips and lags of both signs: displacements under tractions of 1 on all elements,
+    with the worst signs.
     """
 
-    far_off: Array  # of |V - C|
-    far_c: Array
-    far_known: Array  # of the estimate of C
-    near: Array  # of |V - C| / A_nn
-    off: Array  # sums of |V - C|
-    c: Array
-    known: Array
+    far_off: Array  # largest |V - C| far from the load [mm/N]
+    far_c: Array  # largest |C| there [mm/N]
+    far_known: Array  # largest estimate of C's error there [mm/N]
+    near: Array  # largest |V - C| / A_nn nearer to the load
+    off: Array  # sums of |V - C| [mm/N]
+    c: Array  # sums of |C| [mm/N]
+    known: Array  # sums of the estimate of C's error [mm/N]
 
     @classmethod
     def none(cls, n_s: int) -> "Deviation":
-        """Before the first strip."""
+        """The deviation before the first strip: zeros."""
         return cls(*(np.zeros((3, 3)) for _ in range(4)), *(np.zeros((3, 3, n_s)) for _ in range(3)))
 
     def with_column(self, difference: Array, column: Column) -> "Deviation":
-        """With the column of one more loaded strip, difference (3, 3, n_x, n_s)."""
+        """The deviation with one more loaded strip; difference from C (3, 3, n_x, n_s) [mm/N]."""
         c, far = column.c, column.far
         largest = (
             np.maximum(so_far, np.max(np.abs(values), axis=(2, 3)))
@@ -52,17 +53,20 @@ class Deviation:
                 (self.near, difference * ~far / column.a_nn),
             )
         )
-        both_sides = np.where(np.arange(c.ic.shape[2]) == 0, 1.0, 2.0)[:, None]
+        lag_weights = np.where(np.arange(c.ic.shape[2]) == 0, 1.0, 2.0)[:, None]
         sums = (
-            so_far + np.sum(both_sides * np.abs(values), axis=2)
+            so_far + np.sum(lag_weights * np.abs(values), axis=2)
             for so_far, values in ((self.off, difference), (self.c, c.ic), (self.known, c.estimate))
         )
         return Deviation(*largest, *sums)
 
     @property
     def worst(self) -> Array:
-        """Largest error of an entry far from the load, share of the largest one of the same component."""
-        if not np.any(self.far_c):  # a grid that has nothing far from the load
+        """Largest error of an entry far from the load, (3, 3): share of the component's largest entry there.
+
+        It is a share of 0.05 max |C_nn| where the component vanishes, and NaN where no entry is far.
+        """
+        if not np.any(self.far_c):  # no element of the grid is far from the load
             return np.full((3, 3), np.nan)
         return self.far_off / scale(self.far_c, self.vanishing, self.far_c[N, N])
 
@@ -73,22 +77,25 @@ class Deviation:
 
     @property
     def under_tractions(self) -> Array:
-        """Largest error of displacements that tractions up to 1 can cause, over the largest under p_n."""
+        """Largest error of displacements under tractions up to 1, (3, 3).
+
+        It is a share of the largest normal displacement that normal tractions up to 1 cause.
+        """
         return self._caused(self.off) / self._caused(self.c)[N, N]
 
     @property
     def under_tractions_of_itself(self) -> Array:
-        """The same over what the component itself can cause."""
+        """The same errors, (3, 3), as shares of the displacements that the component itself can cause."""
         c = self._caused(self.c)
         return self._caused(self.off) / scale(c, self.causes_nothing, c[N, N])
 
     @property
     def causes_nothing(self) -> Mask:
-        """Which components of C cannot cause anything that C knows."""
+        """Which components, (3, 3), cause displacements that vanish or are below ten times their estimate."""
         c = self._caused(self.c)
         return vanishes(c, self._caused(self.known), c[N, N])
 
     @staticmethod
     def _caused(sums: Array) -> Array:
-        """The largest of all observing strips."""
+        """The largest displacement on any observing strip, (3, 3), of sums (3, 3, n_s)."""
         return np.asarray(np.max(sums, axis=2))

@@ -1,4 +1,4 @@
-"""How reciprocal a raw matrix is: where it is worst, and away from the joints of its contour."""
+"""The defect of reciprocity of a raw matrix: at worst, and away from the joints of its contour."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from geometries.arrays import Array
 from geometries.contours import Contour
 from geometries.grids import Grid
 
-ON_EDGE = 1e-3  # of a strip: joints that close to its edge are on it, as in meshes
+ON_EDGE = 1e-3  # share of a strip: joints closer than that to its edge are on the edge, as in meshes
 
 
 @dataclass(frozen=True)
@@ -17,37 +17,37 @@ class Reciprocity:
     """Largest |C(I, J) - C(J, I)^T| over the largest C_nn: of all pairs of strips, of those without joints.
 
     Displacements are read at centres, loads act on whole elements. The average over an element differs from
-    its centre by the curvature of the field across it; at a joint the local directions s and n, which turn
-    on an arc, suddenly do not, and it differs by more.
+    the value at its centre by the curvature of the field across it. At a joint it differs by more: the local
+    directions s and n turn along the arc, and suddenly do not along the flank.
     """
 
-    worst: float
-    strips: tuple[int, int]  # where
+    worst: float  # of all pairs of strips
+    strips: tuple[int, int]  # the pair that has it
     at_joints: tuple[int, ...]  # strips that contain a joint
-    elsewhere: float | None  # largest defect of pairs without any of these; None if there are none
+    elsewhere: float | None  # largest defect of pairs of strips without joints; None if there are none
 
 
 def reciprocity(ics: Array, contour: Contour, grid: Grid) -> Reciprocity:
-    """Of a raw matrix (n_x, n_s, n_s, 3, 3)."""
+    """Reciprocity of a raw matrix (n_x, n_s, n_s, 3, 3)."""
     defects = reciprocity_defects(ics)
     first, second = np.unravel_index(np.argmax(defects), defects.shape)
-    apart = np.abs(grid.strips[:, None] - np.array(contour.joints))  # (n_s, n_joints)
-    holds = np.any(apart <= (0.5 + ON_EDGE) * grid.ds, axis=1)
-    smooth = defects[np.ix_(~holds, ~holds)]
+    distances = np.abs(grid.strips[:, None] - np.array(contour.joints))  # (n_s, n_joints)
+    has_joint = np.any(distances <= (0.5 + ON_EDGE) * grid.ds, axis=1)
+    defects_without_joints = defects[np.ix_(~has_joint, ~has_joint)]
     return Reciprocity(
         float(np.max(defects)),
         (int(first), int(second)),
-        tuple(int(strip) for strip in np.flatnonzero(holds)),
-        float(np.max(smooth)) if smooth.size else None,
+        tuple(int(strip) for strip in np.flatnonzero(has_joint)),
+        float(np.max(defects_without_joints)) if defects_without_joints.size else None,
     )
 
 
-def described(one: Reciprocity, grid: Grid) -> str:
-    """For the report: how large, where, and how large elsewhere."""
-    first, second = sorted(one.strips)
-    where = f"{one.worst:.1e} (strips {first} and {second}, s = {grid.strips[first]:.3g}, "
+def described(defect: Reciprocity, grid: Grid) -> str:
+    """Text for the report: the largest defect, where it is, and the largest without joints."""
+    first, second = sorted(defect.strips)
+    where = f"{defect.worst:.1e} (strips {first} and {second}, s = {grid.strips[first]:.3g}, "
     where += f"{grid.strips[second]:.3g} mm)"
-    if not one.at_joints:
+    if not defect.at_joints:
         return where
-    elsewhere = "" if one.elsewhere is None else f"; {one.elsewhere:.1e} without these"
-    return f"{where}; joints in strips {', '.join(map(str, one.at_joints))}{elsewhere}"
+    elsewhere = "" if defect.elsewhere is None else f"; {defect.elsewhere:.1e} without these"
+    return f"{where}; joints in strips {', '.join(map(str, defect.at_joints))}{elsewhere}"

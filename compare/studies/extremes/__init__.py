@@ -1,1 +1,1 @@
-"""`femic extremes`: how far each part goes, how wrong it is there, and what it says beyond."""
+"""`femic extremes` tries each part at its limits: its errors there, and its messages beyond them."""

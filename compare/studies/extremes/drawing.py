@@ -1,10 +1,10 @@
-"""How hypothesis draws cases: the same ones in every run, as many as asked for, however long each takes."""
+"""How hypothesis draws cases: the same ones in every run, a given number, with no limit of time."""
 
 from hypothesis import HealthCheck, Phase, settings
 
 
 def drawing(examples: int) -> settings:
-    """Settings for `given`."""
+    """Settings of hypothesis for drawing a number of examples."""
     return settings(
         max_examples=examples,
         derandomize=True,

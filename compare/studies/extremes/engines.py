@@ -1,4 +1,4 @@
-"""C by both engines at their extremes: on planes against A, elsewhere against a tighter C."""
+"""C by both engines at their limits, compared with A on planes and with a more accurate C elsewhere."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -7,7 +7,8 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from compare.results.compute import Results, compute, ics_of, reference_of, refinement_shares_of
+from compare.results.compute import Results, compute, ics_of, reference_of
+from compare.results.shares import refinement_shares_of
 from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene
 from compare.studies.extremes.drawing import drawing
@@ -16,27 +17,27 @@ from femic.accuracy import component_of
 from femic.means import Means
 
 SIX = ("nn", "ss", "xx", "xs", "xn", "sn")
-TOLERANCE = {HARMONIC: 0.01, SOLID: 0.1}
-TIGHTER = 0.001  # tolerance of the C against which errors are measured where no closed form exists
-FINER = {"growth": 0.2, "far_radius": 3000.0}  # its cells and domain: less than half, more than twice
-EXAMPLES = 40  # plane scenes drawn
-ROUNDING = 1e-9  # share of the scale of refinement
-POINTS = 102  # of a line: none on the outline of the patch, which is a row of its own
+ENGINE_TOLERANCE = {HARMONIC: 0.01, SOLID: 0.1}
+REFERENCE_TOLERANCE = 0.001  # of the C against which errors are measured if there is no closed form
+REFERENCE_SETTINGS = {"growth": 0.2, "far_radius": 3000.0}  # of that C: cells < 1/2, domain > 2 times
+DRAWN_PLANES = 40  # plane scenes drawn
+ROUNDING_SHARE = 1e-9  # of the scale of refinement: smaller estimates count as this
+POINTS = 102  # of a line; none lies on the outline of the patch, which has a row of its own
 Changes = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Engines:
-    """How cases are computed."""
+    """Computes the cases of both engines."""
 
     means: Means
 
     def parameters(self, engine: str) -> list[Parameter]:
-        """All rows of the column of an engine."""
+        """The parameters of an engine, with their cases within and beyond the limits."""
         return self._harmonic() if engine == HARMONIC else self._solid()
 
     def _harmonic(self) -> list[Parameter]:
-        at = [
+        row_settings = [
             ("ν", "0 … 0.4999", [flat(nu=0.0), flat(nu=0.4999)], [flat(nu=0.49995)]),
             ("patch aspect a/b", "0.01 … 100", [flat(aspect=0.01), flat(aspect=100.0)], [flat(aspect=0.005)]),
             ("distance / half-side", "0 … 1000", [flat(distance=1000.0)], [flat(distance=3300.0)]),
@@ -46,14 +47,14 @@ class Engines:
             ("modulus ratio", "1e-6 … 1e6", [moduli(1e-6), moduli(1e6)], []),
             ("observer", "anywhere", [on_outline()], []),
         ]
-        rows = [self._row(HARMONIC, *row) for row in at]
-        drawn = Parameter(
+        rows = [self._row(HARMONIC, *settings_of_row) for settings_of_row in row_settings]
+        drawn_planes = Parameter(
             HARMONIC, "all of a plane at once", "ν, a/b 0.1 … 10, 0.1 … 1 mm", [self._drawn_planes]
         )
-        return [*rows, drawn]
+        return [*rows, drawn_planes]
 
     def _solid(self) -> list[Parameter]:
-        at = [
+        row_settings = [
             ("ν", "0 … 0.49", [flat(nu=0.0), flat(nu=0.49)], [flat(nu=0.495)]),
             ("patch aspect a/b", "0.1 … 10", [flat(aspect=0.1), flat(aspect=10.0)], [flat(aspect=0.05)]),
             ("distance / half-side", "0 … 200", [flat(distance=200.0)], [flat(distance=820.0)]),
@@ -63,41 +64,48 @@ class Engines:
             ("modulus ratio", "1e-6 … 1e6", [moduli(1e-6), moduli(1e6)], []),
             ("observer", "anywhere", [on_outline()], []),
         ]
-        return [self._row(SOLID, *row) for row in at]
+        return [self._row(SOLID, *settings_of_row) for settings_of_row in row_settings]
 
     def _row(
-        self, engine: str, name: str, allowed: str, within: Sequence["Asked"], beyond: Sequence["Asked"]
+        self,
+        engine: str,
+        name: str,
+        allowed: str,
+        within: Sequence["SceneCase"],
+        beyond: Sequence["SceneCase"],
     ) -> Parameter:
         return Parameter(
             engine,
             name,
             allowed,
-            [self._reach(engine, asked) for asked in within],
-            [_refuse(engine, asked) for asked in beyond],
+            [self._reach(engine, scene_case) for scene_case in within],
+            [_refuse(engine, scene_case) for scene_case in beyond],
         )
 
-    def _reach(self, engine: str, asked: "Asked") -> Callable[[], Reached]:
-        def case() -> Reached:
-            results = self._solved(asked, engine, {"tolerance": TOLERANCE[engine]})
+    def _reach(self, engine: str, scene_case: "SceneCase") -> Callable[[], Reached]:
+        def reached() -> Reached:
+            results = self._solved(scene_case, engine, {"tolerance": ENGINE_TOLERANCE[engine]})
             seconds = sum(sum(cost.seconds.values()) for cost in results.models.values())
-            if asked.base == "flat":
-                return Reached(asked.label, *compared(results, None), "A", seconds)
-            finer = self._solved(asked, HARMONIC, FINER | {"tolerance": TIGHTER})
-            return Reached(asked.label, *compared(results, finer), "a finer C", seconds)
+            if scene_case.base == "flat":
+                return Reached(scene_case.label, *compared(results, None), "A", seconds)
+            finer = self._solved(
+                scene_case, HARMONIC, REFERENCE_SETTINGS | {"tolerance": REFERENCE_TOLERANCE}
+            )
+            return Reached(scene_case.label, *compared(results, finer), "a finer C", seconds)
 
-        return case
+        return reached
 
-    def _solved(self, asked: "Asked", engine: str, settings_of: Changes) -> Results:
-        table = {"kind": engine, "check": False, **settings_of}
-        scene = load_scene(asked.base, {**asked.changes, "engine": table})
+    def _solved(self, scene_case: "SceneCase", engine: str, engine_settings: Changes) -> Results:
+        table = {"kind": engine, "check": False, **engine_settings}
+        scene = load_scene(scene_case.base, {**scene_case.changes, "engine": table})
         return compute(scene, self.means)
 
     def _drawn_planes(self) -> Reached:
-        """Plane scenes that hypothesis draws: the one in which errors use up most of their estimates."""
-        found: list[Reached] = []
-        shares: list[float] = []
+        """Of the plane scenes that hypothesis draws, the one with the largest error over its estimate."""
+        reached: list[Reached] = []
+        used: list[float] = []
 
-        @drawing(EXAMPLES)
+        @drawing(DRAWN_PLANES)
         @given(
             st.floats(0, 0.49),
             st.floats(-1, 1),
@@ -106,23 +114,23 @@ class Engines:
             st.sampled_from([0.1, 0.01, 0.001]),
         )
         def draw(nu: float, aspect: float, size: float, beside: float, tolerance: float) -> None:
-            asked = flat(nu=nu, aspect=10**aspect, size=10**size, beside=beside)
-            results = self._solved(asked, HARMONIC, {"tolerance": tolerance})
+            scene_case = flat(nu=nu, aspect=10**aspect, size=10**size, beside=beside)
+            results = self._solved(scene_case, HARMONIC, {"tolerance": tolerance})
             seconds = sum(sum(cost.seconds.values()) for cost in results.models.values())
-            found.append(Reached(asked.label, *compared(results, None), "A", seconds))
-            shares.extend(used for _, _, used in each(results, None))
+            reached.append(Reached(scene_case.label, *compared(results, None), "A", seconds))
+            used.extend(share for _, _, share in each(results, None))
 
         draw()
-        held = sum(used <= 1 for used in shares)
+        held = sum(share <= 1 for share in used)
         note = (
-            f"{len(found)} scenes: {held} of {len(shares)} errors (of components on lines) within estimates"
+            f"{len(reached)} scenes: {held} of {len(used)} errors (of components on lines) within estimates"
         )
-        return replace(max(found, key=lambda one: one.used or 0.0), note=note)
+        return replace(max(reached, key=lambda case: case.used or 0.0), note=note)
 
 
 @dataclass(frozen=True)
-class Asked:
-    """A scene: a built-in one with changes."""
+class SceneCase:
+    """A built-in scene with changes, under a label."""
 
     label: str
     base: str
@@ -131,11 +139,17 @@ class Asked:
 
 def flat(
     *, nu: float = 0.28, aspect: float = 1.0, size: float = 0.2, distance: float = 25.0, beside: float = 4.0
-) -> Asked:
-    """Half-spaces: one body, lines through and beside the patch, and across at a distance in half-sides."""
+) -> SceneCase:
+    """One half-space, with lines along x through and beside the patch, and a line along s.
+
+    `size` is half the side of the patch along s [mm], `aspect` that along x over it. The line along s lies at
+    `distance` times the smaller half-side, the line beside the patch at `beside` times `size`.
+    """
     b, a = size, size * aspect
-    given = {"ν": (nu, 0.28), "a/b": (aspect, 1.0), "distance / half-side": (distance, 25.0)}
-    label = ", ".join(f"{name} = {value:.5g}" for name, (value, usual) in given.items() if value != usual)
+    parameters = {"ν": (nu, 0.28), "a/b": (aspect, 1.0), "distance / half-side": (distance, 25.0)}
+    label = ", ".join(
+        f"{name} = {value:.5g}" for name, (value, usual) in parameters.items() if value != usual
+    )
     longest = max(a, b)
     lines = [
         {"along": "x", "s": beside * b, "reach": 25 * longest, "points": POINTS},
@@ -143,7 +157,7 @@ def flat(
         {"along": "s", "x": distance * min(a, b), "reach": 25 * longest, "points": POINTS},
     ]
     material = {"nu": nu}
-    return Asked(
+    return SceneCase(
         label,
         "flat",
         {
@@ -158,15 +172,15 @@ def flat(
     )
 
 
-def on_outline() -> Asked:
-    """Half-spaces, with points on the outline of the patch."""
-    one = flat()
-    patch = one.changes["patch"]
+def on_outline() -> SceneCase:
+    """One half-space, with points on the outline of the patch."""
+    plane = flat()
+    patch = plane.changes["patch"]
     lines = [
         {"along": "x", "s": 0.0, "reach": 5 * patch["a"], "points": 11},
         {"along": "s", "x": 0.0, "reach": 5 * patch["b"], "points": 11},
     ]
-    return Asked("on the outline of the patch", one.base, {**one.changes, "lines": lines})
+    return SceneCase("on the outline of the patch", plane.base, {**plane.changes, "lines": lines})
 
 
 def _lines(reach: float = 25.0) -> list[dict[str, Any]]:
@@ -177,69 +191,73 @@ def _lines(reach: float = 25.0) -> list[dict[str, Any]]:
     ]
 
 
-def _of_geometry1(label: str, changes: Changes, body: str = "lower", reach: float = 25.0) -> Asked:
+def _of_geometry1(label: str, changes: Changes, body: str = "lower", reach: float = 25.0) -> SceneCase:
     usual = {"bodies": [body], "components": list(SIX), "variants": ["A"], "lines": _lines(reach)}
-    return Asked(label, "geometry1", {**usual, **changes})
+    return SceneCase(label, "geometry1", {**usual, **changes})
 
 
 def _arc(flank: float, radius: float = 10.0) -> Changes:
     return {"contour": {"kind": "arc", "radius": radius, "flank_inclination_deg": flank}}
 
 
-def curved(flank: float) -> Asked:
-    """The lower body of Geometry 1 with other flanks."""
-    both = {"lower": _arc(flank), "upper": _arc(flank)}
-    return _of_geometry1(f"{flank:g}°", both)
+def curved(flank: float) -> SceneCase:
+    """The lower body of Geometry 1 with another flank inclination [deg]."""
+    arcs = {"lower": _arc(flank), "upper": _arc(flank)}
+    return _of_geometry1(f"{flank:g}°", arcs)
 
 
-def wheel(rolling_radius: float) -> Asked:
-    """The upper body of Geometry 1, revolved."""
+def wheel(rolling_radius: float) -> SceneCase:
+    """The upper body of Geometry 1, revolved with a rolling radius [mm]."""
     reach = min(25.0, rolling_radius / 5)
     return _of_geometry1(
         f"{rolling_radius:g} mm", {"upper": {"rolling_radius": rolling_radius}}, "upper", reach
     )
 
 
-def ratio(over: float) -> Asked:
-    """Geometry 1 with a wider arc of the upper body."""
+def ratio(over: float) -> SceneCase:
+    """Both bodies of Geometry 1, the radius of the upper arc `over` times that of the lower."""
     return _of_geometry1(f"{over - 1:g}", {"upper": _arc(25.5, 10.0 * over)}, "combined")
 
 
-def moduli(over: float) -> Asked:
-    """Half-spaces of unlike stiffness."""
-    one = flat()
-    changes = {**one.changes, "bodies": ["combined"], "upper": {"E": 210e3 * over}}
-    return Asked(f"{over:g}", one.base, changes)
+def moduli(over: float) -> SceneCase:
+    """Both half-spaces, the modulus of elasticity of the upper one `over` times 210 GPa."""
+    plane = flat()
+    changes = {**plane.changes, "bodies": ["combined"], "upper": {"E": 210e3 * over}}
+    return SceneCase(f"{over:g}", plane.base, changes)
 
 
 def compared(results: Results, finer: Results | None) -> tuple[float, float, float]:
-    """Largest error over lines and components, largest estimate, largest error over its estimate."""
+    """The largest error, the largest estimate and the largest error over its estimate, all [-].
+
+    Each is the largest over lines and components.
+    """
     errors, estimates, used = zip(*each(results, finer), strict=True)
     return max(errors), max(estimates), max(used)
 
 
 def each(results: Results, finer: Results | None) -> Iterator[tuple[float, float, float]]:
-    """Error, estimate, and error over estimate, of every component on every line; against A or a finer C.
+    """Yield error, estimate and error over estimate [-] of every component on every line.
 
-    Of C itself, so on the scale of refinement, which the tolerance is for.
-    What vanishes by symmetry has an error of rounding and no estimate: it counts from `ROUNDING` on.
+    Errors are those of C itself, against A or a finer C, on the scale of refinement, which the tolerance is
+    for. A component that vanishes by symmetry has an error of rounding and no estimate: estimates count as
+    `ROUNDING_SHARE` at least.
     """
     body = results.scene.compared[0]
     c = reference_of(results, body)
     truth = ics_of(results, "A", body) if finer is None else reference_of(finer, body).ic
-    off, known = (refinement_shares_of(results, body, of) for of in (c.ic - truth, c.estimate))
-    for line in off:
+    errors, estimates = (refinement_shares_of(results, body, ics) for ics in (c.ic - truth, c.estimate))
+    for line in errors:
         for name in SIX:
-            error, estimate = component_of(off[line], name), component_of(known[line], name)
-            yield error, estimate, error / max(estimate, ROUNDING)
+            error, estimate = component_of(errors[line], name), component_of(estimates[line], name)
+            yield error, estimate, error / max(estimate, ROUNDING_SHARE)
 
 
-def _refuse(engine: str, asked: Asked) -> Callable[[], Beyond]:
-    def case() -> Beyond:
+def _refuse(engine: str, scene_case: SceneCase) -> Callable[[], Beyond]:
+    def beyond() -> Beyond:
         try:
-            load_scene(asked.base, {**asked.changes, "engine": {"kind": engine, "check": False}})
+            load_scene(scene_case.base, {**scene_case.changes, "engine": {"kind": engine, "check": False}})
         except BadScene as error:
-            return Beyond(asked.label, str(error).split("\n")[-1].strip())
-        return Beyond(asked.label, "")
+            return Beyond(scene_case.label, str(error).split("\n")[-1].strip())
+        return Beyond(scene_case.label, "")
 
-    return case
+    return beyond

@@ -1,4 +1,4 @@
-"""Half-space ICs and turns in many digits, by formulas of their own: sums over corners, matrix products."""
+"""ICs of a half-space and turns in many digits, by separate formulas: corner sums, matrix products."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -9,24 +9,27 @@ import mpmath
 from geometries.materials import Material
 from geometries.patches import Patch
 
-Number: TypeAlias = Any  # mpmath's, which has no types
+Number: TypeAlias = Any  # a number of mpmath, which has no types
 
-DIGITS = 300  # corner sums lose r^2 / (a b), 1e20 * 1e12, and next to both axes 1e-60 each
+DIGITS = 300  # corner sums lose r^2 / (a b), 1e20 * 1e12, and near each of both axes 1e-60
 
 
 def many_digits() -> AbstractContextManager[Any]:
-    """Arithmetic with enough digits."""
+    """A context in which mpmath computes with `DIGITS` digits."""
     return mpmath.workdps(DIGITS)
 
 
 def integrals(patch: Patch, x: float, s: float) -> list[Number]:
-    """I_xx, I_ss, I_xs, J_x, J_s over a patch by sums of logarithms over its corners; exact zeros."""
+    """The integrals I_xx, I_ss, I_xs, J_x, J_s [mm] over a patch at (x, s) [mm], as sums over its corners.
+
+    Those that vanish by symmetry are exactly 0.
+    """
     with many_digits():
         a, b, at_x, at_s = (mpmath.mpf(float(v)) for v in (patch.a, patch.b, x, s))
         total = [mpmath.mpf(0)] * 5
         for i, j in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-            at = _at_corner(at_x + i * a, at_s + j * b)
-            total = [t + i * j * v for t, v in zip(total, at, strict=True)]
+            corner_terms = _at_corner(at_x + i * a, at_s + j * b)
+            total = [t + i * j * v for t, v in zip(total, corner_terms, strict=True)]
     vanishes = (False, False, x == 0 or s == 0, x == 0, s == 0)
     return [mpmath.mpf(0) if zero else v for zero, v in zip(vanishes, total, strict=True)]
 
@@ -43,12 +46,12 @@ def _at_corner(X: Number, S: Number) -> list[Number]:
     ]
 
 
-def one_body(material: Material, side: int, of: Sequence[Number]) -> list[list[Number]]:
-    """A of one body [mm/MPa] from the integrals, 3 x 3."""
+def one_body(material: Material, side: int, integral_values: Sequence[Number]) -> list[list[Number]]:
+    """A of one body [mm/MPa], 3 x 3, from the integrals [mm]."""
     with many_digits():
         E, nu = mpmath.mpf(material.E), mpmath.mpf(material.nu)
         scale = (1 + nu) / (mpmath.pi * E)  # 1 / (2 pi G)
-        I_xx, I_ss, I_xs, J_x, J_s = of
+        I_xx, I_ss, I_xs, J_x, J_s = integral_values
         nn = scale * (1 - nu) * (I_xx + I_ss)
         xn, sn = (-scale * side * (1 - 2 * nu) / 2 * J for J in (J_x, J_s))
         xs = scale * nu * I_xs
@@ -56,7 +59,7 @@ def one_body(material: Material, side: int, of: Sequence[Number]) -> list[list[N
 
 
 def turn(delta_i: float, delta_j: float, theta: float, side: int) -> Number:
-    """T = R_x(delta_I) R_y(side theta) R_x(-delta_J)."""
+    """The turn T = R_x(delta_I) R_y(side theta) R_x(-delta_J), a 3 x 3 matrix; angles in rad."""
     with many_digits():
         return _about_x(delta_i) * _about_y(side * mpmath.mpf(theta)) * _about_x(-delta_j)
 

@@ -1,4 +1,4 @@
-"""What is found at the ends of what may be asked for."""
+"""Cases at and beyond the limits of parameters, and what was found in them."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -13,16 +13,17 @@ ANALYTIC, HARMONIC, SOLID = "analytic", "harmonic", "solid"
 
 
 def available() -> bool:
-    """Whether what draws cases and computes in many digits is installed."""
+    """Whether hypothesis and mpmath are installed, which draw cases and compute in many digits."""
     return all(find_spec(name) is not None for name in ("hypothesis", "mpmath"))
 
 
 @dataclass(frozen=True)
 class Reached:
-    """A case within the limits: the largest error, and of what has estimates the largest and how they hold.
+    """A case within the limits, under the label `at`, with its largest error and its largest estimate.
 
-    Errors and estimates are shares; `used` is the largest error over its own estimate, of any component on
-    any line. `exact`: against what errors were measured. `note`: more, or why the case failed.
+    Errors and estimates are shares [-]; `used` is the largest error over its own estimate, of any component
+    on any line. `estimate` and `used` are None without estimates. `exact` says what errors were measured
+    against, `note` has further facts, or the reason why the case failed.
     """
 
     at: str
@@ -35,13 +36,13 @@ class Reached:
 
     @property
     def honest(self) -> bool:
-        """Whether every estimate is at least the error."""
+        """Whether every estimate is at least as large as its error."""
         return self.used is None or self.used <= 1
 
 
 @dataclass(frozen=True)
 class Beyond:
-    """A case beyond the limits: what the program says; empty if it says nothing."""
+    """A case beyond the limits, under the label `at`, with the program's message; empty if there is none."""
 
     at: str
     says: str
@@ -49,7 +50,7 @@ class Beyond:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter of an engine: its range, and how cases within and beyond it are tried."""
+    """A parameter of an engine with its range, and functions that try cases within and beyond it."""
 
     engine: str
     name: str
@@ -60,7 +61,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Found:
-    """A parameter with what was found."""
+    """A parameter with the results of its cases."""
 
     parameter: Parameter
     reached: tuple[Reached, ...]
@@ -68,17 +69,17 @@ class Found:
 
     @property
     def worst(self) -> Reached:
-        """The case of the largest error."""
+        """The case with the largest error."""
         return max(self.reached, key=lambda case: case.error)
 
     @property
     def seconds(self) -> float:
-        """Of its most expensive case."""
+        """The seconds of its most expensive case."""
         return max(case.seconds for case in self.reached)
 
 
 def _caught(case: Callable[[], Reached]) -> Reached:
-    """A case; where it fails, what the program says."""
+    """Try a case; if it fails, the result has infinite errors and the program's message."""
     try:
         return case()
     except Failure as error:
@@ -86,13 +87,13 @@ def _caught(case: Callable[[], Reached]) -> Reached:
 
 
 def tried(parameters: Sequence[Parameter], say: Callable[[str], None]) -> Iterator[Found]:
-    """Try all cases of all parameters."""
+    """Try all cases of all parameters, say each result, and yield the parameters with them."""
     for parameter in parameters:
         reached = []
         for case in parameter.reached:
             reached.append(_caught(case))
-            one = reached[-1]
-            known = "" if one.estimate is None else f", estimate {one.estimate:.1e}"
-            text = f"  {parameter.engine}: {parameter.name}: {one.at}: error {one.error:.1e}{known}"
-            say(f"{text}, {one.seconds:.1f} s")
+            last = reached[-1]
+            estimate_text = "" if last.estimate is None else f", estimate {last.estimate:.1e}"
+            text = f"  {parameter.engine}: {parameter.name}: {last.at}: error {last.error:.1e}{estimate_text}"
+            say(f"{text}, {last.seconds:.1f} s")
         yield Found(parameter, tuple(reached), tuple(case() for case in parameter.beyond))

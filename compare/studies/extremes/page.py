@@ -1,4 +1,4 @@
-"""`femic extremes`: try all, and write `extremes.json` and `extremes.html`."""
+"""`femic extremes` tries all cases and writes `extremes.json` and `extremes.html`."""
 
 import json
 from collections.abc import Sequence
@@ -17,29 +17,31 @@ from compare.studies.extremes.found import ANALYTIC, Found, Parameter, tried
 from femic.work.provenance import versions
 
 
-def try_all(of: Sequence[str], engines: Engines, folder: Path) -> Path:
-    """Try the parts and write what was found; returns the path of the page."""
+def try_all(parts: Sequence[str], engines: Engines, folder: Path) -> Path:
+    """Try the parts and write the results; returns the path of the page."""
     folders.made(folder)
-    found = list(tried([row for part in of for row in rows(part, engines)], engines.means.watch.on_stage))
-    values = record(found)
-    text = json.dumps(values, indent=1, ensure_ascii=False, allow_nan=False)
+    findings = list(
+        tried([row for part in parts for row in rows(part, engines)], engines.means.watch.on_stage)
+    )
+    document = record(findings)
+    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / "extremes.json").write_text(text, encoding="utf-8")
     path = folder / "extremes.html"
-    path.write_text(rendered("extremes.html.j2", found=values, summary=summary(found)), encoding="utf-8")
+    path.write_text(rendered("extremes.html.j2", found=document, summary=summary(findings)), encoding="utf-8")
     return path
 
 
 def rows(part: str, engines: Engines) -> list[Parameter]:
-    """The parameters of a part."""
+    """The parameters of a part: of the analytic ICs or of an engine."""
     return analytic.parameters() if part == ANALYTIC else engines.parameters(part)
 
 
-def summary(found: Sequence[Found]) -> str:
-    """One paragraph: whether all estimates hold, and whether everything beyond the limits is answered."""
-    cases = [case for one in found for case in one.reached]
+def summary(findings: Sequence[Found]) -> str:
+    """One paragraph: how many estimates hold, and whether all cases beyond the limits have a message."""
+    cases = [case for finding in findings for case in finding.reached]
     judged = [case for case in cases if case.used is not None]
     held = sum(case.honest for case in judged)
-    beyond = [case for one in found for case in one.beyond]
+    beyond = [case for finding in findings for case in finding.beyond]
     silent = [case.at for case in beyond if not case.says]
     answered = "all of them are answered" if not silent else f"nothing is said at {', '.join(silent)}"
     estimates = (
@@ -51,29 +53,29 @@ def summary(found: Sequence[Found]) -> str:
 
 
 def _finite(values: dict[str, Any]) -> dict[str, Any]:
-    """Without what JSON does not know: infinite is null."""
+    """Replace numbers that JSON does not have, infinite ones and NaN, by None."""
     return {
         key: None if isinstance(value, float) and not np.isfinite(value) else value
         for key, value in values.items()
     }
 
 
-def record(found: Sequence[Found]) -> dict[str, Any]:
-    """Everything as it goes into `extremes.json`."""
+def record(findings: Sequence[Found]) -> dict[str, Any]:
+    """The content of `extremes.json`."""
     return {
         "rows": [
             {
-                "engine": one.parameter.engine,
-                "parameter": one.parameter.name,
-                "range": one.parameter.range,
-                "reached": [_finite(asdict(case)) | {"honest": case.honest} for case in one.reached],
-                "beyond": [asdict(case) for case in one.beyond],
+                "engine": finding.parameter.engine,
+                "parameter": finding.parameter.name,
+                "range": finding.parameter.range,
+                "reached": [_finite(asdict(case)) | {"honest": case.honest} for case in finding.reached],
+                "beyond": [asdict(case) for case in finding.beyond],
             }
-            for one in found
+            for finding in findings
         ],
-        "summary": summary(found),
+        "summary": summary(findings),
         "digits": exact.DIGITS,
-        "seconds": round(sum(case.seconds for one in found for case in one.reached), 1),
+        "seconds": round(sum(case.seconds for finding in findings for case in finding.reached), 1),
         "versions": versions(),
         "code": results_digest(),
     }

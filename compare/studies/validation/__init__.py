@@ -1,1 +1,1 @@
-"""`femic validate`: what is said about these ICs, and about this program, checked with computed verdicts."""
+"""`femic validate` judges statements about these ICs and about this program by computed numbers."""

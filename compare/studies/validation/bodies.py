@@ -1,4 +1,4 @@
-"""Statements 5, 17, 18 and 19: how two bodies deviate, alone, together, near the load; how they turn."""
+"""Statements 5, 17, 18 and 19: deviations of two bodies alone, together and near the load; their rotation."""
 
 from collections.abc import Mapping
 
@@ -23,7 +23,7 @@ from compare.studies.validation.curves import (
     ALONE,
     BODIES,
     CONVEX,
-    SHOWN,
+    INDEPENDENT,
     STEEP,
     THROUGH,
     along,
@@ -40,13 +40,16 @@ from geometries.arrays import Array
 from geometries.patches import N, S
 
 CANCEL, ADD = ("nn", "ss", "xx", "xs"), ("xn", "sn")
-ON_THROUGH = ("nn", "ss", "xx", "xn")  # the others vanish on s = 0 by symmetry
-AT_LOAD, NEAR, FAR = 0.1, 0.25, (1.0, 2.0)  # reference lengths from the load
-SHOWN_NEAR = 1.0  # reference lengths
+ON_THROUGH = ("nn", "ss", "xx", "xn")  # the other components vanish on s = 0 by symmetry
+AT_LOAD, NEAR_LENGTHS, FAR_LENGTHS = 0.1, 0.25, (1.0, 2.0)  # reference lengths from the load
+SHOWN_NEAR = 1.0  # reference lengths from the load, up to which curves are drawn
 
 
 def kept_of_both(results: Results, component: str) -> float:
-    """|sum of both bodies' C - A| over the sum of their norms, on all lines: 0 cancels, 1 adds."""
+    """Norm of the sum of both bodies' C - A over the sum of their norms, on all lines.
+
+    It is 0 if the deviations cancel and 1 if they add.
+    """
     convex, concave = (
         curve(results, "C", body, component) - curve(results, "A", body, component) for body in ALONE
     )
@@ -54,12 +57,12 @@ def kept_of_both(results: Results, component: str) -> float:
 
 
 def of_b_ss_across(results: Results, body: str) -> float:
-    """Largest |B_ss - C_ss| on the line along s, of max |C_ss| there."""
+    """Largest |B_ss - C_ss| on the line along s, as a share of max |C_ss| there."""
     return on_its_line(results, "B", (body, "ss"), line_of(results, ACROSS))
 
 
 def opposite_in_ss(results: Results, way: str) -> float:
-    """Cosine between both bodies' C_ss - A_ss on the lines of a direction, "along x" or "along s"."""
+    """Cosine of both bodies' C_ss - A_ss on all lines of a direction, "along x" or "along s"."""
     lines = along(results, way[-1])
     convex, concave = (
         curve(results, "C", body, "ss", lines) - curve(results, "A", body, "ss", lines) for body in ALONE
@@ -68,7 +71,7 @@ def opposite_in_ss(results: Results, way: str) -> float:
 
 
 def from_half_space(results: Results, body: str, component: str) -> Array:
-    """(C - A) / A_nn of a body's component at every point, (n,)."""
+    """(C - A) / A_nn [-] of a body's component at every point, (n,)."""
     c, a = (curve(results, variant, body, component) for variant in ("C", "A"))
     return np.asarray((c - a) / curve(results, "A", body, "nn"))
 
@@ -81,26 +84,29 @@ def at_load(results: Results, body: str, component: str) -> float:
 
 
 def near_over_far(results: Results, body: str, component: str) -> float:
-    """Largest |C - A| / A_nn within a quarter of the reference length over that one to two lengths away."""
+    """Largest |C - A| / A_nn up to a quarter of the reference length away, over that 1 to 2 lengths away."""
     length = results.scene.reference_length
     r = np.hypot(results.points.x, results.points.s - results.scene.patch.s) / length
-    off = np.abs(from_half_space(results, body, component))
-    return float(np.max(off[r <= NEAR]) / np.max(off[(r >= FAR[0]) & (r <= FAR[1])]))
+    differences = np.abs(from_half_space(results, body, component))
+    return float(
+        np.max(differences[r <= NEAR_LENGTHS])
+        / np.max(differences[(r >= FAR_LENGTHS[0]) & (r <= FAR_LENGTHS[1])])
+    )
 
 
 def rotation(results: Results, body: str) -> float:
-    """Rotation about x that a unit lateral load at s = 0 is discounted for [1/N]."""
+    """The rotation about x [1/N] that is discounted under a unit lateral load at s = 0."""
     return float(results.references[body].discount[FY, MOMENT])
 
 
 def convex_share(results: Results) -> float:
-    """The convex body's part of both bodies' |discounted rotations|."""
+    """The convex body's part of the sum of both bodies' |discounted rotation|."""
     sizes = {body: abs(rotation(results, body)) for body in ALONE}
     return sizes[CONVEX] / sum(sizes.values())
 
 
 def rotations(runs: Runs) -> Mapping[str, float]:
-    """Discounted rotations, times E L^2."""
+    """The discounted rotations of each body alone, times E L^2."""
 
     def scaled(results: Results, body: str) -> float:
         return rotation(results, body) * unit(results) * results.scene.reference_length
@@ -127,12 +133,14 @@ def _bodies(results: Results) -> list[Panel]:
 
 
 def _near(results: Results) -> list[Panel]:
-    """(C - A) / A_nn near the load: on s = 0, and on the line along s what vanishes there."""
-    drawn = ((THROUGH, ON_THROUGH), (ACROSS, ("xs", "sn")))
-    return [_off_half_space(results, body, line, c) for line, c in drawn for body in ALONE]
+    """Panels of (C - A) / A_nn near the load on s = 0, and along s for what vanishes on s = 0."""
+    lines = ((THROUGH, ON_THROUGH), (ACROSS, ("xs", "sn")))
+    return [
+        _half_space_panel(results, body, line, components) for line, components in lines for body in ALONE
+    ]
 
 
-def _off_half_space(results: Results, body: str, name: str, components: tuple[str, ...]) -> Panel:
+def _half_space_panel(results: Results, body: str, name: str, components: tuple[str, ...]) -> Panel:
     line, length = line_of(results, name), results.scene.reference_length
     shown = (line.running >= 0) & (line.running <= SHOWN_NEAR * length)
     curves = {c: from_half_space(results, body, c)[results.lines[name]][shown] for c in components}
@@ -141,7 +149,7 @@ def _off_half_space(results: Results, body: str, name: str, components: tuple[st
 
 
 def _turning(results: Results) -> list[Panel]:
-    """C_sn before the discount and after it."""
+    """Panels of C_sn before the discount and after it."""
     line = line_of(results, ACROSS)
     part = results.lines[line.name]
     raw = {body: unit(results) * results.references[body].raw[S, N, part] for body in ALONE}
@@ -210,7 +218,7 @@ STATEMENTS = (
                 "largest |C - A| / A_nn up to 2.5 mm from the load over that at 10 to 20 mm",
                 "<",
                 MUCH,
-                of_components(near_over_far, SHOWN),
+                of_components(near_over_far, INDEPENDENT),
             ),
         ),
         on_both(_near),

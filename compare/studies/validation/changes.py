@@ -1,11 +1,11 @@
-"""What was changed in claims and criteria, with what was said before and the verdict that it had."""
+"""The changes of claims and criteria, each with the old and the new one and the old verdict."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Change:
-    """A changed criterion; `verdict`: that of the statement with the old one, empty where it is not known."""
+    """A changed criterion; `verdict` is the statement's with the old one, empty if it is not known."""
 
     number: int
     old: str

@@ -1,4 +1,4 @@
-"""Statements 11 and 12: what Poisson's ratio changes in the comparison, and whether the mix is best."""
+"""Statements 11 and 12: the effect of Poisson's ratio on the comparison, and whether the mix is best."""
 
 from collections.abc import Callable, Mapping
 
@@ -8,54 +8,54 @@ from compare.pages.panels import Panel
 from compare.pages.styles import SYMBOLS
 from compare.results.compute import Results, ics_of
 from compare.studies.validation.criteria import SATISFACTORY, Criterion, Numbers, Statement, of_bodies
-from compare.studies.validation.curves import BODIES, SHOWN, along, curve, error, panel
+from compare.studies.validation.curves import BODIES, INDEPENDENT, along, curve, error, panel
 from compare.studies.validation.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
 
-COMPARED = ("A", "B", "Bbar", "Bhat")
+COMPARED_VARIANTS = ("A", "B", "Bbar", "Bhat")
 
 
 # --- 11 -------------------------------------------------------------------------------------------------
 
 
-def change_of_errors(one: Results, other: Results, body: str, component: str) -> float:
-    """Largest change of an approximation's error with Poisson's ratio."""
-    first, second = (_errors(results, body, component) for results in (one, other))
+def change_of_errors(at_own_nu: Results, at_other_nu: Results, body: str, component: str) -> float:
+    """Largest change of the error of an approximation from one Poisson's ratio to the other."""
+    first, second = (_errors(results, body, component) for results in (at_own_nu, at_other_nu))
     return float(np.max(np.abs(second - first)))
 
 
-def regret(one: Results, other: Results, body: str, component: str) -> float:
-    """How much worse, at the other Poisson's ratio, what is best at this one is than what is best there."""
-    first, second = (_errors(results, body, component) for results in (one, other))
+def regret(at_own_nu: Results, at_other_nu: Results, body: str, component: str) -> float:
+    """Error at the other Poisson's ratio of what is best at its own, less the best error at the other."""
+    first, second = (_errors(results, body, component) for results in (at_own_nu, at_other_nu))
     return float(second[np.argmin(first)] - np.min(second))
 
 
 def _errors(results: Results, body: str, component: str) -> Array:
-    return np.array([error(results, variant, body, component) for variant in COMPARED])
+    return np.array([error(results, variant, body, component) for variant in COMPARED_VARIANTS])
 
 
 def with_other_nu(number: Callable[[Results, Results, str, str], float]) -> Numbers:
-    """A number of each geometry at its own Poisson's ratio and the other's, by body and component."""
+    """Measure a number of each geometry at its own and the other Poisson's ratio, by body and component."""
     return lambda runs: {
         f"{name}, {body}, {component}": number(runs.geometry(name), runs.other_nu(name), body, component)
         for name in GEOMETRIES
         for body in BODIES
-        for component in SHOWN
+        for component in INDEPENDENT
     }
 
 
 def _both_nu(runs: Runs) -> list[Panel]:
-    """C and B, and the same with the other Poisson's ratio."""
+    """Panels of C and B at both Poisson's ratios."""
     panels = []
     for name in GEOMETRIES:
-        one, other = runs.geometry(name), runs.other_nu(name)
+        at_own_nu, at_other_nu = runs.geometry(name), runs.other_nu(name)
         for body, component in (("combined", "nn"), ("combined", "xn"), ("lower", "sn")):
-            line = along(one, "s" if component == "sn" else "x")[0]
+            line = along(at_own_nu, "s" if component == "sn" else "x")[0]
             more = {
-                f"{variant}, other ν": curve(other, variant, body, component, [line])
+                f"{variant}, other ν": curve(at_other_nu, variant, body, component, [line])
                 for variant in ("C", "B")
             }
-            panels.append(panel(one, ("B",), (body, component), line, more))
+            panels.append(panel(at_own_nu, ("B",), (body, component), line, more))
     return panels
 
 
@@ -63,45 +63,50 @@ def _both_nu(runs: Runs) -> list[Panel]:
 
 
 def worst_of_mix(results: Results, body: str) -> float:
-    """Worst error of a component: of the mix over that of the best single variant."""
+    """Worst error of a component of the mix, over that of the best single variant."""
     return _mix_over_best(results, body, np.max)
 
 
 def mean_of_mix(results: Results, body: str) -> float:
-    """Mean error over the components: likewise."""
+    """Mean error over the components of the mix, over that of the best single variant."""
     return _mix_over_best(results, body, np.mean)
 
 
 def _mix_over_best(results: Results, body: str, pooled: Callable[[Array], float]) -> float:
     errors = _errors_of_variants(results, body)
-    single = [pooled(of) for variant, of in errors.items() if variant != "mix"]
+    single = [pooled(variant_errors) for variant, variant_errors in errors.items() if variant != "mix"]
     return float(pooled(errors["mix"]) / min(single))
 
 
 def _errors_of_variants(results: Results, body: str) -> dict[str, Array]:
-    """Errors of the components (6,) of every variant that there is for a body."""
+    """Errors (6,) [-] of the components, by variant, of all variants that exist for a body."""
     return {
-        variant: np.array([error(results, variant, body, component) for component in SHOWN])
+        variant: np.array([error(results, variant, body, component) for component in INDEPENDENT])
         for variant in results.scene.variants
         if not np.any(np.isnan(ics_of(results, variant, body)))
     }
 
 
 def mean_errors(runs: Runs) -> Mapping[str, float]:
-    """Of every variant."""
+    """The mean error over the components of every variant, by geometry and body."""
     return {
-        f"mean error of {SYMBOLS[variant]}: {name}, {body}": float(np.mean(of))
+        f"mean error of {SYMBOLS[variant]}: {name}, {body}": float(np.mean(variant_errors))
         for name in GEOMETRIES
         for body in BODIES
-        for variant, of in _errors_of_variants(runs.fitted(name), body).items()
+        for variant, variant_errors in _errors_of_variants(runs.fitted(name), body).items()
     }
 
 
 def _mix(runs: Runs) -> list[Panel]:
-    of = runs.fitted(GEOMETRIES[0])
+    fitted = runs.fitted(GEOMETRIES[0])
     return [
-        panel(of, ("Bhat", "mix"), ("combined", c), along(of, "x" if c in ("xx", "xn") else "s")[0])
-        for c in SHOWN
+        panel(
+            fitted,
+            ("Bhat", "mix"),
+            ("combined", component),
+            along(fitted, "x" if component in ("xx", "xn") else "s")[0],
+        )
+        for component in INDEPENDENT
     ]
 
 

@@ -1,4 +1,4 @@
-"""Statements 8 and 21: what a wheel's curvature along x does to the longitudinal displacement."""
+"""Statements 8 and 21: the effect of a wheel's curvature along x on the longitudinal displacement."""
 
 from collections.abc import Mapping
 
@@ -12,7 +12,7 @@ from compare.studies.validation.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
 
 XN = ("combined", "xn")
-PLACES = {"8 mm": 8.0, "16 mm": 16.0}  # x where eq. (16) is compared
+PLACES = {"8 mm": 8.0, "16 mm": 16.0}  # x [mm] at which eq. (16) is compared
 
 
 def second_over_first(runs: Runs) -> Mapping[str, float]:
@@ -22,7 +22,7 @@ def second_over_first(runs: Runs) -> Mapping[str, float]:
 
 
 def part_of_curvature(runs: Runs) -> Mapping[str, float]:
-    """The part of the difference between the geometries that is gone with a wheel that is not revolved."""
+    """The part of the difference between the geometries that vanishes if the wheel is not revolved."""
     first, second = (_rms_through(runs.geometry(name)) for name in GEOMETRIES)
     return {"both": abs((second - _rms_through(runs.not_revolved())) / (second - first))}
 
@@ -32,27 +32,28 @@ def _rms_through(results: Results) -> float:
 
 
 def term_over_change(runs: Runs) -> Mapping[str, float]:
-    """How far the term of eq. (16) is from what curvature along x changes, as a share of the change."""
+    """|term / change - 1| at each place: the term of eq. (16) against the change by curvature along x."""
     return {f"x = {name}": abs(term / change - 1) for name, (term, change) in _at_places(runs).items()}
 
 
 def terms_and_changes(runs: Runs) -> Mapping[str, float]:
-    """Both numbers, dimensionless."""
-    both = _at_places(runs)
-    terms = {f"-½ (A_xx + A_nn) sin α_x: x = {name}": term for name, (term, _) in both.items()}
-    return terms | {f"C_xn less C_xn not revolved: x = {name}": change for name, (_, change) in both.items()}
+    """The terms and the changes at all places, dimensionless."""
+    pairs = _at_places(runs)
+    terms = {f"-½ (A_xx + A_nn) sin α_x: x = {name}": term for name, (term, _) in pairs.items()}
+    return terms | {f"C_xn less C_xn not revolved: x = {name}": change for name, (_, change) in pairs.items()}
 
 
 def _at_places(runs: Runs) -> dict[str, tuple[float, float]]:
     x = line_of(runs.geometry(GEOMETRIES[1]), THROUGH).x
     term, change = _term(runs), _change(runs)
     return {
-        name: (float(np.interp(at, x, term)), float(np.interp(at, x, change))) for name, at in PLACES.items()
+        name: (float(np.interp(place, x, term)), float(np.interp(place, x, change)))
+        for name, place in PLACES.items()
     }
 
 
 def _term(runs: Runs) -> Array:
-    """-½ (A_xx + A_nn) sin α_x of the wheel, α_x = -x / R_roll, on s = 0."""
+    """-½ (A_xx + A_nn) sin α_x of the wheel on s = 0, (n,), dimensionless; α_x = -x / R_roll."""
     wheel = runs.geometry(GEOMETRIES[1])
     line = line_of(wheel, THROUGH)
     a_xx, a_nn = (curve(wheel, "A", CONCAVE, component, [line]) for component in ("xx", "nn"))
@@ -61,13 +62,15 @@ def _term(runs: Runs) -> Array:
 
 
 def _change(runs: Runs) -> Array:
-    """C_xn of Geometry 2 less that of the same with a wheel that is not revolved, on s = 0."""
-    both = runs.geometry(GEOMETRIES[1]), runs.not_revolved()
-    revolved, prismatic = (curve(results, "C", *XN, [line_of(results, THROUGH)]) for results in both)
+    """C_xn of Geometry 2 less that with a wheel that is not revolved, on s = 0, (n,), dimensionless."""
+    revolved_and_not = runs.geometry(GEOMETRIES[1]), runs.not_revolved()
+    revolved, prismatic = (
+        curve(results, "C", *XN, [line_of(results, THROUGH)]) for results in revolved_and_not
+    )
     return revolved - prismatic
 
 
-def _of_geometries(runs: Runs) -> list[Panel]:
+def _geometry_panels(runs: Runs) -> list[Panel]:
     first, wheel = (runs.geometry(name) for name in GEOMETRIES)
     line = line_of(wheel, THROUGH)
     more = {"C, not revolved": curve(runs.not_revolved(), "C", *XN, [line])}
@@ -99,7 +102,7 @@ STATEMENTS = (
                 part_of_curvature,
             ),
         ),
-        _of_geometries,
+        _geometry_panels,
     ),
     Statement(
         21,

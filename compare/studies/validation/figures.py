@@ -1,4 +1,4 @@
-"""The figure of a statement: its curves, and how far each of its numbers is from its threshold."""
+"""Figures of a statement: its curves, and its numbers beside their thresholds."""
 
 import matplotlib as mpl
 import numpy as np
@@ -12,12 +12,12 @@ MET, UNMET = "tab:green", "tab:red"
 
 
 def curves(judged: Judged) -> Figure:
-    """All panels of a statement."""
+    """Draw all panels of a statement."""
     return drawn(judged.measured.panels, judged.measured.columns)
 
 
 def numbers(judged: Judged) -> Figure:
-    """Every number beside its threshold, on a scale of its own for each criterion."""
+    """Draw every number beside its threshold, with a separate scale for each criterion."""
     criteria = judged.statement.criteria
     values = judged.measured.values
     heights = [len(values[criterion.name]) + 1.6 for criterion in criteria]
@@ -25,15 +25,15 @@ def numbers(judged: Judged) -> Figure:
         figure = Figure(figsize=(9, 0.24 * sum(heights) + 0.4), layout="constrained")
         grid = figure.subplots(len(criteria), 1, squeeze=False, height_ratios=heights)[:, 0]
         for axes, criterion in zip(grid, criteria, strict=True):
-            found = values[criterion.name]
-            at = np.arange(len(found))
-            colours = [MET if criterion.met(value) else UNMET for value in found.values()]
-            axes.barh(at, list(found.values()), color=colours, height=0.6)
+            case_values = values[criterion.name]
+            positions = np.arange(len(case_values))
+            colours = [MET if criterion.met(value) else UNMET for value in case_values.values()]
+            axes.barh(positions, list(case_values.values()), color=colours, height=0.6)
             axes.axvline(criterion.threshold, color="black", linewidth=1.2, linestyle="--")
-            axes.set_yticks(at, list(found), fontsize=7)
+            axes.set_yticks(positions, list(case_values), fontsize=7)
             title = f"{criterion.says}: {criterion.relation} {criterion.threshold:.3g}"
             axes.set_title(title, fontsize=8, loc="left")
             axes.tick_params(axis="x", labelsize=7)
-            axes.set_ylim(len(found) - 0.4, -0.6)
+            axes.set_ylim(len(case_values) - 0.4, -0.6)
             axes.margins(x=0.08)
         return figure

@@ -31,22 +31,22 @@ from compare.studies.validation.curves import (
     value_at,
 )
 
-AWAY, HALF_WAY = 10.0, 5.0  # mm from the load
+AWAY, HALF_WAY = 10.0, 5.0  # coordinates [mm], with the load at 0
 NN = ("combined", "nn")
 
 
-def missed_across(variant: str, at: float = AWAY) -> Callable[[Results], float]:
-    """What a variant misses of the combined C_nn there, at this s on the line along s."""
-    return lambda results: relative(results, variant, NN, (ACROSS, at))
+def missed_across(variant: str, s: float = AWAY) -> Callable[[Results], float]:
+    """Measure |v / C - 1| of the combined nn of a variant v at s [mm] on the line along s."""
+    return lambda results: relative(results, variant, NN, (ACROSS, s))
 
 
 def missed_along(variant: str, body: str) -> Callable[[Results, str], float]:
-    """What a variant misses of C_nn there, at x = 10 mm on a line along x."""
+    """Measure |v / C - 1| of nn of a variant v at x = 10 mm on a line along x."""
     return lambda results, line: relative(results, variant, (body, "nn"), (line, AWAY))
 
 
 def growth_of_a(results: Results) -> float:
-    """What A misses at s = 10 mm, less what it misses at s = 5 mm."""
+    """|A / C - 1| of the combined nn at s = 10 mm, less the same at s = 5 mm."""
     return missed_across("A")(results) - missed_across("A", HALF_WAY)(results)
 
 
@@ -63,8 +63,8 @@ def across_over_along(results: Results, body: str) -> float:
 
 
 def b_hat_over_b(results: Results, body: str) -> float:
-    """Error of B-hat_nn over that of B_nn on the line along s; on s = 0 both are A."""
-    b_hat, b = (error(results, v, body, "nn", [line_of(results, ACROSS)]) for v in ("Bhat", "B"))
+    """Error of B-hat_nn over that of B_nn on the line along s; both are A on s = 0."""
+    b_hat, b = (error(results, variant, body, "nn", [line_of(results, ACROSS)]) for variant in ("Bhat", "B"))
     return b_hat / b
 
 
@@ -72,7 +72,7 @@ def _both_ways(results: Results) -> list[Panel]:
     return [panel(results, ("A", "B"), NN, line_of(results, name)) for name in (ACROSS, BESIDE)]
 
 
-def _of_bodies(results: Results) -> list[Panel]:
+def _body_panels(results: Results) -> list[Panel]:
     across = [panel(results, ("A",), (body, "nn"), line_of(results, ACROSS)) for body in BODIES]
     return [*across, panel(results, ("A",), (CONCAVE, "nn"), line_of(results, THROUGH)).beyond(STEEP)]
 
@@ -138,7 +138,7 @@ STATEMENTS = (
                 "concave", "the same, concave body", "<", 1.0, of_bodies(across_over_along, (CONCAVE,))
             ),
         ),
-        on_both(_of_bodies),
+        on_both(_body_panels),
     ),
     Statement(
         20,

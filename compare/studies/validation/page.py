@@ -1,4 +1,4 @@
-"""`femic validate`: statements judged one by one, written as JSON and as one self-contained page."""
+"""`femic validate` judges statements one by one and writes them as JSON and as one self-contained page."""
 
 import json
 from collections.abc import Sequence
@@ -12,8 +12,9 @@ import numpy as np
 from compare.pages.html import embedded, rendered
 from compare.pages.styles import save
 from compare.results import folders
-from compare.results.compute import reference_of, shares_of, weights_of
+from compare.results.compute import reference_of
 from compare.results.provenance import results_digest
+from compare.results.shares import shares_of, weights_of
 from compare.studies.validation import figures
 from compare.studies.validation.changes import CHANGES
 from compare.studies.validation.runs import Runs
@@ -28,7 +29,7 @@ from compare.studies.validation.verdicts import (
 from femic.accuracy import component_of
 from femic.work.provenance import versions
 
-COLOURS = {
+VERDICT_COLOURS = {
     REPRODUCED: "#d9f0d9",
     DEPENDS: "#fdf1cd",
     NOT_REPRODUCED: "#f9d9d6",
@@ -37,42 +38,48 @@ COLOURS = {
 
 
 def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
-    """Judge statements and write `validation.json`, figures, `validation.html`; returns the page's path."""
-    at = folders.made(folder / "figures")
+    """Judge statements; write `validation.json`, figures and `validation.html`; return the page's path."""
+    figures_folder = folders.made(folder / "figures")
     start, judged = perf_counter(), []
     for number in numbers:
         runs.means.watch.on_stage(f"statement {number}")
         judged.append(judge(number, runs))
         runs.means.watch.on_stage(f"statement {number}: {judged[-1].verdict}")
     runs.means.watch.on_stage("  figures and report")
-    found = record(judged, runs, perf_counter() - start)
+    document = record(judged, runs, perf_counter() - start)
     (folder / "validation.json").write_text(
-        json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False), encoding="utf-8"
+        json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False), encoding="utf-8"
     )
-    pictures = {one.number: _pictures(one, at) for one in judged}
+    pictures = {
+        judged_statement.number: _pictures(judged_statement, figures_folder) for judged_statement in judged
+    }
     path = folder / "validation.html"
     page = rendered(
-        "validation.html.j2", summary=summary(judged), found=found, pictures=pictures, colours=COLOURS
+        "validation.html.j2",
+        summary=summary(judged),
+        found=document,
+        pictures=pictures,
+        colours=VERDICT_COLOURS,
     )
     path.write_text(page, encoding="utf-8")
     return path
 
 
 def summary(judged: Sequence[Judged]) -> str:
-    """How many statements have which verdict."""
+    """The sentence that says how many statements have which verdict."""
     parts = []
-    for verdict in COLOURS:
-        of = [str(one.number) for one in judged if one.verdict == verdict]
-        if of:
-            parts.append(f"{verdict}: {len(of)} ({', '.join(of)})")
+    for verdict in VERDICT_COLOURS:
+        numbers = [str(statement.number) for statement in judged if statement.verdict == verdict]
+        if numbers:
+            parts.append(f"{verdict}: {len(numbers)} ({', '.join(numbers)})")
     return f"Of {len(judged)} statements, {'; '.join(parts)}."
 
 
 def record(judged: Sequence[Judged], runs: Runs, seconds: float) -> dict[str, Any]:
-    """Everything as it goes into `validation.json`."""
+    """The content of `validation.json`; `seconds` is the time that all statements took."""
     return {
-        "statements": [_statement(one) for one in judged],
-        "runs": {name: _known(runs, name) for name in runs.done},
+        "statements": [_statement(statement) for statement in judged],
+        "runs": {name: _run_record(runs, name) for name in runs.done},
         "changes": [asdict(change) for change in CHANGES],
         "tolerance": runs.tolerance,
         "seconds": round(seconds, 1),
@@ -81,16 +88,16 @@ def record(judged: Sequence[Judged], runs: Runs, seconds: float) -> dict[str, An
     }
 
 
-def _statement(one: Judged) -> dict[str, Any]:
+def _statement(judged: Judged) -> dict[str, Any]:
     return {
-        "number": one.number,
-        "claim": one.statement.claim,
-        "verdict": one.verdict,
-        "failed": one.failed,
+        "number": judged.number,
+        "claim": judged.statement.claim,
+        "verdict": judged.verdict,
+        "failed": judged.failed,
         "unmet": [
             f"{criterion.says}: {case}: {value:.4g} (not {criterion.relation} {criterion.threshold:.3g}"
             f"{'; too close to tell' if criterion.close(value) else ''})"
-            for criterion, case, value in one.unmet
+            for criterion, case, value in judged.unmet
         ],
         "criteria": [
             {
@@ -98,14 +105,20 @@ def _statement(one: Judged) -> dict[str, Any]:
                 "says": criterion.says,
                 "relation": criterion.relation,
                 "threshold": criterion.threshold,
-                "values": _finite(one.measured.values[criterion.name]),
-                "met": {c: criterion.met(v) for c, v in one.measured.values[criterion.name].items()},
-                "close": {c: criterion.close(v) for c, v in one.measured.values[criterion.name].items()},
+                "values": _finite(judged.measured.values[criterion.name]),
+                "met": {
+                    case: criterion.met(value)
+                    for case, value in judged.measured.values[criterion.name].items()
+                },
+                "close": {
+                    case: criterion.close(value)
+                    for case, value in judged.measured.values[criterion.name].items()
+                },
             }
-            for criterion in one.statement.criteria
-            if not one.failed
+            for criterion in judged.statement.criteria
+            if not judged.failed
         ],
-        "details": _finite(one.measured.details),
+        "details": _finite(judged.measured.details),
     }
 
 
@@ -113,17 +126,17 @@ def _finite(values: Any) -> dict[str, float | None]:
     return {case: float(value) if np.isfinite(value) else None for case, value in values.items()}
 
 
-def _known(runs: Runs, name: str) -> dict[str, float]:
-    """How well C of a run is known, at worst (its own engine's), on both scales, and what it took."""
+def _run_record(runs: Runs, name: str) -> dict[str, float]:
+    """The largest estimate of a run's C, by its own engine, on both scales [-]; its seconds and unknowns."""
     results = runs.done[name]
     estimate, weight = (
         max(
-            component_of(of_line, component)
+            component_of(line_shares, component)
             for body in results.scene.compared
-            for of_line in of(results, body, reference_of(results, body).estimate).values()
+            for line_shares in scaled(results, body, reference_of(results, body).estimate).values()
             for component in results.scene.components
         )
-        for of in (shares_of, weights_of)
+        for scaled in (shares_of, weights_of)
     )
     return {
         "estimate": estimate,
@@ -133,12 +146,13 @@ def _known(runs: Runs, name: str) -> dict[str, float]:
     }
 
 
-def _pictures(one: Judged, folder: Path) -> list[Any]:
-    if one.failed:
+def _pictures(judged: Judged, folder: Path) -> list[Any]:
+    if judged.failed:
         return []
-    drawn = {"numbers": figures.numbers(one)}
-    if one.measured.panels:
-        drawn = {"curves": figures.curves(one)} | drawn
+    drawn = {"numbers": figures.numbers(judged)}
+    if judged.measured.panels:
+        drawn = {"curves": figures.curves(judged)} | drawn
     return [
-        embedded(save(figure, folder / f"statement{one.number}_{name}.png")) for name, figure in drawn.items()
+        embedded(save(figure, folder / f"statement{judged.number}_{name}.png"))
+        for name, figure in drawn.items()
     ]

@@ -1,4 +1,4 @@
-"""Statements 14 and 15: whether this program can be trusted."""
+"""Statements 14 and 15: whether both engines agree, and whether limits are met."""
 
 from collections.abc import Callable, Mapping
 
@@ -8,9 +8,10 @@ from approx.cylinder import cavity_ics, half_plane_ics, solid_cylinder_ics
 from approx.halfspace import HalfSpace
 from compare.pages.panels import Panel
 from compare.pages.styles import SYMBOLS
-from compare.results.compute import Results, apart, ics_of, reference_of, shares_of
+from compare.results.compute import Results, ics_of, reference_of
+from compare.results.shares import apart, shares_of
 from compare.studies.validation.criteria import Criterion, Numbers, Statement
-from compare.studies.validation.curves import BODIES, SHOWN, along, curve, largest, panel
+from compare.studies.validation.curves import BODIES, INDEPENDENT, along, curve, largest, panel
 from compare.studies.validation.runs import GEOMETRIES, Runs
 from femic.accuracy import component_of
 from geometries.arrays import Array
@@ -18,10 +19,10 @@ from geometries.materials import ElasticConstants, Material, one_body
 from geometries.patches import COMPONENTS, OffsetLine, Patch
 from geometries.surfaces import LOWER, UPPER
 
-TINY = 1e-9  # of a line's scale: a component that vanishes by symmetry
-FAR = 1e5  # patches away, where point loads are the limit
-ROUNDING = 1e-12  # two routes to the same number
-HALF_SPACE = 1e-9  # its far field against point loads, the first neglected term included
+TINY = 1e-9  # of a line's scale: smaller estimates count as this, as of what vanishes by symmetry
+FAR_PATCHES = 1e5  # distance in patches at which A is compared with point loads
+SAME_NUMBER = 1e-12  # relative difference of the same number computed in two ways
+HALF_SPACE = 1e-9  # relative difference of A from point loads, with the first neglected term
 NU = (0.0, 0.28, 0.5)
 SIDES = {"cavity": UPPER, "solid cylinder": LOWER}
 
@@ -30,44 +31,49 @@ SIDES = {"cavity": UPPER, "solid cylinder": LOWER}
 
 
 def agreements(runs: Runs) -> Mapping[str, float]:
-    """How far the engines are apart, by geometry, body and component."""
+    """Differences of the engines over the sum of their estimates, by geometry, body and component."""
     return {
         f"{name}, {body}, {component}": ratio
         for name in GEOMETRIES
         for body in BODIES
-        for component, ratio in agreement(runs.checked(name), body).items()
+        for component, ratio in agreement(runs.with_both_engines(name), body).items()
     }
 
 
 def agreement(results: Results, body: str) -> dict[str, float]:
-    """Per component the largest difference of both engines over the sum of their estimates, of all lines."""
-    off, known = apart(results, body)
+    """Largest difference of both engines over the sum of their estimates on a line, by component."""
+    differences, estimates = apart(results, body)
     return {
-        c: max(component_of(off[line], c) / max(component_of(known[line], c), TINY) for line in off)
-        for c in COMPONENTS
+        component: max(
+            component_of(differences[line], component) / max(component_of(estimates[line], component), TINY)
+            for line in differences
+        )
+        for component in COMPONENTS
     }
 
 
 def _estimates(runs: Runs) -> Mapping[str, float]:
-    """What the estimates and differences are, at worst."""
+    """The largest estimates and the largest differences of the engines, by geometry and body [-]."""
     details: dict[str, float] = {}
     for name in GEOMETRIES:
-        results = runs.checked(name)
+        results = runs.with_both_engines(name)
         for body in BODIES:
-            known = shares_of(results, body, reference_of(results, body).estimate)
-            details[f"estimate of C, harmonic: {name}, {body}"] = _worst(known)
+            estimates = shares_of(results, body, reference_of(results, body).estimate)
+            details[f"estimate of C, harmonic: {name}, {body}"] = _worst(estimates)
             details[f"largest difference: {name}, {body}"] = _worst(apart(results, body)[0])
     return details
 
 
 def _worst(shares: Mapping[str, Array]) -> float:
-    return max(component_of(of_line, c) for of_line in shares.values() for c in COMPONENTS)
+    return max(
+        component_of(line_shares, component) for line_shares in shares.values() for component in COMPONENTS
+    )
 
 
 def _both_engines(runs: Runs) -> list[Panel]:
     return [
         panel(results, ("C_solid",), ("lower", component), along(results, direction)[0])
-        for results in map(runs.checked, GEOMETRIES)
+        for results in map(runs.with_both_engines, GEOMETRIES)
         for component, direction in (("nn", "s"), ("sn", "s"), ("xn", "x"))
     ]
 
@@ -76,52 +82,58 @@ def _both_engines(runs: Runs) -> list[Panel]:
 
 
 def variants_off_a(runs: Runs) -> Mapping[str, float]:
-    """Of every variant of the plane: largest deviation from A, as a share of the largest IC."""
+    """Largest deviation of each variant from A on the plane, as a share of the largest IC."""
     plane = runs.plane()
-    return {SYMBOLS[v]: max(_off_a(plane, v, body) for body in BODIES) for v in plane.scene.variants}
+    return {
+        SYMBOLS[variant]: max(_deviation_from_a(plane, variant, body) for body in BODIES)
+        for variant in plane.scene.variants
+    }
 
 
-def _off_a(results: Results, variant: str, body: str) -> float:
+def _deviation_from_a(results: Results, variant: str, body: str) -> float:
     a = ics_of(results, "A", body)
     return float(np.max(np.abs(ics_of(results, variant, body) - a)) / np.max(np.abs(a)))
 
 
 def from_limit(results: Results, body: str) -> float:
-    """Largest |C - A| on a line, of max |A_ij| there, or of max |A_nn| where A_ij is 0; of the worst line."""
+    """Largest |C - A| on a line as a share of max |A_ij| there, or of max |A_nn| there if A_ij is 0.
+
+    It is the largest over all lines.
+    """
     return max(
         largest(results, "A", (body, component), [line]) / _limit_scale(results, body, component, line)
         for line in results.scene.lines
-        for component in SHOWN
+        for component in INDEPENDENT
     )
 
 
 def _limit_scale(results: Results, body: str, component: str, line: OffsetLine) -> float:
-    size, nn = (float(np.max(np.abs(curve(results, "A", body, c, [line])))) for c in (component, "nn"))
+    size, nn = (float(np.max(np.abs(curve(results, "A", body, name, [line])))) for name in (component, "nn"))
     return size or nn
 
 
 def _over_estimate(results: Results, body: str) -> float:
     """Largest |C - A| over the estimate of C (at least `TINY`) of a component on a line."""
-    off = shares_of(results, body, ics_of(results, "A", body) - reference_of(results, body).ic)
-    known = shares_of(results, body, reference_of(results, body).estimate)
+    differences = shares_of(results, body, ics_of(results, "A", body) - reference_of(results, body).ic)
+    estimates = shares_of(results, body, reference_of(results, body).estimate)
     return max(
-        component_of(off[line], c) / max(component_of(known[line], c), TINY)
-        for line in off
-        for c in COMPONENTS
+        component_of(differences[line], component) / max(component_of(estimates[line], component), TINY)
+        for line in differences
+        for component in COMPONENTS
     )
 
 
 def far_field_error(nu: float) -> float:
-    """Relative deviation of A far from a patch from a point load's displacements (Boussinesq, Cerruti)."""
+    """Relative deviation of A, far from a patch, from point loads (Boussinesq, Cerruti)."""
     constants, patch = one_body(Material(210e3, nu), UPPER), Patch(0.2, 0.3)
     angle = np.linspace(0, 2 * np.pi, 65)[:-1] + 0.01
-    x, s = FAR * patch.b * np.array([np.cos(angle), np.sin(angle)])
+    x, s = FAR_PATCHES * patch.b * np.array([np.cos(angle), np.sin(angle)])
     a, limit = HalfSpace(constants).ics(patch, x, s) / patch.area, point_load(constants, x, s)
     return float(np.max(np.abs(a - limit)) / np.max(np.abs(limit)))
 
 
 def point_load(constants: ElasticConstants, x: Array, s: Array) -> Array:
-    """Displacements of a half-space under unit point loads [mm/N], (3, 3, n)."""
+    """Displacements of a half-space under unit point loads [mm/N], (3, 3, n), at x, s (n,) [mm]."""
     r = np.hypot(x, s)
     nu, k = constants.nu, constants.mismatch_k
     scale = constants.factor / (2 * np.pi * constants.G)
@@ -134,14 +146,17 @@ def point_load(constants: ElasticConstants, x: Array, s: Array) -> Array:
 
 
 def cylinder_error(side: int, nu: float) -> float:
-    """B of line loads with the factor against the cavity (upper body) or the solid cylinder (lower)."""
+    """Relative deviation of B of line loads with the factor from the cavity or the solid cylinder.
+
+    The upper body is the cavity, the lower body the solid cylinder.
+    """
     alpha = np.linspace(0.01, np.pi - 0.01, 200) * np.array([[1], [-1]])
     exact, b = _cylinder(side, nu, alpha)
     return float(np.max(np.abs(exact - b)) / np.max(np.abs(exact)))
 
 
 def _cylinder(side: int, nu: float, alpha: Array, *, factor: bool = True) -> tuple[Array, Array]:
-    """Exact ICs (2, 2, ...) of a cylinder of radius 1 without uniform radial displacement, and B's."""
+    """Exact ICs (2, 2, ...) of a cylinder of radius 1, without uniform radial displacement, and B."""
     material = Material(210e3, nu)
     exact = (cavity_ics if side == UPPER else solid_cylinder_ics)(material, alpha)
     if side == LOWER:
@@ -176,19 +191,21 @@ def _cylinder_panels() -> list[Panel]:
 
 def _limits(runs: Runs) -> list[Panel]:
     plane, nearly = runs.plane(), runs.nearly_plane()
-    drawn = ((plane, "nn"), (plane, "sn"), (nearly, "sn"))
+    shown = ((plane, "nn"), (plane, "sn"), (nearly, "sn"))
     variants = ("A", "B", "Bhat")
-    panels = [panel(of, variants, ("lower", component), along(of, "s")[0]) for of, component in drawn]
+    panels = [
+        panel(results, variants, ("lower", component), along(results, "s")[0]) for results, component in shown
+    ]
     return panels + _cylinder_panels()
 
 
 def of_nu(number: Callable[[float], float]) -> Numbers:
-    """A number of each Poisson's ratio."""
+    """Measure a number of each Poisson's ratio."""
     return lambda _: {f"ν = {nu:g}": number(nu) for nu in NU}
 
 
 def cylinder_errors(_: Runs) -> Mapping[str, float]:
-    """Of both cylinders and each Poisson's ratio."""
+    """The relative deviations of both cylinders at each Poisson's ratio."""
     return {f"{body}, ν = {nu:g}": cylinder_error(side, nu) for body, side in SIDES.items() for nu in NU}
 
 
@@ -211,7 +228,7 @@ STATEMENTS = (
         "the cylinder by B.",
         (
             Criterion(
-                "variants", "plane: largest error of a variant against A", "<", ROUNDING, variants_off_a
+                "variants", "plane: largest error of a variant against A", "<", SAME_NUMBER, variants_off_a
             ),
             Criterion(
                 "plane",
@@ -238,7 +255,7 @@ STATEMENTS = (
                 "cylinder",
                 "B of line loads with the factor (π - |α|) / π: relative deviation from cavity or cylinder",
                 "<",
-                ROUNDING,
+                SAME_NUMBER,
                 cylinder_errors,
             ),
         ),

@@ -1,4 +1,4 @@
-"""The runs that statements are checked against, each computed when it is first asked for."""
+"""The runs that statements are judged by, each computed when it is first used."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -14,15 +14,15 @@ from femic.means import Means
 from geometries.patches import COMPONENTS
 
 GEOMETRIES = ("geometry1", "geometry2")
-TOLERANCE = 1e-3  # of C
-TIGHTEST, LOOSEST = 1e-4, 0.02
+TOLERANCE = 1e-3  # of C, by default
+TIGHTEST, LOOSEST = 1e-4, 0.02  # limits of the tolerance of C
 OTHER_NU = {"geometry1": 0.30, "geometry2": 0.28}
-NEARLY_PLANE = 1e4  # radius [mm] of the arcs
+NEARLY_PLANE = 1e4  # mm, radius of the arcs
 
 
 @dataclass(eq=False)
 class Runs:
-    """Scenes with C of all nine components and every variant, computed once each."""
+    """Results of scenes with C in all nine components and every variant, each computed once."""
 
     means: Means
     tolerance: float = TOLERANCE
@@ -30,19 +30,19 @@ class Runs:
     fits: dict[str, Mapping[str, EffectiveProperties]] = field(default_factory=dict)
 
     def geometry(self, name: str) -> Results:
-        """A geometry of the source."""
+        """The results of a geometry of the source [BVSV]."""
         return self._once(name, lambda: self._compute(self._scene(name)))
 
     def fitted(self, name: str) -> Results:
-        """The same with B-hat-prime, fitted to the geometry itself."""
+        """The results of a geometry with B-hat-prime, which is fitted to that geometry."""
         return self._once(f"{name}, fitted", lambda: self._with_fit(self.geometry(name)))
 
-    def checked(self, name: str) -> Results:
-        """The same, its C also by the solid engine."""
+    def with_both_engines(self, name: str) -> Results:
+        """The results of a geometry with C by both engines."""
         return self._once(f"{name}, both engines", lambda: self._compute(self._scene(name, check=True)))
 
     def other_nu(self, name: str) -> Results:
-        """A geometry with Poisson's ratio of the other one."""
+        """The results of a geometry with the Poisson's ratio of the other geometry."""
         nu = {"nu": OTHER_NU[name]}
         return self._once(
             f"{name}, nu = {OTHER_NU[name]:.2f}",
@@ -50,7 +50,7 @@ class Runs:
         )
 
     def not_revolved(self) -> Results:
-        """Geometry 2, its wheel prismatic."""
+        """The results of Geometry 2 with a prismatic wheel."""
         prismatic = {"upper": {"rolling_radius": float("inf")}}
         name = "geometry2, not revolved"
         return self._once(
@@ -58,11 +58,11 @@ class Runs:
         )
 
     def plane(self) -> Results:
-        """Both bodies half-spaces."""
+        """The results of two half-spaces."""
         return self._once("flat", lambda: self._compute(self._scene("flat")))
 
     def nearly_plane(self) -> Results:
-        """Geometry 1 with arcs of a very large radius."""
+        """The results of Geometry 1 with arcs of a very large radius."""
         arc = {"contour": {"kind": "arc", "radius": NEARLY_PLANE, "flank_inclination_deg": 25.5}}
         changes = {"lower": arc, "upper": arc, "reference_length": 10.0}
         name = f"arcs of {NEARLY_PLANE / 1000:g} m"
@@ -77,8 +77,8 @@ class Runs:
     def _scene(self, name: str, changes: Mapping[str, Any] | None = None, *, check: bool = False) -> Scene:
         engine = {"tolerance": self.tolerance, "check": check}
         variants = [variant for variant in VARIANTS if variant != "Bhat_prime"]
-        asked = {"components": list(COMPONENTS), "variants": variants, "engine": engine}
-        return load_scene(name, asked | dict(changes or {}))
+        defaults = {"components": list(COMPONENTS), "variants": variants, "engine": engine}
+        return load_scene(name, defaults | dict(changes or {}))
 
     def _with_fit(self, results: Results) -> Results:
         fit = self._fit(results.scene.name)
@@ -89,7 +89,7 @@ class Runs:
         )
 
     def _fit(self, name: str) -> Mapping[str, EffectiveProperties]:
-        """Effective properties fitted to C_xn of one load position."""
+        """Effective properties of a geometry, fitted to C_xn of one load position."""
         if name not in self.fits:
             self.fits[name] = calibrate(self._scene(name), self.means).scene.effective
         return self.fits[name]

@@ -36,7 +36,7 @@ from geometries.arrays import Array
 from geometries.patches import N, S
 
 SN = ("combined", "sn")
-GAIN = 0.9  # error with the factor over that without: a gain
+GAIN = 0.9  # error with the factor over that without it: at most this is a gain
 TURNED: Mapping[str, Callable[[Array, Turn], Array]] = {"B": load_turned, "Bhat": both_turned}
 
 
@@ -46,8 +46,8 @@ TURNED: Mapping[str, Callable[[Array, Turn], Array]] = {"B": load_turned, "Bhat"
 def above_a(results: Results, body: str) -> float:
     """Mean of (C - A) sgn A / max |A| of sn on the line along s, s > 0.
 
-    In the sign of A: the source draws each body in its own frame, in which A_sn of both is alike; here
-    those of lower and upper body have opposite signs.
+    The sign of A is used because the source draws each body in its own frame, in which A_sn of both bodies is
+    alike; here those of the lower and the upper body have opposite signs.
     """
     line = line_of(results, ACROSS)
     c, a = (curve(results, variant, body, "sn", [line])[line.s > 0] for variant in ("C", "A"))
@@ -55,7 +55,7 @@ def above_a(results: Results, body: str) -> float:
 
 
 def over_b_hat(variant: str) -> Callable[[Results], float]:
-    """Error of a variant's sn over that of B-hat_sn on the line along s, both bodies together."""
+    """Measure the error of a variant's sn over that of B-hat_sn on the line along s, of both bodies."""
 
     def ratio(results: Results) -> float:
         lines = [line_of(results, ACROSS)]
@@ -65,39 +65,39 @@ def over_b_hat(variant: str) -> Callable[[Results], float]:
 
 
 def translation(results: Results) -> float:
-    """Part of the squares of C_sn - B-hat_sn that the best vertical translation of both bodies explains."""
-    off = _off_b_hat(results)
+    """Part of |C_sn - B-hat_sn|^2 that the best vertical translation of both bodies explains."""
+    misfit = _c_minus_b_hat(results)
     lean = np.sin(results.scene.bodies[CONVEX].contour.inclination(line_of(results, ACROSS).s))
-    left = off - lean * (lean @ off) / (lean @ lean)
-    return float(1 - (left @ left) / (off @ off))
+    remainder = misfit - lean * (lean @ misfit) / (lean @ lean)
+    return float(1 - (remainder @ remainder) / (misfit @ misfit))
 
 
 def furthest_misfit(results: Results) -> float:
-    """|s| of the largest |C_sn - B-hat_sn|, over that of the joint."""
+    """|s| of the largest |C_sn - B-hat_sn| on the line along s, over |s| of the joint of arc and flank."""
     s = line_of(results, ACROSS).s
-    return float(abs(s[np.argmax(np.abs(_off_b_hat(results)))]) / _joint(results))
+    return float(abs(s[np.argmax(np.abs(_c_minus_b_hat(results)))]) / _joint(results))
 
 
 def within_arc(results: Results, variant: str) -> float:
-    """Largest |v - C| of sn between the joints of the line along s, as a share of max |C_sn|."""
+    """Largest |v - C| of sn on the line along s between the joints, as a share of max |C_sn| of all lines."""
     line = line_of(results, ACROSS)
-    c, v = (curve(results, which, *SN, [line]) for which in ("C", variant))
+    c, approximation = (curve(results, which, *SN, [line]) for which in ("C", variant))
     on_arc = np.abs(line.s) <= _joint(results)
-    return float(np.max(np.abs(v - c)[on_arc]) / np.max(np.abs(curve(results, "C", *SN))))
+    return float(np.max(np.abs(approximation - c)[on_arc]) / np.max(np.abs(curve(results, "C", *SN))))
 
 
-def _off_b_hat(results: Results) -> Array:
+def _c_minus_b_hat(results: Results) -> Array:
     lines = [line_of(results, ACROSS)]
     return curve(results, "C", *SN, lines) - curve(results, "Bhat", *SN, lines)
 
 
 def _joint(results: Results) -> float:
-    """Arc length of the first joint of arc and flank of either body."""
+    """The smallest |s| [mm] of a joint of arc and flank of either body."""
     return min(abs(s) for body in results.scene.bodies.values() for s in body.contour.joints)
 
 
 def misfit_of_first(runs: Runs) -> Mapping[str, float]:
-    """Where the largest misfit of Geometry 1 lies."""
+    """|s| of the largest misfit of Geometry 1, over |s| of the joint."""
     first = GEOMETRIES[0]
     return {first: furthest_misfit(runs.geometry(first))}
 
@@ -111,9 +111,9 @@ def share_of_gains(runs: Runs) -> Mapping[str, float]:
 
 
 def errors_with_factor(runs: Runs) -> Mapping[str, float]:
-    """Error of sn with the factor over that without; of bodies alone.
+    """Error of sn with the factor over that without it, of each body alone.
 
-    Of both together, where they are alike, A_sn and with it the factor cancel.
+    Of both bodies together, A_sn cancels where they are alike, and the factor with it.
     """
     return {
         f"error with over without: {case}, {variant}": ratio
@@ -124,14 +124,17 @@ def errors_with_factor(runs: Runs) -> Mapping[str, float]:
 
 def _with_over_without(variant: str) -> Callable[[Results, str], float]:
     def ratio(results: Results, body: str) -> float:
-        off = with_factor(results, variant, body) - reference_of(results, body).ic
-        return deviation(results, off, body, "sn") / error(results, variant, body, "sn")
+        differences = with_factor(results, variant, body) - reference_of(results, body).ic
+        return deviation(results, differences, body, "sn") / error(results, variant, body, "sn")
 
     return ratio
 
 
 def with_factor(results: Results, variant: str, body: str) -> Array:
-    """B or B-hat [mm/N] from A with sn and ns times (pi - |alpha|) / pi, alpha between the two normals."""
+    """B or B-hat [mm/N], (3, 3, n), from A with sn and ns times (pi - |alpha|) / pi.
+
+    alpha is the angle between the normals of the observer and the load.
+    """
     scene, points = results.scene, (results.points.x, results.points.s)
     total = np.zeros((3, 3, len(points[0])))
     for name in parts_of(body):
@@ -144,13 +147,13 @@ def with_factor(results: Results, variant: str, body: str) -> Array:
     return total / scene.patch.area
 
 
-# --- what to look at ------------------------------------------------------------------------------------
+# --- panels ---------------------------------------------------------------------------------------------
 
 
-def _of_bodies(results: Results) -> list[Panel]:
+def _body_panels(results: Results) -> list[Panel]:
     line = line_of(results, ACROSS)
-    drawn = (("combined", ("Bhat_prime",)), (CONVEX, ()), (CONCAVE, ()))
-    return [panel(results, ("A", "B", "Bhat", *fitted), (body, "sn"), line) for body, fitted in drawn]
+    extras = (("combined", ("Bhat_prime",)), (CONVEX, ()), (CONCAVE, ()))
+    return [panel(results, ("A", "B", "Bhat", *extra), (body, "sn"), line) for body, extra in extras]
 
 
 def _factor(results: Results) -> list[Panel]:
@@ -216,7 +219,7 @@ STATEMENTS = (
                 misfit_of_first,
             ),
         ),
-        on_both(_of_bodies, fitted=True),
+        on_both(_body_panels, fitted=True),
     ),
     Statement(
         10,

@@ -1,9 +1,9 @@
 """All statements by number: 1 to 13 and 16 to 21 are those of [BVSV], 14 and 15 are about this program.
 
-Thresholds stood before the first run and have not been changed since; what was changed in claims and
-criteria is listed in `changes`. Where a number misses its threshold, the report says so. Errors are those
-of design section 2: shares of the component itself. Lines are those of the scenes. Where scenes are
-compared, curves are dimensionless.
+Thresholds were set before the first run and have not been changed since; `changes` lists what was changed
+in claims and criteria. The report says where a number misses its threshold. Errors are those of design
+section 2: shares of the component itself. Lines are those of the scenes. Where scenes are compared, curves
+are dimensionless.
 """
 
 from collections.abc import Mapping
@@ -15,5 +15,7 @@ GROUPS = (nn, tangential, bodies, xn, curvature, sn, choices, program)
 
 STATEMENTS: Mapping[int, Statement] = {
     statement.number: statement
-    for statement in sorted((one for group in GROUPS for one in group.STATEMENTS), key=lambda one: one.number)
+    for statement in sorted(
+        (of_group for group in GROUPS for of_group in group.STATEMENTS), key=lambda of_group: of_group.number
+    )
 }

@@ -38,7 +38,7 @@ from geometries.arrays import Array
 
 
 def of_xx(results: Results, body: str) -> float:
-    """Largest |A_xx - C_xx| on a line, of max |C_xx| there; of the worst line."""
+    """Largest |A_xx - C_xx| on a line, as a share of max |C_xx| there, over all lines."""
     return max(on_its_line(results, "A", (body, "xx"), line) for line in results.scene.lines)
 
 
@@ -64,7 +64,7 @@ def lacking(results: Results, body: str) -> float:
 
 
 def convex_less_concave(runs: Runs) -> Mapping[str, float]:
-    """How much further C_ss of Geometry 2 is from B_ss on the convex body than on the concave one."""
+    """|1 - C_ss / B_ss| of Geometry 2 of the convex body, less that of the concave body."""
     name = GEOMETRIES[1]
     convex, concave = (abs(lacking(runs.geometry(name), body)) for body in ALONE)
     return {name: convex - concave}
@@ -82,7 +82,7 @@ def b_over_b_hat(results: Results, body: str) -> float:
 
 
 def left(results: Results, body: str) -> float:
-    """The smaller of the errors of B_xs and B-hat_xs."""
+    """The smaller one of the errors of B_xs and B-hat_xs."""
     return min(error(results, variant, body, "xs") for variant in ("B", "Bhat"))
 
 
@@ -93,7 +93,7 @@ def xs_across_over_along(results: Results, body: str) -> float:
 
 
 def sizes_in_xs(runs: Runs) -> Mapping[str, float]:
-    """Largest |C_xs - A_xs| of each body."""
+    """Largest |C_xs - A_xs| of each body, dimensionless."""
     sizes = of_bodies(lambda results, body: largest(results, "A", (body, "xs")), ALONE)(runs)
     return {f"largest |C_xs - A_xs| E L: {case}": size for case, size in sizes.items()}
 

@@ -1,4 +1,4 @@
-"""From numbers to verdicts: each statement with the criteria that it meets, and in which cases."""
+"""Judges statements: which criteria are met in which cases, and the verdict that follows."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ NOT_DECIDED = "not decided"
 
 @dataclass(frozen=True)
 class Judged:
-    """A statement with its numbers."""
+    """A statement with its measured numbers, and the verdict that follows from them."""
 
     statement: Statement
     measured: Measured
@@ -24,12 +24,15 @@ class Judged:
 
     @property
     def number(self) -> int:
-        """That of the statement."""
+        """The number of the statement."""
         return self.statement.number
 
     @property
     def verdict(self) -> str:
-        """Reproduced if every criterion is met in every case, not if none is in any; else it depends."""
+        """Reproduced if every criterion is met in every case, not reproduced if none is met in any case.
+
+        Otherwise it depends. It is not decided if nothing could be measured.
+        """
         if self.failed:
             return NOT_DECIDED
         met = [criterion.met(value) for criterion, _, value in self.numbers]
@@ -39,21 +42,21 @@ class Judged:
 
     @property
     def numbers(self) -> Iterator[tuple[Criterion, str, float]]:
-        """Every criterion, case and value."""
+        """Every criterion with each of its cases and values; nothing if nothing could be measured."""
         for criterion in () if self.failed else self.statement.criteria:
             for case, value in self.measured.values[criterion.name].items():
                 yield criterion, case, value
 
     @property
     def unmet(self) -> list[tuple[Criterion, str, float]]:
-        """Where it fails."""
+        """The criteria, cases and values that are not met."""
         return [
             (criterion, case, value) for criterion, case, value in self.numbers if not criterion.met(value)
         ]
 
 
 def judge(number: int, runs: Runs) -> Judged:
-    """Numbers a statement, and judge it; not decided where C cannot be had."""
+    """Measure a statement and judge it; it is not decided if C cannot be computed."""
     statement = STATEMENTS[number]
     try:
         return Judged(statement, statement.measured(runs))
@@ -62,9 +65,9 @@ def judge(number: int, runs: Runs) -> Judged:
 
 
 def chosen(only: Iterable[int] | None) -> tuple[int, ...]:
-    """The statements asked for, all by default; raises WrongInput for others."""
-    asked = tuple(dict.fromkeys(only)) if only is not None else tuple(STATEMENTS)
-    unknown = [number for number in asked if number not in STATEMENTS]
-    if unknown or not asked:
+    """The numbers of the statements to judge, all by default; raises WrongInput for unknown numbers."""
+    numbers = tuple(dict.fromkeys(only)) if only is not None else tuple(STATEMENTS)
+    unknown = [number for number in numbers if number not in STATEMENTS]
+    if unknown or not numbers:
         raise WrongInput(f"--only {' '.join(map(str, unknown)) or '?'}: give some of 1 to {len(STATEMENTS)}")
-    return asked
+    return numbers

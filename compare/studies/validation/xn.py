@@ -39,7 +39,7 @@ from compare.studies.validation.runs import Runs
 from geometries.arrays import Array
 
 XN = ("combined", "xn")
-NEAR = 0.3  # reference lengths: near the load
+NEAR_LOAD = 0.3  # reference lengths: largest |x| that is near the load
 X, N = 0, 2
 
 
@@ -47,12 +47,12 @@ X, N = 0, 2
 
 
 def of_b(results: Results) -> float:
-    """Error of B_xn without curvature along x."""
-    return deviation(results, _without("B")(results, "combined"), *XN)
+    """Error of B_xn without curvature along x, of both bodies together."""
+    return deviation(results, _prismatic_minus_c("B")(results, "combined"), *XN)
 
 
 def concave_over_convex(variant: str) -> Callable[[Results], float]:
-    """Rms of xn of a variant without curvature along x on s = 1.6 mm: concave body over convex body."""
+    """Measure the rms of xn of a variant without curvature along x on s = 1.6 mm, concave over convex."""
 
     def ratio(results: Results) -> float:
         concave, convex = (
@@ -70,7 +70,7 @@ def convex_over_concave_of_c(results: Results) -> float:
 
 
 def _beside(results: Results, ics: Array) -> Array:
-    """Xn on s = 1.6 mm, dimensionless."""
+    """The component xn of ICs (3, 3, n_points) [mm/N] on s = 1.6 mm, (n,), dimensionless."""
     return np.asarray(unit(results) * ics[X, N, results.lines[BESIDE]])
 
 
@@ -83,10 +83,10 @@ def of_b_hat_prime(results: Results) -> float:
 
 
 def excess(results: Results) -> float:
-    """Mean of (B-hat-prime - C) sgn C / max |C| of xn near the load, on the lines along x."""
+    """Mean of (B-hat-prime - C) sgn C / max |C| of xn near the load on the lines along x."""
     c, fit = (curve(results, variant, *XN, along(results, "x")) for variant in ("C", "Bhat_prime"))
     x = np.abs(results.points.x[points_of(results, along(results, "x"))])
-    near = (x > results.scene.patch.a) & (x <= NEAR * results.scene.reference_length)
+    near = (x > results.scene.patch.a) & (x <= NEAR_LOAD * results.scene.reference_length)
     return float(np.mean(((fit - c) * np.sign(c))[near]) / np.max(np.abs(c)))
 
 
@@ -100,13 +100,19 @@ def less_on_second(runs: Runs) -> Mapping[str, float]:
 
 
 def a_over(variant: str) -> Callable[[Results, str], float]:
-    """Error of A_xn over that of a variant without curvature along x, off s = 0, where both are alike."""
+    """Measure the error of A_xn over that of a variant without curvature along x, on lines off s = 0.
+
+    Both are alike on s = 0.
+    """
 
     def ratio(results: Results, body: str) -> float:
         lines = [line for line in results.scene.lines if line.name != THROUGH]
         ics = ics_of(results, "A", body), not_revolved(results, variant, body)
-        a, other = (deviation(results, _off(results, of, body), body, "xn", lines) for of in ics)
-        return a / other
+        of_a, of_variant = (
+            deviation(results, _minus_c(results, approximation, body), body, "xn", lines)
+            for approximation in ics
+        )
+        return of_a / of_variant
 
     return ratio
 
@@ -114,38 +120,38 @@ def a_over(variant: str) -> Callable[[Results, str], float]:
 def errors_of_xn(runs: Runs) -> Mapping[str, float]:
     """Errors of A, and of B and B-hat without curvature along x and with it."""
 
-    def of(off: Callable[[Results, str], Array]) -> Mapping[str, float]:
-        number = of_bodies(lambda results, body: deviation(results, off(results, body), body, "xn"))
+    def errors_of(differences: Callable[[Results, str], Array]) -> Mapping[str, float]:
+        number = of_bodies(lambda results, body: deviation(results, differences(results, body), body, "xn"))
         return number(runs)
 
-    errors = {"A": of(lambda results, body: _off(results, ics_of(results, "A", body), body))}
+    errors = {"A": errors_of(lambda results, body: _minus_c(results, ics_of(results, "A", body), body))}
     for variant in ("B", "Bhat"):
         errors |= {
-            f"{SYMBOLS[variant]}, not revolved": of(_without(variant)),
-            SYMBOLS[variant]: of(_with(variant)),
+            f"{SYMBOLS[variant]}, not revolved": errors_of(_prismatic_minus_c(variant)),
+            SYMBOLS[variant]: errors_of(_revolved_minus_c(variant)),
         }
     return {
         f"error of {name}: {case}": value for name, cases in errors.items() for case, value in cases.items()
     }
 
 
-def _with(variant: str) -> Callable[[Results, str], Array]:
-    return lambda results, body: _off(results, ics_of(results, variant, body), body)
+def _revolved_minus_c(variant: str) -> Callable[[Results, str], Array]:
+    return lambda results, body: _minus_c(results, ics_of(results, variant, body), body)
 
 
-def _without(variant: str) -> Callable[[Results, str], Array]:
-    return lambda results, body: _off(results, not_revolved(results, variant, body), body)
+def _prismatic_minus_c(variant: str) -> Callable[[Results, str], Array]:
+    return lambda results, body: _minus_c(results, not_revolved(results, variant, body), body)
 
 
-def _off(results: Results, ics: Array, body: str) -> Array:
+def _minus_c(results: Results, ics: Array, body: str) -> Array:
     return ics - reference_of(results, body).ic
 
 
-# --- what to look at ------------------------------------------------------------------------------------
+# --- panels ---------------------------------------------------------------------------------------------
 
 
-def _of_source(results: Results) -> list[Panel]:
-    """C, A and the approximations without curvature along x, on s = 1.6 mm."""
+def _source_panels(results: Results) -> list[Panel]:
+    """Panels of C, A and the approximations without curvature along x on s = 1.6 mm."""
     line = line_of(results, BESIDE)
     part = results.lines[BESIDE]
     return [
@@ -199,7 +205,7 @@ STATEMENTS = (
                 of_geometries(convex_over_concave_of_c),
             ),
         ),
-        on_both(_of_source),
+        on_both(_source_panels),
     ),
     Statement(
         7,
@@ -230,7 +236,7 @@ STATEMENTS = (
             Criterion("B", "error of A_xn over that of B_xn, off s = 0", "<", 1.0, of_bodies(a_over("B"))),
             Criterion("B̂", "error of A_xn over that of B̂_xn, off s = 0", "<", 1.0, of_bodies(a_over("Bhat"))),
         ),
-        on_both(_of_source),
+        on_both(_source_panels),
         errors_of_xn,
     ),
 )

@@ -1,0 +1,70 @@
+"""Errors of results as shares: of C's components, of max |C_nn|, and on the scale of refinement.
+
+`body` is "lower", "upper", or "combined" for both together.
+"""
+
+import numpy as np
+
+from compare.results.compute import Results, check_of, parts_of, reference_of, solids
+from compare.results.measure import Measure, far_from
+from femic.reference import scales
+from geometries.arrays import Array, Mask
+from geometries.patches import N
+
+
+def measure_of(results: Results, body: str) -> Measure:
+    """The measure of errors of a body's ICs: `compare.results.measure`."""
+    points, patch = (results.points.x, results.points.s), results.scene.patch
+    a = solids(results.scene)[body].approximate("A", patch, points) / patch.area
+    return Measure.of(reference_of(results, body), a[N, N], results.lines, far_from(patch, *points))
+
+
+def shares_of(results: Results, body: str, deviations: Array) -> dict[str, Array]:
+    """Errors of the components per line, (3, 3), due to deviations from C, (3, 3, n_points) [mm/N].
+
+    They are shares of the component itself, or of 0.05 max |C_nn| where it is one of those `vanishing`.
+    """
+    return measure_of(results, body).shares(deviations)
+
+
+def weights_of(results: Results, body: str, deviations: Array) -> dict[str, Array]:
+    """Weights per line, (3, 3), of deviations (3, 3, n_points) [mm/N]: shares of max |C_nn| on the line."""
+    return measure_of(results, body).weights(deviations)
+
+
+def vanishing(results: Results, body: str) -> Mask:
+    """Which components of C vanish, (3, 3): by symmetry, or being below ten times their estimates."""
+    return measure_of(results, body).vanishing
+
+
+def apart(results: Results, body: str) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Differences between C of both engines, and sums of their estimates: shares per line as `shares_of`."""
+    c, check = reference_of(results, body), check_of(results, body)
+    return shares_of(results, body, c.ic - check.ic), shares_of(results, body, c.estimate + check.estimate)
+
+
+def refinement_scales_of(results: Results, body: str) -> dict[str, Array]:
+    """The scale of refinement of C per line, (3, 3) [mm/N]: `femic.accuracy`."""
+    jobs = [results.jobs[name] for name in parts_of(body)]
+    return scales(jobs, reference_of(results, body).ic)
+
+
+def refinement_shares_of(results: Results, body: str, deviations: Array) -> dict[str, Array]:
+    """Deviations from C, (3, 3, n_points) [mm/N], as shares of the scale of refinement per line, (3, 3).
+
+    These shares are compared with a tolerance.
+    """
+    scales = refinement_scales_of(results, body)
+    return {
+        line: np.max(np.abs(deviations[..., part]), axis=-1) / scales[line]
+        for line, part in results.lines.items()
+    }
+
+
+def estimated_errors(results: Results) -> dict[tuple[str, str], Array]:
+    """Estimated errors of C by (solved body, line), (3, 3): shares of the scale of refinement."""
+    return {
+        (body, line): errors
+        for body, reference in results.references.items()
+        for line, errors in refinement_shares_of(results, body, reference.c.estimate).items()
+    }
