@@ -266,6 +266,17 @@ def test_few_variants_and_properties_of_each_body_make_a_report_too(made, tmp_pa
 TABLE = tomllib.loads(scene_text(engine=HARMONIC))
 
 
+def test_a_calibrated_scene_keeps_the_comments_of_its_author(tmp_path):
+    text = "# tried on the twin-disc rig\n" + scene_text(engine=HARMONIC).replace(
+        "[lower]", "[lower]  # the rail"
+    )
+    path = tmp_path / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    after = with_properties(load_scene(str(path)), FOUND, tmp_path)
+    assert after.startswith("# tried on the twin-disc rig\n")
+    assert "[lower]  # the rail" in after
+
+
 def test_curvature_apart_finds_k_of_the_prismatic_bodies():
     """ICs that are B-hat-prime of prismatic bodies and what the wheel's curvature adds to B-hat."""
     wheel = TABLE | {"upper": TABLE["upper"] | {"rolling_radius": 100.0}}

@@ -18,7 +18,7 @@ from tests.compare.conftest import scene_text
 from tests.compare.test_calibration import HARMONIC
 
 
-def smooth(scene, **_):
+def smooth(scene, _means):
     """A calibration whose C is B-hat-prime with properties that vary smoothly from node to node."""
     flank = scene.bodies["lower"].contour.inclination(30.0)
     ratio = scene.bodies["upper"].contour.inclination(1.0) / scene.bodies["lower"].contour.inclination(1.0)

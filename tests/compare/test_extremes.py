@@ -15,6 +15,7 @@ from compare.studies.extremes.engines import Engines, compared, flat, on_outline
 from compare.studies.extremes.found import HARMONIC, SOLID, Beyond, Found, Parameter, Reached, tried
 from compare.studies.extremes.page import summary
 from femic.accuracy import component_of
+from femic.means import Means
 from femic.work.store import Store
 from geometries.errors import Failure
 from geometries.patches import Patch
@@ -27,7 +28,7 @@ ROUNDING = 5e-15  # some twenty roundings
 
 @pytest.fixture(scope="module")
 def engine(tmp_path_factory):
-    return Engines(2, Store(tmp_path_factory.mktemp("extremes")))
+    return Engines(Means(2, Store(tmp_path_factory.mktemp("extremes"))))
 
 
 def test_the_analytic_ics_are_right_everywhere_and_say_so_beyond():

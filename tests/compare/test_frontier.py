@@ -76,7 +76,7 @@ def test_errors_are_those_of_a_run_against_the_best_c(made):
         load_scene(
             str(path), {"engine": {"tolerance": float(found.attrs["best"].split()[1]), "check": False}}
         ),
-        store=store,
+        Means(2, store),
     )
     worst = errors(results, to_dataset(results)).error.max("line")
     for i, j in COMPONENTS:
@@ -197,8 +197,8 @@ def test_what_an_engine_cannot_do_is_listed(made, tmp_path):
 def test_the_commands_write_a_report_and_solve_nothing_twice(made, tmp_path, monkeypatch, capsys):
     path, store, _ = made
     monkeypatch.setattr(harmonic_engine, "build_section", lambda *_: pytest.fail("a mesh was made"))
-    monkeypatch.setattr(frontier.ways, "HARMONIC", (1e-1, 1e-2, 1e-3))
-    monkeypatch.setattr(frontier.ways, "SOLID", ())
+    monkeypatch.setitem(frontier.ways.TOLERANCES, "harmonic", (1e-1, 1e-2, 1e-3))
+    monkeypatch.setitem(frontier.ways.TOLERANCES, "solid", ())
     out = tmp_path / "out"
     place = ["--out", str(out), "--store", str(store.location)]
     assert exit_code(["frontier", str(path), *place]) == DONE

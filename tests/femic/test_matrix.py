@@ -244,6 +244,6 @@ def test_scales_of_lines_far_from_the_load_are_those_of_single_loads(on_plane):
     c = on_plane.column(strip).ic
     line = c[:, :, :, 7]
     points = Points(GRID.lags, np.full(GRID.n_x, GRID.strips[7]))
-    single = Job(job.body, GRID.patch(strip), ("nn",), points, {"line": slice(None)})
+    single = Job(job.body, GRID.patch(strip), ("nn",), points, {"line": slice(None)}, job.settings)
     expected = scales([single], line)["line"]
     np.testing.assert_allclose(column_scale(strip, c, [job])[..., 0, 7], expected, rtol=2e-3)

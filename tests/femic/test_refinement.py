@@ -137,7 +137,7 @@ def test_the_sum_of_both_bodies_is_judged_too(models):
 
 
 def test_a_first_model_beyond_the_limit_is_refused():
-    with pytest.raises(NotConverged, match=r"a model needs [\d,]+ unknowns, engine\.most_unknowns = 1,000"):
+    with pytest.raises(NotConverged, match=r"a model needs [\d,]+ unknowns, `most_unknowns` = 1,000"):
         references({"lower": changed(JOB, most_unknowns=1000)}, Means(1))
 
 
@@ -164,8 +164,10 @@ def test_without_nn_the_sum_of_both_half_spaces_is_the_scale_of_the_sum(models):
     job = changed(replace(JOB, components=("xx",)), tolerance=0.02)
     softer = replace(JOB.body, side=UPPER, material=Material(70e3, 0.33))
     jobs = {"lower": job, "upper": replace(job, body=softer)}
-    found = {name: without_nn(models, of_body, 0.7 * job.tolerance) for name, of_body in jobs.items()}
+    found = {
+        name: without_nn(models, of_body, 0.7 * job.settings.tolerance) for name, of_body in jobs.items()
+    }
     c = total([reference.c for reference in found.values()])
     share, *_ = worst(job, c.estimate, scales(list(jobs.values()), c.ic))
-    assert share == pytest.approx(0.7 * job.tolerance)
+    assert share == pytest.approx(0.7 * job.settings.tolerance)
     assert refine(jobs, found, assess(jobs, found, combined=True)) == {}

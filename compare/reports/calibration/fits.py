@@ -1,7 +1,6 @@
 """Fits effective properties of a scene to its C, and writes the scene with them."""
 
 import os
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -149,20 +148,23 @@ def _kept(scene: Scene, fitted: Mapping[str, EffectiveProperties]) -> list[str]:
 
 
 def with_properties(scene: Scene, effective: Mapping[str, EffectiveProperties], folder: Path) -> str:
-    """The text of the scene's file with effective properties and B-hat-prime, for a file in `folder`."""
-    table = tomllib.loads(scene.text)
-    listed = table.get("variants", SceneFile.model_fields["variants"].default)
-    table["variants"] = list(dict.fromkeys((*listed, "Bhat_prime")))
-    given = {name: table["effective"][name] for name in _kept(scene, effective)}
+    """The text of the scene's file, comments and all, with effective properties and B-hat-prime.
+
+    It is meant for a file in `folder`: paths of contours are made relative to that.
+    """
+    document = tomlkit.parse(scene.text)
+    listed = document.get("variants", SceneFile.model_fields["variants"].default)
+    document["variants"] = list(dict.fromkeys((*listed, "Bhat_prime")))
+    given = {name: document["effective"][name] for name in _kept(scene, effective)}
     for body, properties in effective.items():
         given[body] = properties_table(scene, body, properties)
     for name, file in scene.files.items():
         path = file.resolve()
         relative = os.path.relpath(path, folder.resolve())
-        table[name]["contour"]["file"] = str(relative if (folder / relative).is_file() else path)
-    table["effective"] = given
-    scalars = {key: value for key, value in table.items() if not isinstance(value, dict)}
-    return tomlkit.dumps(scalars | table)
+        document[name]["contour"]["file"] = str(relative if (folder / relative).is_file() else path)
+    document.pop("effective", None)
+    document["effective"] = given
+    return tomlkit.dumps(document)
 
 
 def properties_table(scene: Scene, body: str, properties: EffectiveProperties) -> dict[str, Any]:

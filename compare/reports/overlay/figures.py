@@ -64,8 +64,8 @@ def _panel(scene_curve: Curve, styles: Mapping[str, Style], *, half: bool) -> Pa
 
 def _styles(overlay: Overlay) -> dict[str, dict[str, Any]]:
     """Line styles by symbol: each variant has its colour, and wide lines lie behind narrow ones."""
-    variants = drawn_variants(overlay)
-    widths = np.linspace(WIDE_LINE, NARROW_LINE, len(variants))
+    variants = drawn_variants(overlay)[::-1]  # the first is drawn on top
+    widths = np.linspace(NARROW_LINE, WIDE_LINE, len(variants))
     return {
         SYMBOLS[variant]: {"color": STYLES[variant]["color"], "linewidth": width, "zorder": 4 - width / 2}
         for variant, width in zip(variants, widths, strict=True)
@@ -78,7 +78,8 @@ def _add_legends(figure: Figure, overlay: Overlay) -> None:
         Line2D([], [], color="dimgrey", linestyle=dashes, linewidth=1.6, label=_label(result))
         for result, dashes in zip(overlay.results, DASHES[: len(overlay.results)], strict=True)
     ]
-    colours = [Line2D([], [], label=symbol, **style) for symbol, style in _styles(overlay).items()]
+    styles = reversed(_styles(overlay).items())
+    colours = [Line2D([], [], label=symbol, **style) for symbol, style in styles]
     band = Patch(color="black", alpha=0.2, linewidth=0, label=BAND)
     figure.legend(handles=scenes, loc="outside upper center", ncols=len(scenes), handlelength=4)
     figure.legend(handles=[band, *colours], loc="outside lower center", ncols=1 + len(colours))
