@@ -19,7 +19,7 @@ from compare.reports.matrix.export import raw_matrix, read_matrix
 from compare.results.matrix.compute import compute_matrix
 from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
-from femic.means import SILENT, Means
+from femic.means import Means
 from femic.work.store import Store
 from geometries.contours import Contour
 
@@ -93,7 +93,7 @@ def main(approaches: list[float]) -> None:
         compute_matrix(scene, path, Means(1, store))
         found = {
             "C": read_matrix(path, "combined"),
-            "raw C": raw_matrix(scene, 1, store, SILENT),
+            "raw C": raw_matrix(scene, Means(1, store)),
             **{name: matrix(name, scene.pair, scene.grid) for name in ("A", "Bhat")},
         }
     print("| approach, mm | ICs | load, N | contact, mm | largest pressure, MPa | at an edge, MPa |")

@@ -1,0 +1,66 @@
+"""Where results go and how they are computed; how wrong scenes are told; how far both contours go."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from compare.cli.work import Work, kept
+from compare.scenes.errors import BadScene, require_none
+from compare.scenes.load import load_scene
+from compare.scenes.scene import common_extent
+from femic.means import cores
+from femic.work.provenance import code_digest
+
+
+def test_results_go_to_a_folder_of_the_scene_unless_one_is_named():
+    scene = load_scene("geometry1")
+    assert Work().folder(scene) == Path("out/geometry1")
+    assert Work(out=Path("there")).folder(scene) == Path("there")
+
+
+def test_a_worker_per_core_unless_some_are_named():
+    assert Work().threads == cores()
+    assert Work(workers=3).threads == 3
+
+
+def test_models_are_kept_in_the_folder_of_the_results_unless_a_place_is_named(tmp_path):
+    assert kept(None, tmp_path).location == tmp_path / "store"
+    assert kept("memory://elsewhere", tmp_path).location == "memory://elsewhere"
+
+
+def test_what_other_code_kept_is_removed_from_the_own_folder_only(tmp_path):
+    folders = [tmp_path / "store" / name for name in ("0123456789ab", code_digest(), "notes")]
+    for folder in folders:
+        folder.mkdir(parents=True)
+    kept(str(tmp_path / "store"), tmp_path)
+    assert all(folder.is_dir() for folder in folders)
+    kept(None, tmp_path)
+    assert [folder.is_dir() for folder in folders] == [False, True, True]
+
+
+def test_means_are_made_of_them(tmp_path):
+    with Work(workers=3).means(tmp_path, Console(quiet=True)) as means:
+        assert means.workers == 3
+        assert means.store.location == tmp_path / "store"
+        means.watch.on_stage("heard")
+
+
+def test_all_misfits_are_told_at_once():
+    require_none("mine", iter(()))
+    with pytest.raises(BadScene, match=r"mine: 2 error\(s\)\n  a = 1: too small\n  b = 2: too large"):
+        require_none("mine", iter(["a = 1: too small", "b = 2: too large"]))
+
+
+def test_contours_go_as_far_as_the_shorter_one():
+    points = np.array([[y, y**2 / 40] for y in np.linspace(-9.0, 6.0, 16)])
+    lower = {"contour": {"kind": "points", "points": points.tolist()}}
+    scene = load_scene("flat", {"lower": lower, "rotation_reach": 4.0, "lines": [LINE]})
+    low, high = scene.extent
+    assert -9.6 < low < -9.0
+    assert 6.0 < high < 6.4
+    assert common_extent({"upper": scene.bodies["upper"]}) == (-np.inf, np.inf)
+
+
+LINE = {"along": "x", "s": 0.0, "reach": 5.0, "points": 11}
