@@ -81,7 +81,7 @@ def estimated(
 ) -> Estimated:
     """ICs (3, 3, ...) [mm/N] with estimates of their error, from less accurate ICs of the same shape.
 
-    `coarse` has coarser cells. `less` has "nearer" boundaries and, by the harmonic engine, "sparser" and
+    `coarse` has coarser cells. `perturbed` has "nearer" boundaries and, by the harmonic engine, "sparser" and
     "lower" wavenumbers. `safety` is the factor on the part from the mesh.
     """
     waves = [

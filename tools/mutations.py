@@ -1,6 +1,6 @@
 """Change the code in small ways and see whether the tests notice: `make mutations`.
 
-    python tools/mutations.py [--sample N] [--workers N] [--modules femic/plan.py ...] [--page]
+    python tools/mutations.py [--sample N] [--workers N] [--modules femic/estimate.py ...] [--page]
 
 A seeded sample of N mutants of each module in tools/mutations.toml is tried in copies of the tree, each with
 the tests that protect it (without slow ones, up to a time limit). Names of types, words, error texts and log

@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work
+from compare.cli.work import DEFAULT_WORK, TABLE_WIDTH, Work
 from compare.reports.calibration import map_page, maps, page
 from compare.reports.calibration.fits import calibrate as calibrate_scene
 from compare.reports.calibration.fits import require_calibration
@@ -16,14 +16,14 @@ from compare.scenes.load import load_scene
 from geometries.errors import WrongInput
 
 
-def calibrate(*scene: SceneName, work: Work = DEFAULT_WORK) -> None:
-    """Fit the effective properties of B-hat-prime to C; write the fits, the scenes with them and one report.
-
-    Parameters
-    ----------
-    scene
-        built-in name (see `femic scenes`) or TOML file; with several one report shows all
-    """
+def calibrate(
+    *scene: Annotated[
+        str,
+        Parameter(help="built-in name (see `femic scenes`) or TOML file; with several one report shows all"),
+    ],
+    work: Work = DEFAULT_WORK,
+) -> None:
+    """Fit the effective properties of B-hat-prime to C; write the fits, scenes with them and one report."""
     if not 1 <= len(scene) <= MOST_SCENES:
         raise WrongInput(f"scenes: {len(scene)} of them; give 1 to {MOST_SCENES}")
     loaded = [load_scene(name) for name in scene]

@@ -45,7 +45,12 @@ def _computed(scene: Scene, folder: Path, work: Work, console: Console) -> Path:
 
 
 def compare(
-    *scene: SceneName,
+    *scene: Annotated[
+        str,
+        Parameter(
+            help="built-in name (see `femic scenes`), TOML file, or folder with results of `femic run`"
+        ),
+    ],
     results: Annotated[Path, Parameter(help="folder that has the results of each scene in SCENE/")] = Path(
         "out"
     ),
@@ -56,11 +61,6 @@ def compare(
     """Show the results of two or more scenes in the same figures and tables; write a report.
 
     Scenes without results, or with results of another text or femic, are computed first, as by `femic run`.
-
-    Parameters
-    ----------
-    scene
-        built-in name (see `femic scenes`), TOML file, or folder with results of `femic run`
     """
     scene_sources = overlay_sources.sources(scene, results)
     overlay_sources.common(scene_sources)  # raises before any work starts

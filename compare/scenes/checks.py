@@ -243,4 +243,4 @@ def _body_misfits(name: str, body: Body, limit: float) -> Iterator[str]:
     contour = body.contour
     steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
     if steepest > limit * (1 + LIMIT_SLACK):
-        yield f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {limit}: cut it there"
+        yield f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {limit:g}: cut it there"

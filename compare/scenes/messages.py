@@ -37,7 +37,8 @@ def messages(details: Sequence[ErrorDetails]) -> list[str]:
 
 def in_keys(message: object) -> str:
     """A message of `femic` for the user: its `names` become keys of a scene file or options of commands."""
-    return re.sub("`(\\w+)`", lambda match: _key_of(match[1]), str(message))
+    text = re.sub(r"`workers` = (\d+)", r"--workers \1", str(message))
+    return re.sub(r"`(\w+)`", lambda match: _key_of(match[1]), text)
 
 
 def _key_of(name: str) -> str:

@@ -10,7 +10,7 @@ import xarray as xr
 from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
 from compare.cli.main import DONE, WRONG_INPUT, exit_code
-from compare.reports.calibration.figures import REFITTED, WITHOUT, curve, translation
+from compare.reports.calibration.figures import REFITTED, WITHOUT, curve, overlaid, translation
 from compare.reports.calibration.fits import calibrate, target_from, with_properties
 from compare.results.compute import compute, reference_of
 from compare.scenes.load import load_scene, scene_from_table
@@ -164,6 +164,13 @@ def test_the_translation_leaves_a_deviation_that_no_other_improves(calibrated):
     )
     moved = translation(calibrated)
     assert abs(lean @ (lack - moved * lean)) < 1e-12 * np.abs(lean) @ np.abs(lack)
+
+
+def test_c_lies_behind_the_fit_that_may_hide_it(calibrated):
+    figure = overlaid([calibrated], "xn")
+    for axes in figure.axes:
+        assert [line.get_label() for line in axes.get_lines()] == ["C", "A", "B", "B̂", "B̂′"]
+    assert [text.get_text() for text in figure.legends[1].get_texts()][0] == "C"
 
 
 def test_the_curves_drawn_go_the_right_way(calibrated):

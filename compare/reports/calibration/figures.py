@@ -1,6 +1,6 @@
 """Figures of calibrations: effective properties, C_xn without curvature, C_sn with a refitted translation."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -125,16 +125,13 @@ def curve(calibrated: Calibrated, name: str, component: str, part: slice) -> Arr
 def _overlaid(calibrations: Sequence[Calibrated], component: str, names: Sequence[str]) -> Figure:
     """Draw combined ICs of all scenes, a panel per line, a colour per variant, a line style per scene."""
     columns = max(len(calibrated.scene.lines) for calibrated in calibrations)
-    styles = {SYMBOLS.get(name, name): _style(name) for name in names}
+    styles = {SYMBOLS.get(name, name): _style(name) for name in reversed(names)}  # C lies behind the others
     with mpl.rc_context(RC):
         figure = Figure(figsize=(4.1 * columns, 4.0), layout="constrained")
         for k, axes in enumerate(figure.subplots(1, columns, squeeze=False)[0]):
-            drawn_scenes = [
-                (calibrated, dashes)
-                for calibrated, dashes in zip(calibrations, DASHES, strict=False)
-                if k < len(calibrated.scene.lines)
-            ]
-            for calibrated, dashes in drawn_scenes:
+            for calibrated, dashes in zip(calibrations, DASHES, strict=False):
+                if k >= len(calibrated.scene.lines):
+                    continue
                 panel = _panel(calibrated, calibrated.scene.lines[k], component, names)
                 draw(axes, panel, {name: style | {"linestyle": dashes} for name, style in styles.items()})
             finish(axes, panel)
@@ -162,9 +159,7 @@ def _style(name: str) -> dict[str, Any]:
     return EXTRA.get(name) or {"color": STYLES[name]["color"], "linewidth": 2.0 if name == "C" else 1.3}
 
 
-def _legends(
-    figure: Figure, calibrations: Sequence[Calibrated], styles: Mapping[str, dict[str, Any]]
-) -> None:
+def _legends(figure: Figure, calibrations: Sequence[Calibrated], styles: dict[str, dict[str, Any]]) -> None:
     scenes = [
         Line2D(
             [], [], color="dimgrey", linestyle=dashes, label=f"{calibrated.scene.name} (L = {length:g} mm)"
@@ -172,6 +167,6 @@ def _legends(
         for calibrated, dashes in zip(calibrations, DASHES, strict=False)
         for length in (calibrated.scene.reference_length,)
     ]
-    colours = [Line2D([], [], label=name, **style) for name, style in styles.items()]
+    colours = [Line2D([], [], label=name, **style) for name, style in reversed(styles.items())]
     figure.legend(handles=scenes, loc="outside upper center", ncols=len(scenes), handlelength=4)
     figure.legend(handles=colours, loc="outside lower center", ncols=len(colours))
