@@ -170,7 +170,7 @@ def test_c_lies_behind_the_fit_that_may_hide_it(calibrated):
     figure = overlaid([calibrated], "xn")
     for axes in figure.axes:
         assert [line.get_label() for line in axes.get_lines()] == ["C", "A", "B", "B̂", "B̂′"]
-    assert [text.get_text() for text in figure.legends[1].get_texts()][0] == "C"
+    assert figure.legends[1].get_texts()[0].get_text() == "C"
 
 
 def test_the_curves_drawn_go_the_right_way(calibrated):
