@@ -7,7 +7,7 @@ import pytest
 
 from femic.accuracy import line_errors
 from femic.engines import ENGINES, HARMONIC, SOLID
-from femic.estimate import Estimated, Orders, estimated, orders_at, pooled, total
+from femic.estimate import CLOSE_TO_ARC, ON_OUTLINE, Estimated, Orders, estimated, orders_at, pooled, total
 from femic.harmonic.request import waves_for
 from femic.level import HIGHER, Level, factors
 from femic.models import Cost, Points, RawICs
@@ -162,6 +162,19 @@ def test_close_to_the_far_arc_truncation_falls_slowly():
     assert dict(zip(TRUNCATION, found.tolist(), strict=True)) == TRUNCATION
 
 
+def test_at_the_very_ends_of_these_places_orders_are_the_usual_ones():
+    margin = ON_OUTLINE * min(A, B)
+    ends = [(A + margin, 0.0), (A - margin, 0.0), (0.0, B + margin), (0.0, B - margin)]
+    patch = Patch(A, B, 0.0)  # at s = 0 differences of s have no rounding
+    assert np.all(orders_at(patch, points_at(ends), FAR).mesh == 2)
+    assert np.all(orders_at(patch, points_at([(CLOSE_TO_ARC * FAR, 0.0)]), FAR).truncation == 2)
+    inside = [(np.nextafter(A + margin, 0), 0.0), (np.nextafter(A - margin, 1), 0.0)]
+    inside += [(0.0, np.nextafter(B + margin, 0)), (0.0, np.nextafter(B - margin, 1))]
+    assert np.all(orders_at(patch, points_at(inside), FAR).mesh == 1)
+    beyond = [(np.nextafter(CLOSE_TO_ARC * FAR, 2 * FAR), 0.0)]
+    assert np.all(orders_at(patch, points_at(beyond), FAR).truncation == 1)
+
+
 def made_up(job, u_of):
     """Models of a job that nobody solved: displacements by a function of cells and domain."""
     models = Level().models(job.settings.engine.models).values()
@@ -309,6 +322,7 @@ def test_bodies_add_up_and_so_do_their_estimates():
         [6],
         [8],
     ]
+    np.testing.assert_array_equal(total([one]).mesh_error, one.mesh_error)
     other.ic[0, 0] = np.nan
     assert np.all(np.isnan(total([one, other]).ic[0, 0]))
     assert np.all(np.isfinite(total([one, other]).ic[1, 1]))
