@@ -41,6 +41,23 @@ def measure(ic, estimate=None):
     return Measure.of(of(ic, estimate), A_NN, LINES, EVERYWHERE)
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-9, 1e9])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_what_vanishes_and_all_shares_do_not_depend_on_the_unit_or_on_the_sign_of_c_nn(c, unit, sign):
+    c[S, N] = 1e-12
+    c[N, N] = sign * np.abs(c[N, N])
+    off = off_by((S, N), 0.01, 4)
+    first, other = measure(c), Measure.of(of(unit * c), unit * A_NN, LINES, EVERYWHERE)
+    assert first.zero[S, N]
+    assert not first.zero[X, N]
+    np.testing.assert_array_equal(other.zero, first.zero)
+    np.testing.assert_array_equal(other.vanishing, first.vanishing)
+    assert other.shares(unit * off)[FAR][S, N] == pytest.approx(first.shares(off)[FAR][S, N])
+    assert first.shares(off)[FAR][S, N] == pytest.approx(0.01 / (0.05 * 4))
+    assert first.weights(off)[FAR][S, N] == other.weights(unit * off)[FAR][S, N] == pytest.approx(0.01)
+    assert first.zero.shape == (3, 3)
+
+
 def test_an_error_is_a_share_of_the_component_itself_over_all_lines(c):
     near = measure(c).shares(off_by((X, N), -0.01, 1))
     assert near[NEAR][X, N] == pytest.approx(0.5)  # of 0.02, however small beside C_nn

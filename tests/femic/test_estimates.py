@@ -271,6 +271,41 @@ def test_scales_are_of_each_line_by_itself():
     assert (found["one"][1, 2], found["other"][1, 2]) == (3, 1.5)
 
 
+def test_the_scale_of_a_small_component_is_a_twentieth_of_c_nn_where_that_was_solved():
+    small = ics(nn=[4, -8, 2, 1, -1], sn=0.01)
+    found = scales([TWO], small)
+    assert (found["one"][1, 2], found["other"][1, 2]) == pytest.approx((0.05 * 8, 0.05 * 2))
+    without = small.copy()
+    without[2, 2] = np.nan
+    a_nn = np.abs(TWO.half_space_nn[TWO.lines["one"]])
+    assert scales([TWO, TWO], without)["one"][1, 2] == pytest.approx(max(0.01, 0.05 * 2 * np.max(a_nn)))
+
+
+def test_what_a_model_would_be_with_less_is_discounted_as_c_is():
+    """Wavenumbers and the far arc change the displacements where M is fitted, too."""
+    job = changed(replace(JOB, components=("nn",)), engine=HARMONIC)
+    models = made_up(job, lambda *_: 0.0)
+    fine = models[Level()]
+    noise = np.random.default_rng(3).normal(size=fine.u.shape)
+    less = {name: fine.u + k * noise for k, name in ((0.1, "nearer"), (0.2, "sparser"), (0.3, "lower"))}
+    found = combine(job, Level(), models | {Level(): replace(fine, perturbed=less)}).c
+    off = {name: discounted_difference(job, fine.u, u) for name, u in less.items()}
+    far = orders_at(job.patch, job.points, job.body.domain.far_radius).truncation
+    np.testing.assert_allclose(found.truncation_error[2, 2], 1.25 * off["nearer"] / (2.0**far - 1))
+    np.testing.assert_allclose(found.waves_error[2, 2], 1.25 * (off["sparser"] / 31 + off["lower"] / 2))
+
+
+def test_loads_that_only_m_needs_are_no_columns_of_c():
+    """Beside the contact centre M is fitted with loads at it: more are solved than were asked for."""
+    job = replace(JOB, patch=replace(JOB.patch, s=1.0), components=("sn",))
+    assert len(job.solved_loads) > len(job.loads) == 1
+    n = len(job.request(Level()).points.x)
+    u = np.random.default_rng(4).normal(size=(len(job.solved_loads), 3, n))
+    ic, raw, _ = discounted(job, u)
+    np.testing.assert_array_equal(raw[:, 2], u[0, :, : len(job.points.x)])
+    assert np.all(np.isnan(ic[:, :2]))
+
+
 def test_the_error_on_a_line_is_the_largest_of_either_sign():
     c = ics(nn=[1, -2, 3, -4, 2], ss=2.0)
     off = ics(nn=[0.1, 0.2, -0.4, 0, 0.1], ss=[0, 0.5, 0.1, 0, 0])
