@@ -1,4 +1,4 @@
-"""Analytic influence coefficients: the half-space (A) and the orientation-based B family.
+"""Analytic influence coefficients: the half-space (A), the orientation-based B family and its calibration.
 
-Imports numpy and `geometries`.
+Also line loads on cylinders. Imports numpy, scipy and `geometries`.
 """

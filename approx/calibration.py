@@ -14,7 +14,8 @@ from approx.target import Target
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
-Values = dict[str, dict[str, float]]  # values by property, then by parameter
+Key = tuple[str, str]  # of a parameter: property, parameter
+Values = dict[Key, float]
 
 PARAMETERS = ("far", "r_inf", "m", "n")
 FAR_BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
@@ -25,7 +26,7 @@ EXPONENTS: Mapping[str, tuple[float, float]] = MappingProxyType(  # n below 1: i
 )
 R_INF_REACH = 2.0  # largest r_inf over the largest distance of the data; the least r_inf is the smallest
 START_GRID = (24, 12, 12)  # numbers of values of r_inf, m, n on the grid of which the starts are chosen
-STARTS = 12  # starts: so many best points of the grid and local minima, and the best for each r_inf
+STARTS = 12  # starts: so many of the best points of the grid, as many local minima, the best of each r_inf
 ROUGH_OPTIONS = {"xtol": 1e-7, "ftol": 1e-7, "gtol": 1e-7, "max_nfev": 25}  # of the optimiser, for all starts
 EXACT_OPTIONS = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15, "max_nfev": 300}  # for the finalists
 FINALISTS = 5  # number of starts that are optimised to the end
@@ -72,11 +73,8 @@ def fit(target: Target, properties: Sequence[str] = ("mismatch_k",)) -> Fit:
     that the components do not depend on.
     """
     data = _Data.of(target, tuple(properties))
-    values, free = (
-        data.starting_values(),
-        [(name, parameter) for name in properties for parameter in PARAMETERS],
-    )
-    notes: dict[tuple[str, str], str] = {}
+    values, free = data.starting_values(), list(product(properties, PARAMETERS))
+    notes: dict[Key, str] = {}
     values = data.best(values, free, data.starts(values))
     while undetermined := data.least_known(values, free):
         free.remove(undetermined)
@@ -119,7 +117,7 @@ class _Response:
 class _Data:
     """A target with its points in the order of their distances, and the function that gives its ICs.
 
-    The key of a parameter is the pair (property, parameter). The optimiser works on variables: far in
+    The optimiser works on variables: far in
     `unit`s, and the logarithms of r_inf, m and n. So the fit does not depend on units.
     """
 
@@ -170,12 +168,13 @@ class _Data:
         """The value of a parameter that a variable stands for."""
         return variable * self.unit(name) if parameter == "far" else float(np.exp(variable))
 
+    def variables(self, values: Values, free: Sequence[Key]) -> Array:
+        """The variables that stand for the values of the free parameters, shape (n_free,)."""
+        return np.array([self.to_variable(*key, values[key]) for key in free])
+
     def starting_values(self) -> Values:
         """Values with which no property varies."""
-        return {
-            name: {parameter: self.neutral(name, parameter) for parameter in PARAMETERS}
-            for name in self.properties
-        }
+        return {key: self.neutral(*key) for key in product(self.properties, PARAMETERS)}
 
     def deviations(self, ics: Array) -> Array:
         """Weighted deviations of ICs from the target, as shares of each component's largest IC.
@@ -188,8 +187,8 @@ class _Data:
     def ics(self, values: Values) -> Array:
         """ICs by B-hat-prime [mm/MPa], shape (n_components, n)."""
         r, constants = self.target.r, dict[str, float | Array](self.half_space)
-        for name, parameters in values.items():
-            constants[name] = Transition(**parameters).at(r, self.half_space[name])
+        for name, transition in transitions(values).items():
+            constants[name] = transition.at(r, self.half_space[name])
         return self.response(constants["G"] / self.half_space["G"], constants["nu"], constants["mismatch_k"])
 
     def starts(self, values: Values) -> list[Values]:
@@ -206,8 +205,8 @@ class _Data:
         """
         step = 0.01 * self.unit(name)
         base = self.deviations(self.ics(values))
-        constant = {"far": self.half_space[name] + step, "r_inf": self.target.r[0], "m": 1.0, "n": 1.0}
-        slope = (self.deviations(self.ics(values | {name: constant})) - base) / step
+        constant = _of(name, self.half_space[name] + step, self.target.r[0], 1.0, 1.0)
+        slope = (self.deviations(self.ics(values | constant)) - base) / step
         if not np.any(slope):
             raise WrongInput(f"properties: {', '.join(self.target.components)} do not depend on {name}")
         axes = [
@@ -215,7 +214,7 @@ class _Data:
             for parameter, count in zip(("r_inf", "m", "n"), START_GRID, strict=True)
         ]
         low, high = (bound * self.unit(name) for bound in FAR_BOUNDS[name])
-        candidates: list[dict[str, float]] = []
+        candidates: list[Values] = []
         costs = np.empty(START_GRID)
         for index, (r_inf, m, n) in zip(np.ndindex(START_GRID), product(*axes), strict=True):
             share = Transition(1.0, r_inf, m, n).at(self.target.r, 0.0)
@@ -223,7 +222,7 @@ class _Data:
             far = self.half_space[name] - float(base @ effect) / max(float(effect @ effect), 1e-300)
             far = float(np.clip(far, low, high))
             deviations = base + (far - self.half_space[name]) * effect
-            candidates.append({"far": far, "r_inf": r_inf, "m": m, "n": n})
+            candidates.append(_of(name, far, r_inf, m, n))
             costs[index] = deviations @ deviations
         ranked = np.argsort(costs, axis=None, kind="stable")
         is_minimum = (costs == minimum_filter(costs, 3)).ravel()[ranked]
@@ -232,9 +231,9 @@ class _Data:
             + np.arange(START_GRID[0]) * START_GRID[1] * START_GRID[2]
         )
         start_numbers = dict.fromkeys([*ranked[:STARTS], *ranked[is_minimum][:STARTS], *best_of_r_inf])
-        return [values | {name: candidates[number]} for number in start_numbers]
+        return [values | candidates[number] for number in start_numbers]
 
-    def best(self, values: Values, free: Sequence[tuple[str, str]], starts: Sequence[Values]) -> Values:
+    def best(self, values: Values, free: Sequence[Key], starts: Sequence[Values]) -> Values:
         """The values of least squares from several starts; other parameters stay as in `values`."""
         if not free:
             return values
@@ -247,11 +246,8 @@ class _Data:
             result = least_squares(deviations, inside, bounds=(low, high), jac="3-point", **options)
             return float(result.cost), result.x
 
-        all_start_variables = [
-            np.array([self.to_variable(*key, start[key[0]][key[1]]) for key in free]) for start in starts
-        ]
         candidates = sorted(
-            (polished(start_variables, ROUGH_OPTIONS) for start_variables in all_start_variables),
+            (polished(self.variables(start, free), ROUGH_OPTIONS) for start in starts),
             key=lambda result: result[0],
         )
         best_variables = min(
@@ -260,28 +256,23 @@ class _Data:
         )[1]
         return self._at(values, free, best_variables)
 
-    def _at(self, values: Values, free: Sequence[tuple[str, str]], variables: Array) -> Values:
+    def _at(self, values: Values, free: Sequence[Key], variables: Array) -> Values:
         """The values in which free parameters have the values that their variables stand for."""
-        new_values = {name: dict(parameters) for name, parameters in values.items()}
-        for (name, parameter), variable in zip(free, variables, strict=True):
-            new_values[name][parameter] = self.to_value(name, parameter, float(variable))
-        return new_values
+        return values | {
+            key: self.to_value(*key, float(variable)) for key, variable in zip(free, variables, strict=True)
+        }
 
-    def _deviations_of(self, values: Values, free: Sequence[tuple[str, str]]) -> Callable[[Array], Array]:
+    def _deviations_of(self, values: Values, free: Sequence[Key]) -> Callable[[Array], Array]:
         """Deviations as a function of the variables of the free parameters."""
         return lambda variables: self.deviations(self.ics(self._at(values, free, variables)))
 
-    def without(
-        self, values: Values, free: Sequence[tuple[str, str]], undetermined: tuple[str, str]
-    ) -> tuple[Values, str]:
+    def without(self, values: Values, free: Sequence[Key], undetermined: Key) -> tuple[Values, str]:
         """Values with one parameter fixed, and a note on it.
 
         It is fixed at its neutral value if the other parameters can make up for that, else at its present
         one.
         """
-        name, parameter = undetermined
-        neutral = self.neutral(name, parameter)
-        refitted = self.best(values | {name: values[name] | {parameter: neutral}}, free, [values])
+        refitted = self.best(values | {undetermined: self.neutral(*undetermined)}, free, [values])
         allowed = self.cost(values) + NO_WORSE * self.variance(values, len(free) + 1)
         if self.cost(refitted) <= allowed:
             return refitted, "not determined by the data"
@@ -292,13 +283,13 @@ class _Data:
         deviations = self.deviations(self.ics(values))
         return float(deviations @ deviations)
 
-    def at_bound(self, values: Values, key: tuple[str, str]) -> bool:
+    def at_bound(self, values: Values, key: Key) -> bool:
         """Whether a parameter lies on one of its bounds."""
         low, high = self.bounds(*key)
-        variable = self.to_variable(*key, values[key[0]][key[1]])
+        variable = self.to_variable(*key, values[key])
         return min(variable - low, high - variable) < 1e-6 * (high - low)
 
-    def covariance(self, values: Values, free: Sequence[tuple[str, str]]) -> Array:
+    def covariance(self, values: Values, free: Sequence[Key]) -> Array:
         """Covariance of the variables of the free parameters, shape (n_free, n_free).
 
         If the deviations do not depend on some variables at all, their entries on the diagonal are infinite
@@ -321,16 +312,14 @@ class _Data:
         per_point = float(deviations @ deviations) / max(deviations.size - n_free, 1)
         return float(np.max([per_point, np.mean(target_errors**2), rounding**2]))
 
-    def _jacobian(self, values: Values, free: Sequence[tuple[str, str]]) -> Array:
+    def _jacobian(self, values: Values, free: Sequence[Key]) -> Array:
         """Derivatives of the deviations by the variables of the free parameters, (n_deviations, n_free)."""
         bounds = np.array([self.bounds(*key) for key in free]).T
-        variables = np.array([self.to_variable(*key, values[key[0]][key[1]]) for key in free])
-        result = least_squares(
-            self._deviations_of(values, free), np.clip(variables, *bounds), "3-point", bounds, max_nfev=1
-        )
+        start = np.clip(self.variables(values, free), *bounds)
+        result = least_squares(self._deviations_of(values, free), start, "3-point", bounds, max_nfev=1)
         return np.asarray(result.jac)
 
-    def least_known(self, values: Values, free: Sequence[tuple[str, str]]) -> tuple[str, str] | None:
+    def least_known(self, values: Values, free: Sequence[Key]) -> Key | None:
         """The free parameter that is known worst, or None if the data determine all free parameters.
 
         Parameters at a bound are left out.
@@ -349,36 +338,32 @@ class _Data:
         if parameter != "far":
             return KNOWN_DEVIATION
         return max(
-            KNOWN_DEVIATION * abs(values[name]["far"] - self.half_space[name]) / self.unit(name), 1e-12
+            KNOWN_DEVIATION * abs(values[name, "far"] - self.half_space[name]) / self.unit(name), 1e-12
         )
 
-    def result(
-        self, values: Values, free: Sequence[tuple[str, str]], notes: Mapping[tuple[str, str], str]
-    ) -> Fit:
+    def result(self, values: Values, free: Sequence[Key], notes: Mapping[Key, str]) -> Fit:
         """The result of the fit: parameters at a bound have no standard deviation."""
         bounded = [key for key in free if self.at_bound(values, key)]
         fitted = [key for key in free if key not in bounded]
         # d value / d variable: far is linear, the others are exponentials
-        slopes = [
-            self.unit(name) if parameter == "far" else values[name][parameter] for name, parameter in fitted
-        ]
+        slopes = [self.unit(key[0]) if key[1] == "far" else values[key] for key in fitted]
         covariance = np.zeros((0, 0))
         if fitted:
             covariance = self.covariance(values, fitted) * np.outer(slopes, slopes)
         spread = dict(zip(fitted, np.sqrt(np.diag(covariance)), strict=True))
         parameters = tuple(
             Parameter(
-                f"{name}.{parameter}",
-                values[name][parameter],
-                float(spread[name, parameter]) if (name, parameter) in spread else None,
-                "at its bound" if (name, parameter) in bounded else notes.get((name, parameter), ""),
+                ".".join(key),
+                values[key],
+                float(spread[key]) if key in spread else None,
+                "at its bound" if key in bounded else notes.get(key, ""),
             )
-            for name in self.properties
-            for parameter in PARAMETERS
+            for key in product(self.properties, PARAMETERS)
         )
-        shares = np.abs(self.target.of(properties_of(values)) - self.target.ics) / self.target.scales
+        effective = EffectiveProperties(**transitions(values))
+        shares = np.abs(self.target.of(effective) - self.target.ics) / self.target.scales
         return Fit(
-            properties_of(values),
+            effective,
             parameters,
             covariance,
             np.sqrt(np.mean(shares**2, axis=1)),
@@ -386,6 +371,12 @@ class _Data:
         )
 
 
-def properties_of(values: Values) -> EffectiveProperties:
-    """Effective properties with the given values of their parameters."""
-    return EffectiveProperties(**{name: Transition(**parameters) for name, parameters in values.items()})
+def _of(name: str, *values: float) -> Values:
+    """The values of the parameters of one property, in the order of `PARAMETERS`."""
+    return {(name, parameter): value for parameter, value in zip(PARAMETERS, values, strict=True)}
+
+
+def transitions(values: Values) -> dict[str, Transition]:
+    """The transitions of the properties with the given values of their parameters."""
+    names = dict.fromkeys(name for name, _ in values)
+    return {name: Transition(*(values[name, parameter] for parameter in PARAMETERS)) for name in names}

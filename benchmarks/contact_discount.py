@@ -12,7 +12,6 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from approx.matrix import matrix
 from compare.reports.matrix.export import raw_matrix, read_matrix
@@ -21,11 +20,10 @@ from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
 from femic.means import Means
 from femic.work.store import Store
+from geometries.arrays import Array
 from geometries.contours import Contour
 
-Array = NDArray[np.float64]
-
-APPROACHES = (0.01, 0.02)  # mm
+APPROACHES = (0.01, 0.015, 0.02)  # mm
 STEPS = 60  # of Newton's method, and of the active set
 N = 2  # direction
 

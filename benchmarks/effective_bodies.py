@@ -18,7 +18,6 @@ import numpy as np
 import xarray as xr
 from cyclopts import run
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from approx.calibration import fit
 from approx.effective import EffectiveProperties
@@ -30,9 +29,9 @@ from compare.results.measure import Measure, far_from
 from compare.scenes.load import load_scene
 from femic.means import Means
 from femic.work.store import Store
+from geometries.arrays import Array
 from geometries.materials import Material
 
-Array = NDArray[np.float64]
 Fits = Mapping[str, EffectiveProperties]  # by body
 SCENES, RATIOS, BODIES = ("geometry1", "geometry2"), (0.1, 1.0, 10.0), ("upper", "lower")
 SETS = {  # what is fitted to which components

@@ -44,7 +44,7 @@ def one(n_s: int, n_x: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         store, path = Store(Path(folder) / "store"), Path(folder) / "matrix.nc"
         results = compute_matrix(scene, path, Means(2, store))
-        costs = [cost for found in results.found.values() for cost in found.models.values()]
+        costs = [cost for matrix in results.matrices.values() for cost in matrix.models.values()]
         models = sum(sum(cost.seconds.values()) for cost in costs)
         start = perf_counter()
         compute_matrix(scene, path, Means(2, store))

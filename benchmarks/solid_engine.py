@@ -34,6 +34,7 @@ from femic.models import Cost, RawICs
 from femic.reference import combine
 from femic.solid import pardiso
 from femic.solid.engine import raw_ics
+from femic.solid.record import SOLID
 from geometries.contours import arc
 from geometries.materials import one_body
 
@@ -49,7 +50,12 @@ def table(title: str, head: list[str], rows: Iterator[list[str]]) -> None:
         print(f"| {' | '.join(row)} |", flush=True)
 
 
-def with_cells(job, factor):
+def solid_jobs(scene: str) -> dict[str, Job]:
+    """The jobs of a built-in scene by the solid engine."""
+    return jobs(load_scene(scene, {"engine": {"kind": "solid", "check": False}}))
+
+
+def with_cells(job: Job, factor: float) -> Job:
     """A job with other cells to start with."""
     return replace(job, settings=replace(job.settings, cells=job.first_cells.scaled(factor)))
 
@@ -68,7 +74,7 @@ def series(job: Job, levels: list[Level]) -> tuple[dict[Level, RawICs], dict[Lev
     """All models of some levels, and C and its estimate at each."""
     models: dict[Level, RawICs] = {}
     for level in levels:
-        for needed in level.models().values():
+        for needed in level.models(SOLID.models).values():
             if needed not in models:
                 models[needed] = in_fresh_process(job.request(needed))
     found = {level: combine(job, level, models) for level in levels}
@@ -81,7 +87,7 @@ def accuracy_rows(job: Job, levels: list[Level], truth: np.ndarray | None = None
     c = ic[levels[-1]] if truth is None else truth
     for level in levels:
         cells, _ = factors(level)
-        cost = [models[model].cost for model in level.models().values()]
+        cost = [models[model].cost for model in level.models(SOLID.models).values()]
         shares = [worst_share(job, c, difference) for difference in (ic[level] - c, estimate[level])]
         both = [
             f"{100 * e:.2f} ({100 * s:.2f})" if e else f"({100 * s:.2f})"
@@ -107,7 +113,7 @@ HEAD = ["cells ×", "unknowns", "fine model [s]", "with estimate [s]", *COMPONEN
 
 
 def flat() -> None:
-    job = jobs(load_scene("flat"))["lower"]
+    job = solid_jobs("flat")["lower"]
     solid = HalfSpace(one_body(job.body.material, job.body.side))
     a = solid.ics(job.patch, job.points.x, job.points.s - job.patch.s) / job.patch.area
     levels = [Level(cells) for cells in (-3, -2, -1, 0)]
@@ -117,7 +123,7 @@ def flat() -> None:
 def geometries() -> None:
     levels = [Level(cells) for cells in (-3, -2, -1)]
     for name in ("geometry1", "geometry2"):
-        for body, job in jobs(load_scene(name)).items():
+        for body, job in solid_jobs(name).items():
             title = f"`{name}`, {body} body: difference to cells × 1.5 (estimate) [%]"
             table(title, HEAD, accuracy_rows(job, levels))
 
@@ -129,7 +135,7 @@ def solvers() -> None:
 
 
 def solver_rows() -> Iterator[list[str]]:
-    quarter = jobs(load_scene("geometry1"))["lower"]
+    quarter = solid_jobs("geometry1")["lower"]
     unsymmetric = arc(10.0, np.radians(25.5), np.radians(25.6))
     half = replace(quarter, body=replace(quarter.body, contour=unsymmetric))
     for model, job in (("quarter", quarter), ("half", half)):
@@ -159,7 +165,7 @@ def growth() -> None:
 
 
 def growth_rows(measured: dict[str, list[Cost]]) -> Iterator[list[str]]:
-    job = jobs(load_scene("geometry2"))["upper"]
+    job = solid_jobs("geometry2")["upper"]
     for solver, costs in measured.items():
         for cells in (3.5, 2.4, 1.7, 1.2, 0.85, 0.65):
             if solver == "direct" and costs and costs[-1].unknowns * 2.3 > DIRECT_MOST:

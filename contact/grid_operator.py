@@ -4,19 +4,18 @@ The operator is a convolution along x (by FFT), because elements of a strip diff
 dense matrix between strips.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from geometries.arrays import Array
-from geometries.patches import X
+from geometries.patches import X, mirror_signs
 
 Complex = NDArray[np.complex128] | NDArray[np.complex64]
 
-X_SIGNS = np.where(np.arange(3) == X, -1.0, 1.0)
-PARITY = np.outer(X_SIGNS, X_SIGNS)  # parity in x of the components (i, j): -1 odd
+PARITY = mirror_signs(X)  # parity in x of the components (i, j): -1 odd
 EIGENVALUE_ACCURACY = 0.03  # relative accuracy of the smallest eigenvalue
 
 
@@ -44,19 +43,14 @@ class GridOperator:
         u = np.fft.irfft(np.matmul(self.transformed, transformed_tractions[..., None])[..., 0], axis=0)
         return u[: self.n_x].reshape(tractions.shape)
 
-    @property
-    def symmetric_part(self) -> "GridOperator":
-        """The mean of the operator and its transpose."""
-        sum_with_transpose = self.transformed + np.conj(np.swapaxes(self.transformed, 1, 2))
-        return GridOperator(sum_with_transpose / 2, self.n_x)
-
     def smallest_eigenvalue(self) -> float:
         """Smallest eigenvalue of the symmetric part [mm/MPa], to 3 %.
 
         It is positive where all tractions do positive work.
         """
-        symmetric, n_s = self.symmetric_part, self.transformed.shape[1] // 3
-        symmetric = replace(symmetric, transformed=symmetric.transformed.astype(np.complex64))
+        symmetric_part = (self.transformed + np.conj(np.swapaxes(self.transformed, 1, 2))) / 2
+        symmetric = GridOperator(symmetric_part.astype(np.complex64), self.n_x)
+        n_s = self.transformed.shape[1] // 3
         size = 3 * n_s * self.n_x
         operator = LinearOperator(
             (size, size),
@@ -69,16 +63,11 @@ class GridOperator:
         )
 
 
-def reciprocity_defect(ics: Array) -> float:
-    """Largest |C(I, J) - C(J, I)^T| of ICs (n_x, n_s, n_s, 3, 3), over the largest |C_nn|.
-
-    ICs of curved bodies that are observed at centres, and not averaged over elements, are not quite
-    reciprocal.
-    """
-    return float(np.max(reciprocity_defects(ics)))
-
-
 def reciprocity_defects(ics: Array) -> Array:
-    """The defects of `reciprocity_defect` for each pair of strips, symmetric, shape (n_s, n_s)."""
+    """Largest |C(I, J) - C(J, I)^T| per pair of strips, over the largest |C_nn|, shape (n_s, n_s), symmetric.
+
+    `ics` has the shape (n_x, n_s, n_s, 3, 3). ICs of curved bodies that are observed at centres, and not
+    averaged over elements, are not quite reciprocal.
+    """
     exchanged = PARITY * np.swapaxes(np.swapaxes(ics, 1, 2), 3, 4)
     return np.asarray(np.max(np.abs(ics - exchanged), axis=(0, 3, 4)) / np.max(np.abs(ics[..., 2, 2])))

@@ -13,7 +13,6 @@ import numpy as np
 import xarray as xr
 from cyclopts import run
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from approx.halfspace import HalfSpace
 from approx.orientation import load_turned, turn_between
@@ -25,10 +24,10 @@ from compare.results.shares import shares_of
 from compare.scenes.load import load_scene
 from femic.means import Means
 from femic.work.store import Store
+from geometries.arrays import Array
 from geometries.materials import one_body
 from geometries.patches import Patch
 
-Array = NDArray[np.float64]
 SCENES, BODIES = ("geometry1", "geometry2"), ("lower", "upper", "combined")
 LINE = "x = 1.6 mm"
 VARIANTS = ["A", "B", "Bhat", "C"]

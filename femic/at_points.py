@@ -40,19 +40,14 @@ class AtPoints:
         return combine(self.jobs[name], level, models)
 
     def assess(self, references: Mapping[str, Reference]) -> Assessed:
-        """The estimated errors of the references."""
-        return assess(self.jobs, references, combined=self.combined)
-
-
-def assess(jobs: Mapping[str, Job], references: Mapping[str, Reference], *, combined: bool) -> Assessed:
-    """Estimated errors of references and, with `combined`, of their sum."""
-    own_shares = {
-        name: shares(job, references[name].c, scales([job], references[name].c.ic))
-        for name, job in jobs.items()
-    }
-    if not combined:
-        return Assessed(own_shares)
-    c = total([reference.c for reference in references.values()])
-    scale = scales(list(jobs.values()), c.ic)
-    combined_shares = {name: shares(job, references[name].c, scale) for name, job in jobs.items()}
-    return Assessed(own_shares, shares(next(iter(jobs.values())), c, scale), combined_shares)
+        """The estimated errors of the references and, with `combined`, of their sum."""
+        own_shares = {
+            name: shares(job, references[name].c, scales([job], references[name].c.ic))
+            for name, job in self.jobs.items()
+        }
+        if not self.combined:
+            return Assessed(own_shares)
+        c = total([reference.c for reference in references.values()])
+        scale = scales(list(self.jobs.values()), c.ic)
+        combined_shares = {name: shares(job, references[name].c, scale) for name, job in self.jobs.items()}
+        return Assessed(own_shares, shares(next(iter(self.jobs.values())), c, scale), combined_shares)

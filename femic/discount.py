@@ -24,36 +24,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from approx.halfspace import HalfSpace
-from approx.variants import approximate
+from approx.pair import Solid
 from femic.models import Points
 from geometries.arrays import Array
 from geometries.bodies import Body
-from geometries.materials import one_body
 from geometries.patches import Load, N, Patch, S, X
 
 FX, FY, FZ, MOMENT = range(4)  # rows and columns of M; the first generalized forces
 TURN, SPIN = 4, 5  # further generalized forces: a moment about z, a moment about the axle
-ENTRIES = (  # entries of M that are not always 0
-    (FX, FX),
-    (FY, FY),
-    (FZ, FZ),
-    (FY, MOMENT),
-    (FY, FZ),
-    (MOMENT, MOMENT),
-    (FZ, MOMENT),
-)
+# entries of M that are not always 0
+ENTRIES = (FX, FX), (FY, FY), (FZ, FZ), (FY, MOMENT), (FY, FZ), (MOMENT, MOMENT), (FZ, MOMENT)
 AXES = ("x", "y", "z", "phi")
 ELEMENTS_AWAY = 3  # distance in elements, centre to centre, at which C_jj must equal A_jj
+Z = 2  # number of the global axis z
 NEAR, RIGHT, LEFT = range(3)  # the first points of `DiscountRule.points`
 BESIDE_LOAD = {+1: (3, 4), -1: (5, 6)}  # the points on both sides of the moment load at +-moment_arm
 
 
 @dataclass(frozen=True)
 class DiscountRule:
-    """Where M is fitted: loads at s = 0 and +-moment_arm, observers up to s = +-rotation_reach [mm].
+    """Where M is fitted [mm]: loads at s = 0 and +-moment_arm, observers up to s = +-rotation_reach.
 
-    Loads are uniform over patches of half-sides a, b [mm].
+    Observers beside moment loads lie up to s = +-(moment_arm + rotation_reach). Loads are uniform over
+    patches of half-sides a, b [mm].
     """
 
     a: float
@@ -111,13 +104,10 @@ def motions(body: Body, points: Points, s_load: float) -> Array:
     surface = body.surface
     xi = surface.chart_x(points.x, points.s, s_load)
     s_loads = np.full_like(xi, s_load)
-    observer_forces, load_forces = (
-        generalized(body, xi / 2, points.s),
-        generalized(body, -xi / 2, s_loads),
-    )  # seen from half way
+    seen = generalized(body, xi / 2, points.s), generalized(body, -xi / 2, s_loads)  # from half way
 
     def product(a: int, b: int) -> Array:
-        return np.einsum("ip,jp->ijp", observer_forces[a], load_forces[b])
+        return _outer(seen[0][a], seen[1][b])
 
     def mutual(a: int, b: int) -> Array:
         return product(a, b) + product(b, a)
@@ -160,16 +150,15 @@ def _section_turns(body: Body, s: Array, s_load: Array, angle: Array) -> tuple[A
     """
     observer, load = (_in_own_section(body, arc_length) for arc_length in (s, s_load))
     sin, cos = np.sin(angle), np.cos(angle)
-    turned_moment, load_moment_seen = (
-        cos * observer.moment + sin * observer.lever,
-        cos * load.moment - sin * load.lever,
-    )
+    turned_moment = cos * observer.moment + sin * observer.lever
+    load_moment_seen = cos * load.moment - sin * load.lever
+    turned = _outer(turned_moment, load.moment) - _outer(observer.moment, sin * load.lever)
+    return turned, _outer(turned_moment, load.radial) + _outer(observer.radial, load_moment_seen)
 
-    def outer(of_observer: Array, of_load: Array) -> Array:
-        return np.einsum("ip,jp->ijp", of_observer, of_load)
 
-    turned = outer(turned_moment, load.moment) - outer(observer.moment, sin * load.lever)
-    return turned, outer(turned_moment, load.radial) + outer(observer.radial, load_moment_seen)
+def _outer(of_observer: Array, of_load: Array) -> Array:
+    """Products (3, 3, n) of values (3, n) at observers and at loads."""
+    return np.einsum("ip,jp->ijp", of_observer, of_load)
 
 
 @dataclass(frozen=True)
@@ -228,12 +217,9 @@ def conditions(body: Body, rule: DiscountRule, loads: tuple[Load, ...]) -> list[
 def observers(body: Body, rule: DiscountRule, fit: list[Condition]) -> Points:
     """The points of the rule that the conditions read; those beside moment loads only where they are used."""
     points = rule.points(body)
-    n = (
-        len(points.x)
-        if any(condition.entry == (MOMENT, MOMENT) for condition in fit)
-        else len((NEAR, RIGHT, LEFT))
-    )
-    return Points(points.x[:n], points.s[:n])
+    turning = any(condition.entry == (MOMENT, MOMENT) for condition in fit)
+    used = slice(None if turning else len((NEAR, RIGHT, LEFT)))
+    return Points(points.x[used], points.s[used])
 
 
 def fit_discount(body: Body, rule: DiscountRule, fit: list[Condition], u: Mapping[Load, Array]) -> Array:
@@ -279,7 +265,7 @@ def _tilt_under_normal_load(body: Body, rule: DiscountRule) -> Condition:
 def _tilt(body: Body, rule: DiscountRule, u: Array) -> float:
     """u_z(reach) - u_z(-reach) at x = 0, of displacements u (3, n_points) at the observers."""
     ends = [RIGHT, LEFT]
-    to_vertical = body.surface.axes(0.0, rule.points(body).s[ends])[:, FZ]  # (3 directions, 2)
+    to_vertical = body.surface.axes(0.0, rule.points(body).s[ends])[:, Z]  # (3 directions, 2)
     right, left = np.sum(to_vertical * u[:, ends], axis=0)
     return float(right - left)
 
@@ -313,8 +299,7 @@ def _turning(body: Body, rule: DiscountRule) -> Condition:
 
 def _half_space(variant: str, body: Body, patch: Patch, points: Points) -> Array:
     """ICs [mm/N] of an approximation at points, shape (3, 3, n)."""
-    half_space = HalfSpace(one_body(body.material, body.side))
-    return approximate(variant, half_space, body.surface, patch, (points.x, points.s)) / patch.area
+    return Solid(body.material, body.surface).approximate(variant, patch, (points.x, points.s)) / patch.area
 
 
 def _symmetric_entry(entry: tuple[int, int]) -> Array:

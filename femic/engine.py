@@ -6,7 +6,7 @@ the engine that computes C reads its record.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from femic.level import MESH_ORDER
 from femic.means import Means, Solved, Task
@@ -17,37 +17,27 @@ from geometries.patches import Load, Patch
 
 
 @dataclass(frozen=True)
-class Specification:
-    """A model that is to be solved: a body with its domain, loads, and points relative to each load in x.
+class Request:
+    """What a model is solved for; each engine's has further fields. Points are relative to each load in x."""
+
+    body: Body  # with its domain
+    loads: tuple[Load, ...]  # unit total loads
+    points: Points
+    cells: Cells
+
+
+@dataclass(frozen=True)
+class Specification(Request):
+    """A model that is to be solved, before its engine makes a request of it.
 
     `tolerance` is that of the job, `least_scale` [mm/N] the least scale of refinement of which it is a share,
     `waves` the steps by which the wavenumbers are refined; `solver` is that of the solid engine.
     """
 
-    body: Body
-    loads: tuple[Load, ...]
-    points: Points
-    cells: Cells
     tolerance: float
     least_scale: float
     waves: int
     solver: SolverChoice
-
-
-class Request(Protocol):
-    """What an engine solves; each engine's request has further fields."""
-
-    @property
-    def body(self) -> Body:
-        """The body with its domain."""
-
-    @property
-    def loads(self) -> tuple[Load, ...]:
-        """The unit total loads."""
-
-    @property
-    def points(self) -> Points:
-        """The points where displacements are read, relative to each load in x."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +49,7 @@ class Tuned:
     coarsest: float  # largest factor on these cells, for large tolerances
 
     def cells_for(self, tolerance: float, patch: Patch) -> Cells:
-        """Cells that are likely to meet a tolerance: errors fall like the cube of the cell size."""
+        """Cells that are likely to meet a tolerance: errors are taken to fall like its cube."""
         return self.cells(patch).scaled(min((tolerance / self.tolerance) ** (1 / MESH_ORDER), self.coarsest))
 
     def tighter(self, tolerance: float) -> float:

@@ -1,11 +1,11 @@
 """The estimate of C's error, from models that are less accurate in one way each.
 
 By the solid engine every body is solved on three models: fine, coarse (cells `COARSER` times as large) and
-small (the coarse cells in a domain half as large); by the harmonic engine on two, fine and coarse, each
-also with a nearer far arc and with fewer wavenumbers. The differences give the parts of the
-estimate, as in Roache's grid convergence index. The estimate assumes order 2 of the mesh, because its errors
-are partly random: two meshes may agree by luck; order 1 on the outline of the patch, where the traction
-jumps; and order 1 of the truncation close to the far arc.
+small (the coarse cells in a domain half as large); by the harmonic engine on two, fine and coarse, the fine
+one also with a nearer far arc and with fewer wavenumbers. The differences give the parts of the estimate, as
+in Roache's grid convergence index. The estimate assumes order 2 of the mesh, because its errors are partly
+random: two meshes may agree by luck; order 1 on the outline of the patch, where the traction jumps; and order
+1 of the truncation close to the far arc.
 """
 
 from collections.abc import Mapping, Sequence

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from approx.halfspace import HalfSpace
+from approx.pair import Solid
 from femic.accuracy import FLOOR
 from femic.discount import Condition, DiscountRule, conditions, observers
 from femic.engine import Engine, Specification
@@ -15,7 +15,6 @@ from femic.meshing.cell_size import Cells
 from femic.models import Points, SolverChoice
 from geometries.arrays import Array
 from geometries.bodies import Body
-from geometries.materials import one_body
 from geometries.patches import DIRECTIONS, Load, N, Patch
 
 
@@ -84,9 +83,8 @@ class Job:
     @property
     def half_space_nn(self) -> Array:
         """A_nn at the points per unit total load [mm/N], shape (n,)."""
-        half_space = HalfSpace(one_body(self.body.material, self.body.side))
-        s = self.points.s - self.patch.s
-        return half_space.ics(self.patch, self.points.x, s)[N, N] / self.patch.area
+        solid, points = Solid(self.body.material, self.body.surface), (self.points.x, self.points.s)
+        return solid.approximate("A", self.patch, points)[N, N] / self.patch.area
 
     @property
     def fit(self) -> list[Condition]:

@@ -1,6 +1,7 @@
 """Steps of refinement, and the orders at which errors fall with them.
 
-Errors fall like h^3 (harmonic: h^4) and L^-2 (measured: docs/solid-engine.md, docs/harmonic-engine.md).
+Errors are taken to fall like h^3 and L^-2 by both engines. Measured are h^3 by the solid engine, h^4 by the
+harmonic one, and L^-2 by both (docs/solid-engine.md, docs/harmonic-engine.md).
 """
 
 from collections.abc import Iterable

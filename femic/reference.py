@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -39,10 +40,8 @@ def combine(job: Job, level: Level, models: Mapping[Level, RawICs]) -> Reference
     by_model = {name: discounted(job, models[model].u) for name, model in level_of_model.items()}
     (ic, raw, compliance), coarse = by_model["fine"], by_model["coarse"][0]
     perturbed = {name: discounted(job, u)[0] for name, u in models[level].perturbed.items()}
-    if "small" in by_model:
-        perturbed["nearer"] = (
-            ic - coarse + by_model["small"][0]
-        )  # differs from C as "small" does from "coarse"
+    if "small" in by_model:  # "nearer" differs from C as "small" does from "coarse"
+        perturbed["nearer"] = ic - coarse + by_model["small"][0]
     cells, domain = factors(level)
     body = job.body.enlarged(domain)
     orders = orders_at(job.patch, job.points, body.domain.far_radius)
@@ -53,19 +52,16 @@ def combine(job: Job, level: Level, models: Mapping[Level, RawICs]) -> Reference
         level,
         job.first_cells.scaled(cells),
         body,
-        MappingProxyType(
-            costs_of(level_of_model, {solved_level: model.cost for solved_level, model in models.items()})
-        ),
+        MappingProxyType(costs_of(level_of_model, models)),
         models[level].drawn,
     )
 
 
-def costs_of(of_level: Mapping[str, Level], costs: Mapping[Level, Cost]) -> dict[str, Cost]:
+def costs_of(level_of_model: Mapping[str, Level], models: Mapping[Level, Any]) -> dict[str, Cost]:
     """Costs of the models at a level by name, then those of models of earlier rounds."""
-    earlier = [solved_level for solved_level in costs if solved_level not in of_level.values()]
-    return {name: costs[model] for name, model in of_level.items()} | {
-        f"earlier {k + 1}": costs[solved_level] for k, solved_level in enumerate(earlier)
-    }
+    costs = {name: models[level].cost for name, level in level_of_model.items()}
+    earlier = [model.cost for level, model in models.items() if level not in level_of_model.values()]
+    return costs | {f"earlier {k + 1}": cost for k, cost in enumerate(earlier)}
 
 
 def discounted(job: Job, u: Array) -> tuple[Array, Array, Array]:

@@ -9,7 +9,6 @@ waves by more and larger wavenumbers, each by as many steps as its order promise
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -42,7 +41,7 @@ class Assessed:
 
     own: Mapping[str, Shares]
     combined: Shares | None = None
-    in_combined: Mapping[str, Shares] = field(default_factory=lambda: MappingProxyType({}))
+    in_combined: Mapping[str, Shares] = field(default_factory=dict)
 
 
 class Refinable(Protocol):

@@ -1,4 +1,4 @@
-"""Planes of symmetry: they halve a body, and even and odd fields follow on its other half.
+"""Planes of symmetry: they halve a body, and even and odd fields follow on its other half; and supports.
 
 Every body is its own mirror image in x. A patch sits at x = 0, so the field of each load has one parity in x.
 Where the section is its own mirror image in y, half of it is enough as well: a load at s = 0 has one
@@ -8,8 +8,10 @@ parity in y, any other load is the sum of an even and an odd part.
 from dataclasses import dataclass
 
 import numpy as np
+from skfem import Mesh
 
 from geometries.arrays import Array, Mask
+from geometries.bodies import Body
 from geometries.patches import Load, S, X
 
 Y = S
@@ -46,6 +48,22 @@ def held_by_symmetry(nodes: Array, parity: Parity) -> Mask:
     held = np.zeros((nodes.shape[1], 3), dtype=bool)
     for mirrored in (X, Y) if parity.y else (X,):
         held |= on_plane(nodes, mirrored)[:, None] & (parity.signs(mirrored) < 0)
+    return held
+
+
+def held_by_supports(body: Body, mesh: Mesh, y: Array, z: Array, *further: Mask) -> Mask:
+    """Whether the far arc, the hub or a further support hold the components of nodes, shape (n_nodes, 3).
+
+    y, z [mm] are section coordinates of the vertices, (n_vertices,) each; `further` supports are marked among
+    the vertices. A node is held on boundary facets all of whose vertices lie on one support.
+    """
+    on_far_arc = np.hypot(y, z) > (1 - 1e-6) * body.domain.far_radius
+    on_hub = body.side * z > (1 - 1e-6) * body.depth
+    held = np.zeros((mesh.doflocs.shape[1], 3), dtype=bool)
+    facets = mesh.boundary_facets()
+    for vertices in (on_far_arc, on_hub, *further):
+        held_facets = facets[np.all(vertices[mesh.facets[:, facets]], axis=0)]
+        held[mesh.dofs.get_facet_dofs(held_facets).flatten()] = True
     return held
 
 

@@ -1,4 +1,4 @@
-"""Geometry and materials: contours, materials, bodies, patches, grids and offset lines.
+"""Geometry and materials: contours, surfaces, materials, bodies, patches, grids, offset lines, quadrature.
 
 Imports numpy and scipy only, and nothing of this project.
 """

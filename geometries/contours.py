@@ -7,7 +7,6 @@ delta(s) [rad] is positive where the contour falls as s grows, so the tangent is
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,18 +21,6 @@ from geometries.quadrature import on_panels
 NEWTON_STEPS = 30  # largest number
 GAUSS_POINTS = 16  # per interval of a spline
 LENGTH_ROUNDING = 1e-14  # tolerance of an arc length, as a share of the length of the curve
-
-
-class Core(Protocol):
-    """A curve by arc length: what lies between the two flanks of a contour."""
-
-    def position(self, s: Array) -> Array:
-        """Points (y, z) [mm], shape (2, *s.shape)."""
-        ...
-
-    def inclination(self, s: Array) -> Array:
-        """Inclination delta [rad], shape of s."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -147,7 +134,7 @@ def invert(
 class Contour:
     """A core curve on `limits`, continued by its tangents; loads and lines stay within `extent`."""
 
-    core: Core
+    core: Arc | Ellipse | Spline
     limits: tuple[float, float]
     extent: tuple[float, float] = (-np.inf, np.inf)
 
@@ -174,7 +161,7 @@ class Contour:
     @property
     def joints(self) -> tuple[float, ...]:
         """Arc lengths at which the flanks begin: the curvature jumps there. None on a plane."""
-        return tuple(sorted(set(self.limits))) if self.limits[0] < self.limits[1] else ()
+        return self.limits if self.limits[0] < self.limits[1] else ()
 
     @property
     def symmetric(self) -> bool:
@@ -233,7 +220,7 @@ def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> Contour
         raise WrongInput(f"y_centre = {y_centre:g} mm: not between the first and last point")
     pieces = length_between(curve, chord[:-1], chord[1:])
     core = Spline(curve, float(roots[0]), np.concatenate([[0.0], np.cumsum(pieces)]))
-    core_ends = core.arc_length(chord[[0, -1]]) - core.arc_length(np.array(core.t_centre))
+    core_ends = core.arc_length(chord[[0, -1]])
     limits = (float(core_ends[0]), float(core_ends[1]))
     return Contour(core, limits, limits)
 

@@ -14,6 +14,12 @@ X, S, N = range(3)
 COMPONENTS = tuple(i + j for i in DIRECTIONS for j in DIRECTIONS)  # displacement, then traction
 
 
+def mirror_signs(direction: int) -> Array:
+    """Signs of the components (i, j) of ICs where the coordinate of a direction changes its sign, (3, 3)."""
+    signs = np.where(np.arange(3) == direction, -1.0, 1.0)
+    return np.outer(signs, signs)
+
+
 @dataclass(frozen=True)
 class Patch:
     """Rectangular loaded element at x = 0: half-sides a along x, b along s, centre at arc length s."""

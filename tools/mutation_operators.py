@@ -36,19 +36,7 @@ PAIRS = (
 )
 EXCHANGED = dict(PAIRS) | {other: one for one, other in PAIRS[:8]}
 # calls that change nothing, or whose argument does not run in their place
-ALIKE = (
-    "float",
-    "asarray",
-    "ascontiguousarray",
-    "array",
-    "list",
-    "tuple",
-    "dict",
-    "set",
-    "str",
-    "bool",
-    "len",
-)
+ALIKE = re.compile("float|asarray|ascontiguousarray|array|list|tuple|dict|set|str|bool|len")
 
 
 class ExchangeName(Operator):  # type: ignore[misc]
@@ -106,7 +94,7 @@ def _argument(node: Any) -> Any:
         return None
     dotted = node.children[1:-1]
     name = dotted[-1].children[-1].value if dotted else node.children[0].value
-    if not name.islower() or name in ALIKE:
+    if not name.islower() or ALIKE.fullmatch(name):
         return None
     if any(one.type != "trailer" or one.children[0].value != "." for one in dotted):
         return None

@@ -33,19 +33,7 @@ from compare.results.provenance import results_digest
 from femic.work.provenance import digest_of, versions
 
 CODE = ("geometries", "approx", "femic", "contact", "compare", "tests")
-COPIED = (
-    "geometries",
-    "approx",
-    "femic",
-    "contact",
-    "compare",
-    "tests",
-    "examples",
-    "docs",
-    "tools",
-    "pyproject.toml",
-    "README.md",
-)
+COPIED = (*CODE, "examples", "docs", "tools", "pyproject.toml", "README.md")
 TABLE = ROOT / "tools" / "mutations.toml"
 KEPT = ROOT / "out" / "mutations.jsonl"
 LIMIT, LEAST = 4.0, 30.0  # times the seconds of the tests without a mutant; seconds
@@ -101,11 +89,11 @@ def outcomes(chosen: Sequence[Mutant], tests: dict[str, list[str]], workers: int
         files = list(dict.fromkeys(tuple(tests[mutant.module]) for mutant in todo))
         seconds = dict(zip(files, pool.map(lambda of: baseline(trees, of), files), strict=True))
 
-        def tell(mutant: Mutant) -> Tried:
+        def attempt(mutant: Mutant) -> Tried:
             of = tuple(tests[mutant.module])
             return tried_in(trees, mutant, of, max(LEAST, LIMIT * seconds[of]))
 
-        for n, one in enumerate(pool.map(tell, todo)):
+        for n, one in enumerate(pool.map(attempt, todo)):
             sys.stderr.write(f"{n + 1}/{len(todo)} {one.outcome} {one.mutant.module}:{one.mutant.number}\n")
             known[one.mutant] = one
             keep(key, one)

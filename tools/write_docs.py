@@ -10,6 +10,7 @@ nothing, says which pages rest on numbers of other code, and ends with 1 if any 
 
 import json
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -119,15 +120,11 @@ def finite(value: float) -> float | None:
 
 def advice(dataset: xr.Dataset, tolerance: float, components: tuple[str, ...], body: str) -> dict[str, Any]:
     asked = list(components) or [str(component) for component in dataset.component.values]
-    try:
+    found = None
+    with suppress(Failure):
         found = advise(dataset, tolerance, asked, body)
-    except Failure:
-        return {"tolerance": tolerance, "label": None, "error": None, "seconds": None}
-    return {
-        "tolerance": tolerance,
-        "label": found.label,
-        "error": found.error,
-        "seconds": found.seconds,
+    return {"tolerance": tolerance} | {
+        key: getattr(found, key, None) for key in ("label", "error", "seconds")
     }
 
 

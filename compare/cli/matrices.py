@@ -10,7 +10,7 @@ from compare.reports.frontier.advice import Question
 from compare.reports.frontier.choice import AUTO, choose
 from compare.reports.matrix import export as exporting
 from compare.reports.matrix.export import Wanted
-from compare.reports.matrix.page import MatrixOutput, write_matrix
+from compare.reports.matrix.page import write_matrix
 from compare.scenes.file import ICName
 from compare.scenes.load import load_scene
 from geometries.patches import COMPONENTS
@@ -28,7 +28,7 @@ def matrix(
     folder = work.folder(loaded)
     console = Console()
     with work.means(folder, console) as means:
-        report = write_matrix(loaded, MatrixOutput(folder, strip), means)
+        report = write_matrix(loaded, folder, strip, means)
     console.print(f"Matrix: {folder / 'matrix.nc'}", soft_wrap=True)
     console.print(f"Report: {report}", soft_wrap=True)
 

@@ -1,10 +1,11 @@
-"""Templates, cells of error tables and embedded pictures of the HTML reports."""
+"""Pages, cells of error tables and embedded pictures of the HTML reports."""
 
 import base64
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from compare.results.measure import ROUNDING
@@ -19,28 +20,39 @@ class Cell:
     below: str = ""
 
 
+@dataclass(frozen=True)
+class Row:
+    """The errors of one variant at one place, a line or a scene: a cell per component."""
+
+    symbol: str
+    place: str
+    cells: list[Cell]
+    first: bool
+
+
 WHITE = "#ffffff"
 VANISHING = " †"  # marks errors of components that vanish: shares of 0.05 max |C_nn|
 
 
-@dataclass(frozen=True)
-class Picture:
-    """A PNG picture as base64 text."""
-
-    name: str
-    data: str
-
-
-def rendered(template: str, **values: object) -> str:
-    """A template of this package with values filled in; raises UndefinedError where one is missing."""
+def write_page(path: Path, template: str, **values: object) -> Path:
+    """Write a template of this package with values filled in; raises UndefinedError where one is missing."""
     environment = Environment(
         loader=PackageLoader("compare.pages"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    return environment.get_template(template).render(**values)
+    environment.filters["base64"] = lambda picture: base64.b64encode(picture.read_bytes()).decode()
+    path.write_text(environment.get_template(template).render(**values), encoding="utf-8")
+    return path
 
 
-def error_cell(error: float, weight: float = np.nan, *, vanishes: bool = False, mark: str = "") -> Cell:
-    """Cell of an error, coloured by its size, with its weight below; a dash where nothing was computed."""
+def error_cell(
+    error: float, weight: float = np.nan, *, vanishes: bool = False, mark: str = "", known: bool = False
+) -> Cell:
+    """Cell of an error, coloured by its size, with its weight below; a dash where nothing was computed.
+
+    `known`: the error is the estimated one of C, which has no share where the component vanishes.
+    """
+    if known and vanishes:
+        return Cell("vanishes" + mark, WHITE, _weight_text(weight))
     if np.isnan(error):
         return Cell("–", WHITE)
     if error < ROUNDING:
@@ -48,11 +60,10 @@ def error_cell(error: float, weight: float = np.nan, *, vanishes: bool = False, 
     return Cell(percent(error) + (VANISHING if vanishes else "") + mark, colour(error), _weight_text(weight))
 
 
-def known_cell(estimate: float, weight: float = np.nan, *, vanishes: bool = False, mark: str = "") -> Cell:
-    """Cell of the estimated error of C, likewise; it has no share where the component vanishes."""
-    if vanishes:
-        return Cell("vanishes" + mark, WHITE, _weight_text(weight))
-    return error_cell(estimate, weight, mark=mark)
+def cell_of(errors: xr.Dataset, *, known: bool, mark: str = "") -> Cell:
+    """Cell of a dataset with a single `error` [-], its `weight` and whether the component `vanishes`."""
+    error, weight, vanishes = (errors[name].item() for name in ("error", "weight", "vanishes"))
+    return error_cell(error, weight, vanishes=vanishes, mark=mark, known=known)
 
 
 def _weight_text(weight: float) -> str:
@@ -71,8 +82,3 @@ def colour(error: float) -> str:
     redness = float(np.clip((np.log10(max(error, 1e-9)) + 3) / 3, 0, 1))
     green_blue = round(255 - 120 * redness)
     return f"#ff{green_blue:02x}{green_blue:02x}"
-
-
-def embedded(path: Path) -> Picture:
-    """A PNG file as a picture to embed in a report."""
-    return Picture(path.stem, base64.b64encode(path.read_bytes()).decode())

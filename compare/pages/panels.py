@@ -6,14 +6,17 @@ from itertools import cycle
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from compare.pages.styles import CHECK_STYLE, FURTHER, RC, STYLES, SYMBOLS, Style
+from compare.pages.styles import CHECK_STYLE, DASHES, FURTHER, RC, STYLES, SYMBOLS, Style
 from geometries.arrays import Array, Mask
 
 INVISIBLE = 1e-9  # dimensionless IC below which a curve is shown as zero
 CHECK_MARKS = 24  # about how many marks a curve of the other engine has
+MOST_COLUMNS = 8  # of a legend
 BAND = "C ± estimate"
 OF_SYMBOL = {SYMBOLS.get(name, name): style for name, style in STYLES.items()}
 
@@ -39,10 +42,6 @@ class Panel:
         """The panel from an abscissa on."""
         return self.part(self.at >= at)
 
-    def labelled(self, title: str, across: str, up: str) -> "Panel":
-        """The panel with a title and labels."""
-        return replace(self, title=title, across=across, up=up)
-
     def part(self, shown: Mask) -> "Panel":
         """The panel with only those points that are shown, (n,)."""
         curves = {name: values[shown] for name, values in self.curves.items()}
@@ -50,11 +49,11 @@ class Panel:
         return replace(self, at=self.at[shown], curves=curves, estimate=estimate, known=known)
 
 
-def styles_of(panels: Sequence[Panel], given: Mapping[str, Style] = OF_SYMBOL) -> dict[str, Style]:
-    """A style for each label of the panels: the given one, or one of `FURTHER` in turn."""
+def styles_of(panels: Sequence[Panel]) -> dict[str, Style]:
+    """A style for each label of the panels: its variant's, or one of `FURTHER` in turn."""
     labels = dict.fromkeys(label for panel in panels for label in panel.curves)
-    further = dict(zip((label for label in labels if label not in given), cycle(FURTHER), strict=False))
-    return dict(given) | further
+    further = dict(zip((label for label in labels if label not in OF_SYMBOL), cycle(FURTHER), strict=False))
+    return OF_SYMBOL | further
 
 
 def draw(axes: Axes, panel: Panel, styles: Mapping[str, Style], *, labelled: bool = True) -> None:
@@ -108,6 +107,7 @@ def show_zero(axes: Axes) -> None:
     """Fix the range of the ordinate where all curves vanish by symmetry, lest rounding errors fill it."""
     if max(np.max(np.abs(curve.get_ydata())) for curve in axes.get_lines()) < INVISIBLE:
         axes.set_ylim(-1e-3, 1e-3)
+        axes.set_yticks([0.0])
         axes.annotate("0 by symmetry", (0.5, 0.6), xycoords="axes fraction", ha="center", color="grey")
 
 
@@ -126,12 +126,25 @@ def drawn(panels: Sequence[Panel], columns: int, size: tuple[float, float] = (4.
         return figure
 
 
-def add_legend(figure: Figure, most: int = 8) -> None:
-    """Add one legend of all labels of a figure below it, in at most `most` columns."""
+def add_scene_legends(figure: Figure, lengths: Mapping[str, float], handles: Sequence[Artist]) -> None:
+    """Add a legend of scenes (line styles) above the panels, and one of `handles` below them.
+
+    `lengths` has the reference lengths [mm] by the scenes' names, in the order of `DASHES`.
+    """
+    scenes = [
+        Line2D([], [], color="dimgrey", linestyle=dashes, linewidth=1.6, label=f"{name} (L = {length:g} mm)")
+        for (name, length), dashes in zip(lengths.items(), DASHES, strict=False)
+    ]
+    figure.legend(handles=scenes, loc="outside upper center", ncols=len(scenes), handlelength=4)
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+
+
+def add_legend(figure: Figure) -> None:
+    """Add one legend of all labels of a figure below it, in at most `MOST_COLUMNS` columns."""
     handles = {
         label: handle
         for axes in figure.axes
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
-    columns = min(most, len(handles))
+    columns = min(MOST_COLUMNS, len(handles))
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=columns)

@@ -20,13 +20,12 @@ def sections(scene: Scene) -> Figure:
     with mpl.rc_context(RC):
         figure = Figure(figsize=(11, 4.6), layout="constrained")
         whole, near, plan = figure.subplots(1, 3)
-        reach = max(np.max(np.abs(line.s)) for line in scene.lines)
-        for axes, window in ((whole, None), (near, HALF_WINDOW * reach)):
+        for axes in (whole, near):
             for name, colour in (("lower", "tab:blue"), ("upper", "tab:red")):
                 _draw_body(axes, scene.bodies[name], name, colour)
             axes.set(aspect="equal", xlabel="y [mm]", ylabel="z [mm]")
-            if window:
-                axes.set(xlim=(-window, window), ylim=(-window, window))
+        window = HALF_WINDOW * max(np.max(np.abs(line.s)) for line in scene.lines)
+        near.set(xlim=(-window, window), ylim=(-window, window))
         _draw_marks(near, scene)
         whole.set_title("sections, clamped at the far arc")
         near.set_title("near the contact")

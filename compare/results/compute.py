@@ -1,7 +1,7 @@
 """Computes a scene: reference ICs, their check by the other engine, approximations."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -11,11 +11,12 @@ from compare.scenes.scene import Scene
 from femic.at_points import references
 from femic.estimate import Estimated, total
 from femic.job import Job
+from femic.matrix.reference import MatrixReference
 from femic.means import DEFAULT, Means
 from femic.models import Cost, Points
 from femic.reference import Reference
-from geometries.arrays import Array
-from geometries.patches import Patch
+from geometries.arrays import Array, Indices
+from geometries.patches import OffsetLine, Patch
 
 REPETITIONS = 5  # how often an approximation is computed for its timing
 
@@ -41,13 +42,18 @@ class Results:
     @property
     def models(self) -> dict[str, Cost]:
         """The cost of every solved model, by body and model."""
-        named = {f"{body}, {{}}": reference for body, reference in self.references.items()}
-        named |= {f"solid check, {body}, {{}}": reference for body, reference in self.checks.items()}
-        return {
-            name.format(model): cost
-            for name, reference in named.items()
-            for model, cost in reference.models.items()
-        }
+        return models_of(self.references) | models_of(self.checks, "solid check, ")
+
+
+def models_of(
+    references: Mapping[str, Reference] | Mapping[str, MatrixReference], prefix: str = ""
+) -> dict[str, Cost]:
+    """The cost of every model of references by body; names are "PREFIXBODY, MODEL"."""
+    return {
+        f"{prefix}{body}, {model}": cost
+        for body, reference in references.items()
+        for model, cost in reference.models.items()
+    }
 
 
 def scene_points(scene: Scene) -> tuple[Points, dict[str, slice]]:
@@ -56,6 +62,12 @@ def scene_points(scene: Scene) -> tuple[Points, dict[str, slice]]:
     parts = {line.name: slice(*starts[k : k + 2]) for k, line in enumerate(scene.lines)}
     x, s = (np.concatenate([getattr(line, c) for line in scene.lines]) for c in ("x", "s"))
     return Points(x, s), parts
+
+
+def points_of(results: Results, lines: Iterable[OffsetLine]) -> Indices:
+    """The indices of the points of lines, (n,)."""
+    parts = [results.lines[line.name] for line in lines]
+    return np.concatenate([np.arange(part.start, part.stop) for part in parts])
 
 
 def jobs(scene: Scene) -> dict[str, Job]:
@@ -104,6 +116,14 @@ def approximated(
                     variant, solids(scene)[name], scene.patch, points
                 )
     return ics, seconds
+
+
+def with_approximations(results: Results, scene: Scene) -> Results:
+    """The results with another scene, which has the same points, and with its approximations."""
+    approximations, seconds = approximated(scene, results.points)
+    return replace(
+        results, scene=scene, approximations=approximations, seconds={**results.seconds, **seconds}
+    )
 
 
 def solids(scene: Scene) -> dict[str, Solid | Pair]:

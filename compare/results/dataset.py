@@ -19,15 +19,12 @@ from geometries.patches import DIRECTIONS
 
 LOCAL = ("i", "j", "point")
 PER_LOAD = {"units": "mm/N"}
-PARTS = {  # of `Estimated`: variables of `ics.nc`
-    "estimate": "estimated error of C",
-    "mesh_error": "its part from the mesh",
-    "truncation_error": "its part from the domain",
-    "waves_error": "its part from the wavenumbers",
+PARTS = {  # of `Estimated`: variables of `ics.nc` and their meanings
+    "estimate": ("estimate", "estimated error of C"),
+    "mesh_error": ("estimate_mesh", "its part from the mesh"),
+    "truncation_error": ("estimate_truncation", "its part from the domain"),
+    "waves_error": ("estimate_wavenumbers", "its part from the wavenumbers"),
 }
-NAMES = dict(
-    zip(PARTS, ("estimate", "estimate_mesh", "estimate_truncation", "estimate_wavenumbers"), strict=True)
-)
 
 
 def to_dataset(results: Results) -> xr.Dataset:
@@ -69,7 +66,7 @@ def to_dataset(results: Results) -> xr.Dataset:
 def _estimates(results: Results) -> dict[str, xr.Variable]:
     """The estimated error of C, its parts, and that of the other engine's C."""
     c = [reference_of(results, body) for body in results.scene.compared]
-    values = {NAMES[part]: ([getattr(of_body, part) for of_body in c], says) for part, says in PARTS.items()}
+    values = {name: ([getattr(of_body, part) for of_body in c], says) for part, (name, says) in PARTS.items()}
     if results.checks:
         checks = [check_of(results, body).estimate for body in results.scene.compared]
         values["estimate_solid"] = checks, "estimated error of C_solid"

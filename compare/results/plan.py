@@ -1,6 +1,6 @@
 """Predicts unknowns, seconds and memory of a scene's models, and compares them with what they took."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,22 +65,17 @@ def seconds(steps: list[Step], workers: int) -> float:
     return sum(step.takes.seconds / (1 if step.engine.shares_a_model else workers) for step in steps)
 
 
-def compared(steps: list[Step], costs: Mapping[str, Cost]) -> list[dict[str, str]]:
-    """Rows of a table: what each model was expected to take / what it took."""
-    rows = []
+def compared(steps: Iterable[Step], costs: Mapping[str, Cost]) -> Iterator[dict[str, str]]:
+    """Yield rows of a table: what each model was expected to take / what it took."""
     for step in steps:
-        cost = costs.get(step.name)
-        if cost is not None:
+        if cost := costs.get(step.name):
             wavenumbers = (
                 cost.solver.split(", ")[-1].split()[0] if cost.solver.endswith("wavenumbers") else "–"
             )
-            rows.append(
-                {
-                    "name": step.name,
-                    "unknowns": f"{step.takes.unknowns:,} / {cost.unknowns:,}",
-                    "wavenumbers": f"{step.takes.wavenumbers or '–'} / {wavenumbers}",
-                    "seconds": f"{step.takes.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
-                    "memory": f"{step.takes.memory:.0f} / {cost.peak_memory:.0f}",
-                }
-            )
-    return rows
+            yield {
+                "name": step.name,
+                "unknowns": f"{step.takes.unknowns:,} / {cost.unknowns:,}",
+                "wavenumbers": f"{step.takes.wavenumbers or '–'} / {wavenumbers}",
+                "seconds": f"{step.takes.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
+                "memory": f"{step.takes.memory:.0f} / {cost.peak_memory:.0f}",
+            }

@@ -8,7 +8,7 @@ import numpy as np
 from compare.results.compute import Results, check_of, parts_of, reference_of, solids
 from compare.results.measure import Measure, far_from
 from femic.reference import scales
-from geometries.arrays import Array, Mask
+from geometries.arrays import Array
 from geometries.patches import N
 
 
@@ -22,7 +22,7 @@ def measure_of(results: Results, body: str) -> Measure:
 def shares_of(results: Results, body: str, deviations: Array) -> dict[str, Array]:
     """Errors of the components per line, (3, 3), due to deviations from C, (3, 3, n_points) [mm/N].
 
-    They are shares of the component itself, or of 0.05 max |C_nn| where it is one of those `vanishing`.
+    They are shares of the component itself, or of 0.05 max |C_nn| where it is one of those vanishing.
     """
     return measure_of(results, body).shares(deviations)
 
@@ -30,11 +30,6 @@ def shares_of(results: Results, body: str, deviations: Array) -> dict[str, Array
 def weights_of(results: Results, body: str, deviations: Array) -> dict[str, Array]:
     """Weights per line, (3, 3), of deviations (3, 3, n_points) [mm/N]: shares of max |C_nn| on the line."""
     return measure_of(results, body).weights(deviations)
-
-
-def vanishing(results: Results, body: str) -> Mask:
-    """Which components of C vanish, (3, 3): by symmetry, or being below ten times their estimates."""
-    return measure_of(results, body).vanishing
 
 
 def apart(results: Results, body: str) -> tuple[dict[str, Array], dict[str, Array]]:
@@ -58,13 +53,4 @@ def refinement_shares_of(results: Results, body: str, deviations: Array) -> dict
     return {
         line: np.max(np.abs(deviations[..., part]), axis=-1) / scales[line]
         for line, part in results.lines.items()
-    }
-
-
-def estimated_errors(results: Results) -> dict[tuple[str, str], Array]:
-    """Estimated errors of C by (solved body, line), (3, 3): shares of the scale of refinement."""
-    return {
-        (body, line): errors
-        for body, reference in results.references.items()
-        for line, errors in refinement_shares_of(results, body, reference.c.estimate).items()
     }

@@ -203,39 +203,31 @@ def _limit_misfits(scene: Scene) -> Iterator[str]:
 
     What no engine can do is excluded by the limits of the keys in `compare.scenes.file`.
     """
-    engine, patch = scene.settings.engine, scene.patch
-    limits = engine.limits
+    limits, patch = scene.settings.engine.limits, scene.patch
     for name, body in scene.bodies.items():
         nu, radius = body.material.nu, body.rolling_radius
         if nu > limits.nu:
-            remedy = _other_engines(
-                engine, [candidate for candidate in ENGINES.values() if candidate.limits.nu >= nu]
-            )
+            remedy = _use(other for other in ENGINES.values() if other.limits.nu >= nu)
             yield f"{name}.nu = {nu:g}: {remedy} above {limits.nu:g}, or give a smaller one"
         if radius < limits.rolling_radius:
-            capable = [
-                candidate for candidate in ENGINES.values() if candidate.limits.rolling_radius <= radius
-            ]
-            remedy = _other_engines(engine, capable)
+            remedy = _use(other for other in ENGINES.values() if other.limits.rolling_radius <= radius)
             yield (
                 f"{name}.rolling_radius = {radius:g}: {remedy} below {limits.rolling_radius:g}, or give a "
                 "larger one"
             )
     aspect = patch.a / patch.b
-    if not 1 / limits.aspect * (1 - LIMIT_SLACK) <= aspect <= limits.aspect * (1 + LIMIT_SLACK):
-        elongation = max(aspect, 1 / aspect) * (1 - LIMIT_SLACK)
-        remedy = _other_engines(
-            engine, [candidate for candidate in ENGINES.values() if candidate.limits.aspect >= elongation]
-        )
+    elongation = max(aspect, 1 / aspect) * (1 - LIMIT_SLACK)
+    if elongation > limits.aspect:
+        remedy = _use(other for other in ENGINES.values() if other.limits.aspect >= elongation)
         yield (
             f"patch.a / patch.b = {aspect:g}: {remedy} outside {1 / limits.aspect:g} ... {limits.aspect:g}, "
             "or bring a and b closer"
         )
 
 
-def _other_engines(engine: Engine, capable: Iterable[Engine]) -> str:
-    """The remedy: use one of the other engines that are capable of it."""
-    names = [repr(candidate.name) for candidate in capable if candidate is not engine]
+def _use(capable: Iterable[Engine]) -> str:
+    """The remedy: use one of the engines that are capable of it."""
+    names = [repr(engine.name) for engine in capable]
     return f"use engine.kind = {' or '.join(names)} (without check)" if names else "no engine goes"
 
 

@@ -1,10 +1,11 @@
 """The keys of a scene file (TOML) with their units, defaults and limits."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, FilePath, field_validator, model_validator
 
+from approx.variants import VARIANTS
 from femic.engines import EngineName
 from femic.models import SolverChoice
 
@@ -14,8 +15,12 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 BodyName = Literal["combined", "lower", "upper"]
 Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
 PropertyName = Literal["mismatch_k", "G", "nu"]
-VariantName = Literal["A", "B", "Bbar", "Bhat", "Bhat_prime", "mix"]
-ICName = Literal["auto", "C", "A", "B", "Bbar", "Bhat", "Bhat_prime", "mix"]
+if TYPE_CHECKING:
+    VariantName = str
+    ICName = str
+else:  # the names of the registry: a new variant is registered there alone
+    VariantName = Literal[*VARIANTS]
+    ICName = Literal["auto", "C", *VARIANTS]
 
 
 class Section(BaseModel):
@@ -71,6 +76,9 @@ class PointsFile(Section):
 
 
 AnyContour = Annotated[Plane | Arc | Ellipse | PointsFile, Field(discriminator="kind")]
+CONTOURS: dict[str, type[Section]] = {  # the table of each kind
+    get_args(table.model_fields["kind"].annotation)[0]: table for table in get_args(get_args(AnyContour)[0])
+}
 
 
 class BodyTable(Section):

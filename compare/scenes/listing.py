@@ -1,16 +1,17 @@
 """A scene file with every key, unit and default spelled out, ready to copy."""
 
-import json
 import types
 from collections.abc import Iterator
 from copy import deepcopy
 from typing import Any, get_args, get_origin
 
+import tomlkit
 from pydantic import BaseModel
-from pydantic.fields import FieldInfo
 
 from compare.scenes import file as files
 from compare.scenes.load import parse, read_scene, scene_path
+
+TABLES = ("lower", "upper", "patch", "grid", "calibration", "engine")
 
 
 def listing(name_or_path: str) -> str:
@@ -18,12 +19,11 @@ def listing(name_or_path: str) -> str:
     path = scene_path(name_or_path)
     _, table = read_scene(path)
     parse(deepcopy(table), path)
-    plain_keys = [key for key, field in files.SceneFile.model_fields.items() if not _is_table(field)]
+    plain_keys = [key for key in files.SceneFile.model_fields if key not in (*TABLES, "effective", "lines")]
     lines = list(_entries(files.SceneFile, table, only=plain_keys))
-    for name in ("lower", "upper", "patch", "grid", "calibration", "engine"):
-        field = files.SceneFile.model_fields[name]
-        lines += ["", f"# {field.description}", f"[{name}]"]
-        lines += _entries(_model(field.annotation), table.get(name, {}))
+    for name in TABLES:
+        lines += ["", f"# {files.SceneFile.model_fields[name].description}", f"[{name}]"]
+        lines += _entries(files.SceneFile.__annotations__[name], table.get(name, {}))
         lines += _contour_kinds() if name == "lower" else []
     lines += ["", f"# {files.SceneFile.model_fields['effective'].description}"]
     lines += _effective(table.get("effective", {}))
@@ -51,19 +51,10 @@ def _effective(table: dict[str, Any]) -> Iterator[str]:
 def _contour_kinds() -> Iterator[str]:
     """Yield all kinds of contours with their keys, as comments."""
     yield "#   contours:"
-    for kind in (files.Plane, files.Arc, files.Ellipse, files.PointsFile):
-        name = get_args(kind.model_fields["kind"].annotation)[0]
-        keys = [f"{key}: {field.description}" for key, field in kind.model_fields.items() if key != "kind"]
-        yield f'#   kind = "{name}": {kind.model_fields["kind"].description}'
+    for name, table in files.CONTOURS.items():
+        keys = [f"{key}: {field.description}" for key, field in table.model_fields.items() if key != "kind"]
+        yield f'#   kind = "{name}": {table.model_fields["kind"].description}'
         yield from (f"#     {key}" for key in keys)
-
-
-def _is_table(field: FieldInfo) -> bool:
-    return _model(field.annotation) is not None or "Line" in str(field.annotation)
-
-
-def _model(annotation: Any) -> Any:
-    return annotation if isinstance(annotation, type) and issubclass(annotation, BaseModel) else None
 
 
 def _entries(model: type[BaseModel], table: dict[str, Any], only: list[str] | None = None) -> Iterator[str]:
@@ -76,13 +67,9 @@ def _entries(model: type[BaseModel], table: dict[str, Any], only: list[str] | No
             default = field.get_default()
             shown = "..." if default is None else _toml(default)
             yield f"# {key} = {shown}  # {field.description}"
-        choices = _choices(field.annotation)
-        if choices:
-            yield (
-                f"#   one or more of: {', '.join(choices)}"
-                if "tuple" in str(field.annotation)
-                else (f"#   one of: {', '.join(choices)}")
-            )
+        if choices := _choices(field.annotation):
+            number = "one or more" if "tuple" in str(field.annotation) else "one"
+            yield f"#   {number} of: {', '.join(choices)}"
 
 
 def _choices(annotation: Any) -> list[str]:
@@ -94,8 +81,9 @@ def _choices(annotation: Any) -> list[str]:
 
 
 def _toml(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_toml(item)}" for key, item in value.items()) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(_toml(item) for item in value) + "]"
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else str(value)
+    """A value as TOML; a table in a single line."""
+    if not isinstance(value, dict):
+        return tomlkit.item(value).as_string()
+    table = tomlkit.inline_table()
+    table.update(value)
+    return table.as_string()

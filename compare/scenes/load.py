@@ -77,9 +77,8 @@ def load_solid_scene(name_or_path: str) -> Scene:
     path = scene_path(name_or_path)
     text, table = read_scene(path)
     parsed = parse(table, path)
-    if ENGINES[parsed.engine.kind].has_fields:
-        return build_scene(path.stem, text, parsed)
-    return _by_solid_engine(path.stem, text, parsed)
+    build = build_scene if ENGINES[parsed.engine.kind].has_fields else _by_solid_engine
+    return build(path.stem, text, parsed)
 
 
 def scene_from_table(table: dict[str, Any], name: str) -> Scene:
@@ -154,6 +153,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
     reference_length = scene.reference_length or _crown_radius(bodies["lower"].contour)
     patch = Patch(scene.patch.a, scene.patch.b, scene.patch.s)
     extent = common_extent(bodies)
+    room = min(domain.far_radius / 8, domain.half_length / 8, -extent[0], extent[1])  # of the discount [mm]
     built = Scene(
         name=name,
         title=scene.title or name,
@@ -176,8 +176,8 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
             table.tolerance,
             _cells(engine, table, patch),
             table.most_unknowns,
-            scene.rotation_reach or _default_reach(reference_length, domain, extent),
-            scene.moment_arm or _default_arm(reference_length, domain, extent),
+            scene.rotation_reach or min(2 * reference_length, room),
+            scene.moment_arm or min(reference_length / 2, room / 2),
             table.solver,
         ),
         reference_length=reference_length,
@@ -316,18 +316,6 @@ def _crown_radius(contour: Contour) -> float:
     inclinations = contour.core.inclination(np.array([-step, step]))
     curvature = float(np.ptp(inclinations)) / (2 * step)
     return 1 / abs(curvature) if abs(curvature) > 1e-6 else FLAT_REFERENCE_LENGTH
-
-
-def _default_reach(reference_length: float, domain: Domain, extent: tuple[float, float]) -> float:
-    """Twice the reference length, at most what contour and domain allow [mm]."""
-    return min(2 * reference_length, domain.far_radius / 8, domain.half_length / 8, -extent[0], extent[1])
-
-
-def _default_arm(reference_length: float, domain: Domain, extent: tuple[float, float]) -> float:
-    """Half the reference length, at most what contour and domain allow [mm]."""
-    return min(
-        reference_length / 2, domain.far_radius / 16, domain.half_length / 16, -extent[0] / 2, extent[1] / 2
-    )
 
 
 def _line(line: files.LineAlongX | files.LineAlongS, extent: tuple[float, float]) -> OffsetLine:

@@ -5,14 +5,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 
-from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
 from compare.scenes import file as files
 
 REMEDIES: Mapping[str, str] = {
     "missing": "add the key",
-    "file_not_file": "give a path to an existing file, relative to the scene file",
     "path_not_file": "give a path to an existing file, relative to the scene file",
 }
 
@@ -57,7 +55,7 @@ def message(detail: ErrorDetails) -> str:
     kind = detail["type"]
     if kind == "extra_forbidden":
         key = str(detail["loc"][-1])
-        similar = get_close_matches(key, sorted(_keys(files.SceneFile) - {key}), n=1)
+        similar = get_close_matches(key, sorted(_keys() - {key}), n=1)
         hint = f"did you mean {similar[0]!r}?" if similar else "see `femic scenes --show flat` for all keys"
         return f"{field}: unknown key; {hint}"
     value = "" if kind == "missing" else f" = {_shown(detail['input'])}"
@@ -72,17 +70,15 @@ def _shown(value: object) -> str:
 
 def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
     """The location without the names of union members that pydantic inserts."""
-    tags = {"plane", "arc", "ellipse", "points"}
     for k, part in enumerate(location):
         previous = location[k - 1] if k else None
-        of_contour = previous == "contour" and part in tags
+        of_contour = previous == "contour" and part in files.CONTOURS
         of_line = isinstance(previous, int) and part in {"x", "s"} and location[0] == "lines"
         of_flanks = previous == "flank_inclination_deg" and isinstance(part, str)
         if not (of_contour or of_line or of_flanks):
             yield part
 
 
-def _keys(model: type[BaseModel]) -> set[str]:
+def _keys() -> set[str]:
     """All keys that any table of a scene file may have."""
-    tables = [model, *files.Section.__subclasses__()]
-    return {key for table in tables for key in table.model_fields}
+    return {key for table in files.Section.__subclasses__() for key in table.model_fields}

@@ -29,9 +29,9 @@ from femic.work.threads import one_blas_thread
 from geometries.arrays import Array
 from geometries.patches import Patch
 
-FINER = 5.0  # smallest cell over the cells near the patches where M is fitted
-CENTRE_WAVE_CELLS = 17.5  # like `WAVE_CELLS`, where displacements are read at the centres of strips only
+FINER = 5.0  # the cells near the patches where M is fitted are this much smaller
 WAVE_CELLS = 4.0  # longest cell on a strip times the largest wavenumber, over growth
+CENTRE_WAVE_CELLS = 17.5  # like `WAVE_CELLS`, where displacements are read at the centres of strips only
 
 Progress = Callable[[int], None]  # takes the number of wavenumbers solved so far, 0 after the assembly
 Answer = tuple[Array, float]  # responses (2, load, 3, len(s)) [mm^2/N] at a wavenumber, and their residual
@@ -47,19 +47,6 @@ class Kept(Protocol):
         """Keep the responses at a wavenumber [1/mm] and their residual."""
 
 
-class _Nothing:
-    """A store that keeps nothing."""
-
-    def get(self, k: float) -> None:
-        """Return None: nothing is kept."""
-
-    def put(self, k: float, answer: Answer) -> None:
-        """Do nothing."""
-
-
-NOTHING_KEPT = _Nothing()
-
-
 def build_section(request: HarmonicRequest) -> SectionMesh:
     """Mesh the section of a request, half of it where the contour is symmetric."""
     half_section = request.body.contour.symmetric
@@ -67,7 +54,7 @@ def build_section(request: HarmonicRequest) -> SectionMesh:
     wave_cell = WAVE_CELLS * cells.growth / request.k_max
     if request.even_strips:
         wave_cell = min(cells.smallest, CENTRE_WAVE_CELLS * cells.growth / request.k_max)
-    finer = [(strips(request.exact), cells.smallest / FINER)] if request.exact else []
+    finer = [(strips(request.fit_patches), cells.smallest / FINER)] if request.fit_patches else []
     size = SectionSize(cells, strips(load.patch for load in request.loads), wave_cell, tuple(finer))
     return section_mesh(request.body, size, half_section=half_section)
 
@@ -94,7 +81,7 @@ def solve(
     *,
     workers: int = 1,
     progress: Progress = lambda _: None,
-    kept: Kept = NOTHING_KEPT,
+    kept: Kept | None = None,
 ) -> Responses:
     """Mesh, assemble, and solve the wavenumbers in parallel threads.
 
@@ -102,6 +89,14 @@ def solve(
     a small residual. The worst residual is part of the cost. `kept` holds the wavenumbers that an earlier
     run has solved, and receives the new ones.
     """
+    with one_blas_thread():
+        return _solve(request, most_unknowns, workers, progress, kept)
+
+
+def _solve(
+    request: HarmonicRequest, most_unknowns: int | None, workers: int, progress: Progress, kept: Kept | None
+) -> Responses:
+    """The responses of `solve`."""
     start = perf_counter()
     section = build_section(request)
     meshed = perf_counter()
@@ -114,8 +109,7 @@ def solve(
     respond = Respond(model, request.loads, request.observed, nearer=1 / NEARER)
     assembled = perf_counter()
     progress(0)
-    with one_blas_thread():
-        samples, residual = _sampled(request, respond, workers, progress, kept)
+    samples, residual = _sampled(request, respond, workers, progress, kept)
     seconds = {
         "mesh": meshed - start,
         "assembly": assembled - meshed,
@@ -129,7 +123,7 @@ def solve(
 
 
 def _sampled(
-    request: HarmonicRequest, respond: Respond, workers: int, progress: Progress, kept: Kept
+    request: HarmonicRequest, respond: Respond, workers: int, progress: Progress, kept: Kept | None
 ) -> tuple[Sampled, float]:
     """Responses at enough wavenumbers, and the worst residual of all, kept ones included.
 
@@ -140,10 +134,11 @@ def _sampled(
     residuals: list[float] = []
 
     def answer_at(k: float) -> Answer:
-        answer = kept.get(k)
+        answer = kept.get(k) if kept else None
         if answer is None:
             answer = _answer(request, respond, k)
-            kept.put(k, answer)
+            if kept:
+                kept.put(k, answer)
         return answer
 
     def responses_at(wavenumbers: Sequence[float]) -> list[Array]:

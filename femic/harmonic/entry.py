@@ -17,7 +17,7 @@ from geometries.patches import DIRECTIONS
 
 def to_entry(responses: Responses) -> xr.Dataset:
     """The entry of responses; those with the nearer far arc are kept only where it makes a difference."""
-    samples = responses.found
+    samples = responses.samples
     felt = np.any(samples.responses[:, 0] != samples.responses[:, 1], axis=(1, 2, 3))
     dims = ("load", "i", "point")
     return xr.Dataset(

@@ -24,9 +24,7 @@ def expected_wavenumbers(request: HarmonicRequest) -> int:
     """The expected number of wavenumbers of a request; raises NotConverged where `sampled` does."""
     loads, observed = request.loads, request.observed
     chosen = slice(None, None, max(1, len(observed) // OBSERVERS))
-    accuracy = np.asarray(request.accuracy)
-    if accuracy.ndim and accuracy.shape[-1] == len(observed):
-        accuracy = accuracy[..., chosen]
+    accuracy = np.broadcast_to(request.accuracy, (len(loads), 1, len(observed)))[..., chosen]
     directions = [load.direction for load in loads]
     samples = sampled(
         request.axis,

@@ -17,32 +17,26 @@ from femic.harmonic.waves import SINES, spectrum, synthesis_weights, tail
 from geometries.arrays import Array, Indices
 from geometries.grids import Grid
 from geometries.materials import one_body
-from geometries.patches import Load, Patch, S
+from geometries.patches import Load, Patch, S, mirror_signs
 
 INTERPOLATION_DIGITS = 10  # to which the interpolation between radii is exact
 ANALYTIC_RANGE = 0.4  # change of ln(radius) within which the weights are analytic at the nearest lag
-S_MIRROR = np.where(
-    (np.arange(3) == S)[:, None] ^ (np.arange(3) == S), -1.0, 1.0
-)  # signs of the components (i, j) where s changes sign
+S_MIRROR = mirror_signs(S)  # signs of the components (i, j) where s changes sign
 ODD, EVEN = np.nonzero(SINES), np.nonzero(~SINES)  # indices (i, j) of the components odd and even in x
 
 
 @dataclass(frozen=True, eq=False)
-class Radii:
-    """Chebyshev points of the height of circles, z / R_roll with z into the body, shape (n_points,)."""
+class Heights:
+    """Chebyshev points of the heights of circles, z / R_roll with z into the body, shape (n_points,)."""
 
     points: Array
 
     @classmethod
-    def of(cls, heights: Array) -> "Radii":
+    def of(cls, heights: Array) -> "Heights":
         """Enough points for some heights z / R_roll; one point if they are all alike."""
         half_range = float(np.ptp(heights)) / 2
-        n = (
-            1
-            if half_range == 0
-            else 2
-            + int(np.ceil(INTERPOLATION_DIGITS * np.log(10) / np.log(max(ANALYTIC_RANGE / half_range, 2.0))))
-        )
+        digits = INTERPOLATION_DIGITS * np.log(10)
+        n = 2 + int(np.ceil(digits / np.log(max(ANALYTIC_RANGE / half_range, 2.0)))) if half_range else 1
         middle = (np.max(heights) + np.min(heights)) / 2
         return cls(middle + half_range * np.cos(np.pi * (np.arange(n) + 0.5) / n))
 
@@ -67,11 +61,11 @@ class LagSynthesis:
 
     grid: Grid
     heights: Array  # z / R_roll of the strips' circles, (n_s,)
-    radii: Radii
+    nodes: Heights
     even: Array  # weights [1/mm] of responses even in x, (load radius, k, mean radius, lag)
     odd: Array  # the same of responses odd in x
     tails: Array  # [mm/N] beyond the largest wavenumber, (load radius, i, j, lag, strips apart)
-    found: Sampled
+    samples: Sampled
     place: Indices  # number of each strip's centre among the observers, (n_s,)
     loads: Indices  # number of each load among the solved ones, (strip, direction)
 
@@ -80,30 +74,30 @@ class LagSynthesis:
         """Prepare all that does not depend on the loaded strip, for wavenumbers up to k_max [1/mm]."""
         body, a = solved.body, grid.dx / 2
         heights = body.side * body.contour.position(grid.strips)[1] / body.rolling_radius
-        radii = Radii.of(heights)
-        xi = np.outer(radii.stretch, grid.lags).ravel()
+        nodes = Heights.of(heights)
+        xi = np.outer(nodes.stretch, grid.lags).ravel()
         wavenumbers = spectrum(k_max, body.rolling_radius)
-        weights = [synthesis_weights(samples.axis, samples.k, wavenumbers, a * t, xi) for t in radii.stretch]
-        shape = (len(radii.points), len(samples.k), len(radii.points), grid.n_x)
+        weights = [synthesis_weights(samples.axis, samples.k, wavenumbers, a * t, xi) for t in nodes.stretch]
+        shape = (len(nodes.points), len(samples.k), len(nodes.points), grid.n_x)
         even, odd = (np.stack(w).reshape(shape) for w in zip(*weights, strict=True))
         half_space = HalfSpace(one_body(body.material, body.side))
-        tails = np.stack([_tails(half_space, grid, float(wavenumbers.k_max * t)) for t in radii.stretch])
+        tails = np.stack([_tails(half_space, grid, float(wavenumbers.k_max * t)) for t in nodes.stretch])
         observers = np.searchsorted(solved.s, grid.strips)
         load_number = {load: n for n, load in enumerate(solved.loads)}
         loads = np.array([[load_number[Load(grid.patch(m), j)] for j in range(3)] for m in range(grid.n_s)])
-        return cls(grid, heights, radii, even, odd, tails, samples, observers, loads)
+        return cls(grid, heights, nodes, even, odd, tails, samples, observers, loads)
 
     def column(self, strip: int) -> Array:
         """Displacements [mm/N] due to unit total loads on a strip, shape (3, 3, n_x, n_s)."""
         u = np.empty((3, 3, self.grid.n_x, self.grid.n_s))
-        load_shares = self.radii.shares(self.heights[[strip]])[:, 0]
-        mean_shares = self.radii.shares((self.heights + self.heights[strip]) / 2)  # (mean radius, n_s)
-        responses = self.found.responses[:, self.loads[strip]]  # (k, j, i, observer)
+        load_shares = self.nodes.shares(self.heights[[strip]])[:, 0]
+        mean_shares = self.nodes.shares((self.heights + self.heights[strip]) / 2)  # (mean radius, n_s)
+        responses = self.samples.responses[:, self.loads[strip]]  # (k, j, i, observer)
         for (i, j), by_radius in ((EVEN, self.even), (ODD, self.odd)):
-            weights = np.tensordot(load_shares, by_radius, axes=1).reshape(len(self.found.k), -1)
+            weights = np.tensordot(load_shares, by_radius, axes=1).reshape(len(self.samples.k), -1)
             at_strips = responses[:, j, i][..., self.place]  # (k, component, n_s)
             by_mean_radius = (weights.T @ at_strips.reshape(len(at_strips), -1)).reshape(
-                len(self.radii.points), self.grid.n_x, len(i), -1
+                len(self.nodes.points), self.grid.n_x, len(i), -1
             )
             u[i, j] = np.einsum("qs,qlcs->cls", mean_shares, by_mean_radius)
         tail_number = np.arange(self.grid.n_s) - strip + self.tails.shape[-1] // 2

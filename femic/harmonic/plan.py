@@ -10,10 +10,11 @@ import numpy as np
 from femic.harmonic.engine import build_section
 from femic.harmonic.expected import expected_wavenumbers
 from femic.harmonic.request import HarmonicRequest
+from femic.harmonic.traces import FEW_LOADS
 from femic.models import BASE_MEMORY, Planned
 from femic.symmetry import parities
 
-FACTOR, FACTOR_GROWTH = 0.22 / 45_700**1.5, 1.5  # seconds of a factorisation: factor and exponent of unknowns
+FACTOR, FACTOR_GROWTH = 0.27 / 45_700**1.5, 1.5  # seconds of a factorisation: factor and exponent of unknowns
 SOLVE, SOLVE_GROWTH = 0.27 / 45_700**1.25 / 99, 1.25  # seconds per right-hand side: the same
 IN_PARALLEL = 0.75  # speed-up over the number of workers, which share the memory
 START, PER_UNKNOWN = 0.3, 5e-5  # seconds of mesh and assembly: in any case, and per unknown
@@ -26,19 +27,20 @@ def planned(request: HarmonicRequest, workers: int) -> Planned:
     unknowns = 3 * section.mesh.doflocs.shape[1]
     half_section = section.half_section
     y_parities = {parity.y for load in request.loads for parity in parities(load, half_section=half_section)}
-    right_hand_sides = sum(_right_hand_sides(request, y) for y in y_parities)
+    right_hand_sides = [_right_hand_sides(request, y) for y in y_parities]
+    solved = sum(n for n in right_hand_sides if n <= FEW_LOADS)
     axis = request.axis
     wavenumbers = expected_wavenumbers(request)
     felt_share = float(np.arcsinh(request.felt / axis.scale) / np.arcsinh(axis.k_max / axis.scale))
     seconds_per_wavenumber = (
-        len(y_parities) * FACTOR * unknowns**FACTOR_GROWTH + right_hand_sides * SOLVE * unknowns**SOLVE_GROWTH
+        len(y_parities) * FACTOR * unknowns**FACTOR_GROWTH + solved * SOLVE * unknowns**SOLVE_GROWTH
     )
     parallel = max(1.0, IN_PARALLEL * workers)
     seconds = (
         START + PER_UNKNOWN * unknowns + wavenumbers * (1 + felt_share) * seconds_per_wavenumber / parallel
     )
     memory = BASE_MEMORY + MEMORY * unknowns
-    return Planned(unknowns, wavenumbers, right_hand_sides, half_section, seconds, memory)
+    return Planned(unknowns, wavenumbers, sum(right_hand_sides), half_section, seconds, memory)
 
 
 def _right_hand_sides(request: HarmonicRequest, y: int) -> int:

@@ -4,52 +4,41 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femic.engine import Specification
-from femic.estimate import WAVES_GAIN
+from femic.engine import Request, Specification
+from femic.harmonic.tuned import HIGHEST, waves_for
 from femic.harmonic.wavenumbers import Axis
-from femic.level import HIGHER, WAVES_ORDER
-from femic.meshing.cell_size import Cells
-from femic.models import Points
 from geometries.arrays import Array
 from geometries.bodies import Body
-from geometries.patches import Load, Patch
+from geometries.patches import Patch
 
-TUNED_TOLERANCE = 0.001  # the tolerance that the wavenumbers below meet
 SCALE_LOWEST = 0.7  # scale of the wavenumbers times the far radius: below it the clamped far arc rules
-HIGHEST = 2 * np.pi  # largest wavenumber times the least half-side: beyond it the half-space rules
 CURVED_FROM = 0.05  # half-side over radius of curvature beyond which larger wavenumbers are needed
-STEP_SHORTFALL = 0.25  # share of a step, pi / a or 2 pi / a, by which the largest wavenumber may fall short
+STEP_SHORTFALL = 0.25  # share of a step, 2 pi / a, by which the largest wavenumber may fall short
 FAR_REACH = 7.0  # lengths 1 / k beyond which the far arc is not felt
 NEARER = 2.0  # far radius over that of the nearer far arc, which shows the truncation error
-WAVES_SHARE = 0.5  # share of the tolerance that the interpolation between wavenumbers may take
-LOOSEST_WAVES = 0.01  # loosest tolerance of the interpolation: with fewer wavenumbers halving gains less
 
 
 @dataclass(frozen=True)
-class HarmonicRequest:
-    """What one model is solved for. Points are relative to each load in x; only their s matters here.
+class HarmonicRequest(Request):
+    """What one model is solved for; only the s of points matters here.
 
     `cells` gives the smallest cell and its growth away from the ends of the loaded strips. With `even_strips`
-    all cells on the strips are of the smallest size; near the patches `exact` cells are `FINER` times
-    smaller. `accuracy` [mm/N], a number or an array (load, 1, observer), is that of the interpolation between
-    wavenumbers. `highest` is the largest wavenumber times the least half-side of the loads.
+    all cells on the strips are of the smallest size; near `fit_patches`, where M is fitted, they are `FINER`
+    times smaller. `accuracy` [mm/N], a number or an array (load, 1, observer), is that of the interpolation
+    between wavenumbers. `highest` is the largest wavenumber times the least half-side of the loads.
     """
 
-    body: Body
-    loads: tuple[Load, ...]
-    points: Points
-    cells: Cells
     accuracy: Array | float
     highest: float = HIGHEST
     even_strips: bool = False
-    exact: tuple[Patch, ...] = ()
+    fit_patches: tuple[Patch, ...] = ()
 
     @property
     def k_max(self) -> float:
         """Largest wavenumber [1/mm]: the more curved the surface under the loads, the larger.
 
-        There the weight of the patch, sin(k a) / (k a), is 0; so it is at half of it if `highest` is 2 pi or
-        more. So little is cut off.
+        It is a multiple of 2 pi / a, where the weight of the patch, sin(k a) / (k a), is 0; so it is at half
+        of it for an even number of steps. So little is cut off.
         """
         patches = [load.patch for load in self.loads]
         relative_curvature = max(
@@ -57,7 +46,7 @@ class HarmonicRequest:
         )
         a, b = min(patch.a for patch in patches), min(patch.b for patch in patches)
         needed = self.highest / min(a, b) * max(1.0, relative_curvature / CURVED_FROM) ** 0.5
-        step = min(HIGHEST, self.highest) / a
+        step = HIGHEST / a
         return step * int(np.ceil(needed / step - STEP_SHORTFALL))
 
     @property
@@ -73,7 +62,7 @@ class HarmonicRequest:
     @property
     def determined_by(self) -> tuple[object, ...]:
         """All inputs that the responses depend on."""
-        size = self.cells, self.even_strips, self.exact
+        size = self.cells, self.even_strips, self.fit_patches
         return self.body, self.loads, self.observed, size, self.accuracy, self.axis
 
     @property
@@ -88,26 +77,7 @@ def _curvature(body: Body, s: float, b: float) -> float:
     return max(turn, 1 / float(body.surface.circle_radius(s)))
 
 
-def request_for(specification: Specification) -> HarmonicRequest:
+def request_for(asked: Specification) -> HarmonicRequest:
     """The request for a model, its wavenumbers as dense as the least scale of refinement needs."""
-    accuracy, k_max_factor = waves_for(
-        specification.tolerance, specification.least_scale, specification.waves
-    )
-    return HarmonicRequest(
-        specification.body,
-        specification.loads,
-        specification.points,
-        specification.cells,
-        accuracy,
-        k_max_factor * HIGHEST,
-    )
-
-
-def waves_for(tolerance: float, least_scale: float, steps: int) -> tuple[float, float]:
-    """Accuracy [mm/N] of the interpolation between wavenumbers, and the factor on the largest wavenumber.
-
-    `least_scale` [mm/N] is the least scale of refinement, `steps` the number of refinements of the waves.
-    """
-    accuracy = WAVES_SHARE * min(tolerance, LOOSEST_WAVES) * least_scale / WAVES_GAIN["sparser"] ** steps
-    tighter = max(1.0, TUNED_TOLERANCE / tolerance)
-    return accuracy, HIGHER**steps * tighter ** (1 / WAVES_ORDER)
+    accuracy, factor = waves_for(asked.tolerance, asked.least_scale, asked.waves)
+    return HarmonicRequest(asked.body, asked.loads, asked.points, asked.cells, accuracy, factor * HIGHEST)

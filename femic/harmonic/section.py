@@ -13,14 +13,13 @@ from scipy.sparse import csr_matrix
 from skfem import ElementTriP4, MeshTri, MeshTri2
 
 from femic.harmonic.section_size import SectionSize, set_section_size
+from femic.meshing.collected import collected
 from femic.meshing.edges import edge_numbers
 from femic.meshing.gmsh_session import gmsh_session
 from femic.meshing.outline import add_section
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body
-from geometries.errors import Failure
 
-TRIANGLE = 2  # Gmsh's number of the 3-node triangle
 FRONTAL, DELAUNAY = 6, 5  # Gmsh's numbers of its algorithms
 SLIVER_SHAPE = 0.25  # cells whose `shapes` value is below this are slivers
 ELEMENT_DEGREE = 4
@@ -67,10 +66,10 @@ def section_mesh(body: Body, size: SectionSize, *, half_section: bool = False) -
     ends = np.abs(size.strips) if half_section else size.strips
     breaks = _distinct(ends.ravel(), np.array([*body.contour.joints, *body.s_range]), apart)
     with gmsh_session() as gmsh:
-        surface, curves = add_section(gmsh, body, half_section=half_section, breaks=breaks.tolist())
+        _, curves = add_section(gmsh, body, half_section=half_section, breaks=breaks.tolist())
         gmsh.model.occ.synchronize()
         set_section_size(gmsh, body, size.with_mirror_image() if half_section else size)
-        points, triangles, on_contour = _triangles(gmsh, surface, curves)
+        points, triangles, on_contour = _triangles(gmsh, curves)
     return _curved(body, points, triangles, on_contour, half_section)
 
 
@@ -81,26 +80,25 @@ def _distinct(s: Array, reserved: Array, apart: float) -> Array:
     return s[np.all(np.abs(s[:, None] - reserved) > apart, axis=1)]
 
 
-def _triangles(gmsh: ModuleType, surface: int, curves: list[int]) -> tuple[Array, Indices, Indices]:
+def _triangles(gmsh: ModuleType, curves: list[int]) -> tuple[Array, Indices, Indices]:
     """The triangulation of Gmsh's frontal algorithm, or of Delaunay's if that has fewer slivers.
 
-    Its arrays are those of `_collect`. Where cells grow about as fast as the distance, the frontal algorithm
-    may stop half way without an error.
+    Its arrays are points (y, z) (2, n) [mm], triangles (3, m) and edges of the contour (2, n_edges). Where
+    cells grow about as fast as the distance, the frontal algorithm may stop half way without an error.
     """
-    frontal = _generated(gmsh, surface, curves, FRONTAL)
+    frontal = _generated(gmsh, curves, FRONTAL)
     if not _slivers(frontal):
         return frontal
-    return min(frontal, _generated(gmsh, surface, curves, DELAUNAY), key=_slivers)
+    return min(frontal, _generated(gmsh, curves, DELAUNAY), key=_slivers)
 
 
-def _generated(
-    gmsh: ModuleType, surface: int, curves: list[int], algorithm: int
-) -> tuple[Array, Indices, Indices]:
-    """The triangulation (see `_collect`) that one of Gmsh's algorithms makes."""
+def _generated(gmsh: ModuleType, curves: list[int], algorithm: int) -> tuple[Array, Indices, Indices]:
+    """The triangulation (see `_triangles`) that one of Gmsh's algorithms makes."""
     gmsh.option.setNumber("Mesh.Algorithm", algorithm)
     gmsh.model.mesh.clear()
     gmsh.model.mesh.generate(2)
-    return _collect(gmsh, surface, curves)
+    points, triangles, on_contour = collected(gmsh, 2, curves)
+    return np.ascontiguousarray(points[1:]), triangles, on_contour
 
 
 def _slivers(triangulation: tuple[Array, Indices, Indices]) -> int:
@@ -118,22 +116,6 @@ def shapes(corners: Array) -> Array:
     (dy, next_dy, _), (dz, next_dz, _) = edges
     twice_area = np.abs(dy * next_dz - dz * next_dy)
     return np.asarray(2 * np.sqrt(3) * twice_area / np.sum(edges**2, axis=(0, 1)))
-
-
-def _collect(gmsh: ModuleType, surface: int, curves: list[int]) -> tuple[Array, Indices, Indices]:
-    """Points (y, z) (2, n) [mm], triangles (3, m) and edges of the contour (2, n_edges) of Gmsh's model.
-
-    Points that no triangle uses are left out.
-    """
-    tags, xyz, _ = gmsh.model.mesh.getNodes()
-    types, _, nodes = gmsh.model.mesh.getElements(2, surface)
-    if list(types) != [TRIANGLE]:
-        raise Failure(f"Gmsh left cells of types {list(types)} where triangles were expected")
-    used, flat = np.unique(nodes[0], return_inverse=True)
-    order = np.argsort(tags)
-    points = xyz.reshape(-1, 3)[order[np.searchsorted(tags, used, sorter=order)], 1:].T
-    edges = [np.searchsorted(used, gmsh.model.mesh.getElements(1, curve)[2][0]) for curve in curves]
-    return np.ascontiguousarray(points), flat.reshape(-1, 3).T, np.concatenate(edges).reshape(-1, 2).T
 
 
 def _curved(

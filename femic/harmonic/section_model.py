@@ -7,24 +7,21 @@ Math. 41, 1983, 39-53).
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse.linalg import splu
 from skfem import Basis, ElementTriP4
 
-from femic.accuracy import NotConverged
+from femic.harmonic.equations import FreeSystem, Stiffness
 from femic.harmonic.section import SectionMesh
+from femic.symmetry import held_by_supports
 from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 from geometries.errors import Failure
 
 QUADRATURE_ORDER = 8  # the order of products of two shape functions
-# A tenth of the tightest tolerance. The relative error of the displacements is a quarter of the residual or
-# less (measured by a step of iterative refinement). Rounding leaves residuals of 1e-14 at large k, and of
-# 5e-12 at k = 0 and nu = 0.28. They grow in proportion to 1 / (1 - 2 nu): 3e-9 at nu = 0.4999, and there 1e-7
-# under a patch of aspect 0.01 (144 000 unknowns).
-LARGEST_RESIDUAL = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,80 +37,32 @@ class SectionModel:
         """Number of amplitudes of the model, held ones included."""
         return int(self.supported.size)
 
-    def free_of(self, held: Mask) -> "FreeSystem":
+    @cached_property
+    def order(self) -> Indices:
+        """Numbers of the nodes in an order of elimination with little fill, by minimum degree."""
+        nodes = csc_matrix(self.parts[0][::3, ::3])
+        nodes.data = np.where(nodes.indices == _columns(nodes), float(nodes.shape[0]), -1.0)
+        factors = splu(
+            nodes, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+        return np.argsort(factors.perm_c)
+
+    def free_of(self, held: Mask) -> FreeSystem:
         """The equations of the free amplitudes, where those marked in `held` (n_nodes, 3) are 0."""
-        free = np.flatnonzero(~held.ravel())
+        unknowns = (3 * self.order[:, None] + np.arange(3)).ravel()
+        free = unknowns[~held.ravel()[unknowns]]
         numbered_entries = self.parts[0].copy()
         numbered_entries.data = np.arange(1.0, len(numbered_entries.data) + 1)
         pattern = csc_matrix(numbered_entries[free][:, free])
+        pattern.sort_indices()  # or SuperLU sorts them, and all wavenumbers share them
         entries = pattern.data.astype(np.int64) - 1
         k0, k1, k2 = (part.data[entries] for part in self.parts)
-        return FreeSystem(free, pattern, (k0, k1, k2))
+        return FreeSystem(free, Stiffness(pattern, (k0, k1, k2)))
 
 
-@dataclass(frozen=True, eq=False)
-class FreeSystem:
-    """The equations of the free amplitudes: at each wavenumber one factorisation serves all loads."""
-
-    free: Indices
-    pattern: csc_matrix
-    parts: tuple[Array, Array, Array]  # data of K0, K1, K2 in this pattern
-
-    def solved(self, k: float, forces: Array) -> tuple[Array, float]:
-        """Amplitudes (unknowns, n) under forces (unknowns, n) at one wavenumber, and their residual.
-
-        The residual ||K u - f|| / ||f|| is that of all columns at once, each divided by the norm of its force
-        and multiplied by a random factor of size 1 to 2. It takes one product with K; the division keeps
-        large columns from hiding small ones, the factors keep two columns from cancelling. Raises
-        NotConverged where K(k) has no factors, and where the residual is above `LARGEST_RESIDUAL` or no
-        number.
-        """
-        matrix = self._matrix(k)
-        f = np.ascontiguousarray(forces[self.free])
-        u = np.zeros_like(forces)
-        u[self.free] = _factor(matrix, k).solve(f)
-        column_weights = _random_factors(forces.shape[1]) / np.linalg.norm(f, axis=0)
-        residual = float(np.linalg.norm(matrix @ (u[self.free] @ column_weights) - f @ column_weights))
-        if not residual <= LARGEST_RESIDUAL:
-            raise NotConverged(
-                _not_solved(
-                    k,
-                    len(self.free),
-                    f"the residual is {residual:.1e} of the forces, {LARGEST_RESIDUAL:.0e} allowed",
-                )
-            )
-        return u, residual
-
-    def _matrix(self, k: float) -> csc_matrix:
-        """K(k) of the free amplitudes."""
-        data = self.parts[0] + k * self.parts[1] + k * k * self.parts[2]
-        return csc_matrix((data, self.pattern.indices, self.pattern.indptr), shape=self.pattern.shape)
-
-
-def _factor(matrix: csc_matrix, k: float) -> SuperLU:
-    """The LU factors of K(k); raises NotConverged where SuperLU finds none."""
-    try:
-        return splu(
-            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
-    except RuntimeError as error:  # SuperLU met a pivot that is 0
-        raise NotConverged(_not_solved(k, matrix.shape[0], str(error))) from error
-
-
-def _random_factors(n: int) -> Array:
-    """Repeatable random numbers of size 1 to 2 and either sign, shape (n,)."""
-    generator = np.random.default_rng(0)
-    return generator.uniform(1.0, 2.0, n) * generator.choice([-1.0, 1.0], n)
-
-
-def _not_solved(k: float, unknowns: int, reason: str) -> str:
-    """The message of an error at a wavenumber [1/mm]."""
-    return (
-        f"section at the wavenumber k = {k:.4g} 1/mm, {unknowns:,} unknowns: not solved: {reason}. Likely "
-        "cause: a Poisson's ratio too close to 0.5, cells that are strongly distorted or of very different "
-        "sizes, or moduli or lengths beyond what numbers can hold. Try a smaller nu, a smaller "
-        "`growth`, or lengths and moduli of usual size"
-    )
+def _columns(matrix: csc_matrix) -> Indices:
+    """The column of each entry."""
+    return np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
 
 
 def assemble(section: SectionMesh) -> SectionModel:
@@ -137,7 +86,8 @@ def assemble(section: SectionMesh) -> SectionModel:
         )
         for part in cell_matrices
     )
-    return SectionModel(section, (k0, k1, k2), _supported(section, basis))
+    y, z = section.mesh.p[:, : section.mesh.nvertices]
+    return SectionModel(section, (k0, k1, k2), held_by_supports(section.body, section.mesh, y, z))
 
 
 def _require_unfolded(basis: Basis) -> None:
@@ -191,18 +141,3 @@ def _strains(body: Body, basis: Basis) -> tuple[Array, Array]:
         linear[:, 4, :, node, 2] = linear[:, 5, :, node, 1] = -phi / stretch
     shape = (cells, 6, points, 3 * basis.Nbfun)
     return constant.reshape(shape), linear.reshape(shape)
-
-
-def _supported(section: SectionMesh, basis: Basis) -> Mask:
-    """Which amplitudes the far arc and the hub hold, shape (n_nodes, 3)."""
-    body, mesh = section.body, section.mesh
-    y, z = mesh.p[:, : mesh.nvertices]
-    held = np.zeros((basis.N, 3), dtype=bool)
-    facets = mesh.boundary_facets()
-    for vertices in (
-        np.hypot(y, z) > (1 - 1e-6) * body.domain.far_radius,
-        body.side * z > (1 - 1e-6) * body.depth,
-    ):
-        held_facets = facets[np.all(vertices[mesh.facets[:, facets]], axis=0)]
-        held[basis.get_dofs(held_facets).flatten()] = True
-    return held

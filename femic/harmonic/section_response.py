@@ -11,9 +11,10 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags_array, kron
 
 from femic.harmonic.section import SectionMesh
-from femic.harmonic.section_model import FreeSystem, SectionModel
+from femic.harmonic.section_model import SectionModel
+from femic.harmonic.traces import Traces
 from femic.symmetry import Parity, Y, parities
-from geometries.arrays import Array
+from geometries.arrays import Array, Indices
 from geometries.patches import Load, S, X
 from geometries.quadrature import on_panels
 
@@ -41,9 +42,10 @@ class Respond:
         in_global_axes = np.zeros((len(self._loads), 3, self._axes.shape[2]))
         residuals = []
         for part in self._parts:
-            amplitudes, residual = (part.nearer if nearer else part.system).solved(k, part.forces)
+            responses, residual = (part.nearer if nearer else part.traces).responses(k)
             residuals.append(residual)
-            observed = (part.observers @ amplitudes).reshape(-1, 3, part.forces.shape[1])
+            at_places = responses.reshape(-1, 3, responses.shape[1])
+            observed = part.observer_signs[..., None] * at_places[part.places]
             in_global_axes[part.of_loads] += (
                 part.signs[:, None, None] * np.transpose(observed, (2, 1, 0))[part.columns]
             )
@@ -55,16 +57,17 @@ class Respond:
 class _Part:
     """The even or the odd part of the loads, or all of them on a whole section.
 
-    Loads at s and -s have parts that are equal or opposite: they share a column of the forces.
+    Loads at s and -s have parts that are equal or opposite: they share a column of the forces. So do
+    observers share a place.
     """
 
     of_loads: list[int]  # numbers of the loads that have this part
-    columns: list[int]  # the column of `forces` that each of these loads uses
+    columns: list[int]  # the column of the forces that each of these loads uses
     signs: Array  # the factor of each of these loads on its column
-    forces: Array  # (unknowns, n_columns)
-    observers: csr_matrix  # (3 n, unknowns): takes amplitudes to the components at each observer
-    system: FreeSystem
-    nearer: FreeSystem  # with the nearer far arc
+    places: Indices  # the place of each observer, (n,)
+    observer_signs: Array  # the factors of each observer on the components at its place, (n, 3)
+    traces: Traces
+    nearer: Traces  # with the nearer far arc
 
 
 def _parities(loads: Sequence[Load], section: SectionMesh) -> list[int]:
@@ -85,14 +88,16 @@ def _part(model: SectionModel, loads: Sequence[Load], s: Array, y: int, nearer: 
     on_plane = np.abs(nodes[0]) < 1e-9 * body.domain.far_radius
     held = model.supported | (on_plane[:, None] & (_mirror(y) < 0))
     beyond_nearer_arc = np.hypot(*nodes) > nearer * body.domain.far_radius
+    places, place_of_observer = np.unique(np.abs(s) if y else s, return_inverse=True)
+    at_places, compliance = observers(section, places, y), 1 / body.material.G
     return _Part(
         load_numbers,
         [distinct.index(load) for load, _ in twins],
         np.array([sign for _, sign in twins]),
-        forces,
-        observers(section, s, y),
-        model.free_of(held),
-        model.free_of(held | beyond_nearer_arc[:, None]),
+        place_of_observer,
+        np.where((s < 0)[:, None], _mirror(y), 1.0),
+        Traces.of(model.free_of(held), forces, at_places, compliance),
+        Traces.of(model.free_of(held | beyond_nearer_arc[:, None]), forces, at_places, compliance),
     )
 
 

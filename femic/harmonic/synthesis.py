@@ -10,6 +10,7 @@ from femic.harmonic.wavenumbers import Sampled
 from femic.harmonic.waves import SINES, spectrum, synthesis_weights, tail
 from femic.level import HIGHER
 from femic.models import Cost, Points, RawICs
+from femic.work.threads import one_blas_thread
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 from geometries.materials import one_body
@@ -22,22 +23,22 @@ WAVE_REACH = 40.0  # distance times k beyond which nothing is left of a wave
 class Responses:
     """Responses of a section to unit line loads on its strips at enough wavenumbers, and their cost.
 
-    `found.responses` [mm^2/N] has shape (k, 2 supports, load, 3, len(s)): amplitudes of sin(k x) or cos(k x)
-    of the local components at arc lengths s [mm], first with the far arc at its radius, then with the nearer
-    one. `drawn` are vertices (2, n) [mm] and triangles (3, m) of its mesh, for pictures.
+    `samples.responses` [mm^2/N] has shape (k, 2 supports, load, 3, len(s)): amplitudes of sin(k x) or
+    cos(k x) of the local components at arc lengths s [mm], first with the far arc at its radius, then with
+    the nearer one. `drawn` are vertices (2, n) [mm] and triangles (3, m) of its mesh, for pictures.
     """
 
     body: Body
     loads: tuple[Load, ...]
     s: Array
-    found: Sampled
+    samples: Sampled
     cost: Cost
     drawn: tuple[Array, Indices]
 
     @property
     def nearer(self) -> Sampled:
         """The responses with the far arc at half its radius."""
-        return replace(self.found, responses=self.found.responses[:, 1])
+        return replace(self.samples, responses=self.samples.responses[:, 1])
 
     def variations(self) -> Iterator[tuple[str, Sampled, float]]:
         """All responses, then variations for estimates of the error: name, responses, largest k [1/mm] each.
@@ -45,7 +46,7 @@ class Responses:
         The name of all responses is "". "nearer" has the far arc at half its radius, "sparser" lacks the last
         wavenumber of each interval, "lower" goes to half of the largest wavenumber.
         """
-        at_arc, k_max = replace(self.found, responses=self.found.responses[:, 0]), self.found.axis.k_max
+        at_arc, k_max = replace(self.samples, responses=self.samples.responses[:, 0]), self.samples.axis.k_max
         yield "", at_arc, k_max
         yield "nearer", self.nearer, k_max
         yield "sparser", at_arc.sparser, k_max
@@ -57,9 +58,11 @@ def displacements(solved: Responses, loads: Sequence[Load], points: Points) -> R
 
     `perturbed` of the result has those by the variations of the responses.
     """
-    by_variation = {
-        name: _summed(solved, samples, k_max, loads, points) for name, samples, k_max in solved.variations()
-    }
+    with one_blas_thread():
+        by_variation = {
+            name: _summed(solved, samples, k_max, loads, points)
+            for name, samples, k_max in solved.variations()
+        }
     return RawICs(by_variation.pop(""), solved.cost, by_variation, solved.drawn)
 
 

@@ -26,7 +26,10 @@ HALVING_GAIN = 64  # factor by which the error of an interval falls, about, when
 
 @dataclass(frozen=True)
 class Axis:
-    """The wavenumbers 0 ... k_max [1/mm] of an endless body, or k = m / radius of a ring (radius [mm])."""
+    """The wavenumbers 0 ... k_max [1/mm] of an endless body, or k = m / radius of a ring (radius [mm]).
+
+    `scale` [1/mm] is that of t = asinh(k / scale).
+    """
 
     scale: float
     k_max: float
@@ -51,11 +54,9 @@ class Axis:
         if np.isinf(self.radius):
             return k
         first_order, last_order = round(low * self.radius) + 1, round(high * self.radius) - 1
-        return (
-            float(np.clip(round(k * self.radius), first_order, last_order)) / self.radius
-            if first_order <= last_order
-            else None
-        )
+        if first_order > last_order:
+            return None
+        return float(np.clip(round(k * self.radius), first_order, last_order)) / self.radius
 
     def interpolation(self, nodes: Array, targets: Array) -> tuple[Array, Array]:
         """Matrices that interpolate functions of k: the first even functions, the second odd ones.

@@ -20,12 +20,10 @@ from scipy.special import erfc, eval_legendre, iti0k0, k0, k1, spherical_jn
 from approx.halfspace import HalfSpace, nine
 from femic.harmonic.wavenumbers import Axis
 from geometries.arrays import Array
-from geometries.patches import Patch
+from geometries.patches import Patch, X, mirror_signs
 from geometries.quadrature import gauss
 
-SINES = np.array(
-    [[False, True, True], [True, False, False], [True, False, False]]
-)  # (i, j): components odd in x
+SINES = mirror_signs(X) < 0  # (i, j): components odd in x
 PANEL_POINTS = 16  # Gauss points per panel
 PANEL_NODES, PANEL_WEIGHTS = gauss(PANEL_POINTS)
 DEGREES = np.arange(PANEL_POINTS)

@@ -7,20 +7,21 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from approx.halfspace import HalfSpace
+from approx.pair import Solid
 from femic.accuracy import FLOOR
 from femic.discount import Condition, DiscountRule, conditions, observers
 from femic.engine import Tuned
-from femic.harmonic.record import FAR_RADIUS
-from femic.harmonic.request import HarmonicRequest, waves_for
+from femic.harmonic.record import HARMONIC
+from femic.harmonic.request import HarmonicRequest
+from femic.harmonic.tuned import FAR_RADIUS, waves_for
 from femic.job import Settings
 from femic.level import TRUNCATION_ORDER, Level, factors
 from femic.meshing.cell_size import Cells
 from femic.models import Points
 from geometries.arrays import Array
 from geometries.bodies import Body
+from geometries.errors import WrongInput
 from geometries.grids import Grid
-from geometries.materials import one_body
 from geometries.patches import Load, N, Patch, S, X
 
 CELLS_PER_HALF_STRIP, GROWTH_OF_CELLS = 2, 0.55  # displacements are read at the centres of strips only
@@ -51,6 +52,14 @@ class MatrixJob:
     body: Body
     grid: Grid
     settings: Settings
+
+    def __post_init__(self) -> None:
+        """Raise WrongInput for another engine."""
+        if self.settings.engine is not HARMONIC:
+            raise WrongInput(
+                f"`engine`: IC matrices are solved by the {HARMONIC.name} engine, not by "
+                f"{self.settings.engine.name}: give Settings(HARMONIC)"
+            )
 
     @property
     def first_cells(self) -> Cells:
@@ -92,25 +101,22 @@ class MatrixJob:
             np.append(np.full_like(strips, self.grid.lags[-1]), fit_points.x), np.append(strips, fit_points.s)
         )
         loads = tuple(dict.fromkeys([*self.strip_loads, *self.fit_loads]))
-        accuracy_per_scale, highest_factor = waves_for(
-            self.settings.tolerance, WAVES_OVERESTIMATE, level.waves
-        )
+        accuracy, factor = waves_for(self.settings.tolerance, WAVES_OVERESTIMATE, level.waves)
         return HarmonicRequest(
             self.body.enlarged(domain),
             loads,
             points,
             self.first_cells.scaled(cells),
-            accuracy_per_scale * self._least_scales(loads, np.unique(points.s)),
-            highest_factor * HIGHEST_OF_FIT,
+            accuracy * self._least_scales(loads, np.unique(points.s)),
+            factor * HIGHEST_OF_FIT,
             even_strips=True,
-            exact=tuple(dict.fromkeys(load.patch for load in self.fit_loads)),
+            fit_patches=tuple(dict.fromkeys(load.patch for load in self.fit_loads)),
         )
 
     def half_space_nn(self, x: ArrayLike, s: ArrayLike) -> Array:
         """A_nn per unit load [mm/N] at distances x, s [mm], of their common shape."""
-        half_space = HalfSpace(one_body(self.body.material, self.body.side))
         patch = Patch(self.grid.dx / 2, self.grid.ds / 2)
-        return half_space.ics(patch, x, s)[N, N] / self.grid.area
+        return Solid(self.body.material, self.body.surface).approximate("A", patch, (x, s))[N, N] / patch.area
 
     def _least_scales(self, loads: Sequence[Load], s: Array) -> Array:
         """Least scale of refinement [mm/N] per load and arc length, shape (load, 1, len(s)).

@@ -44,28 +44,22 @@ class MatrixReference:
     coarse: Responses
 
     @cached_property
-    def _made(self) -> dict[str, tuple[LagSynthesis, Array]]:
+    def _syntheses_and_m(self) -> dict[str, tuple[LagSynthesis, Array]]:
         """The synthesis at the lags, and M: of the fine model (""), of its variations, and of "coarse"."""
+        fine_u, coarse_u = (
+            displacements(solved, self.job.fit_loads, self.job.fit_points)
+            for solved in (self.fine, self.coarse)
+        )
+        fit_displacements = {"": fine_u.u, **fine_u.perturbed, "coarse": coarse_u.u}
         syntheses = {
             name: LagSynthesis.of(self.fine, samples, k_max, self.job.grid)
             for name, samples, k_max in self.fine.variations()
             if name != "nearer"
         }
-        syntheses["nearer"] = replace(syntheses[""], found=self.fine.nearer)  # at the same wavenumbers
-        fine_u, coarse_u = (
-            displacements(solved, self.job.fit_loads, self.job.fit_points)
-            for solved in (self.fine, self.coarse)
-        )
-        fit_displacements = {"": fine_u.u, **fine_u.perturbed}
-        syntheses_and_m = {
-            name: (synthesis, self._m(fit_displacements[name])) for name, synthesis in syntheses.items()
-        }
+        syntheses["nearer"] = replace(syntheses[""], samples=self.fine.nearer)  # at the same wavenumbers
         _, samples, k_max = next(self.coarse.variations())
-        syntheses_and_m["coarse"] = (
-            LagSynthesis.of(self.coarse, samples, k_max, self.job.grid),
-            self._m(coarse_u.u),
-        )
-        return syntheses_and_m
+        syntheses["coarse"] = LagSynthesis.of(self.coarse, samples, k_max, self.job.grid)
+        return {name: (synthesis, self._m(fit_displacements[name])) for name, synthesis in syntheses.items()}
 
     def _m(self, u: Array) -> Array:
         """M of displacements (load, 3, n) [mm/N] at the points of its conditions, shape (4, 4)."""
@@ -75,11 +69,11 @@ class MatrixReference:
     @property
     def discount(self) -> Array:
         """M [mm/N, 1/N, 1/(N mm)], shape (4, 4)."""
-        return self._made[""][1]
+        return self._syntheses_and_m[""][1]
 
     def raw_column(self, strip: int) -> Array:
         """C before the discount [mm/N] due to unit total loads on one strip, shape (3, 3, n_x, n_s)."""
-        return self._made[""][0].column(strip)
+        return self._syntheses_and_m[""][0].column(strip)
 
     @cached_property
     def _columns(self) -> list[Estimated] | None:
@@ -101,7 +95,7 @@ class MatrixReference:
         shape = (3, 3, grid.n_x, grid.n_s)
         by_variation = {
             name: synthesis.column(strip) - discount(m, unit_motions).reshape(shape)
-            for name, (synthesis, m) in self._made.items()
+            for name, (synthesis, m) in self._syntheses_and_m.items()
         }
         return estimated(
             by_variation.pop(""), by_variation.pop("coarse"), by_variation, safety=HARMONIC.safety
@@ -135,32 +129,28 @@ class AtLags:
         """The IC matrix of a body at a level, from the responses of its models."""
         job, level_of_model = self.jobs[name], level.models(HARMONIC.models)
         fine, coarse = models[level_of_model["fine"]], models[level_of_model["coarse"]]
-        costs = costs_of(level_of_model, {solved_level: model.cost for solved_level, model in models.items()})
+        costs = costs_of(level_of_model, models)
         cells = job.first_cells.scaled(factors(level)[0])
         return MatrixReference(job, level, cells, fine.body, costs, fine, coarse)
 
     def assess(self, references: Mapping[str, MatrixReference]) -> Assessed:
         """The estimated errors of the bodies, at worst over all strips, and those of their sum."""
-        worst: dict[str, list[Shares]] = {
-            name: [] for name in (*references, "combined", *map(_in_sum, references))
-        }
+        own: dict[str, list[Shares]] = {name: [] for name in references}
+        in_sum: dict[str, list[Shares]] = {name: [] for name in references}
+        of_sum: list[Shares] = []
         for strip in range(next(iter(self.jobs.values())).grid.n_s):
             of_body = {name: reference.column(strip) for name, reference in references.items()}
             for name, c in of_body.items():
-                worst[name].append(column_shares(strip, c, column_scale(strip, c.ic, [self.jobs[name]])))
+                own[name].append(column_shares(strip, c, column_scale(strip, c.ic, [self.jobs[name]])))
             if self.combined:
                 c = total(list(of_body.values()))
                 scale = column_scale(strip, c.ic, list(self.jobs.values()))
-                worst["combined"].append(column_shares(strip, c, scale))
+                of_sum.append(column_shares(strip, c, scale))
                 for name, body_column in of_body.items():
-                    worst[_in_sum(name)].append(column_shares(strip, body_column, scale))
-        own_worst = {name: worst_of(worst[name]) for name in references}
+                    in_sum[name].append(column_shares(strip, body_column, scale))
+        own_worst = {name: worst_of(shares) for name, shares in own.items()}
         if not self.combined:
             return Assessed(own_worst)
-        in_sum = {name: worst_of(worst[_in_sum(name)]) for name in references}
-        return Assessed(own_worst, worst_of(worst["combined"]), in_sum)
-
-
-def _in_sum(name: str) -> str:
-    """Name of a body's errors on the scale of the sum."""
-    return f"{name} in the sum"
+        return Assessed(
+            own_worst, worst_of(of_sum), {name: worst_of(shares) for name, shares in in_sum.items()}
+        )

@@ -20,8 +20,8 @@ from femic.solid.linear import Solution, System, prepare
 from femic.solid.mesh import SolidMesh, solid_mesh
 from femic.solid.request import SolidRequest
 from femic.solid.tetrahedra import Focus
-from femic.symmetry import Parity, Y, held_by_symmetry, parities
-from geometries.arrays import Array, Indices, Mask
+from femic.symmetry import Parity, Y, held_by_supports, held_by_symmetry, parities
+from geometries.arrays import Array, Mask
 from geometries.patches import Load, Patch, X
 from geometries.quadrature import on_panels
 
@@ -115,20 +115,9 @@ def assemble(solid: SolidMesh) -> SolidModel:
     """Assemble the stiffness of a mesh; nodes on the far arc, the hub and the end face are clamped."""
     body = solid.body
     xi, y, z = body.surface.turned_back(solid.nodes[:, : solid.n_vertices])
-    on_far_arc = np.hypot(y, z) > (1 - 1e-6) * body.domain.far_radius
-    on_hub = body.side * z > (1 - 1e-6) * body.depth
     on_end = (xi > (1 - 1e-6) * body.xi_end) & (not body.closed)
-    supported = np.zeros((solid.nodes.shape[1], 3), dtype=bool)
-    for vertices in (on_far_arc, on_hub, on_end):
-        facets = _facets_with_vertices(solid, vertices)
-        supported[solid.mesh.dofs.get_facet_dofs(facets).flatten()] = True
+    supported = held_by_supports(body, solid.mesh, y, z, on_end)
     return SolidModel(solid, stiffness(solid.mesh, body.material), supported)
-
-
-def _facets_with_vertices(solid: SolidMesh, is_chosen: Mask) -> Indices:
-    """Boundary facets all of whose vertices are chosen."""
-    facets = solid.mesh.boundary_facets()
-    return np.asarray(facets[np.all(is_chosen[solid.mesh.facets[:, facets]], axis=0)])
 
 
 def patch_load(solid: SolidMesh, load: Load, parity: Parity) -> Array:

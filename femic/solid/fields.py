@@ -24,7 +24,7 @@ P2 = ElementTetP2()
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class VolumeGrid:
     """Quadratic tetrahedra of a model and of its mirror images, joined on the planes of symmetry."""
 
     nodes: Array  # (3, n_nodes) [mm]
@@ -37,38 +37,38 @@ class Grid:
 class NodalField:
     """The field of one unit total load at the nodes of a grid."""
 
-    grid: Grid
+    grid: VolumeGrid
     displacement: Array  # (n_nodes, 3), components x, y, z [mm/N]
     von_mises: Array  # (n_nodes,) [MPa/N]
 
 
-def nodal_fields(request: SolidRequest, *, whole: bool = True) -> Iterator[tuple[Load, NodalField]]:
-    """Solve the loads of a request, and yield each with its field on the whole body, or on the model only."""
+def nodal_fields(request: SolidRequest) -> Iterator[tuple[Load, NodalField]]:
+    """Solve the loads of a request, and yield each with its field on the whole body."""
     model = assemble(build_mesh(request))
-    grid = grid_of(model.solid, whole=whole)
+    grid = grid_of(model.solid)
     for load, field in solve(model, request.loads, request.solver).items():
         u = displacement(grid, field)
         yield load, NodalField(grid, u, von_mises(stress(grid, request.body.material, u)))
 
 
-def grid_of(solid: SolidMesh, *, whole: bool = True) -> Grid:
+def grid_of(solid: SolidMesh, *, whole: bool = True) -> VolumeGrid:
     """The model's nodes and cells, with their mirror images for the `whole` body."""
     n_nodes = solid.nodes.shape[1]
     cells = solid.mesh.dofs.element_dofs.astype(np.int64)
-    grid = Grid(solid.nodes, cells, np.arange(n_nodes), np.zeros((2, n_nodes), dtype=bool))
+    grid = VolumeGrid(solid.nodes, cells, np.arange(n_nodes), np.zeros((2, n_nodes), dtype=bool))
     for mirrored in (X, Y) if solid.half_section else (X,):
         grid = _with_image(grid, mirrored) if whole else grid
     return grid
 
 
-def _with_image(grid: Grid, mirrored: int) -> Grid:
+def _with_image(grid: VolumeGrid, mirrored: int) -> VolumeGrid:
     """The grid and its mirror image, which share the nodes on the plane of symmetry."""
     doubled = ~on_plane(grid.nodes, mirrored)
     n_nodes = len(doubled)
     node_of_image = np.where(doubled, n_nodes - 1 + np.cumsum(doubled), np.arange(n_nodes))
     signs, image = np.ones((3, 1)), grid.image[:, doubled]
     signs[mirrored], image[mirrored] = -1, True
-    return Grid(
+    return VolumeGrid(
         np.hstack([grid.nodes, signs * grid.nodes[:, doubled]]),
         np.hstack([grid.cells, node_of_image[grid.cells]]),
         np.append(grid.source, grid.source[doubled]),
@@ -76,7 +76,7 @@ def _with_image(grid: Grid, mirrored: int) -> Grid:
     )
 
 
-def displacement(grid: Grid, field: Field) -> Array:
+def displacement(grid: VolumeGrid, field: Field) -> Array:
     """Displacements [mm/N] of the nodes of a grid, shape (n_nodes, 3)."""
     u = np.zeros((len(grid.source), 3))
     for parity, solution in field:
@@ -88,7 +88,7 @@ def displacement(grid: Grid, field: Field) -> Array:
     return u
 
 
-def stress(grid: Grid, material: Material, u: Array) -> Array:
+def stress(grid: VolumeGrid, material: Material, u: Array) -> Array:
     """Stresses [MPa per unit of load] at the nodes, shape (n_nodes, 3, 3), from displacements (n_nodes, 3).
 
     In each cell the stresses at four Gauss points, where those of quadratic cells are most accurate, are

@@ -73,11 +73,15 @@ def curved(body: Body, linear: Tetrahedra, *, half_section: bool) -> SolidMesh:
     points = linear.points.copy()
     points[:, on_surface] = body.surface.position(*chart[:, on_surface])
     mesh = MeshTet(points, np.ascontiguousarray(linear.cells))
-    edges = edge_numbers(mesh.edges, surface_edges(linear))
+    surface = MeshTri(
+        np.ascontiguousarray(chart[:, on_surface]), np.searchsorted(on_surface, linear.contact_triangles)
+    )
+    edges = on_surface[surface.facets]  # (2, n_edges)
+    mid_nodes = points.shape[1] + edge_numbers(mesh.edges, edges)
     second_order = MeshTet2.from_mesh(mesh)
     nodes = second_order.doflocs.copy()
-    nodes[:, points.shape[1] + edges] = body.surface.position(*chart[:, mesh.edges[:, edges]].mean(axis=1))
-    trace = _trace(mesh, linear, chart)
+    nodes[:, mid_nodes] = body.surface.position(*chart[:, edges].mean(axis=1))
+    trace = Trace(Basis(surface, ElementTriP2()), np.concatenate([on_surface, mid_nodes]))
     return _checked(SolidMesh(body, replace(second_order, doflocs=nodes), trace, half_section))
 
 
@@ -87,24 +91,6 @@ def _chart_of(body: Body, points: Array) -> Array:
     for end in (0.0, body.xi_end):
         xi = np.where(np.abs(xi - end) < 1e-9 * body.xi_end, end, xi)
     return np.stack([xi, body.contour.nearest(np.stack([y, z]), body.s_range)])
-
-
-def surface_edges(linear: Tetrahedra) -> Indices:
-    """Edges of the contact triangles as sorted vertex pairs without repetitions, shape (2, n_edges)."""
-    t = linear.contact_triangles
-    pairs = np.hstack([t[[0, 1]], t[[1, 2]], t[[0, 2]]])
-    return np.unique(np.sort(pairs, axis=0), axis=1)
-
-
-def _trace(mesh: MeshTet, linear: Tetrahedra, chart: Array) -> Trace:
-    """The contact surface of a mesh in its chart."""
-    vertices, triangles = np.unique(linear.contact_triangles, return_inverse=True)
-    surface = MeshTri(
-        np.ascontiguousarray(chart[:, vertices]),
-        np.ascontiguousarray(triangles.reshape(linear.contact_triangles.shape)),
-    )
-    mid_nodes = mesh.p.shape[1] + edge_numbers(mesh.edges, vertices[surface.facets])
-    return Trace(Basis(surface, ElementTriP2()), np.concatenate([vertices, mid_nodes]))
 
 
 def _checked(solid: SolidMesh) -> SolidMesh:

@@ -31,21 +31,17 @@ def planned(request: SolidRequest, _workers: int) -> Planned:
 def _cubes(request: SolidRequest) -> float:
     """Integral of 1 / h^3 over the model, a half or a quarter of the body; h is the size of cells."""
     body, cells, points = request.body, request.cells, request.points
-    patches = sorted({(load.patch.s, load.patch.a) for load in request.loads})
-    centres = np.concatenate([body.surface.position(0.0, s).reshape(3, -1).T for s, _ in patches])
+    centres = body.surface.position(0.0, np.unique([load.patch.s for load in request.loads])).T
     read_points = np.hstack([body.surface.position(points.x, points.s), centres.T]).T
     read_points = np.concatenate([read_points, read_points * [-1, 1, 1]])
     if body.contour.symmetric:
         read_points = np.concatenate([read_points, read_points * [1, -1, 1]])
     generator = np.random.default_rng(0)
     least_size, far = cells.smallest, body.domain.far_radius
-    depth = np.exp(
-        generator.uniform(np.log(least_size / 10), np.log(far), VOLUME_SAMPLES)
-    )  # log-uniform below the surface
-    along = np.exp(generator.uniform(np.log(least_size / 10), np.log(body.xi_end), VOLUME_SAMPLES))
-    across = np.exp(
-        generator.uniform(np.log(least_size / 10), np.log(far), VOLUME_SAMPLES)
-    ) * generator.choice([-1, 1], VOLUME_SAMPLES)
+    longest = np.log([[far], [body.xi_end], [far]])  # of depth below the surface, along x, and across
+    samples = generator.uniform(np.log(least_size / 10), longest, (3, VOLUME_SAMPLES))  # log-uniform
+    depth, along, across = np.exp(samples)
+    across *= generator.choice([-1, 1], VOLUME_SAMPLES)
     inside = np.hypot(depth, across) < far
     y, z = body.contour.position(np.clip(across, *body.s_range)) + body.side * depth * body.contour.normal(
         np.clip(across, *body.s_range)

@@ -3,14 +3,13 @@
 from femic.engine import Engine, Limits, Tuned
 from femic.estimate import SAFETY
 from femic.meshing.cell_size import Cells
-from femic.models import RawICs
 from femic.solid.plan import planned
-from femic.solid.request import SolidRequest, request_for
+from femic.solid.request import request_for
 from femic.solid.tasks import solve_tasks
 from geometries.patches import Patch
 
 CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
-FAR_RADIUS = 320.0  # mm, of the far arc
+FAR_RADIUS = 320.0  # mm, of the far arc, the same for all tolerances
 
 
 def _least_side(patch: Patch) -> float:
@@ -23,16 +22,6 @@ def _cells(patch: Patch) -> Cells:
     return Cells(_least_side(patch) / CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH)
 
 
-def _far_radius(_tolerance: float) -> float:
-    """Radius [mm] of the far arc, the same for all tolerances."""
-    return FAR_RADIUS
-
-
-def _displacements(_request: SolidRequest, solved: RawICs) -> RawICs:
-    """The displacements of a solved model, which is all that is kept of it."""
-    return solved
-
-
 SOLID = Engine(
     name="solid",
     describes="solid: quadratic tetrahedra",
@@ -40,7 +29,7 @@ SOLID = Engine(
     safety=SAFETY,
     growth_of_unknowns=2.7,
     tuned=Tuned(tolerance=0.01, cells=_cells, coarsest=3.0),
-    far_radius=_far_radius,
+    far_radius=lambda _tolerance: FAR_RADIUS,
     least_side=_least_side,
     limits=Limits(nu=0.49, aspect=10.0, rolling_radius=50.0, inclination=75.0, distance=1e3),
     endless=False,
@@ -49,6 +38,6 @@ SOLID = Engine(
     has_fields=True,
     request=request_for,
     solve=solve_tasks,
-    displacements=_displacements,
+    displacements=lambda _request, solved: solved,  # all that is kept of a solved model
     planned=planned,
 )

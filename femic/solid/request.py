@@ -2,30 +2,17 @@
 
 from dataclasses import dataclass
 
-from femic.engine import Specification
-from femic.meshing.cell_size import Cells
-from femic.models import Points, SolverChoice
-from geometries.bodies import Body
-from geometries.patches import Load
+from femic.engine import Request, Specification
+from femic.models import SolverChoice
 
 
 @dataclass(frozen=True)
-class SolidRequest:
-    """What one model is built and solved for. Points are relative to each load in x."""
+class SolidRequest(Request):
+    """What one model is built and solved for."""
 
-    body: Body
-    loads: tuple[Load, ...]
-    points: Points
-    cells: Cells
     solver: SolverChoice = "auto"
 
 
-def request_for(specification: Specification) -> SolidRequest:
+def request_for(asked: Specification) -> SolidRequest:
     """The request for a specified model; its accuracy is set by its cells alone."""
-    return SolidRequest(
-        specification.body,
-        specification.loads,
-        specification.points,
-        specification.cells,
-        specification.solver,
-    )
+    return SolidRequest(asked.body, asked.loads, asked.points, asked.cells, asked.solver)

@@ -1,7 +1,7 @@
 """Gmsh extrudes or revolves the section of a body and fills it with graded tetrahedra.
 
-Only x >= 0 is meshed, and only y >= 0 where the symmetry of section and load allows it. The curves
-of Gmsh may deviate a little from the true contour; `femic.solid.mesh` moves the nodes onto it.
+Only x >= 0 is meshed, and only y >= 0 where the section is its own mirror image. The curves of Gmsh may
+deviate a little from the true contour; `femic.solid.mesh` moves the nodes onto it.
 """
 
 from dataclasses import dataclass, replace
@@ -10,15 +10,14 @@ from types import ModuleType
 import numpy as np
 
 from femic.meshing.cell_size import Cells, distance, round_the_axis, set_cell_size
+from femic.meshing.collected import collected
 from femic.meshing.gmsh_session import gmsh_session
 from femic.meshing.outline import add_section
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body, Domain
-from geometries.errors import Failure
 
 BENT_RATIO = 20  # rolling over far radius, beyond which bending distorts the cells by at most 5 %
 DELAUNAY_3D = 1  # Gmsh's number of this algorithm; HXT is no faster here, and crashes on some coarse meshes
-TETRAHEDRON = 4  # Gmsh's number of the 4-node tetrahedron
 
 
 @dataclass(frozen=True)
@@ -81,19 +80,8 @@ def _set_cell_size(gmsh: ModuleType, body: Body, cells: Cells, focus: Focus) -> 
 
 def _collect(gmsh: ModuleType, body: Body) -> Tetrahedra:
     """The tetrahedra of Gmsh's model; raises Failure where it has other cells."""
-    tags, xyz, _ = gmsh.model.mesh.getNodes()
-    types, _, nodes = gmsh.model.mesh.getElements(3)
-    if list(types) != [TETRAHEDRON]:
-        raise Failure(f"Gmsh left cells of types {list(types)} where tetrahedra were expected")
-    used, flat = np.unique(nodes[0], return_inverse=True)
-    order = np.argsort(tags)
-    points = xyz.reshape(-1, 3)[order[np.searchsorted(tags, used, sorter=order)]].T
-    triangles = [
-        np.searchsorted(used, gmsh.model.mesh.getElements(2, tag)[2][0])
-        for _, tag in gmsh.model.getEntities(2)
-        if _on_contact_surface(gmsh, tag, body)
-    ]
-    return Tetrahedra(points, flat.reshape(-1, 4).T, np.concatenate(triangles).reshape(-1, 3).T)
+    faces = [tag for _, tag in gmsh.model.getEntities(2) if _on_contact_surface(gmsh, tag, body)]
+    return Tetrahedra(*collected(gmsh, 3, faces))
 
 
 def _on_contact_surface(gmsh: ModuleType, tag: int, body: Body) -> bool:

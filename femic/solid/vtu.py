@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from femic.solid.fields import Grid, NodalField
+from femic.solid.fields import NodalField, VolumeGrid
 from geometries.arrays import Indices
 
 # scikit-fem numbers the mid-side nodes as VTK does: edges 01, 12, 02, 03, 13, 23.
@@ -23,7 +23,7 @@ def write_vtu(field: NodalField, path: Path) -> Path:
     return path
 
 
-def right_handed(grid: Grid) -> Indices:
+def right_handed(grid: VolumeGrid) -> Indices:
     """The cells, with vertex 3 on the side of the face 0, 1, 2 that VTK expects, shape (10, n_cells)."""
     origin, *ends = np.moveaxis(grid.nodes[:, grid.cells[:4]], 1, 0)
     edges = np.stack([end - origin for end in ends])  # (3 edges, 3 components, n_cells)

@@ -1,19 +1,19 @@
 """The store of finished work: models, and the parts of models that are not finished, for the next run.
 
-An entry is a file KEY-HASH.nc (NetCDF). KEY is derived from all that determines the result: the request, this
-code, the versions of its libraries. HASH is derived from the content: damaged and half-written files are
-recognised, and their content is computed again. The location is a folder, or any other that fsspec knows
-(memory://, s3://). Several processes may use one store: nothing is ever changed in place.
+An entry is a file KEY.nc (NetCDF). KEY is derived from all that determines the result: the request, this
+code, the versions of its libraries. Each file ends with the SHA-256 digest of what stands before it: damaged
+and half-written files are recognised, and their content is computed again. The location is a folder, or any
+other that fsspec knows (memory://, s3://). Several processes may use one store: a file is written under
+another name and then moved to its own.
 """
 
 import logging
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 from uuid import uuid4
 
 import joblib
@@ -29,8 +29,7 @@ Arrays = Mapping[str, Array]
 
 log = logging.getLogger(__name__)
 
-MOST_READS = 100  # largest number of attempts to read a file that other processes keep replacing
-HASH_LENGTH = 16  # number of letters of the hash in a file's name
+DIGEST_SIZE = 32  # bytes of the digest at the end of a file
 CODE_FOLDER = re.compile("[0-9a-f]{12}")  # name of the folder of a version of the code
 
 
@@ -47,26 +46,26 @@ class Store:
 
     def get(self, key: str) -> xr.Dataset | None:
         """The entry of a key, None where there is no undamaged one."""
-        content = self._read(key, ".nc")
+        content = self._read(f"{key}.nc")
         return None if content is None else xr.load_dataset(BytesIO(content), engine="h5netcdf")
 
     def put(self, key: str, entry: xr.Dataset) -> None:
         """Keep an entry, and remove its parts, which are not needed any more."""
-        self._write(key, ".nc", lambda: bytes(entry.to_netcdf(engine="h5netcdf")))
-        self._remove(f"{key}.parts", recursive=True)
+        self._write(f"{key}.nc", lambda: bytes(entry.to_netcdf(engine="h5netcdf")))
+        self._remove(f"{key}.parts")
 
     def part(self, key: str, name: str) -> Arrays | None:
         """The arrays by name of a part of an unfinished entry, None where there is no undamaged one."""
-        content = self._read(f"{key}.parts/{name}", ".npz")
+        content = self._read(f"{key}.parts/{name}.npz")
         return None if content is None else dict(np.load(BytesIO(content)))
 
     def put_part(self, key: str, name: str, values: Arrays) -> None:
         """Keep a part until the entry is finished."""
-        self._write(f"{key}.parts/{name}", ".npz", lambda: _npz(values))
+        self._write(f"{key}.parts/{name}.npz", lambda: _npz(values))
 
     def forget_other_code(self) -> None:
         """Remove the entries of other versions of the code, and nothing else."""
-        if self.location is None or not self._has(self._root):
+        if self.location is None or not self._fs.exists(self._root):
             return
         for path in self._fs.ls(self._root, detail=False):
             name = Path(path).name
@@ -87,85 +86,46 @@ class Store:
         """The path of a file of this version of the code."""
         return f"{self._root}/{code_digest()}/{name}"
 
-    def _has(self, path: str) -> bool:
-        """Whether a path exists now."""
-        self._fs.invalidate_cache(path)
-        return bool(self._fs.exists(path))
-
-    def _versions(self, name: str, ending: str) -> list[str]:
-        """Paths of the files of a name, whatever their content."""
-        start = self._path(name)
-        folder, _, stem = start.rpartition("/")
-        if not self._has(folder):
-            return []
-        pattern = re.compile(re.escape(stem) + f"-[0-9a-f]{{{HASH_LENGTH}}}" + re.escape(ending))
-        return sorted(
-            path for path in self._fs.ls(folder, detail=False) if pattern.fullmatch(path.rpartition("/")[2])
-        )
-
-    def _read(self, name: str, ending: str) -> bytes | None:
-        """The content of an undamaged file of a name, None where there is none."""
+    def _read(self, name: str) -> bytes | None:
+        """The content of an undamaged file, None where there is none."""
         if self.location is None:
             return None
-        for _ in range(MOST_READS):
-            replaced = False
-            for path in self._versions(name, ending):
-                try:
-                    content = self._fs.cat_file(path)
-                except FileNotFoundError:  # another process has just replaced it
-                    replaced = True
-                    continue
-                if path.endswith(f"-{_hash(content)}{ending}"):
-                    return bytes(content)
-                log.warning(f"{path}: damaged; it is computed again")
-            if not replaced:
-                return None
+        path = self._path(name)
+        try:
+            stored = bytes(self._fs.cat_file(path))
+        except FileNotFoundError:
+            return None
+        content, digest = stored[:-DIGEST_SIZE], stored[-DIGEST_SIZE:]
+        if digest == sha256(content).digest():
+            return content
+        log.warning(f"{path}: damaged; it is computed again")
         return None
 
-    def _write(self, name: str, ending: str, content: Any) -> None:
+    def _write(self, name: str, content: Callable[[], bytes]) -> None:
         """Write under a temporary name, then move: no process sees a half-written file."""
         if self.location is None or not self.writable:
             return
-        data = content()
-        path = self._path(f"{name}-{_hash(data)}{ending}")
+        data, path = content(), self._path(name)
         temporary = f"{path}.{uuid4().hex}"
         try:
             self._fs.makedirs(path.rpartition("/")[0], exist_ok=True)
-            self._fs.pipe_file(temporary, data)
-            earlier_versions = self._versions(name, ending)
+            self._fs.pipe_file(temporary, data + sha256(data).digest())
             self._fs.mv(temporary, path)
         except OSError as error:
             self.writable = False
             log.warning(
                 f"store {self.location}: {error}: going on without keeping what is finished from here"
             )
-            self._remove_file(temporary)
-            return
-        for earlier_version in earlier_versions:
-            if earlier_version != path:
-                self._remove_file(earlier_version)
+            self._remove(f"{name}{temporary.removeprefix(path)}")
 
-    def _remove_file(self, path: str) -> None:
-        """Remove a file; failures are only logged."""
-        try:
-            self._fs.rm_file(path)
-        except OSError as error:
-            log.debug(f"{path}: {error}")
-
-    def _remove(self, name: str, *, recursive: bool) -> None:
-        """Remove a name of this version of the code, if it exists; failures are only logged."""
-        if self.location is None or not self.writable:
+    def _remove(self, name: str) -> None:
+        """Remove a file or folder of this version of the code, if it exists; failures are only logged."""
+        if self.location is None:
             return
         try:
-            if self._has(self._path(name)):
-                self._fs.rm(self._path(name), recursive=recursive)
-        except OSError as error:  # another process is writing there
+            self._fs.rm(self._path(name), recursive=True)
+        except OSError as error:  # there is none, or another process is writing there
             log.debug(f"{name}: {error}")
-
-
-def _hash(content: bytes) -> str:
-    """Hash of a content, as it stands in a file's name."""
-    return sha256(content).hexdigest()[:HASH_LENGTH]
 
 
 def _npz(values: Arrays) -> bytes:

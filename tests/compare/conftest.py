@@ -8,6 +8,7 @@ import pytest
 
 from compare.results.compute import compute
 from compare.results.dataset import errors, to_dataset
+from compare.results.shares import refinement_shares_of
 from compare.scenes.load import load_scene
 from femic.means import Means
 from femic.solid.record import SOLID
@@ -87,6 +88,15 @@ def small(tmp_path_factory):
     results = compute(load_scene(str(path)), Means(1))
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
+
+
+def estimated_errors(results):
+    """Estimated errors of C by (solved body, line), (3, 3): shares of the scale of refinement."""
+    return {
+        (body, line): errors
+        for body, reference in results.references.items()
+        for line, errors in refinement_shares_of(results, body, reference.c.estimate).items()
+    }
 
 
 def on_line(dataset, line):

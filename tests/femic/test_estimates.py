@@ -364,8 +364,8 @@ def test_bodies_add_up_and_so_do_their_estimates():
 
 
 def test_costs_are_named_and_those_of_earlier_rounds_are_counted():
-    costs = {Level(cells=k): replace(COST, unknowns=k) for k in (-1, 0, 1, 2)}
+    models = {Level(cells=k): RawICs(np.empty(0), replace(COST, unknowns=k)) for k in (-1, 0, 1, 2)}
     found = {
-        name: cost.unknowns for name, cost in costs_of(Level(cells=2).models(HARMONIC.models), costs).items()
+        name: cost.unknowns for name, cost in costs_of(Level(cells=2).models(HARMONIC.models), models).items()
     }
     assert found == {"fine": 2, "coarse": 1, "earlier 1": -1, "earlier 2": 0}

@@ -11,10 +11,10 @@ from matplotlib.lines import Line2D
 
 from approx.target import indices, pointwise_k
 from compare.pages.curves import shown_half
-from compare.pages.panels import Panel, draw, finish
+from compare.pages.panels import Panel, add_scene_legends, draw, finish
 from compare.pages.styles import COLOURS, DASHES, RC, STYLES, SYMBOLS
 from compare.reports.calibration.fits import Calibrated
-from compare.results.compute import reference_of
+from compare.results.compute import points_of, reference_of
 from geometries.arrays import Array
 from geometries.patches import N, OffsetLine, S
 
@@ -24,6 +24,11 @@ WITHOUT, REFITTED = "C without curvature", "C, translation refitted to B̂′"
 EXTRA: dict[str, dict[str, Any]] = {
     WITHOUT: {"color": "grey", "linewidth": 2.2, "zorder": 1},
     REFITTED: {"color": "tab:cyan", "linewidth": 2.2, "zorder": 1},
+}
+OVERLAID = {  # figures of both bodies: the component and its curves
+    "xn": ("xn", ("C", "A", "B", "Bhat", "Bhat_prime")),
+    "xn_without_curvature": ("xn", ("C", "Bhat_prime", WITHOUT)),
+    "sn": ("sn", ("C", "B", "Bhat", "Bhat_prime", REFITTED)),
 }
 
 
@@ -57,9 +62,8 @@ def _draw_property(axes: Axes, calibrated: Calibrated, body: str, name: str, col
     pointwise = pointwise_k(target)[0]
     start = 0
     for line, marker in zip(scene.calibration.lines, MARKERS_OF_LINES * 9, strict=False):
-        part = slice(start, start + len(line.x))
-        start = part.stop
-        shown = np.arange(part.start, part.stop)[:: max(1, len(line.x) // 40)]
+        shown = np.arange(start, start + len(line.x), max(1, len(line.x) // 40))
+        start += len(line.x)
         axes.plot(
             target.r[shown] / length,
             pointwise[shown],
@@ -72,29 +76,12 @@ def _draw_property(axes: Axes, calibrated: Calibrated, body: str, name: str, col
         )
 
 
-def without_curvature(calibrations: Sequence[Calibrated]) -> Figure:
-    """Draw C_xn of both bodies with and without what wheels' curvature adds to B-hat, and B-hat-prime."""
-    return _overlaid(calibrations, "xn", ("C", "Bhat_prime", WITHOUT))
-
-
-def translation_refitted(calibrations: Sequence[Calibrated]) -> Figure:
-    """Draw sn of both bodies: B, B-hat, B-hat-prime, C, and C with its translation refitted."""
-    return _overlaid(calibrations, "sn", ("C", "B", "Bhat", "Bhat_prime", REFITTED))
-
-
-def overlaid(calibrations: Sequence[Calibrated], component: str) -> Figure:
-    """Draw a component of both bodies: A, B, B-hat, B-hat-prime and C."""
-    return _overlaid(calibrations, component, ("C", "A", "B", "Bhat", "Bhat_prime"))
-
-
 def translation(calibrated: Calibrated) -> float:
     """The vertical translation [mm/N] of C that brings C_sn closest to B-hat-prime on the scene's lines.
 
     In local directions of the lower body, its s component is the translation times -sin(delta).
     """
-    points = np.concatenate(
-        [np.arange(*_part(calibrated, line).indices(10**9)) for line in calibrated.scene.lines]
-    )
+    points = points_of(calibrated.results, calibrated.scene.lines)
     lean = np.sin(calibrated.scene.bodies["lower"].contour.inclination(calibrated.results.points.s[points]))
     c = reference_of(calibrated.results, "combined").ic[S, N, points]
     difference = calibrated.results.approximations["Bhat_prime", "combined"][S, N, points] - c
@@ -122,8 +109,9 @@ def curve(calibrated: Calibrated, name: str, component: str, part: slice) -> Arr
     return np.asarray(calibrated.results.approximations[name, "combined"][i, j, part])
 
 
-def _overlaid(calibrations: Sequence[Calibrated], component: str, names: Sequence[str]) -> Figure:
-    """Draw combined ICs of all scenes, a panel per line, a colour per variant, a line style per scene."""
+def overlaid(calibrations: Sequence[Calibrated], figure_name: str) -> Figure:
+    """Draw a figure of `OVERLAID`: combined ICs of all scenes, a panel per line, a line style per scene."""
+    component, names = OVERLAID[figure_name]
     columns = max(len(calibrated.scene.lines) for calibrated in calibrations)
     styles = {SYMBOLS.get(name, name): _style(name) for name in reversed(names)}  # C lies behind the others
     with mpl.rc_context(RC):
@@ -136,7 +124,9 @@ def _overlaid(calibrations: Sequence[Calibrated], component: str, names: Sequenc
                 draw(axes, panel, {name: style | {"linestyle": dashes} for name, style in styles.items()})
             finish(axes, panel)
         figure.axes[0].set_ylabel(f"combined {component} · E · L  [-]")
-        _legends(figure, calibrations, styles)
+        lengths = {calibrated.scene.name: calibrated.scene.reference_length for calibrated in calibrations}
+        colours = [Line2D([], [], label=name, **style) for name, style in reversed(styles.items())]
+        add_scene_legends(figure, lengths, colours)
         return figure
 
 
@@ -157,16 +147,3 @@ def _panel(calibrated: Calibrated, line: OffsetLine, component: str, names: Sequ
 
 def _style(name: str) -> dict[str, Any]:
     return EXTRA.get(name) or {"color": STYLES[name]["color"], "linewidth": 2.0 if name == "C" else 1.3}
-
-
-def _legends(figure: Figure, calibrations: Sequence[Calibrated], styles: dict[str, dict[str, Any]]) -> None:
-    scenes = [
-        Line2D(
-            [], [], color="dimgrey", linestyle=dashes, label=f"{calibrated.scene.name} (L = {length:g} mm)"
-        )
-        for calibrated, dashes in zip(calibrations, DASHES, strict=False)
-        for length in (calibrated.scene.reference_length,)
-    ]
-    colours = [Line2D([], [], label=name, **style) for name, style in reversed(styles.items())]
-    figure.legend(handles=scenes, loc="outside upper center", ncols=len(scenes), handlelength=4)
-    figure.legend(handles=colours, loc="outside lower center", ncols=len(colours))

@@ -14,7 +14,14 @@ from approx.calibration import Fit, fit
 from approx.effective import EffectiveProperties
 from approx.pair import Pair
 from approx.target import Target, indices
-from compare.results.compute import Results, approximated, compute, reference_of, solids
+from compare.results.compute import (
+    Results,
+    compute,
+    points_of,
+    reference_of,
+    solids,
+    with_approximations,
+)
 from compare.results.provenance import results_digest
 from compare.scenes.checks import calibration_misfits
 from compare.scenes.errors import require_none
@@ -92,8 +99,7 @@ def _a_on_planes(scene: Scene, ics: Array, body: str) -> Array:
 def target_of(results: Results, body: str) -> Target:
     """The target of a fit: C of a body and its estimate at the points of the scene's calibration."""
     scene = results.scene
-    parts = [results.lines[line.name] for line in scene.calibration.lines]
-    points = np.concatenate([np.arange(part.start, part.stop) for part in parts])
+    points = points_of(results, scene.calibration.lines)
     rows, columns = zip(*(indices(component) for component in scene.calibration.components), strict=True)
     c, error = (
         scene.patch.area * getattr(reference_of(results, body), part)[list(rows), list(columns)][:, points]
@@ -132,10 +138,7 @@ def _with_fits(results: Results, scene: Scene, fits: Mapping[str, Fit]) -> Resul
         curvature_apart=scene.calibration.curvature_apart if "combined" in fits else scene.curvature_apart,
         variants=tuple(dict.fromkeys((*scene.variants, *BESIDE_FIT, "Bhat_prime"))),
     )
-    approximations, seconds = approximated(calibrated, results.points)
-    return replace(
-        results, scene=calibrated, approximations=approximations, seconds={**results.seconds, **seconds}
-    )
+    return with_approximations(results, calibrated)
 
 
 def _kept(scene: Scene, fitted: Mapping[str, EffectiveProperties]) -> list[str]:

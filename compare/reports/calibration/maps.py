@@ -103,14 +103,9 @@ def scene_at(text: str, radius: float, node: Node) -> Scene:
 
 def _node_dataset(scene: Scene, axes: Axes, calibrations: Sequence[Calibrated]) -> xr.Dataset:
     """C at the points of the calibration [-], the fits and their residuals, at all nodes."""
-    targets, fits = (
-        [calibrated.targets["combined"] for calibrated in calibrations],
-        [calibrated.fits["combined"] for calibrated in calibrations],
-    )
+    fits = [calibrated.fits["combined"] for calibrated in calibrations]
     dims, shape = ("flank", "ratio"), (len(axes.flanks), len(axes.ratios), -1)
-    c = [
-        _unit(calibrated.scene) * target.ics for calibrated, target in zip(calibrations, targets, strict=True)
-    ]
+    c = [_unit(calibrated.scene) * calibrated.targets["combined"].ics for calibrated in calibrations]
     return xr.Dataset(
         {
             "c": ((*dims, "component", "point"), np.reshape(c, (*shape[:2], *c[0].shape)), {"units": "1"}),

@@ -9,7 +9,7 @@ import tomlkit
 import xarray as xr
 
 from compare.pages.curves import curves
-from compare.pages.html import Cell, embedded, error_cell, known_cell, rendered
+from compare.pages.html import cell_of, write_page
 from compare.pages.styles import SYMBOLS, save
 from compare.reports.calibration import figures as calibration_figures
 from compare.reports.calibration.fits import (
@@ -39,19 +39,15 @@ def write_fit(calibrated: Calibrated, folder: Path) -> Path:
 def write_report(calibrations: Sequence[Calibrated], folder: Path) -> Path:
     """Write the figures and `calibration.html` of one or more scenes; returns the path of the page."""
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    path = folder / "calibration.html"
-    path.write_text(
-        rendered(
-            "calibration.html.j2",
-            title="B̂′ calibrated: " + ", ".join(calibrated.scene.name for calibrated in calibrations),
-            summary=" ".join(_summary(calibrated) for calibrated in calibrations),
-            scenes=[_scene_section(calibrated, folder) for calibrated in calibrations],
-            overlaid=[embedded(figure_path) for figure_path in _overlaid(calibrations, folder)],
-            components=COMPONENTS,
-        ),
-        encoding="utf-8",
+    return write_page(
+        folder / "calibration.html",
+        "calibration.html.j2",
+        title="B̂′ calibrated: " + ", ".join(calibrated.scene.name for calibrated in calibrations),
+        summary=" ".join(_summary(calibrated) for calibrated in calibrations),
+        scenes=[_scene_section(calibrated, folder) for calibrated in calibrations],
+        overlaid=list(_overlaid(calibrations, folder)),
+        components=COMPONENTS,
     )
-    return path
 
 
 def _overlaid(calibrations: Sequence[Calibrated], folder: Path) -> Iterator[Path]:
@@ -63,13 +59,10 @@ def _overlaid(calibrations: Sequence[Calibrated], folder: Path) -> Iterator[Path
         )
     if not all("combined" in calibrated.fits for calibrated in calibrations):
         return
-    drawn = {
-        "xn": calibration_figures.overlaid(calibrations, "xn"),
-        "xn_without_curvature": calibration_figures.without_curvature(calibrations),
-        "sn": calibration_figures.translation_refitted(calibrations),
-    }
-    for name, figure in drawn.items():
-        yield save(figure, figures_folder / f"calibration_{name}.png")
+    for name in calibration_figures.OVERLAID:
+        yield save(
+            calibration_figures.overlaid(calibrations, name), figures_folder / f"calibration_{name}.png"
+        )
 
 
 def _scene_section(calibrated: Calibrated, folder: Path) -> dict[str, object]:
@@ -86,7 +79,7 @@ def _scene_section(calibrated: Calibrated, folder: Path) -> dict[str, object]:
         "title": calibrated.scene.title,
         "fits": [_fit_section(calibrated, body) for body in calibrated.fits],
         "rows": list(_rows(calibrated, errors(on_lines, dataset))),
-        "figures": [embedded(figure_path) for figure_path in figure_paths],
+        "figures": figure_paths,
         "points": ", ".join(line.name.removeprefix("fit ") for line in calibrated.scene.calibration.lines),
         "range": _range(calibrated),
         "curvature": calibrated.scene.calibration.curvature_apart,
@@ -105,15 +98,7 @@ def _fit_section(calibrated: Calibrated, body: str) -> dict[str, object]:
     snippet = {"effective": {body: properties_table(calibrated.scene, body, body_fit.effective)}}
     return {
         "body": body,
-        "parameters": [
-            {
-                "name": p.name,
-                "value": f"{p.value:.5g}",
-                "deviation": "" if p.deviation is None else f"± {p.deviation:.2g}",
-                "note": p.note,
-            }
-            for p in body_fit.parameters
-        ],
+        "parameters": body_fit.parameters,
         "residuals": ", ".join(
             f"{component}: {rms:.1%} rms, {worst:.1%} at worst"
             for component, rms, worst in zip(
@@ -142,14 +127,9 @@ def _rows(calibrated: Calibrated, line_errors: xr.Dataset) -> Iterator[dict[str,
         for variant in (*calibrated.scene.variants, "C"):
             variant_errors = line_errors[["error", "weight", "vanishes"]].sel(body=body, variant=variant)
             largest = variant_errors.max("line", skipna=False)
-            cells = [_cell(largest.sel(i=component[0], j=component[1])) for component in COMPONENTS]
+            cells = [cell_of(largest.sel(i=c[0], j=c[1]), known=variant == "C") for c in COMPONENTS]
             if not all(cell.text == "–" for cell in cells):
                 yield {"body": body, "symbol": SYMBOLS[variant], "cells": cells, "first": variant == "A"}
-
-
-def _cell(worst: xr.Dataset) -> Cell:
-    made = known_cell if worst.variant.item() == "C" else error_cell
-    return made(worst.error.item(), worst.weight.item(), vanishes=bool(worst.vanishes))
 
 
 def _summary(calibrated: Calibrated) -> str:

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.table import Table
 
-from compare.pages.html import VANISHING, Cell, embedded, error_cell, known_cell, rendered
+from compare.pages.html import VANISHING, cell_of, write_page
 from compare.pages.styles import RC, save
 from compare.reports.frontier.advice import Advice
 from compare.reports.frontier.trade import front, known_errors, told_apart
@@ -29,23 +29,19 @@ def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
     write(dataset, folder / "frontier.nc")
     bodies = [str(body) for body in dataset.body.values]
     figure_paths = [save(figure(dataset, body), figures_folder / f"frontier_{body}.png") for body in bodies]
-    path = folder / "frontier.html"
-    path.write_text(
-        rendered(
-            "frontier.html.j2",
-            title=f"Speed against accuracy: {dataset.attrs['title']}",
-            summary=summary(dataset),
-            components=[str(component) for component in dataset.component.values],
-            tables=[{"body": body, "rows": list(_rows(dataset, body))} for body in bodies],
-            best=dataset.attrs["best"],
-            points=dataset.attrs["points"],
-            skipped=json.loads(dataset.attrs["skipped"]),
-            figures=[embedded(figure_path) for figure_path in figure_paths],
-            text=dataset.attrs["scene"],
-        ),
-        encoding="utf-8",
+    return write_page(
+        folder / "frontier.html",
+        "frontier.html.j2",
+        title=f"Speed against accuracy: {dataset.attrs['title']}",
+        summary=summary(dataset),
+        components=[str(component) for component in dataset.component.values],
+        tables=[{"body": body, "rows": list(_rows(dataset, body))} for body in bodies],
+        best=dataset.attrs["best"],
+        points=dataset.attrs["points"],
+        skipped=json.loads(dataset.attrs["skipped"]),
+        figures=figure_paths,
+        text=dataset.attrs["scene"],
     )
-    return path
 
 
 def summary(dataset: xr.Dataset) -> str:
@@ -113,14 +109,11 @@ def _draw(axes: Axes, dataset: xr.Dataset, errors_of_ways: Array) -> None:
 
 def _labels(dataset: xr.Dataset, ways: Indices, errors: Array) -> dict[tuple[float, float], str]:
     """The labels of ways by their point (seconds, error); ways at the same point share a label."""
-    labels: dict[tuple[float, float], str] = {}
+    labels: dict[tuple[float, float], list[str]] = {}
     for k in ways:
-        point, label = (
-            (float(dataset.seconds.values[k]), float(errors[k])),
-            str(dataset.label.values[k]).removeprefix("C, harmonic "),
-        )
-        labels[point] = f"{labels[point]}, {label}" if point in labels else label
-    return labels
+        point = float(dataset.seconds.values[k]), float(errors[k])
+        labels.setdefault(point, []).append(str(dataset.label.values[k]).removeprefix("C, harmonic "))
+    return {point: ", ".join(of_point) for point, of_point in labels.items()}
 
 
 def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:
@@ -133,24 +126,16 @@ def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:
     for k, way in enumerate(dataset.way.values):
         best = str(way) == dataset.attrs["best"]
         cells = [
-            _cell(of_body.sel(way=way, component=c), best, " *" if fronts[str(c)][k] else "")
+            cell_of(of_body.sel(way=way, component=c), known=best, mark=" *" if fronts[str(c)][k] else "")
             for c in dataset.component.values
         ]
         yield {
             "label": str(dataset.label.values[k]),
-            "best": best,
             "cells": cells,
             "seconds": _time(float(of_body.seconds.values[k])),
             "unknowns": f"{int(dataset.unknowns.values[k]):,}" if dataset.unknowns.values[k] else "",
             "memory": f"{dataset.memory.values[k]:.0f}" if dataset.memory.values[k] else "",
         }
-
-
-def _cell(way_errors: xr.Dataset, best: bool, mark: str) -> Cell:
-    made = known_cell if best else error_cell
-    return made(
-        way_errors.error.item(), way_errors.weight.item(), vanishes=bool(way_errors.vanishes), mark=mark
-    )
 
 
 def evidence(dataset: xr.Dataset, advice: Advice, components: list[str], body: str) -> Table:

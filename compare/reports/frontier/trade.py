@@ -42,7 +42,7 @@ class Tried:
     estimates: Curves  # zeros of approximations
     seconds: Mapping[str, float]  # by body compared: for all that its ICs need
     unknowns: int  # of the largest model
-    memory: float  # MB, of the largest model
+    memory: float  # MB, largest of the process so far
 
 
 @dataclass(frozen=True)
@@ -146,15 +146,11 @@ def _worst_estimate(results: Results) -> float:
 
     That scale is the same for every way.
     """
-    estimates = {body: reference_of(results, body).estimate for body in results.scene.compared}
-    return float(
-        np.max(
-            [
-                _worst(results, refinement_shares_of(results, body, estimate))
-                for body, estimate in estimates.items()
-            ]
-        )
+    shares = (
+        refinement_shares_of(results, body, reference_of(results, body).estimate)
+        for body in results.scene.compared
     )
+    return float(np.max([_worst(results, of_body) for of_body in shares]))
 
 
 def _worst(results: Results, shares: Mapping[str, Array]) -> Array:

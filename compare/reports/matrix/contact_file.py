@@ -132,22 +132,17 @@ def read(path: Path) -> ContactFile:
 def _header(path: Path, lines: TextIO) -> tuple[int, int, int, int, float, float]:
     header = [line.split() for line in islice(lines, HEADER)]
     try:
-        (n_matrix, convex), quasi, mirrored, (n_x, n_s, dx, ds) = (
-            [int(word) for word in header[0][:2]],
-            [int(word) for word in header[1][:2]],
-            [int(word) for word in header[2][:2]],
-            [kind(word) for kind, word in zip((int, int, float, float), header[3], strict=False)],
+        (n_matrix, convex), quasi, mirrored = ([int(word) for word in line[:2]] for line in header[:3])
+        n_x, n_s, dx, ds = (
+            kind(word) for kind, word in zip((int, int, float, float), header[3], strict=False)
         )
     except (IndexError, ValueError) as error:
         raise WrongInput(
             f"{path}: the first {HEADER} lines must be n_matrix iaconvex / 0 312 / 1 0 / mx my dx dy"
         ) from error
-    for line_number, (found_numbers, only_numbers) in enumerate(
-        (
-            (quasi, [NO_QUASI_IDENTITY, ORDER_OF_DIRECTIONS]),
-            (mirrored, [MIRRORED_IN_X, MIRRORED_IN_S]),
-        ),
-        start=2,
+    for line_number, found_numbers, only_numbers in (
+        (2, quasi, [NO_QUASI_IDENTITY, ORDER_OF_DIRECTIONS]),
+        (3, mirrored, [MIRRORED_IN_X, MIRRORED_IN_S]),
     ):
         if found_numbers != only_numbers:
             raise WrongInput(f"{path}, line {line_number}: {found_numbers}; only {only_numbers} is read")

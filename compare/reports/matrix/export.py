@@ -10,7 +10,7 @@ import numpy as np
 from approx.matrix import column, matrix
 from compare.reports.matrix import contact_file
 from compare.reports.matrix.contact_file import ContactFile
-from compare.reports.matrix.page import MatrixOutput, write_matrix
+from compare.reports.matrix.page import write_matrix
 from compare.results import folders
 from compare.results.matrix.compute import matrix_jobs
 from compare.scenes.checks import grid_misfits
@@ -84,7 +84,7 @@ def _file_content(scene: Scene, wanted: Wanted, out: Path, means: Means) -> Cont
         return approximated(scene, wanted.ics)
     if wanted.discount == "none":
         return to_contact(scene, raw_matrix(scene, means))
-    write_matrix(scene, MatrixOutput(out), means)
+    write_matrix(scene, out, means=means)
     return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
 
 

@@ -1,21 +1,19 @@
 """`femic matrix` computes the IC matrices of a scene and writes the file, the figures and the report."""
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import h5netcdf
 import numpy as np
 
 from approx.matrix import column as approximated
-from compare.pages.html import Cell, embedded, error_cell, known_cell, rendered
+from compare.pages.html import error_cell, write_page
 from compare.pages.styles import SYMBOLS, save
 from compare.reports.matrix.figures import maps
 from compare.results import folders, plan
-from compare.results.compute import solids
+from compare.results.compute import models_of, solids
 from compare.results.matrix.check import Checked, check
 from compare.results.matrix.compute import MatrixResults, compute_matrix
-from compare.results.matrix.deviation import Deviation
 from compare.results.matrix.reciprocity import described
 from compare.results.provenance import results_digest
 from compare.scenes.scene import Scene
@@ -28,23 +26,21 @@ from geometries.patches import COMPONENTS
 MAPPED_VARIANTS = ("A", "Bhat")  # variants whose difference from C is drawn
 
 
-@dataclass(frozen=True)
-class MatrixOutput:
-    """The folder of the results, and the loaded strip of the figures (None: the one nearest to the patch)."""
-
-    out: Path
-    strip: int | None = None
+MEASURES = {  # of `Deviation`: the errors, the weights below them, and which components vanish
+    "under_tractions": ("under_tractions_of_itself", "under_tractions", "causes_nothing"),
+    "worst": ("worst", "near", "vanishing"),
+}
 
 
-def write_matrix(scene: Scene, output: MatrixOutput, means: Means = DEFAULT) -> Path:
+def write_matrix(scene: Scene, out: Path, strip: int | None = None, means: Means = DEFAULT) -> Path:
     """Write `matrix.nc`, figures of one loaded strip and `matrix.html`; returns the path of the page.
 
-    Nothing is computed if the folder has the same results already. Raises WrongInput for a strip that the
-    grid does not have.
+    By default the loaded strip is the one nearest to the patch. Nothing is computed if the folder has the
+    same results already. Raises WrongInput for a strip that the grid does not have.
     """
-    out, watch, workers = output.out, means.watch, means.workers
+    watch, workers = means.watch, means.workers
     folders.checked(out)
-    loaded_strip = _chosen(scene, output.strip)
+    loaded_strip = _chosen(scene, strip)
     path, key = out / "matrix.html", key_of_scene(scene, loaded_strip)
     if path.is_file() and _key_of(out / "matrix.nc") == key:
         watch.on_stage("  as it is there already")
@@ -58,7 +54,7 @@ def write_matrix(scene: Scene, output: MatrixOutput, means: Means = DEFAULT) -> 
     results = compute_matrix(scene, out / "matrix.nc", means)
     checks = check(results, means)
     paths = draw(results, loaded_strip, out / "figures")
-    path.write_text(render(results, steps, checks, paths, out / "matrix.nc"), encoding="utf-8")
+    _write_report(results, steps, checks, paths, out / "matrix.nc")
     with h5netcdf.File(out / "matrix.nc", "a") as file:  # the key is written last: all results are complete
         file.attrs["key"] = key
     return path
@@ -109,55 +105,36 @@ def draw(results: MatrixResults, strip: int, folder: Path) -> list[Path]:
     ]
 
 
-def render(
+def _write_report(
     results: MatrixResults,
     steps: Sequence[plan.Step],
     checks: Sequence[Checked],
     figures: Sequence[Path],
     file: Path,
-) -> str:
-    """Return the report as HTML; `file` is `matrix.nc`."""
-    scene = results.scene
-    costs = {
-        f"{name}, {model}": cost
-        for name, body_matrix in results.found.items()
-        for model, cost in body_matrix.models.items()
-    }
-    per_body = [
-        sum(strip_check.seconds for strip_check in checks if strip_check.body == name)
-        for name in results.found
-    ]
-    strips = len({strip_check.strip for strip_check in checks})
-    all_strips = scene.grid.n_s * float(np.mean(per_body)) / strips / 60 if checks else 0.0
-    return rendered(
+) -> Path:
+    """Write the report beside `matrix.nc`, which is `file`; returns its path."""
+    scene, costs = results.scene, models_of(results.matrices)
+    per_strip = np.mean([strip_check.seconds for strip_check in checks]) if checks else 0.0
+    return write_page(
+        file.with_suffix(".html"),
         "matrix.html.j2",
         title=f"IC matrix: {scene.title}",
         summary=summary(results, file),
-        known=list(_accuracy_rows(results)),
+        known=results.errors,
         demands=list(_demand_rows(results)),
-        checks=[
-            {
-                "body": strip_check.body,
-                "strip": strip_check.strip,
-                "apart": f"{strip_check.apart:.2%} ({strip_check.component})",
-                "allowed": f"{strip_check.allowed:.2%}",
-                "closest": f"{strip_check.closest:.2f}",
-                "seconds": f"{strip_check.seconds:.0f}",
-            }
-            for strip_check in checks
-        ],
+        checks=checks,
         strips=scene.grid.n_s,
-        all_strips=f"{all_strips:.0f} minutes",
+        all_strips=f"{scene.grid.n_s * per_strip / 60:.0f} minutes",
         components=COMPONENTS,
         tables=[
-            {"body": body, "rows": list(_rows(results, body, cells)), "measure": measure}
+            {"body": body, "rows": list(_rows(results, body, measure)), "measure": measure}
             for body in scene.compared
-            for measure, cells in (("under_tractions", _under_tractions), ("worst", _worst))
+            for measure in MEASURES
         ],
         E=scene.reference_E,
         L=scene.reference_length,
-        figures=[embedded(path) for path in figures],
-        cost=plan.compared(list(steps), costs),
+        figures=figures,
+        cost=list(plan.compared(steps, costs)),
         took=_cost_text(results, costs),
         text=scene.text,
     )
@@ -191,18 +168,6 @@ def _extremes(results: MatrixResults, body: str) -> tuple[str, str]:
     )
 
 
-def _accuracy_rows(results: MatrixResults) -> Iterator[dict[str, str]]:
-    for name, shares in results.errors.items():
-        yield {
-            "body": name,
-            "total": f"{shares.total:.3%}",
-            "where": f"{shares.component} {shares.line}",
-            "mesh": f"{shares.mesh:.3%}",
-            "truncation": f"{shares.truncation:.3%}",
-            "waves": f"{shares.waves:.3%}",
-        }
-
-
 def _demand_rows(results: MatrixResults) -> Iterator[dict[str, str]]:
     for name, eigenvalue in results.eigenvalues.items():
         body, _, kind = name.partition(", ")
@@ -211,42 +176,16 @@ def _demand_rows(results: MatrixResults) -> Iterator[dict[str, str]]:
         yield {"name": name, "defect": defect, "eigenvalue": f"{eigenvalue:.3f}"}
 
 
-MakeCell = Callable[..., Cell]  # `error_cell`, or `known_cell` of C itself
-
-
-def _rows(
-    results: MatrixResults, body: str, cells: Callable[[Deviation, MakeCell], list[Cell]]
-) -> Iterator[dict[str, object]]:
-    for (variant, compared_body), deviation in results.approximations.items():
-        if compared_body == body:
-            yield {"symbol": SYMBOLS[variant], "cells": cells(deviation, error_cell)}
-    yield {"symbol": "C", "cells": cells(results.known[body], known_cell)}
-
-
-def _under_tractions(deviation: Deviation, make: MakeCell) -> list[Cell]:
-    """Cells of deviations under tractions: shares of what the component itself can cause.
-
-    The weights below them are shares of what pressures can cause.
-    """
-    values = (deviation.under_tractions_of_itself, deviation.under_tractions, deviation.causes_nothing)
-    return [
-        make(float(share), float(weight), vanishes=bool(vanishes))
-        for share, weight, vanishes in zip(*(shares.ravel() for shares in values), strict=True)
-    ]
-
-
-def _worst(deviation: Deviation, make: MakeCell) -> list[Cell]:
-    """Cells of the worst entries, as shares of the component's largest entry.
-
-    The weights below them are those of nearer entries, as shares of A_nn.
-    """
-    return [
-        make(float(share), float(near), vanishes=bool(vanishes))
-        for share, near, vanishes in zip(
-            *(shares.ravel() for shares in (deviation.worst, deviation.near, deviation.vanishing)),
-            strict=True,
-        )
-    ]
+def _rows(results: MatrixResults, body: str, measure: str) -> Iterator[dict[str, object]]:
+    """Yield a row of cells per approximation and one of C, by a measure of `MEASURES`."""
+    of_body = {v: deviation for (v, name), deviation in results.approximations.items() if name == body}
+    for variant, deviation in (of_body | {"C": results.known[body]}).items():
+        values = (getattr(deviation, name).ravel() for name in MEASURES[measure])
+        cells = [
+            error_cell(float(error), float(weight), vanishes=bool(vanishes), known=variant == "C")
+            for error, weight, vanishes in zip(*values, strict=True)
+        ]
+        yield {"symbol": SYMBOLS[variant], "cells": cells}
 
 
 def _cost_text(results: MatrixResults, costs: dict[str, Cost]) -> str:

@@ -1,6 +1,7 @@
 """Figures of an overlay, drawn with matplotlib: one component of several scenes."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import matplotlib as mpl
@@ -10,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from compare.pages.panels import BAND, Panel, draw, finish
+from compare.pages.panels import BAND, Panel, add_scene_legends, draw, finish
 from compare.pages.styles import DASHES, RC, STYLES, SYMBOLS, Style
-from compare.reports.overlay.curves import Curve, Overlay, Result, curve, is_mirrored
+from compare.reports.overlay.curves import Curve, Overlay, curve, is_mirrored
 
 OVERLAID_VARIANTS = ("A", "B", "Bhat")  # drawn in figures; tables also have the others
 WIDE_LINE, NARROW_LINE = 2.4, 0.9  # line widths, rear to front: curves that coincide stay visible
@@ -38,11 +39,14 @@ def curves(overlay: Overlay, component: str) -> Figure:
                 x_label = f"{scene_curves[0].along} / L  [-]" if r == len(bodies) - 1 else ""
                 y_label = f"{body}\nIC · E · L  [-]" if c == 0 else ""
                 panels = [
-                    _panel(scene_curve, styles, half=half).labelled(title, x_label, y_label)
+                    replace(_panel(scene_curve, styles, half=half), title=title, across=x_label, up=y_label)
                     for scene_curve in scene_curves
                 ]
                 _draw_panel(grid[r, c], panels, styles)
-        _add_legends(figure, overlay)
+        lengths = {result.name: result.reference_length for result in overlay.results}
+        colours = [Line2D([], [], label=symbol, **style) for symbol, style in reversed(styles.items())]
+        band = Patch(color="black", alpha=0.2, linewidth=0, label=BAND)
+        add_scene_legends(figure, lengths, [band, *colours])
         return figure
 
 
@@ -70,20 +74,3 @@ def _styles(overlay: Overlay) -> dict[str, dict[str, Any]]:
         SYMBOLS[variant]: {"color": STYLES[variant]["color"], "linewidth": width, "zorder": 4 - width / 2}
         for variant, width in zip(variants, widths, strict=True)
     }
-
-
-def _add_legends(figure: Figure, overlay: Overlay) -> None:
-    """Add a legend of scenes (line styles) above the panels and one of variants (colours) below them."""
-    scenes = [
-        Line2D([], [], color="dimgrey", linestyle=dashes, linewidth=1.6, label=_label(result))
-        for result, dashes in zip(overlay.results, DASHES[: len(overlay.results)], strict=True)
-    ]
-    styles = reversed(_styles(overlay).items())
-    colours = [Line2D([], [], label=symbol, **style) for symbol, style in styles]
-    band = Patch(color="black", alpha=0.2, linewidth=0, label=BAND)
-    figure.legend(handles=scenes, loc="outside upper center", ncols=len(scenes), handlelength=4)
-    figure.legend(handles=[band, *colours], loc="outside lower center", ncols=1 + len(colours))
-
-
-def _label(result: Result) -> str:
-    return f"{result.name} (L = {result.reference_length:g} mm)"

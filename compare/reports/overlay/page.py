@@ -1,10 +1,9 @@
 """Writes the self-contained HTML report of an overlay, its figures and its CSV files."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
-from compare.pages.html import Cell, embedded, error_cell, known_cell, rendered
+from compare.pages.html import Cell, Row, error_cell, write_page
 from compare.pages.styles import SYMBOLS, save
 from compare.reports.overlay import figures as overlay_figures
 from compare.reports.overlay.curves import Overlay, Result, vanishes, worst, write_curves
@@ -16,16 +15,6 @@ from geometries.errors import WrongInput
 
 JUDGED = ("A", "Bhat")  # variants that the summary speaks of
 WITHIN_ACCURACY = "alike within the accuracy of C"
-
-
-@dataclass(frozen=True)
-class Row:
-    """The worst errors of one variant in one scene, a cell per component."""
-
-    symbol: str
-    scene: str
-    cells: list[Cell]
-    first: bool
 
 
 def folder_of(sources: Sequence[Source], out: Path | None, results: Path) -> Path:
@@ -44,14 +33,8 @@ def write(overlay: Overlay, folder: Path) -> Path:
         save(overlay_figures.curves(overlay, component), folder / "figures" / f"curves_{component}.png")
         for component in overlay.common.components
     ]
-    path = folder / "report.html"
-    path.write_text(render(overlay, figures), encoding="utf-8")
-    return path
-
-
-def render(overlay: Overlay, figures: Sequence[Path]) -> str:
-    """Return the report as HTML with the PNG figures embedded."""
-    return rendered(
+    return write_page(
+        folder / "report.html",
         "overlay.html.j2",
         title=", ".join(result.name for result in overlay.results),
         scenes=[(result.name, result.ics.attrs["title"]) for result in overlay.results],
@@ -60,7 +43,7 @@ def render(overlay: Overlay, figures: Sequence[Path]) -> str:
         tables=[{"body": body, "rows": list(_rows(overlay, body))} for body in overlay.common.bodies],
         differences=list(differences(overlay)),
         drawn=", ".join(SYMBOLS[variant] for variant in overlay_figures.drawn_variants(overlay)),
-        figures=[embedded(path) for path in figures],
+        figures=figures,
         texts=[(result.name, result.ics.attrs["scene"]) for result in overlay.results],
     )
 
@@ -83,9 +66,7 @@ def _cells(overlay: Overlay, result: Result, body: str, component: str) -> dict[
     weights = worst(overlay, result, (body, component), "weight")
     component_vanishes = vanishes(result, body, component)
     return {
-        variant: (known_cell if variant == "C" else error_cell)(
-            error, weights[variant], vanishes=component_vanishes
-        )
+        variant: error_cell(error, weights[variant], vanishes=component_vanishes, known=variant == "C")
         for variant, error in errors.items()
     }
 

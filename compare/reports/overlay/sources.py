@@ -2,7 +2,6 @@
 
 import tomllib
 from collections.abc import Sequence
-from copy import deepcopy
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import xarray as xr
 from compare.results.dataset import ERRORS
 from compare.results.provenance import results_digest
 from compare.scenes import file as files
-from compare.scenes.load import build_scene, builtin_names, parse, read_scene, scene_path
+from compare.scenes.load import builtin_names, load_scene, parse
 from compare.scenes.scene import Scene
 from geometries.errors import WrongInput
 
@@ -62,25 +61,25 @@ def sources(arguments: Sequence[str], results: Path) -> tuple[Source, ...]:
 def _source(argument: str, results: Path) -> Source:
     if argument not in builtin_names() and Path(argument).is_dir():
         return _folder_source(Path(argument))
-    path = scene_path(argument)
-    text, table = read_scene(path)
-    parsed = parse(deepcopy(table), path)
-    scene = build_scene(path.stem, text, parsed)
-    content = _content(parsed, [line.name for line in scene.lines])
-    return Source(scene.name, results / scene.name, content, scene, text, tuple(scene.files.values()))
+    scene = load_scene(argument)
+    lines = tuple(line.name for line in scene.lines)
+    content = Content(scene.compared, scene.components, scene.variants, lines)
+    return Source(scene.name, results / scene.name, content, scene, scene.text, tuple(scene.files.values()))
 
 
 def _folder_source(folder: Path) -> Source:
     try:
         ics, errors = read(folder)
         errors[list(ERRORS)]  # raises KeyError for a file of another version with other variables
-        text, lines = ics.attrs["scene"], list(dict.fromkeys(ics.line.values.tolist()))
+        text, lines = ics.attrs["scene"], tuple(dict.fromkeys(ics.line.values.tolist()))
     except (OSError, KeyError) as error:
         raise WrongInput(
             f"{folder}: no ics.nc and errors.nc of femic in this folder ({error}); "
             "give one that `femic run` finished, or a scene"
         ) from error
-    return Source(folder.resolve().name, folder, _content(scene_of_text(text, folder), lines), None, text)
+    parsed = scene_of_text(text, folder)
+    content = Content(parsed.bodies, parsed.components, parsed.variants, lines)
+    return Source(folder.resolve().name, folder, content, None, text)
 
 
 def scene_of_text(text: str, folder: Path) -> files.SceneFile:
@@ -90,10 +89,6 @@ def scene_of_text(text: str, folder: Path) -> files.SceneFile:
         if "file" in table[body]["contour"]:
             table[body]["contour"]["file"] = __file__
     return parse(table, folder / "scene.toml")
-
-
-def _content(parsed: files.SceneFile, lines: Sequence[str]) -> Content:
-    return Content(parsed.bodies, parsed.components, parsed.variants, tuple(lines))
 
 
 def common(overlaid: Sequence[Source]) -> Content:

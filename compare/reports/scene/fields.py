@@ -9,7 +9,6 @@ from pathlib import Path
 from compare.pages import views
 from compare.results.compute import Results, jobs
 from compare.scenes.load import load_solid_scene
-from compare.scenes.scene import Scene
 from femic.job import Job
 from femic.level import Level
 from femic.means import Watch
@@ -93,11 +92,7 @@ def _preview(request: Shown, say: Say) -> tuple[Path, str]:
     say(f"{title}: solving a preview with coarse cells; `fields = true` in a scene gives the finest")
     folder = Path("out") / scene.name / "show"
     load = Load(scene.patch, DIRECTIONS.index(direction))
-    (vtu,) = _write_solved(_job(scene, name), COARSE, (load,), folder / name)
+    job = jobs(replace(scene, compared=(name,)))[name]  # whether or not the scene compares that body
+    (vtu,) = _write_solved(job, COARSE, (load,), folder / name)
     say(f"Fields: {vtu}")
     return vtu, title
-
-
-def _job(scene: Scene, body: str) -> Job:
-    """The job of a body, whether or not the scene compares that body."""
-    return jobs(replace(scene, compared=(body,)))[body]

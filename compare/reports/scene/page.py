@@ -1,19 +1,18 @@
 """Makes the self-contained HTML report of a scene."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from compare.pages.html import VANISHING, Cell, embedded, error_cell, known_cell, rendered
+from compare.pages.html import VANISHING, Cell, Row, error_cell, write_page
 from compare.pages.styles import SYMBOLS
 from compare.reports.scene.summary import summary
 from compare.results.compute import Results, reference_of
 from compare.results.dataset import settings
 from compare.results.measure import ROUNDING
-from compare.results.shares import apart, measure_of, refinement_scales_of, vanishing
+from compare.results.shares import apart, measure_of, refinement_scales_of
 from compare.scenes.plausibility import warnings
 from femic.accuracy import component_of
 from femic.discount import AXES
@@ -24,20 +23,11 @@ from geometries.arrays import Mask
 from geometries.bodies import Body
 
 
-@dataclass(frozen=True)
-class Row:
-    """The errors of one variant on one line, a cell per component."""
-
-    symbol: str
-    line: str
-    cells: list[Cell]
-    first: bool
-
-
-def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[Path]]) -> str:
-    """Return the report as HTML; `figures` has the paths of PNG files under "scene", "curves" and "cost"."""
+def write(path: Path, results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[Path]]) -> Path:
+    """Write the report, return its path; `figures` has paths of PNG files by "scene", "curves" and "cost"."""
     scene = results.scene
-    return rendered(
+    return write_page(
+        path,
         "report.html.j2",
         title=scene.title,
         summary=summary(results, errors),
@@ -48,7 +38,7 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
         E=scene.reference_E,
         L=scene.reference_length,
         rotation_reach=scene.settings.rotation_reach,
-        figures={kind: [embedded(path) for path in paths] for kind, paths in figures.items()},
+        figures=figures,
         models=[{"name": name, "cost": cost} for name, cost in results.models.items()],
         agreement=list(agreement(results)),
         variant_seconds=[
@@ -57,7 +47,7 @@ def render(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[
             if not np.isnan(results.seconds[name, scene.compared[0]])
         ],
         settings=settings(scene),
-        known=_accuracy_rows(results),
+        known=list(_accuracy_rows(results)),
         notes=warnings(scene),
         first=scene.compared[0],
         discounts=[(name, _entries(reference.discount)) for name, reference in results.references.items()],
@@ -76,9 +66,9 @@ def _rows(results: Results, errors: xr.Dataset, body: str, measure: str) -> Iter
 
 def _cell(component_errors: xr.Dataset, measure: str) -> Cell:
     """The cell of a component of a variant on a line: its error with its weight, or its rms."""
-    made = known_cell if component_errors.variant.item() == "C" else error_cell
+    error, vanishes = component_errors[measure].item(), component_errors.vanishes.item()
     weight = component_errors.weight.item() if measure == "error" else np.nan
-    return made(component_errors[measure].item(), weight, vanishes=bool(component_errors.vanishes))
+    return error_cell(error, weight, vanishes=vanishes, known=component_errors.variant == "C")
 
 
 def _setting(results: Results) -> str:
@@ -104,27 +94,23 @@ def _shape(body: Body) -> str:
     return f"revolved, rolling radius {body.rolling_radius:g} mm{hub}"
 
 
-def _accuracy_rows(results: Results) -> list[dict[str, str]]:
-    """How well C of each solved body is known, on both scales, and the cells and domain that this took."""
-    rows = []
+def _accuracy_rows(results: Results) -> Iterator[dict[str, str]]:
+    """Yield how well C of each solved body is known, on both scales, and the cells and domain for it."""
     for name, job in results.jobs.items():
         reference, scale = results.references[name], refinement_scales_of(results, name)
         error, component, line = worst(job, reference.c.estimate, scale)
         cells, domain = factors(reference.level)
-        rows.append(
-            {
-                "body": name,
-                "itself": _largest_estimate(results, name),
-                "error": f"{error:.2%} ({component} on {line})",
-                "mesh": f"{worst(job, reference.c.mesh_error, scale)[0]:.2%}",
-                "truncation": f"{worst(job, reference.c.truncation_error, scale)[0]:.2%}",
-                "waves": f"{worst(job, reference.c.waves_error, scale)[0]:.2%}",
-                "cells": f"{reference.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
-                "domain": f"far arc {reference.body.domain.far_radius:g} mm, {_length(reference.body)} "
-                f"(first × {domain:.3g})",
-            }
-        )
-    return rows
+        yield {
+            "body": name,
+            "itself": _largest_estimate(results, name),
+            "error": f"{error:.2%} ({component} on {line})",
+            "mesh": f"{worst(job, reference.c.mesh_error, scale)[0]:.2%}",
+            "truncation": f"{worst(job, reference.c.truncation_error, scale)[0]:.2%}",
+            "waves": f"{worst(job, reference.c.waves_error, scale)[0]:.2%}",
+            "cells": f"{reference.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
+            "domain": f"far arc {reference.body.domain.far_radius:g} mm, {_length(reference.body)} "
+            f"(first × {domain:.3g})",
+        }
 
 
 def _largest_estimate(results: Results, body: str) -> str:
@@ -148,37 +134,26 @@ def agreement(results: Results) -> Iterator[dict[str, str]]:
     """Yield how far C of both engines differ, and whether this is within the sum of their estimates."""
     for body in results.scene.compared if results.checks else ():
         differences, allowed = apart(results, body)
-        vanishing_mask = vanishing(results, body)
+        gone = measure_of(results, body).vanishing
         for line in results.lines:
             apart_of = {
-                component: (
-                    component_of(differences[line], component),
-                    component_of(allowed[line], component),
-                )
-                for component in results.scene.components
+                c: (component_of(differences[line], c), component_of(allowed[line], c))
+                for c in results.scene.components
             }
-            closest = max(
-                apart_of, key=lambda component: apart_of[component][0] / max(apart_of[component][1], ROUNDING)
-            )
-            largest = max(
-                apart_of,
-                key=lambda component: (not component_of(vanishing_mask, component), apart_of[component][0]),
-            )
+            closest = max(apart_of, key=lambda c: apart_of[c][0] / max(apart_of[c][1], ROUNDING))
+            largest = max(apart_of, key=lambda c: (not component_of(gone, c), apart_of[c][0]))
+            within = all(difference <= max(estimate, ROUNDING) for difference, estimate in apart_of.values())
             yield {
                 "body": body,
                 "line": line,
-                "apart": f"{apart_of[largest][0]:.2%} ({_marked(largest, vanishing_mask)})",
-                "closest": "{}: {:.2%} of {:.2%}".format(
-                    _marked(closest, vanishing_mask), *apart_of[closest]
-                ),
-                "verdict": "yes"
-                if all(difference <= max(estimate, ROUNDING) for difference, estimate in apart_of.values())
-                else "no",
+                "apart": f"{apart_of[largest][0]:.2%} ({_marked(largest, gone)})",
+                "closest": "{}: {:.2%} of {:.2%}".format(_marked(closest, gone), *apart_of[closest]),
+                "verdict": "yes" if within else "no",
             }
 
 
-def _marked(component: str, vanishing_mask: Mask) -> str:
-    return component + (VANISHING if component_of(vanishing_mask, component) else "")
+def _marked(component: str, gone: Mask) -> str:
+    return component + (VANISHING if component_of(gone, component) else "")
 
 
 def _length(body: Body) -> str:

@@ -8,7 +8,7 @@ import xarray as xr
 from compare.pages import sections, views
 from compare.pages.curves import curves
 from compare.pages.styles import save
-from compare.reports.scene import page as report
+from compare.reports.scene import page
 from compare.reports.scene.fields import write_fields
 from compare.reports.scene.figures import error_against_seconds
 from compare.results import dataset as data
@@ -34,10 +34,8 @@ def run_scene(scene: Scene, out: Path, means: Means = DEFAULT) -> Path:
     data.write(errors, out / "errors.nc")
     data.write_curves(dataset, scene.components, out)
     (out / "scene.toml").write_text(scene.text, encoding="utf-8")
-    path = out / "report.html"
-    path.write_text(
-        report.render(results, errors, draw(results, dataset, errors, out / "figures")), encoding="utf-8"
-    )
+    figures = draw(results, dataset, errors, out / "figures")
+    path = page.write(out / "report.html", results, errors, figures)
     if scene.fields:
         write_fields(results, out / "fields", means.watch)
     return path
@@ -62,13 +60,11 @@ def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path
 
 def _draw_sections(results: Results, folder: Path) -> list[Path]:
     """Draw the section mesh of each solved body that has one; returns the paths."""
-    paths = []
-    for name, reference in results.references.items():
-        if reference.drawn is None:
-            continue
-        figure = sections.section_mesh(*reference.drawn, results.scene, name)
-        paths.append(save(figure, folder / f"mesh_{name}.png"))
-    return paths
+    return [
+        save(sections.section_mesh(*reference.drawn, results.scene, name), folder / f"mesh_{name}.png")
+        for name, reference in results.references.items()
+        if reference.drawn is not None
+    ]
 
 
 def _draw_meshes(results: Results, folder: Path) -> list[Path]:

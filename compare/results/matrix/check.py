@@ -46,7 +46,7 @@ def check(results: MatrixResults, means: Means = DEFAULT) -> list[Checked]:
     checked = []
     for strip in checked_strips(results.scene):
         means.watch.on_stage(f"  check by the {CHECK_ENGINE.name} engine: strip {strip}")
-        jobs = {name: _job(results, name, strip) for name in results.found}
+        jobs = {name: _job(results, name, strip) for name in results.matrices}
         solved = references(jobs, means)
         checked += list(_compared(results, jobs, solved, strip))
     return checked
@@ -84,7 +84,7 @@ def _compared(
 ) -> Iterator[Checked]:
     observed_strips = _observed_strips(results, strip)
     for name, job in jobs.items():
-        column, single = results.found[name].column(strip), solved[name].c
+        column, single = results.matrices[name].column(strip), solved[name].c
         ic, estimate = (
             part[:, :, 1:, observed_strips].reshape(3, 3, -1) for part in (column.ic, column.estimate)
         )

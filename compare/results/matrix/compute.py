@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from approx.matrix import column
-from compare.results.compute import parts_of, solids
+from compare.results.compute import models_of, parts_of, solids
 from compare.results.matrix.deviation import Column, Deviation
 from compare.results.matrix.reciprocity import Reciprocity, reciprocity
 from compare.results.provenance import results_digest
@@ -43,7 +43,7 @@ class MatrixResults:
     """The IC matrices of a scene's bodies, their errors, and how well they satisfy elasticity's laws."""
 
     scene: Scene
-    found: Mapping[str, MatrixReference]  # by solved body
+    matrices: Mapping[str, MatrixReference]  # by solved body
     errors: Mapping[str, Shares]  # largest estimated error, by body compared
     reciprocity: Mapping[str, Reciprocity]  # defect of the raw matrix, by solved body
     eigenvalues: Mapping[str, float]  # smallest of the symmetric part, over the element's own ICs
@@ -54,7 +54,7 @@ class MatrixResults:
 
     def column(self, body: str, strip: int) -> Estimated:
         """C of a body, or of both, due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
-        return total([self.found[name].column(strip) for name in parts_of(body)])
+        return total([self.matrices[name].column(strip) for name in parts_of(body)])
 
 
 def matrix_jobs(scene: Scene) -> dict[str, MatrixJob]:
@@ -234,11 +234,7 @@ def _create_variables(file: h5netcdf.File, scene: Scene) -> None:
 
 def _attributes(results: MatrixResults) -> dict[str, str | float]:
     scene = results.scene
-    models = {
-        f"{name}, {model}": asdict(cost)
-        for name, reference in results.found.items()
-        for model, cost in reference.models.items()
-    }
+    models = {name: asdict(cost) for name, cost in models_of(results.matrices).items()}
     return {
         "title": f"IC matrix: {scene.title}",
         "meaning": "displacement at an observing strip, direction i, at a lag along x, per unit traction on "

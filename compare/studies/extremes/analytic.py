@@ -15,9 +15,8 @@ from approx.orientation import turn_between
 from approx.pair import Pair, Solid
 from compare.studies.extremes import exact
 from compare.studies.extremes.drawing import drawing
-from compare.studies.extremes.found import ANALYTIC, Beyond, Parameter, Reached
+from compare.studies.extremes.found import ANALYTIC, Beyond, Parameter, Reached, refused
 from geometries.contours import arc, plane
-from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.patches import Patch
 from geometries.surfaces import LOWER, UPPER, Surface
@@ -107,8 +106,9 @@ def _of_half_spaces(near: st.SearchStrategy[float]) -> list[Parameter]:
     ratio = st.builds(lambda case, exponent: replace(case, ratio=10**exponent), at, decades)
     far = st.builds(_at_distance, st.floats(-3, 10), st.floats(1e-9, 6.28))
     extremes, places = (10.0**-6, 10.0**6), (0.0, 1.0, 1e10)
+    beyond_nu = refused("ν = 0.51", replace(half, nu=0.51).error)
     return [
-        _row("ν", "0 … 0.5", nu, [replace(half, nu=v) for v in (0.0, 0.5)], [_refused("ν = 0.51", _nu)]),
+        _row("ν", "0 … 0.5", nu, [replace(half, nu=v) for v in (0.0, 0.5)], [beyond_nu]),
         _row(
             "patch aspect a/b",
             "1e-6 … 1e6",
@@ -123,7 +123,7 @@ def _of_half_spaces(near: st.SearchStrategy[float]) -> list[Parameter]:
             [replace(half, x=x, s=s) for x in places for s in places],
             [
                 _computed("1e14", replace(half, x=1e14, s=-1e14)),
-                _refused("lengths of 1e80 mm", lambda: replace(half, size=1e80).error()),
+                refused("lengths of 1e80 mm", lambda: replace(half, size=1e80).error()),
             ],
         ),
         _row(
@@ -139,13 +139,14 @@ def _of_half_spaces(near: st.SearchStrategy[float]) -> list[Parameter]:
 def _of_turns(near: st.SearchStrategy[float]) -> list[Parameter]:
     """Flanks and rolling radii."""
     flank, sides, prismatic = st.floats(0, 89.9), st.sampled_from([1, -1]), st.just(np.inf)
-    flanks = st.builds(Turned, flank, prismatic, near, _s(), _s(), sides)
+    at_s = st.floats(-20, 20)
+    flanks = st.builds(Turned, flank, prismatic, near, at_s, at_s, sides)
     wheels = st.builds(
         lambda exponent, *rest: Turned(30.0, 10**exponent, *rest),
         st.floats(1.4, 12),
         near,
-        _s(),
-        _s(),
+        at_s,
+        at_s,
         st.just(UPPER),
     )
     return [
@@ -155,7 +156,7 @@ def _of_turns(near: st.SearchStrategy[float]) -> list[Parameter]:
             "any",
             wheels,
             [Turned(30.0, radius) for radius in (25.0, 1e12, np.inf)],
-            [_refused("R_roll = -1 mm", lambda: Turned(rolling_radius=-1.0).error())],
+            [refused("R_roll = -1 mm", lambda: Turned(rolling_radius=-1.0).error())],
         ),
     ]
 
@@ -164,17 +165,9 @@ def _or_zero(value: float) -> float:
     return value if abs(value) > SMALLEST_NONZERO else 0.0
 
 
-def _s() -> st.SearchStrategy[float]:
-    return st.floats(-20, 20)
-
-
 def _at_distance(decades: float, angle: float) -> HalfSpaces:
     r = 10**decades
     return HalfSpaces(x=r * float(np.cos(angle)), s=r * float(np.sin(angle)))
-
-
-def _nu() -> object:
-    return Material(210e3, 0.51)
 
 
 def _row(
@@ -207,17 +200,6 @@ def _drawn(strategy: st.SearchStrategy[Case]) -> Reached:
 
     draw()
     return _worst(f"{len(cases)} drawn", cases)
-
-
-def _refused(label: str, call: Callable[[], object]) -> Untried:
-    def case() -> Beyond:
-        try:
-            call()
-        except WrongInput as error:
-            return Beyond(label, str(error))
-        return Beyond(label, "")
-
-    return case
 
 
 def _computed(label: str, case: HalfSpaces) -> Untried:

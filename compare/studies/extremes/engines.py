@@ -1,7 +1,8 @@
 """C by both engines at their limits, compared with A on planes and with a more accurate C elsewhere."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from hypothesis import given
@@ -9,21 +10,25 @@ from hypothesis import strategies as st
 
 from compare.results.compute import Results, compute, ics_of, reference_of
 from compare.results.shares import refinement_shares_of
-from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene
+from compare.scenes.scene import Scene
 from compare.studies.extremes.drawing import drawing
-from compare.studies.extremes.found import HARMONIC, SOLID, Beyond, Parameter, Reached
+from compare.studies.extremes.found import HARMONIC, SOLID, Parameter, Reached, refused
 from femic.accuracy import component_of
 from femic.means import Means
 
 SIX = ("nn", "ss", "xx", "xs", "xn", "sn")
 ENGINE_TOLERANCE = {HARMONIC: 0.01, SOLID: 0.1}
-REFERENCE_TOLERANCE = 0.001  # of the C against which errors are measured if there is no closed form
-REFERENCE_SETTINGS = {"growth": 0.2, "far_radius": 3000.0}  # of that C: cells < 1/2, domain > 2 times
+REFERENCE_SETTINGS = {  # of the C against which errors are measured if there is no closed form
+    "tolerance": 0.001,
+    "growth": 0.2,  # cells < 1/2
+    "far_radius": 3000.0,  # domain > 2 times
+}
 DRAWN_PLANES = 40  # plane scenes drawn
 ROUNDING_SHARE = 1e-9  # of the scale of refinement: smaller estimates count as this
 POINTS = 102  # of a line; none lies on the outline of the patch, which has a row of its own
 Changes = Mapping[str, Any]
+NO_CHANGES: Changes = {}
 
 
 @dataclass(frozen=True)
@@ -34,71 +39,33 @@ class Engines:
 
     def parameters(self, engine: str) -> list[Parameter]:
         """The parameters of an engine, with their cases within and beyond the limits."""
-        return self._harmonic() if engine == HARMONIC else self._solid()
-
-    def _harmonic(self) -> list[Parameter]:
-        row_settings = [
-            ("ν", "0 … 0.4999", [flat(nu=0.0), flat(nu=0.4999)], [flat(nu=0.49995)]),
-            ("patch aspect a/b", "0.01 … 100", [flat(aspect=0.01), flat(aspect=100.0)], [flat(aspect=0.005)]),
-            ("distance / half-side", "0 … 1000", [flat(distance=1000.0)], [flat(distance=3300.0)]),
-            ("flank inclination", "0 … 85°", [curved(flank=0.0), curved(flank=85.0)], [curved(flank=86.0)]),
-            ("R_roll [mm]", "20 … ∞", [wheel(20.0), wheel(1e6)], [wheel(19.0)]),
-            ("R_w / R_r − 1", "≥ 0", [ratio(1.0), ratio(10.0)], []),
-            ("modulus ratio", "1e-6 … 1e6", [moduli(1e-6), moduli(1e6)], []),
-            ("observer", "anywhere", [on_outline()], []),
-        ]
-        rows = [self._row(HARMONIC, *settings_of_row) for settings_of_row in row_settings]
-        drawn_planes = Parameter(
-            HARMONIC, "all of a plane at once", "ν, a/b 0.1 … 10, 0.1 … 1 mm", [self._drawn_planes]
-        )
-        return [*rows, drawn_planes]
-
-    def _solid(self) -> list[Parameter]:
-        row_settings = [
-            ("ν", "0 … 0.49", [flat(nu=0.0), flat(nu=0.49)], [flat(nu=0.495)]),
-            ("patch aspect a/b", "0.1 … 10", [flat(aspect=0.1), flat(aspect=10.0)], [flat(aspect=0.05)]),
-            ("distance / half-side", "0 … 200", [flat(distance=200.0)], [flat(distance=820.0)]),
-            ("flank inclination", "0 … 75°", [curved(flank=0.0), curved(flank=75.0)], [curved(flank=76.0)]),
-            ("R_roll [mm]", "50 … ∞", [wheel(50.0), wheel(1e6)], [wheel(49.0)]),
-            ("R_w / R_r − 1", "≥ 0", [ratio(10.0)], []),
-            ("modulus ratio", "1e-6 … 1e6", [moduli(1e-6), moduli(1e6)], []),
-            ("observer", "anywhere", [on_outline()], []),
-        ]
-        return [self._row(SOLID, *settings_of_row) for settings_of_row in row_settings]
-
-    def _row(
-        self,
-        engine: str,
-        name: str,
-        allowed: str,
-        within: Sequence["SceneCase"],
-        beyond: Sequence["SceneCase"],
-    ) -> Parameter:
-        return Parameter(
-            engine,
-            name,
-            allowed,
-            [self._reach(engine, scene_case) for scene_case in within],
-            [_refuse(engine, scene_case) for scene_case in beyond],
-        )
-
-    def _reach(self, engine: str, scene_case: "SceneCase") -> Callable[[], Reached]:
-        def reached() -> Reached:
-            results = self._solved(scene_case, engine, {"tolerance": ENGINE_TOLERANCE[engine]})
-            seconds = sum(sum(cost.seconds.values()) for cost in results.models.values())
-            if scene_case.base == "flat":
-                return Reached(scene_case.label, *compared(results, None), "A", seconds)
-            finer = self._solved(
-                scene_case, HARMONIC, REFERENCE_SETTINGS | {"tolerance": REFERENCE_TOLERANCE}
+        parameters = [
+            Parameter(
+                engine,
+                name,
+                allowed,
+                [partial(self._reached, engine, case) for case in within],
+                [refused(case.label, partial(_scene, case, engine)) for case in beyond],
             )
-            return Reached(scene_case.label, *compared(results, finer), "a finer C", seconds)
+            for name, allowed, within, beyond in (_harmonic() if engine == HARMONIC else _solid())
+        ]
+        if engine == HARMONIC:
+            drawn = [self._drawn_planes]
+            parameters.append(
+                Parameter(engine, "all of a plane at once", "ν, a/b 0.1 … 10, 0.1 … 1 mm", drawn)
+            )
+        return parameters
 
-        return reached
+    def _reached(self, engine: str, scene_case: "SceneCase") -> Reached:
+        results = self._solved(scene_case, engine, {"tolerance": ENGINE_TOLERANCE[engine]})
+        on_plane = scene_case.base == "flat"
+        finer = None if on_plane else self._solved(scene_case, HARMONIC, REFERENCE_SETTINGS)
+        seconds = sum(sum(cost.seconds.values()) for cost in results.models.values())
+        against = "A" if on_plane else "a finer C"
+        return Reached(scene_case.label, *compared(results, finer), against, seconds)
 
     def _solved(self, scene_case: "SceneCase", engine: str, engine_settings: Changes) -> Results:
-        table = {"kind": engine, "check": False, **engine_settings}
-        scene = load_scene(scene_case.base, {**scene_case.changes, "engine": table})
-        return compute(scene, self.means)
+        return compute(_scene(scene_case, engine, engine_settings), self.means)
 
     def _drawn_planes(self) -> Reached:
         """Of the plane scenes that hypothesis draws, the one with the largest error over its estimate."""
@@ -135,6 +102,40 @@ class SceneCase:
     label: str
     base: str
     changes: Changes
+
+
+Row = tuple[str, str, list[SceneCase], list[SceneCase]]  # name, range, cases within and beyond it
+
+
+def _harmonic() -> list[Row]:
+    return [
+        ("ν", "0 … 0.4999", [flat(nu=0.0), flat(nu=0.4999)], [flat(nu=0.49995)]),
+        ("patch aspect a/b", "0.01 … 100", [flat(aspect=0.01), flat(aspect=100.0)], [flat(aspect=0.005)]),
+        ("distance / half-side", "0 … 1000", [flat(distance=1000.0)], [flat(distance=3300.0)]),
+        ("flank inclination", "0 … 85°", [curved(flank=0.0), curved(flank=85.0)], [curved(flank=86.0)]),
+        ("R_roll [mm]", "20 … ∞", [wheel(20.0), wheel(1e6)], [wheel(19.0)]),
+        ("R_w / R_r − 1", "≥ 0", [ratio(1.0), ratio(10.0)], []),
+        ("modulus ratio", "1e-6 … 1e6", [moduli(1e-6), moduli(1e6)], []),
+        ("observer", "anywhere", [on_outline()], []),
+    ]
+
+
+def _solid() -> list[Row]:
+    return [
+        ("ν", "0 … 0.49", [flat(nu=0.0), flat(nu=0.49)], [flat(nu=0.495)]),
+        ("patch aspect a/b", "0.1 … 10", [flat(aspect=0.1), flat(aspect=10.0)], [flat(aspect=0.05)]),
+        ("distance / half-side", "0 … 200", [flat(distance=200.0)], [flat(distance=820.0)]),
+        ("flank inclination", "0 … 75°", [curved(flank=0.0), curved(flank=75.0)], [curved(flank=76.0)]),
+        ("R_roll [mm]", "50 … ∞", [wheel(50.0), wheel(1e6)], [wheel(49.0)]),
+        ("R_w / R_r − 1", "≥ 0", [ratio(10.0)], []),
+        ("modulus ratio", "1e-6 … 1e6", [moduli(1e-6), moduli(1e6)], []),
+        ("observer", "anywhere", [on_outline()], []),
+    ]
+
+
+def _scene(scene_case: SceneCase, engine: str, engine_settings: Changes = NO_CHANGES) -> Scene:
+    table = {"kind": engine, "check": False, **engine_settings}
+    return load_scene(scene_case.base, {**scene_case.changes, "engine": table})
 
 
 def flat(
@@ -250,14 +251,3 @@ def each(results: Results, finer: Results | None) -> Iterator[tuple[float, float
         for name in SIX:
             error, estimate = component_of(errors[line], name), component_of(estimates[line], name)
             yield error, estimate, error / max(estimate, ROUNDING_SHARE)
-
-
-def _refuse(engine: str, scene_case: SceneCase) -> Callable[[], Beyond]:
-    def beyond() -> Beyond:
-        try:
-            load_scene(scene_case.base, {**scene_case.changes, "engine": {"kind": engine, "check": False}})
-        except BadScene as error:
-            return Beyond(scene_case.label, str(error).split("\n")[-1].strip())
-        return Beyond(scene_case.label, "")
-
-    return beyond

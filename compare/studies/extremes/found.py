@@ -7,7 +7,7 @@ from importlib.util import find_spec
 import numpy as np
 
 from compare.scenes.messages import in_keys
-from geometries.errors import Failure
+from geometries.errors import Failure, WrongInput
 
 ANALYTIC, HARMONIC, SOLID = "analytic", "harmonic", "solid"
 
@@ -72,10 +72,18 @@ class Found:
         """The case with the largest error."""
         return max(self.reached, key=lambda case: case.error)
 
-    @property
-    def seconds(self) -> float:
-        """The seconds of its most expensive case."""
-        return max(case.seconds for case in self.reached)
+
+def refused(label: str, call: Callable[[], object]) -> Callable[[], Beyond]:
+    """A case beyond the limits that makes a call, with the last line of the message that refuses it."""
+
+    def case() -> Beyond:
+        try:
+            call()
+        except WrongInput as error:
+            return Beyond(label, str(error).split("\n")[-1].strip())
+        return Beyond(label, "")
+
+    return case
 
 
 def _caught(case: Callable[[], Reached]) -> Reached:

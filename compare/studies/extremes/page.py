@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.pages.html import rendered
-from compare.results import folders
+from compare.pages.html import write_page
 from compare.results.provenance import results_digest
 from compare.studies.extremes import analytic, exact
 from compare.studies.extremes.engines import Engines
@@ -19,16 +18,15 @@ from femic.work.provenance import versions
 
 def try_all(parts: Sequence[str], engines: Engines, folder: Path) -> Path:
     """Try the parts and write the results; returns the path of the page."""
-    folders.made(folder)
     findings = list(
         tried([row for part in parts for row in rows(part, engines)], engines.means.watch.on_stage)
     )
     document = record(findings)
     text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / "extremes.json").write_text(text, encoding="utf-8")
-    path = folder / "extremes.html"
-    path.write_text(rendered("extremes.html.j2", found=document, summary=summary(findings)), encoding="utf-8")
-    return path
+    return write_page(
+        folder / "extremes.html", "extremes.html.j2", found=document, summary=document["summary"]
+    )
 
 
 def rows(part: str, engines: Engines) -> list[Parameter]:

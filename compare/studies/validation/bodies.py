@@ -15,7 +15,6 @@ from compare.studies.validation.criteria import (
     of_bodies,
     of_components,
     of_geometries,
-    of_lines,
     on_both,
 )
 from compare.studies.validation.curves import (
@@ -190,7 +189,7 @@ STATEMENTS = (
                 "cosine between both bodies' C_ss - A_ss",
                 "<",
                 -MUCH,
-                of_lines(opposite_in_ss, ("along x", "along s")),
+                of_bodies(opposite_in_ss, ("along x", "along s")),
             ),
             Criterion(
                 "B_ss",

@@ -60,7 +60,7 @@ class Statement:
     def measured(self, runs: Runs) -> Measured:
         """Measure all numbers and make all panels."""
         values = {criterion.name: criterion.measure(runs) for criterion in self.criteria}
-        return Measured(values, tuple(self.panels(runs)), self.details(runs), self.columns)
+        return Measured(values, tuple(self.panels(runs)), self.details(runs))
 
 
 def of_geometries(number: Callable[[Results], float], *, fitted: bool = False) -> Numbers:
@@ -71,17 +71,12 @@ def of_geometries(number: Callable[[Results], float], *, fitted: bool = False) -
 def of_bodies(
     number: Callable[[Results, str], float], bodies: Sequence[str] = BODIES, *, fitted: bool = False
 ) -> Numbers:
-    """Measure a number of each geometry and body."""
+    """Measure a number of each geometry and body, or of each geometry and line or whatever else is named."""
     return lambda runs: {
         f"{name}, {body}": number(_results(runs, name, fitted), body)
         for name in GEOMETRIES
         for body in bodies
     }
-
-
-def of_lines(number: Callable[[Results, str], float], lines: Sequence[str]) -> Numbers:
-    """Measure a number of each geometry and line."""
-    return of_bodies(number, lines)
 
 
 def of_components(number: Callable[[Results, str, str], float], components: Sequence[str]) -> Numbers:

@@ -1,6 +1,6 @@
 """Curves of statements: components of ICs along lines, their errors, and panels that show them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,9 +9,9 @@ from approx.pair import Solid
 from approx.target import indices
 from compare.pages.panels import Panel
 from compare.pages.styles import SYMBOLS
-from compare.results.compute import Results, ics_of, parts_of, reference_of
+from compare.results.compute import Results, ics_of, parts_of, points_of, reference_of
 from compare.results.shares import shares_of
-from geometries.arrays import Array, Indices
+from geometries.arrays import Array
 from geometries.patches import OffsetLine
 
 BODIES = ("combined", "lower", "upper")
@@ -25,15 +25,11 @@ STEEP = 0.15  # reference lengths from the load, from which on curves are drawn 
 
 @dataclass(frozen=True)
 class Measured:
-    """The numbers of a statement by criterion and case, and its panels in a number of columns.
-
-    `details` has the numbers that these come from.
-    """
+    """The numbers of a statement by criterion and case, its panels, and the numbers that these come from."""
 
     values: Mapping[str, Mapping[str, float]]
     panels: tuple[Panel, ...] = ()
     details: Mapping[str, float] = field(default_factory=dict)
-    columns: int = 2  # one for each geometry
 
 
 def along(results: Results, direction: str) -> list[OffsetLine]:
@@ -44,12 +40,6 @@ def along(results: Results, direction: str) -> list[OffsetLine]:
 def line_of(results: Results, name: str) -> OffsetLine:
     """The line with a name."""
     return next(line for line in results.scene.lines if line.name == name)
-
-
-def points_of(results: Results, lines: Iterable[OffsetLine]) -> Indices:
-    """The indices of the points of lines, (n,)."""
-    parts = [results.lines[line.name] for line in lines]
-    return np.concatenate([np.arange(part.start, part.stop) for part in parts])
 
 
 def curve(
@@ -107,6 +97,16 @@ def largest(
     """Largest |v - C| of a body's component on lines (default: all), dimensionless, v being a variant."""
     approximation, c = (curve(results, which, *body_component, lines) for which in (variant, "C"))
     return float(np.max(np.abs(approximation - c)))
+
+
+def across_over_along(component: str) -> Callable[[Results, str], float]:
+    """Measure the largest |C - A| of a component on the line along s over that on the lines along x."""
+
+    def ratio(results: Results, body: str) -> float:
+        across, lengthwise = (largest(results, "A", (body, component), along(results, way)) for way in "sx")
+        return across / lengthwise
+
+    return ratio
 
 
 def on_its_line(results: Results, variant: str, body_component: tuple[str, str], line: OffsetLine) -> float:

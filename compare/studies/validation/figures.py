@@ -13,7 +13,7 @@ MET, UNMET = "tab:green", "tab:red"
 
 def curves(judged: Judged) -> Figure:
     """Draw all panels of a statement."""
-    return drawn(judged.measured.panels, judged.measured.columns)
+    return drawn(judged.measured.panels, judged.statement.columns)
 
 
 def numbers(judged: Judged) -> Figure:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.pages.html import embedded, rendered
+from compare.pages.html import write_page
 from compare.pages.styles import save
 from compare.results import folders
 from compare.results.compute import reference_of
@@ -50,26 +50,21 @@ def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
     (folder / "validation.json").write_text(
         json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False), encoding="utf-8"
     )
-    pictures = {
-        judged_statement.number: _pictures(judged_statement, figures_folder) for judged_statement in judged
-    }
-    path = folder / "validation.html"
-    page = rendered(
+    return write_page(
+        folder / "validation.html",
         "validation.html.j2",
         summary=summary(judged),
         found=document,
-        pictures=pictures,
+        pictures={one.statement.number: _pictures(one, figures_folder) for one in judged},
         colours=VERDICT_COLOURS,
     )
-    path.write_text(page, encoding="utf-8")
-    return path
 
 
 def summary(judged: Sequence[Judged]) -> str:
     """The sentence that says how many statements have which verdict."""
     parts = []
     for verdict in VERDICT_COLOURS:
-        numbers = [str(statement.number) for statement in judged if statement.verdict == verdict]
+        numbers = [str(one.statement.number) for one in judged if one.verdict == verdict]
         if numbers:
             parts.append(f"{verdict}: {len(numbers)} ({', '.join(numbers)})")
     return f"Of {len(judged)} statements, {'; '.join(parts)}."
@@ -90,7 +85,7 @@ def record(judged: Sequence[Judged], runs: Runs, seconds: float) -> dict[str, An
 
 def _statement(judged: Judged) -> dict[str, Any]:
     return {
-        "number": judged.number,
+        "number": judged.statement.number,
         "claim": judged.statement.claim,
         "verdict": judged.verdict,
         "failed": judged.failed,
@@ -105,18 +100,13 @@ def _statement(judged: Judged) -> dict[str, Any]:
                 "says": criterion.says,
                 "relation": criterion.relation,
                 "threshold": criterion.threshold,
-                "values": _finite(judged.measured.values[criterion.name]),
-                "met": {
-                    case: criterion.met(value)
-                    for case, value in judged.measured.values[criterion.name].items()
-                },
-                "close": {
-                    case: criterion.close(value)
-                    for case, value in judged.measured.values[criterion.name].items()
-                },
+                "values": _finite(values),
+                "met": {case: criterion.met(value) for case, value in values.items()},
+                "close": {case: criterion.close(value) for case, value in values.items()},
             }
             for criterion in judged.statement.criteria
             if not judged.failed
+            for values in (judged.measured.values[criterion.name],)
         ],
         "details": _finite(judged.measured.details),
     }
@@ -146,13 +136,13 @@ def _run_record(runs: Runs, name: str) -> dict[str, float]:
     }
 
 
-def _pictures(judged: Judged, folder: Path) -> list[Any]:
+def _pictures(judged: Judged, folder: Path) -> list[Path]:
     if judged.failed:
         return []
     drawn = {"numbers": figures.numbers(judged)}
     if judged.measured.panels:
         drawn = {"curves": figures.curves(judged)} | drawn
     return [
-        embedded(save(figure, folder / f"statement{judged.number}_{name}.png"))
+        save(figure, folder / f"statement{judged.statement.number}_{name}.png")
         for name, figure in drawn.items()
     ]

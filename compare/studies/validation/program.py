@@ -42,14 +42,13 @@ def agreements(runs: Runs) -> Mapping[str, float]:
 
 def agreement(results: Results, body: str) -> dict[str, float]:
     """Largest difference of both engines over the sum of their estimates on a line, by component."""
-    differences, estimates = apart(results, body)
-    return {
-        component: max(
-            component_of(differences[line], component) / max(component_of(estimates[line], component), TINY)
-            for line in differences
-        )
-        for component in COMPONENTS
-    }
+    ratios = _over(*apart(results, body))
+    return {component: component_of(ratios, component) for component in COMPONENTS}
+
+
+def _over(differences: Mapping[str, Array], estimates: Mapping[str, Array]) -> Array:
+    """Largest ratio over the lines, (3, 3), of differences to estimates (at least `TINY`)."""
+    return np.max([differences[line] / np.maximum(estimates[line], TINY) for line in differences], axis=0)
 
 
 def _estimates(runs: Runs) -> Mapping[str, float]:
@@ -65,9 +64,7 @@ def _estimates(runs: Runs) -> Mapping[str, float]:
 
 
 def _worst(shares: Mapping[str, Array]) -> float:
-    return max(
-        component_of(line_shares, component) for line_shares in shares.values() for component in COMPONENTS
-    )
+    return float(np.max(list(shares.values())))
 
 
 def _both_engines(runs: Runs) -> list[Panel]:
@@ -116,11 +113,7 @@ def _over_estimate(results: Results, body: str) -> float:
     """Largest |C - A| over the estimate of C (at least `TINY`) of a component on a line."""
     differences = shares_of(results, body, ics_of(results, "A", body) - reference_of(results, body).ic)
     estimates = shares_of(results, body, reference_of(results, body).estimate)
-    return max(
-        component_of(differences[line], component) / max(component_of(estimates[line], component), TINY)
-        for line in differences
-        for component in COMPONENTS
-    )
+    return float(np.max(_over(differences, estimates)))
 
 
 def far_field_error(nu: float) -> float:

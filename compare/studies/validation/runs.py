@@ -7,7 +7,7 @@ from typing import Any
 from approx.effective import EffectiveProperties
 from approx.variants import VARIANTS
 from compare.reports.calibration.fits import calibrate
-from compare.results.compute import Results, approximated, compute
+from compare.results.compute import Results, compute, with_approximations
 from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
 from femic.means import Means
@@ -82,11 +82,7 @@ class Runs:
 
     def _with_fit(self, results: Results) -> Results:
         fit = self._fit(results.scene.name)
-        scene = replace(results.scene, effective=fit, variants=tuple(VARIANTS))
-        approximations, seconds = approximated(scene, results.points)
-        return replace(
-            results, scene=scene, approximations=approximations, seconds={**results.seconds, **seconds}
-        )
+        return with_approximations(results, replace(results.scene, effective=fit, variants=tuple(VARIANTS)))
 
     def _fit(self, name: str) -> Mapping[str, EffectiveProperties]:
         """Effective properties of a geometry, fitted to C_xn of one load position."""

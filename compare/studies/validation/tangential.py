@@ -24,6 +24,7 @@ from compare.studies.validation.curves import (
     CONVEX,
     STEEP,
     THROUGH,
+    across_over_along,
     along,
     curve,
     error,
@@ -84,12 +85,6 @@ def b_over_b_hat(results: Results, body: str) -> float:
 def left(results: Results, body: str) -> float:
     """The smaller one of the errors of B_xs and B-hat_xs."""
     return min(error(results, variant, body, "xs") for variant in ("B", "Bhat"))
-
-
-def xs_across_over_along(results: Results, body: str) -> float:
-    """Largest |C_xs - A_xs| on the line along s over that on the lines along x."""
-    across, lengthwise = (largest(results, "A", (body, "xs"), along(results, way)) for way in "sx")
-    return across / lengthwise
 
 
 def sizes_in_xs(runs: Runs) -> Mapping[str, float]:
@@ -191,7 +186,7 @@ STATEMENTS = (
                 "largest |C_xs - A_xs|: line along s over lines along x",
                 ">",
                 1.0,
-                of_bodies(xs_across_over_along),
+                of_bodies(across_over_along("xs")),
             ),
             Criterion("better", "error of B_xs over that of B̂_xs", "<", 1.0, of_bodies(b_over_b_hat, ALONE)),
             Criterion("left", "the smaller of both errors", ">", SATISFACTORY, of_bodies(left)),

@@ -23,11 +23,6 @@ class Judged:
     failed: str = ""  # why nothing could be measured
 
     @property
-    def number(self) -> int:
-        """The number of the statement."""
-        return self.statement.number
-
-    @property
     def verdict(self) -> str:
         """Reproduced if every criterion is met in every case, not reproduced if none is met in any case.
 

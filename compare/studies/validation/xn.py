@@ -1,12 +1,13 @@
 """Statements 6, 7 and 13: the longitudinal displacement under a normal load, and what approximates it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 
 import numpy as np
 
 from compare.pages.panels import Panel
 from compare.pages.styles import SYMBOLS
-from compare.results.compute import Results, ics_of, reference_of
+from compare.results.compute import Results, ics_of, points_of, reference_of
 from compare.studies.validation.criteria import (
     FOLLOWS,
     POOR,
@@ -31,12 +32,12 @@ from compare.studies.validation.curves import (
     line_of,
     not_revolved,
     panel,
-    points_of,
     rms,
     unit,
 )
 from compare.studies.validation.runs import Runs
 from geometries.arrays import Array
+from geometries.patches import OffsetLine
 
 XN = ("combined", "xn")
 NEAR_LOAD = 0.3  # reference lengths: largest |x| that is near the load
@@ -48,7 +49,7 @@ X, N = 0, 2
 
 def of_b(results: Results) -> float:
     """Error of B_xn without curvature along x, of both bodies together."""
-    return deviation(results, _prismatic_minus_c("B")(results, "combined"), *XN)
+    return _prismatic("B", results, "combined")
 
 
 def concave_over_convex(variant: str) -> Callable[[Results], float]:
@@ -107,44 +108,35 @@ def a_over(variant: str) -> Callable[[Results, str], float]:
 
     def ratio(results: Results, body: str) -> float:
         lines = [line for line in results.scene.lines if line.name != THROUGH]
-        ics = ics_of(results, "A", body), not_revolved(results, variant, body)
-        of_a, of_variant = (
-            deviation(results, _minus_c(results, approximation, body), body, "xn", lines)
-            for approximation in ics
-        )
-        return of_a / of_variant
+        return error(results, "A", body, "xn", lines) / _prismatic(variant, results, body, lines)
 
     return ratio
 
 
 def errors_of_xn(runs: Runs) -> Mapping[str, float]:
     """Errors of A, and of B and B-hat without curvature along x and with it."""
-
-    def errors_of(differences: Callable[[Results, str], Array]) -> Mapping[str, float]:
-        number = of_bodies(lambda results, body: deviation(results, differences(results, body), body, "xn"))
-        return number(runs)
-
-    errors = {"A": errors_of(lambda results, body: _minus_c(results, ics_of(results, "A", body), body))}
+    numbers = {"A": partial(_revolved, "A")}
     for variant in ("B", "Bhat"):
-        errors |= {
-            f"{SYMBOLS[variant]}, not revolved": errors_of(_prismatic_minus_c(variant)),
-            SYMBOLS[variant]: errors_of(_revolved_minus_c(variant)),
+        numbers |= {
+            f"{SYMBOLS[variant]}, not revolved": partial(_prismatic, variant),
+            SYMBOLS[variant]: partial(_revolved, variant),
         }
     return {
-        f"error of {name}: {case}": value for name, cases in errors.items() for case, value in cases.items()
+        f"error of {name}: {case}": value
+        for name, number in numbers.items()
+        for case, value in of_bodies(number)(runs).items()
     }
 
 
-def _revolved_minus_c(variant: str) -> Callable[[Results, str], Array]:
-    return lambda results, body: _minus_c(results, ics_of(results, variant, body), body)
+def _revolved(variant: str, results: Results, body: str) -> float:
+    """Error of xn of a variant."""
+    return error(results, variant, body, "xn")
 
 
-def _prismatic_minus_c(variant: str) -> Callable[[Results, str], Array]:
-    return lambda results, body: _minus_c(results, not_revolved(results, variant, body), body)
-
-
-def _minus_c(results: Results, ics: Array, body: str) -> Array:
-    return ics - reference_of(results, body).ic
+def _prismatic(variant: str, results: Results, body: str, lines: Iterable[OffsetLine] | None = None) -> float:
+    """Error of xn of a variant without curvature along x, on lines (default: all)."""
+    differences = not_revolved(results, variant, body) - reference_of(results, body).ic
+    return deviation(results, differences, body, "xn", lines)
 
 
 # --- panels ---------------------------------------------------------------------------------------------

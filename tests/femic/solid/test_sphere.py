@@ -11,7 +11,7 @@ from femic.solid.engine import raw_ics
 from geometries.contours import arc
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import STEEL, assert_honest
-from tests.femic.test_flat import LINES, halfspace, job
+from tests.femic.solid.test_flat import LINES, halfspace, job
 from tests.truths.sphere import sphere_ics
 
 RADIUS = 300.0

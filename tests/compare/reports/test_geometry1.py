@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from compare.reports.scene.page import agreement
-from compare.results.shares import estimated_errors, refinement_scales_of
+from compare.results.shares import refinement_scales_of
 from femic.accuracy import component_of
-from tests.compare.conftest import on_line
+from tests.compare.conftest import estimated_errors, on_line
 
 BODIES = ("lower", "upper", "combined")
 

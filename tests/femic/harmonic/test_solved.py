@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from femic.accuracy import NotConverged
-from femic.harmonic import engine, section_model
+from femic.harmonic import engine, equations, section_model
 from femic.harmonic.entry import KeptWaves
-from femic.harmonic.section_model import LARGEST_RESIDUAL
+from femic.harmonic.equations import LARGEST_RESIDUAL
 from femic.harmonic.section_response import Respond
 from femic.work.store import Store
 from tests.femic.kept_model import TASK
@@ -29,9 +29,9 @@ def changed(monkeypatch):
     """Let solutions be changed from here on."""
 
     def start(change):
-        splu = section_model.splu
+        splu = equations.splu
         monkeypatch.setattr(
-            section_model, "splu", lambda *args, **options: Changed(splu(*args, **options), change)
+            equations, "splu", lambda *args, **options: Changed(splu(*args, **options), change)
         )
 
     return start
@@ -48,8 +48,9 @@ def many(respond):
     """A system with many different loads, of sizes over ten decades."""
     (part,) = respond._parts
     rng = np.random.default_rng(2)
-    forces = part.forces @ rng.normal(size=(part.forces.shape[1], 40)) * np.geomspace(1e-5, 1e5, 40)
-    return part.system, forces
+    of_loads = part.traces.forces
+    forces = of_loads @ rng.normal(size=(of_loads.shape[1], 40)) * np.geomspace(1e-5, 1e5, 40)
+    return part.traces.system, forces
 
 
 def half_too_large(u):
@@ -112,7 +113,7 @@ def test_a_matrix_without_factors_raises_with_what_to_try(respond, monkeypatch):
     def singular(*_, **__):
         raise RuntimeError("Factor is exactly singular")
 
-    monkeypatch.setattr(section_model, "splu", singular)
+    monkeypatch.setattr(equations, "splu", singular)
     with pytest.raises(NotConverged, match=r"k = 0\.3 1/mm.*exactly singular.*Try"):
         respond(K)
 
@@ -157,8 +158,8 @@ def test_the_worse_of_the_even_and_the_odd_part_counts(respond, monkeypatch):
     given = iter([5e-9, 1e-12])
     both = Respond.__new__(Respond)
     both.__dict__.update(vars(respond) | {"_parts": [part, part]})
-    u, _ = part.system.solved(K, part.forces)
-    monkeypatch.setattr(section_model.FreeSystem, "solved", lambda *_: (u, next(given)))
+    u, _ = part.traces.system.solved(K, part.traces.forces)
+    monkeypatch.setattr(equations.FreeSystem, "solved", lambda *_: (u, next(given)))
     assert both(K)[1] == 5e-9
 
 

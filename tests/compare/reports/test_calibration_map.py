@@ -15,7 +15,7 @@ from compare.reports.calibration.maps import MOST_GEOMETRIES, Axes, compute_map,
 from compare.scenes.load import load_scene
 from geometries.errors import WrongInput
 from tests.compare.conftest import scene_text
-from tests.compare.test_calibration import HARMONIC
+from tests.compare.reports.test_calibration import HARMONIC
 
 
 def smooth(scene, _means):

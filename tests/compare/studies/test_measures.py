@@ -24,7 +24,7 @@ from compare.studies.validation.runs import GEOMETRIES
 from compare.studies.validation.statements import STATEMENTS
 from geometries.materials import Material, one_body
 from geometries.surfaces import LOWER, UPPER
-from tests.compare.handmade import (
+from tests.compare.studies.handmade import (
     N,
     Runs,
     S,
@@ -115,7 +115,7 @@ def test_how_much_better_b_is():
     results = made(SECOND, between("B", "A", 0.25))
     assert nn.b_over_a(results) == pytest.approx(1 / 3)
     wrong = made(FIRST, times("A", (N, N), lambda of: np.where(of.on(ACROSS), 1.5, 1.25)))
-    ratio = nn.across_over_along(wrong, "combined")
+    ratio = curves.across_over_along("nn")(wrong, "combined")
     a = curves.curve(wrong, "A", "combined", "nn")
     across, along = (np.max(np.abs(a[wrong.lines[name]])) for name in (ACROSS, THROUGH))
     assert ratio == pytest.approx(2 * across / along)

@@ -180,17 +180,17 @@ def test_an_interrupted_model_goes_on_behind_its_last_wavenumber(tmp_path, monke
     with pytest.raises(KeyboardInterrupt):
         list(solve_models([(HARMONIC, TASK)], Means(1, Store(tmp_path))))
     found = next(iter(solve_models([(HARMONIC, TASK)], Means(1, Store(tmp_path)))))
-    assert sorted(solved) == found.model.found.k.tolist()  # each of them once
+    assert sorted(solved) == found.model.samples.k.tolist()  # each of them once
 
 
 def killed_again_and_again(folder, times):
     """Number of wavenumbers solved and kept by processes that are killed at random moments, and the last."""
-    script = Path(__file__).with_name("kept_model.py")
+    script = Path(__file__).parents[1] / "kept_model.py"
     log = folder / "log"
     command = [sys.executable, str(script), str(folder / "store"), str(log)]
     chance = random.Random(1)
     for _ in range(times):
-        process = subprocess.Popen(command, cwd=Path(__file__).parents[2])
+        process = subprocess.Popen(command, cwd=Path(__file__).parents[3])
         started = time.monotonic()
         before = log.stat().st_size if log.exists() else 0
         while process.poll() is None and (not log.exists() or log.stat().st_size == before):
@@ -199,7 +199,7 @@ def killed_again_and_again(folder, times):
         time.sleep(chance.uniform(0.0, 0.3))
         process.send_signal(signal.SIGKILL)
         process.wait()
-    subprocess.run(command, check=True, cwd=Path(__file__).parents[2])
+    subprocess.run(command, check=True, cwd=Path(__file__).parents[3])
     return log.read_text().split()
 
 
@@ -208,8 +208,8 @@ def test_killed_processes_lose_nothing_that_was_finished(tmp_path, times):
     solved = killed_again_and_again(tmp_path, times)
     found, alone = solve(Store(tmp_path / "store")), solve(Store())
     assert found.kept
-    np.testing.assert_array_equal(found.model.found.k, alone.model.found.k)
+    np.testing.assert_array_equal(found.model.samples.k, alone.model.samples.k)
     np.testing.assert_allclose(
-        found.model.found.responses, alone.model.found.responses, rtol=1e-9, atol=1e-18
+        found.model.samples.responses, alone.model.samples.responses, rtol=1e-9, atol=1e-18
     )
-    assert len(solved) <= len(found.model.found.k) + 2 * times  # at most what two threads had begun
+    assert len(solved) <= len(found.model.samples.k) + 2 * times  # at most what two threads had begun

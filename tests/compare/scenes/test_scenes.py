@@ -2,13 +2,15 @@
 
 import re
 import tomllib
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from approx.effective import EffectiveProperties, Transition
+from approx.variants import VARIANTS
 from compare.scenes.errors import BadScene
-from compare.scenes.file import SceneFile
+from compare.scenes.file import CONTOURS, ICName, SceneFile, VariantName
 from compare.scenes.listing import listing
 from compare.scenes.load import builtin_names, load_scene
 from femic.harmonic.record import HARMONIC
@@ -354,3 +356,13 @@ def test_the_same_in_other_units_is_the_same():
     micro = {name: 1e-6 * length for name, length in (("rotation_reach", 20.0), ("moment_arm", 5.0))}
     tiny = {"patch": {"a": 2e-7, "b": 3e-7}, "engine": {"far_radius": 1.28e-3}, **micro}
     assert load_scene("flat", tiny | along_x(25e-6)).patch.a == 2e-7
+
+
+def test_every_registered_variant_and_contour_can_be_named_in_a_scene():
+    """What is registered once is known to keys, messages and listings."""
+    assert get_args(VariantName) == tuple(VARIANTS)
+    assert get_args(ICName) == ("auto", "C", *VARIANTS)
+    assert set(CONTOURS) == {"plane", "arc", "ellipse", "points"}
+    told = listing("flat")
+    assert all(f'kind = "{kind}"' in told for kind in CONTOURS)
+    assert all(f'"{variant}"' in told for variant in VARIANTS)

@@ -25,9 +25,9 @@ from geometries.contours import arc, plane
 from geometries.materials import Material, one_body
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER
-from tests.femic import test_sphere as sphere
 from tests.femic.conftest import STEEL, UNSYMMETRIC, assert_honest, changed
-from tests.femic.test_flat import LINES, OTHERS, halfspace, job, shares
+from tests.femic.solid import test_sphere as sphere
+from tests.femic.solid.test_flat import LINES, OTHERS, halfspace, job, shares
 
 DEFAULT = Cells(0.03, 0.4, 0.4)
 BARE = Cells(0.1, 0.5, 0.5)

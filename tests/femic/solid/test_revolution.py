@@ -13,7 +13,7 @@ from geometries.bodies import Domain
 from geometries.contours import arc, plane
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import SYMMETRIC, UNSYMMETRIC, ics_of, request_for
-from tests.femic.test_flat import LINES, job
+from tests.femic.solid.test_flat import LINES, job
 
 CASES = {  # contour, side, rolling radius, domain
     "quarter": (SYMMETRIC, UPPER, 100.0, Domain(40.0, 50.0)),

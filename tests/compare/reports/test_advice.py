@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.pages.html import known_cell
+from compare.pages.html import error_cell
 from compare.reports.frontier import advice as advising
 from compare.reports.frontier import trade
 from compare.reports.frontier.advice import Question, advise, told, tried_for
@@ -17,7 +17,7 @@ from compare.reports.scene.page import _rows
 from compare.reports.scene.summary import summary
 from compare.results.compute import Results, approximated, ics_of, jobs, reference_of, scene_points
 from compare.results.dataset import errors
-from compare.results.shares import refinement_shares_of, shares_of, vanishing, weights_of
+from compare.results.shares import measure_of, refinement_shares_of, shares_of, weights_of
 from compare.scenes.load import load_scene
 from femic.estimate import Estimated
 from femic.means import Means
@@ -140,7 +140,7 @@ def test_shares_of_both_scales_and_weights_of_results():
     assert shares_of(results, "combined", off)[line][X, N] == pytest.approx(1)
     assert weights_of(results, "combined", off)[line][X, N] == pytest.approx(SMALL)
     assert refinement_shares_of(results, "combined", off)[line][X, N] == pytest.approx(SMALL / 0.05)
-    gone = vanishing(results, "combined")
+    gone = measure_of(results, "combined").vanishing
     assert gone[S, N]  # on s = 0
     assert not gone[X, N]
     assert not gone[N, N]
@@ -193,9 +193,9 @@ def test_marks_of_what_vanishes_are_hollow():
 
 
 def test_c_that_vanishes_has_a_weight_but_no_share_of_itself():
-    assert known_cell(0.7, 0.002, vanishes=True).text == "vanishes"
-    assert known_cell(0.7, 0.002, vanishes=True).below == "0.20 %"
-    assert known_cell(0.007, 0.002).text == "0.70 %"
+    assert error_cell(0.7, 0.002, vanishes=True, known=True).text == "vanishes"
+    assert error_cell(0.7, 0.002, vanishes=True, known=True).below == "0.20 %"
+    assert error_cell(0.007, 0.002, known=True).text == "0.70 %"
 
 
 def to_dataset_of(results):

@@ -18,7 +18,7 @@ from compare.results.matrix.compute import compute_matrix, file_size, matrix_job
 from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene, scene_from_table
 from femic.harmonic import engine as harmonic
-from femic.harmonic.section_model import FreeSystem
+from femic.harmonic.traces import Traces
 from femic.level import Level
 from femic.means import Means
 from femic.solid import engine as solid
@@ -76,7 +76,7 @@ def test_a_second_time_nothing_is_meshed_or_factored(made, monkeypatch, capsys):
     path, out = made
     for forbidden in ("build_section", "assemble"):
         monkeypatch.setattr(harmonic, forbidden, lambda *_: pytest.fail("a mesh was made"))
-    monkeypatch.setattr(FreeSystem, "solved", lambda *_: pytest.fail("a matrix was factored"))
+    monkeypatch.setattr(Traces, "responses", lambda *_: pytest.fail("a matrix was factored"))
     assert exit_code(["matrix", str(path), "--out", str(out)]) == DONE
     assert "as it is there already" in capsys.readouterr().out
     scene = load_scene(str(path))
@@ -108,7 +108,7 @@ def test_a_contour_file_that_has_changed_makes_another_matrix(tmp_path):
 def test_other_maps_need_no_new_models(made, monkeypatch):
     path, out = made
     before = (out / "figures" / "matrix_combined_C.png").read_bytes()
-    monkeypatch.setattr(FreeSystem, "solved", lambda *_: pytest.fail("a matrix was factored"))
+    monkeypatch.setattr(Traces, "responses", lambda *_: pytest.fail("a matrix was factored"))
     assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "0"]) == DONE
     assert (out / "figures" / "matrix_combined_C.png").read_bytes() != before
     assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "4"]) == WRONG_INPUT
@@ -155,18 +155,19 @@ def test_a_grid_beyond_a_measured_contour_is_refused_by_the_matrix_only():
 
 
 def test_an_interrupted_matrix_goes_on_where_it_was(write_scene, tmp_path, monkeypatch):
-    path, out = write_scene('bodies = ["lower"]', engine=HARMONIC + GRID), tmp_path / "o"
-    solved, solve = [], FreeSystem.solved
+    grid = "\n[grid]\nn_x = 2\nn_s = 2\n"
+    path, out = write_scene('bodies = ["lower"]', engine=HARMONIC + grid), tmp_path / "o"
+    solved, solve = [], Traces.responses
 
-    def counted(self, k, forces):
+    def counted(self, k):
         if len(solved) == 25 and not interrupted:
             interrupted.append(k)
             raise KeyboardInterrupt
         solved.append(k)
-        return solve(self, k, forces)
+        return solve(self, k)
 
     interrupted = []
-    monkeypatch.setattr(FreeSystem, "solved", counted)
+    monkeypatch.setattr(Traces, "responses", counted)
     command = ["matrix", str(path), "--out", str(out), "--workers", "1"]
     assert exit_code(command) == INTERRUPTED
     assert not (out / "matrix.nc").exists()

@@ -8,7 +8,6 @@ import pytest
 
 from compare.cli.main import DONE, WRONG_INPUT, exit_code
 from compare.results.compute import compute, ics_of, reference_of
-from compare.results.shares import estimated_errors
 from compare.scenes.load import load_scene
 from compare.studies.extremes import analytic, engines, exact
 from compare.studies.extremes.engines import Engines, compared, flat, on_outline
@@ -19,6 +18,7 @@ from femic.means import Means
 from femic.work.store import Store
 from geometries.errors import Failure
 from geometries.patches import Patch
+from tests.compare.conftest import estimated_errors
 
 ROUNDING = 5e-15  # some twenty roundings
 

@@ -11,7 +11,7 @@ from compare.studies.validation.program import cylinder_errors
 from compare.studies.validation.runs import GEOMETRIES
 from compare.studies.validation.sn import with_factor
 from compare.studies.validation.statements import STATEMENTS
-from tests.compare.handmade import (
+from tests.compare.studies.handmade import (
     SOFT,
     STIFF,
     N,
@@ -28,7 +28,7 @@ from tests.compare.handmade import (
 )
 
 NN, SS, XX, XS, XN, SN = (N, N), (S, S), (X, X), (X, S), (X, N), (S, N)
-ELSEWHERE = {(15, "point loads"), (15, "cylinder")}  # no C in them: tests/compare/test_measures.py
+ELSEWHERE = {(15, "point loads"), (15, "cylinder")}  # no C in them: tests/compare/studies/test_measures.py
 SOME = {(11, "order"), (15, "variants")}  # missed in some case only: variants are alike in others
 
 

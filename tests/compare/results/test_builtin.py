@@ -7,7 +7,6 @@ import pytest
 
 from compare.results.compute import compute, jobs
 from compare.results.dataset import errors, to_dataset
-from compare.results.shares import estimated_errors
 from compare.scenes.load import builtin_names, load_scene
 from femic.accuracy import component_of
 from femic.harmonic.engine import raw_ics
@@ -15,6 +14,7 @@ from femic.harmonic.record import HARMONIC
 from femic.level import Level
 from femic.means import Means
 from femic.reference import combine, scales, worst
+from tests.compare.conftest import estimated_errors
 
 pytestmark = pytest.mark.slow
 
