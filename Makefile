@@ -64,11 +64,12 @@ format: $(READY)  ## format the code
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: $(READY)  ## seconds, memory and errors (tables go to docs/performance.md by hand)
+bench: $(READY)  ## seconds, memory and errors (tables go to the pages of docs/ by hand)
 	$(BIN)/python benchmarks/analytic.py
 	$(BIN)/python benchmarks/effective_bodies.py
 	$(BIN)/python benchmarks/engines.py
-	$(BIN)/python benchmarks/matrix.py
+	$(BIN)/python benchmarks/matrix.py 32 64
+	$(BIN)/python benchmarks/contact_discount.py
 	$(BIN)/python benchmarks/solid_engine.py
 
 clean:  ## remove results and the virtual environment
