@@ -70,7 +70,7 @@ def test_mutants_that_cannot_matter_are_counted_apart():
         {"module": "m.py", "line": "3", "becomes": "b", "why": "the same"},
         {"module": "m.py", "line": "4", "becomes": "c", "why": "another mutant"},
     ]
-    found = record(outcomes, harmless, 9)
+    found = record(outcomes, harmless)
     (row,) = found["rows"]
     assert (row["mutants"], row["caught"], row["harmless"], row["survived"]) == (4, 2, 1, 1)
     assert found["summary"].startswith("2 of 3 mutants")

@@ -5,8 +5,8 @@
 A seeded sample of N mutants of each module in tools/mutations.toml is tried in copies of the tree, each with
 the tests that protect it (without slow ones, up to a time limit). Names of types, words, error texts and log
 messages are not changed. What was tried is kept in out/mutations.jsonl and is not tried again by the same
-code and tests. With --page the numbers go to docs/numbers/mutations.json, of which docs/mutations.md is made
-(tools/write_docs.py).
+code and tests. With --page the numbers of all that was tried by the same code and tests go to
+docs/numbers/mutations.json, of which docs/mutations.md is made (tools/write_docs.py).
 """
 
 import argparse
@@ -54,8 +54,9 @@ def main() -> None:
     table = tomllib.loads(TABLE.read_text(encoding="utf-8"))
     tests = {module: table["modules"][module] for module in asked.modules or table["modules"]}
     chosen = [mutant for module in tests for mutant in sample(module, asked.sample)]
-    tried = list(outcomes(chosen, tests, asked.workers))
-    found = record(tried, table.get("harmless", []), asked.sample)
+    tried = outcomes(chosen, tests, asked.workers)
+    shown = list(tried) if asked.page else chosen
+    found = record([tried[mutant] for mutant in shown], table.get("harmless", []))
     sys.stdout.write(f"{found['summary']}\n")
     for one in found["survived"]:
         sys.stdout.write(
@@ -80,8 +81,11 @@ def arguments() -> argparse.Namespace:
 # --- trying them ------------------------------------------------------------
 
 
-def outcomes(chosen: Sequence[Mutant], tests: dict[str, list[str]], workers: int) -> Iterator[Tried]:
-    """Try mutants side by side, each worker in a copy of the tree; those that are known are not tried."""
+def outcomes(chosen: Sequence[Mutant], tests: dict[str, list[str]], workers: int) -> dict[Mutant, Tried]:
+    """All that was tried by this code and tests, now or before: mutants that are known are not tried again.
+
+    Workers try mutants side by side, each in a copy of the tree.
+    """
     key = digest_of([ROOT / name for name in CODE], versions())
     known = kept(key)
     with copies(workers) as trees, ThreadPoolExecutor(workers) as pool:
@@ -97,7 +101,7 @@ def outcomes(chosen: Sequence[Mutant], tests: dict[str, list[str]], workers: int
             sys.stderr.write(f"{n + 1}/{len(todo)} {one.outcome} {one.mutant.module}:{one.mutant.number}\n")
             known[one.mutant] = one
             keep(key, one)
-    return iter([known[mutant] for mutant in chosen])
+    return known
 
 
 @contextmanager
@@ -187,7 +191,7 @@ def keep(key: str, one: Tried) -> None:
         lines.write(json.dumps({"key": key} | asdict(one), ensure_ascii=False) + "\n")
 
 
-def record(tried: Sequence[Tried], harmless: Sequence[dict[str, str]], asked: int) -> dict[str, Any]:
+def record(tried: Sequence[Tried], harmless: Sequence[dict[str, str]]) -> dict[str, Any]:
     """Everything as it goes into `mutations.json`."""
     reasons = {(one["module"], one["line"], one["becomes"]): one["why"] for one in harmless}
     survived = [
@@ -217,7 +221,6 @@ def record(tried: Sequence[Tried], harmless: Sequence[dict[str, str]], asked: in
         "survived": survived,
         "summary": f"{caught} of {matter} mutants that can matter are caught ({caught / max(matter, 1):.1%})",
         "goal": GOAL,
-        "sample": asked,
         "seed": SEED,
         "versions": versions(),
         "code": results_digest(),

@@ -5,7 +5,7 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from femic.accuracy import Shares
-from femic.engines import HARMONIC
+from femic.engines import HARMONIC, SOLID
 from femic.estimate import Estimated
 from femic.job import Settings
 from femic.matrix.columns import column_scale, column_shares, worst_of
@@ -13,6 +13,7 @@ from femic.matrix.job import MatrixJob, far_radius_for
 from femic.matrix.reference import AtLags
 from geometries.bodies import Body, Domain
 from geometries.contours import plane
+from geometries.errors import WrongInput
 from geometries.grids import Grid
 from geometries.materials import Material, one_body
 from geometries.patches import Patch
@@ -33,6 +34,12 @@ def a_nn(material, side):
     half_space = HalfSpace(one_body(material, side))
     s = GRID.strips - GRID.strips[STRIP]
     return half_space.ics(Patch(0.2, 0.25), GRID.lags[:, None], s)[2, 2] / (0.4 * 0.5)
+
+
+def test_a_matrix_by_another_engine_is_refused():
+    body = Body(LOWER, plane(), STEEL, Domain(1000.0, np.inf))
+    with pytest.raises(WrongInput, match=r"`engine`: .*harmonic engine, not by solid: give"):
+        MatrixJob(body, GRID, Settings(SOLID))
 
 
 LAG, APART = np.meshgrid(np.arange(7), np.arange(6) - STRIP, indexing="ij")
