@@ -165,3 +165,16 @@ def test_first_cells_and_domains_follow_tolerance_and_grid():
 def test_cells_that_are_given_are_taken():
     given = job().first_cells.scaled(3)
     assert job(cells=given).first_cells == given
+
+
+def test_wavenumbers_are_as_dense_as_the_least_scale_of_each_pair_of_strips_needs():
+    """At lag 0, where A_nn is largest: 0.05 A_nn of the strips' distance."""
+    of_strips, strips = job(), GRID.strips
+    loads = of_strips.strip_loads[3 * STRIP : 3 * STRIP + 3]
+    no_fit_points = strips[~np.isin(strips, of_strips.fit_points.s)]
+    found = of_strips._least_scales(loads, no_fit_points)
+    near = np.isin(strips, no_fit_points)
+    expected = 0.05 * a_nn(STEEL, LOWER)[0, near]
+    assert found.shape == (3, 1, np.sum(near))
+    for of_load in found:
+        np.testing.assert_allclose(of_load[0], expected, rtol=1e-12)
