@@ -22,10 +22,10 @@ from femic.means import Means
 from femic.work.store import Store
 from geometries.arrays import Array
 from geometries.contours import Contour
+from geometries.patches import N
 
 APPROACHES = (0.01, 0.015, 0.02)  # mm
 STEPS = 60  # of Newton's method, and of the active set
-N = 2  # direction
 
 
 def distances(scene: Scene) -> Array:

@@ -23,8 +23,8 @@ from femic.estimate import Estimated
 from femic.means import Means
 from femic.models import Cost
 from femic.reference import Reference
+from geometries.patches import N, S, X
 
-X, S, N = range(3)
 SMALL = 0.001  # C_xn over the largest C_nn: a fiftieth of what 5 % are
 ON_S_0 = {"lines": [{"along": "x", "s": 0.0, "reach": 6.0, "points": 25}], "engine": {"check": False}}
 BEST = Way("harmonic 0.001", "harmonic", {"kind": "harmonic", "tolerance": 0.001})

@@ -7,8 +7,8 @@ from compare.results.matrix.deviation import Column, Deviation
 from femic.estimate import Estimated
 from femic.matrix.columns import NEAR_ELEMENTS, is_far
 from geometries.grids import Grid
+from geometries.patches import N, S, X
 
-X, S, N = range(3)
 N_X, N_S = 5, 2
 GRID = Grid(N_X, N_S, 0.4, 0.3, 0.0)
 

@@ -7,9 +7,8 @@ import pytest
 
 from compare.results.measure import Measure, far_from
 from femic.estimate import Estimated
-from geometries.patches import Patch
+from geometries.patches import N, Patch, S, X
 
-X, S, N = range(3)
 NEAR, FAR = "near", "far"  # two lines of three points each
 LINES = {NEAR: slice(0, 3), FAR: slice(3, 6)}
 EVERYWHERE = np.ones(6, dtype=bool)  # far from the load

@@ -15,9 +15,8 @@ from femic.discount import FY, MOMENT
 from femic.estimate import Estimated
 from femic.models import Points
 from femic.reference import Reference
-from geometries.patches import COMPONENTS
+from geometries.patches import COMPONENTS, N
 
-X, S, N = range(3)
 FIT = {"combined": {"mismatch_k": {"far": 0.1, "r_inf": 20.0, "m": 1.0, "n": 2.0}}}
 STIFF, SOFT = 630e3, 70e3
 

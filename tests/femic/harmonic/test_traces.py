@@ -7,11 +7,14 @@ import pytest
 
 from femic.accuracy import NotConverged
 from femic.harmonic import equations, traces
-from femic.harmonic.engine import build_section
+from femic.harmonic.engine import build_section, strips
 from femic.harmonic.equations import LARGEST_RESIDUAL, FreeSystem, Stiffness
+from femic.harmonic.section import section_mesh
 from femic.harmonic.section_model import assemble
-from femic.harmonic.section_response import observers, strip_force
+from femic.harmonic.section_response import Respond, observers, strip_force
+from femic.harmonic.section_size import SectionSize
 from femic.harmonic.traces import FEW_LOADS, Traces
+from geometries.contours import arc
 from geometries.patches import Load, Patch
 from tests.femic.kept_model import BODY, TASK
 
@@ -54,6 +57,29 @@ def test_the_last_block_has_what_the_fields_have(model, strips, seen, k):
     assert responses.shape == (3 * seen, 3 * strips)
     assert largest(responses - by_fields(of_model, k)) < 1e-10 * largest(responses)
     assert 0 < residual < 1e-9
+
+
+@pytest.mark.parametrize("nearer", [False, True])
+def test_a_half_section_sees_both_sides_as_fields_do(monkeypatch, nearer):
+    """Loads and observers on both sides of y = 0 share columns and places, with the signs of their parity."""
+    body = replace(BODY, contour=arc(10.0, 0.3, 0.3))
+    loads = tuple(
+        Load(Patch(0.4, 0.3, s), direction) for s in (-1.5, 0.0, 1.0, 1.5) for direction in range(3)
+    )
+    seen = np.array([-2.0, -1.0, 0.0, 0.5, 1.0, 2.0])
+    half = assemble(build_section(replace(TASK.request, body=body, loads=loads)))
+    assert half.section.half_section
+    whole = section_mesh(
+        body, SectionSize(TASK.request.cells, strips(load.patch for load in loads)), half_section=False
+    )
+
+    def responses(model, few):
+        monkeypatch.setattr(traces, "FEW_LOADS", few)
+        return Respond(model, loads, seen, nearer=0.5)(0.3, nearer=nearer)[0]
+
+    by_border, of_fields = responses(half, 0), responses(half, 100)
+    assert largest(by_border - of_fields) < 1e-10 * largest(of_fields)
+    assert largest(by_border - responses(assemble(whole), 0)) < 1e-3 * largest(of_fields)
 
 
 def test_few_loads_are_solved_for_their_fields(model):
