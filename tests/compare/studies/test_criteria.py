@@ -11,13 +11,11 @@ from compare.studies.validation.program import cylinder_errors
 from compare.studies.validation.runs import GEOMETRIES
 from compare.studies.validation.sn import with_factor
 from compare.studies.validation.statements import STATEMENTS
+from geometries.patches import N, S, X
 from tests.compare.studies.handmade import (
     SOFT,
     STIFF,
-    N,
     Runs,
-    S,
-    X,
     between,
     by_body,
     by_geometry,

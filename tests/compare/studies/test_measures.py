@@ -23,12 +23,10 @@ from compare.studies.validation.program import cylinder_error, far_field_error, 
 from compare.studies.validation.runs import GEOMETRIES
 from compare.studies.validation.statements import STATEMENTS
 from geometries.materials import Material, one_body
+from geometries.patches import N, S, X
 from geometries.surfaces import LOWER, UPPER
 from tests.compare.studies.handmade import (
-    N,
     Runs,
-    S,
-    X,
     between,
     by_body,
     by_geometry,
