@@ -1,9 +1,9 @@
 """The estimate of C's error, from models that are less accurate in one way each.
 
 By the solid engine every body is solved on three models: fine, coarse (cells `COARSER` times as large) and
-small (the coarse cells in a domain half as large); by the harmonic engine on two, fine and coarse, the fine
-one also with a nearer far arc and with fewer wavenumbers. The differences give the parts of the estimate, as
-in Roache's grid convergence index. The estimate assumes order 2 of the mesh, because its errors are partly
+small (the coarse cells in a domain half as large). A model of the harmonic engine is varied in itself: with
+coarser cells, a nearer far arc, and fewer wavenumbers. The differences give the parts of the estimate, as in
+Roache's grid convergence index. The estimate assumes order 2 of the mesh, because its errors are partly
 random: two meshes may agree by luck; order 1 on the outline of the patch, where the traction jumps; and order
 1 of the truncation close to the far arc.
 """
@@ -73,7 +73,6 @@ def orders_at(patch: Patch, points: Points, far_radius: float) -> Orders:
 
 def estimated(
     ic: Array,
-    coarse: Array,
     perturbed: Mapping[str, Array],
     *,
     safety: float,
@@ -81,15 +80,15 @@ def estimated(
 ) -> Estimated:
     """ICs (3, 3, ...) [mm/N] with estimates of their error, from less accurate ICs of the same shape.
 
-    `coarse` has coarser cells. `perturbed` has "nearer" boundaries and, by the harmonic engine, "sparser" and
-    "lower" wavenumbers. `safety` is the factor on the part from the mesh.
+    `perturbed` has those with "coarser" cells, with "nearer" boundaries and, by the harmonic engine, with
+    "sparser" and "lower" wavenumbers. `safety` is the factor on the part from the mesh.
     """
     waves = [
         np.abs(ic - perturbed[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in perturbed
     ]
     return Estimated(
         ic,
-        pooled(safety * np.abs(ic - coarse) / (COARSER**orders.mesh - 1)),
+        pooled(safety * np.abs(ic - perturbed["coarser"]) / (COARSER**orders.mesh - 1)),
         SAFETY * np.abs(ic - perturbed["nearer"]) / (LARGER**orders.truncation - 1),
         SAFETY * np.sum([np.zeros_like(ic), *waves], axis=0),
     )

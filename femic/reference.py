@@ -37,16 +37,18 @@ def combine(job: Job, level: Level, models: Mapping[Level, RawICs]) -> Reference
     """Discount each model's displacements and estimate the error of the finest from their differences."""
     engine = job.settings.engine
     level_of_model = level.models(engine.models)
-    by_model = {name: discounted(job, models[model].u) for name, model in level_of_model.items()}
-    (ic, raw, compliance), coarse = by_model["fine"], by_model["coarse"][0]
+    ic, raw, compliance = discounted(job, models[level].u)
     perturbed = {name: discounted(job, u)[0] for name, u in models[level].perturbed.items()}
-    if "small" in by_model:  # "nearer" differs from C as "small" does from "coarse"
-        perturbed["nearer"] = ic - coarse + by_model["small"][0]
+    others = {name: discounted(job, models[level_of_model[name]].u)[0] for name in engine.models[1:]}
+    if "coarse" in others:
+        perturbed["coarser"] = others["coarse"]
+    if "small" in others:  # "nearer" differs from C as "small" does from "coarse"
+        perturbed["nearer"] = ic - others["coarse"] + others["small"]
     cells, domain = factors(level)
     body = job.body.enlarged(domain)
     orders = orders_at(job.patch, job.points, body.domain.far_radius)
     return Reference(
-        estimated(ic, coarse, perturbed, safety=engine.safety, orders=orders),
+        estimated(ic, perturbed, safety=engine.safety, orders=orders),
         raw,
         compliance,
         level,

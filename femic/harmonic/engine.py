@@ -8,7 +8,9 @@ sign of U changed. So one factorisation per wavenumber serves all loads. On a cl
 displacements anywhere along x from the responses. Source: design section 4.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Protocol
 
@@ -21,9 +23,8 @@ from femic.harmonic.section import SectionMesh, section_mesh
 from femic.harmonic.section_model import assemble
 from femic.harmonic.section_response import Respond
 from femic.harmonic.section_size import SectionSize
-from femic.harmonic.synthesis import Responses, displacements
+from femic.harmonic.synthesis import Responses, displacements, odd_in_k
 from femic.harmonic.wavenumbers import Sampled, sampled
-from femic.harmonic.waves import SINES
 from femic.models import Cost, RawICs, peak_memory
 from femic.work.threads import one_blas_thread
 from geometries.arrays import Array
@@ -33,18 +34,18 @@ FINER = 5.0  # the cells near the patches where M is fitted are this much smalle
 WAVE_CELLS = 4.0  # longest cell on a strip times the largest wavenumber, over growth
 CENTRE_WAVE_CELLS = 17.5  # like `WAVE_CELLS`, where displacements are read at the centres of strips only
 
-Progress = Callable[[int], None]  # takes the number of wavenumbers solved so far, 0 after the assembly
-Answer = tuple[Array, float]  # responses (2, load, 3, len(s)) [mm^2/N] at a wavenumber, and their residual
+Progress = Callable[[int], None]  # takes the number of answers found so far, 0 after the assembly
+Answer = tuple[Array, float]  # responses (..., load, 3, len(s)) [mm^2/N] at a wavenumber, and their residual
 
 
 class Kept(Protocol):
-    """A store of the responses at wavenumbers that were solved before."""
+    """A store of the answers that were found before, by name."""
 
-    def get(self, k: float) -> Answer | None:
-        """The responses at a wavenumber [1/mm] and their residual, None if it was not solved."""
+    def get(self, name: str) -> Answer | None:
+        """The responses and their residual, None if they are not there."""
 
-    def put(self, k: float, answer: Answer) -> None:
-        """Keep the responses at a wavenumber [1/mm] and their residual."""
+    def put(self, name: str, answer: Answer) -> None:
+        """Keep the responses and their residual."""
 
 
 def build_section(request: HarmonicRequest) -> SectionMesh:
@@ -96,71 +97,109 @@ def solve(
 def _solve(
     request: HarmonicRequest, most_unknowns: int | None, workers: int, progress: Progress, kept: Kept | None
 ) -> Responses:
-    """The responses of `solve`."""
-    start = perf_counter()
-    section = build_section(request)
-    meshed = perf_counter()
-    model = assemble(section)
-    if most_unknowns is not None and model.unknowns > most_unknowns:
-        raise NotConverged(
-            f"a section needs {model.unknowns:,} unknowns, `most_unknowns` = {most_unknowns:,}: give a "
-            "larger `tolerance`, larger cells (`growth`) or a larger `most_unknowns`"
-        )
-    respond = Respond(model, request.loads, request.observed, nearer=1 / NEARER)
-    assembled = perf_counter()
-    progress(0)
-    samples, residual = _sampled(request, respond, workers, progress, kept)
-    seconds = {
-        "mesh": meshed - start,
-        "assembly": assembled - meshed,
-        "solution": perf_counter() - assembled,
-    }
+    """The responses of `solve`: first all of them, then those with coarser cells."""
+    prepared = _Prepared(most_unknowns)
+    answers = _Answers(Parallel(n_jobs=workers, prefer="threads", return_as="generator"), progress, kept)
+    section, samples = _sampled(request, prepared, answers)
+    coarser = _with_coarser_cells(request, prepared, answers, samples.sparser.k)
+    unknowns, cells = 3 * section.mesh.doflocs.shape[1], int(section.mesh.nelements)
     solver = f"direct, {len(samples.k)} wavenumbers"
-    cells = int(section.mesh.nelements)
-    cost = Cost(model.unknowns, cells, solver, (), residual, seconds, peak_memory())
+    cost = Cost(unknowns, cells, solver, (), max(answers.residuals), prepared.seconds, peak_memory())
     drawn = section.mesh.p[:, : section.mesh.nvertices], section.mesh.t
-    return Responses(request.body, request.loads, request.observed, samples, cost, drawn)
+    return Responses(request.body, request.loads, request.observed, samples, coarser, cost, drawn)
 
 
 def _sampled(
-    request: HarmonicRequest, respond: Respond, workers: int, progress: Progress, kept: Kept | None
-) -> tuple[Sampled, float]:
-    """Responses at enough wavenumbers, and the worst residual of all, kept ones included.
-
-    The responses have shape (n, 2, load, 3, len(s)): first with the far arc at its radius, then with the
-    nearer far arc.
-    """
-    parallel = Parallel(n_jobs=workers, prefer="threads", return_as="generator")
-    residuals: list[float] = []
-
-    def answer_at(k: float) -> Answer:
-        answer = kept.get(k) if kept else None
-        if answer is None:
-            answer = _answer(request, respond, k)
-            if kept:
-                kept.put(k, answer)
-        return answer
+    request: HarmonicRequest, prepared: "_Prepared", answers: "_Answers"
+) -> tuple[SectionMesh, Sampled]:
+    """The section of a request, and its responses (k, 2, load, 3, len(s)) with both far arcs."""
+    section, respond = prepared.of(request, (1.0, 1 / NEARER))
+    answers.progress(0)
 
     def responses_at(wavenumbers: Sequence[float]) -> list[Array]:
+        return answers.to("", lambda k: _with_both_arcs(request, respond, k), wavenumbers)
+
+    with prepared.timed("solution"):
+        a = min(load.patch.a for load in request.loads)
+        return section, sampled(request.axis, responses_at, odd_in_k(request.loads), a, request.accuracy)
+
+
+def _with_coarser_cells(
+    request: HarmonicRequest, prepared: "_Prepared", answers: "_Answers", wavenumbers: Array
+) -> Array:
+    """The responses (k, load, 3, len(s)) with coarser cells at wavenumbers [1/mm]."""
+    _, respond = prepared.of(request.coarser, (1.0,))
+    with prepared.timed("solution"):
+        return np.stack(answers.to("coarser_", respond, wavenumbers.tolist()))
+
+
+@dataclass(eq=False)
+class _Prepared:
+    """Meshes and assembles sections, and adds up the seconds of each stage."""
+
+    most_unknowns: int | None
+    seconds: dict[str, float] = field(
+        default_factory=lambda: dict.fromkeys(("mesh", "assembly", "solution"), 0.0)
+    )
+
+    def of(self, request: HarmonicRequest, shares: Sequence[float]) -> tuple[SectionMesh, Respond]:
+        """The section of a request and its equations, with the far arc at some shares of its radius."""
+        with self.timed("mesh"):
+            section = build_section(request)
+        unknowns = 3 * section.mesh.doflocs.shape[1]
+        if self.most_unknowns is not None and unknowns > self.most_unknowns:
+            raise NotConverged(
+                f"a section needs {unknowns:,} unknowns, `most_unknowns` = {self.most_unknowns:,}: give a "
+                "larger `tolerance`, larger cells (`growth`) or a larger `most_unknowns`"
+            )
+        with self.timed("assembly"):
+            return section, Respond(assemble(section), request.loads, request.observed, shares)
+
+    @contextmanager
+    def timed(self, stage: str) -> Iterator[None]:
+        """Add the seconds that a block takes to those of a stage."""
+        start = perf_counter()
+        yield
+        self.seconds[stage] += perf_counter() - start
+
+
+@dataclass(eq=False)
+class _Answers:
+    """Finds answers in parallel threads, or where they are kept."""
+
+    parallel: Parallel
+    progress: Progress
+    kept: Kept | None
+    residuals: list[float] = field(default_factory=list)  # of all answers so far, kept ones included
+
+    def to(self, kind: str, respond: Callable[[float], Answer], wavenumbers: Sequence[float]) -> list[Array]:
+        """The responses at wavenumbers [1/mm]; `kind` tells their names from others at the same ones."""
         all_responses = []
-        for responses, residual in parallel(delayed(answer_at)(k) for k in wavenumbers):
+        for responses, residual in self.parallel(
+            delayed(self._answer)(kind, respond, k) for k in wavenumbers
+        ):
             all_responses.append(responses)
-            residuals.append(residual)
-            progress(len(residuals))
+            self.residuals.append(residual)
+            self.progress(len(self.residuals))
         return all_responses
 
-    odd = np.stack([SINES[:, load.direction] for load in request.loads])[..., None]
-    a = min(load.patch.a for load in request.loads)
-    return sampled(request.axis, responses_at, odd, a, request.accuracy), max(residuals)
+    def _answer(self, kind: str, respond: Callable[[float], Answer], k: float) -> Answer:
+        name = f"{kind}k{float(k)!r}"
+        answer = self.kept.get(name) if self.kept else None
+        if answer is None:
+            answer = respond(k)
+            if self.kept:
+                self.kept.put(name, answer)
+        return answer
 
 
-def _answer(request: HarmonicRequest, respond: Respond, k: float) -> Answer:
-    """Responses with both far arcs at a wavenumber [1/mm], and the worse residual of the two.
+def _with_both_arcs(request: HarmonicRequest, respond: Respond, k: float) -> Answer:
+    """Responses (2, load, 3, len(s)) with both far arcs at k [1/mm], and the worse residual of the two.
 
     From `request.felt` on the distance of the far arc does not matter: one solution serves both.
     """
     at_arc, residual = respond(k)
     if k >= request.felt:
         return np.stack([at_arc, at_arc]), residual
-    nearer, nearer_residual = respond(k, nearer=True)
+    nearer, nearer_residual = respond(k, 1 / NEARER)
     return np.stack([at_arc, nearer]), max(residual, nearer_residual)

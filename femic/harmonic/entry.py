@@ -24,6 +24,7 @@ def to_entry(responses: Responses) -> xr.Dataset:
         {
             "response": (("k", *dims), samples.responses[:, 0], {"units": "mm2/N"}),
             "response_nearer": (("k_felt", *dims), samples.responses[felt, 1], {"units": "mm2/N"}),
+            "response_coarser": (("k_sparser", *dims), responses.coarser, {"units": "mm2/N"}),
             "last": ("k", samples.last),
             "vertices": (("yz", "vertex"), responses.drawn[0], {"units": "mm"}),
             "triangles": (("corner", "triangle"), responses.drawn[1]),
@@ -31,6 +32,7 @@ def to_entry(responses: Responses) -> xr.Dataset:
         coords={
             "k": ("k", samples.k, {"units": "1/mm"}),
             "k_felt": ("k_felt", samples.k[felt], {"units": "1/mm"}),
+            "k_sparser": ("k_sparser", samples.sparser.k, {"units": "1/mm"}),
             "s": ("point", responses.s, {"units": "mm"}),
             "load_s": ("load", [load.patch.s for load in responses.loads], {"units": "mm"}),
             "load_b": ("load", [load.patch.b for load in responses.loads], {"units": "mm"}),
@@ -52,7 +54,8 @@ def from_entry(entry: xr.Dataset, request: HarmonicRequest) -> Responses:
     samples = Sampled(request.axis, k, np.stack([at_arc, nearer], axis=1), entry["last"].values.astype(bool))
     drawn = entry.vertices.values, entry.triangles.values
     cost = cost_from(entry.attrs["cost"])
-    return Responses(request.body, request.loads, entry.s.values, samples, cost, drawn)
+    coarser = entry.response_coarser.values
+    return Responses(request.body, request.loads, entry.s.values, samples, coarser, cost, drawn)
 
 
 @dataclass(frozen=True)
@@ -62,18 +65,13 @@ class KeptWaves:
     store: Store
     key: str
 
-    def get(self, k: float) -> Answer | None:
-        """The responses at a wavenumber [1/mm] and their residual, None if they are not there."""
-        part = self.store.part(self.key, _name(k))
+    def get(self, name: str) -> Answer | None:
+        """The responses and their residual, None if they are not there."""
+        part = self.store.part(self.key, name)
         return None if part is None else (part["responses"], float(part["residual"]))
 
-    def put(self, k: float, answer: Answer) -> None:
-        """Keep the responses at a wavenumber [1/mm] and their residual."""
+    def put(self, name: str, answer: Answer) -> None:
+        """Keep the responses and their residual."""
         responses, residual = answer
         part = {"responses": responses, "residual": np.array(residual)}
-        self.store.put_part(self.key, _name(k), part)
-
-
-def _name(k: float) -> str:
-    """Name of the part of a wavenumber."""
-    return f"k{float(k)!r}"
+        self.store.put_part(self.key, name, part)

@@ -7,7 +7,7 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import SuperLU, splu
 
 from femic.accuracy import NotConverged
-from geometries.arrays import Array, Indices
+from geometries.arrays import Array, Indices, Mask
 
 # A tenth of the tightest tolerance. The relative error of the displacements is a quarter of the residual or
 # less (measured by a step of iterative refinement). Rounding leaves residuals of 1e-14 at large k, and of
@@ -27,6 +27,17 @@ class Stiffness:
     def size(self) -> int:
         """Number of rows."""
         return int(self.pattern.shape[0])
+
+    def restricted(self, kept: Mask) -> "Stiffness":
+        """The rows and columns that are kept."""
+        rows, starts = self.pattern.indices, self.pattern.indptr
+        entries = np.flatnonzero(kept[rows] & np.repeat(kept, np.diff(starts)))
+        numbers = (np.cumsum(kept) - 1).astype(rows.dtype)
+        kept_starts = np.append(0, np.searchsorted(entries, starts[1:])[kept])
+        k0, k1, k2 = (part[entries] for part in self.parts)
+        n = len(kept_starts) - 1
+        pattern = csc_matrix((np.ones(len(entries)), numbers[rows[entries]], kept_starts), shape=(n, n))
+        return Stiffness(pattern, (k0, k1, k2))
 
     def data(self, k: float) -> Array:
         """The data of the matrix at a wavenumber [1/mm] in its pattern."""
@@ -70,7 +81,9 @@ def factors_of(matrix: csc_matrix, k: float) -> SuperLU:
     Raises NotConverged where SuperLU finds none.
     """
     try:
-        return splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        return splu(
+            matrix, permc_spec="NATURAL", panel_size=1, diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
     except RuntimeError as error:  # SuperLU met a pivot that is 0
         raise _not_solved(k, matrix.shape[0], str(error)) from error
 

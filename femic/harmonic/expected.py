@@ -1,4 +1,4 @@
-"""The expected number of wavenumbers of a request: those that a half-space under the same loads takes.
+"""The expected wavenumbers of a request: those that a half-space under the same loads takes.
 
 The responses of the half-space are known in closed form, so the search for wavenumbers takes no mesh and a
 tenth of a second. On a plane it finds the same wavenumbers; on curved bodies it finds about four fifths as
@@ -11,7 +11,7 @@ import numpy as np
 
 from approx.halfspace import HalfSpace
 from femic.harmonic.request import HarmonicRequest
-from femic.harmonic.wavenumbers import sampled
+from femic.harmonic.wavenumbers import Sampled, sampled
 from femic.harmonic.waves import SINES, half_space_response
 from geometries.arrays import Array
 from geometries.materials import one_body
@@ -20,20 +20,19 @@ OBSERVERS = 60  # about as many observers are taken
 DISTANCE_DIGITS = 6  # of distances in half-widths: distances that agree in these are evaluated once
 
 
-def expected_wavenumbers(request: HarmonicRequest) -> int:
-    """The expected number of wavenumbers of a request; raises NotConverged where `sampled` does."""
+def expected_samples(request: HarmonicRequest) -> Sampled:
+    """The half-space's samples for a request, some observers; raises NotConverged where `sampled` does."""
     loads, observed = request.loads, request.observed
     chosen = slice(None, None, max(1, len(observed) // OBSERVERS))
     accuracy = np.broadcast_to(request.accuracy, (len(loads), 1, len(observed)))[..., chosen]
     directions = [load.direction for load in loads]
-    samples = sampled(
+    return sampled(
         request.axis,
         _half_space(request, observed[chosen]),
         SINES[:, directions].T[..., None],
         min(load.patch.a for load in loads),
         accuracy,
     )
-    return len(samples.k)
 
 
 def _half_space(request: HarmonicRequest, s: Array) -> Callable[[Sequence[float]], list[Array]]:

@@ -8,7 +8,7 @@ reliable than their values.
 import numpy as np
 
 from femic.harmonic.engine import build_section
-from femic.harmonic.expected import expected_wavenumbers
+from femic.harmonic.expected import expected_samples
 from femic.harmonic.request import HarmonicRequest
 from femic.harmonic.traces import FEW_LOADS
 from femic.models import BASE_MEMORY, Planned
@@ -23,24 +23,24 @@ MEMORY = 0.036  # MB per unknown
 
 def planned(request: HarmonicRequest, workers: int) -> Planned:
     """The expected unknowns, wavenumbers, seconds and memory of a model."""
-    section = build_section(request)
-    unknowns = 3 * section.mesh.doflocs.shape[1]
+    section, coarser_section = build_section(request), build_section(request.coarser)
+    unknowns, coarser = (3 * mesh.doflocs.shape[1] for mesh in (section.mesh, coarser_section.mesh))
     half_section = section.half_section
     y_parities = {parity.y for load in request.loads for parity in parities(load, half_section=half_section)}
     right_hand_sides = [_right_hand_sides(request, y) for y in y_parities]
     solved = sum(n for n in right_hand_sides if n <= FEW_LOADS)
-    axis = request.axis
-    wavenumbers = expected_wavenumbers(request)
-    felt_share = float(np.arcsinh(request.felt / axis.scale) / np.arcsinh(axis.k_max / axis.scale))
-    seconds_per_wavenumber = (
-        len(y_parities) * FACTOR * unknowns**FACTOR_GROWTH + solved * SOLVE * unknowns**SOLVE_GROWTH
-    )
-    parallel = max(1.0, IN_PARALLEL * workers)
-    seconds = (
-        START + PER_UNKNOWN * unknowns + wavenumbers * (1 + felt_share) * seconds_per_wavenumber / parallel
-    )
+    samples = expected_samples(request)
+
+    def solution(unknowns: int) -> float:
+        """Seconds that a wavenumber takes."""
+        factors = len(y_parities) * FACTOR * unknowns**FACTOR_GROWTH
+        return (factors + solved * SOLVE * unknowns**SOLVE_GROWTH) / max(1.0, IN_PARALLEL * workers)
+
+    at_both_arcs = len(samples.k) + np.sum(samples.k < request.felt)
+    seconds = 2 * START + PER_UNKNOWN * (unknowns + coarser)
+    seconds += at_both_arcs * solution(unknowns) + len(samples.sparser.k) * solution(coarser)
     memory = BASE_MEMORY + MEMORY * unknowns
-    return Planned(unknowns, wavenumbers, sum(right_hand_sides), half_section, seconds, memory)
+    return Planned(unknowns, len(samples.k), sum(right_hand_sides), half_section, float(seconds), memory)
 
 
 def _right_hand_sides(request: HarmonicRequest, y: int) -> int:

@@ -1,12 +1,13 @@
 """The request for a model of the harmonic engine, and the range of wavenumbers that it needs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from femic.engine import Request, Specification
 from femic.harmonic.tuned import HIGHEST, waves_for
 from femic.harmonic.wavenumbers import Axis
+from femic.level import COARSER
 from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.patches import Patch
@@ -48,6 +49,11 @@ class HarmonicRequest(Request):
         needed = self.highest / min(a, b) * max(1.0, relative_curvature / CURVED_FROM) ** 0.5
         step = HIGHEST / a
         return step * int(np.ceil(needed / step - STEP_SHORTFALL))
+
+    @property
+    def coarser(self) -> "HarmonicRequest":
+        """The same request with coarser cells, which show the error of the mesh."""
+        return replace(self, cells=self.cells.scaled(COARSER))
 
     @property
     def observed(self) -> Array:

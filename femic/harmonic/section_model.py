@@ -7,7 +7,6 @@ Math. 41, 1983, 39-53).
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csc_matrix
@@ -26,43 +25,26 @@ QUADRATURE_ORDER = 8  # the order of products of two shape functions
 
 @dataclass(frozen=True, eq=False)
 class SectionModel:
-    """A meshed and assembled section."""
+    """A meshed and assembled section.
+
+    `amplitudes` are the numbers of all amplitudes in an order of elimination with little fill: the rows and
+    columns of the stiffness. Amplitude 3 n + c is the component c of node n.
+    """
 
     section: SectionMesh
-    parts: tuple[csc_matrix, csc_matrix, csc_matrix]  # K0, K1, K2 [N/mm^2, N/mm, N], of one sparsity pattern
+    amplitudes: Indices  # (unknowns,)
+    stiffness: Stiffness  # K0, K1, K2 [N/mm^2, N/mm, N]
     supported: Mask  # (n_nodes, 3) amplitudes held by the far arc and the hub
 
     @property
     def unknowns(self) -> int:
         """Number of amplitudes of the model, held ones included."""
-        return int(self.supported.size)
-
-    @cached_property
-    def order(self) -> Indices:
-        """Numbers of the nodes in an order of elimination with little fill, by minimum degree."""
-        nodes = csc_matrix(self.parts[0][::3, ::3])
-        nodes.data = np.where(nodes.indices == _columns(nodes), float(nodes.shape[0]), -1.0)
-        factors = splu(
-            nodes, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
-        return np.argsort(factors.perm_c)
+        return len(self.amplitudes)
 
     def free_of(self, held: Mask) -> FreeSystem:
         """The equations of the free amplitudes, where those marked in `held` (n_nodes, 3) are 0."""
-        unknowns = (3 * self.order[:, None] + np.arange(3)).ravel()
-        free = unknowns[~held.ravel()[unknowns]]
-        numbered_entries = self.parts[0].copy()
-        numbered_entries.data = np.arange(1.0, len(numbered_entries.data) + 1)
-        pattern = csc_matrix(numbered_entries[free][:, free])
-        pattern.sort_indices()  # or SuperLU sorts them, and all wavenumbers share them
-        entries = pattern.data.astype(np.int64) - 1
-        k0, k1, k2 = (part.data[entries] for part in self.parts)
-        return FreeSystem(free, Stiffness(pattern, (k0, k1, k2)))
-
-
-def _columns(matrix: csc_matrix) -> Indices:
-    """The column of each entry."""
-    return np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
+        kept = ~held.ravel()[self.amplitudes]
+        return FreeSystem(self.amplitudes[kept], self.stiffness.restricted(kept))
 
 
 def assemble(section: SectionMesh) -> SectionModel:
@@ -72,22 +54,77 @@ def assemble(section: SectionMesh) -> SectionModel:
     """
     basis = Basis(section.mesh, ElementTriP4(), intorder=QUADRATURE_ORDER)
     _require_unfolded(basis)
-    cell_matrices = _cell_matrices(section.body, basis)  # (3, cells, 45, 45)
-    n = 3 * basis.N
-    unknowns = (3 * basis.element_dofs.T[:, :, None].astype(np.int64) + np.arange(3)).reshape(
-        len(cell_matrices[0]), -1
-    )
-    positions = (unknowns[:, None, :] * n + unknowns[:, :, None]).ravel()
-    entries, entry_numbers = np.unique(positions, return_inverse=True)
-    starts = np.searchsorted(entries, np.arange(n + 1) * n)
-    k0, k1, k2 = (
-        csc_matrix(
-            (np.bincount(entry_numbers, part.ravel(), len(entries)), entries % n, starts), shape=(n, n)
-        )
-        for part in cell_matrices
-    )
+    order, blocks = _ordered_blocks(basis.element_dofs.T.astype(np.int64), int(basis.N))
     y, z = section.mesh.p[:, : section.mesh.nvertices]
-    return SectionModel(section, (k0, k1, k2), held_by_supports(section.body, section.mesh, y, z))
+    return SectionModel(
+        section,
+        (3 * order[:, None] + np.arange(3)).ravel(),
+        blocks.stiffness(_cell_matrices(section.body, basis)),
+        held_by_supports(section.body, section.mesh, y, z),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Blocks:
+    """The places of the blocks (3, 3) of pairs of nodes among the entries of a matrix, column by column.
+
+    Entry (a, b) of a block lies `to_next` b + a behind its first one.
+    """
+
+    of_cells: Indices  # numbers of the blocks of each cell, (cells, 15, 15)
+    row: Indices  # node of each block's rows, (n,)
+    first: Indices  # place of its first entry, (n,)
+    to_next: Indices  # number of entries of each of its columns, (n,)
+    starts: Indices  # place of the first entry of each column of the matrix, and of the end
+
+    @classmethod
+    def of(cls, of_cells: Indices, row: Indices, column: Indices, n_nodes: int) -> "_Blocks":
+        """The places of blocks that are sorted by column, then by row."""
+        node_starts = np.searchsorted(column, np.arange(n_nodes + 1))
+        heights = 3 * np.diff(node_starts)
+        starts = 9 * node_starts[:-1, None] + heights[:, None] * np.arange(3)
+        first = 9 * node_starts[column] + 3 * (np.arange(len(row)) - node_starts[column])
+        return cls(of_cells, row, first, heights[column], np.append(starts.ravel(), 9 * len(row)))
+
+    @property
+    def _places(self) -> Indices:
+        """Places of the entries of each block, shape (n, 3, 3)."""
+        a, b = np.arange(3)[:, None], np.arange(3)
+        return np.asarray(self.first[:, None, None] + self.to_next[:, None, None] * b + a)
+
+    def stiffness(self, cell_matrices: tuple[Array, Array, Array]) -> Stiffness:
+        """The sums of cell matrices, (cells, 45, 45) each."""
+        places = self._places
+        indices = np.empty(places.size, dtype=np.int32)
+        indices[places] = 3 * self.row[:, None, None] + np.arange(3)[:, None]
+        of_entries = np.swapaxes(places[self.of_cells], 2, 3).ravel()  # as (cells, 15, 3, 15, 3)
+        k0, k1, k2 = (
+            np.bincount(of_entries, part.ravel(), places.size).astype(float, copy=False)
+            for part in cell_matrices
+        )
+        n = len(self.starts) - 1
+        pattern = csc_matrix((np.ones(places.size), indices, self.starts.astype(np.int32)), shape=(n, n))
+        return Stiffness(pattern, (k0, k1, k2))
+
+
+def _ordered_blocks(cells: Indices, n_nodes: int) -> tuple[Indices, _Blocks]:
+    """An order of elimination of the nodes of cells (n, 15), by minimum degree, and the blocks in it."""
+    columns_and_rows = (cells[:, None, :] * n_nodes + cells[:, :, None]).ravel()
+    pairs, pair_of_cells = np.unique(columns_and_rows, return_inverse=True)
+    column, row = np.divmod(pairs, n_nodes)
+    values = np.where(column == row, float(n_nodes), -1.0)
+    graph = csc_matrix(
+        (values, row, np.searchsorted(column, np.arange(n_nodes + 1))), shape=(n_nodes, n_nodes)
+    )
+    place = splu(
+        graph, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    ).perm_c
+    row, column = place[row].astype(np.int64), place[column].astype(np.int64)
+    sorted_pairs = np.lexsort((row, column))
+    number = np.empty_like(sorted_pairs)
+    number[sorted_pairs] = np.arange(len(pairs))
+    of_cells = number[pair_of_cells].reshape(len(cells), 15, 15)
+    return np.argsort(place), _Blocks.of(of_cells, row[sorted_pairs], column[sorted_pairs], n_nodes)
 
 
 def _require_unfolded(basis: Basis) -> None:
@@ -99,19 +136,20 @@ def _require_unfolded(basis: Basis) -> None:
 
 def _cell_matrices(body: Body, basis: Basis) -> tuple[Array, Array, Array]:
     """Cell matrices of K0, K1, K2, shape (cells, 45, 45) each, from strains B0 + k B1 at the Gauss points."""
-    constant, linear = _strains(body, basis)  # (cells, 6 q, 45)
+    constant, linear = _strains(body, basis)  # (cells, 6, q, 45)
     lame, G = body.material.lame, body.material.G
     stress = np.zeros((6, 6))
     stress[:3, :3], stress[3:, 3:] = lame + 2 * G * np.eye(3), G * np.eye(3)
-    dx = basis.dx * _stretch(body, basis)
+    dx = (basis.dx * _stretch(body, basis))[:, None, :, None]
 
-    def product(left: Array, right: Array) -> Array:
-        cell_shape = (len(dx), -1, left.shape[-1])
-        stresses = np.einsum("ab,ebqd,eq->eaqd", stress, right, dx, optimize=True)
-        return left.reshape(cell_shape).swapaxes(1, 2) @ stresses.reshape(cell_shape)
+    def virtual_work(strains: Array, *others: Array) -> list[Array]:
+        stresses = (stress @ strains.reshape(len(strains), 6, -1)).reshape(strains.shape) * dx
+        flat = stresses.reshape(len(strains), -1, strains.shape[-1])
+        return [other.reshape(flat.shape).swapaxes(1, 2) @ flat for other in others]
 
-    mixed = product(constant, linear)
-    return product(constant, constant), mixed + np.swapaxes(mixed, 1, 2), product(linear, linear)
+    (of_constant,) = virtual_work(constant, constant)
+    mixed, of_linear = virtual_work(linear, constant, linear)
+    return of_constant, mixed + np.swapaxes(mixed, 1, 2), of_linear
 
 
 def _stretch(body: Body, basis: Basis) -> Array:
@@ -123,7 +161,7 @@ def _stretch(body: Body, basis: Basis) -> Array:
 def _strains(body: Body, basis: Basis) -> tuple[Array, Array]:
     """Matrices B0 and B1 of the strains B0 + k B1 due to unit amplitudes U, V, W per node.
 
-    The strains are xx, yy, zz, yz, xz, xy at the Gauss points; each matrix has shape (cells, 6 points, 45),
+    The strains are xx, yy, zz, yz, xz, xy at the Gauss points; each matrix has shape (cells, 6, points, 45),
     45 the amplitudes of a cell.
     """
     stretch = _stretch(body, basis)

@@ -4,7 +4,7 @@ Where half of the section is modelled, each load is the sum of an even and an od
 only one of them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,24 +25,24 @@ class Respond:
     """Displacements of observers at arc lengths s [mm] in their local directions, at any wavenumber.
 
     A call returns the amplitudes of sin(k x) or cos(k x) [mm^2/N], shape (load, 3, len(s)), and the residual
-    of the solved equations. The far arc lies at its radius or, with `nearer`, at a share of it.
+    of the solved equations. The far arc lies at its radius, or at a `share` of it.
     """
 
-    def __init__(self, model: SectionModel, loads: Sequence[Load], s: Array, nearer: float) -> None:
-        """Prepare the equations; `nearer` is the radius of the nearer far arc over the far radius."""
+    def __init__(self, model: SectionModel, loads: Sequence[Load], s: Array, shares: Sequence[float]) -> None:
+        """Prepare the equations for some shares of the far radius."""
         section = model.section
         self._loads = loads
-        self._parts = [_part(model, loads, s, y, nearer) for y in _parities(loads, section)]
+        self._parts = [_part(model, loads, s, y, shares) for y in _parities(loads, section)]
         self._axes = section.body.surface.axes(np.zeros_like(s), s)  # (direction, component, n)
         along_x = np.array([load.direction == X for load in loads])
         self._signs = np.where(along_x[:, None], [1, -1, -1], [1, 1, 1])[..., None]
 
-    def __call__(self, k: float, *, nearer: bool = False) -> tuple[Array, float]:
+    def __call__(self, k: float, share: float = 1.0) -> tuple[Array, float]:
         """The amplitudes [mm^2/N] at wavenumber k [1/mm], and the worst residual; raises NotConverged."""
         in_global_axes = np.zeros((len(self._loads), 3, self._axes.shape[2]))
         residuals = []
         for part in self._parts:
-            responses, residual = (part.nearer if nearer else part.traces).responses(k)
+            responses, residual = part.traces[share].responses(k)
             residuals.append(residual)
             at_places = responses.reshape(-1, 3, responses.shape[1])
             observed = part.observer_signs[..., None] * at_places[part.places]
@@ -66,8 +66,7 @@ class _Part:
     signs: Array  # the factor of each of these loads on its column
     places: Indices  # the place of each observer, (n,)
     observer_signs: Array  # the factors of each observer on the components at its place, (n, 3)
-    traces: Traces
-    nearer: Traces  # with the nearer far arc
+    traces: Mapping[float, Traces]  # by the share of the far radius at which the far arc lies
 
 
 def _parities(loads: Sequence[Load], section: SectionMesh) -> list[int]:
@@ -75,8 +74,8 @@ def _parities(loads: Sequence[Load], section: SectionMesh) -> list[int]:
     return sorted({p.y for load in loads for p in parities(load, half_section=section.half_section)})
 
 
-def _part(model: SectionModel, loads: Sequence[Load], s: Array, y: int, nearer: float) -> _Part:
-    """Forces, observers and equations for one parity in y."""
+def _part(model: SectionModel, loads: Sequence[Load], s: Array, y: int, shares: Sequence[float]) -> _Part:
+    """Forces, observers and equations for one parity in y and some shares of the far radius."""
     section, body = model.section, model.section.body
     load_numbers = [
         j for j, load in enumerate(loads) if any(p.y == y for p in parities(load, half_section=y != 0))
@@ -87,7 +86,8 @@ def _part(model: SectionModel, loads: Sequence[Load], s: Array, y: int, nearer: 
     nodes = section.mesh.doflocs
     on_plane = np.abs(nodes[0]) < 1e-9 * body.domain.far_radius
     held = model.supported | (on_plane[:, None] & (_mirror(y) < 0))
-    beyond_nearer_arc = np.hypot(*nodes) > nearer * body.domain.far_radius
+    radius = np.hypot(*nodes)[:, None]
+    far_radius = body.domain.far_radius
     places, place_of_observer = np.unique(np.abs(s) if y else s, return_inverse=True)
     at_places, compliance = observers(section, places, y), 1 / body.material.G
     return _Part(
@@ -96,8 +96,12 @@ def _part(model: SectionModel, loads: Sequence[Load], s: Array, y: int, nearer: 
         np.array([sign for _, sign in twins]),
         place_of_observer,
         np.where((s < 0)[:, None], _mirror(y), 1.0),
-        Traces.of(model.free_of(held), forces, at_places, compliance),
-        Traces.of(model.free_of(held | beyond_nearer_arc[:, None]), forces, at_places, compliance),
+        {
+            share: Traces.of(
+                model.free_of(held | (radius > share * far_radius)), forces, at_places, compliance
+            )
+            for share in shares
+        },
     )
 
 

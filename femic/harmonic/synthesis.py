@@ -11,7 +11,7 @@ from femic.harmonic.waves import SINES, spectrum, synthesis_weights, tail
 from femic.level import HIGHER
 from femic.models import Cost, Points, RawICs
 from femic.work.threads import one_blas_thread
-from geometries.arrays import Array, Indices
+from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 from geometries.materials import one_body
 from geometries.patches import Load, Patch
@@ -25,32 +25,37 @@ class Responses:
 
     `samples.responses` [mm^2/N] has shape (k, 2 supports, load, 3, len(s)): amplitudes of sin(k x) or
     cos(k x) of the local components at arc lengths s [mm], first with the far arc at its radius, then with
-    the nearer one. `drawn` are vertices (2, n) [mm] and triangles (3, m) of its mesh, for pictures.
+    the nearer one. `coarser` are those with coarser cells, at the wavenumbers of `samples.sparser` only.
+    `drawn` are vertices (2, n) [mm] and triangles (3, m) of its mesh, for pictures.
     """
 
     body: Body
     loads: tuple[Load, ...]
     s: Array
     samples: Sampled
+    coarser: Array  # (sparser k, load, 3, len(s)) [mm^2/N]
     cost: Cost
     drawn: tuple[Array, Indices]
-
-    @property
-    def nearer(self) -> Sampled:
-        """The responses with the far arc at half its radius."""
-        return replace(self.samples, responses=self.samples.responses[:, 1])
 
     def variations(self) -> Iterator[tuple[str, Sampled, float]]:
         """All responses, then variations for estimates of the error: name, responses, largest k [1/mm] each.
 
-        The name of all responses is "". "nearer" has the far arc at half its radius, "sparser" lacks the last
-        wavenumber of each interval, "lower" goes to half of the largest wavenumber.
+        The name of all responses is "". "nearer" has the far arc at half its radius, "coarser" has larger
+        cells, "sparser" lacks the last wavenumber of each interval, "lower" goes to half of the largest
+        wavenumber.
         """
-        at_arc, k_max = replace(self.samples, responses=self.samples.responses[:, 0]), self.samples.axis.k_max
+        samples, k_max = self.samples, self.samples.axis.k_max
+        at_arc, nearer = (replace(samples, responses=samples.responses[:, arc]) for arc in range(2))
         yield "", at_arc, k_max
-        yield "nearer", self.nearer, k_max
+        yield "nearer", nearer, k_max
+        yield "coarser", at_arc.changed(self.coarser, odd_in_k(self.loads)), k_max
         yield "sparser", at_arc.sparser, k_max
         yield "lower", at_arc, k_max / HIGHER
+
+
+def odd_in_k(loads: Sequence[Load]) -> Mask:
+    """Which responses to loads are odd in k, as displacements are in x, shape (load, 3, 1)."""
+    return np.stack([SINES[:, load.direction] for load in loads])[..., None]
 
 
 def displacements(solved: Responses, loads: Sequence[Load], points: Points) -> RawICs:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from femic.accuracy import NotConverged
 from femic.harmonic.engine import solve
 from femic.harmonic.entry import KeptWaves, from_entry, to_entry
-from femic.harmonic.expected import expected_wavenumbers
+from femic.harmonic.expected import expected_samples
 from femic.harmonic.request import HarmonicRequest
 from femic.means import Means, Solved, Step, Task
 
@@ -32,7 +32,7 @@ def _solved(task: Task, means: Means) -> Solved:
         request,
         task.most_unknowns,
         workers=means.workers,
-        progress=lambda solved: means.watch.on_step(Step(task, "first wavenumbers", solved, expected)),
+        progress=lambda found: means.watch.on_step(Step(task, "wavenumbers", found, expected)),
         kept=KeptWaves(means.store, key),
     )
     means.store.put(key, to_entry(responses))
@@ -40,8 +40,9 @@ def _solved(task: Task, means: Means) -> Solved:
 
 
 def _expected(request: HarmonicRequest) -> int | None:
-    """Expected number of wavenumbers, None where the half-space would need too many."""
+    """Expected number of answers, None where the half-space would need too many wavenumbers."""
     try:
-        return expected_wavenumbers(request)
+        samples = expected_samples(request)
+        return len(samples.k) + len(samples.sparser.k)
     except NotConverged:  # for the half-space; whether the body converges is seen when it is solved
         return None

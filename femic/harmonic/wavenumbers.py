@@ -8,7 +8,7 @@ whole, are solved and not interpolated.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -107,6 +107,16 @@ class Sampled:
         k = self.k[~self.last]
         return Sampled(self.axis, k, self.responses[~self.last], np.zeros(len(k), dtype=bool))
 
+    def changed(self, at_sparser: Array, odd: Mask) -> "Sampled":
+        """The samples changed to `at_sparser` (n_sparser, ...) at the wavenumbers of `sparser`.
+
+        Between these the change is interpolated: where it is small, so is the error of that. `odd` marks the
+        entries of a response that are odd in k.
+        """
+        sparser = self.sparser
+        change = interpolated(self.axis, sparser.k, at_sparser - sparser.responses, odd, self.k)
+        return replace(self, responses=self.responses + change)
+
 
 def sampled(
     axis: Axis,
@@ -135,11 +145,13 @@ def sampled(
                 f"{np.min(accuracy):.1e} mm/N: "
                 "give a larger `tolerance`, or shorter lines"
             )
-        interpolated = _interpolated(axis, responses_at, odd, list(middles))
+        nodes = sorted(responses_at)
+        known = np.stack([responses_at[k] for k in nodes])
+        expected = interpolated(axis, np.array(nodes), known, odd, np.array(list(middles)))
         solved_at = dict(zip(middles, solve(list(middles)), strict=True))
         errors = {
             k: np.max(np.abs(solved_at[k] - interpolation) / accuracy)
-            for k, interpolation in zip(solved_at, interpolated, strict=True)
+            for k, interpolation in zip(solved_at, expected, strict=True)
         }
         responses_at |= solved_at
         all_middles |= middles
@@ -153,14 +165,9 @@ def sampled(
     return Sampled(axis, np.array(wavenumbers), np.stack([responses_at[k] for k in wavenumbers]), last)
 
 
-def _interpolated(
-    axis: Axis, responses_at: dict[float, Array], odd: Mask, wavenumbers: list[float]
-) -> list[Array]:
-    """Responses at other wavenumbers, interpolated between the solved ones."""
-    nodes = sorted(responses_at)
-    responses = np.stack([responses_at[k] for k in nodes])
-    even_matrix, odd_matrix = axis.interpolation(np.array(nodes), np.array(wavenumbers))
+def interpolated(axis: Axis, nodes: Array, values: Array, odd: Mask, targets: Array) -> Array:
+    """Values (len(targets), ...) at other wavenumbers, interpolated between those at `nodes` [1/mm]."""
     even_values, odd_values = (
-        np.tensordot(matrix, responses, axes=1) for matrix in (even_matrix, odd_matrix)
+        np.tensordot(matrix, values, axes=1) for matrix in axis.interpolation(nodes, targets)
     )
-    return list(np.where(odd, odd_values, even_values))
+    return np.where(odd, odd_values, even_values)

@@ -6,7 +6,7 @@ strip of a large matrix is in memory. The discount is that of `femic.discount`: 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -40,26 +40,20 @@ class MatrixReference:
     cells: Cells
     body: Body
     models: Mapping[str, Cost]
-    fine: Responses
-    coarse: Responses
+    solved: Responses
 
     @cached_property
     def _syntheses_and_m(self) -> dict[str, tuple[LagSynthesis, Array]]:
-        """The synthesis at the lags, and M: of the fine model (""), of its variations, and of "coarse"."""
-        fine_u, coarse_u = (
-            displacements(solved, self.job.fit_loads, self.job.fit_points)
-            for solved in (self.fine, self.coarse)
-        )
-        fit_displacements = {"": fine_u.u, **fine_u.perturbed, "coarse": coarse_u.u}
-        syntheses = {
-            name: LagSynthesis.of(self.fine, samples, k_max, self.job.grid)
-            for name, samples, k_max in self.fine.variations()
-            if name != "nearer"
+        """The synthesis at the lags, and M: of the model (""), and of its variations."""
+        u = displacements(self.solved, self.job.fit_loads, self.job.fit_points)
+        fit_displacements = {"": u.u, **u.perturbed}
+        return {
+            name: (
+                LagSynthesis.of(self.solved, samples, k_max, self.job.grid),
+                self._m(fit_displacements[name]),
+            )
+            for name, samples, k_max in self.solved.variations()
         }
-        syntheses["nearer"] = replace(syntheses[""], samples=self.fine.nearer)  # at the same wavenumbers
-        _, samples, k_max = next(self.coarse.variations())
-        syntheses["coarse"] = LagSynthesis.of(self.coarse, samples, k_max, self.job.grid)
-        return {name: (synthesis, self._m(fit_displacements[name])) for name, synthesis in syntheses.items()}
 
     def _m(self, u: Array) -> Array:
         """M of displacements (load, 3, n) [mm/N] at the points of its conditions, shape (4, 4)."""
@@ -97,9 +91,7 @@ class MatrixReference:
             name: synthesis.column(strip) - discount(m, unit_motions).reshape(shape)
             for name, (synthesis, m) in self._syntheses_and_m.items()
         }
-        return estimated(
-            by_variation.pop(""), by_variation.pop("coarse"), by_variation, safety=HARMONIC.safety
-        )
+        return estimated(by_variation.pop(""), by_variation, safety=HARMONIC.safety)
 
 
 def matrices(
@@ -128,10 +120,9 @@ class AtLags:
     def combine(self, name: str, level: Level, models: Mapping[Level, Responses]) -> MatrixReference:
         """The IC matrix of a body at a level, from the responses of its models."""
         job, level_of_model = self.jobs[name], level.models(HARMONIC.models)
-        fine, coarse = models[level_of_model["fine"]], models[level_of_model["coarse"]]
-        costs = costs_of(level_of_model, models)
+        solved, costs = models[level], costs_of(level_of_model, models)
         cells = job.first_cells.scaled(factors(level)[0])
-        return MatrixReference(job, level, cells, fine.body, costs, fine, coarse)
+        return MatrixReference(job, level, cells, solved.body, costs, solved)
 
     def assess(self, references: Mapping[str, MatrixReference]) -> Assessed:
         """The estimated errors of the bodies, at worst over all strips, and those of their sum."""

@@ -30,11 +30,11 @@ def main(location: str, log: str) -> None:
     """Solve, counting."""
     respond = Respond.__call__
 
-    def counted(self, k, *, nearer=False):
-        if not nearer:
+    def counted(self, k, share=1.0):
+        if share == 1:
             with Path(log).open("a") as lines:
                 lines.write(f"{k!r}\n")
-        return respond(self, k, nearer=nearer)
+        return respond(self, k, share)
 
     Respond.__call__ = counted
     list(solve_models([(HARMONIC, TASK)], Means(2, Store(location))))

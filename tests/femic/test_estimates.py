@@ -38,7 +38,7 @@ SAFETY = {"solid": 1.25, "harmonic": 2.0}
 def test_a_mesh_error_of_the_assumed_order_is_bounded_with_its_safety(engine):
     """Errors of coarse cells are 1.5^2 times those of fine ones: the difference tells them."""
     ic, coarse = EXACT + ERROR, EXACT + 1.5**2 * ERROR
-    found = estimated(ic, coarse, {"nearer": ic}, safety=ENGINES[engine].safety)
+    found = estimated(ic, {"coarser": coarse, "nearer": ic}, safety=ENGINES[engine].safety)
     np.testing.assert_allclose(found.mesh_error, SAFETY[engine] * np.abs(ERROR))
     assert np.all(found.truncation_error == 0)
     assert np.all(found.waves_error == 0)
@@ -48,7 +48,7 @@ def test_a_mesh_error_of_the_assumed_order_is_bounded_with_its_safety(engine):
 def test_a_truncation_error_of_the_assumed_order_is_bounded_with_its_safety():
     """It falls like the square of the size: at half of it, it is four times as large."""
     ic = EXACT + ERROR
-    found = estimated(ic, ic, {"nearer": EXACT + 4 * ERROR}, safety=2.0)
+    found = estimated(ic, {"coarser": ic, "nearer": EXACT + 4 * ERROR}, safety=2.0)
     np.testing.assert_allclose(found.truncation_error, 1.25 * np.abs(ERROR))
     assert np.all(found.mesh_error + found.waves_error == 0)
 
@@ -56,14 +56,14 @@ def test_a_truncation_error_of_the_assumed_order_is_bounded_with_its_safety():
 @pytest.mark.parametrize(("name", "gain"), [("sparser", 32), ("lower", 3)])
 def test_an_error_of_the_wavenumbers_that_grows_as_assumed_is_bounded(name, gain):
     ic = EXACT + ERROR
-    found = estimated(ic, ic, {"nearer": ic, name: EXACT + gain * ERROR}, safety=2.0)
+    found = estimated(ic, {"coarser": ic, "nearer": ic, name: EXACT + gain * ERROR}, safety=2.0)
     np.testing.assert_allclose(found.waves_error, 1.25 * np.abs(ERROR))
 
 
 def test_parts_add_up_and_do_not_cancel():
     ic = EXACT + ERROR
     less = {"nearer": EXACT + 4 * ERROR, "sparser": EXACT + 32 * ERROR, "lower": EXACT - 1 * ERROR}
-    found = estimated(ic, EXACT + 2.25 * ERROR, less, safety=2.0)
+    found = estimated(ic, less | {"coarser": EXACT + 2.25 * ERROR}, safety=2.0)
     np.testing.assert_allclose(found.waves_error, 1.25 * 2 * np.abs(ERROR))  # 2 ERROR / (3 - 1): as above
     np.testing.assert_allclose(found.estimate, (2.0 + 1.25 + 2.5) * np.abs(ERROR))
 
@@ -72,8 +72,10 @@ def test_orders_may_differ_from_point_to_point():
     ic, orders = EXACT + ERROR, Orders(np.array([2, 1, 2, 1]), np.array([2, 2, 1, 1]))
     found = estimated(
         ic,
-        EXACT + 1.5**orders.mesh * ERROR,
-        {"nearer": EXACT + 2.0**orders.truncation * ERROR},
+        {
+            "coarser": EXACT + 1.5**orders.mesh * ERROR,
+            "nearer": EXACT + 2.0**orders.truncation * ERROR,
+        },
         safety=1.25,
         orders=orders,
     )
@@ -101,10 +103,10 @@ def test_the_mesh_part_is_pooled_the_truncation_is_not():
     """sn agrees on two meshes by luck, ns does not: sn is not believed to be better."""
     ic, other = EXACT.copy(), EXACT.copy()
     other[2, 1] += 0.25
-    by_mesh = estimated(ic, other, {"nearer": ic}, safety=2.0).mesh_error
+    by_mesh = estimated(ic, {"coarser": other, "nearer": ic}, safety=2.0).mesh_error
     np.testing.assert_allclose(by_mesh[1, 2], 2.0 * 0.25 / 1.25)
     np.testing.assert_allclose(by_mesh[1, 2], by_mesh[2, 1])
-    by_size = estimated(ic, ic, {"nearer": other}, safety=2.0).truncation_error
+    by_size = estimated(ic, {"coarser": ic, "nearer": other}, safety=2.0).truncation_error
     assert np.all(by_size[1, 2] == 0)
     np.testing.assert_allclose(by_size[2, 1], 1.25 * 0.25 / 3)
 
@@ -287,12 +289,14 @@ def test_what_a_model_would_be_with_less_is_discounted_as_c_is():
     models = made_up(job, lambda *_: 0.0)
     fine = models[Level()]
     noise = np.random.default_rng(3).normal(size=fine.u.shape)
-    less = {name: fine.u + k * noise for k, name in ((0.1, "nearer"), (0.2, "sparser"), (0.3, "lower"))}
+    weights = {"nearer": 0.1, "sparser": 0.2, "lower": 0.3, "coarser": 0.4}
+    less = {name: fine.u + weight * noise for name, weight in weights.items()}
     found = combine(job, Level(), models | {Level(): replace(fine, perturbed=less)}).c
     off = {name: discounted_difference(job, fine.u, u) for name, u in less.items()}
     far = orders_at(job.patch, job.points, job.body.domain.far_radius).truncation
     np.testing.assert_allclose(found.truncation_error[2, 2], 1.25 * off["nearer"] / (2.0**far - 1))
     np.testing.assert_allclose(found.waves_error[2, 2], 1.25 * (off["sparser"] / 31 + off["lower"] / 2))
+    np.testing.assert_allclose(found.mesh_error[2, 2], 2.0 * off["coarser"] / (1.5**2 - 1))
 
 
 def test_loads_that_only_m_needs_are_no_columns_of_c():
@@ -366,6 +370,7 @@ def test_bodies_add_up_and_so_do_their_estimates():
 def test_costs_are_named_and_those_of_earlier_rounds_are_counted():
     models = {Level(cells=k): RawICs(np.empty(0), replace(COST, unknowns=k)) for k in (-1, 0, 1, 2)}
     found = {
-        name: cost.unknowns for name, cost in costs_of(Level(cells=2).models(HARMONIC.models), models).items()
+        name: cost.unknowns
+        for name, cost in costs_of(Level(cells=2).models(("fine", "coarse")), models).items()
     }
     assert found == {"fine": 2, "coarse": 1, "earlier 1": -1, "earlier 2": 0}

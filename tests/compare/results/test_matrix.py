@@ -195,7 +195,7 @@ def test_a_plan_solves_nothing_and_names_every_model(write_scene, monkeypatch, c
     path = write_scene(engine=HARMONIC + GRID + "\n")
     assert exit_code(["plan", str(path)]) == DONE
     text = capsys.readouterr().out
-    for name in ("lower, fine", "lower, coarse", "upper, fine", "upper, coarse"):
+    for name in ("lower, fine", "upper, fine"):
         assert text.count(name) == 2, name  # of the run and of the matrix
     assert "5 lags of 0.6 mm" in text
 

@@ -40,7 +40,7 @@ def changed(monkeypatch):
 @pytest.fixture(scope="module")
 def respond():
     model = section_model.assemble(engine.build_section(TASK.request))
-    return Respond(model, TASK.request.loads, TASK.request.observed, nearer=0.5)
+    return Respond(model, TASK.request.loads, TASK.request.observed, (1.0, 0.5))
 
 
 @pytest.fixture(scope="module")
@@ -48,9 +48,9 @@ def many(respond):
     """A system with many different loads, of sizes over ten decades."""
     (part,) = respond._parts
     rng = np.random.default_rng(2)
-    of_loads = part.traces.forces
+    of_loads = part.traces[1.0].forces
     forces = of_loads @ rng.normal(size=(of_loads.shape[1], 40)) * np.geomspace(1e-5, 1e5, 40)
-    return part.traces.system, forces
+    return part.traces[1.0].system, forces
 
 
 def half_too_large(u):
@@ -124,11 +124,11 @@ class Answers:
     def __init__(self):
         self.found, self.residuals = {}, {}
 
-    def get(self, k):
-        return (self.found[k], self.residuals[k]) if k in self.found else None
+    def get(self, name):
+        return (self.found[name], self.residuals[name]) if name in self.found else None
 
-    def put(self, k, answer):
-        self.found[k], self.residuals[k] = answer
+    def put(self, name, answer):
+        self.found[name], self.residuals[name] = answer
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -138,18 +138,16 @@ def test_the_cost_has_the_worst_residual_also_of_what_was_kept(workers):
     assert first == max(kept.residuals.values())
     assert 0 < first < 1e-10
     kept.residuals[sorted(kept.residuals)[3]] = 3e-7
-    del kept.found[0.0]  # this one is solved again
+    del kept.found["k0.0"]  # this one is solved again
     assert engine.solve(TASK.request, kept=kept, workers=workers).cost.residual == 3e-7
 
 
 def test_the_worse_of_both_far_arcs_counts(respond, monkeypatch):
-    low, residuals = 0.5 * TASK.request.felt, {False: 1e-12, True: 2e-12}
-    monkeypatch.setattr(
-        Respond, "__call__", lambda _, __, nearer=False: (np.zeros((1, 3, 1)), residuals[nearer])
-    )
-    assert engine._answer(TASK.request, respond, low)[1] == 2e-12
-    residuals[False] = 4e-12
-    assert engine._answer(TASK.request, respond, low)[1] == 4e-12
+    low, residuals = 0.5 * TASK.request.felt, {1.0: 1e-12, 0.5: 2e-12}
+    monkeypatch.setattr(Respond, "__call__", lambda _, __, share=1.0: (np.zeros((1, 3, 1)), residuals[share]))
+    assert engine._with_both_arcs(TASK.request, respond, low)[1] == 2e-12
+    residuals[1.0] = 4e-12
+    assert engine._with_both_arcs(TASK.request, respond, low)[1] == 4e-12
 
 
 def test_the_worse_of_the_even_and_the_odd_part_counts(respond, monkeypatch):
@@ -158,15 +156,15 @@ def test_the_worse_of_the_even_and_the_odd_part_counts(respond, monkeypatch):
     given = iter([5e-9, 1e-12])
     both = Respond.__new__(Respond)
     both.__dict__.update(vars(respond) | {"_parts": [part, part]})
-    u, _ = part.traces.system.solved(K, part.traces.forces)
+    u, _ = part.traces[1.0].system.solved(K, part.traces[1.0].forces)
     monkeypatch.setattr(equations.FreeSystem, "solved", lambda *_: (u, next(given)))
     assert both(K)[1] == 5e-9
 
 
 def test_kept_waves_carry_their_residual(tmp_path):
     kept = KeptWaves(Store(tmp_path), "key")
-    kept.put(0.25, (np.eye(3), 4e-11))
-    responses, residual = kept.get(0.25)
+    kept.put("k0.25", (np.eye(3), 4e-11))
+    responses, residual = kept.get("k0.25")
     np.testing.assert_array_equal(responses, np.eye(3))
     assert residual == 4e-11
-    assert kept.get(0.5) is None
+    assert kept.get("k0.5") is None

@@ -59,8 +59,8 @@ def test_the_last_block_has_what_the_fields_have(model, strips, seen, k):
     assert 0 < residual < 1e-9
 
 
-@pytest.mark.parametrize("nearer", [False, True])
-def test_a_half_section_sees_both_sides_as_fields_do(monkeypatch, nearer):
+@pytest.mark.parametrize("share", [1.0, 0.5])
+def test_a_half_section_sees_both_sides_as_fields_do(monkeypatch, share):
     """Loads and observers on both sides of y = 0 share columns and places, with the signs of their parity."""
     body = replace(BODY, contour=arc(10.0, 0.3, 0.3))
     loads = tuple(
@@ -75,7 +75,7 @@ def test_a_half_section_sees_both_sides_as_fields_do(monkeypatch, nearer):
 
     def responses(model, few):
         monkeypatch.setattr(traces, "FEW_LOADS", few)
-        return Respond(model, loads, seen, nearer=0.5)(0.3, nearer=nearer)[0]
+        return Respond(model, loads, seen, (share,))(0.3, share)[0]
 
     by_border, of_fields = responses(half, 0), responses(half, 100)
     assert largest(by_border - of_fields) < 1e-10 * largest(of_fields)

@@ -153,7 +153,6 @@ def test_two_different_flanks_are_known_with_the_first_models():
     job = matrix_job(UPPER, arc(10.2, np.radians(25), np.radians(33)), Grid(8, 13, 0.4, 0.4), tolerance=0.01)
     found = solved({"upper": changed(job, most_unknowns=60_000)})["upper"]
     assert found.level == Level()
-    assert found.models["coarse"].unknowns > found.models["fine"].unknowns / 3
 
 
 # --- what elasticity demands -----------------------------------------------------------------------------
@@ -164,10 +163,10 @@ def test_forces_and_displacements_averaged_over_strips_are_reciprocal_to_roundin
     job = matrix_job(LOWER, arc(10.0, 0.12, 0.3), Grid(2, 4, 0.4, 0.7))
     request = job.request(Level(cells=-1))
     section = build_section(request)
-    part = _part(assemble(section), request.loads, request.observed, 0, 0.5)
+    part = _part(assemble(section), request.loads, request.observed, 0, (1.0,))
     forces = np.stack([strip_force(section, load) for load in job.strip_loads], axis=1)
     for k in (0.0, 0.3, 8.0):
-        u = forces.T @ part.traces.system.solved(k, forces)[0]
+        u = forces.T @ part.traces[1.0].system.solved(k, forces)[0]
         np.testing.assert_allclose(u, u.T, atol=1e-10 * np.max(np.abs(u)))
 
 
