@@ -69,24 +69,6 @@ class LagSynthesis:
     place: Indices  # number of each strip's centre among the observers, (n_s,)
     loads: Indices  # number of each load among the solved ones, (strip, direction)
 
-    @classmethod
-    def of(cls, solved: Responses, samples: Sampled, k_max: float, grid: Grid) -> "LagSynthesis":
-        """Prepare all that does not depend on the loaded strip, for wavenumbers up to k_max [1/mm]."""
-        body, a = solved.body, grid.dx / 2
-        heights = body.side * body.contour.position(grid.strips)[1] / body.rolling_radius
-        nodes = Heights.of(heights)
-        xi = np.outer(nodes.stretch, grid.lags).ravel()
-        wavenumbers = spectrum(k_max, body.rolling_radius)
-        weights = [synthesis_weights(samples.axis, samples.k, wavenumbers, a * t, xi) for t in nodes.stretch]
-        shape = (len(nodes.points), len(samples.k), len(nodes.points), grid.n_x)
-        even, odd = (np.stack(w).reshape(shape) for w in zip(*weights, strict=True))
-        half_space = HalfSpace(one_body(body.material, body.side))
-        tails = np.stack([_tails(half_space, grid, float(wavenumbers.k_max * t)) for t in nodes.stretch])
-        observers = np.searchsorted(solved.s, grid.strips)
-        load_number = {load: n for n, load in enumerate(solved.loads)}
-        loads = np.array([[load_number[Load(grid.patch(m), j)] for j in range(3)] for m in range(grid.n_s)])
-        return cls(grid, heights, nodes, even, odd, tails, samples, observers, loads)
-
     def column(self, strip: int) -> Array:
         """Displacements [mm/N] due to unit total loads on a strip, shape (3, 3, n_x, n_s)."""
         u = np.empty((3, 3, self.grid.n_x, self.grid.n_s))
@@ -104,6 +86,36 @@ class LagSynthesis:
         has_tail = (tail_number >= 0) & (tail_number < self.tails.shape[-1])
         u[..., has_tail] += np.tensordot(load_shares, self.tails, axes=1)[..., tail_number[has_tail]]
         return u
+
+
+def syntheses(solved: Responses, grid: Grid) -> dict[str, LagSynthesis]:
+    """The way from all responses of a model to displacements (""), and that from each of its variations.
+
+    All is prepared that does not depend on the loaded strip; what depends on the largest wavenumber only is
+    shared.
+    """
+    body, a = solved.body, grid.dx / 2
+    heights = body.side * body.contour.position(grid.strips)[1] / body.rolling_radius
+    nodes = Heights.of(heights)
+    observers = np.searchsorted(solved.s, grid.strips)
+    load_number = {load: n for n, load in enumerate(solved.loads)}
+    loads = np.array([[load_number[Load(grid.patch(m), j)] for j in range(3)] for m in range(grid.n_s)])
+    half_space = HalfSpace(one_body(body.material, body.side))
+    xi = np.outer(nodes.stretch, grid.lags).ravel()
+    shares: dict[float, list[tuple[Array, Array]]] = {}  # by largest wavenumber, per load radius
+    found = {}
+    for name, samples, k_max in solved.variations():
+        wavenumbers = spectrum(k_max, body.rolling_radius)
+        if k_max not in shares:
+            shares[k_max] = [wavenumbers.shares(a * t, xi) for t in nodes.stretch]
+        weights = [
+            synthesis_weights(samples.axis, samples.k, wavenumbers, of_radius) for of_radius in shares[k_max]
+        ]
+        shape = (len(nodes.points), len(samples.k), len(nodes.points), grid.n_x)
+        even, odd = (np.stack(w).reshape(shape) for w in zip(*weights, strict=True))
+        tails = np.stack([_tails(half_space, grid, float(wavenumbers.k_max * t)) for t in nodes.stretch])
+        found[name] = LagSynthesis(grid, heights, nodes, even, odd, tails, samples, observers, loads)
+    return found
 
 
 @lru_cache(maxsize=64)

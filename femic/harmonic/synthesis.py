@@ -1,6 +1,6 @@
 """Displacements along x from the responses of a section."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -63,52 +63,72 @@ def displacements(solved: Responses, loads: Sequence[Load], points: Points) -> R
 
     `perturbed` of the result has those by the variations of the responses.
     """
-    with one_blas_thread():
-        by_variation = {
-            name: _summed(solved, samples, k_max, loads, points)
-            for name, samples, k_max in solved.variations()
-        }
-    return RawICs(by_variation.pop(""), solved.cost, by_variation, solved.drawn)
-
-
-def _summed(
-    solved: Responses, samples: Sampled, k_max: float, loads: Sequence[Load], points: Points
-) -> Array:
-    """Displacements [mm/N] from responses (k, load, 3, n_s) up to k_max [1/mm], shape (load, 3, n_points).
-
-    Wavenumbers beyond k_max are added as those of the half-space.
-    """
-    u = np.empty((len(loads), 3, len(points.x)))
     loads_of_patch: dict[Patch, list[int]] = {}
     for j, load in enumerate(loads):
         loads_of_patch.setdefault(load.patch, []).append(j)
-    for numbers in loads_of_patch.values():
-        u[numbers] = _under_patch(solved, samples, k_max, [loads[j] for j in numbers], points)
-    return u
+    variations = list(solved.variations())
+    u = {name: np.empty((len(loads), 3, len(points.x))) for name, _, _ in variations}
+    with one_blas_thread():
+        for numbers in loads_of_patch.values():
+            under_patch = _UnderPatch.of(
+                solved, [loads[j] for j in numbers], points, {k_max for _, _, k_max in variations}
+            )
+            for name, samples, k_max in variations:
+                u[name][numbers] = under_patch.displacements(samples, k_max)
+    return RawICs(u.pop(""), solved.cost, u, solved.drawn)
 
 
-def _under_patch(
-    solved: Responses, samples: Sampled, k_max: float, loads: Sequence[Load], points: Points
-) -> Array:
-    """Displacements [mm/N] under loads on one patch, shape (load, 3, n_points)."""
-    body, patch = solved.body, loads[0].patch
-    observer = np.searchsorted(solved.s, points.s)
-    xi = body.surface.chart_x(points.x, points.s, patch.s)
-    distances, distance_number = np.unique(np.abs(xi), return_inverse=True)
-    stretch = float(body.surface.chart_x(1.0, patch.s, patch.s))  # chart length over arc length at the load
-    wavenumbers = spectrum(k_max, body.rolling_radius)
-    even, odd = synthesis_weights(samples.axis, samples.k, wavenumbers, patch.a * stretch, distances)
-    weights = np.stack([even[:, distance_number], odd[:, distance_number] * np.sign(xi)])
-    u = np.empty((len(loads), 3, len(xi)))
-    for row, load in enumerate(loads):
-        responses = samples.responses[:, solved.loads.index(load)]
-        for i, is_odd in enumerate(SINES[:, load.direction]):
-            u[row, i] = np.einsum("kp,kp->p", responses[:, i, observer], weights[int(is_odd)])
-    half_space, k_max_at_load = HalfSpace(one_body(body.material, body.side)), wavenumbers.k_max * stretch
-    directions = [load.direction for load in loads]
-    for s in np.unique(points.s[np.abs(points.s - patch.s) < patch.b + WAVE_REACH / k_max_at_load]):
-        on_strip = points.s == s
-        u[..., on_strip] += np.swapaxes(
-            tail(half_space, patch, k_max_at_load, points.x[on_strip], s - patch.s), 0, 1
-        )[directions]
-    return u
+@dataclass(frozen=True, eq=False)
+class _UnderPatch:
+    """Displacements at points under loads on one patch; what variations have in common is computed once."""
+
+    solved: Responses
+    loads: list[Load]  # on the same patch
+    points: Points
+    observer: Indices  # number of each point's arc length among those of the responses
+    stretch: float  # chart length over arc length at the load
+    distance: Indices  # number of each point's |xi| among those of the shares
+    sign: Array  # of each point's xi
+    shares: dict[float, tuple[Array, Array]]  # at |xi| without repetitions, by the largest wavenumber
+
+    @classmethod
+    def of(
+        cls, solved: Responses, loads: list[Load], points: Points, largest: Iterable[float]
+    ) -> "_UnderPatch":
+        """Prepare what variations with these largest wavenumbers [1/mm] have in common."""
+        surface, patch = solved.body.surface, loads[0].patch
+        xi = surface.chart_x(points.x, points.s, patch.s)
+        distances, distance = np.unique(np.abs(xi), return_inverse=True)
+        stretch = float(surface.chart_x(1.0, patch.s, patch.s))
+        observer = np.searchsorted(solved.s, points.s)
+        shares = {
+            k_max: spectrum(k_max, solved.body.rolling_radius).shares(patch.a * stretch, distances)
+            for k_max in largest
+        }
+        return cls(solved, loads, points, observer, stretch, distance, np.sign(xi), shares)
+
+    def displacements(self, samples: Sampled, k_max: float) -> Array:
+        """Displacements [mm/N] from responses (k, load, 3, n_s) up to k_max [1/mm], (load, 3, n_points).
+
+        Wavenumbers beyond k_max are added as those of the half-space.
+        """
+        wavenumbers = spectrum(k_max, self.solved.body.rolling_radius)
+        even, odd = synthesis_weights(samples.axis, samples.k, wavenumbers, self.shares[k_max])
+        weights = np.stack([even[:, self.distance], odd[:, self.distance] * self.sign])
+        u = np.empty((len(self.loads), 3, len(self.points.x)))
+        for row, load in enumerate(self.loads):
+            responses = samples.responses[:, self.solved.loads.index(load)]
+            for i, is_odd in enumerate(SINES[:, load.direction]):
+                u[row, i] = np.einsum("kp,kp->p", responses[:, i, self.observer], weights[int(is_odd)])
+        self._add_tail(u, wavenumbers.k_max * self.stretch)
+        return u
+
+    def _add_tail(self, u: Array, k_max: float) -> None:
+        """Add the half-space's displacements by wavenumbers beyond k_max [1/mm] at the load."""
+        body, patch, points = self.solved.body, self.loads[0].patch, self.points
+        half_space = HalfSpace(one_body(body.material, body.side))
+        directions = [load.direction for load in self.loads]
+        for s in np.unique(points.s[np.abs(points.s - patch.s) < patch.b + WAVE_REACH / k_max]):
+            on_strip = points.s == s
+            beyond = tail(half_space, patch, k_max, points.x[on_strip], s - patch.s)
+            u[..., on_strip] += np.swapaxes(beyond, 0, 1)[directions]

@@ -164,14 +164,14 @@ def synthesis(response: Array, direction: int, wavenumbers: Spectrum, a: float, 
 
 
 def synthesis_weights(
-    axis: Axis, k: Array, wavenumbers: Spectrum, a: float, xi: Array
+    axis: Axis, k: Array, wavenumbers: Spectrum, shares: tuple[Array, Array]
 ) -> tuple[Array, Array]:
-    """Weights [1/mm] of the responses at the solved k in displacements at xi [mm], shape (len(k), n) each.
+    """Weights [1/mm] of the responses at the solved k in displacements, shape (len(k), n) each.
 
-    First those of responses even in x, then those of odd ones: `Spectrum.shares` with the interpolation
-    between the solved wavenumbers.
+    First those of responses even in x, then those of odd ones: the `shares` of the wavenumbers with the
+    interpolation between the solved ones.
     """
-    even, odd = wavenumbers.shares(a, xi)
+    even, odd = shares
     even_interpolation, odd_interpolation = axis.interpolation(k, wavenumbers.k)
     return even_interpolation.T @ even, odd_interpolation.T @ odd
 

@@ -14,7 +14,7 @@ import numpy as np
 from femic.accuracy import Shares
 from femic.discount import discount, fit_discount, motions
 from femic.estimate import Estimated, estimated, total
-from femic.harmonic.lags import LagSynthesis
+from femic.harmonic.lags import LagSynthesis, syntheses
 from femic.harmonic.record import HARMONIC
 from femic.harmonic.synthesis import Responses, displacements
 from femic.level import Level, factors
@@ -48,11 +48,8 @@ class MatrixReference:
         u = displacements(self.solved, self.job.fit_loads, self.job.fit_points)
         fit_displacements = {"": u.u, **u.perturbed}
         return {
-            name: (
-                LagSynthesis.of(self.solved, samples, k_max, self.job.grid),
-                self._m(fit_displacements[name]),
-            )
-            for name, samples, k_max in self.solved.variations()
+            name: (synthesis, self._m(fit_displacements[name]))
+            for name, synthesis in syntheses(self.solved, self.job.grid).items()
         }
 
     def _m(self, u: Array) -> Array:

@@ -94,7 +94,7 @@ def test_weights_of_solved_wavenumbers_add_up_to_the_synthesis():
         integral(30.0),
         np.array([0.0, 0.4, 3.0]),
     )
-    even, odd = synthesis_weights(axis, k, over, 0.2, xi)
+    even, odd = synthesis_weights(axis, k, over, over.shares(0.2, xi))
     for direction in range(3):
         response = np.stack([k * np.exp(-k) if sine else np.exp(-k * k) for sine in SINES[:, direction]])
         at = np.stack(

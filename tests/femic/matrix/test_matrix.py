@@ -13,7 +13,7 @@ from femic.at_points import references
 from femic.discount import generalized
 from femic.estimate import total
 from femic.harmonic.engine import build_section, solve
-from femic.harmonic.lags import LagSynthesis
+from femic.harmonic.lags import syntheses
 from femic.harmonic.record import HARMONIC
 from femic.harmonic.section_model import assemble
 from femic.harmonic.section_response import _part, strip_force
@@ -101,8 +101,7 @@ def test_lags_are_points(radius):
     job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), Grid(6, 9, 1.0, 1.0), radius)
     model = solve(job.request(Level(cells=-1)), workers=2)
     x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))
-    for name, found, k_max in model.variations():
-        by_lag = LagSynthesis.of(model, found, k_max, job.grid)
+    for name, by_lag in syntheses(model, job.grid).items():
         for strip in (0, 4, 7):
             loads = job.strip_loads[3 * strip : 3 * strip + 3]
             at_points = displacements(model, loads, Points(x, s))
