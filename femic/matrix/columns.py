@@ -30,9 +30,8 @@ def column_scale(strip: int, c: Array, jobs: Sequence[MatrixJob]) -> Array:
 
 def half_spaces_nn(strip: int, jobs: Sequence[MatrixJob]) -> Array:
     """Sum of the bodies' A_nn under a unit load on a strip [mm/N], shape (n_x, n_s)."""
-    grid = jobs[0].grid
-    x, s = grid.lags[:, None], grid.strips - grid.strips[strip]
-    return np.asarray(np.sum([job.half_space_nn(x, s) for job in jobs], axis=0))
+    strips_apart = np.abs(np.arange(jobs[0].grid.n_s) - strip)
+    return np.asarray(np.sum([job.half_space_column[:, strips_apart] for job in jobs], axis=0))
 
 
 def is_far(strip: int, grid: Grid) -> Mask:

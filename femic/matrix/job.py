@@ -113,6 +113,11 @@ class MatrixJob:
             fit_patches=tuple(dict.fromkeys(load.patch for load in self.fit_loads)),
         )
 
+    @cached_property
+    def half_space_column(self) -> Array:
+        """A_nn per unit load [mm/N] at all lags and numbers of strips apart, shape (n_x, n_s)."""
+        return self.half_space_nn(self.grid.lags[:, None], self.grid.ds * np.arange(self.grid.n_s))
+
     def half_space_nn(self, x: ArrayLike, s: ArrayLike) -> Array:
         """A_nn per unit load [mm/N] at distances x, s [mm], of their common shape."""
         patch = Patch(self.grid.dx / 2, self.grid.ds / 2)

@@ -5,6 +5,7 @@ import pytest
 
 from approx.matrix import matrix
 from approx.pair import Solid
+from contact import grid_operator
 from contact.grid_operator import GridOperator, reciprocity_defects
 from geometries.contours import arc
 from geometries.grids import Grid
@@ -39,6 +40,23 @@ def test_its_smallest_eigenvalue_is_that_of_the_symmetric_part(variant):
     exact = np.linalg.eigvalsh((whole + whole.T) / 2)[0]
     found = GridOperator.of(matrix(variant, RAIL, GRID)).smallest_eigenvalue()
     assert found == pytest.approx(exact, rel=0.03)
+
+
+@pytest.mark.parametrize("iterations", [1, 100])
+@pytest.mark.parametrize("share", [0.0, 0.3, 3.0])
+def test_so_it_is_where_a_rigid_compliance_is_subtracted_and_where_the_search_does_not_end(
+    monkeypatch, share, iterations
+):
+    """Such matrices are not definite. A search that is stopped is followed by another one."""
+    monkeypatch.setattr(grid_operator, "MOST_ITERATIONS", iterations)
+    ics, whole = matrix("Bhat", RAIL, GRID), dense("Bhat")
+    subtracted = share * ics[0, 2, 2, 2, 2]
+    ics[..., 2, 2] -= subtracted
+    whole[2::3, 2::3] -= subtracted
+    exact = np.linalg.eigvalsh((whole + whole.T) / 2)[0]
+    assert (exact < 0) == (share > 0)
+    least = np.min(np.abs(np.diagonal(whole)))
+    assert GridOperator.of(ics).smallest_eigenvalue() == pytest.approx(exact, abs=0.03 * least)
 
 
 @pytest.mark.parametrize(("variant", "reciprocal"), [("A", True), ("Bhat", True), ("B", False)])

@@ -1,4 +1,7 @@
-"""How hypothesis draws cases: the same ones in every run, a given number, with no limit of time."""
+"""How hypothesis draws cases: a given number of them, with no limit of time, by no chance of its own.
+
+They are the same as long as the code and the modules that are loaded are the same: it tries their constants.
+"""
 
 from hypothesis import HealthCheck, Phase, settings
 
