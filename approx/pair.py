@@ -1,13 +1,13 @@
 """Two bodies in contact: approximations of one of them, or of the displacement difference of both."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from approx.effective import EffectiveProperties
 from approx.halfspace import HalfSpace
-from approx.variants import COUPLING, approximate
+from approx.variants import COUPLING, approximate, approximations
 from geometries.arrays import Array
 from geometries.materials import ElasticConstants, Material, both_bodies, one_body
 from geometries.patches import Patch
@@ -31,8 +31,12 @@ class Solid:
 
     def approximate(self, variant: str, patch: Patch, points: Points) -> Array:
         """ICs of this body per unit pressure [mm/MPa], shape (3, 3, ...): `approx.variants.approximate`."""
+        return self.approximations([variant], patch, points)[variant]
+
+    def approximations(self, variants: Sequence[str], patch: Patch, points: Points) -> dict[str, Array]:
+        """ICs by several variants, each as of `approximate`; what they have in common is computed once."""
         half_space = HalfSpace(self.constants, effective=self.effective)
-        return approximate(variant, half_space, self.surface, patch, points)
+        return approximations(variants, half_space, self.surface, patch, points)
 
     def curvature(self, patch: Patch, points: Points) -> Array:
         """Part of B-hat [mm/MPa] by the curvature of the body along x, shape (3, 3, ...); 0 if prismatic."""
@@ -62,13 +66,20 @@ class Pair:
         for the curvature of wheels along x; with `curvature_apart` the effect of this curvature on B-hat of
         each body is added instead. Source: [BVSV] section 4, design section 2.
         """
-        if variant == "Bhat_prime" and self.effective:
-            return self._effective(patch, points)
-        body_ics = [body.approximate(variant, patch, points) for body in (self.upper, self.lower)]
-        total = np.sum(body_ics, axis=0)
-        if variant == "mix" and self.effective:
-            total[COUPLING] = self._effective(patch, points)[COUPLING]
-        return np.asarray(total)
+        return self.approximations([variant], patch, points)[variant]
+
+    def approximations(self, variants: Sequence[str], patch: Patch, points: Points) -> dict[str, Array]:
+        """ICs by several variants, each as of `approximate`; what they have in common is computed once."""
+        of_pair = {"Bhat_prime"} if self.effective else set()
+        summed = [variant for variant in variants if variant not in of_pair]
+        upper, lower = (body.approximations(summed, patch, points) for body in (self.upper, self.lower))
+        total = {variant: upper[variant] + lower[variant] for variant in summed}
+        if self.effective and {"Bhat_prime", "mix"} & set(variants):
+            effective = self._effective(patch, points)
+            if "mix" in total:
+                total["mix"][COUPLING] = effective[COUPLING]
+            total["Bhat_prime"] = effective
+        return {variant: total[variant] for variant in variants}
 
     def _effective(self, patch: Patch, points: Points) -> Array:
         """B-hat-prime by the combined effective properties [mm/MPa]."""

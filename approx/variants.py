@@ -1,8 +1,9 @@
 """The registry of approximations by name, with their formulas and symbols; `approximate` computes them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from types import MappingProxyType
 
 from numpy.typing import ArrayLike
@@ -40,17 +41,17 @@ class Ingredients:
     x: Array
     s: Array
 
-    @property
+    @cached_property
     def a(self) -> Array:
         """A [mm/MPa], shape (3, 3, ...)."""
         return self.half_space.ics(self.patch, self.x, self.s - self.patch.s)
 
-    @property
+    @cached_property
     def a_prime(self) -> Array:
         """A' by the effective properties [mm/MPa], shape (3, 3, ...)."""
         return self.half_space.effective_ics(self.patch, self.x, self.s - self.patch.s)
 
-    @property
+    @cached_property
     def turn(self) -> Turn:
         """T from load to observer."""
         return turn_between(self.surface, (self.x, self.s), self.patch.s)
@@ -107,7 +108,20 @@ def approximate(
     that are not finite, and for B-hat-prime without effective properties. Source: [BVSV] sections 3 and 4,
     design section 3.
     """
-    if variant not in VARIANTS:
-        raise WrongInput(f"variant = {variant!r}: one of {', '.join(VARIANTS)}")
+    return approximations([variant], half_space, surface, patch, points)[variant]
+
+
+def approximations(
+    variants: Sequence[str],
+    half_space: HalfSpace,
+    surface: Surface,
+    patch: Patch,
+    points: tuple[ArrayLike, ArrayLike],
+) -> dict[str, Array]:
+    """ICs by several variants, each as of `approximate`; what they have in common is computed once."""
+    for variant in variants:
+        if variant not in VARIANTS:
+            raise WrongInput(f"variant = {variant!r}: one of {', '.join(VARIANTS)}")
     x, s = observers(*points)
-    return VARIANTS[variant].formula(Ingredients(half_space, surface, patch, x, s))
+    ingredients = Ingredients(half_space, surface, patch, x, s)
+    return {variant: VARIANTS[variant].formula(ingredients) for variant in variants}

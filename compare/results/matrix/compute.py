@@ -10,7 +10,7 @@ import h5netcdf
 import numpy as np
 import xarray as xr
 
-from approx.matrix import column
+from approx.matrix import columns as approximations
 from compare.results.compute import models_of, parts_of, solids
 from compare.results.matrix.deviation import Column, Deviation
 from compare.results.matrix.reciprocity import Reciprocity, reciprocity
@@ -165,11 +165,12 @@ class _Collected:
             self.errors[name].append(column_shares(strip, c, column_scale(strip, c.ic, jobs)))
             columns[name] = Column(c, is_far(strip, grid), half_spaces_nn(strip, jobs))
             self.known[name] = self.known[name].with_column(c.estimate, columns[name])
-        for (variant, name), deviation in self.deviations.items():
-            approximation = column(variant, solids(self.scene)[name], grid, strip) / grid.area
-            self.deviations[variant, name] = deviation.with_column(
-                approximation - compared[name].ic, columns[name]
-            )
+            variants = [variant for variant, compared_name in self.deviations if compared_name == name]
+            approximated = approximations(variants, solids(self.scene)[name], grid, strip)
+            for variant, ics in approximated.items():
+                self.deviations[variant, name] = self.deviations[variant, name].with_column(
+                    ics / grid.area - c.ic, columns[name]
+                )
 
     def eigenvalues(self) -> dict[str, float]:
         """Smallest eigenvalue of each matrix, over the element's own ICs."""
