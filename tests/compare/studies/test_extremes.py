@@ -1,6 +1,7 @@
 """`femic extremes`, and the harmonic engine at the ends of what scenes may ask for."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -149,8 +150,13 @@ def test_a_case_that_fails_is_reported(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_drawn_planes_are_known_to_their_estimates(engine, monkeypatch):
+    """99 of 100 errors are within their estimates; of the others none is ten times its own."""
     monkeypatch.setattr(engines, "DRAWN_PLANES", 15)
-    assert engine._drawn_planes().used < 2
+    found = engine._drawn_planes()
+    within, errors = map(int, re.search(r"(\d+) of (\d+) errors", found.note).groups())
+    assert errors == 15 * 3 * len(engines.SIX)
+    assert within >= 0.99 * errors
+    assert found.used < 10
 
 
 # --- scenes at their limits -----------------------------------------------------------------------------
