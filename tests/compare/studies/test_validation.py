@@ -104,7 +104,7 @@ def test_every_criterion_is_measured_in_some_case(runs):
 
 def factor(entry, by):
     """A, as approximations see it, with one component and its reciprocal wrong by a factor."""
-    right = variants.Ingredients.a.fget
+    right = variants.Ingredients.a.func
 
     def wrong(self):
         a = right(self).copy()
