@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh, lobpcg
 
-from geometries.arrays import Array
+from geometries.arrays import Array, Indices
 from geometries.patches import X, mirror_signs
 
 Complex = NDArray[np.complex128] | NDArray[np.complex64]
@@ -19,6 +19,7 @@ Complex = NDArray[np.complex128] | NDArray[np.complex64]
 PARITY = mirror_signs(X)  # parity in x of the components (i, j): -1 odd
 EIGENVALUE_ACCURACY = 0.03  # accuracy of the smallest eigenvalue over the least IC of an element on itself
 PRECONDITIONER_SHIFT = 0.1  # smallest eigenvalue of the preconditioner's inverse over that IC
+ALL_BELOW, EVERY = 6, 6  # frequencies of the preconditioner: all below a number, then every sixth
 MOST_ITERATIONS = 100  # of the search for the smallest eigenvalue
 
 
@@ -31,11 +32,14 @@ class GridOperator:
 
     @classmethod
     def of(cls, ics: Array) -> "GridOperator":
-        """The operator of ICs (n_x, n_s, n_s, 3, 3) [mm/MPa] at lags >= 0; negative lags follow by parity."""
+        """The operator of ICs (n_x, n_s, n_s, 3, 3) [mm/MPa] at lags >= 0; negative lags follow by parity.
+
+        It has the precision of the ICs, single or double.
+        """
         n_x, n_s = ics.shape[:2]
-        lags = np.zeros((2 * n_x, *ics.shape[1:]))
+        lags = np.zeros((2 * n_x, *ics.shape[1:]), ics.dtype)
         lags[:n_x] = ics
-        lags[n_x + 1 :] = PARITY * ics[:0:-1]
+        lags[n_x + 1 :] = PARITY.astype(ics.dtype) * ics[:0:-1]
         rows = np.fft.rfft(lags, axis=0).transpose(0, 1, 3, 2, 4)
         return cls(rows.reshape(n_x + 1, 3 * n_s, 3 * n_s), n_x)
 
@@ -51,15 +55,17 @@ class GridOperator:
 
         It is positive where all tractions do positive work. On a ring of twice the grid's length the
         frequencies are apart, and the smallest eigenvalue is not larger: so shifted, the inverse on that ring
-        is positive and preconditions the search (LOBPCG).
+        is positive and preconditions the search (LOBPCG). It changes little between high frequencies.
         """
         symmetric = self._symmetric_part
         own_ics = np.fft.irfft(np.diagonal(symmetric.transformed, axis1=1, axis2=2), axis=0)[0]
         least = float(np.min(np.abs(own_ics)))
-        shift = np.min(np.linalg.eigvalsh(symmetric.transformed)) - PRECONDITIONER_SHIFT * least
-        unknowns = symmetric.transformed.shape[1]
-        shifted = symmetric.transformed - (shift * np.eye(unknowns)).astype(np.complex64)
-        inverse = GridOperator(np.linalg.inv(shifted).astype(np.complex64), self.n_x)
+        chosen, nearest = _frequencies(self.n_x + 1)
+        of_chosen = symmetric.transformed[chosen]
+        shift = np.min(np.linalg.eigvalsh(of_chosen)) - PRECONDITIONER_SHIFT * least
+        unknowns = of_chosen.shape[1]
+        shifted = of_chosen - (shift * np.eye(unknowns)).astype(np.complex64)
+        inverse = GridOperator(np.linalg.inv(shifted).astype(np.complex64)[nearest], self.n_x)
         start = np.random.default_rng(0).standard_normal((self.n_x * unknowns, 1))
         with warnings.catch_warnings(action="ignore"):  # of no convergence, which the residual tells
             _, vectors = lobpcg(
@@ -104,11 +110,18 @@ class GridOperator:
         return LinearOperator((size, size), dtype=float, matvec=applied)
 
 
+def _frequencies(n: int) -> tuple[Indices, Indices]:
+    """Numbers of some of n frequencies, all low ones among them, and for each of n the nearest of these."""
+    numbers = np.arange(n)
+    chosen = np.flatnonzero((numbers < ALL_BELOW) | (numbers % EVERY == 0) | (numbers == n - 1))
+    return chosen, np.argmin(np.abs(numbers[:, None] - chosen), axis=1)
+
+
 def reciprocity_defects(ics: Array) -> Array:
     """Largest |C(I, J) - C(J, I)^T| per pair of strips, over the largest |C_nn|, shape (n_s, n_s), symmetric.
 
     `ics` has the shape (n_x, n_s, n_s, 3, 3). ICs of curved bodies that are observed at centres, and not
     averaged over elements, are not quite reciprocal.
     """
-    exchanged = PARITY * np.swapaxes(np.swapaxes(ics, 1, 2), 3, 4)
+    exchanged = PARITY.astype(ics.dtype) * np.swapaxes(np.swapaxes(ics, 1, 2), 3, 4)
     return np.asarray(np.max(np.abs(ics - exchanged), axis=(0, 3, 4)) / np.max(np.abs(ics[..., 2, 2])))

@@ -99,11 +99,11 @@ def discount(m: Array, unit: Array) -> Array:
 def motions(body: Body, points: Points, s_load: float) -> Array:
     """D between points and a load at arc length s_load [mm], per unit of each entry of M in `ENTRIES`.
 
-    Shape (7, 3, 3, n).
+    Shape (7, 3, 3, n); x and s of the points may also have shapes that broadcast together.
     """
     surface = body.surface
     xi = surface.chart_x(points.x, points.s, s_load)
-    s_loads = np.full_like(xi, s_load)
+    s_loads = np.full_like(points.s, s_load)
     seen = generalized(body, xi / 2, points.s), generalized(body, -xi / 2, s_loads)  # from half way
 
     def product(a: int, b: int) -> Array:
@@ -158,7 +158,7 @@ def _section_turns(body: Body, s: Array, s_load: Array, angle: Array) -> tuple[A
 
 def _outer(of_observer: Array, of_load: Array) -> Array:
     """Products (3, 3, n) of values (3, n) at observers and at loads."""
-    return np.einsum("ip,jp->ijp", of_observer, of_load)
+    return of_observer[:, None] * of_load[None]
 
 
 @dataclass(frozen=True)

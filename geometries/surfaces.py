@@ -55,8 +55,7 @@ class Surface:
 
     def position(self, xi: ArrayLike, s: ArrayLike) -> Array:
         """Points of the contact surface in global axes [mm], shape (3, n)."""
-        xi, s = np.broadcast_arrays(np.asarray(xi, dtype=float), np.asarray(s, dtype=float))
-        return self.turned(np.stack([xi, *self.contour.position(s)]))
+        return self.turned(np.stack(np.broadcast_arrays(xi, *self.contour.position(s))))
 
     def turned(self, section_points: Array) -> Array:
         """Global positions of points (xi, y, z): section coordinates (y, z), turned to xi; (3, n)."""
@@ -80,12 +79,13 @@ class Surface:
 
     def axes(self, xi: ArrayLike, s: ArrayLike) -> Array:
         """Local directions x, s, n in global axes, shape (3 directions, 3 components, n)."""
-        xi, s = np.broadcast_arrays(np.asarray(xi, dtype=float), np.asarray(s, dtype=float))
-        theta = xi / self.rolling_radius
-        cos, sin, zero = np.cos(theta), self.side * np.sin(theta), np.zeros_like(theta)
+        theta = np.asarray(xi, dtype=float) / self.rolling_radius
+        cos, sin = np.cos(theta), self.side * np.sin(theta)
 
         def turned(v: Array) -> list[Array]:
             return [-sin * v[1], v[0], cos * v[1]]
 
-        tangent, normal = self.contour.tangent(s), self.contour.normal(s)
-        return np.array([[cos, zero, sin], turned(tangent), turned(normal)])
+        along_x = [cos, np.zeros_like(cos), sin]
+        components = along_x + turned(self.contour.tangent(s)) + turned(self.contour.normal(s))
+        stacked = np.stack(np.broadcast_arrays(*components))
+        return stacked.reshape(3, 3, *stacked.shape[1:])

@@ -20,22 +20,23 @@ from joblib import Parallel, delayed
 from femic.accuracy import NotConverged
 from femic.harmonic.request import NEARER, HarmonicRequest
 from femic.harmonic.section import SectionMesh, section_mesh
-from femic.harmonic.section_model import assemble
 from femic.harmonic.section_response import Respond
-from femic.harmonic.section_size import SectionSize
+from femic.harmonic.section_size import Finer, SectionSize
 from femic.harmonic.synthesis import Responses, displacements, odd_in_k
 from femic.harmonic.wavenumbers import Sampled, sampled
+from femic.meshing.cell_size import Cells
 from femic.models import Cost, RawICs, peak_memory
 from femic.work.threads import one_blas_thread
 from geometries.arrays import Array
 from geometries.patches import Patch
 
-FINER = 5.0  # the cells near the patches where M is fitted are this much smaller
+FINER = 5.0  # the cells at the patches where M is fitted are this much smaller
+FINER_GROWTH, FINER_REACH = 0.7, 6.0  # over growth, up to as many half-sides from these patches
 WAVE_CELLS = 4.0  # longest cell on a strip times the largest wavenumber, over growth
 CENTRE_WAVE_CELLS = 17.5  # like `WAVE_CELLS`, where displacements are read at the centres of strips only
 
 Progress = Callable[[int], None]  # takes the number of answers found so far, 0 after the assembly
-Answer = tuple[Array, float]  # responses (..., load, 3, len(s)) [mm^2/N] at a wavenumber, and their residual
+Answer = tuple[Array, float]  # responses (arc, load, 3, len(s)) [mm^2/N] at a wavenumber, and their residual
 
 
 class Kept(Protocol):
@@ -55,9 +56,18 @@ def build_section(request: HarmonicRequest) -> SectionMesh:
     wave_cell = WAVE_CELLS * cells.growth / request.k_max
     if request.even_strips:
         wave_cell = min(cells.smallest, CENTRE_WAVE_CELLS * cells.growth / request.k_max)
-    finer = [(strips(request.fit_patches), cells.smallest / FINER)] if request.fit_patches else []
-    size = SectionSize(cells, strips(load.patch for load in request.loads), wave_cell, tuple(finer))
+    size = SectionSize(
+        cells, strips(load.patch for load in request.loads), wave_cell, _finer(request.fit_patches, cells)
+    )
     return section_mesh(request.body, size, half_section=half_section)
+
+
+def _finer(fit_patches: Sequence[Patch], cells: Cells) -> Finer | None:
+    """The cells round the patches where M is fitted, if there are any."""
+    if not fit_patches:
+        return None
+    reach = FINER_REACH * max(patch.b for patch in fit_patches)
+    return Finer(strips(fit_patches), cells.smallest / FINER, FINER_GROWTH * cells.growth, reach)
 
 
 def strips(patches: Iterable[Patch]) -> Array:
@@ -130,7 +140,7 @@ def _with_coarser_cells(
     """The responses (k, load, 3, len(s)) with coarser cells at wavenumbers [1/mm]."""
     _, respond = prepared.of(request.coarser, (1.0,))
     with prepared.timed("solution"):
-        return np.stack(answers.to("coarser_", respond, wavenumbers.tolist()))
+        return np.concatenate(answers.to("coarser_", respond, wavenumbers.tolist()))
 
 
 @dataclass(eq=False)
@@ -153,7 +163,7 @@ class _Prepared:
                 "larger `tolerance`, larger cells (`growth`) or a larger `most_unknowns`"
             )
         with self.timed("assembly"):
-            return section, Respond(assemble(section), request.loads, request.observed, shares)
+            return section, Respond(section, request.loads, request.observed, shares)
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -198,8 +208,7 @@ def _with_both_arcs(request: HarmonicRequest, respond: Respond, k: float) -> Ans
 
     From `request.felt` on the distance of the far arc does not matter: one solution serves both.
     """
+    if k < request.felt:
+        return respond(k, (1.0, 1 / NEARER))
     at_arc, residual = respond(k)
-    if k >= request.felt:
-        return np.stack([at_arc, at_arc]), residual
-    nearer, nearer_residual = respond(k, 1 / NEARER)
-    return np.stack([at_arc, nearer]), max(residual, nearer_residual)
+    return np.concatenate([at_arc, at_arc]), residual

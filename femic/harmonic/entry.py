@@ -7,12 +7,12 @@ import numpy as np
 import xarray as xr
 
 from femic.harmonic.engine import Answer
-from femic.harmonic.request import HarmonicRequest
 from femic.harmonic.synthesis import Responses
-from femic.harmonic.wavenumbers import Sampled
+from femic.harmonic.wavenumbers import Axis, Sampled
 from femic.models import cost_from
 from femic.work.store import Store
-from geometries.patches import DIRECTIONS
+from geometries.bodies import Body
+from geometries.patches import DIRECTIONS, Load
 
 
 def to_entry(responses: Responses) -> xr.Dataset:
@@ -46,16 +46,16 @@ def to_entry(responses: Responses) -> xr.Dataset:
     )
 
 
-def from_entry(entry: xr.Dataset, request: HarmonicRequest) -> Responses:
-    """The responses to a request, from the entry that `to_entry` made of them."""
+def from_entry(entry: xr.Dataset, body: Body, loads: tuple[Load, ...], axis: Axis) -> Responses:
+    """The responses of a body to loads, from the entry that `to_entry` made of them."""
     k, at_arc = entry.k.values, entry.response.values
     nearer = at_arc.copy()
     nearer[np.isin(k, entry.k_felt.values)] = entry.response_nearer.values
-    samples = Sampled(request.axis, k, np.stack([at_arc, nearer], axis=1), entry["last"].values.astype(bool))
+    samples = Sampled(axis, k, np.stack([at_arc, nearer], axis=1), entry["last"].values.astype(bool))
     drawn = entry.vertices.values, entry.triangles.values
     cost = cost_from(entry.attrs["cost"])
     coarser = entry.response_coarser.values
-    return Responses(request.body, request.loads, entry.s.values, samples, coarser, cost, drawn)
+    return Responses(body, loads, entry.s.values, samples, coarser, cost, drawn)
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,13 @@
-"""The equations of a section at a wavenumber: factored, solved, and the solution proved."""
+"""The equations of a section at a wavenumber: their matrix, its factors, and what proves a solution."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse.linalg import SuperLU, norm, splu
 
 from femic.accuracy import NotConverged
-from geometries.arrays import Array, Indices, Mask
+from geometries.arrays import Array, Mask
 
 # A tenth of the tightest tolerance. The relative error of the displacements is a quarter of the residual or
 # less (measured by a step of iterative refinement). Rounding leaves residuals of 1e-14 at large k, and of
@@ -48,33 +48,6 @@ class Stiffness:
         return csc_matrix((self.data(k), self.pattern.indices, self.pattern.indptr), shape=self.pattern.shape)
 
 
-@dataclass(frozen=True, eq=False)
-class FreeSystem:
-    """The equations of the free amplitudes: at each wavenumber one factorisation serves all loads.
-
-    `free` are the numbers of the free amplitudes in the order in which they are eliminated.
-    """
-
-    free: Indices
-    stiffness: Stiffness
-
-    def solved(self, k: float, forces: Array) -> tuple[Array, float]:
-        """Amplitudes (unknowns, n) under forces (unknowns, n) at one wavenumber, and their residual.
-
-        The residual ||K u - f|| / ||f|| is that of all columns at once, by their `column_weights`. It takes
-        one product with K. Raises NotConverged where K(k) has no factors, and where the residual is above
-        `LARGEST_RESIDUAL` or no number.
-        """
-        matrix = self.stiffness.at(k)
-        f = np.ascontiguousarray(forces[self.free])
-        u = np.zeros_like(forces)
-        u[self.free] = factors_of(matrix, k).solve(f)
-        weights = column_weights(f)
-        residual = float(np.linalg.norm(matrix @ (u[self.free] @ weights) - f @ weights))
-        require_small(residual, k, self.stiffness.size)
-        return u, residual
-
-
 def factors_of(matrix: csc_matrix, k: float) -> SuperLU:
     """The LU factors of a matrix at a wavenumber [1/mm], in its own order.
 
@@ -85,10 +58,10 @@ def factors_of(matrix: csc_matrix, k: float) -> SuperLU:
             matrix, permc_spec="NATURAL", panel_size=1, diag_pivot_thresh=0.0, options={"SymmetricMode": True}
         )
     except RuntimeError as error:  # SuperLU met a pivot that is 0
-        raise _not_solved(k, matrix.shape[0], str(error)) from error
+        raise not_solved(k, matrix.shape[0], str(error)) from error
 
 
-def column_weights(forces: Array) -> Array:
+def column_weights(forces: csc_matrix) -> Array:
     """Weights of the columns of forces (unknowns, n) in a sum that proves all their solutions, shape (n,).
 
     Each column is divided by its norm, which keeps large columns from hiding small ones, and multiplied by a
@@ -97,18 +70,18 @@ def column_weights(forces: Array) -> Array:
     generator = np.random.default_rng(0)
     n = forces.shape[1]
     factors = generator.uniform(1.0, 2.0, n) * generator.choice([-1.0, 1.0], n)
-    return factors / np.linalg.norm(forces, axis=0)
+    return np.asarray(factors / norm(forces, axis=0))
 
 
 def require_small(residual: float, k: float, unknowns: int) -> None:
     """Raise NotConverged where the residual at a wavenumber [1/mm] is too large, or no number."""
     if not residual <= LARGEST_RESIDUAL:
-        raise _not_solved(
+        raise not_solved(
             k, unknowns, f"the residual is {residual:.1e} of the forces, {LARGEST_RESIDUAL:.0e} allowed"
         )
 
 
-def _not_solved(k: float, unknowns: int, reason: str) -> NotConverged:
+def not_solved(k: float, unknowns: int, reason: str) -> NotConverged:
     """The error at a wavenumber [1/mm]."""
     return NotConverged(
         f"section at the wavenumber k = {k:.4g} 1/mm, {unknowns:,} unknowns: not solved: {reason}. Likely "

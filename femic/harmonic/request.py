@@ -10,11 +10,10 @@ from femic.harmonic.wavenumbers import Axis
 from femic.level import COARSER
 from geometries.arrays import Array
 from geometries.bodies import Body
-from geometries.patches import Patch
+from geometries.patches import Load, Patch
 
 SCALE_LOWEST = 0.7  # scale of the wavenumbers times the far radius: below it the clamped far arc rules
 CURVED_FROM = 0.05  # half-side over radius of curvature beyond which larger wavenumbers are needed
-STEP_SHORTFALL = 0.25  # share of a step, 2 pi / a, by which the largest wavenumber may fall short
 FAR_REACH = 7.0  # lengths 1 / k beyond which the far arc is not felt
 NEARER = 2.0  # far radius over that of the nearer far arc, which shows the truncation error
 
@@ -27,28 +26,36 @@ class HarmonicRequest(Request):
     all cells on the strips are of the smallest size; near `fit_patches`, where M is fitted, they are `FINER`
     times smaller. `accuracy` [mm/N], a number or an array (load, 1, observer), is that of the interpolation
     between wavenumbers. `highest` is the largest wavenumber times the least half-side of the loads.
+
+    Spare loads and arc lengths are among the others, but only for later requests (`nesting`).
     """
 
     accuracy: Array | float
     highest: float = HIGHEST
     even_strips: bool = False
     fit_patches: tuple[Patch, ...] = ()
+    spare_loads: tuple[Load, ...] = ()
+    spare_s: tuple[float, ...] = ()
+
+    @property
+    def wanted_loads(self) -> tuple[Load, ...]:
+        """The loads without the spare ones."""
+        return tuple(load for load in self.loads if load not in self.spare_loads)
+
+    @property
+    def wanted_s(self) -> Array:
+        """The arc lengths of `observed` without the spare ones [mm], shape (n,)."""
+        return np.setdiff1d(self.observed, self.spare_s)
 
     @property
     def k_max(self) -> float:
-        """Largest wavenumber [1/mm]: the more curved the surface under the loads, the larger.
-
-        It is a multiple of 2 pi / a, where the weight of the patch, sin(k a) / (k a), is 0; so it is at half
-        of it for an even number of steps. So little is cut off.
-        """
-        patches = [load.patch for load in self.loads]
+        """Largest wavenumber [1/mm]: the more curved the surface under the loads, the larger."""
+        patches = [load.patch for load in self.wanted_loads]
         relative_curvature = max(
             _curvature(self.body, patch.s, patch.b) * max(patch.a, patch.b) for patch in patches
         )
         a, b = min(patch.a for patch in patches), min(patch.b for patch in patches)
-        needed = self.highest / min(a, b) * max(1.0, relative_curvature / CURVED_FROM) ** 0.5
-        step = HIGHEST / a
-        return step * int(np.ceil(needed / step - STEP_SHORTFALL))
+        return self.highest / min(a, b) * max(1.0, relative_curvature / CURVED_FROM) ** 0.5
 
     @property
     def coarser(self) -> "HarmonicRequest":

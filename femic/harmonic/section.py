@@ -17,7 +17,8 @@ from femic.meshing.collected import collected
 from femic.meshing.edges import edge_numbers
 from femic.meshing.gmsh_session import gmsh_session
 from femic.meshing.outline import add_section
-from geometries.arrays import Array, Indices
+from femic.symmetry import held_by_supports
+from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 
 FRONTAL, DELAUNAY = 6, 5  # Gmsh's numbers of its algorithms
@@ -45,6 +46,17 @@ class SectionMesh:
     knots: Array  # (n_edges + 1,) arc length of the vertices on the contour
     contour_nodes: Indices  # (4 n_edges + 1,) nodes on the contour in order, evenly between knots
     half_section: bool
+
+    @property
+    def nodes_of_cells(self) -> Indices:
+        """Numbers of the nodes of each cell, shape (cells, 15)."""
+        return np.asarray(self.mesh.dofs.element_dofs.T)
+
+    @property
+    def supported(self) -> Mask:
+        """Amplitudes that the far arc and the hub hold, shape (n_nodes, 3)."""
+        y, z = self.mesh.p[:, : self.mesh.nvertices]
+        return held_by_supports(self.body, self.mesh, y, z)
 
     def interpolation(self, s: Array) -> csr_matrix:
         """Matrix (len(s), n_nodes) that takes nodal values to the contour at arc lengths s [mm]."""

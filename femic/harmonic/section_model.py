@@ -13,9 +13,8 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 from skfem import Basis, ElementTriP4
 
-from femic.harmonic.equations import FreeSystem, Stiffness
+from femic.harmonic.equations import Stiffness
 from femic.harmonic.section import SectionMesh
-from femic.symmetry import held_by_supports
 from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 from geometries.errors import Failure
@@ -27,40 +26,29 @@ QUADRATURE_ORDER = 8  # the order of products of two shape functions
 class SectionModel:
     """A meshed and assembled section.
 
-    `amplitudes` are the numbers of all amplitudes in an order of elimination with little fill: the rows and
-    columns of the stiffness. Amplitude 3 n + c is the component c of node n.
+    `amplitudes` are the numbers of all amplitudes in an order of elimination with little fill, those of the
+    last nodes at the end: the rows and columns of the stiffness. Amplitude 3 n + c is the component c of node
+    n.
     """
 
     section: SectionMesh
     amplitudes: Indices  # (unknowns,)
     stiffness: Stiffness  # K0, K1, K2 [N/mm^2, N/mm, N]
-    supported: Mask  # (n_nodes, 3) amplitudes held by the far arc and the hub
-
-    @property
-    def unknowns(self) -> int:
-        """Number of amplitudes of the model, held ones included."""
-        return len(self.amplitudes)
-
-    def free_of(self, held: Mask) -> FreeSystem:
-        """The equations of the free amplitudes, where those marked in `held` (n_nodes, 3) are 0."""
-        kept = ~held.ravel()[self.amplitudes]
-        return FreeSystem(self.amplitudes[kept], self.stiffness.restricted(kept))
 
 
-def assemble(section: SectionMesh) -> SectionModel:
-    """Assemble K0, K1, K2 of a section; the far arc and the hub are its supports.
+def assemble(section: SectionMesh, last: Mask | None = None) -> SectionModel:
+    """Assemble K0, K1, K2 of a section; nodes marked in `last` (n_nodes,) are eliminated last.
 
     Raises Failure where cells are too coarse for the contour.
     """
     basis = Basis(section.mesh, ElementTriP4(), intorder=QUADRATURE_ORDER)
     _require_unfolded(basis)
-    order, blocks = _ordered_blocks(basis.element_dofs.T.astype(np.int64), int(basis.N))
-    y, z = section.mesh.p[:, : section.mesh.nvertices]
+    last_nodes = np.flatnonzero(np.zeros(basis.N, dtype=bool) if last is None else last)
+    order, blocks = _ordered_blocks(basis.element_dofs.T.astype(np.int64), int(basis.N), last_nodes)
     return SectionModel(
         section,
         (3 * order[:, None] + np.arange(3)).ravel(),
         blocks.stiffness(_cell_matrices(section.body, basis)),
-        held_by_supports(section.body, section.mesh, y, z),
     )
 
 
@@ -107,24 +95,35 @@ class _Blocks:
         return Stiffness(pattern, (k0, k1, k2))
 
 
-def _ordered_blocks(cells: Indices, n_nodes: int) -> tuple[Indices, _Blocks]:
-    """An order of elimination of the nodes of cells (n, 15), by minimum degree, and the blocks in it."""
+def _ordered_blocks(cells: Indices, n_nodes: int, last: Indices) -> tuple[Indices, _Blocks]:
+    """An order of elimination of the nodes of cells (n, 15), some of them last, and the blocks in it."""
     columns_and_rows = (cells[:, None, :] * n_nodes + cells[:, :, None]).ravel()
     pairs, pair_of_cells = np.unique(columns_and_rows, return_inverse=True)
-    column, row = np.divmod(pairs, n_nodes)
-    values = np.where(column == row, float(n_nodes), -1.0)
-    graph = csc_matrix(
-        (values, row, np.searchsorted(column, np.arange(n_nodes + 1))), shape=(n_nodes, n_nodes)
-    )
-    place = splu(
-        graph, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    ).perm_c
-    row, column = place[row].astype(np.int64), place[column].astype(np.int64)
+    place = _places(pairs, n_nodes, last)
+    column, row = place[np.stack(np.divmod(pairs, n_nodes))]
     sorted_pairs = np.lexsort((row, column))
     number = np.empty_like(sorted_pairs)
     number[sorted_pairs] = np.arange(len(pairs))
     of_cells = number[pair_of_cells].reshape(len(cells), 15, 15)
     return np.argsort(place), _Blocks.of(of_cells, row[sorted_pairs], column[sorted_pairs], n_nodes)
+
+
+def _places(pairs: Indices, n_nodes: int, last: Indices) -> Indices:
+    """Places of the nodes in an order by minimum degree, the last ones behind all others, shape (n_nodes,).
+
+    `pairs` are column * n_nodes + row of the entries of a matrix of the nodes. What is eliminated before the
+    last nodes joins them all: so they are taken as joined from the start.
+    """
+    joined = (last[:, None] * n_nodes + last).ravel()
+    column, row = np.divmod(np.union1d(pairs, joined), n_nodes)
+    values = np.where(column == row, float(n_nodes), -1.0)
+    starts = np.searchsorted(column, np.arange(n_nodes + 1))
+    graph = csc_matrix((values, row, starts), shape=(n_nodes, n_nodes))
+    found = splu(
+        graph, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    ).perm_c.astype(np.int64)
+    found[last] += n_nodes
+    return np.argsort(np.argsort(found))
 
 
 def _require_unfolded(basis: Basis) -> None:

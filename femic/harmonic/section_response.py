@@ -1,56 +1,132 @@
 """The response of a section at one wavenumber: displacements of observers under unit line loads on strips.
 
 Where half of the section is modelled, each load is the sum of an even and an odd part; a load at s = 0 has
-only one of them.
+only one of them. Even and odd parts, and far arcs at several radii, differ by what is held: one factorisation
+serves them all.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags_array, kron
+from scipy.sparse import csc_matrix, csr_matrix, diags_array, hstack, kron
 
+from femic.harmonic.condensation import Condensation
 from femic.harmonic.section import SectionMesh
-from femic.harmonic.section_model import SectionModel
-from femic.harmonic.traces import Traces
+from femic.harmonic.section_model import assemble
 from femic.symmetry import Parity, Y, parities
-from geometries.arrays import Array, Indices
+from geometries.arrays import Array, Mask
 from geometries.patches import Load, S, X
 from geometries.quadrature import on_panels
 
 LOAD_POINTS = 4  # Gauss points per edge on a strip
+ON_PLANE = 1e-9  # share of a half-width by which strips may cross the plane of symmetry unnoticed
 
 
 class Respond:
     """Displacements of observers at arc lengths s [mm] in their local directions, at any wavenumber.
 
-    A call returns the amplitudes of sin(k x) or cos(k x) [mm^2/N], shape (load, 3, len(s)), and the residual
-    of the solved equations. The far arc lies at its radius, or at a `share` of it.
+    A call returns the amplitudes of sin(k x) or cos(k x) [mm^2/N] with the far arc at its radius and at
+    further shares of it, shape (share, load, 3, len(s)), and the residual of the solved equations.
     """
 
-    def __init__(self, model: SectionModel, loads: Sequence[Load], s: Array, shares: Sequence[float]) -> None:
-        """Prepare the equations for some shares of the far radius."""
-        section = model.section
-        self._loads = loads
-        self._parts = [_part(model, loads, s, y, shares) for y in _parities(loads, section)]
+    def __init__(
+        self, section: SectionMesh, loads: Sequence[Load], s: Array, shares: Sequence[float] = (1.0,)
+    ) -> None:
+        """Assemble and prepare the equations for some shares of the far radius."""
+        ys = sorted({p.y for load in loads for p in parities(load, half_section=section.half_section)})
+        held = {(y, share): _held(section, y, share) for y in ys for share in shares}
+        always_held = np.all(list(held.values()), axis=0)
+        sometimes_held = np.any(list(held.values()), axis=0) & ~always_held
+        last = np.any(sometimes_held, axis=1)
+        model = assemble(section, last)
+        kept = ~always_held.ravel()[model.amplitudes]
+        free = model.amplitudes[kept]
+        retained = free[len(free) - np.sum(~always_held[last]) :]
+        columns = list(dict.fromkeys(_Column.of(load, y) for y in ys for load in _with_part(loads, y)))
+        places, place_of_observer = np.unique(np.abs(s) if section.half_section else s, return_inverse=True)
+        self._condensation = Condensation.of(
+            model.stiffness.restricted(kept),
+            len(retained),
+            hstack([csc_matrix(column.force(section)[free, None]) for column in columns], format="csc"),
+            csr_matrix(observers(section, places)[:, free]),
+            len(held),
+        )
+        self._parts = [
+            _Part.of(
+                loads,
+                y,
+                columns,
+                np.where((s < 0)[:, None], _mirror(y), 1.0),
+                {share: ~held[y, share].ravel()[retained] for share in shares},
+            )
+            for y in ys
+        ]
+        self._n_loads, self._place_of_observer = len(loads), place_of_observer
         self._axes = section.body.surface.axes(np.zeros_like(s), s)  # (direction, component, n)
         along_x = np.array([load.direction == X for load in loads])
         self._signs = np.where(along_x[:, None], [1, -1, -1], [1, 1, 1])[..., None]
 
-    def __call__(self, k: float, share: float = 1.0) -> tuple[Array, float]:
+    def __call__(self, k: float, shares: Sequence[float] = (1.0,)) -> tuple[Array, float]:
         """The amplitudes [mm^2/N] at wavenumber k [1/mm], and the worst residual; raises NotConverged."""
-        in_global_axes = np.zeros((len(self._loads), 3, self._axes.shape[2]))
+        condensed = self._condensation.at(k)
+        in_global_axes = np.zeros((len(shares), self._n_loads, 3, self._axes.shape[2]))
         residuals = []
         for part in self._parts:
-            responses, residual = part.traces[share].responses(k)
-            residuals.append(residual)
-            at_places = responses.reshape(-1, 3, responses.shape[1])
-            observed = part.observer_signs[..., None] * at_places[part.places]
-            in_global_axes[part.of_loads] += (
-                part.signs[:, None, None] * np.transpose(observed, (2, 1, 0))[part.columns]
-            )
-        in_local_axes = np.einsum("icn,lcn->lin", self._axes, in_global_axes)
+            for number, share in enumerate(shares):
+                responses, residual = condensed.responses(part.free[share])
+                residuals.append(residual)
+                at_places = responses.reshape(-1, 3, responses.shape[1])
+                observed = part.observer_signs[..., None] * at_places[self._place_of_observer]
+                in_global_axes[number, part.of_loads] += (
+                    part.signs[:, None, None] * np.transpose(observed, (2, 1, 0))[part.columns]
+                )
+        in_local_axes = np.einsum("icn,alcn->alin", self._axes, in_global_axes)
         return np.asarray(self._signs * in_local_axes), max(residuals)
+
+
+def _held(section: SectionMesh, y: int, share: float) -> Mask:
+    """Amplitudes that are held for a parity in y, with the far arc at a share of its radius, (n_nodes, 3).
+
+    It takes only the first nodes beyond the arc, those of the cells that it crosses, to hold what is inside.
+    """
+    nodes, far_radius, of_cells = section.mesh.doflocs, section.body.domain.far_radius, section.nodes_of_cells
+    on_plane = np.abs(nodes[0]) < 1e-9 * far_radius
+    beyond = np.hypot(*nodes) > share * far_radius
+    crossed = of_cells[~np.all(beyond[of_cells], axis=1)]
+    on_arc = np.zeros_like(beyond)
+    on_arc[crossed] = beyond[crossed]
+    return np.asarray(section.supported | (on_plane[:, None] & (_mirror(y) < 0)) | on_arc[:, None])
+
+
+def _with_part(loads: Sequence[Load], y: int) -> list[Load]:
+    """The loads that have a part of a parity in y; y = 0 stands for all of them on a whole section."""
+    return [load for load in loads if any(p.y == y for p in parities(load, half_section=y != 0))]
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A column of the forces: the load at |s|, or on a strip that crosses y = 0 its part of a parity.
+
+    Elsewhere even and odd part are the same on the half of the section that is modelled. On a whole section
+    y = 0.
+    """
+
+    load: Load
+    y: int
+
+    @classmethod
+    def of(cls, load: Load, y: int) -> "_Column":
+        """The column that has the part of a load."""
+        if y == 0:
+            return cls(load, 0)
+        patch = replace(load.patch, s=abs(load.patch.s))
+        crosses = patch.s - patch.b < -ON_PLANE * patch.b
+        return cls(replace(load, patch=patch), y if crosses else 1)
+
+    def force(self, section: SectionMesh) -> Array:
+        """The consistent forces (unknowns,)."""
+        return strip_force(section, self.load, self.y)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,53 +140,34 @@ class _Part:
     of_loads: list[int]  # numbers of the loads that have this part
     columns: list[int]  # the column of the forces that each of these loads uses
     signs: Array  # the factor of each of these loads on its column
-    places: Indices  # the place of each observer, (n,)
     observer_signs: Array  # the factors of each observer on the components at its place, (n, 3)
-    traces: Mapping[float, Traces]  # by the share of the far radius at which the far arc lies
+    free: Mapping[float, Mask]  # retained amplitudes that are free, by the share of the far radius
+
+    @classmethod
+    def of(
+        cls,
+        loads: Sequence[Load],
+        y: int,
+        columns: Sequence[_Column],
+        observer_signs: Array,
+        free: Mapping[float, Mask],
+    ) -> "_Part":
+        """The part of a parity in y, or all of the loads (0)."""
+        with_part = _with_part(loads, y)
+        return cls(
+            [loads.index(load) for load in with_part],
+            [columns.index(_Column.of(load, y)) for load in with_part],
+            np.array([_sign(load, y) for load in with_part]),
+            observer_signs,
+            free,
+        )
 
 
-def _parities(loads: Sequence[Load], section: SectionMesh) -> list[int]:
-    """Parities in y that the loads have: +1 and -1, or only 0 on a whole section."""
-    return sorted({p.y for load in loads for p in parities(load, half_section=section.half_section)})
-
-
-def _part(model: SectionModel, loads: Sequence[Load], s: Array, y: int, shares: Sequence[float]) -> _Part:
-    """Forces, observers and equations for one parity in y and some shares of the far radius."""
-    section, body = model.section, model.section.body
-    load_numbers = [
-        j for j, load in enumerate(loads) if any(p.y == y for p in parities(load, half_section=y != 0))
-    ]
-    twins = [_twin(loads[j], y) for j in load_numbers]
-    distinct = list(dict.fromkeys(load for load, _ in twins))
-    forces = np.stack([strip_force(section, load, y) for load in distinct], axis=1)
-    nodes = section.mesh.doflocs
-    on_plane = np.abs(nodes[0]) < 1e-9 * body.domain.far_radius
-    held = model.supported | (on_plane[:, None] & (_mirror(y) < 0))
-    radius = np.hypot(*nodes)[:, None]
-    far_radius = body.domain.far_radius
-    places, place_of_observer = np.unique(np.abs(s) if y else s, return_inverse=True)
-    at_places, compliance = observers(section, places, y), 1 / body.material.G
-    return _Part(
-        load_numbers,
-        [distinct.index(load) for load, _ in twins],
-        np.array([sign for _, sign in twins]),
-        place_of_observer,
-        np.where((s < 0)[:, None], _mirror(y), 1.0),
-        {
-            share: Traces.of(
-                model.free_of(held | (radius > share * far_radius)), forces, at_places, compliance
-            )
-            for share in shares
-        },
-    )
-
-
-def _twin(load: Load, y: int) -> tuple[Load, float]:
-    """The load at |s| whose part of a parity in y equals that of a load up to a factor, and this factor."""
+def _sign(load: Load, y: int) -> float:
+    """The factor of the part of a load on that of the load at |s|."""
     if y == 0 or load.patch.s >= 0:
-        return load, 1.0
-    mirrored = replace(load, patch=replace(load.patch, s=-load.patch.s))
-    return mirrored, float(-y if load.direction == S else y)
+        return 1.0
+    return float(-y if load.direction == S else y)
 
 
 def _mirror(y: int) -> Array:
@@ -118,8 +175,11 @@ def _mirror(y: int) -> Array:
     return Parity(1, y).signs(Y) if y else np.ones(3)
 
 
-def observers(section: SectionMesh, s: Array, y: int) -> csr_matrix:
-    """Matrix (3 len(s), unknowns) from amplitudes of a parity in y to u_x, u_y, u_z on the contour."""
+def observers(section: SectionMesh, s: Array, y: int = 0) -> csr_matrix:
+    """Matrix (3 len(s), unknowns) from amplitudes to u_x, u_y, u_z on the contour at arc lengths s [mm].
+
+    With a parity in y, amplitudes are those of the half section.
+    """
     signs = np.where((s < 0)[:, None], _mirror(y), 1.0).ravel()
     trace = section.interpolation(np.abs(s) if y else s)
     return csr_matrix(diags_array(signs) @ kron(trace, np.eye(3), format="csr"))

@@ -22,21 +22,31 @@ CONTOUR_SAMPLES = 2001  # points of the contour where its curvature is taken
 
 
 @dataclass(frozen=True, eq=False)
+class Finer:
+    """Smaller cells of size h0 [mm] on strips (n, 2) [mm]; up to a reach [mm] they grow more slowly."""
+
+    strips: Array
+    h0: float
+    growth: float
+    reach: float
+
+
+@dataclass(frozen=True, eq=False)
 class SectionSize:
     """Cells of the least of the sizes sqrt(h0^2 + (growth r)^2), r the distance from each disturbance.
 
     h0 is `cells.smallest` at the ends of `strips` (n, 2) [mm] and follows the disturbance elsewhere. On the
-    strips themselves cells are not larger than `wave` [mm]. `finer` lists other strips with their h0 [mm].
+    strips themselves cells are not larger than `wave` [mm], and as small as `finer` says on other ones.
     """
 
     cells: Cells
     strips: Array
     wave: float = np.inf
-    finer: tuple[tuple[Array, float], ...] = ()
+    finer: Finer | None = None
 
     def with_mirror_image(self) -> "SectionSize":
         """The same size for the strips and their mirror images at -s."""
-        finer = tuple((_both_sides(strips), size) for strips, size in self.finer)
+        finer = self.finer and replace(self.finer, strips=_both_sides(self.finer.strips))
         return replace(self, strips=_both_sides(self.strips), finer=finer)
 
 
@@ -57,16 +67,25 @@ def set_section_size(gmsh: ModuleType, body: Body, size: SectionSize) -> None:
     widest = float(np.max(np.ptp(strips, axis=1)))
     if size.wave < growth * widest / 2:
         disturbances.append((_between(strips, size.wave), size.wave))
-    disturbances += [(_between(finer_strips, h0), h0) for finer_strips, h0 in size.finer]
     fields = [distance(gmsh, np.stack([0 * s, *contour.position(s)])) for s, _ in disturbances]
     formulas = [
         f"sqrt({h0:.17g}^2+({growth:.17g}*F{field})^2)"
         for field, (_, h0) in zip(fields, disturbances, strict=True)
     ]
+    if size.finer:
+        formulas.append(_finer_size(gmsh, contour, size.finer, growth))
     if body.rolling_radius < np.inf:
         beyond_local = f"{growth:.17g}*(F{fields[0]}-{LOCAL_RADII * body.rolling_radius:.17g})"
         formulas.append(f"max({round_the_axis(body)},{beyond_local})")
     set_cell_size(gmsh, formulas)
+
+
+def _finer_size(gmsh: ModuleType, contour: Contour, finer: Finer, growth: float) -> str:
+    """Formula of the size of the cells round finer strips; beyond their reach cells grow as all others do."""
+    s = _between(finer.strips, finer.h0)
+    field = distance(gmsh, np.stack([0 * s, *contour.position(s)]))
+    slowly = f"sqrt({finer.h0:.17g}^2+({finer.growth:.17g}*F{field})^2)"
+    return f"max({slowly},{growth:.17g}*(F{field}-{finer.reach:.17g}))"
 
 
 def _turns(contour: Contour, ends: Array, growth: float) -> list[tuple[Array, float]]:

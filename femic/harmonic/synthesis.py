@@ -16,7 +16,7 @@ from geometries.bodies import Body
 from geometries.materials import one_body
 from geometries.patches import Load, Patch
 
-WAVE_REACH = 40.0  # distance times k beyond which nothing is left of a wave
+WAVE_REACH = 60.0  # distance times the largest k beyond which nothing is left of what the half-space adds
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +51,22 @@ class Responses:
         yield "coarser", at_arc.changed(self.coarser, odd_in_k(self.loads)), k_max
         yield "sparser", at_arc.sparser, k_max
         yield "lower", at_arc, k_max / HIGHER
+
+
+def part_of(
+    solved: Responses, loads: Sequence[Load], members: Sequence[Indices], s: Array, places: Indices
+) -> Responses:
+    """The responses at some arc lengths s [mm] to loads that are means of solved ones.
+
+    `members` are the numbers of the solved loads that make up each load, `places` those of the arc lengths.
+    """
+
+    def part(responses: Array) -> Array:
+        means = [np.mean(responses[..., numbers, :, :], axis=-3) for numbers in members]
+        return np.stack(means, axis=-3)[..., places]
+
+    samples = replace(solved.samples, responses=part(solved.samples.responses))
+    return replace(solved, loads=tuple(loads), s=s, samples=samples, coarser=part(solved.coarser))
 
 
 def odd_in_k(loads: Sequence[Load]) -> Mask:

@@ -4,8 +4,9 @@ from collections.abc import Iterator, Sequence
 
 from femic.accuracy import NotConverged
 from femic.harmonic.engine import solve
-from femic.harmonic.entry import KeptWaves, from_entry, to_entry
+from femic.harmonic.entry import KeptWaves
 from femic.harmonic.expected import expected_samples
+from femic.harmonic.nesting import keep, kept, model_key, wanted
 from femic.harmonic.request import HarmonicRequest
 from femic.means import Means, Solved, Step, Task
 
@@ -22,10 +23,9 @@ def solve_tasks(tasks: Sequence[Task], means: Means) -> Iterator[Solved]:
 def _solved(task: Task, means: Means) -> Solved:
     """The model of a task, from the store or solved and kept there."""
     request: HarmonicRequest = task.request
-    key = means.store.key("harmonic", *request.determined_by)
-    entry = means.store.get(key)
-    if entry is not None:
-        return Solved(task, from_entry(entry, request), kept=True)
+    found = kept(request, means.store)
+    if found is not None:
+        return Solved(task, found, kept=True)
     means.watch.on_step(Step(task, "mesh and assembly"))
     expected = _expected(request)
     responses = solve(
@@ -33,10 +33,10 @@ def _solved(task: Task, means: Means) -> Solved:
         task.most_unknowns,
         workers=means.workers,
         progress=lambda found: means.watch.on_step(Step(task, "wavenumbers", found, expected)),
-        kept=KeptWaves(means.store, key),
+        kept=KeptWaves(means.store, model_key(request, means.store)),
     )
-    means.store.put(key, to_entry(responses))
-    return Solved(task, responses, kept=False)
+    keep(responses, request, means.store)
+    return Solved(task, wanted(responses, request), kept=False)
 
 
 def _expected(request: HarmonicRequest) -> int | None:

@@ -3,7 +3,8 @@
 A unit load, uniform over |x| <= a and over a strip of s, is the sum over wavenumbers k of line loads that
 vary as cos(k x), of weight sin(k a) / (k a); displacements vary as cos(k x) or sin(k x). On a closed ring of
 radius R only k = m / R, m = 0, 1, 2, ... exist. Beyond a largest k a body responds like its tangent
-half-space, whose integrals are known in closed form: `tail`.
+half-space, whose integrals are known in closed form: `tail`. The one gives way to the other smoothly
+(`taper`): at an abrupt end the error of the mesh, which is largest there, would be seen far along x.
 
 Responses are smooth in ln k, while cos(k x) and sin(k x) oscillate far away: the integrals follow Filon
 (1928). The panels of wavenumbers are in geometric progression. On each of them the response is a sum of
@@ -31,6 +32,7 @@ TO_LEGENDRE = (
     PANEL_WEIGHTS[:, None] * (2 * DEGREES + 1) * eval_legendre(DEGREES, PANEL_NODES[:, None])
 )  # (point, degree)
 PANEL_RATIO = 1.5  # upper over lower end of a panel
+TAPERED_PANELS = 2  # last panels on which the responses of the body give way to those of the half-space
 LOWEST_PANEL = 1e-12  # upper end of the first panel over the largest wavenumber
 GENTLE_PHASE = 1.0  # phase over half a panel up to which sin(k a) / (k a) is as smooth as the response
 POSITIONS_AT_ONCE = 512  # positions x that are worked on at a time
@@ -117,16 +119,17 @@ def _filon(ends: Array, x: Array) -> NDArray[np.complex128]:
 def integral(k_max: float) -> Spectrum:
     """The wavenumbers of an endless body up to k_max [1/mm]: panels in geometric progression."""
     n = int(np.ceil(-np.log(LOWEST_PANEL) / np.log(PANEL_RATIO)))
-    ends = np.append(0.0, k_max * np.geomspace(LOWEST_PANEL, 1.0, n + 1))
-    return Spectrum(np.empty(0), np.empty(0), ends, np.ones((len(ends) - 1, PANEL_POINTS)), k_max)
+    ends = np.append(0.0, k_max * PANEL_RATIO ** np.arange(-n, 1.0))
+    points = _middle(ends) + _half(ends) * PANEL_NODES
+    return Spectrum(np.empty(0), np.empty(0), ends, taper(points / k_max), k_max)
 
 
 def orders(k_max: float, radius: float) -> Spectrum:
-    """All orders of a closed ring, k = m / R up to k_max [1/mm]; the first and last have half the weight."""
+    """All orders of a closed ring, k = m / R up to k_max [1/mm]; the first one has half the weight."""
     k = np.arange(int(np.floor(k_max * radius)) + 1) / radius
-    weights = np.full_like(k, 1 / (np.pi * radius))
-    weights[[0, -1]] /= 2
-    return Spectrum(k, weights, k[-1:], np.empty((0, PANEL_POINTS)), k[-1])
+    weights = taper(k / k_max) / (np.pi * radius)
+    weights[0] /= 2
+    return Spectrum(k, weights, k[-1:], np.empty((0, PANEL_POINTS)), k_max)
 
 
 def ring(k_max: float, radius: float) -> Spectrum:
@@ -137,11 +140,23 @@ def ring(k_max: float, radius: float) -> Spectrum:
     """
     if k_max * radius < LAST_ORDER:
         return orders(k_max, radius)
-    summed, integrated = orders(LAST_ORDER / radius, radius), integral(k_max)
-    by_integral = 1 - _by_sum(integrated.points * radius)
+    k, integrated = np.arange(LAST_ORDER + 1) / radius, integral(k_max)
+    weights = taper(k / k_max) * _by_sum(k * radius) / (np.pi * radius)
+    weights[0] /= 2
+    by_integral = integrated.share * (1 - _by_sum(integrated.points * radius))
     first_panel = int(np.argmax(np.any(by_integral != 0, axis=1)))
-    weights = summed.weights * _by_sum(summed.single * radius)
-    return Spectrum(summed.single, weights, integrated.ends[first_panel:], by_integral[first_panel:], k_max)
+    return Spectrum(k, weights, integrated.ends[first_panel:], by_integral[first_panel:], k_max)
+
+
+def taper(k: Array) -> Array:
+    """Share of the body's response at k, over the largest wavenumber, beside the half-space's; shape of k.
+
+    It falls from 1 at the start of the tapered panels to 0 at their end, with two continuous derivatives:
+    where it ended abruptly, a small difference between the two would be seen far along x.
+    """
+    start = PANEL_RATIO**-TAPERED_PANELS
+    rest = np.clip((1 - k) / (1 - start), 0.0, 1.0)
+    return np.asarray(rest**3 * (10 + rest * (6 * rest - 15)))
 
 
 def _by_sum(order: Array) -> Array:

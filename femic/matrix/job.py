@@ -27,6 +27,7 @@ from geometries.patches import Load, N, Patch, S, X
 CELLS_PER_HALF_STRIP, GROWTH_OF_CELLS = 2, 0.55  # displacements are read at the centres of strips only
 WAVES_OVERESTIMATE = 4.0  # expected over actual error of the interpolation between wavenumbers
 FAR_OVER_HALF_WIDTH = 600.0  # far radius over the half-width of the grid
+MERGED = 2  # strips that one strip of a later, coarser grid may consist of
 HIGHEST_OF_FIT = 6 * np.pi  # largest wavenumber times the least half-side: M needs more digits than C
 
 
@@ -93,14 +94,33 @@ class MatrixJob:
         """The points at which these conditions read displacements."""
         return observers(self.body, self.rule, self.fit)
 
+    @property
+    def merged_strips(self) -> Array:
+        """Centres of strips that consist of `MERGED` strips each [mm], from the left end of the grid."""
+        n_s, n = self.grid.n_s, MERGED
+        return np.asarray(np.mean(self.grid.strips[: n_s - n_s % n].reshape(-1, n), axis=1))
+
+    @property
+    def merged_fit_loads(self) -> tuple[Load, ...]:
+        """The loads that determine M where strips and their lengths are `MERGED` times as large."""
+        rule = self.settings.rule(MERGED * self.grid.dx / 2, MERGED * self.grid.ds / 2)
+        fit = conditions(self.body, rule, self.strip_loads)
+        return tuple(dict.fromkeys(load for condition in fit for load in condition.loads))
+
     def request(self, level: Level) -> HarmonicRequest:
-        """The model at a level, with all strips as loads and observers, and with what M needs."""
+        """The model at a level, with all strips as loads and observers, and with what M needs.
+
+        It serves later grids of strips `MERGED` times as wide, too (`femic.harmonic.nesting`).
+        """
         cells, domain = factors(level)
         strips, fit_points = self.grid.strips, self.fit_points
+        edges = self.merged_strips
+        s = np.concatenate([strips, edges])
         points = Points(
-            np.append(np.full_like(strips, self.grid.lags[-1]), fit_points.x), np.append(strips, fit_points.s)
+            np.append(np.full_like(s, self.grid.lags[-1]), fit_points.x), np.append(s, fit_points.s)
         )
-        loads = tuple(dict.fromkeys([*self.strip_loads, *self.fit_loads]))
+        wanted = dict.fromkeys([*self.strip_loads, *self.fit_loads])
+        loads = tuple(dict.fromkeys([*wanted, *self.merged_fit_loads]))
         accuracy, factor = waves_for(self.settings.tolerance, WAVES_OVERESTIMATE, level.waves)
         return HarmonicRequest(
             self.body.enlarged(domain),
@@ -111,6 +131,8 @@ class MatrixJob:
             factor * HIGHEST_OF_FIT,
             even_strips=True,
             fit_patches=tuple(dict.fromkeys(load.patch for load in self.fit_loads)),
+            spare_loads=loads[len(wanted) :],
+            spare_s=tuple(np.setdiff1d(edges, np.append(strips, fit_points.s)).tolist()),
         )
 
     @cached_property
@@ -130,7 +152,8 @@ class MatrixJob:
         """
         load_s = np.array([load.patch.s for load in loads])
         scales = FLOOR * self.half_space_nn(0.0, s - load_s[:, None])
-        is_fit_load = np.array([load in self.fit_loads for load in loads])
+        fit_loads = {*self.fit_loads, *self.merged_fit_loads}
+        is_fit_load = np.array([load in fit_loads for load in loads])
         fitted = np.ix_(is_fit_load, np.isin(s, self.fit_points.s))
         scales[fitted] = np.min(scales) / FLOOR
         return scales[:, None]

@@ -8,6 +8,7 @@ strip of a large matrix is in memory. The discount is that of `femic.discount`: 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from femic.refinement import Assessed, converged
 from geometries.arrays import Array
 from geometries.bodies import Body
 
-REMEMBERED_ENTRIES = 10_000_000  # largest number of entries of a matrix whose columns are all kept in memory
+REMEMBERED_ENTRIES = 40_000_000  # largest number of entries of a matrix whose columns are all kept in memory
 
 
 @dataclass(frozen=True)
@@ -81,14 +82,15 @@ class MatrixReference:
     def _column(self, strip: int) -> Estimated:
         """C [mm/N] due to unit total loads on one strip, after the discount, with its estimate."""
         grid = self.job.grid
-        x, s = (values.ravel() for values in np.meshgrid(grid.lags, grid.strips, indexing="ij"))
-        unit_motions = motions(self.job.body, Points(x, s), float(grid.strips[strip]))
-        shape = (3, 3, grid.n_x, grid.n_s)
+        elements = Points(grid.lags[:, None], grid.strips[None])
+        unit_motions = motions(self.job.body, elements, float(grid.strips[strip]))
         by_variation = {
-            name: synthesis.column(strip) - discount(m, unit_motions).reshape(shape)
+            name: synthesis.column(strip) - discount(m, unit_motions)
             for name, (synthesis, m) in self._syntheses_and_m.items()
         }
-        return estimated(by_variation.pop(""), by_variation, safety=HARMONIC.safety)
+        column = estimated(by_variation.pop(""), by_variation, safety=HARMONIC.safety)
+        errors = column.mesh_error, column.truncation_error, column.waves_error
+        return Estimated(column.ic, *(cast(Array, error.astype(np.float32)) for error in errors))
 
 
 def matrices(

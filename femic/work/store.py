@@ -59,6 +59,16 @@ class Store:
         content = self._read(f"{key}.parts/{name}.npz")
         return None if content is None else dict(np.load(BytesIO(content)))
 
+    def part_names(self, key: str) -> list[str]:
+        """The names of the parts that are kept under a key."""
+        if self.location is None:
+            return []
+        try:
+            paths = self._fs.ls(self._path(f"{key}.parts"), detail=False)
+        except FileNotFoundError:
+            return []
+        return sorted(Path(path).stem for path in paths if str(path).endswith(".npz"))
+
     def put_part(self, key: str, name: str, values: Arrays) -> None:
         """Keep a part until the entry is finished."""
         self._write(f"{key}.parts/{name}.npz", lambda: _npz(values))

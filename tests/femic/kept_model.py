@@ -30,11 +30,10 @@ def main(location: str, log: str) -> None:
     """Solve, counting."""
     respond = Respond.__call__
 
-    def counted(self, k, share=1.0):
-        if share == 1:
-            with Path(log).open("a") as lines:
-                lines.write(f"{k!r}\n")
-        return respond(self, k, share)
+    def counted(self, k, shares=(1.0,)):
+        with Path(log).open("a") as lines:
+            lines.write(f"{k!r}\n")
+        return respond(self, k, shares)
 
     Respond.__call__ = counted
     list(solve_models([(HARMONIC, TASK)], Means(2, Store(location))))

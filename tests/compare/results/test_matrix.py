@@ -18,7 +18,7 @@ from compare.results.matrix.compute import compute_matrix, file_size, matrix_job
 from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene, scene_from_table
 from femic.harmonic import engine as harmonic
-from femic.harmonic.traces import Traces
+from femic.harmonic.condensation import Condensation
 from femic.level import Level
 from femic.means import Means
 from femic.solid import engine as solid
@@ -74,9 +74,8 @@ def test_the_report_shows_maps_and_is_self_contained(made):
 
 def test_a_second_time_nothing_is_meshed_or_factored(made, monkeypatch, capsys):
     path, out = made
-    for forbidden in ("build_section", "assemble"):
-        monkeypatch.setattr(harmonic, forbidden, lambda *_: pytest.fail("a mesh was made"))
-    monkeypatch.setattr(Traces, "responses", lambda *_: pytest.fail("a matrix was factored"))
+    monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
+    monkeypatch.setattr(Condensation, "at", lambda *_: pytest.fail("a matrix was factored"))
     assert exit_code(["matrix", str(path), "--out", str(out)]) == DONE
     assert "as it is there already" in capsys.readouterr().out
     scene = load_scene(str(path))
@@ -108,7 +107,7 @@ def test_a_contour_file_that_has_changed_makes_another_matrix(tmp_path):
 def test_other_maps_need_no_new_models(made, monkeypatch):
     path, out = made
     before = (out / "figures" / "matrix_combined_C.png").read_bytes()
-    monkeypatch.setattr(Traces, "responses", lambda *_: pytest.fail("a matrix was factored"))
+    monkeypatch.setattr(Condensation, "at", lambda *_: pytest.fail("a matrix was factored"))
     assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "0"]) == DONE
     assert (out / "figures" / "matrix_combined_C.png").read_bytes() != before
     assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "4"]) == WRONG_INPUT
@@ -157,7 +156,7 @@ def test_a_grid_beyond_a_measured_contour_is_refused_by_the_matrix_only():
 def test_an_interrupted_matrix_goes_on_where_it_was(write_scene, tmp_path, monkeypatch):
     grid = "\n[grid]\nn_x = 2\nn_s = 2\n"
     path, out = write_scene('bodies = ["lower"]', engine=HARMONIC + grid), tmp_path / "o"
-    solved, solve = [], Traces.responses
+    solved, solve = [], Condensation.at
 
     def counted(self, k):
         if len(solved) == 25 and not interrupted:
@@ -167,7 +166,7 @@ def test_an_interrupted_matrix_goes_on_where_it_was(write_scene, tmp_path, monke
         return solve(self, k)
 
     interrupted = []
-    monkeypatch.setattr(Traces, "responses", counted)
+    monkeypatch.setattr(Condensation, "at", counted)
     command = ["matrix", str(path), "--out", str(out), "--workers", "1"]
     assert exit_code(command) == INTERRUPTED
     assert not (out / "matrix.nc").exists()
@@ -175,7 +174,7 @@ def test_an_interrupted_matrix_goes_on_where_it_was(write_scene, tmp_path, monke
     in_two_runs = len(solved)
     solved.clear()
     assert exit_code([*command[:-3], str(tmp_path / "fresh"), *command[-2:]]) == DONE
-    assert in_two_runs <= len(solved) + 4  # the wavenumber that was interrupted: two parities, two arcs
+    assert in_two_runs <= len(solved) + 1  # the wavenumber that was interrupted
 
 
 def test_what_cannot_be_written_is_an_error(write_scene, tmp_path, capsys):
@@ -190,8 +189,8 @@ def test_what_cannot_be_written_is_an_error(write_scene, tmp_path, capsys):
 
 
 def test_a_plan_solves_nothing_and_names_every_model(write_scene, monkeypatch, capsys):
-    for module in (harmonic, solid):
-        monkeypatch.setattr(module, "assemble", lambda *_: pytest.fail("something was assembled"))
+    for module, name in ((harmonic, "Respond"), (solid, "assemble")):
+        monkeypatch.setattr(module, name, lambda *_: pytest.fail("something was assembled"))
     path = write_scene(engine=HARMONIC + GRID + "\n")
     assert exit_code(["plan", str(path)]) == DONE
     text = capsys.readouterr().out

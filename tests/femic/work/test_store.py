@@ -167,13 +167,12 @@ def test_a_second_run_opens_no_mesh_and_factors_no_matrix(tmp_path, monkeypatch)
 def test_an_interrupted_model_goes_on_behind_its_last_wavenumber(tmp_path, monkeypatch):
     solved, respond = [], Respond.__call__
 
-    def counted(self, k, share=1.0):
-        if share == 1:
-            if len(solved) == 7 and not interrupted:
-                interrupted.append(k)
-                raise KeyboardInterrupt
-            solved.append(k)
-        return respond(self, k, share)
+    def counted(self, k, shares=(1.0,)):
+        if len(solved) == 7 and not interrupted:
+            interrupted.append(k)
+            raise KeyboardInterrupt
+        solved.append(k)
+        return respond(self, k, shares)
 
     interrupted = []
     monkeypatch.setattr(Respond, "__call__", counted)

@@ -1,0 +1,155 @@
+"""Kept models that serve a request: their own, or one whose strips make up those of the request.
+
+A load on a strip is the mean of loads on equal strips that it consists of. So a model serves grids of fewer
+strips, of wider strips whose centres it observes, of other lengths of elements, and grids shifted by whole
+strips. Models are noted in the store by their body.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from femic.harmonic.entry import from_entry, to_entry
+from femic.harmonic.request import SCALE_LOWEST, HarmonicRequest
+from femic.harmonic.synthesis import Responses, part_of
+from femic.harmonic.wavenumbers import Axis
+from femic.meshing.cell_size import Cells
+from femic.work.store import Store
+from geometries.arrays import Array, Indices
+from geometries.bodies import Body
+from geometries.patches import Load, Patch
+
+SAME_PLACE = 1e-6  # of the half-width of a strip: arc lengths that are closer are the same
+AS_ACCURATE = 1.1  # factor by which the wavenumbers of a model may be less accurate than asked for
+
+
+def model_key(request: HarmonicRequest, store: Store) -> str:
+    """The key of the model of a request in the store."""
+    return store.key("harmonic", *request.determined_by)
+
+
+def kept(request: HarmonicRequest, store: Store) -> Responses | None:
+    """The wanted responses of a request by a kept model, None if there is none."""
+    for key, outline in _candidates(request, store):
+        entry = store.get(key)
+        if entry is not None:
+            body = outline.body_of(request)
+            return wanted(from_entry(entry, body, outline.loads, outline.axis(body)), request)
+    return None
+
+
+def keep(responses: Responses, request: HarmonicRequest, store: Store) -> None:
+    """Keep the model of a request, and note for which other requests it serves."""
+    key = model_key(request, store)
+    store.put(key, to_entry(responses))
+    if request.even_strips:
+        store.put_part(_notes_key(request, store), key, Outline.of(request).arrays)
+
+
+def wanted(solved: Responses, request: HarmonicRequest) -> Responses:
+    """The responses that a request wants, of a model that serves it."""
+    members = [_members(solved.loads, load) for load in request.wanted_loads]
+    s = request.wanted_s
+    places = np.argmin(np.abs(solved.s[:, None] - s), axis=0)
+    return part_of(solved, request.wanted_loads, members, s, places)
+
+
+def _candidates(request: HarmonicRequest, store: Store) -> Iterator[tuple[str, "Outline"]]:
+    """Keys and outlines of the models that may serve, the model of the request first."""
+    yield model_key(request, store), Outline.of(request)
+    if not request.even_strips:
+        return
+    notes = _notes_key(request, store)
+    for key in store.part_names(notes):
+        arrays = store.part(notes, key)
+        if arrays is not None and (outline := Outline(**arrays)).serves(request):
+            yield key, outline
+
+
+def _notes_key(request: HarmonicRequest, store: Store) -> str:
+    """The key of the notes on all models of a body, whatever its domain."""
+    domain = request.body.domain.scaled(1 / request.body.domain.far_radius)
+    return store.key("harmonic-models", replace(request.body, domain=domain))
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """What a kept model has: its loads, where it reads, its wavenumbers and cells; lengths in mm."""
+
+    far_radius: Array  # ()
+    k_max: Array  # () [1/mm]
+    accuracy: Array  # (), least one of the interpolation between wavenumbers [mm/N]
+    cells: Array  # smallest, growth, line_growth
+    strips: Array  # half-sides a, b and centre s of each load, (n, 3)
+    directions: Array  # (n,)
+    s: Array  # (m,)
+
+    @classmethod
+    def of(cls, request: HarmonicRequest) -> "Outline":
+        """The outline of the model of a request."""
+        cells = request.cells
+        return cls(
+            np.array(request.body.domain.far_radius),
+            np.array(request.k_max),
+            np.asarray(np.min(request.accuracy)),
+            np.array([cells.smallest, cells.growth, cells.line_growth]),
+            np.array([[load.patch.a, load.patch.b, load.patch.s] for load in request.loads]),
+            np.array([load.direction for load in request.loads], dtype=float),
+            request.observed,
+        )
+
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """The outline as arrays by name."""
+        return asdict(self)
+
+    @property
+    def loads(self) -> tuple[Load, ...]:
+        """The loads."""
+        return tuple(
+            Load(Patch(*strip), int(direction))
+            for strip, direction in zip(self.strips.tolist(), self.directions, strict=True)
+        )
+
+    def body_of(self, request: HarmonicRequest) -> Body:
+        """The body of a request in the domain of the model."""
+        body = request.body
+        return replace(body, domain=replace(body.domain, far_radius=float(self.far_radius)))
+
+    def axis(self, body: Body) -> Axis:
+        """The axis of wavenumbers."""
+        return Axis(SCALE_LOWEST / float(self.far_radius), float(self.k_max), body.rolling_radius)
+
+    def serves(self, request: HarmonicRequest) -> bool:
+        """Whether the model has all that a request wants, as accurate or more."""
+        apart = SAME_PLACE * min(load.patch.b for load in request.wanted_loads)
+        cells = Cells(*self.cells.tolist())
+        return bool(
+            self.far_radius >= request.body.domain.far_radius
+            and self.k_max >= request.k_max
+            and self.accuracy <= AS_ACCURATE * np.min(request.accuracy)
+            and cells.smallest <= request.cells.smallest
+            and cells.growth <= request.cells.growth
+            and np.all(np.min(np.abs(self.s[:, None] - request.wanted_s), axis=0) < apart)
+            and all(len(_members(self.loads, load)) for load in request.wanted_loads)
+        )
+
+
+def _members(loads: Sequence[Load], load: Load) -> Indices:
+    """Numbers of loads on equal strips that make up the strip of a load; none if there are no such loads.
+
+    The length of patches along x does not matter.
+    """
+    s, b = (np.array([getattr(other.patch, name) for other in loads]) for name in ("s", "b"))
+    apart = SAME_PLACE * load.patch.b
+    inside = np.abs(s - load.patch.s) + b < load.patch.b + apart
+    inside &= np.array([other.direction == load.direction for other in loads])
+    for half_width in -np.unique(-b[inside]):
+        numbers = np.flatnonzero(inside & (b == half_width))
+        n = round(load.patch.b / half_width)
+        centres = load.patch.s - load.patch.b + half_width * (1 + 2 * np.arange(n))
+        gaps = np.abs(s[numbers] - centres[:, None])
+        if np.max(np.min(gaps, axis=1)) < apart:
+            return np.asarray(numbers[np.argmin(gaps, axis=1)])
+    return np.empty(0, dtype=int)
