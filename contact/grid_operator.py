@@ -65,7 +65,7 @@ class GridOperator:
         shift = np.min(np.linalg.eigvalsh(of_chosen)) - PRECONDITIONER_SHIFT * least
         unknowns = of_chosen.shape[1]
         shifted = of_chosen - (shift * np.eye(unknowns)).astype(np.complex64)
-        inverse = GridOperator(np.linalg.inv(shifted).astype(np.complex64)[nearest], self.n_x)
+        inverse = GridOperator(np.linalg.inv(shifted)[nearest], self.n_x)
         start = np.random.default_rng(0).standard_normal((self.n_x * unknowns, 1))
         with warnings.catch_warnings(action="ignore"):  # of no convergence, which the residual tells
             _, vectors = lobpcg(

@@ -103,7 +103,7 @@ def motions(body: Body, points: Points, s_load: float) -> Array:
     """
     surface = body.surface
     xi = surface.chart_x(points.x, points.s, s_load)
-    s_loads = np.full_like(points.s, s_load)
+    s_loads = np.full_like(points.s, s_load, dtype=float)
     seen = generalized(body, xi / 2, points.s), generalized(body, -xi / 2, s_loads)  # from half way
 
     def product(a: int, b: int) -> Array:

@@ -24,7 +24,9 @@ from femic.harmonic.equations import Stiffness, column_weights, factors_of, not_
 from geometries.arrays import Array, Indices, Mask
 
 SPRING = 0.1  # stiffness of the springs over the median of the diagonal of K0
-BORDER = 1e4  # entries of D times this median: with it pivots are far from 0, and 3 digits are lost
+BORDER = (
+    1e4  # entries of D times this median: more than responses but close to nu = 1/2, and 3 digits are lost
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +123,10 @@ class Condensed:
         n_seen, n_loads = prepared.in_border.shape[0], prepared.forces.shape[1]
         of_retained, of_loads = np.split(self.block[: retained + n_seen, : retained + n_loads], [retained], 1)
         moved = np.zeros((retained, n_loads))
-        moved[free] = np.linalg.solve(of_retained[:retained][free][:, free], of_loads[:retained][free])
+        try:
+            moved[free] = np.linalg.solve(of_retained[:retained][free][:, free], of_loads[:retained][free])
+        except np.linalg.LinAlgError as error:
+            raise not_solved(self.k, prepared.stiffness.size, str(error)) from error
         directly = prepared.d * np.eye(n_seen, n_loads) - of_loads[retained:]
         return moved, directly + of_retained[retained:] @ moved
 

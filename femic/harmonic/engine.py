@@ -31,7 +31,7 @@ from geometries.arrays import Array
 from geometries.patches import Patch
 
 FINER = 5.0  # the cells at the patches where M is fitted are this much smaller
-FINER_GROWTH, FINER_REACH = 0.7, 6.0  # over growth, up to as many half-sides from these patches
+FINER_GROWTH, FINER_BEHIND = 0.7, 6.0  # their growth over growth, and up to where (half-sides): `Finer`
 WAVE_CELLS = 4.0  # longest cell on a strip times the largest wavenumber, over growth
 CENTRE_WAVE_CELLS = 17.5  # like `WAVE_CELLS`, where displacements are read at the centres of strips only
 
@@ -66,8 +66,8 @@ def _finer(fit_patches: Sequence[Patch], cells: Cells) -> Finer | None:
     """The cells round the patches where M is fitted, if there are any."""
     if not fit_patches:
         return None
-    reach = FINER_REACH * max(patch.b for patch in fit_patches)
-    return Finer(strips(fit_patches), cells.smallest / FINER, FINER_GROWTH * cells.growth, reach)
+    behind = FINER_BEHIND * max(patch.b for patch in fit_patches)
+    return Finer(strips(fit_patches), cells.smallest / FINER, FINER_GROWTH * cells.growth, behind)
 
 
 def strips(patches: Iterable[Patch]) -> Array:

@@ -64,7 +64,7 @@ class LagSynthesis:
     nodes: Heights
     even: Array  # weights [1/mm] of responses even in x, (load radius, k, mean radius, lag)
     odd: Array  # the same of responses odd in x
-    tails: Array  # [mm/N] beyond the largest wavenumber, (load radius, i, j, lag, strips apart)
+    tails: Array  # the half-space's share [mm/N], (load radius, i, j, lag, strips apart)
     samples: Sampled
     place: Indices  # number of each strip's centre among the observers, (n_s,)
     loads: Indices  # number of each load among the solved ones, (strip, direction)
@@ -120,7 +120,7 @@ def syntheses(solved: Responses, grid: Grid) -> dict[str, LagSynthesis]:
 
 @lru_cache(maxsize=64)
 def _tails(half_space: HalfSpace, grid: Grid, k_max: float) -> Array:
-    """Displacements [mm/N] of the half-space by wavenumbers beyond k_max, shape (3, 3, n_x, 2 m + 1).
+    """The half-space's share of displacements [mm/N], shape (3, 3, n_x, 2 m + 1).
 
     The last axis counts the strips apart, from -m to m.
     """

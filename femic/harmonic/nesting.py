@@ -17,11 +17,12 @@ from femic.harmonic.wavenumbers import Axis
 from femic.meshing.cell_size import Cells
 from femic.work.store import Store
 from geometries.arrays import Array, Indices
-from geometries.bodies import Body
+from geometries.bodies import Body, Domain
 from geometries.patches import Load, Patch
 
 SAME_PLACE = 1e-6  # of the half-width of a strip: arc lengths that are closer are the same
 AS_ACCURATE = 1.1  # factor by which the wavenumbers of a model may be less accurate than asked for
+ROUNDING = 1 + 1e-9  # factor by which numbers may differ that are the same
 
 
 def model_key(request: HarmonicRequest, store: Store) -> str:
@@ -61,16 +62,16 @@ def _candidates(request: HarmonicRequest, store: Store) -> Iterator[tuple[str, "
     if not request.even_strips:
         return
     notes = _notes_key(request, store)
-    for key in store.part_names(notes):
-        arrays = store.part(notes, key)
-        if arrays is not None and (outline := Outline(**arrays)).serves(request):
-            yield key, outline
+    noted = {key: store.part(notes, key) for key in store.part_names(notes)}
+    outlines = {key: Outline(**arrays) for key, arrays in noted.items() if arrays is not None}
+    for key in sorted(outlines, key=lambda key: (len(outlines[key].strips), key)):  # small models first
+        if outlines[key].serves(request):
+            yield key, outlines[key]
 
 
 def _notes_key(request: HarmonicRequest, store: Store) -> str:
     """The key of the notes on all models of a body, whatever its domain."""
-    domain = request.body.domain.scaled(1 / request.body.domain.far_radius)
-    return store.key("harmonic-models", replace(request.body, domain=domain))
+    return store.key("harmonic-models", replace(request.body, domain=Domain(1.0, np.inf)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,17 +124,28 @@ class Outline:
 
     def serves(self, request: HarmonicRequest) -> bool:
         """Whether the model has all that a request wants, as accurate or more."""
-        apart = SAME_PLACE * min(load.patch.b for load in request.wanted_loads)
-        cells = Cells(*self.cells.tolist())
+        patches = [load.patch for load in request.wanted_loads]
+        apart = SAME_PLACE * min(patch.b for patch in patches)
+        asked_cells, cells = request.cells, Cells(*self.cells.tolist())
         return bool(
-            self.far_radius >= request.body.domain.far_radius
-            and self.k_max >= request.k_max
+            ROUNDING * self.far_radius >= request.body.domain.far_radius
+            and ROUNDING * self.k_max >= request.k_max
             and self.accuracy <= AS_ACCURATE * np.min(request.accuracy)
-            and cells.smallest <= request.cells.smallest
-            and cells.growth <= request.cells.growth
+            and np.min(self.strips[:, 0]) <= ROUNDING * min(patch.a for patch in patches)
+            and cells.smallest <= ROUNDING * asked_cells.smallest
+            and cells.growth <= ROUNDING * asked_cells.growth
             and np.all(np.min(np.abs(self.s[:, None] - request.wanted_s), axis=0) < apart)
-            and all(len(_members(self.loads, load)) for load in request.wanted_loads)
+            and self._has(request)
         )
+
+    def _has(self, request: HarmonicRequest) -> bool:
+        """Whether the wanted loads are made up of those of the model; those that M is fitted to, of one each.
+
+        Only there are the cells as small as M needs them.
+        """
+        loads = self.loads
+        members = {load: len(_members(loads, load)) for load in request.wanted_loads}
+        return all(n == 1 if load.patch in request.fit_patches else n > 0 for load, n in members.items())
 
 
 def _members(loads: Sequence[Load], load: Load) -> Indices:
@@ -148,6 +160,8 @@ def _members(loads: Sequence[Load], load: Load) -> Indices:
     for half_width in -np.unique(-b[inside]):
         numbers = np.flatnonzero(inside & (b == half_width))
         n = round(load.patch.b / half_width)
+        if abs(n * half_width - load.patch.b) > apart:
+            continue
         centres = load.patch.s - load.patch.b + half_width * (1 + 2 * np.arange(n))
         gaps = np.abs(s[numbers] - centres[:, None])
         if np.max(np.min(gaps, axis=1)) < apart:

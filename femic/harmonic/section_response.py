@@ -2,7 +2,7 @@
 
 Where half of the section is modelled, each load is the sum of an even and an odd part; a load at s = 0 has
 only one of them. Even and odd parts, and far arcs at several radii, differ by what is held: one factorisation
-serves them all.
+serves them all, unless they differ at too many nodes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,14 +13,17 @@ from scipy.sparse import csc_matrix, csr_matrix, diags_array, hstack, kron
 
 from femic.harmonic.condensation import Condensation
 from femic.harmonic.section import SectionMesh
-from femic.harmonic.section_model import assemble
+from femic.harmonic.section_model import SectionModel, assemble
 from femic.symmetry import Parity, Y, parities
 from geometries.arrays import Array, Mask
 from geometries.patches import Load, S, X
 from geometries.quadrature import on_panels
 
 LOAD_POINTS = 4  # Gauss points per edge on a strip
+MOST_RETAINED = 1000  # amplitudes up to which a factorisation that serves all cases of support is faster
 ON_PLANE = 1e-9  # share of a half-width by which strips may cross the plane of symmetry unnoticed
+
+Case = tuple[int, float]  # parity in y, and the share of the far radius at which the far arc lies
 
 
 class Respond:
@@ -35,33 +38,16 @@ class Respond:
     ) -> None:
         """Assemble and prepare the equations for some shares of the far radius."""
         ys = sorted({p.y for load in loads for p in parities(load, half_section=section.half_section)})
-        held = {(y, share): _held(section, y, share) for y in ys for share in shares}
-        always_held = np.all(list(held.values()), axis=0)
-        sometimes_held = np.any(list(held.values()), axis=0) & ~always_held
-        last = np.any(sometimes_held, axis=1)
-        model = assemble(section, last)
-        kept = ~always_held.ravel()[model.amplitudes]
-        free = model.amplitudes[kept]
-        retained = free[len(free) - np.sum(~always_held[last]) :]
         columns = list(dict.fromkeys(_Column.of(load, y) for y in ys for load in _with_part(loads, y)))
         places, place_of_observer = np.unique(np.abs(s) if section.half_section else s, return_inverse=True)
-        self._condensation = Condensation.of(
-            model.stiffness.restricted(kept),
-            len(retained),
-            hstack([csc_matrix(column.force(section)[free, None]) for column in columns], format="csc"),
-            csr_matrix(observers(section, places)[:, free]),
-            len(held),
+        self._together = _condensed_together(
+            section,
+            {(y, share): _held(section, y, share) for y in ys for share in shares},
+            hstack([csc_matrix(column.force(section)[:, None]) for column in columns], format="csr"),
+            observers(section, places),
         )
-        self._parts = [
-            _Part.of(
-                loads,
-                y,
-                columns,
-                np.where((s < 0)[:, None], _mirror(y), 1.0),
-                {share: ~held[y, share].ravel()[retained] for share in shares},
-            )
-            for y in ys
-        ]
+        observer_signs = {y: np.where((s < 0)[:, None], _mirror(y), 1.0) for y in ys}
+        self._parts = {y: _Part.of(loads, y, columns, observer_signs[y]) for y in ys}
         self._n_loads, self._place_of_observer = len(loads), place_of_observer
         self._axes = section.body.surface.axes(np.zeros_like(s), s)  # (direction, component, n)
         along_x = np.array([load.direction == X for load in loads])
@@ -69,20 +55,67 @@ class Respond:
 
     def __call__(self, k: float, shares: Sequence[float] = (1.0,)) -> tuple[Array, float]:
         """The amplitudes [mm^2/N] at wavenumber k [1/mm], and the worst residual; raises NotConverged."""
-        condensed = self._condensation.at(k)
         in_global_axes = np.zeros((len(shares), self._n_loads, 3, self._axes.shape[2]))
         residuals = []
-        for part in self._parts:
-            for number, share in enumerate(shares):
-                responses, residual = condensed.responses(part.free[share])
+        for together in self._together:
+            cases = [case for case in together.free if case[1] in shares]
+            if not cases:
+                continue
+            condensed = together.condensation.at(k)
+            for y, share in cases:
+                part = self._parts[y]
+                responses, residual = condensed.responses(together.free[y, share])
                 residuals.append(residual)
                 at_places = responses.reshape(-1, 3, responses.shape[1])
                 observed = part.observer_signs[..., None] * at_places[self._place_of_observer]
-                in_global_axes[number, part.of_loads] += (
+                in_global_axes[shares.index(share), part.of_loads] += (
                     part.signs[:, None, None] * np.transpose(observed, (2, 1, 0))[part.columns]
                 )
         in_local_axes = np.einsum("icn,alcn->alin", self._axes, in_global_axes)
         return np.asarray(self._signs * in_local_axes), max(residuals)
+
+
+@dataclass(frozen=True, eq=False)
+class _Together:
+    """Cases of support, by parity in y and share of the far radius, that one factorisation serves.
+
+    `free` marks which of the retained amplitudes each leaves free.
+    """
+
+    condensation: Condensation
+    free: Mapping[Case, Mask]
+
+    @classmethod
+    def of(
+        cls, model: SectionModel, held: Mapping[Case, Mask], forces: csr_matrix, seen: csr_matrix
+    ) -> "_Together":
+        """Prepare cases by what they hold, (n_nodes, 3); the model has the nodes of `_differing` last."""
+        always_held = np.all(list(held.values()), axis=0)
+        free = model.amplitudes[~always_held.ravel()[model.amplitudes]]
+        n_retained = int(np.sum(~always_held[_differing(held)]))
+        retained = free[len(free) - n_retained :]
+        stiffness = model.stiffness.restricted(~always_held.ravel()[model.amplitudes])
+        condensation = Condensation.of(
+            stiffness, n_retained, csc_matrix(forces[free]), csr_matrix(seen[:, free]), len(held)
+        )
+        return cls(condensation, {case: ~mask.ravel()[retained] for case, mask in held.items()})
+
+
+def _condensed_together(
+    section: SectionMesh, held: Mapping[Case, Mask], forces: csr_matrix, seen: csr_matrix
+) -> list[_Together]:
+    """All cases together, or each apart where more than `MOST_RETAINED` amplitudes would be retained."""
+    differing = _differing(held)
+    if 3 * np.sum(differing) <= MOST_RETAINED:
+        return [_Together.of(assemble(section, differing), held, forces, seen)]
+    model = assemble(section)
+    return [_Together.of(model, {case: mask}, forces, seen) for case, mask in held.items()]
+
+
+def _differing(held: Mapping[Case, Mask]) -> Mask:
+    """Nodes that some cases hold in another way than others do, (n_nodes,)."""
+    masks = np.stack(list(held.values()))
+    return np.asarray(np.any(np.any(masks, axis=0) & ~np.all(masks, axis=0), axis=1))
 
 
 def _held(section: SectionMesh, y: int, share: float) -> Mask:
@@ -141,25 +174,18 @@ class _Part:
     columns: list[int]  # the column of the forces that each of these loads uses
     signs: Array  # the factor of each of these loads on its column
     observer_signs: Array  # the factors of each observer on the components at its place, (n, 3)
-    free: Mapping[float, Mask]  # retained amplitudes that are free, by the share of the far radius
 
     @classmethod
-    def of(
-        cls,
-        loads: Sequence[Load],
-        y: int,
-        columns: Sequence[_Column],
-        observer_signs: Array,
-        free: Mapping[float, Mask],
-    ) -> "_Part":
+    def of(cls, loads: Sequence[Load], y: int, columns: Sequence[_Column], observer_signs: Array) -> "_Part":
         """The part of a parity in y, or all of the loads (0)."""
-        with_part = _with_part(loads, y)
+        with_part = set(_with_part(loads, y))
+        of_loads = [number for number, load in enumerate(loads) if load in with_part]
+        column_number = {column: number for number, column in enumerate(columns)}
         return cls(
-            [loads.index(load) for load in with_part],
-            [columns.index(_Column.of(load, y)) for load in with_part],
-            np.array([_sign(load, y) for load in with_part]),
+            of_loads,
+            [column_number[_Column.of(loads[number], y)] for number in of_loads],
+            np.array([_sign(loads[number], y) for number in of_loads]),
             observer_signs,
-            free,
         )
 
 

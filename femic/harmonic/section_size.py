@@ -23,12 +23,15 @@ CONTOUR_SAMPLES = 2001  # points of the contour where its curvature is taken
 
 @dataclass(frozen=True, eq=False)
 class Finer:
-    """Smaller cells of size h0 [mm] on strips (n, 2) [mm]; up to a reach [mm] they grow more slowly."""
+    """Smaller cells of size h0 [mm] on strips (n, 2) [mm], and more slowly growing ones round them.
+
+    A distance of `behind` [mm] later than on their own growth they are as large as all others.
+    """
 
     strips: Array
     h0: float
     growth: float
-    reach: float
+    behind: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +84,11 @@ def set_section_size(gmsh: ModuleType, body: Body, size: SectionSize) -> None:
 
 
 def _finer_size(gmsh: ModuleType, contour: Contour, finer: Finer, growth: float) -> str:
-    """Formula of the size of the cells round finer strips; beyond their reach cells grow as all others do."""
+    """Formula of the size of the cells round finer strips."""
     s = _between(finer.strips, finer.h0)
     field = distance(gmsh, np.stack([0 * s, *contour.position(s)]))
     slowly = f"sqrt({finer.h0:.17g}^2+({finer.growth:.17g}*F{field})^2)"
-    return f"max({slowly},{growth:.17g}*(F{field}-{finer.reach:.17g}))"
+    return f"max({slowly},{growth:.17g}*(F{field}-{finer.behind:.17g}))"
 
 
 def _turns(contour: Contour, ends: Array, growth: float) -> list[tuple[Array, float]]:

@@ -126,7 +126,7 @@ class _UnderPatch:
     def displacements(self, samples: Sampled, k_max: float) -> Array:
         """Displacements [mm/N] from responses (k, load, 3, n_s) up to k_max [1/mm], (load, 3, n_points).
 
-        Wavenumbers beyond k_max are added as those of the half-space.
+        The half-space's share is added (`tail`).
         """
         wavenumbers = spectrum(k_max, self.solved.body.rolling_radius)
         even, odd = synthesis_weights(samples.axis, samples.k, wavenumbers, self.shares[k_max])
@@ -140,7 +140,7 @@ class _UnderPatch:
         return u
 
     def _add_tail(self, u: Array, k_max: float) -> None:
-        """Add the half-space's displacements by wavenumbers beyond k_max [1/mm] at the load."""
+        """Add the half-space's share of the displacements, k_max [1/mm] being the largest k at the load."""
         body, patch, points = self.solved.body, self.loads[0].patch, self.points
         half_space = HalfSpace(one_body(body.material, body.side))
         directions = [load.direction for load in self.loads]

@@ -217,7 +217,7 @@ def _primitives(k: Array, s: float) -> Array:
 
 
 def tail(half_space: HalfSpace, patch: Patch, k_max: float, x: Array, s: float) -> Array:
-    """Displacements [mm/N] by wavenumbers beyond k_max [1/mm], shape (3, 3, n): A less those up to k_max.
+    """The half-space's share of displacements [mm/N], shape (3, 3, n): A less its tapered sum up to k_max.
 
     x, s [mm]: observer minus patch centre.
     """

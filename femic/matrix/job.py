@@ -114,8 +114,8 @@ class MatrixJob:
         """
         cells, domain = factors(level)
         strips, fit_points = self.grid.strips, self.fit_points
-        edges = self.merged_strips
-        s = np.concatenate([strips, edges])
+        merged = self.merged_strips
+        s = np.concatenate([strips, merged])
         points = Points(
             np.append(np.full_like(s, self.grid.lags[-1]), fit_points.x), np.append(s, fit_points.s)
         )
@@ -132,7 +132,7 @@ class MatrixJob:
             even_strips=True,
             fit_patches=tuple(dict.fromkeys(load.patch for load in self.fit_loads)),
             spare_loads=loads[len(wanted) :],
-            spare_s=tuple(np.setdiff1d(edges, np.append(strips, fit_points.s)).tolist()),
+            spare_s=tuple(np.setdiff1d(merged, np.append(strips, fit_points.s)).tolist()),
         )
 
     @cached_property

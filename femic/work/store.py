@@ -1,10 +1,10 @@
 """The store of finished work: models, and the parts of models that are not finished, for the next run.
 
 An entry is a file KEY.nc (NetCDF). KEY is derived from all that determines the result: the request, this
-code, the versions of its libraries. Each file ends with the SHA-256 digest of what stands before it: damaged
-and half-written files are recognised, and their content is computed again. The location is a folder, or any
-other that fsspec knows (memory://, s3://). Several processes may use one store: a file is written under
-another name and then moved to its own.
+code, the versions of its libraries. Notes on entries are parts under a key of their own. Each file ends with
+the SHA-256 digest of what stands before it: damaged and half-written files are recognised, and their content
+is computed again. The location is a folder, or any other that fsspec knows (memory://, s3://). Several
+processes may use one store: a file is written under another name and then moved to its own.
 """
 
 import logging
@@ -64,6 +64,7 @@ class Store:
         if self.location is None:
             return []
         try:
+            self._fs.invalidate_cache(self._path(f"{key}.parts"))
             paths = self._fs.ls(self._path(f"{key}.parts"), detail=False)
         except FileNotFoundError:
             return []

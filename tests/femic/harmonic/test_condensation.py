@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import csc_matrix
 
 from femic.accuracy import NotConverged
-from femic.harmonic import condensation, engine, equations
+from femic.harmonic import condensation, engine, equations, section_response
 from femic.harmonic.condensation import Condensation, Condensed
 from femic.harmonic.engine import build_section
 from femic.harmonic.entry import KeptWaves
@@ -32,6 +32,12 @@ def largest(values):
     return np.max(np.abs(values))
 
 
+def prepared_by(respond):
+    """The one condensation that serves all parities and far arcs."""
+    (together,) = respond._together
+    return together.condensation
+
+
 @pytest.fixture(scope="module", params=[BODY, SYMMETRIC], ids=["whole", "half"])
 def section(request):
     found = build_section(replace(TASK.request, body=request.param, loads=LOADS))
@@ -43,7 +49,7 @@ def section(request):
 def asked(section, request):
     """Responses at a few observers, for which the border has G, or at many, for which fields are solved."""
     respond = Respond(section, LOADS, SEEN[request.param], SHARES)
-    prepared = respond._condensation
+    prepared = prepared_by(respond)
     assert (prepared.in_border is prepared.observers) == (request.param == "few observers")
     return respond, SEEN[request.param]
 
@@ -82,6 +88,16 @@ def test_responses_are_those_of_the_fields_with_either_far_arc(section, asked, k
     if k == 0.02:
         assert largest(responses[0] - responses[1]) > 1e-3 * largest(responses)
     np.testing.assert_array_equal(respond(k)[0], responses[:1])
+
+
+def test_supports_that_differ_at_many_nodes_are_factored_apart(section, asked, monkeypatch):
+    together, s = asked
+    monkeypatch.setattr(section_response, "MOST_RETAINED", 10)
+    apart = Respond(section, LOADS, s, SHARES)
+    assert len(apart._together) == (4 if section.half_section else 2)
+    for shares in (SHARES, (1.0,), (0.5,)):
+        expected = together(0.02, shares)[0]
+        np.testing.assert_allclose(apart(0.02, shares)[0], expected, rtol=0, atol=1e-9 * largest(expected))
 
 
 def test_the_unit_of_force_does_not_matter(section):
@@ -140,7 +156,7 @@ def test_a_block_that_was_moved_raises(asked, monkeypatch):
 def test_a_block_that_is_wrong_by_a_thousandth_raises(asked, monkeypatch, wrong, factor):
     """T less D: what one load does, what one observer sees, or the stiffness of what is retained."""
     respond, _ = asked
-    prepared, right = respond._condensation, condensation.last_block
+    prepared, right = prepared_by(respond), condensation.last_block
     r, n_loads, n_seen = prepared.retained, prepared.forces.shape[1], prepared.in_border.shape[0]
     places = {
         "one load": np.s_[:, r + n_loads - 1],
@@ -207,7 +223,7 @@ def test_displacements_that_are_wrong_raise(changed, asked, change):
 def test_the_residual_grows_with_what_is_wrong(changed, asked):
     """A thousandth of the largest residual more of all solutions: the equations are that far from solved."""
     respond, _ = asked
-    share, n = 0.1 * LARGEST_RESIDUAL, respond._condensation.forces.shape[1]
+    share, n = 0.1 * LARGEST_RESIDUAL, prepared_by(respond).forces.shape[1]
     changed(lambda u: (1 + share) * u)
     assert share * np.sqrt(n) / 2 < respond(K)[1] < 2.5 * share * np.sqrt(n)
 
@@ -215,7 +231,7 @@ def test_the_residual_grows_with_what_is_wrong(changed, asked):
 @pytest.fixture(scope="module")
 def of_ten_decades(section):
     """Loads whose forces differ by ten decades, solved for their fields."""
-    prepared = Respond(section, LOADS, SEEN["many"])._condensation
+    prepared = prepared_by(Respond(section, LOADS, SEEN["many"]))
     forces = prepared.forces.multiply(np.geomspace(1e-5, 1e5, prepared.forces.shape[1]))
     return Condensation.of(prepared.stiffness, prepared.retained, csc_matrix(forces), prepared.observers, 1)
 

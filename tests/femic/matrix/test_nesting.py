@@ -95,6 +95,7 @@ def test_other_bodies_and_tighter_tolerances_are_not_served(store):
     softer = replace(job.body, material=Material(100e3, 0.28))
     for other in (
         changed(job, tolerance=1e-4),
+        job_on(Grid(10, 4, 0.3, 0.8)),
         replace(job, body=softer),
         replace(job, body=job.body.enlarged(2.0)),
     ):
@@ -109,6 +110,7 @@ def test_equal_strips_side_by_side_make_up_a_load():
     assert members(0.0, 0.4, 2) == [3, 5]
     assert members(0.0, 0.8, 0) == [0, 2, 4, 6]
     assert members(0.0, 0.4, 1) == []  # another direction
+    assert members(0.1, 0.5, 2) == members(-0.1, 0.5, 2) == []  # more than the two that begin where it does
     assert members(0.1, 0.2, 2) == members(0.0, 0.5, 2) == members(0.0, 0.6, 2) == members(0.0, 1.2, 0) == []
     wide = [*loads, Load(Patch(0.1, 0.4, 0.4), 0)]
     assert nesting._members(wide, Load(Patch(0.1, 0.4, 0.4), 0)).tolist() == [8]  # rather than two
