@@ -141,10 +141,10 @@ def test_single_loads_are_columns(on_arcs, strip):
 @pytest.mark.slow
 def test_a_refined_model_agrees_with_its_first_one_within_the_estimate(on_plane):
     """The driver refines what is not accurate enough: here it is asked for more than it starts with."""
-    job = changed(on_plane.job, cells=on_plane.cells.scaled(1.8), tolerance=1e-3)
+    job = changed(on_plane.job, cells=on_plane.cells.scaled(1.8), tolerance=4e-4)
     finer = solved({"lower": job})["lower"]
     assert finer.level.cells > 0
-    assert AtLags({"lower": job}, combined=False).assess({"lower": finer}).own["lower"].total <= 1e-3
+    assert AtLags({"lower": job}, combined=False).assess({"lower": finer}).own["lower"].total <= 4e-4
 
 
 @pytest.mark.slow
