@@ -5,7 +5,15 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
-from femic.discount import DiscountRule, conditions, fit_discount, generalized, observers, rigid_part
+from femic.discount import (
+    DiscountRule,
+    conditions,
+    fit_discount,
+    generalized,
+    motions,
+    observers,
+    rigid_part,
+)
 from femic.models import Points
 from femic.solid.engine import raw_ics
 from geometries.contours import through_points
@@ -351,3 +359,13 @@ def test_no_more_loads_are_solved_for_m_than_it_needs(contour, asked, needed, ra
     assert {load for c in fit for load in c.loads} == needed
     beside_moment_loads = any(load.patch.s == ARM for load in needed)
     assert len(observers(body, RULE, fit).x) == (7 if beside_moment_loads else 3)
+
+
+def test_points_may_be_given_in_whole_millimetres_or_as_a_grid():
+    """The load's arc length is not one of whole millimetres; x and s may broadcast together."""
+    body, x, s = wheel(60.0, UPPER), np.arange(-2, 3), np.arange(1, 4)
+    as_grid = motions(body, Points(x[:, None], s[None]), 0.4)
+    all_x, all_s = (v.ravel().astype(float) for v in np.meshgrid(x, s, indexing="ij"))
+    np.testing.assert_allclose(
+        as_grid.reshape(7, 3, 3, -1), motions(body, Points(all_x, all_s), 0.4), atol=1e-12
+    )
