@@ -24,9 +24,7 @@ from femic.harmonic.equations import Stiffness, column_weights, factors_of, not_
 from geometries.arrays import Array, Indices, Mask
 
 SPRING = 0.1  # stiffness of the springs over the median of the diagonal of K0
-BORDER = (
-    1e4  # entries of D times this median: more than responses but close to nu = 1/2, and 3 digits are lost
-)
+BORDER = 1e4  # entries of D times this median: more than responses are, but close to nu = 1/2; 3 digits lost
 
 
 @dataclass(frozen=True, eq=False)

@@ -124,9 +124,9 @@ def integral(k_max: float) -> Spectrum:
     return Spectrum(np.empty(0), np.empty(0), ends, taper(points / k_max), k_max)
 
 
-def orders(k_max: float, radius: float) -> Spectrum:
-    """All orders of a closed ring, k = m / R up to k_max [1/mm]; the first one has half the weight."""
-    k = np.arange(int(np.floor(k_max * radius)) + 1) / radius
+def orders(k_max: float, radius: float, last: int | None = None) -> Spectrum:
+    """Orders of a closed ring, k = m / R, up to k_max [1/mm] or a last one; m = 0 has half the weight."""
+    k = np.arange((int(np.floor(k_max * radius)) if last is None else last) + 1) / radius
     weights = taper(k / k_max) / (np.pi * radius)
     weights[0] /= 2
     return Spectrum(k, weights, k[-1:], np.empty((0, PANEL_POINTS)), k_max)
@@ -140,12 +140,11 @@ def ring(k_max: float, radius: float) -> Spectrum:
     """
     if k_max * radius < LAST_ORDER:
         return orders(k_max, radius)
-    k, integrated = np.arange(LAST_ORDER + 1) / radius, integral(k_max)
-    weights = taper(k / k_max) * _by_sum(k * radius) / (np.pi * radius)
-    weights[0] /= 2
+    summed, integrated = orders(k_max, radius, LAST_ORDER), integral(k_max)
+    weights = summed.weights * _by_sum(summed.single * radius)
     by_integral = integrated.share * (1 - _by_sum(integrated.points * radius))
     first_panel = int(np.argmax(np.any(by_integral != 0, axis=1)))
-    return Spectrum(k, weights, integrated.ends[first_panel:], by_integral[first_panel:], k_max)
+    return Spectrum(summed.single, weights, integrated.ends[first_panel:], by_integral[first_panel:], k_max)
 
 
 def taper(k: Array) -> Array:

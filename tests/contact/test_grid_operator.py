@@ -16,14 +16,14 @@ GRID = Grid(6, 5, 0.4, 0.3)
 RAIL = Solid(STEEL, Surface(LOWER, arc(10.0, 0.5, 0.5)))
 
 
-def dense(variant):
+def dense(variant, grid=GRID):
     """ICs of all pairs of elements by the approximation at the true, signed distances."""
-    n_x, n_s = GRID.n_x, GRID.n_s
-    x = GRID.dx * np.arange(n_x)
+    n_x, n_s = grid.n_x, grid.n_s
+    x = grid.dx * np.arange(n_x)
     out = np.empty((n_x, n_s, 3, n_x, n_s, 3))
     for m, n in np.ndindex(n_x, n_s):
-        points = ((x - x[m])[:, None], GRID.strips)
-        out[..., m, n, :] = np.moveaxis(RAIL.approximate(variant, GRID.patch(n), points), (0, 1), (2, 3))
+        points = ((x - x[m])[:, None], grid.strips)
+        out[..., m, n, :] = np.moveaxis(RAIL.approximate(variant, grid.patch(n), points), (0, 1), (2, 3))
     return out.reshape(3 * n_x * n_s, -1)
 
 
@@ -40,6 +40,33 @@ def test_its_smallest_eigenvalue_is_that_of_the_symmetric_part(variant):
     exact = np.linalg.eigvalsh((whole + whole.T) / 2)[0]
     found = GridOperator.of(matrix(variant, RAIL, GRID)).smallest_eigenvalue()
     assert found == pytest.approx(exact, rel=0.03)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3])
+def test_so_it_is_of_a_long_grid_of_which_some_frequencies_precondition_the_search(share):
+    """A rigid compliance of this share of the element's own IC is subtracted: no other search follows."""
+    grid = Grid(40, 3, 0.4, 0.3)
+    ics, whole = matrix("Bhat", RAIL, grid), dense("Bhat", grid)
+    subtracted = share * ics[0, 1, 1, 2, 2]
+    ics[..., 2, 2] -= subtracted
+    whole[2::3, 2::3] -= subtracted
+    exact = np.linalg.eigvalsh((whole + whole.T) / 2)[0]
+    least = np.min(np.abs(np.diagonal(whole)))
+    assert GridOperator.of(ics).smallest_eigenvalue() == pytest.approx(exact, abs=0.03 * least)
+
+
+def test_frequencies_that_are_left_out_are_nearest_to_the_right_ones():
+    chosen, nearest = grid_operator._frequencies(20)
+    np.testing.assert_array_equal(chosen, [0, 1, 2, 3, 4, 5, 6, 12, 18, 19])
+    np.testing.assert_array_equal(chosen[nearest], [0, 1, 2, 3, 4, 5, *[6] * 4, *[12] * 6, *[18] * 3, 19])
+
+
+def test_single_precision_changes_by_1e_7_of_the_largest():
+    ics, tractions = matrix("Bhat", RAIL, GRID), np.ones((GRID.n_x, GRID.n_s, 3))
+    exact, single = (GridOperator.of(values)(tractions) for values in (ics, ics.astype(np.float32)))
+    assert 0 < np.max(np.abs(single - exact)) < 2e-7 * np.sum(np.abs(ics[:, 2, :]))
+    defects = [reciprocity_defects(values) for values in (ics, ics.astype(np.float32))]
+    assert np.max(np.abs(defects[1] - defects[0])) < 2e-7
 
 
 @pytest.mark.parametrize("iterations", [1, 100])
