@@ -1,4 +1,4 @@
-"""Exact contact theory on ICs of any source: so far the IC matrix as an operator.
+"""Exact contact theory on ICs of any source: operators, undeformed distance, frictionless contact.
 
-Imports numpy, scipy and `geometries`; `compare` imports it.
+Arrays at the seams: no scene, file or plot. Imports numpy, scipy, `geometries` and `approx`.
 """

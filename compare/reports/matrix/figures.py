@@ -6,7 +6,7 @@ from matplotlib.colors import SymLogNorm
 from matplotlib.figure import Figure
 
 from compare.pages.styles import RC
-from contact.grid_operator import PARITY
+from contact.operators.dense import PARITY
 from geometries.arrays import Array
 from geometries.grids import Grid
 from geometries.patches import DIRECTIONS

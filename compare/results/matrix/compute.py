@@ -18,7 +18,7 @@ from compare.results.provenance import results_digest
 from compare.scenes.checks import grid_misfits
 from compare.scenes.errors import require_none
 from compare.scenes.scene import Scene
-from contact.grid_operator import GridOperator
+from contact.operators.dense import GridOperator
 from femic.accuracy import Shares
 from femic.discount import AXES
 from femic.estimate import Estimated, total

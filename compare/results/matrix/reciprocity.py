@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contact.grid_operator import reciprocity_defects
+from contact.operators.dense import reciprocity_defects
 from geometries.arrays import Array
 from geometries.contours import Contour
 from geometries.grids import Grid

@@ -19,7 +19,7 @@ from compare.reports.matrix.export import (
     told,
 )
 from compare.scenes.load import load_scene, scene_from_table
-from contact.grid_operator import PARITY
+from contact.operators.dense import PARITY
 from geometries.errors import WrongInput
 from geometries.materials import both_bodies
 

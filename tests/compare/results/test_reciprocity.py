@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from compare.results.matrix.reciprocity import described, reciprocity
-from contact.grid_operator import PARITY
+from contact.operators.dense import PARITY
 from geometries.contours import arc, plane
 from geometries.grids import Grid
 

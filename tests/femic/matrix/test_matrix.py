@@ -8,7 +8,7 @@ import pytest
 from approx.halfspace import HalfSpace
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
-from contact.grid_operator import GridOperator, reciprocity_defects
+from contact.operators.dense import GridOperator, reciprocity_defects
 from femic.at_points import references
 from femic.discount import generalized
 from femic.estimate import total

@@ -6,15 +6,17 @@ dense matrix between strips.
 
 import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh, lobpcg
 
 from geometries.arrays import Array, Indices
-from geometries.patches import X, mirror_signs
+from geometries.patches import N, S, X, mirror_signs
 
-Complex = NDArray[np.complex128] | NDArray[np.complex64]
+Real = NDArray[np.floating[Any]]
+Complex = NDArray[np.complexfloating[Any, Any]]
 
 PARITY = mirror_signs(X)  # parity in x of the components (i, j): -1 odd
 EIGENVALUE_ACCURACY = 0.03  # accuracy of the smallest eigenvalue over the least IC of an element on itself
@@ -25,30 +27,51 @@ MOST_ITERATIONS = 100  # of the search for the smallest eigenvalue
 
 @dataclass(frozen=True, eq=False)
 class GridOperator:
-    """The transform along x of an IC matrix [mm/MPa], shape (frequency, 3 n_s, 3 n_s)."""
+    """The transform along x of an IC matrix [mm/MPa], shape (frequency, m n_s, m n_s), of m directions.
 
-    transformed: Complex
+    It is real where all components are even in x.
+    """
+
+    transformed: Complex | Real
     n_x: int
+    directions: tuple[int, ...] = (X, S, N)
 
     @classmethod
-    def of(cls, ics: Array) -> "GridOperator":
-        """The operator of ICs (n_x, n_s, n_s, 3, 3) [mm/MPa] at lags >= 0; negative lags follow by parity.
+    def of(cls, ics: Array, directions: tuple[int, ...] = (X, S, N)) -> "GridOperator":
+        """The operator of ICs (n_x, n_s, n_s, m, m) [mm/MPa] at lags >= 0, for tractions in m directions.
 
-        It has the precision of the ICs, single or double.
+        Negative lags follow by parity. It has the precision of the ICs, single or double.
         """
-        n_x, n_s = ics.shape[:2]
+        n_x, n_s, _, m, _ = ics.shape
         lags = np.zeros((2 * n_x, *ics.shape[1:]), ics.dtype)
         lags[:n_x] = ics
-        lags[n_x + 1 :] = PARITY.astype(ics.dtype) * ics[:0:-1]
-        rows = np.fft.rfft(lags, axis=0).transpose(0, 1, 3, 2, 4)
-        return cls(rows.reshape(n_x + 1, 3 * n_s, 3 * n_s), n_x)
+        parity = PARITY[np.ix_(directions, directions)]
+        lags[n_x + 1 :] = parity.astype(ics.dtype) * ics[:0:-1]
+        rows = np.fft.rfft(lags, axis=0).transpose(0, 1, 3, 2, 4).reshape(n_x + 1, m * n_s, m * n_s)
+        return cls(np.ascontiguousarray(rows.real) if np.all(parity > 0) else rows, n_x, directions)
 
     def __call__(self, tractions: Array) -> Array:
-        """Displacements [mm] due to tractions [MPa], (n_x, n_s, 3) each."""
-        transformed_tractions = np.fft.rfft(tractions.reshape(self.n_x, -1), 2 * self.n_x, axis=0)
-        transformed_tractions = transformed_tractions.astype(self.transformed.dtype)
-        u = np.fft.irfft(np.matmul(self.transformed, transformed_tractions[..., None])[..., 0], axis=0)
-        return u[: self.n_x].reshape(tractions.shape)
+        """Displacements [mm] due to tractions [MPa], shape (n_x, n_s, m) each."""
+        spectra = np.fft.rfft(tractions.reshape(self.n_x, -1), 2 * self.n_x, axis=0)
+        if np.isrealobj(self.transformed):
+            parts = np.stack([spectra.real, spectra.imag], axis=-1).astype(self.transformed.dtype)
+            moved = np.matmul(self.transformed, parts).astype(float).view(complex)[..., 0]
+        else:
+            moved = np.matmul(self.transformed, spectra.astype(self.transformed.dtype)[..., None])[..., 0]
+        return np.fft.irfft(moved, axis=0)[: self.n_x].reshape(tractions.shape)
+
+    def coarsened(self) -> "GridOperator":
+        """The operator on elements twice as large: mean displacements due to the same traction on four.
+
+        Both numbers of elements must be even.
+        """
+        m = len(self.directions)
+        lags = np.fft.irfft(self.transformed, axis=0)  # circular: the last one is lag -1
+        even = lags[: self.n_x : 2]
+        pairs = (np.roll(lags, 1, axis=0)[: self.n_x : 2] + 2 * even + lags[1 : self.n_x : 2]) / 2
+        of_strips = pairs.reshape(self.n_x // 2, -1, 2, m, pairs.shape[2] // m // 2, 2, m)
+        ics = of_strips.mean(axis=2).sum(axis=4)  # (lag, observed, i, loaded, j)
+        return GridOperator.of(np.moveaxis(ics, 2, 3), self.directions)
 
     def smallest_eigenvalue(self) -> float:
         """Smallest eigenvalue of the symmetric part [mm/MPa], to 3 % of the least IC of an element on itself.
@@ -64,8 +87,8 @@ class GridOperator:
         of_chosen = symmetric.transformed[chosen]
         shift = np.min(np.linalg.eigvalsh(of_chosen)) - PRECONDITIONER_SHIFT * least
         unknowns = of_chosen.shape[1]
-        shifted = of_chosen - (shift * np.eye(unknowns)).astype(np.complex64)
-        inverse = GridOperator(np.linalg.inv(shifted)[nearest], self.n_x)
+        shifted = of_chosen - (shift * np.eye(unknowns)).astype(of_chosen.dtype)
+        inverse = GridOperator(np.linalg.inv(shifted)[nearest], self.n_x, self.directions)
         start = np.random.default_rng(0).standard_normal((self.n_x * unknowns, 1))
         with warnings.catch_warnings(action="ignore"):  # of no convergence, which the residual tells
             _, vectors = lobpcg(
@@ -96,16 +119,17 @@ class GridOperator:
     def _symmetric_part(self) -> "GridOperator":
         """The symmetric part, in single precision."""
         transposed = np.conj(np.swapaxes(self.transformed, 1, 2))
-        return GridOperator(((self.transformed + transposed) / 2).astype(np.complex64), self.n_x)
+        symmetric = (self.transformed + transposed) / 2
+        single = symmetric.astype(np.float32) if np.isrealobj(symmetric) else symmetric.astype(np.complex64)
+        return GridOperator(single, self.n_x, self.directions)
 
     @property
     def linear(self) -> LinearOperator:
         """The operator on tractions as one vector."""
-        unknowns = self.transformed.shape[1]
-        size = self.n_x * unknowns
+        size, m = self.n_x * self.transformed.shape[1], len(self.directions)
 
         def applied(tractions: Array) -> Array:
-            return self(tractions.reshape(self.n_x, unknowns // 3, 3)).ravel()
+            return self(tractions.reshape(self.n_x, -1, m)).ravel()
 
         return LinearOperator((size, size), dtype=float, matvec=applied)
 

@@ -5,8 +5,8 @@ import pytest
 
 from approx.matrix import matrix
 from approx.pair import Solid
-from contact import grid_operator
-from contact.grid_operator import GridOperator, reciprocity_defects
+from contact.operators import dense
+from contact.operators.dense import GridOperator, reciprocity_defects
 from geometries.contours import arc
 from geometries.grids import Grid
 from geometries.surfaces import LOWER, Surface
@@ -16,7 +16,7 @@ GRID = Grid(6, 5, 0.4, 0.3)
 RAIL = Solid(STEEL, Surface(LOWER, arc(10.0, 0.5, 0.5)))
 
 
-def dense(variant, grid=GRID):
+def whole_matrix(variant, grid=GRID):
     """ICs of all pairs of elements by the approximation at the true, signed distances."""
     n_x, n_s = grid.n_x, grid.n_s
     x = grid.dx * np.arange(n_x)
@@ -31,12 +31,12 @@ def dense(variant, grid=GRID):
 def test_it_is_the_dense_matrix(variant):
     tractions = np.random.default_rng(0).normal(size=(GRID.n_x, GRID.n_s, 3))
     u = GridOperator.of(matrix(variant, RAIL, GRID))(tractions)
-    np.testing.assert_allclose(u.ravel(), dense(variant) @ tractions.ravel(), rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(u.ravel(), whole_matrix(variant) @ tractions.ravel(), rtol=1e-12, atol=1e-18)
 
 
 @pytest.mark.parametrize("variant", ["A", "B", "Bhat"])
 def test_its_smallest_eigenvalue_is_that_of_the_symmetric_part(variant):
-    whole = dense(variant)
+    whole = whole_matrix(variant)
     exact = np.linalg.eigvalsh((whole + whole.T) / 2)[0]
     found = GridOperator.of(matrix(variant, RAIL, GRID)).smallest_eigenvalue()
     assert found == pytest.approx(exact, rel=0.03)
@@ -46,7 +46,7 @@ def test_its_smallest_eigenvalue_is_that_of_the_symmetric_part(variant):
 def test_so_it_is_of_a_long_grid_of_which_some_frequencies_precondition_the_search(share):
     """A rigid compliance of this share of the element's own IC is subtracted: no other search follows."""
     grid = Grid(40, 3, 0.4, 0.3)
-    ics, whole = matrix("Bhat", RAIL, grid), dense("Bhat", grid)
+    ics, whole = matrix("Bhat", RAIL, grid), whole_matrix("Bhat", grid)
     subtracted = share * ics[0, 1, 1, 2, 2]
     ics[..., 2, 2] -= subtracted
     whole[2::3, 2::3] -= subtracted
@@ -56,7 +56,7 @@ def test_so_it_is_of_a_long_grid_of_which_some_frequencies_precondition_the_sear
 
 
 def test_frequencies_that_are_left_out_are_nearest_to_the_right_ones():
-    chosen, nearest = grid_operator._frequencies(20)
+    chosen, nearest = dense._frequencies(20)
     np.testing.assert_array_equal(chosen, [0, 1, 2, 3, 4, 5, 6, 12, 18, 19])
     np.testing.assert_array_equal(chosen[nearest], [0, 1, 2, 3, 4, 5, *[6] * 4, *[12] * 6, *[18] * 3, 19])
 
@@ -75,8 +75,8 @@ def test_so_it_is_where_a_rigid_compliance_is_subtracted_and_where_the_search_do
     monkeypatch, share, iterations
 ):
     """Such matrices are not definite. A search that is stopped is followed by another one."""
-    monkeypatch.setattr(grid_operator, "MOST_ITERATIONS", iterations)
-    ics, whole = matrix("Bhat", RAIL, GRID), dense("Bhat")
+    monkeypatch.setattr(dense, "MOST_ITERATIONS", iterations)
+    ics, whole = matrix("Bhat", RAIL, GRID), whole_matrix("Bhat")
     subtracted = share * ics[0, 2, 2, 2, 2]
     ics[..., 2, 2] -= subtracted
     whole[2::3, 2::3] -= subtracted
@@ -88,7 +88,7 @@ def test_so_it_is_where_a_rigid_compliance_is_subtracted_and_where_the_search_do
 
 @pytest.mark.parametrize(("variant", "reciprocal"), [("A", True), ("Bhat", True), ("B", False)])
 def test_the_reciprocity_defect_is_that_of_the_dense_matrix(variant, reciprocal):
-    whole = dense(variant)
+    whole = whole_matrix(variant)
     exact = np.max(np.abs(whole - whole.T)) / np.max(whole[2::3, 2::3])
     found = reciprocity_defects(matrix(variant, RAIL, GRID)).max()
     assert found == pytest.approx(exact, rel=1e-9, abs=1e-12)
