@@ -39,7 +39,7 @@ def choose(base: str, question: Question, means: Means = DEFAULT) -> Choice:
     Raises Failure if no way meets the tolerance.
     """
     request, frontier = tried_for(base, question, means)
-    advice = advise(frontier, question.tolerance, question.components, question.body)
+    advice = advise(frontier, question)
     settings = {way.name: way.engine for way in request.ways}
     if advice.way not in settings:
         return Choice(advice.way, advice=advice)

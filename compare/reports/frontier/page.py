@@ -138,8 +138,9 @@ def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:
         }
 
 
-def evidence(dataset: xr.Dataset, advice: Advice, components: list[str], body: str) -> Table:
+def evidence(dataset: xr.Dataset, advice: Advice) -> Table:
     """The table that the advice rests on: the upper bounds of each way's errors, and its seconds."""
+    body, components = advice.question.body, list(advice.question.components)
     vanishing = dataset.vanishes.sel(body=body, component=components).values
     rows = Table(
         title=f"{body}: error at most, share of the component itself (measured, and the estimate of "
