@@ -39,6 +39,10 @@ class Results:
         """Names of all ICs there are: the approximations, C of the check, C."""
         return (*self.scene.variants, *(("C_solid",) if self.checks else ()), "C")
 
+    def computed(self, body: str) -> list[str]:
+        """Names of the ICs that could be computed for a body: those that have seconds."""
+        return [variant for variant in self.variants if not np.isnan(self.seconds[variant, body])]
+
     @property
     def models(self) -> dict[str, Cost]:
         """The cost of every solved model, by body and model."""
@@ -54,6 +58,11 @@ def models_of(
         for body, reference in references.items()
         for model, cost in reference.models.items()
     }
+
+
+def seconds_of(models: Mapping[str, Cost]) -> float:
+    """The seconds of all stages that models took when they were solved."""
+    return sum(sum(cost.seconds.values()) for cost in models.values())
 
 
 def scene_points(scene: Scene) -> tuple[Points, dict[str, slice]]:
@@ -144,10 +153,7 @@ def _timed(variant: str, solid: Solid | Pair, patch: Patch, points: Points) -> t
 
 def _reference_seconds(variant: str, solved: Mapping[str, Reference]) -> dict[tuple[str, str], float]:
     """Seconds of C by (variant, body), summed over its models; "combined": of all solved bodies."""
-    per_body = {
-        (variant, name): sum(sum(cost.seconds.values()) for cost in reference.models.values())
-        for name, reference in solved.items()
-    }
+    per_body = {(variant, name): seconds_of(reference.models) for name, reference in solved.items()}
     return per_body | {(variant, "combined"): sum(per_body.values())} if solved else {}
 
 

@@ -11,7 +11,7 @@ from compare.pages.html import error_cell, write_page
 from compare.pages.styles import SYMBOLS, save
 from compare.reports.matrix.figures import maps
 from compare.results import folders, plan
-from compare.results.compute import models_of, solids
+from compare.results.compute import models_of, seconds_of, solids
 from compare.results.matrix.check import Checked, check
 from compare.results.matrix.compute import MatrixResults, compute_matrix
 from compare.results.matrix.reciprocity import described
@@ -189,8 +189,7 @@ def _rows(results: MatrixResults, body: str, measure: str) -> Iterator[dict[str,
 
 
 def _cost_text(results: MatrixResults, costs: dict[str, Cost]) -> str:
-    models = sum(sum(cost.seconds.values()) for cost in costs.values())
     return (
-        f"Models: {models:.0f} s when they were solved. This run, with what was kept: "
+        f"Models: {seconds_of(costs):.0f} s when they were solved. This run, with what was kept: "
         f"{results.seconds:.0f} s, {results.memory:.0f} MB at its peak."
     )

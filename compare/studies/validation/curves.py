@@ -10,7 +10,7 @@ from approx.target import indices
 from compare.pages.panels import Panel
 from compare.pages.styles import SYMBOLS
 from compare.results.compute import Results, ics_of, parts_of, points_of, reference_of
-from compare.results.shares import shares_of
+from compare.results.shares import measure_of
 from geometries.arrays import Array
 from geometries.patches import OffsetLine
 
@@ -84,7 +84,7 @@ def deviation(
     results: Results, differences: Array, body: str, component: str, lines: Iterable[OffsetLine] | None = None
 ) -> float:
     """Largest share [-] of differences (3, 3, n) [mm/N] in the component itself on lines (default: all)."""
-    shares = shares_of(results, body, differences)
+    shares = measure_of(results, body).shares(differences)
     return max(
         float(shares[line.name][indices(component)])
         for line in (results.scene.lines if lines is None else lines)
