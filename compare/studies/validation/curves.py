@@ -50,6 +50,14 @@ def curve(
     return np.asarray(unit(results) * ics_of(results, variant, body)[indices(component)][points])
 
 
+def difference(
+    results: Results, variant: str, body_component: tuple[str, str], lines: Iterable[OffsetLine] | None = None
+) -> Array:
+    """C less a variant of a body's component at the points of lines (default: all), (n,), dimensionless."""
+    c, approximation = (curve(results, which, *body_component, lines) for which in ("C", variant))
+    return np.asarray(c - approximation)
+
+
 def unit(results: Results) -> float:
     """E L [N/mm], the factor that makes ICs [mm/N] dimensionless."""
     return results.scene.reference_E * results.scene.reference_length
@@ -95,8 +103,7 @@ def largest(
     results: Results, variant: str, body_component: tuple[str, str], lines: Iterable[OffsetLine] | None = None
 ) -> float:
     """Largest |v - C| of a body's component on lines (default: all), dimensionless, v being a variant."""
-    approximation, c = (curve(results, which, *body_component, lines) for which in (variant, "C"))
-    return float(np.max(np.abs(approximation - c)))
+    return float(np.max(np.abs(difference(results, variant, body_component, lines))))
 
 
 def across_over_along(component: str) -> Callable[[Results, str], float]:

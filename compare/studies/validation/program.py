@@ -1,6 +1,7 @@
 """Statements 14 and 15: whether both engines agree, and whether limits are met."""
 
 from collections.abc import Callable, Mapping
+from itertools import product
 
 import numpy as np
 
@@ -34,8 +35,7 @@ def agreements(runs: Runs) -> Mapping[str, float]:
     """Differences of the engines over the sum of their estimates, by geometry, body and component."""
     return {
         f"{name}, {body}, {component}": ratio
-        for name in GEOMETRIES
-        for body in BODIES
+        for name, body in product(GEOMETRIES, BODIES)
         for component, ratio in agreement(runs.with_both_engines(name), body).items()
     }
 
@@ -54,12 +54,11 @@ def _over(differences: Mapping[str, Array], estimates: Mapping[str, Array]) -> A
 def _estimates(runs: Runs) -> Mapping[str, float]:
     """The largest estimates and the largest differences of the engines, by geometry and body [-]."""
     details: dict[str, float] = {}
-    for name in GEOMETRIES:
+    for name, body in product(GEOMETRIES, BODIES):
         results = runs.with_both_engines(name)
-        for body in BODIES:
-            estimates = measure_of(results, body).shares(reference_of(results, body).estimate)
-            details[f"estimate of C, harmonic: {name}, {body}"] = _worst(estimates)
-            details[f"largest difference: {name}, {body}"] = _worst(apart(results, body)[0])
+        estimates = measure_of(results, body).shares(reference_of(results, body).estimate)
+        details[f"estimate of C, harmonic: {name}, {body}"] = _worst(estimates)
+        details[f"largest difference: {name}, {body}"] = _worst(apart(results, body)[0])
     return details
 
 
