@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 from time import perf_counter
 
 import numpy as np
@@ -113,17 +114,14 @@ def approximated(
 
     They are NaN for Bhat_prime where a body has no effective properties.
     """
-    pair = scene.pair
     ics: dict[tuple[str, str], Array] = {}
     seconds: dict[tuple[str, str], float] = {}
-    for name in scene.compared:
-        for variant in scene.variants:
-            if variant == "Bhat_prime" and not pair.has_effective(name):
-                ics[variant, name], seconds[variant, name] = np.full((3, 3, len(points.x)), np.nan), np.nan
-            else:
-                ics[variant, name], seconds[variant, name] = _timed(
-                    variant, solids(scene)[name], scene.patch, points
-                )
+    for name, variant in product(scene.compared, scene.variants):
+        key = variant, name
+        if variant == "Bhat_prime" and name not in scene.fitted:
+            ics[key], seconds[key] = np.full((3, 3, len(points.x)), np.nan), np.nan
+        else:
+            ics[key], seconds[key] = _timed(variant, solids(scene)[name], scene.patch, points)
     return ics, seconds
 
 

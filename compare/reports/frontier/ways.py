@@ -38,7 +38,7 @@ class Way:
 def approximations(scene: Scene) -> Iterator[Way]:
     """Yield all variants; B-hat-prime only if one of the bodies compared has effective properties."""
     for variant in VARIANTS:
-        if variant != "Bhat_prime" or any(scene.pair.has_effective(name) for name in scene.compared):
+        if variant != "Bhat_prime" or scene.fitted:
             yield Way(variant, "approximation")
 
 
