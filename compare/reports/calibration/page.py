@@ -99,14 +99,15 @@ def _fit_section(calibrated: Calibrated, body: str) -> dict[str, object]:
     return {
         "body": body,
         "parameters": body_fit.parameters,
-        "residuals": ", ".join(
-            f"{component}: {rms:.1%} rms, {worst:.1%} at worst"
-            for component, rms, worst in zip(
-                calibrated.scene.calibration.components, body_fit.rms, body_fit.worst, strict=True
-            )
-        ),
+        "residuals": _residuals(calibrated, body, "{}: {:.1%} rms, {:.1%} at worst"),
         "snippet": tomlkit.dumps(snippet).strip(),
     }
+
+
+def _residuals(calibrated: Calibrated, body: str, text: str) -> str:
+    """The texts of each component that was fitted to, with its rms and its largest residual filled in."""
+    fitted, components = calibrated.fits[body], calibrated.scene.calibration.components
+    return ", ".join(text.format(*row) for row in zip(components, fitted.rms, fitted.worst, strict=True))
 
 
 def _range(calibrated: Calibrated) -> str:
@@ -135,13 +136,8 @@ def _rows(calibrated: Calibrated, line_errors: xr.Dataset) -> Iterator[dict[str,
 def _summary(calibrated: Calibrated) -> str:
     parts = []
     for body, body_fit in calibrated.fits.items():
-        at_worst = ", ".join(
-            f"{component} to {rms:.1%} rms ({worst:.1%} at worst)"
-            for component, rms, worst in zip(
-                calibrated.scene.calibration.components, body_fit.rms, body_fit.worst, strict=True
-            )
-        )
+        residuals = _residuals(calibrated, body, "{} to {:.1%} rms ({:.1%} at worst)")
         fixed = [p.name for p in body_fit.parameters if p.deviation is None]
         note = f"; not fitted: {', '.join(fixed)}" if fixed else ""
-        parts.append(f"{body} {at_worst} of max |C|{note}")
+        parts.append(f"{body} {residuals} of max |C|{note}")
     return f"{calibrated.scene.name}: B̂′ reproduces {'; '.join(parts)}."
