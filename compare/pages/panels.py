@@ -1,7 +1,7 @@
 """Draws all figures of curves: panels of curves over one abscissa, C with its estimate, grids of panels."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import cycle
 from typing import Any
 
@@ -37,7 +37,7 @@ class Panel:
     curves: Mapping[str, Array]
     estimate: Array | None = None
     known: Array | None = None
-    marks: tuple[float, ...] = field(default=())  # abscissas of joints, dotted
+    marks: tuple[float, ...] = ()  # abscissas of joints, dotted
 
     def beyond(self, at: float) -> "Panel":
         """The panel from an abscissa on."""

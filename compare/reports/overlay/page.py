@@ -53,7 +53,7 @@ def _rows(overlay: Overlay, body: str) -> Iterator[Row]:
         for k, result in enumerate(overlay.results):
             errors = [worst(overlay, result, body, component) for component in overlay.common.components]
             cells = [cell_of(error.sel(variant=variant), known=variant == "C") for error in errors]
-            yield Row(SYMBOLS[variant] if k == 0 else "", result.name, cells, k == 0)
+            yield Row(SYMBOLS[variant] if k == 0 else "", result.name, cells)
 
 
 def summary(overlay: Overlay) -> str:

@@ -67,7 +67,7 @@ def _rows(results: Results, errors: xr.Dataset, body: str) -> Iterator[Row]:
                 cell_of(line_errors.sel(i=c[0], j=c[1]), known=variant == "C")
                 for c in results.scene.components
             ]
-            yield Row(SYMBOLS[variant] if k == 0 else "", line, cells, k == 0)
+            yield Row(SYMBOLS[variant] if k == 0 else "", line, cells)
 
 
 def _setting(results: Results) -> str:
