@@ -2,8 +2,9 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
-from time import perf_counter
+from timeit import repeat
 
 import numpy as np
 
@@ -141,12 +142,8 @@ def solids(scene: Scene) -> dict[str, Solid | Pair]:
 
 def _timed(variant: str, solid: Solid | Pair, patch: Patch, points: Points) -> tuple[Array, float]:
     """ICs per unit load, (3, 3, n_points) [mm/N], and the least seconds of some repetitions."""
-    seconds = []
-    for _ in range(REPETITIONS):
-        start = perf_counter()
-        ic = solid.approximate(variant, patch, (points.x, points.s))
-        seconds.append(perf_counter() - start)
-    return ic / patch.area, min(seconds)
+    approximate = partial(solid.approximate, variant, patch, (points.x, points.s))
+    return approximate() / patch.area, min(repeat(approximate, number=1, repeat=REPETITIONS))
 
 
 def _reference_seconds(variant: str, solved: Mapping[str, Reference]) -> dict[tuple[str, str], float]:
