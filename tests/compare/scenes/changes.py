@@ -7,6 +7,10 @@ def arc(flanks, radius=10.0):
     return {"contour": {"kind": "arc", "radius": radius, "flank_inclination_deg": flanks}}
 
 
+def ellipse(b, d):
+    return {"contour": {"kind": "ellipse", "b_el": b, "d_el": d}}
+
+
 def both(of_a_body):
     return {"lower": of_a_body, "upper": of_a_body}
 
@@ -31,3 +35,4 @@ def engine(**keys):
 
 
 SHORT = line("x", 0.0, 3.0)
+PROPERTY = {"effective": {"lower": {"nu": {"far": 0.3, "r_inf": 9.0, "m": 1.0, "n": 2.0}}}}

@@ -265,7 +265,7 @@ def test_a_fit_is_asked_for_only_where_some_body_compared_has_one(asked, bodies,
     if enough:
         assert load_scene("flat", changes).pair.has_effective("upper")
     else:
-        with pytest.raises(BadScene, match="Bhat_prime.* effective properties"):
+        with pytest.raises(BadScene, match=r"Bhat_prime.* effective properties"):
             load_scene("flat", changes)
 
 
