@@ -1,187 +1,53 @@
 """Every criterion of `femic validate` is met by one hand-made C and missed by another, in every case."""
 
-from dataclasses import replace
-
-import numpy as np
 import pytest
 
 from compare.studies.validation.changes import CHANGES
-from compare.studies.validation.curves import ACROSS, BESIDE, CONCAVE, CONVEX, THROUGH
+from compare.studies.validation.curves import ACROSS, BESIDE, THROUGH
 from compare.studies.validation.program import cylinder_errors
 from compare.studies.validation.runs import GEOMETRIES
-from compare.studies.validation.sn import with_factor
 from compare.studies.validation.statements import STATEMENTS
-from geometries.patches import N, S, X
 from tests.compare.studies.handmade import (
     SOFT,
     STIFF,
-    Runs,
     between,
     by_body,
     by_geometry,
     runs_of,
     times,
-    with_c,
     without_c,
 )
+from tests.compare.studies.makers import (
+    NN,
+    SN,
+    SS,
+    XN,
+    XS,
+    XX,
+    beyond_factor,
+    bumped,
+    bumps,
+    engines,
+    estimates_away,
+    everywhere,
+    fitted,
+    growing,
+    less_with_s,
+    lifted,
+    misfit_at,
+    near_fit,
+    nu,
+    of,
+    off_half_space,
+    on_lines,
+    plane,
+    term,
+    turned,
+    wheel,
+)
 
-NN, SS, XX, XS, XN, SN = (N, N), (S, S), (X, X), (X, S), (X, N), (S, N)
 ELSEWHERE = {(15, "point loads"), (15, "cylinder")}  # no C in them: tests/compare/studies/test_measures.py
 SOME = {(11, "order"), (15, "variants")}  # missed in some case only: variants are alike in others
-
-
-def of(c, **named):
-    """Runs with this C, made when they are needed."""
-    return lambda: runs_of(c, **named)
-
-
-def less_with_s(near, far):
-    """A factor that goes from `near` at s = 0 to `far` at 10 mm."""
-    return lambda of: near + (far - near) * np.minimum(np.abs(of.points.s) / 10, 1)
-
-
-def on_lines(across, along):
-    """A factor on the line along s, another on those along x."""
-    return lambda of: np.where(of.on(ACROSS), across, along)
-
-
-def bumped(component, convex, concave):
-    """A and a bump of a size for each body."""
-
-    def c(of):
-        out = of.a.copy()
-        out[component] += of.bump * by_body(convex, concave)(of)
-        return out
-
-    return c
-
-
-def bumps(convex, concave):
-    """The same in every component."""
-    return lambda of: of.a + of.bump * by_body(convex, concave)(of)
-
-
-def fitted(factor):
-    """C is B-hat-prime times a factor, the same on both bodies."""
-    return of(lambda of: of.half_by("Bhat_prime") * (factor(of) if callable(factor) else factor), fitted=True)
-
-
-def near_fit(share):
-    """C from B-hat-prime to B-hat."""
-    return of(lambda of: of.half_by("Bhat_prime") * (1 - share) + of.half_by("Bhat") * share, fitted=True)
-
-
-def everywhere(size):
-    """The same in every component and at every point."""
-    return lambda of: np.full_like(of.a, 1e-6) * size(of)
-
-
-def wheel(size):
-    """C_xn 1 on Geometry 1, 3 on Geometry 2, `size` where its wheel is not revolved."""
-
-    def runs():
-        not_revolved = with_c(without_c("geometry2"), everywhere(lambda _: size))
-        return replace(runs_of(everywhere(by_geometry(1, 3))), prismatic=not_revolved)
-
-    return runs
-
-
-def term(share):
-    """Curvature along x changes C_xn by the term of eq. (16) over a share."""
-
-    def revolved(of):
-        out = of.a.copy()
-        if of.body == CONCAVE:
-            out[XN] += np.sin(of.points.x / 500) * (of.a[XX] + of.a[NN]) / 2 / share
-        return out
-
-    def runs():
-        return replace(runs_of(revolved), prismatic=with_c(without_c("geometry2"), lambda of: of.a))
-
-    return runs
-
-
-def lifted(of):
-    """B-hat, and both bodies moved along z."""
-    out = of.by("Bhat").copy()
-    out[SN] -= 1e-6 * np.sin(of.results.scene.bodies[CONVEX].contour.inclination(of.points.s))
-    return out
-
-
-def misfit_at(joints):
-    """B-hat, and a bump of sn so many joints away, on both sides."""
-
-    def c(of):
-        out, joint = of.by("Bhat").copy(), of.results.scene.bodies["lower"].contour.joints[-1]
-        out[SN] += 1e-6 * np.exp(-20 * (np.abs(of.points.s) - joints * joint) ** 2)
-        return out
-
-    return c
-
-
-def beyond_factor(share):
-    """From B and B-hat to what they are with the factor, and beyond."""
-
-    def c(of):
-        results = with_c(of.results, lambda of: of.a)
-        pairs = [(of.by(v), with_factor(results, v, of.body)) for v in ("B", "Bhat")]
-        return np.mean([plain + share * (factor - plain) for plain, factor in pairs], axis=0)
-
-    return c
-
-
-def nu(first, second):
-    """C at one Poisson's ratio and at the other."""
-    return lambda: replace(runs_of(first), others=runs_of(second).geometries)
-
-
-def off_half_space(share):
-    """A, and a share of A_nn in every component."""
-    return lambda of: of.a + (share(of) if callable(share) else share) * of.a[NN]
-
-
-def growing(of):
-    """A tenth at 10 mm from the load, less before."""
-    return 0.1 * np.minimum(np.hypot(of.points.x, of.points.s) / 10, 1)
-
-
-def turned(convex, concave):
-    """Discounted rotations."""
-    return of(lambda of: of.a, rotation={CONVEX: convex, CONCAVE: concave})
-
-
-def engines(apart):
-    """The solid engine so many sums of both estimates away."""
-
-    def runs():
-        c = {name: with_c(without_c(name), lambda of: of.a, estimate=0.01) for name in GEOMETRIES}
-
-        def check(results):
-            off = {
-                body: replace(one, c=replace(one.c, ic=one.c.ic + 2 * apart * one.c.estimate))
-                for body, one in results.references.items()
-            }
-            return replace(results, checks=off)
-
-        return Runs({name: check(results) for name, results in c.items()})
-
-    return runs
-
-
-def plane(c, *, estimate=0.0, b=1.0):
-    """The plane with a C, and its B times a number."""
-
-    def runs():
-        made = with_c(without_c("flat"), c, estimate=estimate)
-        changed = {key: ic * (b if key[0] == "B" else 1) for key, ic in made.approximations.items()}
-        return Runs({}, flat=replace(made, approximations=changed))
-
-    return runs
-
-
-def estimates_away(number):
-    """A, and so many estimates (of 0.01 of the largest A_nn)."""
-    return lambda of: of.a + number * 0.01 * np.max(of.a[NN])
 
 
 A, B = times("A", None, 1), times("B", None, 1)
