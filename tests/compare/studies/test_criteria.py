@@ -46,7 +46,7 @@ from tests.compare.studies.makers import (
     wheel,
 )
 
-ELSEWHERE = {(15, "point loads"), (15, "cylinder")}  # no C in them: tests/compare/studies/test_measures.py
+ELSEWHERE = {(15, "point loads"), (15, "cylinder")}  # no C in them: tests/compare/studies/test_program.py
 SOME = {(11, "order"), (15, "variants")}  # missed in some case only: variants are alike in others
 
 
