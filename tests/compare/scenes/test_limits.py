@@ -172,7 +172,7 @@ LIMITS = {  # changes of the scene `flat` that are allowed, that are not, what i
         r"upper\.contour: inclined up to 75\.1 degrees",
     ),
     "grid on a contour": (
-        MEASURED | {"grid": {"n_s": 16, "ds": 0.999}},
+        MEASURED | {"grid": {"n_s": 16, "ds": 1.0}},
         MEASURED | {"grid": {"n_s": 16, "ds": 1.01}},
         r"grid: 16 strips of 1\.01 mm go from s = -8\.08 to 8\.08 mm, the contours from -8 to 8 mm",
     ),
