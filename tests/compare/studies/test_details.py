@@ -6,8 +6,9 @@ import pytest
 from compare.studies.validation import bodies, choices, curvature, nn, sn, tangential, xn
 from compare.studies.validation.curves import ACROSS, ALONE, BESIDE, CONCAVE, CONVEX, error
 from compare.studies.validation.runs import GEOMETRIES
+from compare.studies.validation.statements import STATEMENTS
 from geometries.patches import N, S
-from tests.compare.studies.handmade import Runs, between, by_body, made, runs_of, times
+from tests.compare.studies.handmade import Runs, between, by_body, made, runs_of, times, with_c, without_c
 from tests.compare.studies.makers import NN, SN, SS, XN, XS, fitted, term, turned
 
 FIRST, SECOND = GEOMETRIES
@@ -110,9 +111,27 @@ def test_an_arc_ends_where_the_first_of_both_bodies_has_its_joint():
 
 
 def test_gains_are_errors_at_least_a_tenth_smaller(monkeypatch):
-    ratios = {"a": 0.9, "b": 0.901, "c": 0.5, "d": 1.0, "e": 2.0}
-    monkeypatch.setattr(sn, "errors_with_factor", lambda _: ratios)
-    assert sn.share_of_gains(None) == {"all": 0.4}
+    """Of four cases two gain; up to six of eight gains are inconsistent."""
+    monkeypatch.setattr(sn, "errors_with_factor", lambda _: {"a": 0.9, "b": 0.901, "c": 0.5, "d": 2.0})
+    assert sn.share_of_gains(None) == {"all": 0.5}
+    (criterion,) = STATEMENTS[10].criteria
+    for gains, met in ((5, True), (6, False)):
+        ratios = {str(k): 0.1 if k < gains else 1.0 for k in range(8)}
+        monkeypatch.setattr(sn, "errors_with_factor", lambda _, ratios=ratios: ratios)
+        assert criterion.met(criterion.measure(None)["all"]) == met
+
+
+@pytest.mark.parametrize("variant", ["B", "Bhat"])
+@pytest.mark.parametrize("name", GEOMETRIES)
+def test_the_larger_xn_of_prismatic_variants_is_inverse_to_the_modulus(variant, name):
+    """ICs are: whatever the ratio of equal materials, twice the modulus of the concave body halves it."""
+    ratio = xn.concave_over_convex(variant)
+    equal = ratio(made(name, times("A", None, 1)))
+    criterion = next(c for c in STATEMENTS[6].criteria if c.name == {"B": "in B", "Bhat": "in B̂"}[variant])
+    for value in (0.99, 1.01):
+        found = ratio(with_c(without_c(name, upper_E=210e3 * equal / value), times("A", None, 1)))
+        assert found == pytest.approx(value)
+        assert criterion.met(found) == (value > 1)
 
 
 @pytest.mark.parametrize(("body", "normal"), [(CONVEX, -1), (CONCAVE, 1)])

@@ -40,6 +40,11 @@ def missed_by(variant, component):
     return lambda v: of(times(variant, component, 1 / (1 + v)))
 
 
+def growing(v):
+    """A misses 0.1 of C_nn up to half way to s = 10 mm and v more beyond."""
+    return of(times("A", NN, lambda of: 1 / (1.1 + v * (np.abs(of.points.s) > 7.5))))
+
+
 def nearer_to(first, second):
     """C between two variants: the first is v times as far away as the second."""
     return lambda v: of(between(first, second, v / (1 + v)))
@@ -120,6 +125,18 @@ def fit_missed_along_x(v):
     return fitted(lambda of: np.where(of.on(ACROSS), 0.5, 1) / (1 + v))
 
 
+def too_large(first, second):
+    """B-hat-prime is too large by shares of the largest C_xn, on average within 3 mm on the lines along x."""
+
+    def size(of):
+        fit, x = np.abs(of.half_by("Bhat_prime")[XN]), np.abs(of.points.x)
+        along_x = ~of.on(ACROSS)
+        near = along_x & (x > of.results.scene.patch.a) & (x <= 3.0)
+        return 1 / (1 + by_geometry(first, second)(of) * np.max(fit[along_x]) / np.mean(fit[near]))
+
+    return fitted(size)
+
+
 def with_variants(runs, size):
     """Runs whose approximations are A times sizes by variant, where they are numbers."""
 
@@ -134,6 +151,12 @@ def with_variants(runs, size):
         {name: changed(one) for name, one in some.items()} for some in (runs.geometries, runs.others)
     )
     return replace(runs, geometries=geometries, others=others)
+
+
+def both_missed(v):
+    """B is A and misses v of C_xs, B-hat is twice A and misses more."""
+    runs = of(times("A", XS, 1 / (1 + v)))
+    return lambda: with_variants(runs(), lambda variant: 2 if variant == "Bhat" else 1)
 
 
 def errors_change(v):
@@ -157,6 +180,8 @@ def mixed(v):
 
 EXACT = {  # the threshold, and C for a value
     (1, "A departs"): (0.10, missed_by("A", NN)),
+    (1, "with distance"): (0.0, growing),
+    (1, "geometry"): (0.0, lambda v: of(times("A", NN, by_geometry(1 / 1.1, 1 / (1.1 + v))))),
     (1, "B follows"): (0.10, missed_by("B", NN)),
     (1, "B better"): (1.0, nearer_to("B", "A")),
     (1, "A along x"): (0.10, missed_by("A", NN)),
@@ -171,11 +196,14 @@ EXACT = {  # the threshold, and C for a value
     (4, "convex"): (1.0, lambda v: of(times("A", XS, by_body(1 + v / 10, 0.9)))),
     (4, "along s"): (1.0, lambda v: apart_on_lines(XS, v)),
     (4, "better"): (1.0, nearer_to("B", "Bhat")),
+    (4, "left"): (0.05, both_missed),
     (5, "cancel"): (0.50, lambda v: of(bumps(1, -(1 - v) / (1 + v)))),
     (5, "add"): (0.75, lambda v: of(bumps(1, -(1 - v) / (1 + v)))),
     (6, "poor"): (0.20, lambda v: of(lambda of: of.prismatic("B") / (1 + v))),
     (6, "in C"): (1.0, lambda v: of(times("A", XN, by_body(v, 1)))),
     (7, "close"): (0.10, fit_missed_along_x),
+    (7, "too large"): (0.0, lambda v: too_large(v, v)),
+    (7, "geometry"): (0.0, lambda v: too_large(0.1 + v, 0.1)),
     (8, "larger"): (1.0, lambda v: of(everywhere(by_geometry(1, v)))),
     (8, "curvature"): (1 / 3, lambda v: wheel(3 - 2 * v)),
     (9, "convex"): (-0.20, mean_over_a),
