@@ -1,13 +1,13 @@
 """The cases of `femic extremes`, their errors and what is told of them; nothing is solved."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from compare.studies.extremes import analytic, engines, exact
-from compare.studies.extremes.analytic import HalfSpaces, Turned
+from compare.studies.extremes import engines
 from compare.studies.extremes.engines import (
     Engines,
     compared,
@@ -23,7 +23,6 @@ from compare.studies.extremes.found import HARMONIC, SOLID, Beyond, Parameter, R
 from femic.means import Means
 from geometries.errors import Failure, WrongInput
 from geometries.patches import N, X
-from geometries.surfaces import LOWER, UPPER
 from tests.compare.studies.handmade import made
 
 # --- scenes ---------------------------------------------------------------------------------------------
@@ -168,6 +167,7 @@ def test_planes_are_drawn_within_their_ranges_and_the_worst_is_told():
     solving = Solving([0.03 if k == 28 else 0.005 for k in range(40)])
     found = solving._drawn_planes()
     assert found.used == pytest.approx(3)
+    assert found.seconds == 3.0
     assert found.note.startswith("40 scenes: 717 of 720 errors")  # of six components on three lines
     assert {asked[1] for asked in solving.asked} == {HARMONIC}
     assert [asked[2]["tolerance"] for asked in solving.asked] == [
@@ -187,13 +187,41 @@ def test_planes_are_drawn_within_their_ranges_and_the_worst_is_told():
         np.testing.assert_array_equal(np.sort(cells), np.arange(40))
 
 
-def test_each_case_beyond_a_limit_is_next_to_it():
-    """Half of them at most twice as far as what is allowed."""
-    for rows in (engines._harmonic(), engines._solid()):
-        assert len(rows) == 8
-        for name, _, within, beyond in rows:
-            assert within, name
-            assert len(beyond) == (0 if name[:3] in ("R_w", "mod", "obs") else 1), name
+VALUES = {  # of a scene, for the name of a parameter
+    "ν": lambda scene: scene.bodies["lower"].material.nu,
+    "patch aspect a/b": lambda scene: scene.patch.a / scene.patch.b,
+    "distance / half-side": lambda scene: scene.lines[2].x[0] / min(scene.patch.a, scene.patch.b),
+    "flank inclination": lambda scene: np.degrees(scene.bodies["lower"].contour.inclination(25.0)),
+    "R_roll [mm]": lambda scene: scene.bodies["upper"].rolling_radius,
+    "modulus ratio": lambda scene: scene.bodies["upper"].material.E / scene.bodies["lower"].material.E,
+}
+
+
+@pytest.mark.parametrize(("kind", "rows"), [(HARMONIC, engines._harmonic()), (SOLID, engines._solid())])
+def test_what_is_tried_reaches_both_ends_of_the_range_that_is_told(kind, rows):
+    """The engine takes it all; an end of 0 of a distance and ends at infinity are not tried."""
+    named = {name: (allowed, within) for name, allowed, within, _ in rows}
+    for name, value in VALUES.items():
+        allowed, within = named[name]
+        ends = [float(end) for end in re.findall(r"\d[\d.e-]*", allowed)]
+        values = [value(engines._scene(case, kind)) for case in within]
+        wanted = [end for end in ends if not (name.startswith("distance") and end == 0)]
+        assert all(np.min(np.abs(np.array(values) - end)) <= 1e-9 * end for end in wanted), name
+        assert np.max(values) == pytest.approx(1e6 if "∞" in allowed else ends[-1])
+
+
+def test_radii_from_equal_to_tenfold_are_tried():
+    cases = dict.fromkeys(f"{over - 1:g}" for over in (1.0, 10.0))
+    tried_by = [{case.label for case in rows()[5][2]} for rows in (engines._harmonic, engines._solid)]
+    assert tried_by == [set(cases), {"9"}]
+    for over in (1.0, 10.0):
+        upper = scene_of(ratio(over)).bodies["upper"].contour
+        assert np.degrees(upper.inclination(60.0)) == pytest.approx(25.5)
+
+
+def test_planes_are_drawn_for_the_harmonic_engine_alone():
+    names = {kind: [row.name for row in Engines(Means(1)).parameters(kind)] for kind in (HARMONIC, SOLID)}
+    assert names[HARMONIC] == [*names[SOLID], "all of a plane at once"]
 
 
 # --- what is told ---------------------------------------------------------------------------------------
@@ -230,72 +258,3 @@ def test_each_case_is_told_with_its_numbers_and_a_failed_one_is_infinitely_wrong
     assert (failed.error, failed.used, failed.note) == (np.inf, np.inf, "no: a larger engine.tolerance")
     assert not failed.honest
     assert found.beyond == (Beyond("there", "no"),)
-
-
-# --- the analytic ICs -----------------------------------------------------------------------------------
-
-
-def test_what_vanishes_must_be_0():
-    assert analytic._relative(0.0, [exact.mpmath.mpf(0)] * 2) == 0
-    assert analytic._relative(1e-300, [exact.mpmath.mpf(0)] * 2) == np.inf
-    halves = [exact.mpmath.mpf(3), exact.mpmath.mpf(-1)]
-    assert analytic._relative(2.4, halves) == pytest.approx(0.1)  # 0.4 of 3 + 1
-
-
-def test_the_worst_of_several_cases_is_told_with_their_mean_seconds():
-    cases = [SimpleNamespace(error=lambda value=value: value) for value in (1.0, 3.0, 2.0)]
-    told = analytic._worst("three", cases)
-    assert (told.at, told.error, told.estimate, told.exact) == ("three", 3.0, None, "300 digits")
-    assert 0 <= told.seconds < 0.1
-
-
-def test_distances_are_drawn_by_decades():
-    case = analytic._at_distance(3.0, 2.0)
-    assert np.hypot(case.x, case.s) == pytest.approx(1000)
-    assert np.arctan2(case.s, case.x) == pytest.approx(2.0)
-    assert [analytic._or_zero(v) for v in (1e-61, -1e-61, 1e-59, -2.0)] == [0, 0, 1e-59, -2.0]
-
-
-@pytest.mark.parametrize("side", [UPPER, LOWER])
-def test_turns_in_many_digits_are_products_of_turns(side):
-    """R_x(a) R_y(0) R_x(-b) is R_x(a - b); of a quarter turn about y, x goes to -side z."""
-    about_x = np.array(exact.turn(0.7, 0.3, 0.0, side).tolist(), dtype=float)
-    c, s = np.cos(0.4), np.sin(0.4)
-    np.testing.assert_allclose(about_x, [[1, 0, 0], [0, c, -s], [0, s, c]], atol=1e-15)
-    quarter = np.array(exact.turn(0.0, 0.0, np.pi / 2, side).tolist(), dtype=float)
-    np.testing.assert_allclose(quarter, [[0, 0, side], [0, 1, 0], [-side, 0, 0]], atol=1e-15)
-
-
-@pytest.mark.parametrize("side", [UPPER, LOWER])
-def test_a_in_many_digits_is_that_of_a_point_load(side):
-    """2 pi G u of integrals that are those of a unit load at x = 3, s = 4: by hand, with nu = 0.3."""
-    material = analytic.Material(2.6, 0.3)  # G = 1
-    r = 5.0
-    integrals = [9 / r**3, 16 / r**3, 12 / r**3, 3 / r**2, 4 / r**2]
-    a = 2 * np.pi * np.array(exact.one_body(material, side, integrals), dtype=float)
-    expected = [
-        [0.7 / r + 0.3 * 9 / r**3, 0.3 * 12 / r**3, -side * 0.2 * 3 / r**2],
-        [0.3 * 12 / r**3, 0.7 / r + 0.3 * 16 / r**3, -side * 0.2 * 4 / r**2],
-        [side * 0.2 * 3 / r**2, side * 0.2 * 4 / r**2, 0.7 / r],
-    ]
-    np.testing.assert_allclose(a, expected, rtol=1e-14)
-
-
-@pytest.mark.parametrize(
-    "case", [HalfSpaces(nu=0.5), HalfSpaces(aspect=3.0), HalfSpaces(ratio=20.0), HalfSpaces(size=2.0)]
-)
-def test_an_error_of_a_millionth_is_found_in_any_case(case, monkeypatch):
-    assert case.error() < 1e-14
-    right = analytic.Pair.approximate
-    monkeypatch.setattr(analytic.Pair, "approximate", lambda *of: right(*of) * (1 + 1e-6))
-    assert case.error() == pytest.approx(1e-6, rel=1e-3)
-
-
-@pytest.mark.parametrize("radius", [np.inf, 400.0])
-@pytest.mark.parametrize("side", [UPPER, LOWER])
-def test_turns_of_surfaces_are_known_to_all_digits_and_wrong_ones_are_found(side, radius, monkeypatch):
-    case = Turned(30.0, radius, side=side)
-    assert case.error() < 1e-14
-    right = exact.turn
-    monkeypatch.setattr(exact, "turn", lambda i, j, theta, side: right(i + 1e-6, j, theta, side))
-    assert 1e-7 < case.error() < 1.001e-6
