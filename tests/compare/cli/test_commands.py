@@ -14,7 +14,6 @@ from compare.reports.frontier.choice import Choice
 from compare.results.plan import Step
 from compare.scenes.load import load_scene
 from femic.harmonic.record import HARMONIC
-from femic.means import cores
 from femic.models import Planned
 from femic.solid.record import SOLID
 from geometries.errors import Failure, WrongInput
@@ -99,13 +98,6 @@ def test_all_statements_are_judged_with_c_known_to_a_thousandth_by_default(recor
     assert (calls[0][0], calls[0][1].tolerance) == (tuple(range(1, 22)), 1e-3)
 
 
-def test_every_part_is_tried_unless_some_are_named(recorded, command):
-    calls = recorded("compare.studies.extremes.page.try_all", "there")
-    assert command("extremes") == DONE
-    assert command("extremes", "--of", "solid") == DONE
-    assert [of for of, *_ in calls] == [("analytic", "harmonic", "solid"), ("solid",)]
-
-
 # --- frontier, advise -----------------------------------------------------------------------------------
 
 
@@ -139,13 +131,6 @@ def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options,
 
 
 # --- matrix, export, calibrate ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("options", "strip"), [((), None), (("--strip", "5"), 5)])
-def test_the_strip_of_the_maps_is_handed_on(options, strip, recorded, command):
-    calls = recorded("compare.cli.matrices.write_matrix", "there")
-    assert command("matrix", "flat", *options) == DONE
-    assert (calls[0][0].name, calls[0][2]) == ("flat", strip)
 
 
 @pytest.fixture
@@ -256,19 +241,3 @@ def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkey
     assert "about 100 s, 900 MB" in told
     for shown in ("1,234,567", "1.5", "1280 mm", "640 mm", "endless", "55"):
         assert shown in told
-
-
-@pytest.mark.parametrize(("options", "workers"), [((), cores()), (("--workers", "3"), 3)])
-def test_a_plan_is_of_all_cores_unless_workers_are_named(options, workers, recorded):
-    calls = recorded("compare.cli.plan.show")
-    assert exit_code(["plan", "geometry1", *options]) == DONE
-    assert (calls[0][0].name, calls[0][1]) == ("geometry1", workers)
-
-
-@pytest.mark.parametrize(
-    ("options", "body", "load"), [((), None, None), (("--body", "upper", "--load", "x"), "upper", "x")]
-)
-def test_a_drawing_is_of_the_body_and_load_that_are_named(options, body, load, recorded):
-    calls = recorded("compare.reports.scene.fields.show")
-    assert exit_code(["show", "flat", *options]) == DONE
-    assert (calls[0][0].target, calls[0][0].body, calls[0][0].load) == ("flat", body, load)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.studies.validation.curves import ACROSS, CONCAVE, CONVEX
+from compare.studies.validation.curves import CONCAVE, CONVEX
 from compare.studies.validation.runs import GEOMETRIES
 from compare.studies.validation.sn import with_factor
 from geometries.patches import N, S, X
@@ -16,27 +16,6 @@ NN, SS, XX, XS, XN, SN = (N, N), (S, S), (X, X), (X, S), (X, N), (S, N)
 def of(c, **named):
     """Runs with this C, made when they are needed."""
     return lambda: runs_of(c, **named)
-
-
-def less_with_s(near, far):
-    """A factor that goes from `near` at s = 0 to `far` at 10 mm."""
-    return lambda of: near + (far - near) * np.minimum(np.abs(of.points.s) / 10, 1)
-
-
-def on_lines(across, along):
-    """A factor on the line along s, another on those along x."""
-    return lambda of: np.where(of.on(ACROSS), across, along)
-
-
-def bumped(component, convex, concave):
-    """A and a bump of a size for each body."""
-
-    def c(of):
-        out = of.a.copy()
-        out[component] += of.bump * by_body(convex, concave)(of)
-        return out
-
-    return c
 
 
 def bumps(convex, concave):
@@ -84,13 +63,6 @@ def term(share):
     return runs
 
 
-def lifted(of):
-    """B-hat, and both bodies moved along z."""
-    out = of.by("Bhat").copy()
-    out[SN] -= 1e-6 * np.sin(of.results.scene.bodies[CONVEX].contour.inclination(of.points.s))
-    return out
-
-
 def misfit_at(joints):
     """B-hat, and a bump of sn so many joints away, on both sides."""
 
@@ -121,11 +93,6 @@ def nu(first, second, **named):
 def off_half_space(share):
     """A, and a share of A_nn in every component."""
     return lambda of: of.a + (share(of) if callable(share) else share) * of.a[NN]
-
-
-def growing(of):
-    """A tenth at 10 mm from the load, less before."""
-    return 0.1 * np.minimum(np.hypot(of.points.x, of.points.s) / 10, 1)
 
 
 def turned(convex, concave):
