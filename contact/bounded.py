@@ -59,8 +59,8 @@ def pressures(
 ) -> Solution:
     """Solve for a given load, the sum of c p [MPa], or for a given approach [mm].
 
-    `start` are pressures to begin with. Raises WrongInput for a load that cannot be carried, and Failure where
-    S is not positive for the pressures in question and where `MOST_ITERATIONS` do not suffice.
+    `start` are pressures to begin with. Raises WrongInput for a load that cannot be carried, and Failure
+    where S is not positive for the pressures in question and where `MOST_ITERATIONS` do not suffice.
     """
     if (load is None) == (approach is None):
         raise ValueError("give either load or approach")

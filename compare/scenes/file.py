@@ -286,8 +286,8 @@ class ContactTable(Section):
     shift: Finite = Field(0.0, description="the upper body is moved by this along y [mm]")
     flanks: bool = Field(
         True,
-        description="whether the bodies may touch on the straight flanks beyond the contours; false where flanks "
-        "only stand for the rest of a body",
+        description="whether the bodies may touch on the straight flanks beyond the contours; false where "
+        "flanks only stand for the rest of a body",
     )
     gap: Literal["linear", "exact"] = Field(
         "linear",

@@ -1,4 +1,4 @@
-"""Solves the contact of a scene's bodies with several ICs: grids, matrices of C, pressures, and their errors."""
+"""Solves the contact of a scene's bodies with several ICs: grids, matrices of C, pressures, their errors."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -33,7 +33,7 @@ class SolvedContact:
     placed: Placed
     normal: NormalContact
     perturbed: NormalContact | None
-    displaced: NormalContact | None  # with the exact distance, where the other is linearised
+    displaced: NormalContact | None  # by the reference with the exact distance, unless larger than the grid
     seconds: float
 
 
@@ -70,14 +70,19 @@ def cases_of(scene: Scene) -> tuple[Case, ...]:
         raise BadScene(f"{scene.name}: [contact]: give loads = [...] in N, or approaches = [...] in mm")
     if "Bhat_prime" in wanted.ics and not scene.pair.has_effective("combined"):
         raise BadScene(
-            f"{scene.name}: contact.ics: Bhat_prime needs effective properties of both bodies: `femic calibrate` "
-            "finds some"
+            f"{scene.name}: contact.ics: Bhat_prime needs effective properties of both bodies: "
+            "`femic calibrate` finds some"
         )
     return tuple(cases)
 
 
+def reference_name(ics: Sequence[str]) -> str:
+    """The ICs that others are compared with: C, or where it is not there B-hat, or the last ones."""
+    return next((name for name in (C, "Bhat") if name in ics), ics[-1])
+
+
 def compute_contact(scene: Scene, means: Means = DEFAULT) -> ContactResults:
-    """Solve all contacts of a scene; raises BadScene for what cannot be solved, and Failure as `contact` does."""
+    """Solve all contacts of a scene; raises BadScene for what cannot be solved, and Failure as `contact`."""
     start, cases = perf_counter(), cases_of(scene)
     contacts: dict[tuple[Case, str], SolvedContact] = {}
     references: dict[Grid, ReferenceICs] = {}
@@ -103,15 +108,14 @@ def _grids(scene: Scene, cases: Sequence[Case]) -> list[tuple[Grid, list[Case]]]
     approximations = [name for name in scene.contact.ics if name != C]
     sizing = Sizing(scene.pair, undeformed, undeformed.s_range, scene.contact.elements)
     return [
-        (sizing.large_enough(grid, on_grid, approximations), on_grid)
-        for grid, on_grid in sizing.grids(cases)
+        (sizing.large_enough(grid, on_grid, approximations), on_grid) for grid, on_grid in sizing.grids(cases)
     ]
 
 
 def _solved(
     scene: Scene, placed: Placed, case: Case, name: str, reference: ReferenceICs | None
 ) -> SolvedContact:
-    """One contact; C also with its estimate added, B-hat also with the exact distance."""
+    """One contact; C also with its estimate added, the reference also with the exact distance."""
     start, exact = perf_counter(), scene.contact.exact
     c = reference if name == C else None
     operator: Operator = c.operator if c else placed.operator(name)
@@ -119,9 +123,13 @@ def _solved(
         normal = placed.contact(operator, case, exact=exact)
         seconds = perf_counter() - start
         perturbed = placed.contact(c.perturbed, case, exact=exact) if c else None
-        displaced = placed.contact(operator, case, exact=True) if not exact else None
     except PotentialAreaTooSmall as error:
         raise Failure(f"contact at {case} with {name}: {error}") from error
+    try:
+        wanted = name == reference_name(scene.contact.ics) and not exact
+        displaced = placed.contact(operator, case, exact=True) if wanted else None
+    except PotentialAreaTooSmall:
+        displaced = None
     return SolvedContact(case, name, placed, normal, perturbed, displaced, seconds)
 
 
@@ -142,9 +150,9 @@ def reference_ics(scene: Scene, placed: Placed, means: Means) -> ReferenceICs:
     eigenvalue, of_load = (_smallest_eigenvalue(ic, freed) for freed in (motions, motions[:1]))
     if not eigenvalue > 0:
         raise Failure(
-            f"C on {grid.n_x} x {grid.n_s} elements: its smallest eigenvalue is {eigenvalue:.2g} of the least "
-            "IC of an element on itself: pressures without resultant would do negative work; give a smaller "
-            "engine.tolerance, or larger elements"
+            f"C on {grid.n_x} x {grid.n_s} elements: its smallest eigenvalue is {eigenvalue:.2g} of the "
+            "least IC of an element on itself: pressures without resultant would do negative work; give a "
+            "smaller engine.tolerance, or larger elements"
         )
     return ReferenceICs(
         operator,
@@ -163,10 +171,10 @@ def _operator(ic: Array) -> GridOperator:
 
 
 def _smallest_eigenvalue(ic: Array, motions: Array) -> float:
-    """The smallest eigenvalue over the least IC of an element on itself, of pressures that move no rigid body.
+    """The smallest eigenvalue over the least IC of an element on itself, of pressures that move no body.
 
-    A give in the rigid `motions` (n, n_s) is added, as large as the largest IC: so it does not matter how much
-    of it the discount has taken away.
+    A give in the rigid `motions` (n, n_s) is added, as large as the largest IC: so it does not matter how
+    much of it the discount has taken away.
     """
     own = float(np.min(np.diagonal(ic[0])))
     give = float(np.max(np.abs(ic))) * motions.T @ motions

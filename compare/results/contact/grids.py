@@ -1,4 +1,4 @@
-"""Automatic grids: as large as the contact, found with B-hat, and fine enough for the smallest patch on them."""
+"""Automatic grids: as large as the contact, found with B-hat, and fine enough for the smallest patch."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,6 +21,7 @@ GROWTH = 1.5  # by which a grid that is too short is made longer
 FEWEST = 10  # elements across a patch that tell its size well enough
 MOST_TRIES = 60
 ROOM = 0.12  # room beside the largest patch, as a share of its length, for patches by other ICs
+NEARLY = 0.01  # of a strip: grids as near to the middle are symmetric
 STEP = 8  # numbers of elements are multiples of it, for the sake of coarser grids
 MOST_STRIPS, MOST_ALONG_X = 96, 256  # of a grid; loads that need more have grids of their own
 
@@ -61,14 +62,15 @@ class Sizing:
     def grid(self, sizes: Sequence[Size]) -> Grid:
         """A grid for some sizes of contacts."""
         dx, ds = (
-            min(high - low for low, high in ranges) / self.elements
+            float(min(high - low for low, high in ranges)) / self.elements
             for ranges in ([size.x for size in sizes], [size.s for size in sizes])
         )
         x = max(high for _, high in (size.x for size in sizes))
         low, high = min(size.s[0] for size in sizes), max(size.s[1] for size in sizes)
         room_x, room_s = 2 * ROOM * x + (MARGIN + 1) * dx, ROOM * (high - low) + (MARGIN + 1) * ds
         n_x, n_s = _rounded((2 * x + 2 * room_x) / dx), _rounded((high - low + 2 * room_s) / ds)
-        return self._within(Grid(n_x, n_s, dx, ds, (low + high) / 2))
+        middle = (low + high) / 2
+        return self._within(Grid(n_x, n_s, dx, ds, 0.0 if abs(middle) < NEARLY * ds else float(middle)))
 
     def large_enough(self, grid: Grid, cases: Sequence[Case], variants: Sequence[str]) -> Grid:
         """The grid, made longer where the contact by another approximation needs it."""
@@ -92,26 +94,31 @@ class Sizing:
         return self._within(longer)
 
     def size(self, case: Case) -> Size:
-        """The size of a contact with B-hat, on coarse grids that are made longer or shorter until they fit it.
+        """The size of a contact with B-hat, on coarse grids that are made longer or shorter until they fit.
 
         Raises Failure where the contact reaches the end of a contour, and where there is none.
         """
-        half_x, s = self._first_guess(case)
+        (half_x, s), n_s = self._first_guess(case), TRIED
         for _ in range(MOST_TRIES):
             low, high = max(s[0], self.extent[0]), min(s[1], self.extent[1])
-            grid = Grid(TRIED, TRIED, 2 * half_x / TRIED, (high - low) / TRIED, (low + high) / 2)
+            grid = Grid(TRIED, n_s, 2 * half_x / TRIED, (high - low) / n_s, (low + high) / 2)
             placed = Placed(self.pair, self.undeformed, grid)
             try:
                 contact = placed.contact(placed.operator(SIZING), case)
             except PotentialAreaTooSmall as short:
-                self._require_room(short, case, (low, high))
+                if self._at_ends(short, (low, high)):
+                    n_s *= 2
+                    if n_s > MOST_STRIPS:
+                        self._require_room(short, case, (low, high))
                 half_x *= GROWTH if ENDS[0] in short.ends or ENDS[1] in short.ends else 1.0
                 grown = (GROWTH - 1) * (high - low)
                 s = low - grown * (ENDS[2] in short.ends), high + grown * (ENDS[3] in short.ends)
                 continue
             size, across = size_of(placed, contact), _across(contact)
             if across is None:
-                raise WrongInput(f"contact at {case}: the bodies do not touch; give a larger approach or a load")
+                raise WrongInput(
+                    f"contact at {case}: the bodies do not touch; give a larger approach or a load"
+                )
             if min(across) >= FEWEST:
                 return size
             half_x = size.x[1] * GROWTH if across[0] < FEWEST else half_x
@@ -144,16 +151,16 @@ class Sizing:
 
     def _require_room(self, short: PotentialAreaTooSmall, case: Case, s: Range) -> None:
         """Raise Failure where the contact reaches the end of a contour."""
-        ended = [
-            end
-            for end, at, limit in ((ENDS[2], s[0], self.extent[0]), (ENDS[3], s[1], self.extent[1]))
-            if end in short.ends and at == limit
-        ]
-        if ended:
+        if ended := self._at_ends(short, s):
             raise Failure(
                 f"contact at {case}: it reaches the end of a contour at {' and '.join(ended)} "
                 f"(s = {self.extent[0]:g} ... {self.extent[1]:g} mm); give longer contours or a smaller load"
             )
+
+    def _at_ends(self, short: PotentialAreaTooSmall, s: Range) -> list[str]:
+        """At which ends a grid over a range of s is too short and cannot be longer."""
+        at_limit = {ENDS[2]: s[0] <= self.extent[0], ENDS[3]: s[1] >= self.extent[1]}
+        return [end for end, limited in at_limit.items() if limited and end in short.ends]
 
     def _within(self, grid: Grid) -> Grid:
         """The grid, moved or with narrower strips so that it stays on the contours."""

@@ -40,6 +40,13 @@ class Placed:
     grid: Grid
 
     @property
+    def coarsened(self) -> "Placed":
+        """The same on elements twice as large."""
+        grid = self.grid
+        larger = Grid(grid.n_x // 2, grid.n_s // 2, 2 * grid.dx, 2 * grid.ds, grid.s)
+        return Placed(self.pair, self.undeformed, larger)
+
+    @property
     def x(self) -> Array:
         """Distances of the elements' centres from the middle along x [mm], shape (n_x,)."""
         n_x = self.grid.n_x
@@ -64,7 +71,14 @@ class Placed:
     @cached_property
     def distance(self) -> Array:
         """Undeformed distance [mm] without approach, shape (n_x, n_s)."""
-        return self.undeformed.distance(self.x[:, None], self.grid.strips)
+        return self.distance_at(0.0)
+
+    def distance_at(self, approach: float) -> Array:
+        """Undeformed distance [mm] with an approach [mm], shape (n_x, n_s); it is the same at x and -x."""
+        ahead = self.x[self.grid.n_x // 2 :, None]
+        distance = self.undeformed.distance(ahead, self.grid.strips, approach)
+        behind = distance[::-1][: self.grid.n_x // 2]
+        return np.concatenate([behind, distance])
 
     @cached_property
     def flat(self) -> Convolution:
@@ -88,8 +102,7 @@ class Placed:
         """The contact with the distance at its own approach: a fixed point."""
         for _ in range(EXACT_STEPS):
             before = contact.approach
-            at_approach = self.undeformed.distance(self.x[:, None], self.grid.strips, before)
-            distance = at_approach + before * self.cosine
+            distance = self.distance_at(before) + before * self.cosine
             problem = NormalProblem(self.grid, contact.problem.operator, self.flat, distance, self.cosine)
             contact = solve(problem, load=case.load, approach=case.approach, start=contact.p)
             if case.load is None or abs(contact.approach - before) <= EXACT_TOLERANCE * abs(before):

@@ -1,0 +1,1 @@
+"""`femic contact`: figures and page of a scene's contact by several ICs."""
