@@ -27,8 +27,7 @@ matrix: $(READY)  ## the IC matrix of Geometry 2 on a grid; the report is out/ge
 	$(FEMIC) matrix geometry2
 
 contact: $(READY)  ## frictionless contact of two pairs with A, B, B-hat and C: out/wide/contact.html, out/tall/contact.html
-	$(FEMIC) contact wide
-	$(FEMIC) contact tall
+	$(FEMIC) contact wide tall
 
 calibrate: $(READY)  ## B-hat-prime fitted to C of both geometries: out/geometry1_geometry2/calibration.html
 	$(FEMIC) calibrate geometry1 geometry2

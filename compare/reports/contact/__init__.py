@@ -1,1 +1,1 @@
-"""`femic contact`: figures and page of a scene's contact by several ICs."""
+"""`femic contact`: figures and pages of contact by several ICs."""

@@ -1,6 +1,6 @@
 """`femic contact` solves the contact of a scene with several ICs and writes the file, figures and report."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -8,22 +8,19 @@ import xarray as xr
 
 from compare.pages.html import write_page
 from compare.pages.styles import SYMBOLS, save
-from compare.reports.contact import figures
+from compare.reports.contact import figures, sensitivity
 from compare.results import folders
-from compare.results.contact.compute import ContactResults, compute_contact
+from compare.results.contact.compute import ContactResults
 from compare.results.contact.dataset import to_dataset
 from compare.results.contact.quantities import QUANTITIES
-from compare.scenes.scene import Scene
-from femic.means import DEFAULT, Means
 
 FAILS = 0.05  # deviation of the largest pressure from which the summary says that ICs fail
 
 
-def write_contact(scene: Scene, out: Path, means: Means = DEFAULT) -> Path:
+def write_contact(results: ContactResults, out: Path) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
     folders.made(out)
-    results = compute_contact(scene, means)
-    means.watch.on_stage("  writing")
+    scene = results.scene
     dataset = to_dataset(results)
     temporary = out / "contact.part"
     dataset.to_netcdf(temporary, engine="h5netcdf")
@@ -51,6 +48,19 @@ def write_contact(scene: Scene, out: Path, means: Means = DEFAULT) -> Path:
         figures=drawn,
         seconds=f"{results.seconds:.1f}",
         text=scene.text,
+    )
+
+
+def write_sensitivity(results: Mapping[str, ContactResults], out: Path) -> Path:
+    """Write maps of where A and B-hat differ, of two or more scenes, and their page; returns its path."""
+    (folders.made(out) / "figures").mkdir(exist_ok=True)
+    drawn = save(sensitivity.maps(results), out / "figures" / "sensitivity.png")
+    return write_page(
+        out / "contact.html",
+        "sensitivity.html.j2",
+        title=f"Where A and B̂ differ: {', '.join(results)}",
+        summary=sensitivity.summary(results),
+        figures=[drawn],
     )
 
 
