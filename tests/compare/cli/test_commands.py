@@ -9,7 +9,7 @@ import pytest
 
 from compare.cli import plan as planning
 from compare.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
-from compare.reports.frontier.advice import Question
+from compare.reports.frontier.advice import Advice, Question
 from compare.reports.frontier.choice import Choice
 from compare.results.plan import Step
 from compare.scenes.load import load_scene
@@ -18,6 +18,8 @@ from femic.models import Planned
 from femic.solid.record import SOLID
 from geometries.errors import Failure, WrongInput
 from geometries.patches import COMPONENTS
+
+ADVICE = Advice(Question("combined", COMPONENTS, 0.02), "a way", "its label", 0.01, 1.0, "nn", vanishes=False)
 
 
 @pytest.fixture
@@ -127,7 +129,7 @@ def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options,
         recorded(f"compare.reports.frontier.{name}", "")
     assert command("advise", "geometry1", *options) == DONE
     assert tried[0][1] == asked
-    assert advised == [("frontier", asked.tolerance, list(asked.components), asked.body)]
+    assert advised == [("frontier", asked)]
 
 
 # --- matrix, export, calibrate ---------------------------------------------------------------------------
@@ -153,7 +155,8 @@ def test_the_ics_of_the_scene_are_exported_unless_others_are_named(options, ics,
 
 
 @pytest.mark.parametrize(
-    ("choice", "tolerance"), [(Choice("Bhat"), 0.01), (Choice("C", {"tolerance": 0.05}), 0.05)]
+    ("choice", "tolerance"),
+    [(Choice("Bhat", ADVICE), 0.01), (Choice("C", ADVICE, {"tolerance": 0.05}), 0.05)],
 )
 def test_what_auto_chooses_is_exported_with_its_engine(choice, tolerance, exported, recorded, command):
     """Judged on all nine components of both bodies, at the tolerance of the scene."""
@@ -200,7 +203,7 @@ def test_a_map_has_twenty_fits_by_default(recorded, command):
 
 def test_a_run_chooses_ics_only_where_the_scene_leaves_it_open(recorded, command, write_scene):
     recorded("compare.cli.scenes.run_scene", "there")
-    asked = recorded("compare.cli.scenes.choose", Choice("C"))
+    asked = recorded("compare.cli.scenes.choose", Choice("C", ADVICE))
     assert command("run", str(write_scene())) == DONE
     assert not asked
     assert command("run", str(write_scene('ics = "auto"\nics_tolerance = 0.07\nbodies = ["upper"]'))) == DONE

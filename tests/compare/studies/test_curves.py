@@ -139,7 +139,7 @@ def test_cases_have_the_names_and_numbers_of_what_they_are_of():
     assert of_bodies == {f"{g}, {b}": n + t for g, n in runs.geometries.items() for b, t in tenths.items()}
     alone = criteria.of_bodies(lambda results, _: results, curves.ALONE)(runs)
     assert list(alone) == [f"{g}, {b}" for g in GEOMETRIES for b in (CONVEX, CONCAVE)]
-    of_components = criteria.of_components(lambda r, b, c: r + tenths[b] + len(c), ("nn", "sn"))(runs)
+    of_components = criteria.of_geometries(lambda r, b, c: r + tenths[b] + len(c), tenths, ("nn", "sn"))(runs)
     assert len(of_components) == 12
     assert of_components["geometry2, upper, sn"] == 12.2
     assert criteria.more_on_second(lambda results: results**2)(runs) == {"both": 99.0}
