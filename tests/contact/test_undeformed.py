@@ -152,7 +152,7 @@ def test_rays_before_and_behind_a_wheel_meet_nothing():
 
 
 def test_rays_that_fall_behind_a_tilted_plane_do_not_meet_it_backwards():
-    """A plane of inclination -0.42 touches a circle: R / cos(delta + 0.42) - R, while the cosine is positive."""
+    """A plane that rises by 0.42 rad above a circle: R / cos(delta + 0.42) - R where this is positive."""
     y, delta = np.linspace(-400.0, 400.0, 9), np.array([-0.42, 0.0, 0.8, 1.1, 1.2, 1.35])
     scene = surfaces(through_points(y, np.tan(0.42) * y), arc(5.0, 1.4, 1.4))
     cosine = np.cos(delta + 0.42)
@@ -168,7 +168,7 @@ def test_a_lower_surface_of_revolution_is_refused():
 
 @pytest.mark.parametrize("s_range", [(1.0, 1.0), (2.0, -2.0), (0.0, np.inf)])
 def test_a_range_needs_two_ends(s_range):
-    with pytest.raises(WrongInput, match="s_range = .*: two finite arc lengths, the smaller one first"):
+    with pytest.raises(WrongInput, match=r"s_range = .*: two finite arc lengths, the smaller one first"):
         surfaces(plane(), plane(), s_range=s_range)
 
 
