@@ -106,8 +106,10 @@ class _State:
         possible = np.isfinite(problem.h)
         if start is None and approach is not None:
             overlap = np.where(possible, np.maximum(approach * problem.c - problem.h, 0), 0.0)
-            start = np.maximum(problem.inverse(overlap), 0)
-        p = np.where(possible, 1.0 if start is None else np.maximum(start, 0), 0.0)
+            start = problem.inverse(overlap)
+        p = np.zeros(problem.h.shape) if start is None else np.where(possible, np.maximum(start, 0), 0.0)
+        if load is not None and not np.any(p):
+            p = np.where(possible, 1.0, 0.0)
         return cls(problem, load, approach, p, p, 0)._with(p)
 
     @property
