@@ -125,12 +125,13 @@ def test_the_start_does_not_matter_but_saves_work(given):
     assert again.iterations <= 1 < cold.iterations
 
 
-def test_a_start_without_pressures_is_as_good_as_none():
+@pytest.mark.parametrize("given", [{"load": 3e4}, {"approach": 0.04}])
+def test_a_start_without_pressures_is_as_good_as_none(given):
     """Such as the pressures of an approach at which nothing touches."""
     of = problem(9, 11, rough_gap(9, 11))
-    cold = pressures(of, load=3e4)
+    cold = pressures(of, **given)
     for start in (np.zeros(of.h.shape), -np.ones(of.h.shape)):
-        np.testing.assert_array_equal(pressures(of, load=3e4, start=start).p, cold.p)
+        np.testing.assert_array_equal(pressures(of, **given, start=start).p, cold.p)
 
 
 @pytest.mark.parametrize("given", [{"load": 3e5}, {"approach": 1.0}])
