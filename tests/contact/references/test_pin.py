@@ -8,6 +8,8 @@ from scipy.integrate import quad
 from scipy.linalg import toeplitz
 
 from approx.cylinder import cavity_ics, solid_cylinder_ics
+from contact.bounded import Bounded, pressures
+from contact.edges import extents
 from contact.references.hertz import LineContact
 from contact.references.pin import PinInHole
 from geometries.errors import WrongInput
@@ -75,6 +77,31 @@ def test_load_and_pressures_are_those_of_collocation(pin, half_angle):
 def test_collocation_converges_to_the_load(pin):
     errors = [by_collocation(pin, 1.1, n)[2] / pin.load(1.1) - 1 for n in (50, 100, 200)]
     assert np.all(np.diff(np.log2(np.abs(errors))) < -0.8)
+
+
+def by_bounds(pin, load, n):
+    """Pressures and half-angle by the solver of contact with bounds, on elements from -90 to 90 degrees."""
+    angles = np.pi / n * (np.arange(n) + 0.5) - np.pi / 2
+    S = compliance(pin, np.pi / 2, n)
+    S = S + np.outer(np.cos(angles), np.cos(angles)) * np.max(S)  # a rigid compliance: ICs become positive
+    own = S[0, 0]
+    h, c = pin.clearance * (1 - np.cos(angles)), np.cos(angles)
+    problem = Bounded(lambda p: p @ S, lambda u: u / own, h[None], c[None])
+    solution = pressures(problem, load=load * n / (np.pi * pin.radius))
+    (extent,) = extents(np.pad(solution.p > 0, ((3, 3), (0, 0))), np.pad(solution.gap, ((3, 3), (0, 0))))
+    return angles, solution.p[0], np.diff(extent.s)[0] * np.pi / n / 2
+
+
+@each_pin
+@pytest.mark.parametrize("half_angle", [0.4, 1.1])
+@pytest.mark.parametrize("n", [40, 80, 160, 320])
+def test_the_solver_of_contact_with_bounds_converges_to_it(pin, half_angle, n):
+    """Conformal contact in the plane, with ICs that are exact: order 1.5, because pressures end as a root."""
+    load, element = pin.load(half_angle), np.pi / n
+    angles, p, found = by_bounds(pin, load, n)
+    assert found == pytest.approx(half_angle, abs=element / 4)
+    error = np.mean(np.abs(p - pin.pressure(load, angles))) / np.mean(p)
+    assert error < 0.25 * (element / half_angle) ** 1.5
 
 
 @each_pin
