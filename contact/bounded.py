@@ -106,12 +106,14 @@ class _State:
     def first(
         cls, problem: Bounded, load: float | None, approach: float | None, start: Array | None
     ) -> "_State":
-        """The state to begin with: `start`, or pressures of any element that may be in contact."""
+        """The state to begin with: `start`, or, if it has no pressures, those that overlaps ask for."""
         possible = np.isfinite(problem.h)
-        if start is None and approach is not None:
+        p = np.zeros(problem.h.shape) if start is None else np.where(possible, np.maximum(start, 0), 0.0)
+        if not np.any(p) and approach is not None:
             overlap = np.where(possible, np.maximum(approach * problem.c - problem.h, 0), 0.0)
-            start = np.maximum(problem.inverse(overlap), 0)
-        p = np.where(possible, 1.0 if start is None else np.maximum(start, 0), 0.0)
+            p = np.where(possible, np.maximum(problem.inverse(overlap), 0), 0.0)
+        elif not np.any(p):
+            p = np.where(possible, 1.0, 0.0)
         return cls(problem, load, approach, p, p, 0)._with(p)
 
     @property
@@ -170,6 +172,8 @@ def _dot(left: Array, right: Array) -> float:
 
 
 def _share(z: Array, p: Array) -> float:
-    """Largest |z| over the largest pressure."""
-    largest = float(np.max(np.abs(z)))
-    return largest / float(np.max(p)) if largest > 0 else 0.0
+    """Largest |z| over the largest pressure; infinite where pressures are still to come."""
+    largest, pressure = float(np.max(np.abs(z))), float(np.max(p))
+    if largest == 0:
+        return 0.0
+    return largest / pressure if pressure > 0 else np.inf

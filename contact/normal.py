@@ -50,7 +50,7 @@ class NormalProblem:
 
     `distance` [mm], (n_x, n_s), is infinite where no contact is possible; `cosine` (n_s,) is cos(delta);
     `flat` are nn ICs of half-spaces, whose inverse is a preconditioner. Raises WrongInput for shapes that do
-    not fit and for odd numbers of elements: errors are estimated on elements twice as large.
+    not fit, and for distances that are not numbers or infinite everywhere.
     """
 
     grid: Grid
@@ -68,6 +68,8 @@ class NormalProblem:
             )
         if np.any(np.isnan(self.distance)):
             raise WrongInput("distance: some are not numbers")
+        if not np.any(np.isfinite(self.distance)):
+            raise WrongInput("distance: infinite everywhere, so that no contact is possible")
 
     @property
     def coarsened(self) -> "NormalProblem":
@@ -93,9 +95,10 @@ class NormalProblem:
 
     @property
     def has_coarser(self) -> bool:
-        """Whether the grid can be made of elements twice as large."""
+        """Whether the grid can be made of elements twice as large, with contact possible on some."""
         sizes = self.grid.n_x, self.grid.n_s
-        return all(n % 2 == 0 and n >= 2 * COARSEST for n in sizes)
+        even = all(n % 2 == 0 and n >= 2 * COARSEST for n in sizes)
+        return even and bool(np.any(np.isfinite(_of_fours(self.distance))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,9 +185,14 @@ def solve(
 ) -> NormalContact:
     """The contact at a vertical load [N] or approach [mm]; `start` are pressures to begin with.
 
-    Raises WrongInput for a load that is not positive, and Failure as `bounded.pressures` does and where the
-    contact comes closer than `MARGIN` elements to an end of the grid, with the ends named.
+    Raises WrongInput for a load that is not positive and an approach that is not finite, and Failure as
+    `bounded.pressures` does and where the contact comes closer than `MARGIN` elements to an end of the grid,
+    with the ends named.
     """
+    if load is not None and not 0 < load < np.inf:
+        raise WrongInput(f"load = {load!r}: must be positive and finite [N]")
+    if approach is not None and not np.isfinite(approach):
+        raise WrongInput(f"approach = {approach!r}: must be finite [mm]")
     contact = _solved(problem, load, approach, start, tolerance)
     if ends := near_ends(contact.in_contact):
         raise PotentialAreaTooSmall(ends)

@@ -101,7 +101,8 @@ class Undeformed:
             if not moved.any():
                 break
         low, high = self.upper.contour.extent
-        return t, moved | (across <= 0) | (t < low) | (t > high)
+        beside_wheel = np.abs(x) >= self.upper.circle_radius(t)
+        return t, moved | (across <= 0) | (t < low) | (t > high) | beside_wheel
 
     def _section(self, x: Array, t: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         """Points (y, z) of the upper surface in the plane at x, and their derivatives by arc length t."""

@@ -45,9 +45,10 @@ DIFFERENCES: Mapping[str, tuple[tuple[str, str, float], ...]] = MappingProxyType
 def turned(variant: str, pair: Pair, grid: Grid, directions: tuple[int, ...] = (X, S, N)) -> Convolution:
     """The operator of an approximation of the combined ICs of two bodies.
 
-    Both bodies count as prismatic: the curvature of a wheel along x changes nn by less than the square of the
-    angle between two elements about the axle, but xn and nx by half of this angle. Raises WrongInput for an
-    unknown variant, and for B-hat-prime without effective properties. Source: as `approx.pair.Pair`.
+    Both bodies count as prismatic: with theta the angle between two elements about the axle, the curvature of
+    a wheel along x changes nn by a share of less than theta ((1 - 2 nu) / (2 - 2 nu) + |alpha| + theta), nu
+    that of the wheel, and xn and nx by theta / 2 times xx and nn. Raises WrongInput for an unknown variant,
+    and for B-hat-prime without effective properties. Source: as `approx.pair.Pair`.
     """
     if variant not in FORMS:
         raise WrongInput(f"variant = {variant!r}: one of {', '.join(FORMS)}")

@@ -1,0 +1,166 @@
+"""Approximations as convolutions against the same ICs as a dense matrix."""
+
+import numpy as np
+import pytest
+
+from approx.effective import EffectiveProperties, Transition
+from approx.matrix import matrix
+from approx.pair import Pair, Solid
+from contact.operators.dense import GridOperator
+from contact.operators.turned import FORMS, turned
+from geometries.contours import arc, ellipse, plane
+from geometries.errors import WrongInput
+from geometries.grids import Grid
+from geometries.materials import Material
+from geometries.patches import N, S, X
+from geometries.surfaces import LOWER, UPPER, Surface
+
+STEEL, BRASS = Material(210e3, 0.28), Material(100e3, 0.35)
+GRID = Grid(6, 9, 0.4, 0.9, 0.5)  # over the crown and both flanks of the contours
+RAIL, WHEEL = arc(5.0, 0.5, 0.7), ellipse(6.0, 8.0, 0.6, 0.4)
+OF_PAIR = EffectiveProperties(mismatch_k=Transition(0.2, 6.0, 0.8, 1.5))
+OF_RAIL = EffectiveProperties(nu=Transition(0.35, 5.0, 1.0, 2.0), mismatch_k=Transition(-0.1, 4.0, 1.0, 1.0))
+OF_WHEEL = EffectiveProperties(G=Transition(50e3, 3.0, 1.2, 0.7))
+TRACTIONS = np.random.default_rng(0).normal(size=(GRID.n_x, GRID.n_s, 3))
+
+
+def pair(upper=(BRASS, WHEEL), lower=(STEEL, RAIL), of_bodies=(None, None), effective=None):
+    bodies = [
+        Solid(material, Surface(side, contour), own)
+        for side, (material, contour), own in zip((UPPER, LOWER), (upper, lower), of_bodies, strict=True)
+    ]
+    return Pair(*bodies, effective)
+
+
+PAIRS = {
+    "equal": pair((STEEL, RAIL)),
+    "materials": pair((BRASS, RAIL)),
+    "contours": pair((STEEL, WHEEL)),
+    "both": pair(),
+    "plane": pair((BRASS, plane())),
+}
+WITH_EFFECTIVE = {
+    "of the pair": pair(effective=OF_PAIR),
+    "of equal contours": pair((BRASS, RAIL), effective=OF_PAIR),
+    "of both bodies": pair(of_bodies=(OF_WHEEL, OF_RAIL)),
+    "of bodies with equal contours": pair((BRASS, RAIL), of_bodies=(OF_WHEEL, OF_RAIL)),
+    "of pair and bodies": pair(of_bodies=(OF_WHEEL, OF_RAIL), effective=OF_PAIR),
+}
+
+
+def assert_dense(variant, bodies, directions):
+    """The operator is that of the matrix, to rounding of its largest components."""
+    ics = matrix(variant, bodies, GRID)[..., directions, :][..., directions]
+    tractions = TRACTIONS[..., directions]
+    expected = GridOperator.of(ics, directions)(tractions)
+    u = turned(variant, bodies, GRID, directions)(tractions)
+    np.testing.assert_allclose(u, expected, rtol=0, atol=1e-13 * np.max(np.abs(expected)))
+
+
+@pytest.mark.parametrize("bodies", PAIRS.values(), ids=PAIRS)
+@pytest.mark.parametrize("variant", sorted(set(FORMS) - {"Bhat_prime"}))
+def test_it_is_the_dense_matrix(variant, bodies):
+    assert_dense(variant, bodies, (X, S, N))
+
+
+@pytest.mark.parametrize("directions", [(N,), (X, S), (S, N), (N, X)])
+@pytest.mark.parametrize("variant", ["A", "B", "Bhat", "mix"])
+def test_it_is_so_in_some_directions_in_any_order(variant, directions):
+    assert_dense(variant, pair(), directions)
+
+
+@pytest.mark.parametrize("bodies", WITH_EFFECTIVE.values(), ids=WITH_EFFECTIVE)
+@pytest.mark.parametrize("variant", ["Bhat_prime", "mix"])
+def test_it_is_so_with_effective_properties(variant, bodies):
+    assert_dense(variant, bodies, (X, S, N))
+
+
+def test_one_body_of_the_pair_alone_may_have_effective_properties():
+    """Of the mix only: B-hat-prime needs them of both."""
+    assert_dense("mix", pair(of_bodies=(OF_WHEEL, None)), (X, S, N))
+    with pytest.raises(WrongInput, match="effective properties: give those"):
+        turned("Bhat_prime", pair(of_bodies=(OF_WHEEL, None)), GRID)
+
+
+def test_an_unknown_variant_is_named_with_the_known_ones():
+    with pytest.raises(WrongInput, match="variant = 'C': one of A, B, Bbar, Bhat"):
+        turned("C", pair(), GRID)
+
+
+@pytest.mark.parametrize(("variant", "symmetric"), [("A", True), ("Bhat", True), ("mix", True), ("B", False)])
+def test_work_is_reciprocal_where_the_variant_is(variant, symmetric):
+    """p1 S p2 = p2 S p1."""
+    other = np.roll(TRACTIONS, (2, 3, 1), axis=(0, 1, 2))
+    operator = turned(variant, pair(), GRID)
+    there, back = np.vdot(TRACTIONS, operator(other)), np.vdot(other, operator(TRACTIONS))
+    size = np.linalg.norm(TRACTIONS) * np.linalg.norm(operator(other))
+    assert (abs(there - back) < 1e-13 * size) == symmetric
+
+
+@pytest.mark.parametrize("variant", ["B", "Bbar", "Bhat", "mix"])
+def test_nn_is_reciprocal_for_all_variants(variant):
+    """Of B, too: A_nn cos(alpha) - A_ns sin(alpha) is even. Frictionless contact needs no more."""
+    p, other = TRACTIONS[..., 2:], TRACTIONS[..., :1]
+    operator = turned(variant, pair(), GRID, (N,))
+    assert np.vdot(p, operator(other)) == pytest.approx(np.vdot(other, operator(p)), rel=1e-11, abs=0)
+
+
+def test_nn_of_b_and_b_bar_are_the_same_and_differ_from_b_hat_and_a():
+    p = np.abs(TRACTIONS[..., 2:])
+    of = {variant: turned(variant, pair(), GRID, (N,))(p) for variant in ("B", "Bbar", "Bhat", "A")}
+    np.testing.assert_allclose(of["B"], of["Bbar"], rtol=1e-13)
+    for variant in ("Bhat", "A"):
+        assert np.max(np.abs(of[variant] - of["B"])) > 0.01 * np.max(of["B"])
+
+
+def coarsening_defect(variant, bodies, grid, directions=(X, S, N)):
+    """Largest defect of the coarsened operator over the largest displacement, of smooth tractions."""
+    operator = turned(variant, bodies, grid, directions)
+    middles = grid.strips.reshape(-1, 2).mean(axis=1)
+    x = 2 * grid.dx * np.arange(grid.n_x // 2)[:, None]
+    waves = [np.cos(0.7 * x + 0.4 * middles + shift) for shift in directions]
+    tractions = np.stack(waves, axis=-1)
+    fine = operator(tractions.repeat(2, axis=0).repeat(2, axis=1))
+    mean = fine.reshape(grid.n_x // 2, 2, grid.n_s // 2, 2, len(directions)).mean(axis=(1, 3))
+    return np.max(np.abs(operator.coarsened()(tractions) - mean)) / np.max(np.abs(mean))
+
+
+@pytest.mark.parametrize("grid", [Grid(6, 8, 0.4, 0.5, 0.3), Grid(2, 14, 0.1, 0.5)])
+def test_coarsened_a_is_the_mean_over_four_elements(grid):
+    assert coarsening_defect("A", pair(), grid) < 1e-13
+
+
+@pytest.mark.parametrize("variant", ["B", "Bbar", "Bhat", "mix"])
+def test_coarsened_others_are_so_to_second_order_in_the_width_of_strips(variant):
+    """Factors are averaged; on an arc, because at the end of an arc the curvature jumps."""
+    bodies = pair((BRASS, arc(5.5, 1.2, 1.2)), (STEEL, arc(5.0, 1.2, 1.2)))
+    defects = [coarsening_defect(variant, bodies, Grid(n, 2 * n, 3.2 / n, 8.0 / n)) for n in (8, 16, 32)]
+    assert defects[0] < 0.05
+    assert np.all(np.log2(np.divide(defects[:-1], defects[1:])) > 1.6)  # element^2 ln(element)
+
+
+@pytest.mark.parametrize("radius", [40.0, 400.0])
+@pytest.mark.parametrize("upper", [STEEL, Material(90e3, 0.0), Material(1.0, 0.5)])
+def test_the_curvature_of_a_wheel_along_x_changes_nn_by_the_angle_times_its_coupling(upper, radius):
+    """A bound that grows with the angle, not with its square: xn of the wheel, turned, is part of nn."""
+    grid = Grid(12, 5, 0.8, 0.5)
+    wheel, rail = Solid(upper, Surface(UPPER, WHEEL, radius)), Solid(STEEL, Surface(LOWER, RAIL))
+    exact = matrix("Bhat", Pair(wheel, rail), grid)[..., N, N]
+    prismatic = matrix("Bhat", pair((upper, WHEEL), (STEEL, RAIL)), grid)[..., N, N]
+    inclination = WHEEL.inclination(grid.strips)
+    theta, alpha = grid.lags[:, None, None] / radius, np.abs(inclination[:, None] - inclination)
+    bound = theta * ((1 - 2 * upper.nu) / (2 - 2 * upper.nu) + alpha + theta)
+    change = np.abs(exact / prismatic - 1)
+    assert np.all(change <= bound + 1e-12)
+    assert np.max(change[1:] / bound[1:]) > 0.4
+
+
+def test_and_without_coupling_on_a_straight_contour_by_less_than_its_square():
+    wheel = Solid(Material(1.0, 0.5), Surface(UPPER, plane(), 40.0))
+    rail = Solid(Material(3.0, 0.5), Surface(LOWER, plane()))
+    grid = Grid(12, 5, 0.8, 0.5)
+    exact = matrix("Bhat", Pair(wheel, rail), grid)[..., N, N]
+    change = exact / matrix("A", Pair(wheel, rail), grid)[..., N, N] - 1
+    theta = grid.lags[:, None, None] / 40.0
+    assert np.all(np.abs(change) <= theta**2 + 1e-12)
+    assert np.max(np.abs(change)[1:] / theta[1:] ** 2) > 0.2
