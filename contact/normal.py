@@ -145,7 +145,7 @@ class NormalContact:
     @cached_property
     def patches(self) -> list[Extent]:
         """The contact patches, from the left to the right."""
-        return extents(self.in_contact, self.gap)
+        return extents(self.p, self.gap)
 
     @property
     def energy(self) -> float:

@@ -10,6 +10,7 @@ from compare.cli.work import StoreAt, Work, Workers
 from compare.reports.contact.page import write_contact, write_sensitivity
 from compare.results import folders
 from compare.results.contact.compute import cases_of, compute_contact
+from compare.scenes import plausibility
 from compare.scenes.load import load_scene
 
 
@@ -34,6 +35,8 @@ def contact(
         cases_of(loaded)  # raises before any work starts
     console, results = Console(), {}
     for loaded in scenes.values():
+        for text in plausibility.warnings(loaded):
+            console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
         work = Work(out / loaded.name, workers, store)
         with work.means(folders.checked(work.folder(loaded)), console) as means:
             results[loaded.name] = compute_contact(loaded, means)

@@ -10,8 +10,8 @@ from approx.pair import Pair
 from compare.results.contact.pairing import Case, Placed
 from contact.edges import ENDS, MARGIN
 from contact.normal import NormalContact, PotentialAreaTooSmall
+from contact.references.hertz import PointContact, combined_modulus
 from contact.undeformed import Undeformed
-from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
 
@@ -22,6 +22,7 @@ FEWEST = 10  # elements across a patch that tell its size well enough
 MOST_TRIES = 60
 ROOM = 0.12  # room beside the largest patch, as a share of its length, for patches by other ICs
 NEARLY = 0.01  # of a strip: grids as near to the middle are symmetric
+LEAST_CURVATURE = 1e-4  # relative, of bodies with which grids are tried first [1/mm]
 STEP = 8  # numbers of elements are multiples of it, for the sake of coarser grids
 MOST_STRIPS, MOST_ALONG_X = 96, 256  # of a grid; loads that need more have grids of their own
 
@@ -128,26 +129,23 @@ class Sizing:
         raise Failure(f"contact at {case}: no grid found that it fits; give `[contact] grid`")
 
     def _first_guess(self, case: Case) -> tuple[float, Range]:
-        """Half-length along x and range of s [mm] with which grids are tried first: about that of Hertz."""
+        """Half-length along x and range of s [mm] with which grids are tried first: a little beyond Hertz."""
         touching = self.undeformed.touching[0]
-        curvatures = self._curvatures(touching)
-        if case.load is not None:
-            constants = self.pair.constants
-            modulus = constants.G / (1 - float(np.asarray(constants.nu)))  # E* of both bodies
-            depth = (0.75 * case.load / modulus) ** (2 / 3) * float(np.prod(curvatures)) ** (1 / 6)
-        else:
-            depth = float(case.approach or 0.0)
-        half_x, half_s = (2 * np.sqrt(max(depth, 1e-12) / curvature) for curvature in curvatures)
-        return float(half_x), (touching - float(half_s), touching + float(half_s))
+        modulus = combined_modulus(self.pair.upper.material, self.pair.lower.material)
+        hertz = PointContact(*self._curvatures(touching), modulus)
+        patch = hertz.at_load(case.load) if case.load else hertz.at_approach(case.approach or 0.0)
+        half_s = GROWTH * patch.b
+        return GROWTH * patch.a, (touching - half_s, touching + half_s)
 
-    def _curvatures(self, touching: float) -> Array:
-        """Relative curvatures [1/mm] along x and s where the bodies touch, at least 1e-4."""
+    def _curvatures(self, touching: float) -> tuple[float, float]:
+        """Relative curvatures [1/mm] along x and s where the bodies touch, at least `LEAST_CURVATURE`."""
         step = 1e-3 * (self.undeformed.s_range[1] - self.undeformed.s_range[0])
         s = np.clip([touching - step, touching, touching + step], *self.extent)
         before, middle, after = self.undeformed.distance(0.0, s)
         along_x = self.undeformed.distance(step, touching) - middle
-        curvatures = np.array([2 * float(along_x), before + after - 2 * middle]) / step**2
-        return np.clip(curvatures, 1e-4, 1e6)
+        along_s = float(before + after - 2 * middle)
+        of_x, of_s = (max(rise / step**2, LEAST_CURVATURE) for rise in (2 * float(along_x), along_s))
+        return of_x, of_s
 
     def _require_room(self, short: PotentialAreaTooSmall, case: Case, s: Range) -> None:
         """Raise Failure where the contact reaches the end of a contour."""

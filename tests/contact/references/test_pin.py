@@ -88,7 +88,7 @@ def by_bounds(pin, load, n):
     h, c = pin.clearance * (1 - np.cos(angles)), np.cos(angles)
     problem = Bounded(lambda p: p @ S, lambda u: u / own, h[None], c[None])
     solution = pressures(problem, load=load * n / (np.pi * pin.radius))
-    (extent,) = extents(np.pad(solution.p > 0, ((3, 3), (0, 0))), np.pad(solution.gap, ((3, 3), (0, 0))))
+    (extent,) = extents(np.pad(solution.p, ((3, 3), (0, 0))), np.pad(solution.gap, ((3, 3), (0, 0))))
     return angles, solution.p[0], np.diff(extent.s)[0] * np.pi / n / 2
 
 

@@ -1,0 +1,149 @@
+"""Contact of scenes: grids that fit, Hertz at small loads, what ICs change, estimates, refusals."""
+
+import numpy as np
+import pytest
+
+from compare.results.contact.compute import compute_contact
+from compare.results.contact.dataset import to_dataset
+from compare.results.contact.grids import MOST_STRIPS, Sizing
+from compare.results.contact.pairing import Case, Placed, undeformed_of
+from compare.scenes.load import scene_from_table
+from contact.edges import MARGIN
+from contact.references.hertz import PointContact, combined_modulus
+from geometries.errors import Failure
+
+RADIUS, WHEEL, ROLLING = 10.0, 14.0, 400.0
+FLANKS = 60.0
+SMALL = 2.0  # N: a patch of a degree in all, b / R = 0.006
+
+
+def scene(upper_radius=WHEEL, inclination=FLANKS, **contact):
+    """A wheel of revolution on a rail, arcs, with the keys of [contact]."""
+    lower = {"kind": "arc", "radius": RADIUS, "flank_inclination_deg": inclination}
+    upper = lower | {"radius": upper_radius}
+    return scene_from_table(
+        {
+            "lower": {"E": 210e3, "nu": 0.3, "contour": lower},
+            "upper": {"E": 100e3, "nu": 0.25, "contour": upper, "rolling_radius": ROLLING},
+            "patch": {"a": 0.1, "b": 0.1},
+            "contact": {"ics": ["A", "Bhat"]} | contact,
+        },
+        "pair",
+    )
+
+
+def hertz(of=None):
+    bodies = (of or scene()).bodies
+    modulus = combined_modulus(bodies["upper"].material, bodies["lower"].material)
+    return PointContact(1 / ROLLING, 1 / RADIUS - 1 / WHEEL, modulus)
+
+
+def sizing(of):
+    undeformed = undeformed_of(of)
+    return Sizing(of.pair, undeformed, undeformed.s_range, of.contact.elements)
+
+
+def test_small_contacts_are_those_of_hertz():
+    results = to_dataset(compute_contact(scene(loads=[SMALL], elements=40)))
+    expected = hertz().at_load(SMALL)
+    exact = {
+        "a": expected.a,
+        "b": expected.b,
+        "p_max": expected.p_max,
+        "approach": expected.approach,
+        "stiffness": expected.stiffness,
+        "load": SMALL,
+    }
+    for name, value in exact.items():
+        found, estimate = results[name].sel(ics="Bhat"), results[f"estimate_{name}"].sel(ics="Bhat")
+        assert float(found[0]) == pytest.approx(value, abs=float(estimate[0]) + 2e-4 * value), name
+        assert float(estimate[0]) < 0.03 * value
+
+
+def test_estimates_cover_what_twice_as_many_elements_change():
+    coarse, fine = (
+        to_dataset(compute_contact(scene(10.2, loads=[3e3], elements=n))).isel(case=0) for n in (16, 32)
+    )
+    for name in ("a", "b", "p_max", "approach", "angle"):
+        assert np.all(abs(coarse[name] - fine[name]) <= coarse[f"estimate_{name}"]), name
+
+
+def test_contacts_at_the_approach_that_a_load_causes_carry_this_load():
+    by_load = to_dataset(compute_contact(scene(loads=[2e3])))
+    approach = float(by_load.approach.sel(ics="Bhat")[0])
+    by_approach = to_dataset(compute_contact(scene(approaches=[approach], ics=["Bhat"])))
+    assert float(by_approach["load"][0, 0]) == pytest.approx(2e3, rel=2e-3)  # on another grid
+
+
+def test_conforming_contact_is_wider_and_softer_than_half_spaces_say():
+    """B-hat turns loads away from the normals of distant elements: less displacement there than A has."""
+    results = to_dataset(compute_contact(scene(10.2, loads=[2e4]))).isel(case=0)
+    a, bhat = results.sel(ics="A"), results.sel(ics="Bhat")
+    assert bhat.b > 1.03 * a.b
+    assert bhat.p_max < 0.95 * a.p_max
+    assert bhat.approach < a.approach
+
+
+def test_the_exact_distance_agrees_where_the_approach_is_small_beside_the_radii():
+    def difference(load):
+        results = to_dataset(compute_contact(scene(10.2, loads=[load]))).isel(case=0).sel(ics="Bhat")
+        return abs(float(results.displaced_p_max / results.p_max) - 1)
+
+    assert difference(20.0) < 2e-3 < difference(2e4)
+
+
+def test_scenes_with_the_exact_distance_solve_with_it():
+    linear, exact = (compute_contact(scene(10.2, loads=[2e4], gap=gap)) for gap in ("linear", "exact"))
+    (case,) = linear.cases
+    displaced = linear.contacts[case, "Bhat"].displaced
+    assert exact.contacts[case, "Bhat"].normal.approach == pytest.approx(displaced.approach, rel=1e-4)
+
+
+# --- grids ----------------------------------------------------------------------------------------------
+
+
+def test_grids_fit_the_contact_on_them():
+    of = scene(10.2, loads=[5e2, 5e3])
+    ((grid, cases),) = sizing(of).grids([Case(load, None) for load in of.contact.loads])
+    assert [case.load for case in cases] == [5e2, 5e3]
+    placed = Placed(of.pair, undeformed_of(of), grid)
+    small, large = (placed.contact(placed.operator("Bhat"), case) for case in cases)
+    across = np.count_nonzero(small.in_contact.any(axis=0)), np.count_nonzero(small.in_contact.any(axis=1))
+    assert min(across) >= 0.85 * of.contact.elements
+    room = grid.n_s - np.count_nonzero(large.in_contact.any(axis=0))
+    assert 2 * MARGIN <= room < 0.7 * grid.n_s
+
+
+def test_loads_that_are_decades_apart_have_grids_of_their_own():
+    grids = sizing(scene()).grids([Case(load, None) for load in (1e-3, 1e3)])
+    assert [[case.load for case in cases] for _, cases in grids] == [[1e-3], [1e3]]
+    assert max(grid.n_s for grid, _ in grids) <= MOST_STRIPS
+
+
+def test_sizes_grow_as_hertz_says_over_ten_decades():
+    of = scene()
+    for load in (1e-8, 1e-4, 1e0):
+        size, expected = sizing(of).size(Case(load, None)), hertz(of).at_load(load)
+        assert size.x[1] == pytest.approx(expected.a, rel=0.1)
+        assert size.s[1] - size.s[0] == pytest.approx(2 * expected.b, rel=0.1)
+
+
+def test_grids_of_symmetric_pairs_are_symmetric_and_others_lie_about_the_contact():
+    ((middle, _),) = sizing(scene()).grids([Case(SMALL, None)])
+    shifted = sizing(scene(shift=0.5))
+    ((aside, _),) = shifted.grids([Case(SMALL, None)])
+    assert middle.s == 0.0
+    assert aside.s == pytest.approx(shifted.undeformed.touching[0], abs=2 * aside.ds)
+
+
+def test_contacts_at_the_end_of_a_contour_are_refused_with_the_end_and_a_remedy():
+    of = scene(10.05, 20.0, flanks=False)
+    with pytest.raises(
+        Failure, match=r"contact at 50000 N: it reaches the end of a contour at s < 0 and s > 0"
+    ):
+        sizing(of).size(Case(5e4, None))
+
+
+def test_the_scene_may_give_the_grid():
+    of = scene(loads=[SMALL], grid="scene")
+    assert {contact.placed.grid for contact in compute_contact(of).contacts.values()} == {of.grid}
