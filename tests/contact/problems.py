@@ -9,7 +9,7 @@ from contact.normal import NormalProblem
 from contact.operators.turned import turned
 from contact.references.hertz import PointContact, combined_modulus
 from contact.undeformed import Undeformed
-from geometries.contours import arc, plane
+from geometries.contours import arc, ellipse, plane
 from geometries.grids import Grid
 from geometries.materials import Material
 from geometries.patches import N
@@ -50,6 +50,24 @@ def conformal(grid, variant="Bhat", *, ratio=1e-2, materials=(BRASS, STEEL), shi
     cosine = np.cos(rail.contour.inclination(grid.strips))
     return NormalProblem(
         grid, turned(variant, bodies, grid, (N,)), half_spaces(grid, *materials), distance, cosine
+    )
+
+
+ROLLING_RADIUS = 653.7  # mm, of the wheels with elliptic grooves
+GROOVES = {"wide": ((13.7, 6.49), (12.97, 6.485)), "tall": ((6.985, 14.7), (6.485, 12.97))}
+
+
+def elliptic(name, grid, variant="Bhat"):
+    """Steel wheels on elliptic rails: semi-axes (lateral, vertical) of the groove and of the rail in mm."""
+    wheel, rail = (
+        Surface(side, ellipse(*axes, 1.2, 1.2), radius)
+        for side, axes, radius in zip((UPPER, LOWER), GROOVES[name], (ROLLING_RADIUS, np.inf), strict=True)
+    )
+    distance = Undeformed(wheel, rail, (-20.0, 20.0)).distance(x_of(grid)[:, None], grid.strips)
+    bodies = Pair(Solid(STEEL, wheel), Solid(STEEL, rail))
+    cosine = np.cos(rail.contour.inclination(grid.strips))
+    return NormalProblem(
+        grid, turned(variant, bodies, grid, (N,)), half_spaces(grid, STEEL, STEEL), distance, cosine
     )
 
 

@@ -110,6 +110,7 @@ def test_the_coarser_contact_closes_the_mean_gaps_of_four_elements(problem, accu
     """Of the same load; where directions turn, to second order in the width of strips."""
     coarser = solve(problem, load=2000.0).coarser
     assert coarser.load == pytest.approx(2000.0, rel=1e-3)
+    assert coarser.problem.grid.strips == pytest.approx(problem.grid.strips.reshape(-1, 2).mean(axis=1))
     fine = coarser.p.repeat(2, axis=0).repeat(2, axis=1)
     assert np.sum(fine * problem.cosine) * problem.grid.area == pytest.approx(2000.0, rel=1e-3)
     gap = problem.operator(fine[..., None])[..., 0] + problem.distance - coarser.approach * problem.cosine
