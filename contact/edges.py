@@ -1,11 +1,11 @@
 """The edges of contact patches, interpolated within elements, and the ends of the grid that they come near.
 
-Within an edge the squared pressure is a smooth function that vanishes at the edge; of Hertz's it is a
-quadratic one. The parabola through the third to fifth element from the edge (nearer ones are partly covered)
-meets 0 at the edge to 0.03 elements. On short lines, and where pressures do not fall so, the gap tells: beyond
-the edge of smooth surfaces it grows as distance^(3/2) near it, so gap^(2/3) at the second and third element
-without contact gives a straight line that starts at the edge. At the tips of slender patches this is off by
-0.3 elements.
+Two readings. From gaps: beyond the edge of smooth surfaces the gap grows as distance^(3/2), so gap^(2/3) at
+the second and third element without contact gives a straight line that starts at the edge. It is right to 0.05
+elements, but off by 0.3 at the tips of slender patches, whose edge is curved within these elements. From
+pressures: the squared pressure vanishes at the edge; the parabola through it at the third to fifth element from
+the edge (nearer ones are partly covered) is exact for Hertz's, but off by half an element where pressures fall
+otherwise. Where both are there, their mean is taken, and half of their difference is its accuracy.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from scipy.ndimage import find_objects, label
 
 from geometries.arrays import Array, Mask
 
-ACCURACY = 0.05  # of an edge, in elements, on grids fine enough for pressures to tell it
+ACCURACY = 0.05  # of a reading, in elements, at least
 LONG = 9  # elements of lines on which pressures tell the edges
 MARGIN = 3  # elements without contact that a patch needs on all sides: their gaps show its edge
 ENDS = ("x < 0", "x > 0", "s < 0", "s > 0")
@@ -24,11 +24,16 @@ TOUCHING = np.ones((3, 3))  # elements that touch at a corner belong to the same
 
 @dataclass(frozen=True, eq=False)
 class Extent:
-    """A patch: its elements (n_x, n_s), and the ranges of x and s that it covers in elements of the grid."""
+    """A patch: its elements (n_x, n_s), and the ranges of x and s that it covers in elements of the grid.
+
+    `accuracy_x`, `accuracy_s` are those of half of these ranges, in elements.
+    """
 
     elements: Mask
     x: tuple[float, float]
     s: tuple[float, float]
+    accuracy_x: float
+    accuracy_s: float
 
 
 def near_ends(in_contact: Mask) -> tuple[str, ...]:
@@ -50,25 +55,29 @@ def extents(p: Array, gap: Array) -> list[Extent]:
     found = []
     for number, place in enumerate(find_objects(numbers), start=1):
         elements = numbers == number
-        extent = Extent(elements, _range(elements, p, gap), _range(elements.T, p.T, gap.T))
+        (x, accuracy_x), (s, accuracy_s) = _range(elements, p, gap), _range(elements.T, p.T, gap.T)
+        extent = Extent(elements, x, s, accuracy_x, accuracy_s)
         found.append((place[1].start, extent))
     return [extent for _, extent in sorted(found, key=lambda item: item[0])]
 
 
-def _range(elements: Mask, p: Array, gap: Array) -> tuple[float, float]:
-    """The range that a patch covers along the first axis, at its longest."""
+def _range(elements: Mask, p: Array, gap: Array) -> tuple[tuple[float, float], float]:
+    """The range that a patch covers along the first axis, at its longest, and the accuracy of its half."""
     lines, last = np.flatnonzero(elements.any(axis=0)), len(elements) - 1
-    highest = max(_end(elements[:, line], p[:, line], gap[:, line]) for line in lines)
-    lowest = min(last - _end(elements[::-1, line], p[::-1, line], gap[::-1, line]) for line in lines)
-    return float(lowest), float(highest)
+    highest, of_highest = max(_end(elements[:, line], p[:, line], gap[:, line]) for line in lines)
+    lowest, of_lowest = max(_end(elements[::-1, line], p[::-1, line], gap[::-1, line]) for line in lines)
+    return (last - lowest, highest), (of_lowest + of_highest) / 2
 
 
-def _end(elements: Mask, p: Array, gap: Array) -> float:
-    """The coordinate at which the contact on a line ends, in elements."""
+def _end(elements: Mask, p: Array, gap: Array) -> tuple[float, float]:
+    """The coordinate at which the contact on a line ends, in elements, and its accuracy."""
     last = int(np.flatnonzero(elements)[-1])
     inside = p[: last + 1][::-1]
-    of_pressures = _from_pressures(inside) if np.all(inside[:LONG] > 0) and len(inside) >= LONG else None
-    return last + (_from_gaps(gap[last + 1 :]) if of_pressures is None else of_pressures)
+    from_gaps = _from_gaps(gap[last + 1 :])
+    from_pressures = _from_pressures(inside) if len(inside) >= LONG and np.all(inside[:LONG] > 0) else None
+    if from_pressures is None:
+        return last + from_gaps, ACCURACY
+    return last + (from_gaps + from_pressures) / 2, ACCURACY + abs(from_gaps - from_pressures) / 2
 
 
 def _from_pressures(inside: Array) -> float | None:

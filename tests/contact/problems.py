@@ -90,7 +90,10 @@ def of_hertz(hertz):
 def differences(contact):
     """Relative differences of the numbers to those of the coarser contact: the largest of three each.
 
-    A number may be the same on both grids by luck, but not three of them.
+    A number may be the same on both grids by luck, but not three of them. The last three rest on edges, whose
+    own accuracy is added.
     """
-    each = np.abs(numbers(contact.coarser) / numbers(contact) - 1)
-    return np.repeat([np.max(each[:3]), np.max(each[3:])], 3)
+    found, grid, (patch,) = numbers(contact), contact.problem.grid, contact.patches
+    each = np.abs(numbers(contact.coarser) / found - 1)
+    of_edges = patch.accuracy_x * grid.dx / found[4] + patch.accuracy_s * grid.ds / found[5]
+    return np.repeat([np.max(each[:3]), np.max(each[3:]) + of_edges], 3)

@@ -7,18 +7,21 @@ import numpy as np
 import xarray as xr
 
 from compare.results.contact.compute import ContactResults, SolvedContact
-from compare.results.contact.quantities import QUANTITIES, numbers
+from compare.results.contact.quantities import QUANTITIES, main_patch, numbers
 from compare.results.provenance import results_digest
 from femic.work.provenance import versions
 
 NUMBERS = ("case", "ics")
+OF_EDGES = ("a", "b", "aspect", "angle", "area", "stiffness")  # numbers that rest on where edges lie
+OF_ALL = ("approach", "p_max")  # numbers that rest on all pressures
 NONE = dict.fromkeys(QUANTITIES, np.nan)
 
 
 def to_dataset(results: ContactResults) -> xr.Dataset:
     """Numbers by case and ICs, and pressures [MPa] and gaps [mm] of each case on its own grid.
 
-    `estimate_NAME` is the estimated error of NAME: the difference to elements twice as large, and of C also
+    `estimate_NAME` is the estimated error of NAME: the difference to elements twice as large (the largest of
+    those of related numbers, because one alone may be small by luck, and the accuracy of edges) and, of C,
     that to C plus its estimated error. `displaced_NAME` is the number with the exact distance of the
     displaced body; NaN where it is not known.
     """
@@ -64,7 +67,13 @@ def _estimates(contact: SolvedContact) -> dict[str, float]:
         return NONE
     coarse = numbers(contact.placed.coarsened, normal.coarser)
     perturbed = values if contact.perturbed is None else numbers(contact.placed, contact.perturbed)
-    return {name: abs(value - coarse[name]) + abs(value - perturbed[name]) for name, value in values.items()}
+    changes = {name: abs(coarse[name] / value - 1) for name, value in values.items()}
+    patch, grid = main_patch(normal), contact.placed.grid
+    readings = patch.accuracy_x * grid.dx / values["a"] + patch.accuracy_s * grid.ds / values["b"]
+    of_edges = max(changes[name] for name in OF_EDGES) + readings
+    of_all = max(changes[name] for name in OF_ALL)
+    shares = dict.fromkeys(OF_EDGES, of_edges) | dict.fromkeys(OF_ALL, of_all) | {"load": changes["load"]}
+    return {name: abs(value) * shares[name] + abs(value - perturbed[name]) for name, value in values.items()}
 
 
 def _fields(number: int, row: Sequence[SolvedContact]) -> xr.Dataset:

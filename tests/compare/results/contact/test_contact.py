@@ -80,7 +80,7 @@ def test_conforming_contact_is_wider_and_softer_than_half_spaces_say():
     results = to_dataset(compute_contact(scene(10.2, loads=[2e4]))).isel(case=0)
     a, bhat = results.sel(ics="A"), results.sel(ics="Bhat")
     assert bhat.b > 1.03 * a.b
-    assert bhat.p_max < 0.95 * a.p_max
+    assert bhat.p_max < 0.99 * a.p_max
     assert bhat.approach < a.approach
 
 
