@@ -20,7 +20,7 @@ from approx.pair import Solid
 from compare.pages.styles import STYLES, SYMBOLS
 from compare.results.compute import Results, compute
 from compare.results.dataset import errors, to_dataset
-from compare.results.shares import shares_of
+from compare.results.shares import measure_of
 from compare.scenes.load import load_scene
 from femic.means import Means
 from femic.work.store import Store
@@ -62,7 +62,7 @@ def errors_with_factor(results: Results) -> xr.DataArray:
     for body in BODIES:
         off = np.zeros((3, 3, len(results.points.x)))
         off[1, 2] = with_factor(results, body) - c.sel(body=body).values
-        for line, shares in shares_of(results, body, off).items():
+        for line, shares in measure_of(results, body).shares(off).items():
             extra.loc[{"body": body, "line": line}] = shares[1, 2]
     return xr.concat([worst, extra.assign_coords(variant=["B with factor"])], "variant")
 

@@ -19,7 +19,7 @@ import xarray as xr
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, meta
 
 from compare.cli.main import exit_code
-from compare.reports.frontier.advice import advise
+from compare.reports.frontier.advice import Question, advise
 from compare.reports.frontier.trade import front, told_apart
 from compare.results.provenance import results_digest
 from geometries.errors import Failure
@@ -119,10 +119,10 @@ def finite(value: float) -> float | None:
 
 
 def advice(dataset: xr.Dataset, tolerance: float, components: tuple[str, ...], body: str) -> dict[str, Any]:
-    asked = list(components) or [str(component) for component in dataset.component.values]
+    asked = components or tuple(str(component) for component in dataset.component.values)
     found = None
     with suppress(Failure):
-        found = advise(dataset, tolerance, asked, body)
+        found = advise(dataset, Question(body, asked, tolerance))
     return {"tolerance": tolerance} | {
         key: getattr(found, key, None) for key in ("label", "error", "seconds")
     }

@@ -43,13 +43,12 @@ def advise(
 ) -> None:
     """Say which ICs are the cheapest that are good enough, and why."""
     loaded = load_scene(scene)
-    chosen_body = body or loaded.compared[0]
-    chosen_components = components.split(",") if components else [*loaded.components]
+    asked_components = tuple(components.split(",")) if components else loaded.components
+    question = Question(body or loaded.compared[0], asked_components, tolerance)
     folder = folders.checked(work.folder(loaded))
-    question = Question(chosen_body, tuple(chosen_components), tolerance)
     console = Console(width=TABLE_WIDTH, highlight=False)
     with work.means(folder, console) as means:
         _, computed = advising.tried_for(scene, question, means)
-    advice = advising.advise(computed, tolerance, chosen_components, chosen_body)
-    console.print(page.evidence(computed, advice, chosen_components, chosen_body))
+    advice = advising.advise(computed, question)
+    console.print(page.evidence(computed, advice))
     console.print(advising.told(advice), markup=False)

@@ -22,12 +22,14 @@ class Cell:
 
 @dataclass(frozen=True)
 class Row:
-    """The errors of one variant at one place, a line or a scene: a cell per component."""
+    """The errors of one variant at one place, a line or a scene: a cell per component.
+
+    Only the first row of a variant has its symbol.
+    """
 
     symbol: str
     place: str
     cells: list[Cell]
-    first: bool
 
 
 WHITE = "#ffffff"

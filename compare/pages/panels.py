@@ -1,8 +1,9 @@
 """Draws all figures of curves: panels of curves over one abscissa, C with its estimate, grids of panels."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import cycle
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -36,7 +37,7 @@ class Panel:
     curves: Mapping[str, Array]
     estimate: Array | None = None
     known: Array | None = None
-    marks: tuple[float, ...] = field(default=())  # abscissas of joints, dotted
+    marks: tuple[float, ...] = ()  # abscissas of joints, dotted
 
     def beyond(self, at: float) -> "Panel":
         """The panel from an abscissa on."""
@@ -56,12 +57,12 @@ def styles_of(panels: Sequence[Panel]) -> dict[str, Style]:
     return OF_SYMBOL | further
 
 
-def draw(axes: Axes, panel: Panel, styles: Mapping[str, Style], *, labelled: bool = True) -> None:
+def draw(axes: Axes, panel: Panel, styles: Mapping[str, Style]) -> None:
     """Draw the curves of a panel; those first in `styles` lie on top, curves of NaN only are left out."""
     if panel.estimate is not None and "C" in panel.curves:
-        c, label = panel.curves["C"], BAND if labelled else None
+        c = panel.curves["C"]
         low, high = c - panel.estimate, c + panel.estimate
-        axes.fill_between(panel.at, low, high, color="black", alpha=0.2, linewidth=0, label=label)
+        axes.fill_between(panel.at, low, high, color="black", alpha=0.2, linewidth=0, label=BAND)
     order = list(styles)
     for name in sorted(panel.curves, key=order.index, reverse=True):
         values = panel.curves[name]
@@ -70,7 +71,7 @@ def draw(axes: Axes, panel: Panel, styles: Mapping[str, Style], *, labelled: boo
         if styles[name] is CHECK_STYLE:
             _draw_check(axes, panel, name, values)
         else:
-            axes.plot(panel.at, values, label=name if labelled else None, **styles[name])
+            axes.plot(panel.at, values, label=name, **styles[name])
 
 
 def _draw_check(axes: Axes, panel: Panel, name: str, values: Array) -> None:
@@ -126,16 +127,28 @@ def drawn(panels: Sequence[Panel], columns: int, size: tuple[float, float] = (4.
         return figure
 
 
-def add_scene_legends(figure: Figure, lengths: Mapping[str, float], handles: Sequence[Artist]) -> None:
-    """Add a legend of scenes (line styles) above the panels, and one of `handles` below them.
+def draw_scenes(axes: Axes, panels: Mapping[Any, Panel], styles: Mapping[str, Style]) -> None:
+    """Draw the panels of several scenes into the same axes; they are given by the scenes' line styles."""
+    for dashes, panel in panels.items():
+        draw(axes, panel, {name: {**style, "linestyle": dashes} for name, style in styles.items()})
+    finish(axes, panel)
 
+
+def add_scene_legends(
+    figure: Figure, lengths: Mapping[str, float], styles: Mapping[str, Style], *first: Artist
+) -> None:
+    """Add a legend of scenes (line styles) above the panels, and one of `first` and of curves below them.
+
+    Curves are listed from the last to the first of `styles`, as they lie on top of each other.
     `lengths` has the reference lengths [mm] by the scenes' names, in the order of `DASHES`.
     """
+    curves = [Line2D([], [], label=name, **style) for name, style in reversed(list(styles.items()))]
     scenes = [
         Line2D([], [], color="dimgrey", linestyle=dashes, linewidth=1.6, label=f"{name} (L = {length:g} mm)")
         for (name, length), dashes in zip(lengths.items(), DASHES, strict=False)
     ]
     figure.legend(handles=scenes, loc="outside upper center", ncols=len(scenes), handlelength=4)
+    handles = [*first, *curves]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 

@@ -2,7 +2,9 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from time import perf_counter
+from functools import partial
+from itertools import product
+from timeit import repeat
 
 import numpy as np
 
@@ -39,6 +41,10 @@ class Results:
         """Names of all ICs there are: the approximations, C of the check, C."""
         return (*self.scene.variants, *(("C_solid",) if self.checks else ()), "C")
 
+    def computed(self, body: str) -> list[str]:
+        """Names of the ICs that could be computed for a body: those that have seconds."""
+        return [variant for variant in self.variants if not np.isnan(self.seconds[variant, body])]
+
     @property
     def models(self) -> dict[str, Cost]:
         """The cost of every solved model, by body and model."""
@@ -54,6 +60,11 @@ def models_of(
         for body, reference in references.items()
         for model, cost in reference.models.items()
     }
+
+
+def seconds_of(models: Mapping[str, Cost]) -> float:
+    """The seconds of all stages that models took when they were solved."""
+    return sum(sum(cost.seconds.values()) for cost in models.values())
 
 
 def scene_points(scene: Scene) -> tuple[Points, dict[str, slice]]:
@@ -104,17 +115,14 @@ def approximated(
 
     They are NaN for Bhat_prime where a body has no effective properties.
     """
-    pair = scene.pair
     ics: dict[tuple[str, str], Array] = {}
     seconds: dict[tuple[str, str], float] = {}
-    for name in scene.compared:
-        for variant in scene.variants:
-            if variant == "Bhat_prime" and not pair.has_effective(name):
-                ics[variant, name], seconds[variant, name] = np.full((3, 3, len(points.x)), np.nan), np.nan
-            else:
-                ics[variant, name], seconds[variant, name] = _timed(
-                    variant, solids(scene)[name], scene.patch, points
-                )
+    for name, variant in product(scene.compared, scene.variants):
+        key = variant, name
+        if variant == "Bhat_prime" and name not in scene.fitted:
+            ics[key], seconds[key] = np.full((3, 3, len(points.x)), np.nan), np.nan
+        else:
+            ics[key], seconds[key] = _timed(variant, solids(scene)[name], scene.patch, points)
     return ics, seconds
 
 
@@ -134,20 +142,13 @@ def solids(scene: Scene) -> dict[str, Solid | Pair]:
 
 def _timed(variant: str, solid: Solid | Pair, patch: Patch, points: Points) -> tuple[Array, float]:
     """ICs per unit load, (3, 3, n_points) [mm/N], and the least seconds of some repetitions."""
-    seconds = []
-    for _ in range(REPETITIONS):
-        start = perf_counter()
-        ic = solid.approximate(variant, patch, (points.x, points.s))
-        seconds.append(perf_counter() - start)
-    return ic / patch.area, min(seconds)
+    approximate = partial(solid.approximate, variant, patch, (points.x, points.s))
+    return approximate() / patch.area, min(repeat(approximate, number=1, repeat=REPETITIONS))
 
 
 def _reference_seconds(variant: str, solved: Mapping[str, Reference]) -> dict[tuple[str, str], float]:
     """Seconds of C by (variant, body), summed over its models; "combined": of all solved bodies."""
-    per_body = {
-        (variant, name): sum(sum(cost.seconds.values()) for cost in reference.models.values())
-        for name, reference in solved.items()
-    }
+    per_body = {(variant, name): seconds_of(reference.models) for name, reference in solved.items()}
     return per_body | {(variant, "combined"): sum(per_body.values())} if solved else {}
 
 

@@ -115,8 +115,8 @@ def domains(results: Results) -> dict[str, dict[str, float | None]]:
     return {
         name: {
             "far_radius": reference.body.domain.far_radius,
-            "half_length": _finite(reference.body.xi_end),
-            "rolling_radius": _finite(reference.body.rolling_radius),
+            "half_length": finite(reference.body.xi_end),
+            "rolling_radius": finite(reference.body.rolling_radius),
             "hub_radius": reference.body.rolling_radius - reference.body.depth
             if reference.body.reaches_hub
             else None,
@@ -126,9 +126,9 @@ def domains(results: Results) -> dict[str, dict[str, float | None]]:
     }
 
 
-def _finite(value: float) -> float | None:
-    """The value, or None where it is infinite: JSON has no infinity."""
-    return value if np.isfinite(value) else None
+def finite(value: float) -> float | None:
+    """The value, or None where JSON has no number for it: infinite ones and NaN."""
+    return float(value) if np.isfinite(value) else None
 
 
 def settings(scene: Scene) -> dict[str, float | str]:

@@ -19,23 +19,10 @@ def measure_of(results: Results, body: str) -> Measure:
     return Measure.of(reference_of(results, body), a[N, N], results.lines, far_from(patch, *points))
 
 
-def shares_of(results: Results, body: str, deviations: Array) -> dict[str, Array]:
-    """Errors of the components per line, (3, 3), due to deviations from C, (3, 3, n_points) [mm/N].
-
-    They are shares of the component itself, or of 0.05 max |C_nn| where it is one of those vanishing.
-    """
-    return measure_of(results, body).shares(deviations)
-
-
-def weights_of(results: Results, body: str, deviations: Array) -> dict[str, Array]:
-    """Weights per line, (3, 3), of deviations (3, 3, n_points) [mm/N]: shares of max |C_nn| on the line."""
-    return measure_of(results, body).weights(deviations)
-
-
 def apart(results: Results, body: str) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Differences between C of both engines, and sums of their estimates: shares per line as `shares_of`."""
-    c, check = reference_of(results, body), check_of(results, body)
-    return shares_of(results, body, c.ic - check.ic), shares_of(results, body, c.estimate + check.estimate)
+    """Differences between C of both engines, and sums of their estimates: errors per line, (3, 3)."""
+    c, check, measure = reference_of(results, body), check_of(results, body), measure_of(results, body)
+    return measure.shares(c.ic - check.ic), measure.shares(c.estimate + check.estimate)
 
 
 def refinement_scales_of(results: Results, body: str) -> dict[str, Array]:

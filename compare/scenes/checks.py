@@ -20,29 +20,25 @@ INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 def misfits(scene: Scene) -> Iterator[str]:
     """Yield what does not fit between the tables of a scene."""
     limits, domain = scene.settings.engine.limits, scene.bodies["lower"].domain
-    half_turn = min(np.pi * body.rolling_radius for body in scene.bodies.values())
-    domain_size = min(domain.far_radius, domain.half_length, half_turn)
+    domain_size = min(domain.far_radius, domain.half_length, _half_turn(scene))
     or_half_length = ", engine.half_length" if np.isfinite(domain.half_length) else ""
     half_domain = (
         f"half of the least of engine.far_radius{or_half_length} and half a turn ({domain_size / 2:g} mm)"
     )
     yield from _patch_misfits(scene, domain_size, half_domain)
     yield from _line_misfits(scene, domain_size, half_domain)
-    reaches = [_named_reach(line, scene.patch.s) for line in scene.lines]
-    labelled_reaches = [(f"lines.{k} ({name})", reach) for k, (name, reach) in enumerate(reaches)]
-    half_sides = {"patch.a": scene.patch.a, "patch.b": scene.patch.b}
-    yield from _ratio_misfits(
-        half_sides, [*labelled_reaches, ("rotation_reach", scene.settings.rotation_reach)], scene
-    )
+    reaches = [(f"lines.{k} ({line.name})", _reach(line, scene)) for k, line in enumerate(scene.lines)]
+    reaches.append(("rotation_reach", scene.settings.rotation_reach))
+    yield from _ratio_misfits(_half_sides(scene), reaches, scene)
     for name, body in scene.bodies.items():
         yield from _body_misfits(name, body, limits.inclination)
     yield from _limit_misfits(scene)
-    if "Bhat_prime" in scene.variants and not any(scene.pair.has_effective(name) for name in scene.compared):
+    if "Bhat_prime" in scene.variants and not scene.fitted:
         yield (
             "variants: Bhat_prime needs effective properties of what is compared: add a table "
             "[effective.combined.mismatch_k] with far, r_inf, m, n (or of lower, upper; of G, nu)"
         )
-    if scene.ics == "Bhat_prime" and not any(scene.pair.has_effective(name) for name in scene.compared):
+    if scene.ics == "Bhat_prime" and not scene.fitted:
         yield "ics = 'Bhat_prime': the scene has no effective properties; femic calibrate finds some"
     if scene.fields and not scene.settings.engine.has_fields:
         engines_with_fields = " or ".join(repr(name) for name, engine in ENGINES.items() if engine.has_fields)
@@ -63,8 +59,7 @@ def grid_misfits(scene: Scene) -> Iterator[str]:
         )
     if not 0.01 <= grid.dx / grid.ds <= 100:
         yield f"grid.dx / grid.ds = {grid.dx / grid.ds:g} is outside 0.01 ... 100: bring them closer"
-    half_turn = min(np.pi * body.rolling_radius for body in scene.bodies.values())
-    if 2 * grid.lags[-1] > half_turn:
+    if 2 * grid.lags[-1] > (half_turn := _half_turn(scene)):
         yield (
             f"grid: {grid.n_x} elements of {grid.dx:g} mm are more than half of half a turn "
             f"({half_turn:g} mm)"
@@ -84,19 +79,14 @@ def calibration_misfits(scene: Scene) -> Iterator[str]:
             yield f"calibration.x ({line.name}): not beyond x_min = {calibration.x_min:g} mm: move it away"
     if len({line.name for line in calibration.lines}) < len(calibration.lines):
         yield "calibration.s, calibration.x: two of the lines are the same: remove one"
-    domain_size = min(
-        min(body.domain.far_radius, np.pi * body.rolling_radius) for body in scene.bodies.values()
-    )
+    domain_size = min(_half_turn(scene), *(body.domain.far_radius for body in scene.bodies.values()))
     furthest = max(float(np.max(np.hypot(line.x, line.s))) for line in calibration.lines)
     if 2 * furthest > domain_size:
         yield (
             f"calibration.x_max: points {furthest:g} mm away, more than half of {domain_size:g} mm: reduce it"
         )
-    half_sides = {"patch.a": scene.patch.a, "patch.b": scene.patch.b}
-    reaches = [_named_reach(line, scene.patch.s) for line in calibration.lines]
-    yield from _ratio_misfits(
-        half_sides, [(f"calibration ({name})", reach) for name, reach in reaches], scene
-    )
+    reaches = [(f"calibration ({line.name})", _reach(line, scene)) for line in calibration.lines]
+    yield from _ratio_misfits(_half_sides(scene), reaches, scene)
     if calibration.curvature_apart and "combined" not in calibration.bodies:
         yield "calibration.curvature = 'apart': only of the combined bodies; leave it out"
     missing = [name for name in calibration.bodies if name not in scene.compared]
@@ -179,9 +169,19 @@ def _ratio_misfits(
         )
 
 
-def _named_reach(line: OffsetLine, s_load: float) -> tuple[str, float]:
-    """The name of a line, and the distance of its furthest point from a load at s_load [mm]."""
-    return line.name, float(np.max(np.hypot(line.x, line.s - s_load)))
+def _reach(line: OffsetLine, scene: Scene) -> float:
+    """The distance of the furthest point of a line from the patch [mm]."""
+    return float(np.max(np.hypot(line.x, line.s - scene.patch.s)))
+
+
+def _half_sides(scene: Scene) -> dict[str, float]:
+    """The half-sides of the patch [mm] by their keys."""
+    return {"patch.a": scene.patch.a, "patch.b": scene.patch.b}
+
+
+def _half_turn(scene: Scene) -> float:
+    """Half of the shortest circumference of a rolling circle [mm]; infinite if both bodies are prismatic."""
+    return min(np.pi * body.rolling_radius for body in scene.bodies.values())
 
 
 def _misfits_of_line(

@@ -78,6 +78,11 @@ class Scene:
         return Pair(upper, lower, self.effective.get("combined"), self.curvature_apart)
 
     @property
+    def fitted(self) -> tuple[str, ...]:
+        """Names of what is compared that has effective properties, which B-hat-prime needs."""
+        return tuple(name for name in self.compared if self.pair.has_effective(name))
+
+    @property
     def reference_E(self) -> float:
         """Young's modulus that makes ICs dimensionless [MPa]: the lower body's."""
         return self.bodies["lower"].material.E

@@ -7,11 +7,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from approx.target import indices, pointwise_k
 from compare.pages.curves import shown_half
-from compare.pages.panels import Panel, add_scene_legends, draw, finish
+from compare.pages.panels import Panel, add_scene_legends, draw_scenes
 from compare.pages.styles import COLOURS, DASHES, RC, STYLES, SYMBOLS
 from compare.reports.calibration.fits import Calibrated
 from compare.results.compute import points_of, reference_of
@@ -82,14 +81,15 @@ def translation(calibrated: Calibrated) -> float:
     In local directions of the lower body, its s component is the translation times -sin(delta).
     """
     points = points_of(calibrated.results, calibrated.scene.lines)
-    lean = np.sin(calibrated.scene.bodies["lower"].contour.inclination(calibrated.results.points.s[points]))
+    lean = _lean(calibrated, calibrated.results.points.s[points])
     c = reference_of(calibrated.results, "combined").ic[S, N, points]
     difference = calibrated.results.approximations["Bhat_prime", "combined"][S, N, points] - c
     return -float(lean @ difference) / max(float(lean @ lean), 1e-300)
 
 
-def _part(calibrated: Calibrated, line: OffsetLine) -> slice:
-    return calibrated.results.lines[line.name]
+def _lean(calibrated: Calibrated, s: Array) -> Array:
+    """The sine of the lower body's inclination at arc lengths, (n,)."""
+    return np.sin(calibrated.scene.bodies["lower"].contour.inclination(s))
 
 
 def curve(calibrated: Calibrated, name: str, component: str, part: slice) -> Array:
@@ -103,9 +103,7 @@ def curve(calibrated: Calibrated, name: str, component: str, part: slice) -> Arr
     if name == WITHOUT:
         return np.asarray(c - calibrated.scene.pair.curvature(patch, (x, s))[i, j] / patch.area)
     if name == REFITTED:
-        return np.asarray(
-            c - np.sin(calibrated.scene.bodies["lower"].contour.inclination(s)) * translation(calibrated)
-        )
+        return np.asarray(c - _lean(calibrated, s) * translation(calibrated))
     return np.asarray(calibrated.results.approximations[name, "combined"][i, j, part])
 
 
@@ -117,31 +115,27 @@ def overlaid(calibrations: Sequence[Calibrated], figure_name: str) -> Figure:
     with mpl.rc_context(RC):
         figure = Figure(figsize=(4.1 * columns, 4.0), layout="constrained")
         for k, axes in enumerate(figure.subplots(1, columns, squeeze=False)[0]):
-            for calibrated, dashes in zip(calibrations, DASHES, strict=False):
-                if k >= len(calibrated.scene.lines):
-                    continue
-                panel = _panel(calibrated, calibrated.scene.lines[k], component, names)
-                draw(axes, panel, {name: style | {"linestyle": dashes} for name, style in styles.items()})
-            finish(axes, panel)
+            panels = {
+                dashes: _panel(calibrated, calibrated.scene.lines[k], component, names)
+                for calibrated, dashes in zip(calibrations, DASHES, strict=False)
+                if k < len(calibrated.scene.lines)
+            }
+            draw_scenes(axes, panels, styles)
         figure.axes[0].set_ylabel(f"combined {component} · E · L  [-]")
         lengths = {calibrated.scene.name: calibrated.scene.reference_length for calibrated in calibrations}
-        colours = [Line2D([], [], label=name, **style) for name, style in reversed(styles.items())]
-        add_scene_legends(figure, lengths, colours)
+        add_scene_legends(figure, lengths, styles)
         return figure
 
 
 def _panel(calibrated: Calibrated, line: OffsetLine, component: str, names: Sequence[str]) -> Panel:
     scene, shown = calibrated.scene, shown_half(calibrated.scene, line)
-    unit = scene.reference_E * scene.reference_length
-    curves = {
-        name: unit * curve(calibrated, name, component, _part(calibrated, line))[shown] for name in names
-    }
+    unit, part = scene.reference_E * scene.reference_length, calibrated.results.lines[line.name]
     return Panel(
         f"{component} on {line.name}",
         f"{line.along} / L  [-]",
         line.running[shown] / scene.reference_length,
         "",
-        {SYMBOLS.get(name, name): values for name, values in curves.items()},
+        {SYMBOLS.get(name, name): unit * curve(calibrated, name, component, part)[shown] for name in names},
     )
 
 

@@ -67,8 +67,8 @@ def calibrate(scene: Scene, means: Means = DEFAULT) -> Calibrated:
     return Calibrated(replace(results.scene, lines=scene.lines), results, fits, targets)
 
 
-def require_calibration(scene: Scene) -> Scene:
-    """Return the scene; raises BadScene, before any computation, if it cannot be calibrated."""
+def require_calibration(scene: Scene) -> None:
+    """Raise BadScene, before any computation, if the scene cannot be calibrated."""
     errors = list(calibration_misfits(scene))
     if not errors:
         shape = len(scene.calibration.components), sum(len(line.x) for line in scene.calibration.lines)
@@ -78,7 +78,6 @@ def require_calibration(scene: Scene) -> Scene:
         except WrongInput as error:
             errors.append(f"calibration: {error}")
     require_none(scene.name, errors)
-    return scene
 
 
 def _a_on_planes(scene: Scene, ics: Array, body: str) -> Array:

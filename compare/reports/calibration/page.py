@@ -19,6 +19,7 @@ from compare.reports.calibration.fits import (
     to_dataset,
     with_properties,
 )
+from compare.results import folders
 from compare.results.compute import Results
 from compare.results.dataset import errors, write
 from compare.results.dataset import to_dataset as ics_of
@@ -38,48 +39,37 @@ def write_fit(calibrated: Calibrated, folder: Path) -> Path:
 
 def write_report(calibrations: Sequence[Calibrated], folder: Path) -> Path:
     """Write the figures and `calibration.html` of one or more scenes; returns the path of the page."""
-    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    figures_folder = folders.made(folder / "figures")
     return write_page(
         folder / "calibration.html",
         "calibration.html.j2",
         title="B̂′ calibrated: " + ", ".join(calibrated.scene.name for calibrated in calibrations),
         summary=" ".join(_summary(calibrated) for calibrated in calibrations),
-        scenes=[_scene_section(calibrated, folder) for calibrated in calibrations],
-        overlaid=list(_overlaid(calibrations, folder)),
+        scenes=[_scene_section(calibrated, figures_folder) for calibrated in calibrations],
+        overlaid=list(_overlaid(calibrations, figures_folder)),
         components=COMPONENTS,
     )
 
 
 def _overlaid(calibrations: Sequence[Calibrated], folder: Path) -> Iterator[Path]:
     """Draw the figures of all scenes together; yields their paths."""
-    figures_folder = folder / "figures"
     for body in dict.fromkeys(body for calibrated in calibrations for body in calibrated.fits):
-        yield save(
-            calibration_figures.effective(calibrations, body), figures_folder / f"effective_{body}.png"
-        )
+        yield save(calibration_figures.effective(calibrations, body), folder / f"effective_{body}.png")
     if not all("combined" in calibrated.fits for calibrated in calibrations):
         return
     for name in calibration_figures.OVERLAID:
-        yield save(
-            calibration_figures.overlaid(calibrations, name), figures_folder / f"calibration_{name}.png"
-        )
+        yield save(calibration_figures.overlaid(calibrations, name), folder / f"calibration_{name}.png")
 
 
 def _scene_section(calibrated: Calibrated, folder: Path) -> dict[str, object]:
     dataset, on_lines = ics_of(calibrated.results), on_own_lines(calibrated)
-    figures_folder = folder / "figures"
-    figure_paths = [
-        save(
-            curves(on_lines, dataset, component), figures_folder / f"{calibrated.scene.name}_{component}.png"
-        )
-        for component in COMPONENTS
-    ]
+    name = calibrated.scene.name
     return {
-        "name": calibrated.scene.name,
+        "name": name,
         "title": calibrated.scene.title,
         "fits": [_fit_section(calibrated, body) for body in calibrated.fits],
         "rows": list(_rows(calibrated, errors(on_lines, dataset))),
-        "figures": figure_paths,
+        "figures": [save(curves(on_lines, dataset, c), folder / f"{name}_{c}.png") for c in COMPONENTS],
         "points": ", ".join(line.name.removeprefix("fit ") for line in calibrated.scene.calibration.lines),
         "range": _range(calibrated),
         "curvature": calibrated.scene.calibration.curvature_apart,
@@ -99,14 +89,15 @@ def _fit_section(calibrated: Calibrated, body: str) -> dict[str, object]:
     return {
         "body": body,
         "parameters": body_fit.parameters,
-        "residuals": ", ".join(
-            f"{component}: {rms:.1%} rms, {worst:.1%} at worst"
-            for component, rms, worst in zip(
-                calibrated.scene.calibration.components, body_fit.rms, body_fit.worst, strict=True
-            )
-        ),
+        "residuals": _residuals(calibrated, body, "{}: {:.1%} rms, {:.1%} at worst"),
         "snippet": tomlkit.dumps(snippet).strip(),
     }
+
+
+def _residuals(calibrated: Calibrated, body: str, text: str) -> str:
+    """The texts of each component that was fitted to, with its rms and its largest residual filled in."""
+    fitted, components = calibrated.fits[body], calibrated.scene.calibration.components
+    return ", ".join(text.format(*row) for row in zip(components, fitted.rms, fitted.worst, strict=True))
 
 
 def _range(calibrated: Calibrated) -> str:
@@ -135,13 +126,8 @@ def _rows(calibrated: Calibrated, line_errors: xr.Dataset) -> Iterator[dict[str,
 def _summary(calibrated: Calibrated) -> str:
     parts = []
     for body, body_fit in calibrated.fits.items():
-        at_worst = ", ".join(
-            f"{component} to {rms:.1%} rms ({worst:.1%} at worst)"
-            for component, rms, worst in zip(
-                calibrated.scene.calibration.components, body_fit.rms, body_fit.worst, strict=True
-            )
-        )
+        residuals = _residuals(calibrated, body, "{} to {:.1%} rms ({:.1%} at worst)")
         fixed = [p.name for p in body_fit.parameters if p.deviation is None]
         note = f"; not fitted: {', '.join(fixed)}" if fixed else ""
-        parts.append(f"{body} {at_worst} of max |C|{note}")
+        parts.append(f"{body} {residuals} of max |C|{note}")
     return f"{calibrated.scene.name}: B̂′ reproduces {'; '.join(parts)}."

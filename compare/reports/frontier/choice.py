@@ -1,4 +1,4 @@
-"""The choice of the ICs that a scene uses: those that it names, or the cheapest that meet its tolerance."""
+"""The choice of the ICs that a scene uses, if it does not name them: the cheapest that meet its tolerance."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,24 +8,21 @@ from compare.reports.frontier.advice import Advice, Question, advise, told, trie
 from compare.scenes.scene import Scene
 from femic.means import DEFAULT, Means
 
-AUTO, C = "auto", "C"
+AUTO = "auto"
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Chosen ICs: C or the name of an approximation, and keys of the table `engine` for that C.
-
-    `advice` says why they were chosen; it is None if the scene names them.
-    """
+    """Chosen ICs: C or the name of an approximation, why, and keys of the table `engine` for that C."""
 
     ics: str
+    advice: Advice
     engine: Mapping[str, Any] = field(default_factory=dict)
-    advice: Advice | None = None
 
     @property
     def told(self) -> str:
-        """A sentence on what was chosen and how it was judged; empty if the scene names its ICs."""
-        return f"{told(self.advice)} Judged on the scene's lines, at its patch." if self.advice else ""
+        """A sentence on what was chosen and how it was judged."""
+        return f"{told(self.advice)} Judged on the scene's lines, at its patch."
 
 
 def question_of(scene: Scene) -> Question:
@@ -39,8 +36,8 @@ def choose(base: str, question: Question, means: Means = DEFAULT) -> Choice:
     Raises Failure if no way meets the tolerance.
     """
     request, frontier = tried_for(base, question, means)
-    advice = advise(frontier, question.tolerance, question.components, question.body)
+    advice = advise(frontier, question)
     settings = {way.name: way.engine for way in request.ways}
     if advice.way not in settings:
-        return Choice(advice.way, advice=advice)
-    return Choice(C, request.engine(base, settings[advice.way]), advice)
+        return Choice(advice.way, advice)
+    return Choice("C", advice, request.engine(base, settings[advice.way]))

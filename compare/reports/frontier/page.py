@@ -48,11 +48,9 @@ def summary(dataset: xr.Dataset) -> str:
     """One paragraph, computed: the front of the first body's ways, by their worst components."""
     body = str(dataset.body.values[0])
     worst, seconds = told_apart(dataset, body).max("component"), dataset.seconds.sel(body=body)
-    chosen = front(seconds.values, worst.values)
-    order = [k for k in np.argsort(seconds.values) if chosen[k]]
     parts = [
         f"{dataset.label.values[k]} {100 * worst.values[k]:.3g} % in {_time(seconds.values[k])}"
-        for k in order
+        for k in _along_front(seconds.values, worst.values)
     ]
     return (
         f"{body} ICs at {dataset.attrs['points']} points, worst component, as a share of itself"
@@ -96,8 +94,7 @@ def _draw(axes: Axes, dataset: xr.Dataset, errors_of_ways: Array) -> None:
         of_kind = dataset.kind.values == kind
         if np.any(of_kind):
             axes.loglog(seconds[of_kind], errors[of_kind], marker, color=colour, mfc="none", label=kind)
-    chosen = np.flatnonzero(front(seconds, errors))
-    order = chosen[np.argsort(seconds[chosen])]
+    order = _along_front(seconds, errors)
     axes.loglog(seconds[order], errors[order], color="grey", linewidth=1, zorder=1, label="front")
     floor = max(float(dataset.estimate.sel(way=dataset.attrs["best"])), LEAST_ERROR_DRAWN)
     axes.axhline(floor, color="grey", linestyle=":", label="estimate of the best C")
@@ -105,6 +102,12 @@ def _draw(axes: Axes, dataset: xr.Dataset, errors_of_ways: Array) -> None:
         beside = (4, 3) if k % 2 == 0 else (4, -9)
         axes.annotate(label, point, fontsize=7, xytext=beside, textcoords="offset points")
     axes.margins(x=0.12)
+
+
+def _along_front(seconds: Array, errors: Array) -> Indices:
+    """The ways on the front, (n,), the fastest first."""
+    chosen = np.flatnonzero(front(seconds, errors))
+    return chosen[np.argsort(seconds[chosen])]
 
 
 def _labels(dataset: xr.Dataset, ways: Indices, errors: Array) -> dict[tuple[float, float], str]:
@@ -138,8 +141,9 @@ def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:
         }
 
 
-def evidence(dataset: xr.Dataset, advice: Advice, components: list[str], body: str) -> Table:
+def evidence(dataset: xr.Dataset, advice: Advice) -> Table:
     """The table that the advice rests on: the upper bounds of each way's errors, and its seconds."""
+    body, components = advice.question.body, list(advice.question.components)
     vanishing = dataset.vanishes.sel(body=body, component=components).values
     rows = Table(
         title=f"{body}: error at most, share of the component itself (measured, and the estimate of "

@@ -23,6 +23,7 @@ from compare.scenes.messages import in_keys
 from compare.scenes.scene import Scene
 from femic.accuracy import NotConverged, component_of
 from femic.engines import ENGINES
+from femic.estimate import Estimated
 from femic.means import DEFAULT, Means
 from femic.work.provenance import versions
 from geometries.arrays import Array, Mask
@@ -30,16 +31,14 @@ from geometries.errors import Failure, WrongInput
 
 BODY_AND_SOLVER = ("far_radius", "half_length", "solver")  # keys kept for an engine of the same kind
 VANISHES = "C vanishes: by symmetry, or below ten times its estimate; errors are shares of 0.05 max |C_nn|"
-Curves = Mapping[str, Array]  # by body compared, (3, 3, n_points) [mm/N]
 
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """The ICs that a way gave, with their estimates, and the time and memory that it took."""
+    """The ICs that a way gave, and the time and memory that it took."""
 
     way: Way
-    ics: Curves
-    estimates: Curves  # zeros of approximations
+    ics: Mapping[str, Estimated]  # by body compared; estimates of approximations are 0
     seconds: Mapping[str, float]  # by body compared: for all that its ICs need
     unknowns: int  # of the largest model
     memory: float  # MB, largest of the process so far
@@ -109,9 +108,12 @@ def _approximations(scene: Scene) -> Iterator[Tried]:
     scene_ways = list(ways.approximations(scene))
     ics, seconds = approximated(replace(scene, variants=tuple(way.name for way in scene_ways)), points)
     for way in scene_ways:
-        way_ics = {body: ics[way.name, body] for body in scene.compared}
-        zeros = {body: np.zeros_like(values) for body, values in way_ics.items()}
-        yield Tried(way, way_ics, zeros, {body: seconds[way.name, body] for body in scene.compared}, 0, 0.0)
+        way_ics = {body: _not_estimated(ics[way.name, body]) for body in scene.compared}
+        yield Tried(way, way_ics, {body: seconds[way.name, body] for body in scene.compared}, 0, 0.0)
+
+
+def _not_estimated(ics: Array) -> Estimated:
+    return Estimated(ics, *np.zeros((3, *ics.shape)))
 
 
 def _by_cost(
@@ -130,11 +132,9 @@ def _by_cost(
 
 def _tried(way: Way, results: Results) -> Tried:
     bodies, costs = results.scene.compared, list(results.models.values())
-    references = {body: reference_of(results, body) for body in bodies}
     return Tried(
         way,
-        {body: references[body].ic for body in bodies},
-        {body: references[body].estimate for body in bodies},
+        {body: reference_of(results, body) for body in bodies},
         {body: results.seconds["C", body] for body in bodies},
         max(cost.unknowns for cost in costs),
         max(cost.peak_memory for cost in costs),
@@ -218,8 +218,8 @@ def _error_variables(
             _component_entries(scene, mask) for mask in (measure.vanishing, measure.zero)
         )
         for w, of_way in enumerate(tried):
-            estimate = of_way.estimates[body]
-            deviation = estimate if of_way.way.name == best_name else of_way.ics[body] - c
+            estimate = of_way.ics[body].estimate
+            deviation = estimate if of_way.way.name == best_name else of_way.ics[body].ic - c
             shares = measure.shares(deviation), measure.weights(deviation), measure.shares(estimate)
             values[:, w, b] = [_worst(results, share) for share in shares]
     dims = ("way", "body", "component")

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any, Literal
 
 from approx.variants import VARIANTS
@@ -37,28 +38,22 @@ class Way:
 def approximations(scene: Scene) -> Iterator[Way]:
     """Yield all variants; B-hat-prime only if one of the bodies compared has effective properties."""
     for variant in VARIANTS:
-        if variant != "Bhat_prime" or any(scene.pair.has_effective(name) for name in scene.compared):
+        if variant != "Bhat_prime" or scene.fitted:
             yield Way(variant, "approximation")
 
 
 def harmonic(tightest: float = TIGHTEST_HARMONIC) -> Iterator[Way]:
     """Yield the harmonic engine, loose to tight, up to the first tolerance that is not above `tightest`."""
-    for tolerance in TOLERANCES["harmonic"]:
-        yield _way("harmonic", tolerance)
-        if tolerance <= tightest:
+    for way in by_engine("harmonic"):
+        yield way
+        if way.engine["tolerance"] <= tightest:
             return
 
 
 def by_engine(name: EngineName) -> Iterator[Way]:
     """Yield an engine at several tolerances, the solid engine with every solver that is installed."""
-    for tolerance in TOLERANCES[name]:
-        if ENGINES[name] is not SOLID:
-            yield _way(name, tolerance)
-            continue
-        for solver in ("multigrid", "direct") if direct_available() else ("multigrid",):
-            yield _way(name, tolerance, solver=solver)
-
-
-def _way(name: EngineName, tolerance: float, **more: str) -> Way:
-    engine = {"kind": name, "tolerance": tolerance, "check": False, **more}
-    return Way(", ".join([f"{name} {tolerance:g}", *more.values()]), name, engine)
+    solvers = ("multigrid", "direct") if direct_available() else ("multigrid",)
+    choices = [{"solver": solver} for solver in solvers] if ENGINES[name] is SOLID else [{}]
+    for tolerance, more in product(TOLERANCES[name], choices):
+        engine = {"kind": name, "tolerance": tolerance, "check": False, **more}
+        yield Way(", ".join([f"{name} {tolerance:g}", *more.values()]), name, engine)

@@ -11,7 +11,7 @@ from compare.pages.html import error_cell, write_page
 from compare.pages.styles import SYMBOLS, save
 from compare.reports.matrix.figures import maps
 from compare.results import folders, plan
-from compare.results.compute import models_of, solids
+from compare.results.compute import models_of, seconds_of, solids
 from compare.results.matrix.check import Checked, check
 from compare.results.matrix.compute import MatrixResults, compute_matrix
 from compare.results.matrix.reciprocity import described
@@ -21,7 +21,7 @@ from femic.means import DEFAULT, Means
 from femic.models import Cost
 from femic.work.store import Store
 from geometries.errors import WrongInput
-from geometries.patches import COMPONENTS
+from geometries.patches import COMPONENTS, N
 
 MAPPED_VARIANTS = ("A", "Bhat")  # variants whose difference from C is drawn
 
@@ -156,12 +156,8 @@ def summary(results: MatrixResults, file: Path) -> str:
 
 def _extremes(results: MatrixResults, body: str) -> tuple[str, str]:
     """The texts on the best and on the worst approximation of C_nn."""
-    nn = {
-        variant: deviation.under_tractions[2, 2]
-        for (variant, compared_body), deviation in results.approximations.items()
-        if compared_body == body
-    }
-    best, worst = min(nn, key=lambda variant: nn[variant]), max(nn, key=lambda variant: nn[variant])
+    nn = {variant: found.under_tractions[N, N] for variant, found in results.deviations(body).items()}
+    best, worst = min(nn, key=nn.__getitem__), max(nn, key=nn.__getitem__)
     return (
         f"{SYMBOLS[best]} is best for pressures (displacements off by at most {nn[best]:.1%} of the largest)",
         f"{SYMBOLS[worst]} worst ({nn[worst]:.1%})",
@@ -178,8 +174,7 @@ def _demand_rows(results: MatrixResults) -> Iterator[dict[str, str]]:
 
 def _rows(results: MatrixResults, body: str, measure: str) -> Iterator[dict[str, object]]:
     """Yield a row of cells per approximation and one of C, by a measure of `MEASURES`."""
-    of_body = {v: deviation for (v, name), deviation in results.approximations.items() if name == body}
-    for variant, deviation in (of_body | {"C": results.known[body]}).items():
+    for variant, deviation in (results.deviations(body) | {"C": results.known[body]}).items():
         values = (getattr(deviation, name).ravel() for name in MEASURES[measure])
         cells = [
             error_cell(float(error), float(weight), vanishes=bool(vanishes), known=variant == "C")
@@ -189,8 +184,7 @@ def _rows(results: MatrixResults, body: str, measure: str) -> Iterator[dict[str,
 
 
 def _cost_text(results: MatrixResults, costs: dict[str, Cost]) -> str:
-    models = sum(sum(cost.seconds.values()) for cost in costs.values())
     return (
-        f"Models: {models:.0f} s when they were solved. This run, with what was kept: "
+        f"Models: {seconds_of(costs):.0f} s when they were solved. This run, with what was kept: "
         f"{results.seconds:.0f} s, {results.memory:.0f} MB at its peak."
     )

@@ -1,17 +1,18 @@
 """Overlay of the results of several scenes: curves and errors of all that they have in common."""
 
 import csv
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import xarray as xr
 
+from compare.pages.curves import panel_of
+from compare.pages.panels import Panel
+from compare.pages.styles import SYMBOLS
 from compare.reports.overlay.sources import Content, Source, common, read
-from geometries.arrays import Array
 
 MIRRORED = 1e-6  # largest asymmetry of a mirrored curve, as a share of the largest value on its line
 
@@ -29,11 +30,6 @@ class Result:
         """The reference length L of the scene [mm]."""
         return float(self.ics.attrs["reference_length"])
 
-    @property
-    def unit(self) -> float:
-        """E · L [N/mm], the factor that makes the scene's ICs [mm/N] dimensionless."""
-        return float(self.ics.attrs["reference_E"]) * self.reference_length
-
 
 @dataclass(frozen=True)
 class Overlay:
@@ -43,35 +39,18 @@ class Overlay:
     results: tuple[Result, ...]
 
 
-@dataclass(frozen=True)
-class Curve:
-    """One component of one body along a line, dimensionless.
-
-    `at` (n,) has coordinates over L, `values` and `estimate` (n,) have ICs and the estimate of C times E · L.
-    """
-
-    along: Literal["x", "s"]
-    at: Array
-    values: Mapping[str, Array]  # by variant, C among them
-    estimate: Array
-
-
 def load(sources: Sequence[Source]) -> Overlay:
     """Read the results of all sources from their folders; raises WrongInput without common content."""
     return Overlay(common(sources), tuple(Result(source.name, *read(source.folder)) for source in sources))
 
 
-def curve(result: Result, line: str, body: str, component: str) -> Curve:
+def curve(result: Result, line: str, body: str, component: str) -> Panel:
     """The curves of all variants of one scene for one component of one body along a line, dimensionless."""
     on_line = result.ics.isel(point=np.flatnonzero(result.ics.line.values == line))
+    along = "x" if np.ptp(on_line.s.values) == 0 else "s"
     component_ics = on_line.sel(body=body, i=component[0], j=component[1])
-    along: Literal["x", "s"] = "x" if np.ptp(on_line.s.values) == 0 else "s"
-    values = {
-        str(variant): component_ics.ic.sel(variant=variant).values * result.unit
-        for variant in component_ics.variant.values
-    }
-    coordinates = on_line[along].values / result.reference_length
-    return Curve(along, coordinates, values, component_ics.estimate.values * result.unit)
+    panel = panel_of(component_ics, on_line[along].values / result.reference_length)
+    return replace(panel, across=f"{along} / L  [-]")
 
 
 def is_mirrored(overlay: Overlay, line: str) -> bool:
@@ -84,35 +63,23 @@ def is_mirrored(overlay: Overlay, line: str) -> bool:
     )
 
 
-def _repeats(scene_curve: Curve) -> bool:
-    if scene_curve.along == "x":
+def _repeats(panel: Panel) -> bool:
+    if panel.across.startswith("x"):
         return True  # every body and every load is symmetric in x
-    sizes = np.abs(list(scene_curve.values.values()))
+    sizes = np.abs(list(panel.curves.values()))
     asymmetry = np.max(np.abs(sizes - sizes[:, ::-1]))
-    return np.allclose(scene_curve.at, -scene_curve.at[::-1]) and bool(asymmetry <= MIRRORED * np.max(sizes))
+    return np.allclose(panel.at, -panel.at[::-1]) and bool(asymmetry <= MIRRORED * np.max(sizes))
 
 
-def worst(
-    overlay: Overlay,
-    result: Result,
-    body_component: tuple[str, str],
-    measure: Literal["error", "weight"] = "error",
-) -> dict[str, float]:
-    """The worst error (or weight) of a component over the common lines [-], by variant; of C, its estimate.
+def worst(overlay: Overlay, result: Result, body: str, component: str) -> xr.Dataset:
+    """The worst error and weight of a component over the common lines [-], by variant; of C, its estimate.
 
-    `body_component` names the body and the component.
+    Where the component vanishes, which is said, too, errors are shares of 0.05 max |C_nn|.
     """
-    body, component = body_component
-    line_errors = result.errors[measure].sel(
+    line_errors = result.errors[["error", "weight", "vanishes"]].sel(
         body=body, i=component[0], j=component[1], line=list(overlay.common.lines)
     )
-    largest = line_errors.max("line", skipna=False)
-    return {variant: largest.sel(variant=variant).item() for variant in (*overlay.common.variants, "C")}
-
-
-def vanishes(result: Result, body: str, component: str) -> bool:
-    """Whether a component of C vanishes in a scene; its errors are then shares of 0.05 max |C_nn|."""
-    return bool(result.errors.vanishes.sel(body=body, i=component[0], j=component[1]))
+    return line_errors.max("line", skipna=False)
 
 
 def write_curves(overlay: Overlay, folder: Path) -> None:
@@ -122,19 +89,15 @@ def write_curves(overlay: Overlay, folder: Path) -> None:
     """
     variants = (*overlay.common.variants, "C")
     for line in overlay.common.lines:
-        along = curve(overlay.results[0], line, overlay.common.bodies[0], overlay.common.components[0]).along
+        first = curve(overlay.results[0], line, overlay.common.bodies[0], overlay.common.components[0])
         file_name = line.replace(" ", "").replace("=", "")
         with (folder / f"curves_{file_name}.csv").open("w", newline="", encoding="utf-8") as file:
             table = csv.writer(file)
-            table.writerow(["scene", "body", "component", f"{along}/L", *variants, "estimate"])
+            table.writerow(["scene", "body", "component", f"{first.across[0]}/L", *variants, "estimate"])
             for result, body, component in product(
                 overlay.results, overlay.common.bodies, overlay.common.components
             ):
-                scene_curve = curve(result, line, body, component)
-                columns = [
-                    scene_curve.at,
-                    *(scene_curve.values[variant] for variant in variants),
-                    scene_curve.estimate,
-                ]
-                for row in np.column_stack(columns):
+                panel = curve(result, line, body, component)
+                curves = [panel.curves[SYMBOLS[variant]] for variant in variants]
+                for row in np.column_stack([panel.at, *curves, np.asarray(panel.estimate)]):
                     table.writerow([result.name, body, component, *(f"{value:.8g}" for value in row)])

@@ -1,19 +1,17 @@
 """Figures of an overlay, drawn with matplotlib: one component of several scenes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from compare.pages.panels import BAND, Panel, add_scene_legends, draw, finish
+from compare.pages.panels import BAND, Panel, add_scene_legends, draw_scenes
 from compare.pages.styles import DASHES, RC, STYLES, SYMBOLS, Style
-from compare.reports.overlay.curves import Curve, Overlay, curve, is_mirrored
+from compare.reports.overlay.curves import Overlay, curve, is_mirrored
 
 OVERLAID_VARIANTS = ("A", "B", "Bhat")  # drawn in figures; tables also have the others
 WIDE_LINE, NARROW_LINE = 2.4, 0.9  # line widths, rear to front: curves that coincide stay visible
@@ -34,36 +32,25 @@ def curves(overlay: Overlay, component: str) -> Figure:
         for c, line in enumerate(lines):
             half = is_mirrored(overlay, line)
             for r, body in enumerate(bodies):
-                scene_curves = [curve(result, line, body, component) for result in overlay.results]
+                whole = [curve(result, line, body, component) for result in overlay.results]
                 title = f"{component} on {line}" if r == 0 else ""
-                x_label = f"{scene_curves[0].along} / L  [-]" if r == len(bodies) - 1 else ""
-                y_label = f"{body}\nIC · E · L  [-]" if c == 0 else ""
+                across = whole[0].across if r == len(bodies) - 1 else ""
+                up = f"{body}\nIC · E · L  [-]" if c == 0 else ""
                 panels = [
-                    replace(_panel(scene_curve, styles, half=half), title=title, across=x_label, up=y_label)
-                    for scene_curve in scene_curves
+                    replace(_shown(panel, styles, half=half), title=title, across=across, up=up)
+                    for panel in whole
                 ]
-                _draw_panel(grid[r, c], panels, styles)
+                draw_scenes(grid[r, c], dict(zip(DASHES, panels, strict=False)), styles)
         lengths = {result.name: result.reference_length for result in overlay.results}
-        colours = [Line2D([], [], label=symbol, **style) for symbol, style in reversed(styles.items())]
         band = Patch(color="black", alpha=0.2, linewidth=0, label=BAND)
-        add_scene_legends(figure, lengths, [band, *colours])
+        add_scene_legends(figure, lengths, styles, band)
         return figure
 
 
-def _draw_panel(axes: Axes, panels: Sequence[Panel], styles: Mapping[str, Style]) -> None:
-    """Draw the panels of all scenes into the same axes, each with its own line style."""
-    for panel, dashes in zip(panels, DASHES, strict=False):
-        dashed = {name: {**style, "linestyle": dashes} for name, style in styles.items()}
-        draw(axes, panel, dashed, labelled=False)
-    finish(axes, panel)
-
-
-def _panel(scene_curve: Curve, styles: Mapping[str, Style], *, half: bool) -> Panel:
-    symbols = {SYMBOLS[variant]: values for variant, values in scene_curve.values.items()}
-    shown = {symbol: values for symbol, values in symbols.items() if symbol in styles}
-    return Panel("", "", scene_curve.at, "", shown, scene_curve.estimate).part(
-        scene_curve.at >= (0 if half else -np.inf)
-    )
+def _shown(panel: Panel, styles: Mapping[str, Style], *, half: bool) -> Panel:
+    """The part of a panel that is drawn: the curves that have a style, one half or both."""
+    curves = {symbol: values for symbol, values in panel.curves.items() if symbol in styles}
+    return replace(panel, curves=curves).part(panel.at >= (0 if half else -np.inf))
 
 
 def _styles(overlay: Overlay) -> dict[str, dict[str, Any]]:

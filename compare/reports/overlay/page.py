@@ -3,10 +3,10 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from compare.pages.html import Cell, Row, error_cell, write_page
+from compare.pages.html import Row, cell_of, write_page
 from compare.pages.styles import SYMBOLS, save
 from compare.reports.overlay import figures as overlay_figures
-from compare.reports.overlay.curves import Overlay, Result, vanishes, worst, write_curves
+from compare.reports.overlay.curves import Overlay, worst, write_curves
 from compare.reports.overlay.differences import differences
 from compare.reports.overlay.sources import Source
 from compare.results import folders
@@ -49,26 +49,11 @@ def write(overlay: Overlay, folder: Path) -> Path:
 
 
 def _rows(overlay: Overlay, body: str) -> Iterator[Row]:
-    cells = {
-        (result.name, component): _cells(overlay, result, body, component)
-        for result in overlay.results
-        for component in overlay.common.components
-    }
     for variant in (*overlay.common.variants, "C"):
         for k, result in enumerate(overlay.results):
-            row_cells = [cells[result.name, component][variant] for component in overlay.common.components]
-            yield Row(SYMBOLS[variant] if k == 0 else "", result.name, row_cells, k == 0)
-
-
-def _cells(overlay: Overlay, result: Result, body: str, component: str) -> dict[str, Cell]:
-    """The table cells of a component in a scene, by variant."""
-    errors = worst(overlay, result, (body, component))
-    weights = worst(overlay, result, (body, component), "weight")
-    component_vanishes = vanishes(result, body, component)
-    return {
-        variant: error_cell(error, weights[variant], vanishes=component_vanishes, known=variant == "C")
-        for variant, error in errors.items()
-    }
+            errors = [worst(overlay, result, body, component) for component in overlay.common.components]
+            cells = [cell_of(error.sel(variant=variant), known=variant == "C") for error in errors]
+            yield Row(SYMBOLS[variant] if k == 0 else "", result.name, cells)
 
 
 def summary(overlay: Overlay) -> str:
@@ -89,12 +74,13 @@ def _ranking(overlay: Overlay, body: str, variant: str) -> str:
     most = "more" if len(overlay.results) == 2 else "most"
     ranks: dict[str, list[str]] = {}
     for component in overlay.common.components:
-        vanishing_in = [result.name for result in overlay.results if vanishes(result, body, component)]
+        errors = {result.name: worst(overlay, result, body, component) for result in overlay.results}
+        vanishing_in = [name for name, of_scene in errors.items() if of_scene.vanishes]
         if vanishing_in:  # the errors there are shares of 0.05 max |C_nn|, not of the component
             ranks.setdefault(f"vanishing in {', '.join(vanishing_in)}", []).append(component)
             continue
-        errors = [(worst(overlay, result, (body, component)), result.name) for result in overlay.results]
-        scene, factor = _rank([(error[variant], error["C"], name) for error, name in errors])
+        known = {name: of_scene.error.sel(variant=[variant, "C"]) for name, of_scene in errors.items()}
+        scene, factor = _rank([(*error.values.tolist(), name) for name, error in known.items()])
         ranks.setdefault(f"{most} in {scene}" if scene else WITHIN_ACCURACY, []).append(component + factor)
     unranked = {rank: ranks.pop(rank) for rank in list(ranks) if not rank.startswith(most)}
     return "; ".join(f"{rank}: {', '.join(components)}" for rank, components in (ranks | unranked).items())

@@ -1,7 +1,6 @@
 """The figure of what each variant costs: its error against its seconds."""
 
 import matplotlib as mpl
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -21,9 +20,8 @@ def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
         grid = figure.subplots(1, len(scene.compared), squeeze=False, sharey=True)[0]
         for axes, body in zip(grid, scene.compared, strict=True):
             of_body = errors.sel(body=body)
-            for variant in results.variants:
-                if not np.isnan(results.seconds[variant, body]):
-                    _draw_errors(axes, results.seconds[variant, body], of_body.sel(variant=variant), scene)
+            for variant in results.computed(body):
+                _draw_errors(axes, results.seconds[variant, body], of_body.sel(variant=variant), scene)
             axes.set(title=body, xlabel=f"seconds for {len(results.points.x)} points [s]")
         grid[0].set_ylabel("worst error over the lines [-],\none mark per component")
         grid[0].legend()

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.pages.html import VANISHING, Cell, Row, error_cell, write_page
+from compare.pages.html import VANISHING, Row, cell_of, write_page
 from compare.pages.styles import SYMBOLS
 from compare.reports.scene.summary import summary
 from compare.results.compute import Results, reference_of
@@ -32,8 +32,8 @@ def write(path: Path, results: Results, errors: xr.Dataset, figures: Mapping[str
         title=scene.title,
         summary=summary(results, errors),
         components=scene.components,
-        tables=[{"body": b, "rows": list(_rows(results, errors, b, "error"))} for b in scene.compared],
-        rms_tables=[{"body": b, "rows": list(_rows(results, errors, b, "rms"))} for b in scene.compared],
+        tables=_tables(results, errors),
+        rms_tables=_tables(results, errors.assign(error=errors.rms, weight=np.nan)),
         setting=_setting(results),
         E=scene.reference_E,
         L=scene.reference_length,
@@ -43,8 +43,7 @@ def write(path: Path, results: Results, errors: xr.Dataset, figures: Mapping[str
         agreement=list(agreement(results)),
         variant_seconds=[
             (SYMBOLS[name], results.seconds[name, scene.compared[0]])
-            for name in results.variants
-            if not np.isnan(results.seconds[name, scene.compared[0]])
+            for name in results.computed(scene.compared[0])
         ],
         settings=settings(scene),
         known=list(_accuracy_rows(results)),
@@ -56,19 +55,19 @@ def write(path: Path, results: Results, errors: xr.Dataset, figures: Mapping[str
     )
 
 
-def _rows(results: Results, errors: xr.Dataset, body: str, measure: str) -> Iterator[Row]:
+def _tables(results: Results, errors: xr.Dataset) -> list[dict[str, object]]:
+    return [{"body": b, "rows": list(_rows(results, errors, b))} for b in results.scene.compared]
+
+
+def _rows(results: Results, errors: xr.Dataset, body: str) -> Iterator[Row]:
     for variant in results.variants:
         for k, line in enumerate(results.lines):
             line_errors = errors.sel(body=body, variant=variant, line=line)
-            cells = [_cell(line_errors.sel(i=c[0], j=c[1]), measure) for c in results.scene.components]
-            yield Row(SYMBOLS[variant] if k == 0 else "", line, cells, k == 0)
-
-
-def _cell(component_errors: xr.Dataset, measure: str) -> Cell:
-    """The cell of a component of a variant on a line: its error with its weight, or its rms."""
-    error, vanishes = component_errors[measure].item(), component_errors.vanishes.item()
-    weight = component_errors.weight.item() if measure == "error" else np.nan
-    return error_cell(error, weight, vanishes=vanishes, known=component_errors.variant == "C")
+            cells = [
+                cell_of(line_errors.sel(i=c[0], j=c[1]), known=variant == "C")
+                for c in results.scene.components
+            ]
+            yield Row(SYMBOLS[variant] if k == 0 else "", line, cells)
 
 
 def _setting(results: Results) -> str:

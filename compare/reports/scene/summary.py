@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
 import xarray as xr
 
 from compare.pages.html import percent
@@ -15,7 +14,8 @@ from femic.accuracy import component_of
 def summary(results: Results, errors: xr.Dataset) -> str:
     """One paragraph, computed: each variant's worst error, each component's best variant, C's accuracy."""
     body = results.scene.compared[0]
-    of_body, computed = errors.sel(body=body), _computed(results, body)
+    of_body = errors.sel(body=body)
+    computed = [variant for variant in results.computed(body) if variant in results.scene.variants]
     vanishing = [c for c in results.scene.components if component_of(of_body.vanishes.values, c)]
     present = [c for c in results.scene.components if c not in vanishing]
     sentences = []
@@ -73,12 +73,6 @@ def _how_well(results: Results, of_body: xr.Dataset, present: Sequence[str]) -> 
             f"The solid engine's C deviates from it by {deviation:.2%} of a component at most "
             f"({' on '.join(where)})."
         )
-
-
-def _computed(results: Results, body: str) -> list[str]:
-    """The variants that could be computed for a body: those that have seconds."""
-    seconds = results.seconds
-    return [variant for variant in results.scene.variants if not np.isnan(seconds[variant, body])]
 
 
 def _worst_of(errors: xr.DataArray, components: Sequence[str]) -> tuple[float, str, str]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from compare.results.compute import seconds_of
 from compare.results.matrix.compute import MatrixResults
 from compare.results.measure import Measure, far_from
 from compare.scenes.load import CHECK_ENGINE, CHECK_TOLERANCE
@@ -100,5 +101,4 @@ def _compared(
             comparison for comparison in compared if not component_of(measure.vanishing, comparison[1])
         )
         closest = max(share / bound for share, _, bound in compared if bound > 0)
-        seconds = sum(sum(cost.seconds.values()) for cost in solved[name].models.values())
-        yield Checked(name, strip, *worst, closest, seconds)
+        yield Checked(name, strip, *worst, closest, seconds_of(solved[name].models))

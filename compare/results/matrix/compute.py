@@ -52,6 +52,10 @@ class MatrixResults:
     seconds: float
     memory: float  # peak of the process [MB]
 
+    def deviations(self, body: str) -> dict[str, Deviation]:
+        """The deviations of the approximations of a body, or of both, by variant."""
+        return {variant: found for (variant, name), found in self.approximations.items() if name == body}
+
     def column(self, body: str, strip: int) -> Estimated:
         """C of a body, or of both, due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
         return total([self.matrices[name].column(strip) for name in parts_of(body)])
@@ -136,7 +140,7 @@ class _Collected:
     @classmethod
     def of(cls, scene: Scene, jobs: Mapping[str, MatrixJob]) -> "_Collected":
         """The state before the first strip."""
-        shape, pair = _shape(scene), scene.pair
+        shape = _shape(scene)
         held_whole = int(np.prod(shape)) <= LARGEST_WHOLE_MATRIX
         return cls(
             scene,
@@ -148,7 +152,7 @@ class _Collected:
                 (variant, name): Deviation.none(scene.grid.n_s)
                 for variant in scene.variants
                 for name in scene.compared
-                if variant != "Bhat_prime" or pair.has_effective(name)
+                if variant != "Bhat_prime" or name in scene.fitted
             },
             {name: Deviation.none(scene.grid.n_s) for name in scene.compared},
         )
@@ -160,17 +164,16 @@ class _Collected:
             matrix[:, :, strip] = _directions_last(raw[name])
         for name, matrix in self.discounted.items():
             matrix[:, :, strip] = _directions_last(compared[name].ic)
-        columns = {}
         for name, c in compared.items():
             jobs = [self.jobs[part] for part in parts_of(name)]
             self.errors[name].append(column_shares(strip, c, column_scale(strip, c.ic, jobs)))
-            columns[name] = Column(c, is_far(strip, grid), half_spaces_nn(strip, jobs))
-            self.known[name] = self.known[name].with_column(c.estimate, columns[name])
+            column = Column(c, is_far(strip, grid), half_spaces_nn(strip, jobs))
+            self.known[name] = self.known[name].with_column(c.estimate, column)
             variants = [variant for variant, compared_name in self.deviations if compared_name == name]
             approximated = approximations(variants, solids(self.scene)[name], grid, strip)
             for variant, ics in approximated.items():
                 self.deviations[variant, name] = self.deviations[variant, name].with_column(
-                    ics / grid.area - c.ic, columns[name]
+                    ics / grid.area - c.ic, column
                 )
 
     def eigenvalues(self) -> dict[str, float]:

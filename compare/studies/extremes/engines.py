@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.stats.qmc import LatinHypercube
 
-from compare.results.compute import Results, compute, ics_of, reference_of
+from compare.results.compute import Results, compute, ics_of, reference_of, seconds_of
 from compare.results.shares import refinement_shares_of
 from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
@@ -60,10 +60,9 @@ class Engines:
     def _reached(self, engine: str, scene_case: "SceneCase") -> Reached:
         results = self._solved(scene_case, engine, {"tolerance": ENGINE_TOLERANCE[engine]})
         on_plane = scene_case.base == "flat"
-        finer = None if on_plane else self._solved(scene_case, HARMONIC, REFERENCE_SETTINGS)
-        seconds = sum(sum(cost.seconds.values()) for cost in results.models.values())
-        against = "A" if on_plane else "a finer C"
-        return Reached(scene_case.label, *compared(results, finer), against, seconds)
+        return _found(
+            scene_case, results, None if on_plane else self._solved(scene_case, HARMONIC, REFERENCE_SETTINGS)
+        )
 
     def _solved(self, scene_case: "SceneCase", engine: str, engine_settings: Changes) -> Results:
         return compute(_scene(scene_case, engine, engine_settings), self.means)
@@ -82,8 +81,7 @@ class Engines:
         ):
             scene_case = flat(nu=nu, aspect=10**aspect, size=10**size, beside=beside)
             results = self._solved(scene_case, HARMONIC, {"tolerance": tolerance})
-            seconds = sum(sum(cost.seconds.values()) for cost in results.models.values())
-            reached.append(Reached(scene_case.label, *compared(results, None), "A", seconds))
+            reached.append(_found(scene_case, results, None))
             used.extend(share for _, _, share in each(results, None))
         held = sum(share <= 1 for share in used)
         note = (
@@ -222,6 +220,12 @@ def moduli(over: float) -> SceneCase:
     plane = flat()
     changes = {**plane.changes, "bodies": ["combined"], "upper": {"E": 210e3 * over}}
     return SceneCase(f"{over:g}", plane.base, changes)
+
+
+def _found(scene_case: SceneCase, results: Results, finer: Results | None) -> Reached:
+    """A case with its errors against a finer C, or where there is none against A."""
+    against = "A" if finer is None else "a finer C"
+    return Reached(scene_case.label, *compared(results, finer), against, seconds_of(results.models))
 
 
 def compared(results: Results, finer: Results | None) -> tuple[float, float, float]:

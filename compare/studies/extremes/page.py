@@ -1,19 +1,15 @@
 """`femic extremes` tries all cases and writes `extremes.json` and `extremes.html`."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from compare.pages.html import write_page
-from compare.results.provenance import results_digest
+from compare.results.dataset import finite
+from compare.studies import record
 from compare.studies.extremes import analytic, exact
 from compare.studies.extremes.engines import Engines
-from compare.studies.extremes.found import ANALYTIC, Found, Parameter, tried
-from femic.work.provenance import versions
+from compare.studies.extremes.found import ANALYTIC, Found, Parameter, Reached, tried
 
 
 def try_all(parts: Sequence[str], engines: Engines, folder: Path) -> Path:
@@ -21,12 +17,7 @@ def try_all(parts: Sequence[str], engines: Engines, folder: Path) -> Path:
     findings = list(
         tried([row for part in parts for row in rows(part, engines)], engines.means.watch.on_stage)
     )
-    document = record(findings)
-    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
-    (folder / "extremes.json").write_text(text, encoding="utf-8")
-    return write_page(
-        folder / "extremes.html", "extremes.html.j2", found=document, summary=document["summary"]
-    )
+    return record.write(folder, "extremes", numbers(findings), summary=summary(findings))
 
 
 def rows(part: str, engines: Engines) -> list[Parameter]:
@@ -50,23 +41,15 @@ def summary(findings: Sequence[Found]) -> str:
     return f"{len(cases)} cases within the limits. {estimates}{len(beyond)} beyond: {answered}."
 
 
-def _finite(values: dict[str, Any]) -> dict[str, Any]:
-    """Replace numbers that JSON does not have, infinite ones and NaN, by None."""
-    return {
-        key: None if isinstance(value, float) and not np.isfinite(value) else value
-        for key, value in values.items()
-    }
-
-
-def record(findings: Sequence[Found]) -> dict[str, Any]:
-    """The content of `extremes.json`."""
+def numbers(findings: Sequence[Found]) -> dict[str, Any]:
+    """What was found, as `extremes.json` has it."""
     return {
         "rows": [
             {
                 "engine": finding.parameter.engine,
                 "parameter": finding.parameter.name,
                 "range": finding.parameter.range,
-                "reached": [_finite(asdict(case)) | {"honest": case.honest} for case in finding.reached],
+                "reached": [_case(case) for case in finding.reached],
                 "beyond": [asdict(case) for case in finding.beyond],
             }
             for finding in findings
@@ -74,6 +57,10 @@ def record(findings: Sequence[Found]) -> dict[str, Any]:
         "summary": summary(findings),
         "digits": exact.DIGITS,
         "seconds": round(sum(case.seconds for finding in findings for case in finding.reached), 1),
-        "versions": versions(),
-        "code": results_digest(),
     }
+
+
+def _case(case: Reached) -> dict[str, Any]:
+    """A case with None for numbers that JSON does not have, and whether its estimates hold."""
+    values = asdict(case).items()
+    return {key: finite(v) if isinstance(v, float) else v for key, v in values} | {"honest": case.honest}

@@ -13,7 +13,6 @@ from compare.studies.validation.criteria import (
     Criterion,
     Statement,
     of_bodies,
-    of_components,
     of_geometries,
     on_both,
 )
@@ -27,6 +26,7 @@ from compare.studies.validation.curves import (
     THROUGH,
     along,
     curve,
+    difference,
     line_of,
     on_its_line,
     panel,
@@ -49,9 +49,7 @@ def kept_of_both(results: Results, component: str) -> float:
 
     It is 0 if the deviations cancel and 1 if they add.
     """
-    convex, concave = (
-        curve(results, "C", body, component) - curve(results, "A", body, component) for body in ALONE
-    )
+    convex, concave = (difference(results, "A", (body, component)) for body in ALONE)
     return float(np.linalg.norm(convex + concave) / (np.linalg.norm(convex) + np.linalg.norm(concave)))
 
 
@@ -62,17 +60,13 @@ def of_b_ss_across(results: Results, body: str) -> float:
 
 def opposite_in_ss(results: Results, way: str) -> float:
     """Cosine of both bodies' C_ss - A_ss on all lines of a direction, "along x" or "along s"."""
-    lines = along(results, way[-1])
-    convex, concave = (
-        curve(results, "C", body, "ss", lines) - curve(results, "A", body, "ss", lines) for body in ALONE
-    )
+    convex, concave = (difference(results, "A", (body, "ss"), along(results, way[-1])) for body in ALONE)
     return float(convex @ concave / (np.linalg.norm(convex) * np.linalg.norm(concave)))
 
 
 def from_half_space(results: Results, body: str, component: str) -> Array:
     """(C - A) / A_nn [-] of a body's component at every point, (n,)."""
-    c, a = (curve(results, variant, body, component) for variant in ("C", "A"))
-    return np.asarray((c - a) / curve(results, "A", body, "nn"))
+    return np.asarray(difference(results, "A", (body, component)) / curve(results, "A", body, "nn"))
 
 
 def at_load(results: Results, body: str, component: str) -> float:
@@ -210,14 +204,14 @@ STATEMENTS = (
                 "largest |C - A| / A_nn on s = 0, |x| ≤ 1 mm",
                 "<",
                 SATISFACTORY,
-                of_components(at_load, ON_THROUGH),
+                of_geometries(at_load, BODIES, ON_THROUGH),
             ),
             Criterion(
                 "converge",
                 "largest |C - A| / A_nn up to 2.5 mm from the load over that at 10 to 20 mm",
                 "<",
                 MUCH,
-                of_components(near_over_far, INDEPENDENT),
+                of_geometries(near_over_far, BODIES, INDEPENDENT),
             ),
         ),
         on_both(_near),

@@ -1,6 +1,7 @@
 """Statements 11 and 12: the effect of Poisson's ratio on the comparison, and whether the mix is best."""
 
 from collections.abc import Callable, Mapping
+from itertools import product
 
 import numpy as np
 
@@ -38,9 +39,7 @@ def with_other_nu(number: Callable[[Results, Results, str, str], float]) -> Numb
     """Measure a number of each geometry at its own and the other Poisson's ratio, by body and component."""
     return lambda runs: {
         f"{name}, {body}, {component}": number(runs.geometry(name), runs.other_nu(name), body, component)
-        for name in GEOMETRIES
-        for body in BODIES
-        for component in INDEPENDENT
+        for name, body, component in product(GEOMETRIES, BODIES, INDEPENDENT)
     }
 
 
@@ -91,8 +90,7 @@ def mean_errors(runs: Runs) -> Mapping[str, float]:
     """The mean error over the components of every variant, by geometry and body."""
     return {
         f"mean error of {SYMBOLS[variant]}: {name}, {body}": float(np.mean(variant_errors))
-        for name in GEOMETRIES
-        for body in BODIES
+        for name, body in product(GEOMETRIES, BODIES)
         for variant, variant_errors in _errors_of_variants(runs.fitted(name), body).items()
     }
 

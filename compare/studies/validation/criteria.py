@@ -6,6 +6,7 @@ grouped by component; `statements` has all of them in one table.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Literal
 
 from compare.pages.panels import Panel
@@ -63,30 +64,22 @@ class Statement:
         return Measured(values, tuple(self.panels(runs)), self.details(runs))
 
 
-def of_geometries(number: Callable[[Results], float], *, fitted: bool = False) -> Numbers:
-    """Measure a number of each geometry; with `fitted`, of its results with B-hat-prime."""
-    return lambda runs: {name: number(_results(runs, name, fitted)) for name in GEOMETRIES}
+def of_geometries(number: Callable[..., float], *choices: Sequence[str], fitted: bool = False) -> Numbers:
+    """Measure a number of each geometry and of each choice: of its bodies, lines or components.
+
+    With `fitted` the results are those with B-hat-prime.
+    """
+    return lambda runs: {
+        ", ".join((name, *chosen)): number(_results(runs, name, fitted), *chosen)
+        for name, *chosen in product(GEOMETRIES, *choices)
+    }
 
 
 def of_bodies(
     number: Callable[[Results, str], float], bodies: Sequence[str] = BODIES, *, fitted: bool = False
 ) -> Numbers:
-    """Measure a number of each geometry and body, or of each geometry and line or whatever else is named."""
-    return lambda runs: {
-        f"{name}, {body}": number(_results(runs, name, fitted), body)
-        for name in GEOMETRIES
-        for body in bodies
-    }
-
-
-def of_components(number: Callable[[Results, str, str], float], components: Sequence[str]) -> Numbers:
-    """Measure a number of each geometry, body and component."""
-    return lambda runs: {
-        f"{name}, {body}, {component}": number(runs.geometry(name), body, component)
-        for name in GEOMETRIES
-        for body in BODIES
-        for component in components
-    }
+    """Measure a number of each geometry and body."""
+    return of_geometries(number, bodies, fitted=fitted)
 
 
 def more_on_second(number: Callable[[Results], float], *, fitted: bool = False) -> Numbers:

@@ -28,7 +28,12 @@ def part_of_curvature(runs: Runs) -> Mapping[str, float]:
 
 
 def _rms_through(results: Results) -> float:
-    return rms(curve(results, "C", *XN, [line_of(results, THROUGH)]))
+    return rms(_through(results))
+
+
+def _through(results: Results) -> Array:
+    """C_xn on s = 0, (n,), dimensionless."""
+    return curve(results, "C", *XN, [line_of(results, THROUGH)])
 
 
 def term_over_change(runs: Runs) -> Mapping[str, float]:
@@ -63,17 +68,13 @@ def _term(runs: Runs) -> Array:
 
 def _change(runs: Runs) -> Array:
     """C_xn of Geometry 2 less that with a wheel that is not revolved, on s = 0, (n,), dimensionless."""
-    revolved_and_not = runs.geometry(GEOMETRIES[1]), runs.not_revolved()
-    revolved, prismatic = (
-        curve(results, "C", *XN, [line_of(results, THROUGH)]) for results in revolved_and_not
-    )
-    return revolved - prismatic
+    return _through(runs.geometry(GEOMETRIES[1])) - _through(runs.not_revolved())
 
 
 def _geometry_panels(runs: Runs) -> list[Panel]:
     first, wheel = (runs.geometry(name) for name in GEOMETRIES)
     line = line_of(wheel, THROUGH)
-    more = {"C, not revolved": curve(runs.not_revolved(), "C", *XN, [line])}
+    more = {"C, not revolved": _through(runs.not_revolved())}
     return [panel(wheel, (), XN, line, more), panel(first, (), XN, line_of(first, THROUGH))]
 
 

@@ -10,7 +10,7 @@ from approx.target import indices
 from compare.pages.panels import Panel
 from compare.pages.styles import SYMBOLS
 from compare.results.compute import Results, ics_of, parts_of, points_of, reference_of
-from compare.results.shares import shares_of
+from compare.results.shares import measure_of
 from geometries.arrays import Array
 from geometries.patches import OffsetLine
 
@@ -50,6 +50,14 @@ def curve(
     return np.asarray(unit(results) * ics_of(results, variant, body)[indices(component)][points])
 
 
+def difference(
+    results: Results, variant: str, body_component: tuple[str, str], lines: Iterable[OffsetLine] | None = None
+) -> Array:
+    """C less a variant of a body's component at the points of lines (default: all), (n,), dimensionless."""
+    c, approximation = (curve(results, which, *body_component, lines) for which in ("C", variant))
+    return np.asarray(c - approximation)
+
+
 def unit(results: Results) -> float:
     """E L [N/mm], the factor that makes ICs [mm/N] dimensionless."""
     return results.scene.reference_E * results.scene.reference_length
@@ -84,7 +92,7 @@ def deviation(
     results: Results, differences: Array, body: str, component: str, lines: Iterable[OffsetLine] | None = None
 ) -> float:
     """Largest share [-] of differences (3, 3, n) [mm/N] in the component itself on lines (default: all)."""
-    shares = shares_of(results, body, differences)
+    shares = measure_of(results, body).shares(differences)
     return max(
         float(shares[line.name][indices(component)])
         for line in (results.scene.lines if lines is None else lines)
@@ -95,8 +103,7 @@ def largest(
     results: Results, variant: str, body_component: tuple[str, str], lines: Iterable[OffsetLine] | None = None
 ) -> float:
     """Largest |v - C| of a body's component on lines (default: all), dimensionless, v being a variant."""
-    approximation, c = (curve(results, which, *body_component, lines) for which in (variant, "C"))
-    return float(np.max(np.abs(approximation - c)))
+    return float(np.max(np.abs(difference(results, variant, body_component, lines))))
 
 
 def across_over_along(component: str) -> Callable[[Results, str], float]:

@@ -1,20 +1,18 @@
 """`femic validate` judges statements one by one and writes them as JSON and as one self-contained page."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import numpy as np
-
-from compare.pages.html import write_page
 from compare.pages.styles import save
 from compare.results import folders
-from compare.results.compute import reference_of
-from compare.results.provenance import results_digest
-from compare.results.shares import shares_of, weights_of
+from compare.results.compute import reference_of, seconds_of
+from compare.results.dataset import finite
+from compare.results.measure import Measure
+from compare.results.shares import measure_of
+from compare.studies import record
 from compare.studies.validation import figures
 from compare.studies.validation.changes import CHANGES
 from compare.studies.validation.runs import Runs
@@ -27,7 +25,6 @@ from compare.studies.validation.verdicts import (
     judge,
 )
 from femic.accuracy import component_of
-from femic.work.provenance import versions
 
 VERDICT_COLOURS = {
     REPRODUCED: "#d9f0d9",
@@ -46,15 +43,11 @@ def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
         judged.append(judge(number, runs))
         runs.means.watch.on_stage(f"statement {number}: {judged[-1].verdict}")
     runs.means.watch.on_stage("  figures and report")
-    document = record(judged, runs, perf_counter() - start)
-    (folder / "validation.json").write_text(
-        json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False), encoding="utf-8"
-    )
-    return write_page(
-        folder / "validation.html",
-        "validation.html.j2",
+    return record.write(
+        folder,
+        "validation",
+        found_numbers(judged, runs, perf_counter() - start),
         summary=summary(judged),
-        found=document,
         pictures={one.statement.number: _pictures(one, figures_folder) for one in judged},
         colours=VERDICT_COLOURS,
     )
@@ -70,16 +63,14 @@ def summary(judged: Sequence[Judged]) -> str:
     return f"Of {len(judged)} statements, {'; '.join(parts)}."
 
 
-def record(judged: Sequence[Judged], runs: Runs, seconds: float) -> dict[str, Any]:
-    """The content of `validation.json`; `seconds` is the time that all statements took."""
+def found_numbers(judged: Sequence[Judged], runs: Runs, seconds: float) -> dict[str, Any]:
+    """What was found, as `validation.json` has it; `seconds` is the time that all statements took."""
     return {
         "statements": [_statement(statement) for statement in judged],
         "runs": {name: _run_record(runs, name) for name in runs.done},
         "changes": [asdict(change) for change in CHANGES],
         "tolerance": runs.tolerance,
         "seconds": round(seconds, 1),
-        "versions": versions(),
-        "code": results_digest(),
     }
 
 
@@ -100,7 +91,7 @@ def _statement(judged: Judged) -> dict[str, Any]:
                 "says": criterion.says,
                 "relation": criterion.relation,
                 "threshold": criterion.threshold,
-                "values": _finite(values),
+                "values": {case: finite(value) for case, value in values.items()},
                 "met": {case: criterion.met(value) for case, value in values.items()},
                 "close": {case: criterion.close(value) for case, value in values.items()},
             }
@@ -108,12 +99,8 @@ def _statement(judged: Judged) -> dict[str, Any]:
             if not judged.failed
             for values in (judged.measured.values[criterion.name],)
         ],
-        "details": _finite(judged.measured.details),
+        "details": {case: finite(value) for case, value in judged.measured.details.items()},
     }
-
-
-def _finite(values: Any) -> dict[str, float | None]:
-    return {case: float(value) if np.isfinite(value) else None for case, value in values.items()}
 
 
 def _run_record(runs: Runs, name: str) -> dict[str, float]:
@@ -123,15 +110,17 @@ def _run_record(runs: Runs, name: str) -> dict[str, float]:
         max(
             component_of(line_shares, component)
             for body in results.scene.compared
-            for line_shares in scaled(results, body, reference_of(results, body).estimate).values()
+            for line_shares in measured(
+                measure_of(results, body), reference_of(results, body).estimate
+            ).values()
             for component in results.scene.components
         )
-        for scaled in (shares_of, weights_of)
+        for measured in (Measure.shares, Measure.weights)
     )
     return {
         "estimate": estimate,
         "weight": weight,
-        "seconds": round(sum(sum(cost.seconds.values()) for cost in results.models.values()), 1),
+        "seconds": round(seconds_of(results.models), 1),
         "unknowns": max(cost.unknowns for cost in results.models.values()),
     }
 

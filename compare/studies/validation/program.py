@@ -1,6 +1,7 @@
 """Statements 14 and 15: whether both engines agree, and whether limits are met."""
 
 from collections.abc import Callable, Mapping
+from itertools import product
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from approx.halfspace import HalfSpace
 from compare.pages.panels import Panel
 from compare.pages.styles import SYMBOLS
 from compare.results.compute import Results, ics_of, reference_of
-from compare.results.shares import apart, shares_of
+from compare.results.shares import apart, measure_of
 from compare.studies.validation.criteria import Criterion, Numbers, Statement
 from compare.studies.validation.curves import BODIES, INDEPENDENT, along, curve, largest, panel
 from compare.studies.validation.runs import GEOMETRIES, Runs
@@ -34,8 +35,7 @@ def agreements(runs: Runs) -> Mapping[str, float]:
     """Differences of the engines over the sum of their estimates, by geometry, body and component."""
     return {
         f"{name}, {body}, {component}": ratio
-        for name in GEOMETRIES
-        for body in BODIES
+        for name, body in product(GEOMETRIES, BODIES)
         for component, ratio in agreement(runs.with_both_engines(name), body).items()
     }
 
@@ -54,12 +54,11 @@ def _over(differences: Mapping[str, Array], estimates: Mapping[str, Array]) -> A
 def _estimates(runs: Runs) -> Mapping[str, float]:
     """The largest estimates and the largest differences of the engines, by geometry and body [-]."""
     details: dict[str, float] = {}
-    for name in GEOMETRIES:
+    for name, body in product(GEOMETRIES, BODIES):
         results = runs.with_both_engines(name)
-        for body in BODIES:
-            estimates = shares_of(results, body, reference_of(results, body).estimate)
-            details[f"estimate of C, harmonic: {name}, {body}"] = _worst(estimates)
-            details[f"largest difference: {name}, {body}"] = _worst(apart(results, body)[0])
+        estimates = measure_of(results, body).shares(reference_of(results, body).estimate)
+        details[f"estimate of C, harmonic: {name}, {body}"] = _worst(estimates)
+        details[f"largest difference: {name}, {body}"] = _worst(apart(results, body)[0])
     return details
 
 
@@ -111,9 +110,9 @@ def _limit_scale(results: Results, body: str, component: str, line: OffsetLine) 
 
 def _over_estimate(results: Results, body: str) -> float:
     """Largest |C - A| over the estimate of C (at least `TINY`) of a component on a line."""
-    differences = shares_of(results, body, ics_of(results, "A", body) - reference_of(results, body).ic)
-    estimates = shares_of(results, body, reference_of(results, body).estimate)
-    return float(np.max(_over(differences, estimates)))
+    c, measure = reference_of(results, body), measure_of(results, body)
+    differences = measure.shares(ics_of(results, "A", body) - c.ic)
+    return float(np.max(_over(differences, measure.shares(c.estimate))))
 
 
 def far_field_error(nu: float) -> float:

@@ -26,6 +26,7 @@ from compare.studies.validation.curves import (
     CONVEX,
     curve,
     deviation,
+    difference,
     error,
     line_of,
     panel,
@@ -81,14 +82,15 @@ def furthest_misfit(results: Results) -> float:
 def within_arc(results: Results, variant: str) -> float:
     """Largest |v - C| of sn on the line along s between the joints, as a share of max |C_sn| of all lines."""
     line = line_of(results, ACROSS)
-    c, approximation = (curve(results, which, *SN, [line]) for which in ("C", variant))
     on_arc = np.abs(line.s) <= _joint(results)
-    return float(np.max(np.abs(approximation - c)[on_arc]) / np.max(np.abs(curve(results, "C", *SN))))
+    return float(
+        np.max(np.abs(difference(results, variant, SN, [line]))[on_arc])
+        / np.max(np.abs(curve(results, "C", *SN)))
+    )
 
 
 def _c_minus_b_hat(results: Results) -> Array:
-    lines = [line_of(results, ACROSS)]
-    return curve(results, "C", *SN, lines) - curve(results, "Bhat", *SN, lines)
+    return difference(results, "Bhat", SN, [line_of(results, ACROSS)])
 
 
 def _joint(results: Results) -> float:

@@ -27,6 +27,7 @@ from compare.studies.validation.curves import (
     across_over_along,
     along,
     curve,
+    difference,
     error,
     largest,
     line_of,
@@ -36,6 +37,8 @@ from compare.studies.validation.curves import (
 )
 from compare.studies.validation.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
+
+XX = ("combined", "xx")
 
 
 def of_xx(results: Results, body: str) -> float:
@@ -52,8 +55,8 @@ def apart_in_xx(runs: Runs) -> Mapping[str, float]:
 def _xx_from_a(results: Results) -> Array:
     parts = []
     for line in results.scene.lines:
-        c, a = (curve(results, variant, "combined", "xx", [line]) for variant in ("C", "A"))
-        parts.append((c - a) / np.max(np.abs(c)))
+        c = curve(results, "C", *XX, [line])
+        parts.append(difference(results, "A", XX, [line]) / np.max(np.abs(c)))
     return np.concatenate(parts)
 
 
@@ -95,7 +98,7 @@ def sizes_in_xs(runs: Runs) -> Mapping[str, float]:
 
 def _xx(results: Results) -> list[Panel]:
     lines = along(results, "x")[:1] + along(results, "s")
-    return [panel(results, ("A",), ("combined", "xx"), line) for line in lines]
+    return [panel(results, ("A",), XX, line) for line in lines]
 
 
 def _ss(results: Results) -> list[Panel]:

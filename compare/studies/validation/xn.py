@@ -47,11 +47,6 @@ X, N = 0, 2
 # --- 6 --------------------------------------------------------------------------------------------------
 
 
-def of_b(results: Results) -> float:
-    """Error of B_xn without curvature along x, of both bodies together."""
-    return _prismatic("B", results, "combined")
-
-
 def concave_over_convex(variant: str) -> Callable[[Results], float]:
     """Measure the rms of xn of a variant without curvature along x on s = 1.6 mm, concave over convex."""
 
@@ -173,7 +168,7 @@ STATEMENTS = (
                 "error of B_xn, both bodies together",
                 ">",
                 POOR,
-                of_geometries(of_b),
+                of_geometries(partial(_prismatic, "B", body="combined")),
             ),
             Criterion(
                 "in B",

@@ -14,9 +14,9 @@ AT = np.linspace(0.0, 2.0, 101)
 CURVES = {"A": 1 - AT, "C": np.exp(-AT), "B̂": 2 * np.exp(-AT)}
 
 
-def axes_of(panel, **options):
+def axes_of(panel):
     axes = Figure().subplots()
-    draw(axes, panel, styles_of([panel]), **options)
+    draw(axes, panel, styles_of([panel]))
     return axes
 
 
@@ -48,11 +48,6 @@ def test_a_curve_that_is_not_there_is_not_drawn():
     assert set(lines(axes_of(Panel("", "", AT, "", CURVES | {"B̂′": np.full_like(AT, np.nan)})))) == set(
         CURVES
     )
-
-
-def test_curves_without_labels_have_none():
-    panel = Panel("", "", AT, "", CURVES, 0.1 * AT)
-    assert axes_of(panel, labelled=False).get_legend_handles_labels() == ([], [])
 
 
 @pytest.mark.parametrize("known", [None, 0.2 + 0 * AT])

@@ -17,7 +17,7 @@ from compare.reports.scene.page import _rows
 from compare.reports.scene.summary import summary
 from compare.results.compute import Results, approximated, ics_of, jobs, reference_of, scene_points
 from compare.results.dataset import errors
-from compare.results.shares import measure_of, refinement_shares_of, shares_of, weights_of
+from compare.results.shares import measure_of, refinement_shares_of
 from compare.scenes.load import load_scene
 from femic.estimate import Estimated
 from femic.means import Means
@@ -68,7 +68,7 @@ def test_a_zero_is_no_good_approximation_of_a_small_component(components):
     assert at.error == pytest.approx(1.0)
     assert at.weight == pytest.approx(SMALL)
     assert not at.vanishes
-    advice = advise(found, 0.05, components, "combined")
+    advice = advise(found, Question("combined", tuple(components), 0.05))
     assert advice.way == BEST.name
     assert "Use C" in told(advice)
     assert "xn" in told(advice)
@@ -78,7 +78,7 @@ def test_a_zero_is_no_good_approximation_of_a_small_component(components):
 
 def test_where_it_is_not_asked_for_approximations_do():
     found = frontier_of(hand_made(["nn", "xn"]))
-    advice = advise(found, 0.05, ["nn"], "combined")
+    advice = advise(found, Question("combined", ("nn",), 0.05))
     assert found.kind.sel(way=advice.way) == "approximation"
 
 
@@ -92,10 +92,10 @@ def test_what_c_does_not_know_is_said_to_vanish():
     assert at.vanishes
     assert not at.by_symmetry
     assert at.error == pytest.approx(SMALL / (0.05 * nn_away))
-    advice = advise(found, 0.5, ["xn"], "combined")
+    advice = advise(found, Question("combined", ("xn",), 0.5))
     assert advice.vanishes
     assert "xn; it vanishes in C, so that is a share of 0.05 C_nn" in told(advice)
-    table = evidence(found, advice, ["xn"], "combined")
+    table = evidence(found, advice)
     assert "xn †" in [column.header for column in table.columns]
     assert "0.05 C_nn" in table.caption
     assert "vanishes" in figure(found, "combined").axes[0].get_title()
@@ -137,10 +137,11 @@ def test_shares_of_both_scales_and_weights_of_results():
     results = hand_made(["nn", "xn", "sn"])
     off = results.approximations["A", "combined"] - sum(r.c.ic for r in results.references.values())
     (line,) = results.lines
-    assert shares_of(results, "combined", off)[line][X, N] == pytest.approx(1)
-    assert weights_of(results, "combined", off)[line][X, N] == pytest.approx(SMALL)
+    measure = measure_of(results, "combined")
+    assert measure.shares(off)[line][X, N] == pytest.approx(1)
+    assert measure.weights(off)[line][X, N] == pytest.approx(SMALL)
     assert refinement_shares_of(results, "combined", off)[line][X, N] == pytest.approx(SMALL / 0.05)
-    gone = measure_of(results, "combined").vanishing
+    gone = measure.vanishing
     assert gone[S, N]  # on s = 0
     assert not gone[X, N]
     assert not gone[N, N]
@@ -154,14 +155,14 @@ def test_errors_of_a_run_and_its_tables():
     assert at.error.sel(variant="A", i="x", j="n") == pytest.approx(1)
     assert at.error.sel(variant="C", i="x", j="n") == pytest.approx(2e-5 / SMALL)
     assert at.estimate_refinement.sel(i="x", j="n") == pytest.approx(2e-5 / 0.05)
-    rows = {row.symbol: row.cells for row in _rows(results, found, "combined", "error")}
+    rows = {row.symbol: row.cells for row in _rows(results, found, "combined")}
     shown = {symbol: [(cell.text, cell.below) for cell in cells] for symbol, cells in rows.items()}
     assert shown["A"] == [("0", ""), ("100.0 %", "0.10 %"), ("0", "")]
     assert shown["C"] == [("0", ""), ("2.00 %", "< 0.01 %"), ("vanishes", "")]
-    rms = {row.symbol: row.cells for row in _rows(results, found, "combined", "rms")}
-    assert (
-        rms["A"][1].text == f"{100 * np.sqrt(0.48):.1f} %"
-    )  # of a sine, 12 of 25 points of which are squares
+    rms_errors = found.assign(error=found.rms, weight=np.nan)
+    rms = {row.symbol: row.cells for row in _rows(results, rms_errors, "combined")}
+    of_a_sine = np.sqrt(0.48)  # 12 of its 25 points are squares
+    assert rms["A"][1].text == f"{100 * of_a_sine:.1f} %"
 
 
 def test_the_summary_says_what_vanishes_and_how_well_c_is_known_on_both_scales():

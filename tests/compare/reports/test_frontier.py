@@ -102,7 +102,7 @@ def test_c_is_as_close_to_the_best_c_as_its_tolerance_says(made):
 @pytest.mark.parametrize("body", ["combined", "lower"])
 def test_advice_keeps_its_promise_and_is_the_cheapest_that_does(made, tolerance, components, body):
     _, _, found = made
-    advice = advise(found, tolerance, components, body)
+    advice = advise(found, Question(body, components, tolerance))
     at_most = known_errors(found, body).sel(component=list(components)).max("component")
     assert float(at_most.sel(way=advice.way)) <= tolerance
     measured = found.error.sel(way=advice.way, body=body, component=list(components)).max()
@@ -118,7 +118,7 @@ def test_advice_keeps_its_promise_and_is_the_cheapest_that_does(made, tolerance,
 def test_what_no_way_meets_is_a_failure(made):
     _, _, found = made
     with pytest.raises(Failure, match=r"no way meets 1e-07: the best, harmonic 0\.0.*1, is known to"):
-        advise(found, 1e-7, COMPONENTS, "combined")
+        advise(found, Question("combined", COMPONENTS, 1e-7))
 
 
 @pytest.mark.parametrize(
@@ -128,16 +128,16 @@ def test_what_no_way_meets_is_a_failure(made):
 def test_advice_on_what_is_not_there_is_refused(made, components, body, message):
     _, _, found = made
     with pytest.raises(WrongInput, match=message):
-        advise(found, 0.1, components, body)
+        advise(found, Question(body, components, 0.1))
 
 
 def test_only_what_the_advice_needs_is_tried():
-    asked = asked_for(0.02, ["nn"], "lower")
+    asked = asked_for(Question("lower", ("nn",), 0.02))
     assert [way.name for way in asked.ways] == ["harmonic 0.1", "harmonic 0.01", "harmonic 0.001"]
     scene = asked.scene("geometry1", asked.ways[0].engine)
     assert (scene.components, scene.compared, scene.solved) == (("nn",), ("lower",), ("lower",))
     with pytest.raises(WrongInput, match="--tolerance 0"):
-        asked_for(0.0, ["nn"], "lower")
+        asked_for(Question("lower", ("nn",), 0.0))
 
 
 def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
@@ -171,7 +171,7 @@ def test_b_hat_prime_is_tried_where_there_are_properties_for_it(made, tmp_path):
     assert np.all(b_hat_prime.sel(body="combined") > 0)
     assert np.all(np.isnan(b_hat_prime.sel(body="lower")))
     assert "Bhat_prime" not in found.way.values
-    advice = advise(with_fit, 0.5, ("nn",), "lower")
+    advice = advise(with_fit, Question("lower", ("nn",), 0.5))
     assert advice.way != "Bhat_prime"
     frontier_report.write_frontier(with_fit, tmp_path / "out")
 
@@ -231,11 +231,11 @@ def test_auto_chooses_what_advise_names(made, tolerance, kind):
     path, store, _ = made
     scene = load_scene(str(path), {"ics_tolerance": tolerance})
     chosen = choose(str(path), question_of(scene), Means(2, store))
-    asked = asked_for(tolerance, scene.components, "combined")
-    found = compute_frontier(str(path), asked, Means(2, store))
-    way = advise(found, tolerance, scene.components, "combined").way
+    question = Question("combined", scene.components, tolerance)
+    found = compute_frontier(str(path), asked_for(question), Means(2, store))
+    way = advise(found, question).way
     assert chosen.advice.way == way
-    assert chosen.advice.error <= tolerance == chosen.advice.tolerance
+    assert chosen.advice.error <= tolerance == chosen.advice.question.tolerance
     assert found.kind.sel(way=way) == kind
     if kind == "approximation":
         assert (chosen.ics, chosen.engine) == (way, {})
@@ -249,7 +249,7 @@ def test_ways_keep_what_belongs_to_the_body(made, tmp_path):
     mine = tmp_path / "mine.toml"
     engine = "check = true\nfar_radius = 2000.0\nsmallest_cell = 0.01\nmost_unknowns = 5000\n"
     mine.write_text(path.read_text(encoding="utf-8").replace("check = true", engine), encoding="utf-8")
-    asked = asked_for(0.1, ["nn"], "lower")
+    asked = asked_for(Question("lower", ("nn",), 0.1))
     scene = asked.scene(str(mine), asked.ways[0].engine)
     assert scene.bodies["lower"].domain.far_radius == 2000.0
     assert (scene.settings.most_unknowns, scene.settings.tolerance, scene.check) == (5000, 0.1, None)

@@ -13,7 +13,7 @@ import xarray as xr
 
 from compare.cli import scenes
 from compare.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
-from compare.pages.styles import DASHES
+from compare.pages.styles import DASHES, SYMBOLS
 from compare.reports.overlay.curves import curve, is_mirrored, load, worst
 from compare.reports.overlay.differences import differences
 from compare.reports.overlay.figures import curves, drawn_variants
@@ -92,11 +92,13 @@ def test_an_overlay_writes_report_figures_and_csv(compared):
 def test_curves_are_those_of_ics_nc_in_the_unit_of_the_scene(k, name, E, L, compared):
     drawn = curve(opened(compared).results[k], LINE, "lower", "sn")
     line = on_line(read(compared, f"{name}/ics.nc"), LINE).sel(body="lower", i="s", j="n")
-    assert drawn.along == "s"
+    assert drawn.across == "s / L  [-]"
     np.testing.assert_allclose(drawn.at, line.s / L, rtol=1e-13)
     np.testing.assert_allclose(drawn.estimate, line.estimate * E * L, rtol=1e-13)
     for variant in ("A", "Bbar", "Bhat", "C"):
-        np.testing.assert_allclose(drawn.values[variant], line.ic.sel(variant=variant) * E * L, rtol=1e-13)
+        np.testing.assert_allclose(
+            drawn.curves[SYMBOLS[variant]], line.ic.sel(variant=variant) * E * L, rtol=1e-13
+        )
 
 
 def test_the_figure_draws_the_curves_of_all_scenes(compared):
@@ -109,7 +111,7 @@ def test_the_figure_draws_the_curves_of_all_scenes(compared):
         half = expected.at >= 0
         for variant, line in zip(("C", "A", "Bhat"), lines, strict=True):
             np.testing.assert_allclose(line.get_xdata(), expected.at[half])
-            np.testing.assert_allclose(line.get_ydata(), expected.values[variant][half])
+            np.testing.assert_allclose(line.get_ydata(), expected.curves[SYMBOLS[variant]][half])
     for gentle, steep in drawn.T:
         assert gentle.get_color() == steep.get_color()
         assert gentle.get_linestyle() != steep.get_linestyle()
@@ -132,7 +134,7 @@ def test_the_csv_has_the_curves(compared):
     with path.open(encoding="utf-8", newline="") as file:
         rows = [row for row in csv.DictReader(file) if (row["scene"], row["component"]) == ("steep", "sn")]
     steep = curve(opened(compared).results[1], LINE, "lower", "sn")
-    expected = {"s/L": steep.at, "A": steep.values["A"], "C": steep.values["C"], "estimate": steep.estimate}
+    expected = {"s/L": steep.at, "A": steep.curves["A"], "C": steep.curves["C"], "estimate": steep.estimate}
     for column, values in expected.items():
         np.testing.assert_allclose([float(row[column]) for row in rows], values, rtol=1e-7, atol=1e-12)
 
@@ -143,10 +145,9 @@ def test_errors_are_those_of_errors_nc_on_the_common_lines(compared):
     for result in overlay.results:
         file = read(compared, f"{result.name}/errors.nc").error.sel(body="lower", line=LINE)
         for component in ("nn", "sn"):
-            found = worst(overlay, result, ("lower", component))
-            assert list(found) == ["A", "Bbar", "Bhat", "C"]
-            for variant, error in found.items():
-                assert error == file.sel(variant=variant, i=component[0], j=component[1]).item()
+            found = worst(overlay, result, "lower", component).error
+            for variant in ("A", "Bbar", "Bhat", "C"):
+                assert found.sel(variant=variant) == file.sel(variant=variant, i=component[0], j=component[1])
 
 
 def test_the_table_has_the_errors_of_both_scenes(compared):
@@ -162,7 +163,10 @@ def test_the_table_has_the_errors_of_both_scenes(compared):
 
 def test_the_summary_names_the_scene_of_the_larger_error_and_the_factor(compared):
     overlay = opened(compared)
-    errors = {result.name: worst(overlay, result, ("lower", "sn")) for result in overlay.results}
+    errors = {
+        result.name: {v: worst(overlay, result, "lower", "sn").error.sel(variant=v).item() for v in "AC"}
+        for result in overlay.results
+    }
     less, more = sorted(errors, key=lambda name: errors[name]["A"])
     assert errors[more]["A"] - errors[less]["A"] > errors[more]["C"] + errors[less]["C"] > 0
     of_a = summary(overlay).split("deviates from A ")[1].split(". ")[0]

@@ -35,6 +35,8 @@ def test_every_name_in_a_message_is_a_key_of_a_scene_or_an_option():
     [
         ("a larger `tolerance` or `most_unknowns`", "a larger engine.tolerance or engine.most_unknowns"),
         ("shorten lines or `rotation_reach`", "shorten lines or rotation_reach"),
+        ("`far_radius`, `half_length`", "engine.far_radius, engine.half_length"),
+        ("more `workers`", "more --workers"),
         ("use fewer (`workers` = 1)", "use fewer (--workers 1)"),
         ("nothing is named: run `femic scenes`", "nothing is named: run `femic scenes`"),
     ],

@@ -322,8 +322,8 @@ RATIOS = {  # changes at the limit, beyond it, what is said
     ),
     "the far arc": (
         SMALL | along_x(1.0) | {"engine": {"far_radius": 12500.0}},
-        {"engine": {"far_radius": 12600.0}},
-        r"engine\.far_radius = 12600: 5\.04e\+06 times patch\.b = 0\.0025, .*at most 5e\+06 times",
+        {"engine": {"far_radius": 12500.5}},
+        r"engine\.far_radius = 12500\.5: 5e\+06 times patch\.b = 0\.0025, .*at most 5e\+06 times",
     ),
     "the elements of a grid": (
         SMALL | along_x(1.0) | WIDE_GRID | {"rotation_reach": 25.0, "patch": {"a": 0.3, "b": 0.3}},

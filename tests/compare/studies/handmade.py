@@ -149,3 +149,8 @@ def by_body(convex: float, concave: float) -> Callable[[Of], float]:
 
 def by_geometry(first: float, second: float) -> Callable[[Of], float]:
     return lambda of: first if of.name == GEOMETRIES[0] else second
+
+
+def made(name: str, c: Made, *, fitted: bool = False, **named) -> Results:
+    """A geometry with a C."""
+    return with_c(without_c(name, fitted=fitted), c, **named)

@@ -1,4 +1,8 @@
-"""Every criterion of `femic validate` is met by one hand-made C and missed by another, in every case."""
+"""The numbers of `femic validate` are those that C was made for, and decide at their thresholds.
+
+C is made so that a criterion has a value v in every case; 1 % below and above the threshold (of 1, if that
+is 0) the value is found, and it is met on one side only.
+"""
 
 from dataclasses import replace
 
@@ -6,258 +10,265 @@ import numpy as np
 import pytest
 
 from compare.studies.validation.changes import CHANGES
-from compare.studies.validation.curves import ACROSS, BESIDE, CONCAVE, CONVEX, THROUGH
+from compare.studies.validation.curves import ACROSS, BESIDE, CONVEX, THROUGH
 from compare.studies.validation.program import cylinder_errors
 from compare.studies.validation.runs import GEOMETRIES
-from compare.studies.validation.sn import with_factor
 from compare.studies.validation.statements import STATEMENTS
-from geometries.patches import N, S, X
-from tests.compare.studies.handmade import (
-    SOFT,
-    STIFF,
-    Runs,
-    between,
-    by_body,
-    by_geometry,
-    runs_of,
-    times,
-    with_c,
-    without_c,
+from tests.compare.studies.handmade import SOFT, STIFF, between, by_body, by_geometry, times, without_c
+from tests.compare.studies.makers import (
+    NN,
+    SN,
+    SS,
+    XN,
+    XS,
+    XX,
+    beyond_factor,
+    bumps,
+    engines,
+    estimates_away,
+    everywhere,
+    fitted,
+    misfit_at,
+    near_fit,
+    nu,
+    of,
+    off_half_space,
+    plane,
+    term,
+    turned,
+    wheel,
 )
 
-NN, SS, XX, XS, XN, SN = (N, N), (S, S), (X, X), (X, S), (X, N), (S, N)
-ELSEWHERE = {(15, "point loads"), (15, "cylinder")}  # no C in them: tests/compare/studies/test_measures.py
-SOME = {(11, "order"), (15, "variants")}  # missed in some case only: variants are alike in others
+
+def missed_by(variant, component):
+    """|variant / C - 1| is v."""
+    return lambda v: of(times(variant, component, 1 / (1 + v)))
 
 
-def of(c, **named):
-    """Runs with this C, made when they are needed."""
-    return lambda: runs_of(c, **named)
+def growing(v):
+    """A misses 0.1 of C_nn up to half way to s = 10 mm and v more beyond."""
+    return of(times("A", NN, lambda of: 1 / (1.1 + v * (np.abs(of.points.s) > 7.5))))
 
 
-def less_with_s(near, far):
-    """A factor that goes from `near` at s = 0 to `far` at 10 mm."""
-    return lambda of: near + (far - near) * np.minimum(np.abs(of.points.s) / 10, 1)
+def nearer_to(first, second):
+    """C between two variants: the first is v times as far away as the second."""
+    return lambda v: of(between(first, second, v / (1 + v)))
 
 
-def on_lines(across, along):
-    """A factor on the line along s, another on those along x."""
-    return lambda of: np.where(of.on(ACROSS), across, along)
+def from_a_prismatic(variant):
+    """The same for A and a variant without curvature along x."""
+    return lambda v: of(lambda of: of.a + v / (1 + v) * (of.prismatic(variant) - of.a))
 
 
-def bumped(component, convex, concave):
-    """A and a bump of a size for each body."""
+def apart_on_lines(component, across):
+    """|C - A| is `across` on the line along s, 1 on those along x, in some unit."""
 
     def c(of):
         out = of.a.copy()
-        out[component] += of.bump * by_body(convex, concave)(of)
+        out[component] += np.where(of.on(ACROSS), across, 1) * 1e-7
         return out
 
-    return c
+    return of(c)
 
 
-def bumps(convex, concave):
-    """The same in every component."""
-    return lambda of: of.a + of.bump * by_body(convex, concave)(of)
-
-
-def fitted(factor):
-    """C is B-hat-prime times a factor, the same on both bodies."""
-    return of(lambda of: of.half_by("Bhat_prime") * (factor(of) if callable(factor) else factor), fitted=True)
-
-
-def near_fit(share):
-    """C from B-hat-prime to B-hat."""
-    return of(lambda of: of.half_by("Bhat_prime") * (1 - share) + of.half_by("Bhat") * share, fitted=True)
-
-
-def everywhere(size):
-    """The same in every component and at every point."""
-    return lambda of: np.full_like(of.a, 1e-6) * size(of)
-
-
-def wheel(size):
-    """C_xn 1 on Geometry 1, 3 on Geometry 2, `size` where its wheel is not revolved."""
-
-    def runs():
-        not_revolved = with_c(without_c("geometry2"), everywhere(lambda _: size))
-        return replace(runs_of(everywhere(by_geometry(1, 3))), prismatic=not_revolved)
-
-    return runs
-
-
-def term(share):
-    """Curvature along x changes C_xn by the term of eq. (16) over a share."""
-
-    def revolved(of):
-        out = of.a.copy()
-        if of.body == CONCAVE:
-            out[XN] += np.sin(of.points.x / 500) * (of.a[XX] + of.a[NN]) / 2 / share
-        return out
-
-    def runs():
-        return replace(runs_of(revolved), prismatic=with_c(without_c("geometry2"), lambda of: of.a))
-
-    return runs
-
-
-def lifted(of):
-    """B-hat, and both bodies moved along z."""
-    out = of.by("Bhat").copy()
-    out[SN] -= 1e-6 * np.sin(of.results.scene.bodies[CONVEX].contour.inclination(of.points.s))
-    return out
-
-
-def misfit_at(joints):
-    """B-hat, and a bump of sn so many joints away, on both sides."""
+def mean_over_a(v):
+    """(C - A) sgn A / max |A| of sn is v on average on the line along s, s > 0."""
 
     def c(of):
-        out, joint = of.by("Bhat").copy(), of.results.scene.bodies["lower"].contour.joints[-1]
-        out[SN] += 1e-6 * np.exp(-20 * (np.abs(of.points.s) - joints * joint) ** 2)
+        out, part = of.a.copy(), of.results.lines[ACROSS]
+        a, s = of.a[SN][part], of.points.s[part]
+        out[SN] *= 1 + v * np.max(np.abs(a[s > 0])) / np.mean(np.abs(a[s > 0]))
         return out
 
-    return c
+    return of(c)
 
 
-def beyond_factor(share):
-    """From B and B-hat to what they are with the factor, and beyond."""
+def off_at_one_point(v):
+    """C_sn is B_sn but for a point within the arc, v of the largest C_sn away."""
 
     def c(of):
-        results = with_c(of.results, lambda of: of.a)
-        pairs = [(of.by(v), with_factor(results, v, of.body)) for v in ("B", "Bhat")]
-        return np.mean([plain + share * (factor - plain) for plain, factor in pairs], axis=0)
+        out = of.half_by("B").copy()
+        at = of.results.lines[ACROSS].start + 220  # s = 2.5 mm
+        out[SN][at] -= v * np.max(np.abs(out[SN])) * np.sign(out[SN][at])
+        return out
 
-    return c
-
-
-def nu(first, second):
-    """C at one Poisson's ratio and at the other."""
-    return lambda: replace(runs_of(first), others=runs_of(second).geometries)
+    return of(c)
 
 
-def off_half_space(share):
-    """A, and a share of A_nn in every component."""
-    return lambda of: of.a + (share(of) if callable(share) else share) * of.a[NN]
+def explained(v):
+    """C_sn is B-hat, a vertical translation and something even; the translation is v of the sum's square."""
+
+    def c(of):
+        out, part = of.by("Bhat").copy(), of.results.lines[ACROSS]
+        lean = np.sin(of.results.scene.bodies[CONVEX].contour.inclination(of.points.s))
+        even = np.cos(of.points.s)
+        ratio = np.linalg.norm(lean[part]) / np.linalg.norm(even[part])
+        out[SN] += 1e-6 * (lean + np.sqrt(1 / v - 1) * ratio * even)
+        return out
+
+    return of(c)
 
 
-def growing(of):
-    """A tenth at 10 mm from the load, less before."""
-    return 0.1 * np.minimum(np.hypot(of.points.x, of.points.s) / 10, 1)
+def cosine(v):
+    """C_ss - A_ss of both bodies: an even one, and a mix of it and an odd one, on every line."""
+
+    def c(of):
+        out, t = of.a.copy(), np.where(of.on(ACROSS), of.points.s, of.points.x)
+        out[SS] += 1e-8 * (np.abs(t) if of.body == CONVEX else v * np.abs(t) + np.sqrt(1 - v**2) * t)
+        return out
+
+    return of(c)
 
 
-def turned(convex, concave):
-    """Discounted rotations."""
-    return of(lambda of: of.a, rotation={CONVEX: convex, CONCAVE: concave})
+def near_and_far(v):
+    """|C - A| / A_nn is v up to 2.5 mm from the load, 1 beyond."""
+    return of(off_half_space(lambda of: np.where(np.hypot(of.points.x, of.points.s) <= 2.5, v, 1)))
 
 
-def engines(apart):
-    """The solid engine so many sums of both estimates away."""
-
-    def runs():
-        c = {name: with_c(without_c(name), lambda of: of.a, estimate=0.01) for name in GEOMETRIES}
-
-        def check(results):
-            off = {
-                body: replace(one, c=replace(one.c, ic=one.c.ic + 2 * apart * one.c.estimate))
-                for body, one in results.references.items()
-            }
-            return replace(results, checks=off)
-
-        return Runs({name: check(results) for name, results in c.items()})
-
-    return runs
+def fit_missed_along_x(v):
+    """B-hat-prime / C - 1 is v; on the line along s C is half of that, so that it is no scale."""
+    return fitted(lambda of: np.where(of.on(ACROSS), 0.5, 1) / (1 + v))
 
 
-def plane(c, *, estimate=0.0, b=1.0):
-    """The plane with a C, and its B times a number."""
+def too_large(first, second):
+    """B-hat-prime is too large by shares of the largest C_xn, on average within 3 mm on the lines along x."""
 
-    def runs():
-        made = with_c(without_c("flat"), c, estimate=estimate)
-        changed = {key: ic * (b if key[0] == "B" else 1) for key, ic in made.approximations.items()}
-        return Runs({}, flat=replace(made, approximations=changed))
+    def size(of):
+        fit, x = np.abs(of.half_by("Bhat_prime")[XN]), np.abs(of.points.x)
+        along_x = ~of.on(ACROSS)
+        near = along_x & (x > of.results.scene.patch.a) & (x <= 3.0)
+        return 1 / (1 + by_geometry(first, second)(of) * np.max(fit[along_x]) / np.mean(fit[near]))
 
-    return runs
-
-
-def estimates_away(number):
-    """A, and so many estimates (of 0.01 of the largest A_nn)."""
-    return lambda of: of.a + number * 0.01 * np.max(of.a[NN])
+    return fitted(size)
 
 
+def with_variants(runs, size):
+    """Runs whose approximations are A times sizes by variant, where they are numbers."""
+
+    def changed(results):
+        sized = {
+            key: size(key[0]) * results.approximations["A", key[1]] + 0 * ic
+            for key, ic in results.approximations.items()
+        }
+        return replace(results, approximations=sized)
+
+    geometries, others = (
+        {name: changed(one) for name, one in some.items()} for some in (runs.geometries, runs.others)
+    )
+    return replace(runs, geometries=geometries, others=others)
+
+
+def both_missed(v):
+    """B is A and misses v of C_xs, B-hat is twice A and misses more."""
+    runs = of(times("A", XS, 1 / (1 + v)))
+    return lambda: with_variants(runs(), lambda variant: 2 if variant == "Bhat" else 1)
+
+
+def errors_change(v):
+    """All variants alike, their error 0.3 and 0.3 + v; of unlike bodies, whose A_xn does not vanish."""
+    runs = nu(times("A", None, 1 / 1.3), times("A", None, 1 / (1.3 + v)), upper_E=SOFT)
+    return lambda: with_variants(runs(), lambda _: 1)
+
+
+def regretted(v):
+    """A is best at its own ratio; at the other its error is (1 - u) / 2, that of the others, 2 A, is u."""
+    u = (1 - 2 * v) / 3
+    runs = nu(times("A", None, 1), times("A", None, 2 / (1 + u)), upper_E=SOFT)
+    return lambda: with_variants(runs(), lambda variant: 1 if variant == "A" else 2)
+
+
+def mixed(v):
+    """C is A; all variants are a tenth larger, the mix v tenths."""
+    runs = of(times("A", None, 1), fitted=True)
+    return lambda: with_variants(runs(), lambda variant: 1 + 0.1 * (v if variant == "mix" else 1))
+
+
+EXACT = {  # the threshold, and C for a value
+    (1, "A departs"): (0.10, missed_by("A", NN)),
+    (1, "with distance"): (0.0, growing),
+    (1, "geometry"): (0.0, lambda v: of(times("A", NN, by_geometry(1 / 1.1, 1 / (1.1 + v))))),
+    (1, "B follows"): (0.10, missed_by("B", NN)),
+    (1, "B better"): (1.0, nearer_to("B", "A")),
+    (1, "A along x"): (0.10, missed_by("A", NN)),
+    (1, "B along x"): (0.10, missed_by("B", NN)),
+    (2, "A"): (0.10, missed_by("A", XX)),
+    (2, "alike"): (0.10, lambda v: of(times("A", XX, by_geometry(1, 1 / (1 - v))))),
+    (3, "faster"): (0.0, lambda v: of(times("B", SS, 1 - v))),
+    (3, "other way"): (0.0, lambda v: of(times("B", SS, 1 - v))),
+    (3, "geometry"): (0.0, lambda v: of(times("B", SS, by_geometry(0.8, 0.8 - v)))),
+    (3, "convex geometry"): (0.0, lambda v: of(times("B", SS, by_geometry(0.8, 0.8 - v)))),
+    (3, "convex"): (0.0, lambda v: of(times("B", SS, by_body(0.7 - v, 1.3)))),
+    (4, "convex"): (1.0, lambda v: of(times("A", XS, by_body(1 + v / 10, 0.9)))),
+    (4, "along s"): (1.0, lambda v: apart_on_lines(XS, v)),
+    (4, "better"): (1.0, nearer_to("B", "Bhat")),
+    (4, "left"): (0.05, both_missed),
+    (5, "cancel"): (0.50, lambda v: of(bumps(1, -(1 - v) / (1 + v)))),
+    (5, "add"): (0.75, lambda v: of(bumps(1, -(1 - v) / (1 + v)))),
+    (6, "poor"): (0.20, lambda v: of(lambda of: of.prismatic("B") / (1 + v))),
+    (6, "in C"): (1.0, lambda v: of(times("A", XN, by_body(v, 1)))),
+    (7, "close"): (0.10, fit_missed_along_x),
+    (7, "too large"): (0.0, lambda v: too_large(v, v)),
+    (7, "geometry"): (0.0, lambda v: too_large(0.1 + v, 0.1)),
+    (8, "larger"): (1.0, lambda v: of(everywhere(by_geometry(1, v)))),
+    (8, "curvature"): (1 / 3, lambda v: wheel(3 - 2 * v)),
+    (9, "convex"): (-0.20, mean_over_a),
+    (9, "concave"): (0.0, mean_over_a),
+    (9, "B"): (1.0, nearer_to("B", "Bhat")),
+    (9, "B̂′"): (1.0, lambda v: near_fit(v / (1 + v))),
+    (9, "arc"): (0.10, off_at_one_point),
+    (9, "translation"): (0.50, explained),
+    (11, "change"): (0.05, errors_change),
+    (11, "order"): (0.05, regretted),
+    (12, "worst"): (1.0, mixed),
+    (12, "mean"): (1.0, mixed),
+    (13, "B"): (1.0, from_a_prismatic("B")),
+    (13, "B̂"): (1.0, from_a_prismatic("Bhat")),
+    (14, "apart"): (1.0, engines),
+    (15, "plane"): (1.0, lambda v: plane(estimates_away(v), estimate=0.01)),
+    (15, "nearly plane"): (0.01, lambda v: plane(times("A", None, 1 + v))),
+    (16, "along s"): (1.0, lambda v: apart_on_lines(NN, v)),
+    (16, "concave"): (1.0, lambda v: apart_on_lines(NN, v)),
+    (17, "xx"): (0.10, missed_by("A", XX)),
+    (17, "ss"): (-0.50, cosine),
+    (17, "B_ss"): (0.10, missed_by("B", SS)),
+    (18, "at the load"): (0.05, lambda v: of(off_half_space(v))),
+    (18, "converge"): (0.50, near_and_far),
+    (19, "convex"): (0.50, lambda v: turned(v, v - 1)),
+    (20, "B̂"): (1.0, nearer_to("Bhat", "B")),
+    (21, "size"): (0.20, lambda v: term(1 + v)),
+}
+
+
+@pytest.mark.parametrize(("number", "name"), EXACT)
+def test_a_number_is_what_c_was_made_for_and_decides_at_its_threshold(number, name):
+    criterion = next(c for c in STATEMENTS[number].criteria if c.name == name)
+    threshold, made = EXACT[number, name]
+    for side in (-1, 1):
+        value = threshold + side * 0.01 * (abs(threshold) or 1)
+        found = criterion.measure(made(value)())
+        assert found
+        assert list(found.values()) == pytest.approx([value] * len(found), rel=1e-6)
+        is_met = side == (-1 if criterion.relation == "<" else 1)
+        assert {criterion.met(one) for one in found.values()} == {is_met}
+
+
+# --- criteria without such a value, and what statements ask for -----------------------------------------
+
+ELSEWHERE = {(15, "point loads"), (15, "cylinder")}  # no C in them: tests/compare/studies/test_program.py
+SOME = {(15, "variants")}  # missed in some case only: variants are alike in others
 A, B = times("A", None, 1), times("B", None, 1)
 SIDES = {  # (met in every case, missed)
-    (1, "A departs"): (of(times("A", NN, 0.5)), of(times("A", NN, 0.95))),
-    (1, "with distance"): (of(times("A", NN, less_with_s(1, 0.5))), of(times("A", NN, less_with_s(0.5, 1)))),
-    (1, "geometry"): (of(times("A", NN, by_geometry(0.9, 0.5))), of(times("A", NN, by_geometry(0.5, 0.9)))),
-    (1, "B follows"): (of(times("B", NN, 0.95)), of(times("B", NN, 0.85))),
-    (1, "B better"): (of(between("A", "B", 0.6)), of(between("A", "B", 0.4))),
-    (1, "A along x"): (of(times("A", NN, 0.95)), of(times("A", NN, 0.85))),
-    (1, "B along x"): (of(times("B", NN, 0.95)), of(times("B", NN, 0.85))),
-    (2, "A"): (of(times("A", XX, 0.95)), of(times("A", XX, 0.85))),
-    (2, "alike"): (of(times("A", XX, 0.7)), of(times("A", XX, by_geometry(1, 0.7)))),
-    (3, "faster"): (of(times("B", SS, 0.9)), of(times("B", SS, 1.1))),
-    (3, "other way"): (of(times("B", SS, 1.1)), of(times("B", SS, 0.9))),
-    (3, "geometry"): (of(times("B", SS, by_geometry(0.9, 0.5))), of(times("B", SS, by_geometry(0.5, 0.9)))),
-    (3, "convex geometry"): (
-        of(times("B", SS, by_geometry(0.9, 0.5))),
-        of(times("B", SS, by_geometry(0.5, 0.9))),
-    ),
-    (3, "convex"): (of(times("B", SS, by_body(0.5, 1.4))), of(times("B", SS, by_body(0.6, 1.5)))),
-    (4, "convex"): (of(times("A", XS, by_body(1.5, 1.4))), of(times("A", XS, by_body(1.4, 1.5)))),
-    (4, "along s"): (of(times("A", XS, on_lines(1.5, 1.1))), of(times("A", XS, on_lines(1.1, 1.5)))),
-    (4, "better"): (of(between("Bhat", "B", 0.6)), of(between("Bhat", "B", 0.4))),
-    (4, "left"): (of(times("A", XS, 3)), of(B)),
-    (5, "cancel"): (of(bumps(1, -0.5)), of(bumps(1, -0.2))),
-    (5, "add"): (of(bumps(1, -0.1)), of(bumps(1, -0.2))),
-    (6, "poor"): (of(lambda of: of.prismatic("B") / 1.3), of(lambda of: of.prismatic("B") / 1.1)),
     (6, "in B"): (of(A, upper_E=SOFT), of(A, upper_E=STIFF)),
     (6, "in B̂"): (of(A, upper_E=SOFT), of(A, upper_E=STIFF)),
-    (6, "in C"): (of(times("A", XN, by_body(1.1, 1))), of(times("A", XN, by_body(1, 1.1)))),
-    (7, "close"): (fitted(0.95), fitted(0.85)),
-    (7, "too large"): (fitted(0.9), fitted(1.1)),
-    (7, "geometry"): (fitted(by_geometry(0.8, 0.9)), fitted(by_geometry(0.9, 0.8))),
-    (8, "larger"): (of(everywhere(by_geometry(1, 1.1))), of(everywhere(by_geometry(1.1, 1)))),
-    (8, "curvature"): (wheel(2.5), wheel(2.0)),
-    (9, "convex"): (of(times("A", SN, by_body(-2, 1))), of(times("A", SN, by_body(1, -2)))),
-    (9, "concave"): (of(times("A", SN, by_body(0.5, 1.1))), of(times("A", SN, by_body(1.1, 0.9)))),
-    (9, "B"): (of(between("Bhat", "B", 0.6)), of(between("Bhat", "B", 0.4))),
-    (9, "B̂′"): (near_fit(0.6), near_fit(0.4)),
-    (9, "arc"): (of(times("B", SN, 0.95)), of(times("B", SN, 0.5))),
-    (9, "translation"): (of(lifted), of(misfit_at(0.5))),
     (9, "flank"): (of(misfit_at(1.2)), of(misfit_at(0.8))),
     (10, "gain"): (of(beyond_factor(-4)), of(beyond_factor(4))),
-    (11, "change"): (nu(times("B", None, 0.9), times("B", None, 0.905)), nu(B, times("B", None, 0.9))),
-    (11, "order"): (nu(B, times("B", None, 0.98)), nu(B, A)),
-    (12, "worst"): (of(times("mix", NN, 0.99)), of(times("Bhat", None, 0.99))),
-    (12, "mean"): (of(times("mix", NN, 0.99)), of(times("Bhat", None, 0.99))),
-    (13, "B"): (
-        of(lambda of: 0.6 * of.a + 0.4 * of.prismatic("B")),
-        of(lambda of: 0.4 * of.a + 0.6 * of.prismatic("B")),
-    ),
-    (13, "B̂"): (
-        of(lambda of: 0.6 * of.a + 0.4 * of.prismatic("Bhat")),
-        of(lambda of: 0.4 * of.a + 0.6 * of.prismatic("Bhat")),
-    ),
-    (14, "apart"): (engines(0.9), engines(1.1)),
     (15, "variants"): (plane(A), plane(A, b=1 + 1e-9)),
-    (15, "plane"): (plane(estimates_away(0.9), estimate=0.01), plane(estimates_away(1.1), estimate=0.01)),
-    (15, "nearly plane"): (plane(times("A", None, 1.009)), plane(times("A", None, 1.011))),
-    (16, "along s"): (of(times("A", NN, on_lines(3, 1.1))), of(times("A", NN, on_lines(2, 1.1)))),
-    (16, "concave"): (of(times("A", NN, on_lines(2, 1.1))), of(times("A", NN, on_lines(3, 1.1)))),
-    (17, "xx"): (of(times("A", XX, 0.95)), of(times("A", XX, 0.85))),
-    (17, "ss"): (of(bumped(SS, 1, -0.1)), of(bumped(SS, 1, 0.1))),
-    (17, "B_ss"): (of(times("B", SS, 0.95)), of(times("B", SS, 0.85))),
-    (18, "at the load"): (of(off_half_space(0.04)), of(off_half_space(0.06))),
-    (18, "converge"): (of(off_half_space(growing)), of(off_half_space(0.1))),
-    (19, "convex"): (turned(1.1, -1), turned(1, -1.1)),
-    (20, "B̂"): (of(between("B", "Bhat", 0.6)), of(between("B", "Bhat", 0.4))),
-    (21, "size"): (term(1.1), term(1.3)),
 }
 
 
 def test_every_criterion_has_both_sides():
     asked = {(number, c.name) for number, statement in STATEMENTS.items() for c in statement.criteria}
-    assert set(SIDES) | ELSEWHERE == asked
+    assert {*EXACT, *SIDES} | ELSEWHERE == asked
 
 
 @pytest.mark.parametrize(("number", "name"), SIDES)
@@ -283,4 +294,4 @@ def test_lines_have_the_names_that_measures_ask_for():
 
 def test_cylinders_are_met():
     criterion = next(c for c in STATEMENTS[15].criteria if c.name == "cylinder")
-    assert all(criterion.met(value) for value in cylinder_errors(runs_of(A)).values())
+    assert all(criterion.met(value) for value in cylinder_errors(None).values())

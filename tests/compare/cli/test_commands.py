@@ -1,0 +1,246 @@
+"""What commands ask the program for, by default and with options; limits of options; exit codes.
+
+What they ask for is recorded instead of computed.
+"""
+
+from dataclasses import replace
+
+import pytest
+
+from compare.cli import plan as planning
+from compare.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from compare.reports.frontier.advice import Advice, Question
+from compare.reports.frontier.choice import Choice
+from compare.results.plan import Step
+from compare.scenes.load import load_scene
+from femic.harmonic.record import HARMONIC
+from femic.models import Planned
+from femic.solid.record import SOLID
+from geometries.errors import Failure, WrongInput
+from geometries.patches import COMPONENTS
+
+ADVICE = Advice(Question("combined", COMPONENTS, 0.02), "a way", "its label", 0.01, 1.0, "nn", vanishes=False)
+
+
+@pytest.fixture
+def recorded(monkeypatch):
+    """Replaces functions by others that record their arguments and return what is given."""
+
+    def record(name, returns=None):
+        calls = []
+        monkeypatch.setattr(name, lambda *of, **named: calls.append((*of, *named.values())) or returns)
+        return calls
+
+    return record
+
+
+@pytest.fixture
+def command(tmp_path):
+    """Runs a command whose results go to a folder of the test."""
+    return lambda *words: exit_code([*words, "--out", str(tmp_path / "out"), "--workers", "1"])
+
+
+# --- exit codes -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "says"),
+    [
+        (WrongInput("a = 1: at most `tolerance`"), 2, "femic: a = 1: at most engine.tolerance"),
+        (Failure("use fewer (`workers` = 1)"), 1, "femic: use fewer (--workers 1)"),
+        (OSError("no space left"), 1, "femic: no space left"),
+        (KeyboardInterrupt(), 130, "femic: interrupted; what was finished is kept"),
+    ],
+)
+def test_each_error_has_its_exit_code_and_its_message(error, code, says, monkeypatch, capsys):
+    def failing(_):
+        raise error
+
+    monkeypatch.setattr("compare.cli.scenes.load_scene", failing)
+    assert exit_code(["plan", "flat"]) == code
+    assert capsys.readouterr().err.startswith(says)
+
+
+def test_exit_codes_are_those_of_the_manual():
+    assert (DONE, FAILED, WRONG_INPUT, INTERRUPTED) == (0, 1, 2, 130)
+    assert exit_code(["no-such-command"]) == WRONG_INPUT
+
+
+def test_errors_of_the_program_itself_are_not_hidden(monkeypatch):
+    def failing(_):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("compare.cli.scenes.load_scene", failing)
+    with pytest.raises(ZeroDivisionError):
+        exit_code(["plan", "flat"])
+
+
+# --- validate, extremes ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 0.02])
+def test_statements_are_judged_at_tolerances_up_to_the_limits(tolerance, recorded, command, tmp_path):
+    calls = recorded("compare.studies.validation.page.validate", "there")
+    assert command("validate", "--only", "3", "1", "--tolerance", str(tolerance)) == DONE
+    ((numbers, runs, folder),) = calls
+    assert (numbers, runs.tolerance, folder) == ((3, 1), tolerance, tmp_path / "out")
+
+
+@pytest.mark.parametrize("tolerance", ["0.99e-4", "0.0201"])
+def test_tolerances_beyond_the_limits_are_told_with_them(tolerance, recorded, command, capsys):
+    calls = recorded("compare.studies.validation.page.validate")
+    assert command("validate", "--tolerance", tolerance) == WRONG_INPUT
+    assert f"--tolerance {float(tolerance):g}: 0.0001 ... 0.02" in capsys.readouterr().err
+    assert not calls
+
+
+def test_all_statements_are_judged_with_c_known_to_a_thousandth_by_default(recorded, command):
+    calls = recorded("compare.studies.validation.page.validate", "there")
+    assert command("validate") == DONE
+    assert (calls[0][0], calls[0][1].tolerance) == (tuple(range(1, 22)), 1e-3)
+
+
+# --- frontier, advise -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("options", "budget"), [((), 600.0), (("--budget", "7.5"), 7.5)])
+def test_a_frontier_has_ten_minutes_by_default(options, budget, recorded, command):
+    calls = recorded("compare.reports.frontier.trade.compute_frontier")
+    recorded("compare.reports.frontier.page.summary", "")
+    recorded("compare.reports.frontier.page.write_frontier", "there")
+    assert command("frontier", "flat", *options) == DONE
+    assert (calls[0][0], calls[0][1].budget) == ("flat", budget)
+
+
+@pytest.mark.parametrize(
+    ("options", "asked"),
+    [
+        ((), Question("combined", ("nn", "ss", "xx", "xs", "xn", "sn"), 0.02)),
+        (
+            ("--body", "upper", "--components", "nn,sn", "--tolerance", "0.3"),
+            Question("upper", ("nn", "sn"), 0.3),
+        ),
+    ],
+)
+def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options, asked, recorded, command):
+    tried = recorded("compare.reports.frontier.advice.tried_for", ("request", "frontier"))
+    advised = recorded("compare.reports.frontier.advice.advise", "advice")
+    for name in ("page.evidence", "advice.told"):
+        recorded(f"compare.reports.frontier.{name}", "")
+    assert command("advise", "geometry1", *options) == DONE
+    assert tried[0][1] == asked
+    assert advised == [("frontier", asked)]
+
+
+# --- matrix, export, calibrate ---------------------------------------------------------------------------
+
+
+@pytest.fixture
+def exported(recorded, monkeypatch):
+    calls = []
+    formats = {"contact": lambda scene, wanted, *_: calls.append((scene, wanted))}
+    monkeypatch.setattr("compare.reports.matrix.export.FORMATS", formats)
+    recorded("compare.reports.matrix.export.told", "")
+    return calls
+
+
+@pytest.mark.parametrize(
+    ("options", "ics", "discount"),
+    [((), "C", "rule"), (("--ics", "Bhat"), "Bhat", "rule"), (("--discount", "none"), "C", "none")],
+)
+def test_the_ics_of_the_scene_are_exported_unless_others_are_named(options, ics, discount, exported, command):
+    assert command("export", "flat", *options) == DONE
+    ((scene, wanted),) = exported
+    assert (scene.ics, wanted.ics, wanted.discount) == (ics, ics, discount)
+
+
+@pytest.mark.parametrize(
+    ("choice", "tolerance"),
+    [(Choice("Bhat", ADVICE), 0.01), (Choice("C", ADVICE, {"tolerance": 0.05}), 0.05)],
+)
+def test_what_auto_chooses_is_exported_with_its_engine(choice, tolerance, exported, recorded, command):
+    """Judged on all nine components of both bodies, at the tolerance of the scene."""
+    asked = recorded("compare.cli.matrices.choose", choice)
+    assert command("export", "flat", "--ics", "auto") == DONE
+    assert asked[0][1] == Question("combined", COMPONENTS, 0.02)
+    ((scene, wanted),) = exported
+    assert (wanted.ics, scene.settings.tolerance) == (choice.ics, tolerance)
+
+
+@pytest.mark.parametrize("n", [1, 5, 6])
+def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded, command, tmp_path, capsys):
+    names = [str(tmp_path / f"s{k}.toml") for k in range(n)]
+    for name in names:
+        (tmp_path / name).write_text(load_scene("geometry1").text, encoding="utf-8")
+    recorded("compare.cli.fits.calibrate_scene", "fit")
+    written = recorded("compare.reports.calibration.page.write_fit", "there")
+    reports = recorded("compare.reports.calibration.page.write_report", "there")
+    if n > 5:
+        assert command("calibrate", *names) == WRONG_INPUT
+        assert "scenes: 6 of them; give 1 to 5" in capsys.readouterr().err
+        assert not written
+        return
+    assert command("calibrate", *names) == DONE
+    out = tmp_path / "out"
+    assert [folder for _, folder in written] == ([out] if n == 1 else [out / f"s{k}" for k in range(n)])
+    assert reports == [(["fit"] * n, out)]
+
+
+def test_a_map_has_twenty_fits_by_default(recorded, command):
+    computed = recorded("compare.reports.calibration.maps.compute_map")
+    recorded("compare.reports.calibration.map_page.table", "")
+    recorded("compare.reports.calibration.map_page.write_map", "there")
+    assert command("calibrate-map") == DONE
+    assert command("calibrate-map", "flat", "--flanks", "5", "15", "--ratios", "1", "2") == DONE
+    (first, axes, _), (second, given, _) = computed
+    assert (first, second) == ("geometry1", "flat")
+    assert len(axes.flanks) * len(axes.ratios) == 20
+    assert (given.flanks, given.ratios) == ((5.0, 15.0), (1.0, 2.0))
+
+
+# --- run, compare, plan ---------------------------------------------------------------------------------
+
+
+def test_a_run_chooses_ics_only_where_the_scene_leaves_it_open(recorded, command, write_scene):
+    recorded("compare.cli.scenes.run_scene", "there")
+    asked = recorded("compare.cli.scenes.choose", Choice("C", ADVICE))
+    assert command("run", str(write_scene())) == DONE
+    assert not asked
+    assert command("run", str(write_scene('ics = "auto"\nics_tolerance = 0.07\nbodies = ["upper"]'))) == DONE
+    question = asked[0][1]
+    assert (question.body, question.tolerance) == ("upper", 0.07)
+
+
+def test_only_scenes_without_results_of_now_are_computed_to_compare(recorded, monkeypatch, tmp_path):
+    ran = recorded("compare.cli.scenes.run_scene", "there")
+    recorded("compare.reports.overlay.curves.load", "curves")
+    written = recorded("compare.reports.overlay.page.write", "there")
+    monkeypatch.setattr("compare.reports.overlay.sources.up_to_date", lambda source: source.name == "flat")
+    words = ["compare", "flat", "geometry1", "--results", str(tmp_path), "--workers", "1"]
+    assert exit_code(words) == DONE
+    assert [(scene.name, folder) for scene, folder, _ in ran] == [("geometry1", tmp_path / "geometry1")]
+    assert written == [("curves", tmp_path / "flat_geometry1")]
+
+
+PLANNED = Planned(1_234_567, wavenumbers=55, fields=4, half_section=True, seconds=100.4, memory=900.0)
+
+
+def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkeypatch, capsys):
+    """A solid model is solved by one of four workers, a harmonic one by all."""
+    steps = [
+        Step("lower, fine", HARMONIC, 1.5, 1280.0, "endless", PLANNED),
+        Step(
+            "check, lower, fine", SOLID, 1.0, 320.0, "640 mm", replace(PLANNED, seconds=60.0, memory=1500.0)
+        ),
+    ]
+    monkeypatch.setattr(planning, "run_steps", lambda *_: steps)
+    monkeypatch.setattr(planning, "matrix_steps", lambda *_: steps[:1])
+    monkeypatch.setattr(planning, "file_size", lambda _: 12.4e6)
+    assert exit_code(["plan", "flat", "--workers", "4"]) == DONE
+    told = " ".join(capsys.readouterr().out.split())
+    assert "tolerance 0.01, 4 workers" in told
+    assert "64 lags of 0.4 mm, 32 strips of 0.6 mm about s = 0 mm; matrix.nc takes 12 MB" in told
+    assert "about 115 s, 1500 MB" in told
+    assert "about 100 s, 900 MB" in told
+    for shown in ("1,234,567", "1.5", "1280 mm", "640 mm", "endless", "55"):
+        assert shown in told
