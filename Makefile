@@ -5,7 +5,7 @@ READY := .venv/.ready
 FEMIC := $(BIN)/femic
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat matrix calibrate compare frontier validate extremes docs mutations test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix contact calibrate compare frontier validate extremes docs mutations test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -25,6 +25,9 @@ geometry1 geometry2 flat: $(READY)  ## run a built-in scene; the report is out/S
 
 matrix: $(READY)  ## the IC matrix of Geometry 2 on a grid; the report is out/geometry2/matrix.html
 	$(FEMIC) matrix geometry2
+
+contact: $(READY)  ## frictionless contact of two pairs with A, B, B-hat and C: out/wide/contact.html, out/tall/contact.html
+	$(FEMIC) contact wide tall
 
 calibrate: $(READY)  ## B-hat-prime fitted to C of both geometries: out/geometry1_geometry2/calibration.html
 	$(FEMIC) calibrate geometry1 geometry2

@@ -18,9 +18,11 @@ PropertyName = Literal["mismatch_k", "G", "nu"]
 if TYPE_CHECKING:
     VariantName = str
     ICName = str
+    ContactICName = str
 else:  # the names of the registry: a new variant is registered there alone
     VariantName = Literal[*VARIANTS]
     ICName = Literal["auto", "C", *VARIANTS]
+    ContactICName = Literal["C", *VARIANTS]
 
 
 class Section(BaseModel):
@@ -273,6 +275,46 @@ class EngineTable(Section):
     solver: SolverChoice = Field("auto", description="linear solver; direct needs the extra femic[direct]")
 
 
+class ContactTable(Section):
+    """Frictionless contact of both bodies (femic contact)."""
+
+    loads: tuple[Positive, ...] = Field((), description="vertical loads [N]")
+    approaches: tuple[Positive, ...] = Field((), description="instead of loads: vertical approaches [mm]")
+    ics: tuple[ContactICName, ...] = Field(
+        ("A", "B", "Bhat", "C"), min_length=1, description="ICs to solve it with: C, approximations"
+    )
+    shift: Finite = Field(0.0, description="the upper body is moved by this along y [mm]")
+    flanks: bool = Field(
+        True,
+        description="whether the bodies may touch on the straight flanks beyond the contours; false where "
+        "flanks only stand for the rest of a body",
+    )
+    gap: Literal["linear", "exact"] = Field(
+        "linear",
+        description="undeformed distance. linear: at first touch, less approach times cos(delta); exact: of "
+        "the displaced body",
+    )
+    elements: Annotated[int, Field(ge=8, le=64)] = Field(
+        20, description="elements across the smallest patch on an automatic grid, along x and s"
+    )
+    grid: Literal["automatic", "scene"] = Field(
+        "automatic", description="automatic: as large as the patches; scene: that of [grid], centred at x = 0"
+    )
+    shape_load: Positive | None = Field(
+        None,
+        description="load whose B-hat pressures are mapped onto all patches, to see where A and B-hat differ "
+        "[N]; default: the largest",
+    )
+
+    _distinct = field_validator("ics")(_each_once)
+
+    @model_validator(mode="after")
+    def _loads_or_approaches(self) -> "ContactTable":
+        if self.loads and self.approaches:
+            raise ValueError("give either loads or approaches")
+        return self
+
+
 class SceneFile(Section):
     """A scene: two bodies, a loaded patch, the lines where displacements are read."""
 
@@ -327,6 +369,9 @@ class SceneFile(Section):
     )
     calibration: CalibrationTable = Field(
         CalibrationTable(), description="which properties femic calibrate fits to which points"
+    )
+    contact: ContactTable = Field(
+        ContactTable(), description="frictionless contact of both bodies (femic contact)"
     )
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from compare.scenes import file as files
 from compare.scenes.load import parse, read_scene, scene_path
 
-TABLES = ("lower", "upper", "patch", "grid", "calibration", "engine")
+TABLES = ("lower", "upper", "patch", "grid", "calibration", "contact", "engine")
 
 
 def listing(name_or_path: str) -> str:

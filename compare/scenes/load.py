@@ -20,7 +20,7 @@ from compare.scenes import file as files
 from compare.scenes.checks import calibration_misfits, grid_misfits, misfits
 from compare.scenes.errors import BadScene, require_none
 from compare.scenes.messages import messages
-from compare.scenes.scene import Calibration, Scene, common_extent
+from compare.scenes.scene import Calibration, ContactWanted, Scene, common_extent
 from femic.engine import Engine
 from femic.engines import ENGINES
 from femic.job import Settings
@@ -171,6 +171,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         lines=tuple(_line(line, extent) for line in scene.lines or files.default_lines(patch.s)),
         grid=_grid(scene.grid, patch),
         checked_strips=scene.grid.check,
+        contact=_contact(scene.contact),
         settings=Settings(
             engine,
             table.tolerance,
@@ -284,6 +285,20 @@ def _cells(engine: Engine, table: files.EngineTable, patch: Patch) -> Cells:
         table.smallest_cell or default.smallest,
         table.growth or default.growth,
         table.line_growth or default.line_growth,
+    )
+
+
+def _contact(table: files.ContactTable) -> ContactWanted:
+    return ContactWanted(
+        table.loads,
+        table.approaches,
+        table.ics,
+        table.shift,
+        table.flanks,
+        table.gap == "exact",
+        table.elements,
+        table.grid == "automatic",
+        table.shape_load,
     )
 
 

@@ -28,6 +28,21 @@ class Calibration:
 
 
 @dataclass(frozen=True)
+class ContactWanted:
+    """Which frictionless contact is solved, with which ICs."""
+
+    loads: tuple[float, ...]  # N
+    approaches: tuple[float, ...]  # mm, where no loads are given
+    ics: tuple[str, ...]  # "C" or names of variants
+    shift: float  # of the upper body along y [mm]
+    flanks: bool  # whether the bodies may touch on the straight flanks
+    exact: bool  # whether the undeformed distance is that of the displaced body, not linearised
+    elements: int  # across the smallest patch on an automatic grid
+    automatic: bool  # whether the grid is; otherwise it is that of the scene
+    shape_load: float | None  # load whose pressures are mapped onto all patches [N]
+
+
+@dataclass(frozen=True)
 class Scene:
     """A validated scene in terms of `geometries`."""
 
@@ -46,6 +61,7 @@ class Scene:
     lines: tuple[OffsetLine, ...]
     grid: Grid
     checked_strips: int  # how many columns of its IC matrix the solid engine computes, too
+    contact: ContactWanted
     settings: Settings  # of C
     reference_length: float  # mm
     fields: bool  # whether displacements and stresses are written

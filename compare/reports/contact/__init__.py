@@ -1,0 +1,1 @@
+"""`femic contact`: figures and pages of contact by several ICs."""

@@ -1,0 +1,135 @@
+"""`femic contact` solves the contact of a scene with several ICs and writes the file, figures and report."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from compare.pages.html import write_page
+from compare.pages.styles import SYMBOLS, save
+from compare.reports.contact import figures, sensitivity
+from compare.results import folders
+from compare.results.contact.compute import ContactResults
+from compare.results.contact.dataset import to_dataset
+from compare.results.contact.quantities import QUANTITIES
+
+FAILS = 0.05  # deviation of the largest pressure from which the summary says that ICs fail
+
+
+def write_contact(results: ContactResults, out: Path) -> Path:
+    """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
+    folders.made(out)
+    scene = results.scene
+    dataset = to_dataset(results)
+    temporary = out / "contact.part"
+    dataset.to_netcdf(temporary, engine="h5netcdf")
+    temporary.replace(out / "contact.nc")
+    (out / "figures").mkdir(exist_ok=True)
+    drawn = [
+        save(draw(dataset), out / "figures" / f"contact_{name}.png")
+        for name, draw in (
+            ("numbers", figures.over_angle),
+            ("profiles", figures.profiles),
+            ("surfaces", figures.surfaces),
+        )
+    ]
+    return write_page(
+        out / "contact.html",
+        "contact.html.j2",
+        title=str(dataset.attrs["title"]),
+        summary=summary(dataset),
+        reference=SYMBOLS[figures.reference_of(dataset)],
+        quantities=QUANTITIES,
+        tables=[
+            {"case": str(case), "rows": list(_rows(dataset.sel(case=case)))} for case in dataset.case.values
+        ],
+        grids=list(_grids(results)),
+        figures=drawn,
+        seconds=f"{results.seconds:.1f}",
+        text=scene.text,
+    )
+
+
+def write_sensitivity(results: Mapping[str, ContactResults], out: Path) -> Path:
+    """Write maps of where A and B-hat differ, of two or more scenes, and their page; returns its path."""
+    (folders.made(out) / "figures").mkdir(exist_ok=True)
+    drawn = save(sensitivity.maps(results), out / "figures" / "sensitivity.png")
+    return write_page(
+        out / "contact.html",
+        "sensitivity.html.j2",
+        title=f"Where A and B̂ differ: {', '.join(results)}",
+        summary=sensitivity.summary(results),
+        figures=[drawn],
+    )
+
+
+def summary(dataset: xr.Dataset) -> str:
+    """Sentences computed from the numbers: what each of the ICs changes, and from which angle on."""
+    reference = figures.reference_of(dataset)
+    angle = dataset.angle.sel(ics=reference)
+    sentences = [
+        f"{dataset.sizes['case']} cases, patches over {float(angle.min()):.0f} ... {float(angle.max()):.0f} "
+        f"degrees by {SYMBOLS[reference]}."
+    ]
+    for name in (str(name) for name in dataset.ics.values if name != reference):
+        deviations = {
+            key: dataset[key].sel(ics=name) / dataset[key].sel(ics=reference) - 1
+            for key in ("p_max", "b", "approach")
+        }
+        worst = {
+            key: float(values.values[np.argmax(np.abs(values.values))]) for key, values in deviations.items()
+        }
+        failing = angle.where(abs(deviations["p_max"]) > FAILS).min()
+        fails = (
+            f"; p_max is off by more than {FAILS:.0%} from {float(failing):.0f} degrees on"
+            if failing.notnull()
+            else f"; p_max is within {FAILS:.0%} everywhere"
+        )
+        sentences.append(
+            f"{SYMBOLS[name]}: p_max {worst['p_max']:+.1%}, b {worst['b']:+.1%}, approach "
+            f"{worst['approach']:+.1%} of {SYMBOLS[reference]}'s at worst{fails}."
+        )
+    displaced = abs(dataset.displaced_p_max / dataset.p_max - 1).sel(ics=reference)
+    if displaced.notnull().any():
+        sentences.append(
+            f"The exact distance of the displaced body instead of the linearised one changes p_max by up to "
+            f"{float(displaced.max()):.1%}."
+        )
+    return " ".join(sentences)
+
+
+def _rows(case: xr.Dataset) -> Iterator[dict[str, object]]:
+    """Yield a row per ICs: each number with its estimate, its ratio to the reference, and the cost."""
+    reference = case.sel(ics=figures.reference_of(case))
+    for name in map(str, case.ics.values):
+        of_ics = case.sel(ics=name)
+        ratios = of_ics / reference
+        yield {
+            "symbol": SYMBOLS[name],
+            "cells": [
+                {
+                    "text": f"{float(of_ics[key]):.5g}",
+                    "below": f"± {float(of_ics[f'estimate_{key}']):.2g}; {float(ratios[key]):.4f}",
+                }
+                for key in QUANTITIES
+            ],
+            "displaced": f"{float(of_ics.displaced_p_max):.5g}" if of_ics.displaced_p_max.notnull() else "–",
+            "iterations": int(of_ics.iterations),
+            "seconds": f"{float(of_ics.seconds):.2f}",
+        }
+
+
+def _grids(results: ContactResults) -> Iterator[dict[str, str]]:
+    """Yield what is known of each grid and of C on it."""
+    placed = {contact.placed.grid: contact.case for contact in results.contacts.values()}
+    for grid in placed:
+        c = results.references.get(grid)
+        yield {
+            "grid": f"{grid.n_x} x {grid.n_s} elements of {grid.dx:.4g} x {grid.ds:.4g} mm",
+            "estimate": f"{c.estimate:.2%}" if c else "–",
+            "asymmetry": f"{c.asymmetry:.1e}" if c else "–",
+            "eigenvalue": f"{c.eigenvalue:.3f}" if c else "–",
+            "of_load": f"{c.eigenvalue_of_load:.3f}" if c else "–",
+            "seconds": f"{c.seconds:.1f}" if c else "–",
+        }

@@ -1,0 +1,1 @@
+"""Computes the contact of a scene's bodies with several ICs, and writes it."""

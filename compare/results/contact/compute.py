@@ -1,0 +1,181 @@
+"""Solves the contact of a scene's bodies with several ICs: grids, matrices of C, pressures, their errors."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from compare.results.contact.grids import Sizing
+from compare.results.contact.pairing import Case, Placed, undeformed_of
+from compare.results.matrix.compute import matrix_jobs
+from compare.scenes.errors import BadScene
+from compare.scenes.scene import Scene
+from contact.normal import NormalContact, Operator, PotentialAreaTooSmall
+from contact.operators.dense import GridOperator
+from femic.estimate import total
+from femic.matrix.reference import matrices
+from femic.means import DEFAULT, Means
+from geometries.arrays import Array
+from geometries.errors import Failure
+from geometries.grids import Grid
+from geometries.patches import N
+
+C = "C"
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedContact:
+    """A contact with some ICs; `perturbed` is the same with C plus its estimated error, None of others."""
+
+    case: Case
+    ics: str
+    placed: Placed
+    normal: NormalContact
+    perturbed: NormalContact | None
+    displaced: NormalContact | None  # by the reference with the exact distance, unless larger than the grid
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceICs:
+    """C_nn of both bodies on a grid: operator, the same with C plus its estimate, and what C satisfies."""
+
+    operator: GridOperator
+    perturbed: GridOperator
+    estimate: float  # largest estimated error over the largest C_nn
+    asymmetry: float  # largest |C(I, J) - C(J, I)| over the largest C_nn, before their mean was taken
+    eigenvalue: float  # smallest, over the least IC of an element on itself, of pressures without resultant
+    eigenvalue_of_load: float  # the same of pressures without vertical load
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class ContactResults:
+    """The contacts of a scene, by case and ICs, in the order in which the scene gives them."""
+
+    scene: Scene
+    cases: tuple[Case, ...]
+    ics: tuple[str, ...]
+    contacts: Mapping[tuple[Case, str], SolvedContact]
+    references: Mapping[Grid, ReferenceICs]  # of the grids, where C is wanted
+    seconds: float
+
+
+def cases_of(scene: Scene) -> tuple[Case, ...]:
+    """The loads or approaches of a scene; raises BadScene where there are none."""
+    wanted = scene.contact
+    cases = [Case(load, None) for load in wanted.loads] + [Case(None, zeta) for zeta in wanted.approaches]
+    if not cases:
+        raise BadScene(f"{scene.name}: [contact]: give loads = [...] in N, or approaches = [...] in mm")
+    if "Bhat_prime" in wanted.ics and not scene.pair.has_effective("combined"):
+        raise BadScene(
+            f"{scene.name}: contact.ics: Bhat_prime needs effective properties of both bodies: "
+            "`femic calibrate` finds some"
+        )
+    return tuple(cases)
+
+
+def reference_name(ics: Sequence[str]) -> str:
+    """The ICs that others are compared with: C, or where it is not there B-hat, or the last ones."""
+    return next((name for name in (C, "Bhat") if name in ics), ics[-1])
+
+
+def compute_contact(scene: Scene, means: Means = DEFAULT) -> ContactResults:
+    """Solve all contacts of a scene; raises BadScene for what cannot be solved, and Failure as `contact`."""
+    start, cases = perf_counter(), cases_of(scene)
+    contacts: dict[tuple[Case, str], SolvedContact] = {}
+    references: dict[Grid, ReferenceICs] = {}
+    for grid, on_grid in _grids(scene, cases):
+        placed = Placed(scene.pair, undeformed_of(scene), grid)
+        means.watch.on_stage(
+            f"  {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: "
+            + ", ".join(str(case) for case in on_grid)
+        )
+        for name in scene.contact.ics:
+            if name == C:
+                references[grid] = reference_ics(scene, placed, means)
+            for case in on_grid:
+                contacts[case, name] = _solved(scene, placed, case, name, references.get(grid))
+    return ContactResults(scene, cases, scene.contact.ics, contacts, references, perf_counter() - start)
+
+
+def _grids(scene: Scene, cases: Sequence[Case]) -> list[tuple[Grid, list[Case]]]:
+    """The grids and the cases on them: that of the scene, or automatic ones."""
+    if not scene.contact.automatic:
+        return [(scene.grid, list(cases))]
+    undeformed = undeformed_of(scene)
+    approximations = [name for name in scene.contact.ics if name != C]
+    sizing = Sizing(scene.pair, undeformed, undeformed.s_range, scene.contact.elements)
+    return [
+        (sizing.large_enough(grid, on_grid, approximations), on_grid) for grid, on_grid in sizing.grids(cases)
+    ]
+
+
+def _solved(
+    scene: Scene, placed: Placed, case: Case, name: str, reference: ReferenceICs | None
+) -> SolvedContact:
+    """One contact; C also with its estimate added, the reference also with the exact distance."""
+    start, exact = perf_counter(), scene.contact.exact
+    c = reference if name == C else None
+    operator: Operator = c.operator if c else placed.operator(name)
+    try:
+        normal = placed.contact(operator, case, exact=exact)
+        seconds = perf_counter() - start
+        perturbed = placed.contact(c.perturbed, case, exact=exact) if c else None
+    except PotentialAreaTooSmall as error:
+        raise Failure(f"contact at {case} with {name}: {error}") from error
+    try:
+        wanted = name == reference_name(scene.contact.ics) and not exact
+        displaced = placed.contact(operator, case, exact=True) if wanted else None
+    except PotentialAreaTooSmall:
+        displaced = None
+    return SolvedContact(case, name, placed, normal, perturbed, displaced, seconds)
+
+
+def reference_ics(scene: Scene, placed: Placed, means: Means) -> ReferenceICs:
+    """C_nn of both bodies on a grid; raises Failure where it is not positive for pressures without load."""
+    start, grid = perf_counter(), placed.grid
+    jobs = matrix_jobs(replace(scene, grid=grid, compared=("combined",)))
+    solved = matrices(jobs, means, combined=True)
+    ic, estimate = np.empty((2, grid.n_x, grid.n_s, grid.n_s))
+    for strip in range(grid.n_s):
+        column = total([reference.column(strip) for reference in solved.values()])
+        ic[..., strip] = grid.area * column.ic[N, N]
+        estimate[..., strip] = grid.area * column.estimate[N, N]
+    largest = float(np.max(np.abs(ic)))
+    asymmetry = float(np.max(np.abs(ic - np.swapaxes(ic, 1, 2)))) / largest
+    operator = _operator(ic)
+    motions = placed.motions
+    eigenvalue, of_load = (_smallest_eigenvalue(ic, freed) for freed in (motions, motions[:1]))
+    if not eigenvalue > 0:
+        raise Failure(
+            f"C on {grid.n_x} x {grid.n_s} elements: its smallest eigenvalue is {eigenvalue:.2g} of the "
+            "least IC of an element on itself: pressures without resultant would do negative work; give a "
+            "smaller engine.tolerance, or larger elements"
+        )
+    return ReferenceICs(
+        operator,
+        _operator(ic + estimate),
+        float(np.max(estimate)) / largest,
+        asymmetry,
+        eigenvalue,
+        of_load,
+        perf_counter() - start,
+    )
+
+
+def _operator(ic: Array) -> GridOperator:
+    """The operator of nn ICs (lag, observed, loaded), which are made symmetric."""
+    return GridOperator.of((ic + np.swapaxes(ic, 1, 2))[..., None, None] / 2, (N,))
+
+
+def _smallest_eigenvalue(ic: Array, motions: Array) -> float:
+    """The smallest eigenvalue over the least IC of an element on itself, of pressures that move no body.
+
+    A give in the rigid `motions` (n, n_s) is added, as large as the largest IC: so it does not matter how
+    much of it the discount has taken away.
+    """
+    own = float(np.min(np.diagonal(ic[0])))
+    give = float(np.max(np.abs(ic))) * motions.T @ motions
+    return _operator(ic + give).smallest_eigenvalue() / own

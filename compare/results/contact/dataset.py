@@ -1,0 +1,108 @@
+"""The labelled arrays of contacts, `contact.nc`: numbers with their estimates, pressures and gaps."""
+
+import json
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from compare.results.contact.compute import ContactResults, SolvedContact
+from compare.results.contact.quantities import QUANTITIES, numbers
+from compare.results.provenance import results_digest
+from femic.work.provenance import versions
+
+NUMBERS = ("case", "ics")
+NONE = dict.fromkeys(QUANTITIES, np.nan)
+
+
+def to_dataset(results: ContactResults) -> xr.Dataset:
+    """Numbers by case and ICs, and pressures [MPa] and gaps [mm] of each case on its own grid.
+
+    `estimate_NAME` is the estimated error of NAME: the difference to elements twice as large, and of C also
+    that to C plus its estimated error. `displaced_NAME` is the number with the exact distance of the
+    displaced body; NaN where it is not known.
+    """
+    solved = [[results.contacts[case, name] for name in results.ics] for case in results.cases]
+    tables = {
+        "": [[_numbers(contact) for contact in row] for row in solved],
+        "estimate_": [[_estimates(contact) for contact in row] for row in solved],
+        "displaced_": [[_displaced(contact) for contact in row] for row in solved],
+    }
+    dataset = xr.Dataset(
+        {
+            prefix + name: (
+                NUMBERS,
+                [[contact[name] for contact in row] for row in table],
+                {"units": quantity.unit, "long_name": quantity.meaning},
+            )
+            for prefix, table in tables.items()
+            for name, quantity in QUANTITIES.items()
+        },
+        coords={"case": [str(case) for case in results.cases], "ics": list(results.ics)},
+        attrs=_attributes(results),
+    )
+    dataset["iterations"] = (
+        NUMBERS,
+        [[contact.normal.solution.iterations for contact in row] for row in solved],
+    )
+    dataset["seconds"] = (NUMBERS, [[contact.seconds for contact in row] for row in solved], {"units": "s"})
+    return dataset.merge(xr.merge([_fields(number, row) for number, row in enumerate(solved)]))
+
+
+def _numbers(contact: SolvedContact) -> dict[str, float]:
+    return numbers(contact.placed, contact.normal)
+
+
+def _displaced(contact: SolvedContact) -> dict[str, float]:
+    return NONE if contact.displaced is None else numbers(contact.placed, contact.displaced)
+
+
+def _estimates(contact: SolvedContact) -> dict[str, float]:
+    """Estimated errors of the numbers; NaN where the grid is too small for one of larger elements."""
+    normal, values = contact.normal, _numbers(contact)
+    if normal.coarser is None:
+        return NONE
+    coarse = numbers(contact.placed.coarsened, normal.coarser)
+    perturbed = values if contact.perturbed is None else numbers(contact.placed, contact.perturbed)
+    return {name: abs(value - coarse[name]) + abs(value - perturbed[name]) for name, value in values.items()}
+
+
+def _fields(number: int, row: Sequence[SolvedContact]) -> xr.Dataset:
+    """Pressures and gaps of one case by all ICs, on its grid: `p_0`, `gap_0` over `x_0`, `s_0` of case 0."""
+    placed, ics = row[0].placed, [contact.ics for contact in row]
+    x, s = f"x_{number}", f"s_{number}"
+    inclination = placed.undeformed.lower.contour.inclination(placed.grid.strips)
+    return xr.Dataset(
+        {
+            f"p_{number}": (("ics", x, s), np.stack([contact.normal.p for contact in row]), {"units": "MPa"}),
+            f"gap_{number}": (
+                ("ics", x, s),
+                np.stack([contact.normal.gap for contact in row]),
+                {"units": "mm"},
+            ),
+            f"inclination_{number}": (s, inclination, {"units": "rad"}),
+        },
+        coords={"ics": ics, x: (x, placed.x, {"units": "mm"}), s: (s, placed.grid.strips, {"units": "mm"})},
+    )
+
+
+def _attributes(results: ContactResults) -> dict[str, str | float]:
+    references = {
+        f"{grid.n_x} x {grid.n_s} x {grid.dx:g} x {grid.ds:g} mm": {
+            "estimate": c.estimate,
+            "asymmetry": c.asymmetry,
+            "smallest_eigenvalue": c.eigenvalue,
+            "smallest_eigenvalue_without_load": c.eigenvalue_of_load,
+            "seconds": c.seconds,
+        }
+        for grid, c in results.references.items()
+    }
+    return {
+        "title": f"Frictionless contact: {results.scene.title}",
+        "meaning": "pressures of the upper on the lower body along its normals; x, s of the lower surface",
+        "scene": results.scene.text,
+        "references": json.dumps(references),
+        "seconds": results.seconds,
+        "code": results_digest(),
+        "versions": json.dumps(versions()),
+    }

@@ -1,0 +1,196 @@
+"""Automatic grids: as large as the contact, found with B-hat, and fine enough for the smallest patch."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from approx.pair import Pair
+from compare.results.contact.pairing import Case, Placed
+from contact.edges import ENDS, MARGIN
+from contact.normal import NormalContact, PotentialAreaTooSmall
+from contact.undeformed import Undeformed
+from geometries.arrays import Array
+from geometries.errors import Failure, WrongInput
+from geometries.grids import Grid
+
+SIZING = "Bhat"  # the ICs with which grids are sized
+TRIED = 32  # elements along x and s of the grids that are tried
+GROWTH = 1.5  # by which a grid that is too short is made longer
+FEWEST = 10  # elements across a patch that tell its size well enough
+MOST_TRIES = 60
+ROOM = 0.12  # room beside the largest patch, as a share of its length, for patches by other ICs
+NEARLY = 0.01  # of a strip: grids as near to the middle are symmetric
+STEP = 8  # numbers of elements are multiples of it, for the sake of coarser grids
+MOST_STRIPS, MOST_ALONG_X = 96, 256  # of a grid; loads that need more have grids of their own
+
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Size:
+    """The ranges of x and s that all patches of a contact cover [mm]; None of no contact."""
+
+    x: Range
+    s: Range
+
+
+@dataclass(frozen=True)
+class Sizing:
+    """Two bodies whose grids are sized; their contours go on between the arc lengths `extent` [mm]."""
+
+    pair: Pair
+    undeformed: Undeformed
+    extent: Range
+    elements: int  # across the smallest patch on a grid
+
+    def grids(self, cases: Sequence[Case]) -> list[tuple[Grid, list[Case]]]:
+        """Grids, each with the cases that are solved on it, in the order of their size.
+
+        Cases share a grid and so C, as long as it does not have more than `MOST_STRIPS` strips.
+        """
+        sizes = {case: self.size(case) for case in cases}
+        groups: list[list[Case]] = []
+        for case in sorted(cases, key=lambda case: sizes[case].x[1]):
+            if groups and _fits(self.grid([sizes[other] for other in [*groups[-1], case]])):
+                groups[-1].append(case)
+            else:
+                groups.append([case])
+        return [(self.grid([sizes[case] for case in group]), group) for group in groups]
+
+    def grid(self, sizes: Sequence[Size]) -> Grid:
+        """A grid for some sizes of contacts."""
+        dx, ds = (
+            float(min(high - low for low, high in ranges)) / self.elements
+            for ranges in ([size.x for size in sizes], [size.s for size in sizes])
+        )
+        x = max(high for _, high in (size.x for size in sizes))
+        low, high = min(size.s[0] for size in sizes), max(size.s[1] for size in sizes)
+        room_x, room_s = 2 * ROOM * x + (MARGIN + 1) * dx, ROOM * (high - low) + (MARGIN + 1) * ds
+        n_x, n_s = _rounded((2 * x + 2 * room_x) / dx), _rounded((high - low + 2 * room_s) / ds)
+        middle = (low + high) / 2
+        return self._within(Grid(n_x, n_s, dx, ds, 0.0 if abs(middle) < NEARLY * ds else float(middle)))
+
+    def large_enough(self, grid: Grid, cases: Sequence[Case], variants: Sequence[str]) -> Grid:
+        """The grid, made longer where the contact by another approximation needs it."""
+        for variant, case in product(variants, cases):
+            for _ in range(MOST_TRIES):
+                placed = Placed(self.pair, self.undeformed, grid)
+                try:
+                    placed.contact(placed.operator(variant), case)
+                    break
+                except PotentialAreaTooSmall as short:
+                    self._require_room(short, case, grid.extent)
+                    grid = self._longer(grid, short.ends)
+        return grid
+
+    def _longer(self, grid: Grid, ends: tuple[str, ...]) -> Grid:
+        """The grid with `STEP` more elements at some of its ends."""
+        along_x = 2 * STEP if ENDS[0] in ends or ENDS[1] in ends else 0
+        before, after = (STEP * (end in ends) for end in ENDS[2:])
+        middle = grid.s + (after - before) * grid.ds / 2
+        longer = Grid(grid.n_x + along_x, grid.n_s + before + after, grid.dx, grid.ds, middle)
+        return self._within(longer)
+
+    def size(self, case: Case) -> Size:
+        """The size of a contact with B-hat, on coarse grids that are made longer or shorter until they fit.
+
+        Raises Failure where the contact reaches the end of a contour, and where there is none.
+        """
+        (half_x, s), n_s = self._first_guess(case), TRIED
+        for _ in range(MOST_TRIES):
+            low, high = max(s[0], self.extent[0]), min(s[1], self.extent[1])
+            grid = Grid(TRIED, n_s, 2 * half_x / TRIED, (high - low) / n_s, (low + high) / 2)
+            placed = Placed(self.pair, self.undeformed, grid)
+            try:
+                contact = placed.contact(placed.operator(SIZING), case)
+            except PotentialAreaTooSmall as short:
+                if self._at_ends(short, (low, high)):
+                    n_s *= 2
+                    if n_s > MOST_STRIPS:
+                        self._require_room(short, case, (low, high))
+                half_x *= GROWTH if ENDS[0] in short.ends or ENDS[1] in short.ends else 1.0
+                grown = (GROWTH - 1) * (high - low)
+                s = low - grown * (ENDS[2] in short.ends), high + grown * (ENDS[3] in short.ends)
+                continue
+            size, across = size_of(placed, contact), _across(contact)
+            if across is None:
+                raise WrongInput(
+                    f"contact at {case}: the bodies do not touch; give a larger approach or a load"
+                )
+            if min(across) >= FEWEST:
+                return size
+            half_x = size.x[1] * GROWTH if across[0] < FEWEST else half_x
+            if across[1] < FEWEST:
+                room = (GROWTH - 1) / 2 * (size.s[1] - size.s[0])
+                s = size.s[0] - room, size.s[1] + room
+        raise Failure(f"contact at {case}: no grid found that it fits; give `[contact] grid`")
+
+    def _first_guess(self, case: Case) -> tuple[float, Range]:
+        """Half-length along x and range of s [mm] with which grids are tried first: about that of Hertz."""
+        touching = self.undeformed.touching[0]
+        curvatures = self._curvatures(touching)
+        if case.load is not None:
+            constants = self.pair.constants
+            modulus = constants.G / (1 - float(np.asarray(constants.nu)))  # E* of both bodies
+            depth = (0.75 * case.load / modulus) ** (2 / 3) * float(np.prod(curvatures)) ** (1 / 6)
+        else:
+            depth = float(case.approach or 0.0)
+        half_x, half_s = (2 * np.sqrt(max(depth, 1e-12) / curvature) for curvature in curvatures)
+        return float(half_x), (touching - float(half_s), touching + float(half_s))
+
+    def _curvatures(self, touching: float) -> Array:
+        """Relative curvatures [1/mm] along x and s where the bodies touch, at least 1e-4."""
+        step = 1e-3 * (self.undeformed.s_range[1] - self.undeformed.s_range[0])
+        s = np.clip([touching - step, touching, touching + step], *self.extent)
+        before, middle, after = self.undeformed.distance(0.0, s)
+        along_x = self.undeformed.distance(step, touching) - middle
+        curvatures = np.array([2 * float(along_x), before + after - 2 * middle]) / step**2
+        return np.clip(curvatures, 1e-4, 1e6)
+
+    def _require_room(self, short: PotentialAreaTooSmall, case: Case, s: Range) -> None:
+        """Raise Failure where the contact reaches the end of a contour."""
+        if ended := self._at_ends(short, s):
+            raise Failure(
+                f"contact at {case}: it reaches the end of a contour at {' and '.join(ended)} "
+                f"(s = {self.extent[0]:g} ... {self.extent[1]:g} mm); give longer contours or a smaller load"
+            )
+
+    def _at_ends(self, short: PotentialAreaTooSmall, s: Range) -> list[str]:
+        """At which ends a grid over a range of s is too short and cannot be longer."""
+        at_limit = {ENDS[2]: s[0] <= self.extent[0], ENDS[3]: s[1] >= self.extent[1]}
+        return [end for end, limited in at_limit.items() if limited and end in short.ends]
+
+    def _within(self, grid: Grid) -> Grid:
+        """The grid, moved or with narrower strips so that it stays on the contours."""
+        (low, high), (start, end) = self.extent, grid.extent
+        if end - start > high - low:
+            return Grid(grid.n_x, grid.n_s, grid.dx, (high - low) / grid.n_s, (low + high) / 2)
+        return Grid(grid.n_x, grid.n_s, grid.dx, grid.ds, grid.s + max(0, low - start) - max(0, end - high))
+
+
+def size_of(placed: Placed, contact: NormalContact) -> Size:
+    """The ranges that the patches of a contact cover [mm]; those of x about the middle of the grid."""
+    grid = placed.grid
+    x = [place for patch in contact.patches for place in patch.x]
+    s = [place for patch in contact.patches for place in patch.s]
+    if not x:
+        return Size((0.0, 0.0), (grid.s, grid.s))
+    half = max(abs(place - (grid.n_x - 1) / 2) for place in x) * grid.dx
+    return Size((-half, half), (grid.strips[0] + min(s) * grid.ds, grid.strips[0] + max(s) * grid.ds))
+
+
+def _across(contact: NormalContact) -> tuple[int, int] | None:
+    """Numbers of elements in contact along x and s, from the first to the last; None of no contact."""
+    along_x, along_s = (np.flatnonzero(contact.in_contact.any(axis=axis)) for axis in (1, 0))
+    return (int(np.ptp(along_x)) + 1, int(np.ptp(along_s)) + 1) if len(along_x) else None
+
+
+def _rounded(n: float) -> int:
+    """The next multiple of `STEP`."""
+    return STEP * int(np.ceil(n / STEP))
+
+
+def _fits(grid: Grid) -> bool:
+    return grid.n_s <= MOST_STRIPS and grid.n_x <= MOST_ALONG_X

@@ -1,0 +1,72 @@
+"""The numbers of a contact that are compared: symbols, units and meanings, and how they are computed."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from compare.results.contact.pairing import Placed
+from contact.edges import Extent
+from contact.normal import NormalContact
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number of a contact."""
+
+    symbol: str
+    unit: str
+    meaning: str
+    of: Callable[[Placed, NormalContact], float]
+
+
+def main_patch(contact: NormalContact) -> Extent:
+    """The patch with the largest sum of pressures."""
+    return max(contact.patches, key=lambda patch: float(np.sum(contact.p[patch.elements])))
+
+
+def s_range(placed: Placed, contact: NormalContact) -> tuple[float, float]:
+    """Arc lengths [mm] at the ends of the main patch."""
+    low, high = main_patch(contact).s
+    first, ds = placed.grid.strips[0], placed.grid.ds
+    return float(first + low * ds), float(first + high * ds)
+
+
+def _angle(placed: Placed, contact: NormalContact) -> float:
+    inclinations = placed.undeformed.lower.contour.inclination(np.array(s_range(placed, contact)))
+    return float(np.degrees(np.ptp(inclinations)))
+
+
+def _half_length(placed: Placed, contact: NormalContact) -> float:
+    low, high = main_patch(contact).x
+    return (high - low) / 2 * placed.grid.dx
+
+
+def _half_width(placed: Placed, contact: NormalContact) -> float:
+    low, high = s_range(placed, contact)
+    return (high - low) / 2
+
+
+QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
+    {
+        "angle": Quantity("Δδ", "deg", "range of the inclination over the patch", _angle),
+        "a": Quantity("a", "mm", "half-length of the patch along x", _half_length),
+        "b": Quantity("b", "mm", "half-width of the patch along s, on the arc", _half_width),
+        "aspect": Quantity(
+            "a/b", "1", "aspect of the patch", lambda *of: _half_length(*of) / _half_width(*of)
+        ),
+        "p_max": Quantity("p_max", "MPa", "largest pressure", lambda _, contact: float(np.max(contact.p))),
+        "approach": Quantity("ζ", "mm", "vertical approach", lambda _, contact: contact.approach),
+        "load": Quantity("N", "N", "vertical load", lambda _, contact: contact.load),
+        "area": Quantity("area", "mm2", "contact area on the lower surface", lambda _, contact: contact.area),
+        "stiffness": Quantity(
+            "dN/dζ", "N/mm", "derivative of the load by the approach", lambda _, contact: contact.stiffness
+        ),
+    }
+)
+
+
+def numbers(placed: Placed, contact: NormalContact) -> dict[str, float]:
+    """All quantities of a contact."""
+    return {name: quantity.of(placed, contact) for name, quantity in QUANTITIES.items()}
