@@ -1,11 +1,12 @@
 """The edges of contact patches, interpolated within elements, and the ends of the grid that they come near.
 
 Two readings. From gaps: beyond the edge of smooth surfaces the gap grows as distance^(3/2), so gap^(2/3) at
-the second and third element without contact gives a straight line that starts at the edge. It is right to 0.05
-elements, but off by 0.3 at the tips of slender patches, whose edge is curved within these elements. From
-pressures: the squared pressure vanishes at the edge; the parabola through it at the third to fifth element from
-the edge (nearer ones are partly covered) is exact for Hertz's, but off by half an element where pressures fall
-otherwise. Where both are there, their mean is taken, and half of their difference is its accuracy.
+the second and third element without contact gives a straight line that starts at the edge. It is right to
+0.05 elements, but off by 0.3 at the tips of slender patches, whose edge is curved within these elements. From
+pressures: the squared pressure vanishes at the edge; the parabola through it at the third to fifth element
+from the edge (nearer ones are partly covered) is exact for Hertz's, but off by half an element where
+pressures fall otherwise. Where both are there, their mean is taken, and half of their difference is its
+accuracy.
 """
 
 from dataclasses import dataclass
