@@ -3,14 +3,22 @@
 import numpy as np
 import pytest
 
-from compare.results.contact.compute import compute_contact
+from approx.matrix import matrix
+from compare.results.contact.compute import _smallest_eigenvalue, compute_contact, reference_ics
 from compare.results.contact.dataset import to_dataset
 from compare.results.contact.grids import MOST_STRIPS, Sizing
 from compare.results.contact.pairing import Case, Placed, undeformed_of
-from compare.scenes.load import scene_from_table
+from compare.scenes.errors import BadScene
+from compare.scenes.load import load_scene, scene_from_table
 from contact.edges import MARGIN
+from contact.normal import NormalProblem, solve
+from contact.operators.dense import GridOperator
+from contact.operators.turned import turned
 from contact.references.hertz import PointContact, combined_modulus
+from femic.means import Means
 from geometries.errors import Failure
+from geometries.grids import Grid
+from geometries.patches import N
 
 RADIUS, WHEEL, ROLLING = 10.0, 14.0, 400.0
 FLANKS = 60.0
@@ -147,3 +155,50 @@ def test_contacts_at_the_end_of_a_contour_are_refused_with_the_end_and_a_remedy(
 def test_the_scene_may_give_the_grid():
     of = scene(loads=[SMALL], grid="scene")
     assert {contact.placed.grid for contact in compute_contact(of).contacts.values()} == {of.grid}
+
+
+def test_scenes_without_loads_and_with_ics_that_cannot_be_made_are_refused():
+    with pytest.raises(BadScene, match=r"\[contact\]: give loads = .* in N, or approaches = .* in mm"):
+        compute_contact(scene())
+    with pytest.raises(BadScene, match=r"contact\.ics: Bhat_prime needs effective properties of both bodies"):
+        compute_contact(scene(loads=[1.0], ics=["Bhat_prime"]))
+    with pytest.raises(BadScene, match="give either loads or approaches"):
+        scene(loads=[1.0], approaches=[1.0])
+
+
+# --- C --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow  # two models by finite elements
+def test_c_of_planes_gives_the_contact_of_half_spaces():
+    """Within the estimate of C, and with eigenvalues as positive as those of A."""
+    of = load_scene("flat", {"engine": {"tolerance": 0.01}})
+    grid = Grid(24, 16, 0.4, 0.3)
+    placed = Placed(of.pair, undeformed_of(of), grid)
+    c = reference_ics(of, placed, Means())
+    assert c.eigenvalue > 0
+    assert c.asymmetry < c.estimate < 1e-2
+    distance = placed.x[:, None] ** 2 / 40 + grid.strips**2 / 20
+    by_c, by_c_and_estimate, by_a = (
+        solve(NormalProblem(grid, operator, placed.flat, distance, placed.cosine), load=500.0)
+        for operator in (c.operator, c.perturbed, turned("A", of.pair, grid, (N,)))
+    )
+    known = abs(by_c_and_estimate.p.max() / by_c.p.max() - 1) + c.estimate
+    assert by_c.p.max() == pytest.approx(by_a.p.max(), rel=known)
+    assert by_c.patches[0].s == pytest.approx(by_a.patches[0].s, abs=0.1)
+
+
+def test_a_rigid_give_along_z_changes_the_approach_alone():
+    """As the discount's M_zz does: by itself times the load; also where ICs are not positive with it."""
+    of = scene(10.2, loads=[2e3])
+    ((grid, (case,)),) = sizing(of).grids([Case(2e3, None)])
+    placed = Placed(of.pair, undeformed_of(of), grid)
+    nn = matrix("Bhat", of.pair, grid)[..., N, N]
+    give = -3e-7 * grid.area  # mm/MPa: more than B-hat has over the grid
+    moved = nn + give * np.outer(placed.cosine, placed.cosine)
+    plain, given = (placed.contact(GridOperator.of(ics[..., None, None], (N,)), case) for ics in (nn, moved))
+    np.testing.assert_allclose(given.p, plain.p, atol=1e-5 * plain.p.max())
+    assert given.approach - plain.approach == pytest.approx(give / grid.area * 2e3, rel=1e-6)
+    assert _smallest_eigenvalue(nn, placed.motions[:1]) == pytest.approx(
+        _smallest_eigenvalue(moved, placed.motions[:1]), rel=0.1
+    )

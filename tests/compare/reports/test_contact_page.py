@@ -1,0 +1,66 @@
+"""What `femic contact` writes: numbers, sentences and pictures of a contact, and maps of two scenes."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.reports.contact.page import summary, write_contact, write_sensitivity
+from compare.reports.contact.sensitivity import mapped, sensitivities, shape_of
+from compare.results.contact.compute import compute_contact
+from compare.results.contact.dataset import to_dataset
+from compare.scenes.load import load_scene
+
+
+@pytest.fixture(scope="module")
+def results():
+    """Both built-in pairs by A and B-hat, at two loads each."""
+    loads = {"wide": [660e3, 5300e3], "tall": [58e3, 310e3]}
+    return {
+        name: compute_contact(
+            load_scene(name, {"contact": {"ics": ["A", "Bhat"], "elements": 12, "loads": of_scene}})
+        )
+        for name, of_scene in loads.items()
+    }
+
+
+def test_the_file_has_pressures_that_carry_the_loads(results, tmp_path):
+    write_contact(results["tall"], tmp_path)
+    written = xr.open_dataset(tmp_path / "contact.nc")
+    for number, load in enumerate([58e3, 310e3]):
+        p, s = written[f"p_{number}"], written[f"s_{number}"]
+        area = float(np.diff(written[f"x_{number}"])[0] * np.diff(s)[0])
+        cosine = np.cos(written[f"inclination_{number}"])
+        assert (p * cosine).sum([f"x_{number}", f"s_{number}"]).values * area == pytest.approx([load, load])
+        np.testing.assert_array_equal(written["p_max"][number], p.max([f"x_{number}", f"s_{number}"]))
+        assert np.all((p * written[f"gap_{number}"]).values == 0)
+    assert (tmp_path / "contact.html").stat().st_size > 1e5
+
+
+def test_the_summary_says_how_far_a_is_off_and_from_which_angle_on(results):
+    dataset = to_dataset(results["tall"])
+    off = dataset.p_max.sel(ics="A") / dataset.p_max.sel(ics="Bhat") - 1
+    assert f"A: p_max {float(off.max()):+.1%}" in summary(dataset)
+    first = float(dataset.angle.sel(ics="Bhat").min())
+    assert float(off.min()) > 0.05
+    assert f"p_max is off by more than 5% from {first:.0f} degrees on" in summary(dataset)
+
+
+def test_pressures_mapped_onto_their_own_patch_are_the_same(results):
+    shape = shape_of(results["wide"])
+    assert shape.case.load == 5300e3  # as the scene says, and not the largest
+    np.testing.assert_allclose(mapped(shape, shape), shape.normal.p, atol=1e-9 * shape.normal.p.max())
+
+
+def test_maps_show_the_displacement_by_a_less_that_by_bhat(results, tmp_path):
+    """Of every pair of scenes; A turns no load away from the normals, so it moves them further."""
+    maps = list(sensitivities(results))
+    assert [(one.shape, one.scene) for one in maps] == [
+        (shape, onto) for shape in ("wide", "tall") for onto in ("wide", "tall")
+    ]
+    for one in maps:
+        inside = one.difference[one.in_patch > 0]
+        assert 0 < np.min(inside) < np.max(inside) < 0.4
+    own = shape_of(results["tall"])
+    u_a, u_bhat = (own.placed.operator(ics)(own.normal.p[..., None])[..., 0] for ics in ("A", "Bhat"))
+    np.testing.assert_allclose(maps[3].difference, (u_a - u_bhat) / u_bhat.max(), atol=1e-9)
+    assert write_sensitivity(results, tmp_path).stat().st_size > 1e4
