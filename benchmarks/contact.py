@@ -1,0 +1,113 @@
+"""Benchmark of frictionless contact: print the table of docs/contact.md as Markdown.
+
+    python benchmarks/contact.py
+
+A wheel on a rail, arcs of 10.5 and 10 mm, a patch of about n_x by n_s elements: seconds to make the operator,
+to find the pressures, iterations and products. The operator of C (dense between strips) is filled with B-hat:
+its cost does not depend on the values. Where the package tamaas is installed, a Hertz problem on the same
+number of elements by both: half-spaces, pressures to 1e-7.
+"""
+
+from importlib.util import find_spec
+from time import perf_counter
+
+import numpy as np
+
+from approx.matrix import matrix
+from approx.pair import Pair, Solid
+from contact.normal import NormalProblem, solve
+from contact.operators.dense import GridOperator
+from contact.operators.turned import turned
+from contact.references.hertz import PointContact, combined_modulus
+from contact.undeformed import Undeformed
+from geometries.contours import arc, plane
+from geometries.grids import Grid
+from geometries.materials import Material
+from geometries.patches import N
+from geometries.surfaces import LOWER, UPPER, Surface
+
+STEEL = Material(210e3, 0.3)
+FLANKS = np.radians([60.0, 60.0])
+WHEEL, RAIL = Surface(UPPER, arc(10.5, *FLANKS), 500.0), Surface(LOWER, arc(10.0, *FLANKS))
+PAIR = Pair(Solid(STEEL, WHEEL), Solid(STEEL, RAIL))
+PATCHES = ((50, 40), (100, 80), (200, 160))  # elements across the patch
+LOAD, HALF_LENGTH, HALF_WIDTH = 20e3, 4.5, 2.6  # N; of the patch by B-hat [mm]
+ROOM = 1.28  # length of the grid over that of the patch
+REPEATED = 3
+
+
+def operator(name: str, grid: Grid):
+    if name == "C":
+        return GridOperator.of(np.ascontiguousarray(matrix("Bhat", PAIR, grid)[..., 2:, 2:]), (N,))
+    return turned(name, PAIR, grid, (N,))
+
+
+def grid_of(n_x: int, n_s: int) -> Grid:
+    on_grid = (4 * int(np.ceil(ROOM * n / 4)) for n in (n_x, n_s))
+    return Grid(*on_grid, 2 * HALF_LENGTH / n_x, 2 * HALF_WIDTH / n_s)
+
+
+def of_femic(name: str, n_x: int, n_s: int) -> None:
+    grid = grid_of(n_x, n_s)
+    x = grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2)
+    distance = Undeformed(WHEEL, RAIL, (-10.0, 10.0)).distance(x[:, None], grid.strips)
+    cosine = np.cos(RAIL.contour.inclination(grid.strips))
+    start = perf_counter()
+    made = operator(name, grid)
+    set_up = perf_counter() - start
+    seconds = []
+    for _ in range(REPEATED):
+        problem = NormalProblem(grid, made, turned("A", PAIR, grid, (N,)), distance, cosine)
+        start = perf_counter()
+        found = solve(problem, load=LOAD)
+        seconds.append(perf_counter() - start)
+    along_x, along_s = (int(np.ptp(np.flatnonzero(found.in_contact.any(axis=k)))) + 1 for k in (1, 0))
+    print(
+        f"| {name} | {grid.n_x} × {grid.n_s} | {along_x} × {along_s} | {set_up:.3f} | {min(seconds):.3f} | "
+        f"{found.solution.iterations} | {found.solution.products} |",
+        flush=True,
+    )
+
+
+def beside_tamaas(n: int) -> None:
+    """A circular Hertz contact on n by n elements, with a grid as long as 2.5 radii."""
+    import tamaas  # noqa: PLC0415 (where it is installed)
+
+    radius, load = 20.0, 1000.0
+    modulus = combined_modulus(STEEL, STEEL)
+    hertz = PointContact(1 / radius, 1 / radius, modulus).at_load(load)
+    length = 2.5 * hertz.a
+    grid = Grid(n, n, length / n, length / n)
+    distance = (grid.strips[:, None] ** 2 + grid.strips**2) / (2 * radius)
+    half_spaces = Pair(Solid(STEEL, Surface(UPPER, plane())), Solid(STEEL, Surface(LOWER, plane())))
+    start = perf_counter()
+    flat = turned("A", half_spaces, grid, (N,))
+    own = solve(NormalProblem(grid, flat, flat, distance, np.ones(n)), load=load)
+    of_femic = perf_counter() - start
+    start = perf_counter()
+    model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, [length, length], [n, n])
+    model.E, model.nu = modulus, 0.0
+    tamaas.ModelFactory.registerNonPeriodic(model, "dcfft")
+    solver = tamaas.PolonskyKeerRey(model, -distance, 1e-7)
+    solver.setIntegralOperator("dcfft")
+    solver.solve(load / length**2)
+    of_tamaas = perf_counter() - start
+    print(
+        f"| {n} × {n} | {of_femic:.3f} | {own.p.max() / hertz.p_max - 1:+.1e} | {of_tamaas:.3f} | "
+        f"{np.max(model.traction) / hertz.p_max - 1:+.1e} |",
+        flush=True,
+    )
+
+
+if __name__ == "__main__":
+    print("| ICs | grid | in contact | operator s | pressures s | iterations | products |")
+    print("|---|---|---|---|---|---|---|")
+    for size in PATCHES:
+        for name in ("A", "B", "Bhat", "C"):
+            of_femic(name, *size)
+    if find_spec("tamaas"):
+        print("\n| grid | femic s | p_max − Hertz | Tamaas s | p_max − Hertz |\n|---|---|---|---|---|")
+        for n in (64, 128, 256):
+            beside_tamaas(n)
+    else:
+        print("\nTamaas is not installed: no comparison")
