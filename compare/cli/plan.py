@@ -3,13 +3,14 @@
 from rich.console import Console
 from rich.table import Table
 
+from compare.results.contact.compute import C, grids_of, on_grid
 from compare.results.matrix.compute import file_size
 from compare.results.plan import Step, matrix_steps, run_steps, seconds
 from compare.scenes.scene import Scene
 
 
 def show(scene: Scene, workers: int, console: Console) -> None:
-    """Print what `femic run` and `femic matrix` of a scene will take."""
+    """Print what `femic run`, `femic matrix` and, with loads, `femic contact` of a scene will take."""
     console.print(f"{scene.title}: tolerance {scene.settings.tolerance:g}, {workers} workers", markup=False)
     console.print(
         f"bodies: {', '.join(scene.solved)} (compared: {', '.join(scene.compared)}); components: "
@@ -26,11 +27,26 @@ def show(scene: Scene, workers: int, console: Console) -> None:
         (matrix_title, matrix_steps(scene, workers)),
     ):
         _print(title, steps, workers, console)
+    if scene.contact.loads or scene.contact.approaches:
+        _show_contact(scene, workers, console)
     console.print(
         "One round; a round more where the estimated error is larger than the tolerance. Kept models take no "
         "time.",
         markup=False,
     )
+
+
+def _show_contact(scene: Scene, workers: int, console: Console) -> None:
+    """Print the grids of `femic contact`, and what C takes on them."""
+    for grid, cases in grids_of(scene):
+        title = (
+            f"femic contact: {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: "
+            f"{', '.join(str(case) for case in cases)}"
+        )
+        if C in scene.contact.ics:
+            _print(f"{title}; C:", matrix_steps(on_grid(scene, grid), workers), workers, console)
+        else:
+            console.print(f"{title}; no C: seconds", markup=False)
 
 
 def _print(title: str, steps: list[Step], workers: int, console: Console) -> None:

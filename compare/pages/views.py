@@ -75,6 +75,34 @@ def draw_mesh(points: Array, cells: Indices, patch: Array, path: Path, *, title:
     plotter.close()
 
 
+def draw_pressures(rail: Array, patch: Array, pressures: Array, path: Path, *, title: str) -> None:
+    """Write a PNG of pressures [MPa] on a surface.
+
+    `rail` are points of the whole surface, `patch` of the part of the elements, (3, n, m) [mm] each;
+    `pressures` (n, m) are NaN where there is no contact.
+    """
+    import pyvista
+
+    os.environ.update(OFF_SCREEN)
+    plotter = pyvista.Plotter(off_screen=True, window_size=(900, 620), lighting="light kit")
+    plotter.add_mesh(pyvista.StructuredGrid(*rail), color="lightgrey", smooth_shading=True)
+    loaded = pyvista.StructuredGrid(*patch)
+    loaded["pressure"] = pressures.ravel(order="F")
+    plotter.add_mesh(
+        loaded.threshold(scalars="pressure", all_scalars=True),
+        scalars="pressure",
+        cmap="viridis",
+        scalar_bar_args=COLOUR_BAR | {"title": "pressure\n[MPa]\n"},
+        lighting=False,
+    )
+    plotter.add_text(title, position=(0.02, 0.93), viewport=True, font_size=11, color="black")
+    focus, size = loaded.points.mean(axis=0), loaded.length
+    plotter.camera_position = [focus + size * np.array([-0.9, -0.9, 0.9]), focus, (0, 0, 1)]
+    plotter.show_axes()
+    plotter.screenshot(str(path))
+    plotter.close()
+
+
 @dataclass(frozen=True, eq=False)
 class Loaded:
     """A body under a load; the block around it that is shown has x >= 0, `reach` [mm] to each side."""

@@ -294,6 +294,11 @@ class ContactTable(Section):
         description="undeformed distance. linear: at first touch, less approach times cos(delta); exact: of "
         "the displaced body",
     )
+    extra_gap: FilePath | None = Field(
+        None,
+        description="text file of three columns x, s, gap [mm]: a gap that is added, linear between the "
+        "points, 0 beyond; # comments",
+    )
     elements: Annotated[int, Field(ge=8, le=64)] = Field(
         20, description="elements across the smallest patch on an automatic grid, along x and s"
     )

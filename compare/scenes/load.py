@@ -126,10 +126,11 @@ def parse(table: dict[str, Any], path: Path) -> files.SceneFile:
 
 
 def _resolve_files(table: dict[str, Any], folder: Path) -> None:
-    for body in ("lower", "upper"):
-        contour = table.get(body, {}).get("contour", {}) if isinstance(table.get(body), dict) else {}
-        if isinstance(contour, dict) and isinstance(contour.get("file"), str):
-            contour["file"] = folder / contour["file"]
+    places = [(table.get(body, {}), "contour", "file") for body in ("lower", "upper")]
+    for of_body, *keys in [*places, (table, "contact", "extra_gap")]:
+        inner = of_body.get(keys[0], {}) if isinstance(of_body, dict) else {}
+        if isinstance(inner, dict) and isinstance(inner.get(keys[1]), str):
+            inner[keys[1]] = folder / inner[keys[1]]
 
 
 def _files(scene: files.SceneFile) -> dict[str, Path]:
@@ -296,10 +297,24 @@ def _contact(table: files.ContactTable) -> ContactWanted:
         table.shift,
         table.flanks,
         table.gap == "exact",
+        _extra_gap(table.extra_gap),
         table.elements,
         table.grid == "automatic",
         table.shape_load,
     )
+
+
+def _extra_gap(path: Path | None) -> tuple[tuple[float, ...], ...]:
+    """Points x, s and the gap there [mm]; raises BadScene for other files."""
+    if path is None:
+        return ()
+    try:
+        columns = np.loadtxt(path, ndmin=2)
+        if columns.shape[1] != 3 or len(columns) < 3 or not np.all(np.isfinite(columns)):
+            raise WrongInput(f"{columns.shape}: give three columns x, s, gap of three points or more, finite")
+    except ValueError as error:
+        raise BadScene(f"contact.extra_gap = {path}: {error}") from error
+    return tuple(map(tuple, columns.tolist()))
 
 
 def _contour(body: str, table: files.Plane | files.Arc | files.Ellipse | files.PointsFile) -> Contour:

@@ -37,6 +37,7 @@ class ContactWanted:
     shift: float  # of the upper body along y [mm]
     flanks: bool  # whether the bodies may touch on the straight flanks
     exact: bool  # whether the undeformed distance is that of the displaced body, not linearised
+    extra_gap: tuple[tuple[float, ...], ...]  # points x, s and the gap [mm] that is added there; or none
     elements: int  # across the smallest patch on an automatic grid
     automatic: bool  # whether the grid is; otherwise it is that of the scene
     shape_load: float | None  # load whose pressures are mapped onto all patches [N]

@@ -1,19 +1,23 @@
 """`femic contact` solves the contact of a scene with several ICs and writes the file, figures and report."""
 
+import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
+from compare.pages import views
 from compare.pages.html import write_page
 from compare.pages.styles import SYMBOLS, save
 from compare.reports.contact import figures, sensitivity
 from compare.results import folders
-from compare.results.contact.compute import ContactResults
+from compare.results.contact.compute import ContactResults, reference_name
 from compare.results.contact.dataset import to_dataset
 from compare.results.contact.quantities import QUANTITIES
+from geometries.patches import N
 
+RELIEF, LIFTED = 0.2, 0.02  # height of the largest pressure over the grid's width; of none, over that
 FAILS = 0.05  # deviation of the largest pressure from which the summary says that ICs fail
 
 
@@ -34,6 +38,8 @@ def write_contact(results: ContactResults, out: Path) -> Path:
             ("surfaces", figures.surfaces),
         )
     ]
+    if views.can_render():
+        drawn += list(_drawn_in_3d(results, out / "figures"))
     return write_page(
         out / "contact.html",
         "contact.html.j2",
@@ -49,6 +55,26 @@ def write_contact(results: ContactResults, out: Path) -> Path:
         seconds=f"{results.seconds:.1f}",
         text=scene.text,
     )
+
+
+def _drawn_in_3d(results: ContactResults, folder: Path) -> Iterator[Path]:
+    """Draw pressures of the reference on the lower surface, as heights and colours, a picture per case."""
+    name = reference_name(results.ics)
+    for number, case in enumerate(results.cases):
+        contact = results.contacts[case, name]
+        surface, grid = contact.placed.undeformed.lower, contact.placed.grid
+        p = np.where(contact.normal.in_contact, contact.normal.p, np.nan)
+        x = np.linspace(contact.placed.x[0], contact.placed.x[-1], 2)
+        s = np.linspace(*surface.contour.limits, 200)
+        path = folder / f"contact_3d_{number}.png"
+        rail, patch = (
+            np.reshape(surface.position(*map(np.ravel, np.meshgrid(*at, indexing="ij"))), (3, *map(len, at)))
+            for at in ((x, s), (contact.placed.x, grid.strips))
+        )
+        heights = RELIEF * grid.n_s * grid.ds * (contact.normal.p / contact.normal.p.max() + LIFTED)
+        raised = patch + heights * surface.axes(0.0, grid.strips)[N][:, None]
+        views.draw_pressures(rail, raised, p, path, title=f"{case}, pressures by {name}")
+        yield path
 
 
 def write_sensitivity(results: Mapping[str, ContactResults], out: Path) -> Path:
@@ -90,6 +116,11 @@ def summary(dataset: xr.Dataset) -> str:
             f"{SYMBOLS[name]}: p_max {worst['p_max']:+.1%}, b {worst['b']:+.1%}, approach "
             f"{worst['approach']:+.1%} of {SYMBOLS[reference]}'s at worst{fails}."
         )
+    seconds = dataset.seconds.values
+    sentences.append(
+        f"Pressures took {seconds.min():.2g} ... {seconds.max():.2g} s a case"
+        + (f", C on its grids {_seconds_of_c(dataset):.0f} s." if "C" in dataset.ics else ".")
+    )
     displaced = abs(dataset.displaced_p_max / dataset.p_max - 1).sel(ics=reference)
     if displaced.notnull().any():
         sentences.append(
@@ -97,6 +128,10 @@ def summary(dataset: xr.Dataset) -> str:
             f"{float(displaced.max()):.1%}."
         )
     return " ".join(sentences)
+
+
+def _seconds_of_c(dataset: xr.Dataset) -> float:
+    return sum(float(of_grid["seconds"]) for of_grid in json.loads(dataset.attrs["references"]).values())
 
 
 def _rows(case: xr.Dataset) -> Iterator[dict[str, object]]:

@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 
 from compare.results.contact.grids import Sizing
-from compare.results.contact.pairing import Case, Placed, undeformed_of
+from compare.results.contact.pairing import Case, Placed, placed_on
 from compare.results.matrix.compute import matrix_jobs
 from compare.scenes.errors import BadScene
 from compare.scenes.scene import Scene
@@ -86,30 +86,50 @@ def compute_contact(scene: Scene, means: Means = DEFAULT) -> ContactResults:
     start, cases = perf_counter(), cases_of(scene)
     contacts: dict[tuple[Case, str], SolvedContact] = {}
     references: dict[Grid, ReferenceICs] = {}
-    for grid, on_grid in _grids(scene, cases):
-        placed = Placed(scene.pair, undeformed_of(scene), grid)
-        means.watch.on_stage(
-            f"  {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: "
-            + ", ".join(str(case) for case in on_grid)
-        )
-        for name in scene.contact.ics:
-            if name == C:
-                references[grid] = reference_ics(scene, placed, means)
-            for case in on_grid:
-                contacts[case, name] = _solved(scene, placed, case, name, references.get(grid))
+    for grid, on_grid in grids_of(scene):
+        solved, reference = _on_grid(scene, grid, on_grid, means)
+        contacts |= solved
+        if reference is not None:
+            references[next(iter(solved.values())).placed.grid] = reference
     return ContactResults(scene, cases, scene.contact.ics, contacts, references, perf_counter() - start)
 
 
-def _grids(scene: Scene, cases: Sequence[Case]) -> list[tuple[Grid, list[Case]]]:
-    """The grids and the cases on them: that of the scene, or automatic ones."""
+def grids_of(scene: Scene) -> list[tuple[Grid, list[Case]]]:
+    """The grids and the cases on them: that of the scene, or automatic ones; raises as `cases_of`."""
+    cases = cases_of(scene)
     if not scene.contact.automatic:
         return [(scene.grid, list(cases))]
-    undeformed = undeformed_of(scene)
-    approximations = [name for name in scene.contact.ics if name != C]
-    sizing = Sizing(scene.pair, undeformed, undeformed.s_range, scene.contact.elements)
+    sizing, approximations = _sizing(scene), [name for name in scene.contact.ics if name != C]
     return [
         (sizing.large_enough(grid, on_grid, approximations), on_grid) for grid, on_grid in sizing.grids(cases)
     ]
+
+
+def _sizing(scene: Scene) -> Sizing:
+    return Sizing(placed_on(scene, scene.grid), scene.contact.elements)
+
+
+def _on_grid(
+    scene: Scene, grid: Grid, cases: Sequence[Case], means: Means
+) -> tuple[dict[tuple[Case, str], SolvedContact], ReferenceICs | None]:
+    """Contacts of all cases with all ICs on a grid, which is made longer where C needs it, and C on it."""
+    placed, reference = placed_on(scene, grid), None
+    means.watch.on_stage(
+        f"  {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: "
+        + ", ".join(str(case) for case in cases)
+    )
+    contacts: dict[tuple[Case, str], SolvedContact] = {}
+    for name in scene.contact.ics:
+        if name == C:
+            reference = reference_ics(scene, placed, means)
+        for case in cases:
+            try:
+                contacts[case, name] = _solved(scene, placed, case, name, reference)
+            except PotentialAreaTooSmall as short:
+                if not scene.contact.automatic:
+                    raise Failure(f"contact at {case} with {name}: {short}") from short
+                return _on_grid(scene, _sizing(scene).longer(grid, short, case), cases, means)
+    return contacts, reference
 
 
 def _solved(
@@ -119,12 +139,9 @@ def _solved(
     start, exact = perf_counter(), scene.contact.exact
     c = reference if name == C else None
     operator: Operator = c.operator if c else placed.operator(name)
-    try:
-        normal = placed.contact(operator, case, exact=exact)
-        seconds = perf_counter() - start
-        perturbed = placed.contact(c.perturbed, case, exact=exact) if c else None
-    except PotentialAreaTooSmall as error:
-        raise Failure(f"contact at {case} with {name}: {error}") from error
+    normal = placed.contact(operator, case, exact=exact)
+    seconds = perf_counter() - start
+    perturbed = placed.contact(c.perturbed, case, exact=exact) if c else None
     try:
         wanted = name == reference_name(scene.contact.ics) and not exact
         displaced = placed.contact(operator, case, exact=True) if wanted else None
@@ -136,7 +153,7 @@ def _solved(
 def reference_ics(scene: Scene, placed: Placed, means: Means) -> ReferenceICs:
     """C_nn of both bodies on a grid; raises Failure where it is not positive for pressures without load."""
     start, grid = perf_counter(), placed.grid
-    jobs = matrix_jobs(replace(scene, grid=grid, compared=("combined",)))
+    jobs = matrix_jobs(on_grid(scene, grid))
     solved = matrices(jobs, means, combined=True)
     ic, estimate = np.empty((2, grid.n_x, grid.n_s, grid.n_s))
     for strip in range(grid.n_s):
@@ -163,6 +180,11 @@ def reference_ics(scene: Scene, placed: Placed, means: Means) -> ReferenceICs:
         of_load,
         perf_counter() - start,
     )
+
+
+def on_grid(scene: Scene, grid: Grid) -> Scene:
+    """The scene whose IC matrix is C of both bodies on a grid."""
+    return replace(scene, grid=grid, compared=("combined",))
 
 
 def _operator(ic: Array) -> GridOperator:

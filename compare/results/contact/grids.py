@@ -1,17 +1,15 @@
 """Automatic grids: as large as the contact, found with B-hat, and fine enough for the smallest patch."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
-from approx.pair import Pair
 from compare.results.contact.pairing import Case, Placed
 from contact.edges import ENDS, MARGIN
 from contact.normal import NormalContact, PotentialAreaTooSmall
 from contact.references.hertz import PointContact, combined_modulus
-from contact.undeformed import Undeformed
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
 
@@ -39,12 +37,15 @@ class Size:
 
 @dataclass(frozen=True)
 class Sizing:
-    """Two bodies whose grids are sized; their contours go on between the arc lengths `extent` [mm]."""
+    """Two bodies, on any grid, whose grids are sized, with `elements` across the smallest patch of each."""
 
-    pair: Pair
-    undeformed: Undeformed
-    extent: Range
-    elements: int  # across the smallest patch on a grid
+    bodies: Placed
+    elements: int
+
+    @property
+    def extent(self) -> Range:
+        """Arc lengths [mm] between which the bodies may touch."""
+        return self.bodies.undeformed.s_range
 
     def grids(self, cases: Sequence[Case]) -> list[tuple[Grid, list[Case]]]:
         """Grids, each with the cases that are solved on it, in the order of their size.
@@ -77,17 +78,21 @@ class Sizing:
         """The grid, made longer where the contact by another approximation needs it."""
         for variant, case in product(variants, cases):
             for _ in range(MOST_TRIES):
-                placed = Placed(self.pair, self.undeformed, grid)
+                placed = replace(self.bodies, grid=grid)
                 try:
                     placed.contact(placed.operator(variant), case)
                     break
                 except PotentialAreaTooSmall as short:
-                    self._require_room(short, case, grid.extent)
-                    grid = self._longer(grid, short.ends)
+                    grid = self.longer(grid, short, case)
         return grid
 
-    def _longer(self, grid: Grid, ends: tuple[str, ...]) -> Grid:
-        """The grid with `STEP` more elements at some of its ends."""
+    def longer(self, grid: Grid, short: PotentialAreaTooSmall, case: Case) -> Grid:
+        """The grid with `STEP` more elements at the ends at which it is too short.
+
+        Raises Failure where a contour ends there.
+        """
+        self._require_room(short, case, grid.extent)
+        ends = short.ends
         along_x = 2 * STEP if ENDS[0] in ends or ENDS[1] in ends else 0
         before, after = (STEP * (end in ends) for end in ENDS[2:])
         middle = grid.s + (after - before) * grid.ds / 2
@@ -103,7 +108,7 @@ class Sizing:
         for _ in range(MOST_TRIES):
             low, high = max(s[0], self.extent[0]), min(s[1], self.extent[1])
             grid = Grid(TRIED, n_s, 2 * half_x / TRIED, (high - low) / n_s, (low + high) / 2)
-            placed = Placed(self.pair, self.undeformed, grid)
+            placed = replace(self.bodies, grid=grid)
             try:
                 contact = placed.contact(placed.operator(SIZING), case)
             except PotentialAreaTooSmall as short:
@@ -130,8 +135,8 @@ class Sizing:
 
     def _first_guess(self, case: Case) -> tuple[float, Range]:
         """Half-length along x and range of s [mm] with which grids are tried first: a little beyond Hertz."""
-        touching = self.undeformed.touching[0]
-        modulus = combined_modulus(self.pair.upper.material, self.pair.lower.material)
+        touching = self.bodies.undeformed.touching[0]
+        modulus = combined_modulus(self.bodies.pair.upper.material, self.bodies.pair.lower.material)
         hertz = PointContact(*self._curvatures(touching), modulus)
         patch = hertz.at_load(case.load) if case.load else hertz.at_approach(case.approach or 0.0)
         half_s = GROWTH * patch.b
@@ -139,10 +144,10 @@ class Sizing:
 
     def _curvatures(self, touching: float) -> tuple[float, float]:
         """Relative curvatures [1/mm] along x and s where the bodies touch, at least `LEAST_CURVATURE`."""
-        step = 1e-3 * (self.undeformed.s_range[1] - self.undeformed.s_range[0])
+        step = 1e-3 * (self.bodies.undeformed.s_range[1] - self.bodies.undeformed.s_range[0])
         s = np.clip([touching - step, touching, touching + step], *self.extent)
-        before, middle, after = self.undeformed.distance(0.0, s)
-        along_x = self.undeformed.distance(step, touching) - middle
+        before, middle, after = self.bodies.undeformed.distance(0.0, s)
+        along_x = self.bodies.undeformed.distance(step, touching) - middle
         along_s = float(before + after - 2 * middle)
         of_x, of_s = (max(rise / step**2, LEAST_CURVATURE) for rise in (2 * float(along_x), along_s))
         return of_x, of_s

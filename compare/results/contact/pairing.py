@@ -1,9 +1,10 @@
 """The bodies of a scene above each other: undeformed distance, and contact problems on grids."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.interpolate import griddata
 
 from approx.pair import Pair
 from compare.scenes.scene import Scene
@@ -33,18 +34,22 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """The undeformed distance of two bodies on a grid, and all that ICs do not change."""
+    """The undeformed distance of two bodies on a grid, and all that ICs do not change.
+
+    `extra_gap` are points x, s and the gap [mm] that is added to their distance there, linear between them.
+    """
 
     pair: Pair
     undeformed: Undeformed
     grid: Grid
+    extra_gap: tuple[tuple[float, ...], ...] = ()
 
     @property
     def coarsened(self) -> "Placed":
         """The same on elements twice as large."""
         grid = self.grid
         larger = Grid(grid.n_x // 2, grid.n_s // 2, 2 * grid.dx, 2 * grid.ds, grid.s)
-        return Placed(self.pair, self.undeformed, larger)
+        return replace(self, grid=larger)
 
     @property
     def x(self) -> Array:
@@ -74,11 +79,23 @@ class Placed:
         return self.distance_at(0.0)
 
     def distance_at(self, approach: float) -> Array:
-        """Undeformed distance [mm] with an approach [mm], shape (n_x, n_s); it is the same at x and -x."""
+        """Undeformed distance [mm] with an approach [mm], shape (n_x, n_s).
+
+        That of the bodies is the same at x and -x.
+        """
         ahead = self.x[self.grid.n_x // 2 :, None]
         distance = self.undeformed.distance(ahead, self.grid.strips, approach)
         behind = distance[::-1][: self.grid.n_x // 2]
-        return np.concatenate([behind, distance])
+        return np.concatenate([behind, distance]) + self._extra
+
+    @cached_property
+    def _extra(self) -> Array | float:
+        """The gap [mm] that is added, shape (n_x, n_s); 0 without one, and beyond its points."""
+        if not self.extra_gap:
+            return 0.0
+        x, s, gap = np.array(self.extra_gap).T
+        places = self.x[:, None], self.grid.strips[None]
+        return np.asarray(griddata((x, s), gap, places, method="linear", fill_value=0.0))
 
     @cached_property
     def flat(self) -> Convolution:
@@ -111,6 +128,11 @@ class Placed:
             f"contact at {case}: the approach with the exact distance does not settle "
             f"({before:g}, then {contact.approach:g} mm); use the linearised distance"
         )
+
+
+def placed_on(scene: Scene, grid: Grid) -> Placed:
+    """The bodies of a scene on a grid."""
+    return Placed(scene.pair, undeformed_of(scene), grid, scene.contact.extra_gap)
 
 
 def undeformed_of(scene: Scene) -> Undeformed:

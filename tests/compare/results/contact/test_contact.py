@@ -4,10 +4,16 @@ import numpy as np
 import pytest
 
 from approx.matrix import matrix
-from compare.results.contact.compute import _smallest_eigenvalue, compute_contact, reference_ics
+from compare.results.contact.compute import (
+    ReferenceICs,
+    _smallest_eigenvalue,
+    compute_contact,
+    grids_of,
+    reference_ics,
+)
 from compare.results.contact.dataset import to_dataset
 from compare.results.contact.grids import MOST_STRIPS, Sizing
-from compare.results.contact.pairing import Case, Placed, undeformed_of
+from compare.results.contact.pairing import Case, placed_on
 from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene, scene_from_table
 from contact.edges import MARGIN
@@ -47,8 +53,7 @@ def hertz(of=None):
 
 
 def sizing(of):
-    undeformed = undeformed_of(of)
-    return Sizing(of.pair, undeformed, undeformed.s_range, of.contact.elements)
+    return Sizing(placed_on(of, of.grid), of.contact.elements)
 
 
 def test_small_contacts_are_those_of_hertz():
@@ -114,7 +119,7 @@ def test_grids_fit_the_contact_on_them():
     of = scene(10.2, loads=[5e2, 5e3])
     ((grid, cases),) = sizing(of).grids([Case(load, None) for load in of.contact.loads])
     assert [case.load for case in cases] == [5e2, 5e3]
-    placed = Placed(of.pair, undeformed_of(of), grid)
+    placed = placed_on(of, grid)
     small, large = (placed.contact(placed.operator("Bhat"), case) for case in cases)
     across = np.count_nonzero(small.in_contact.any(axis=0)), np.count_nonzero(small.in_contact.any(axis=1))
     assert min(across) >= 0.85 * of.contact.elements
@@ -141,7 +146,7 @@ def test_grids_of_symmetric_pairs_are_symmetric_and_others_lie_about_the_contact
     shifted = sizing(scene(shift=0.5))
     ((aside, _),) = shifted.grids([Case(SMALL, None)])
     assert middle.s == 0.0
-    assert aside.s == pytest.approx(shifted.undeformed.touching[0], abs=2 * aside.ds)
+    assert aside.s == pytest.approx(shifted.bodies.undeformed.touching[0], abs=2 * aside.ds)
 
 
 def test_contacts_at_the_end_of_a_contour_are_refused_with_the_end_and_a_remedy():
@@ -174,7 +179,7 @@ def test_c_of_planes_gives_the_contact_of_half_spaces():
     """Within the estimate of C, and with eigenvalues as positive as those of A."""
     of = load_scene("flat", {"engine": {"tolerance": 0.01}})
     grid = Grid(24, 16, 0.4, 0.3)
-    placed = Placed(of.pair, undeformed_of(of), grid)
+    placed = placed_on(of, grid)
     c = reference_ics(of, placed, Means())
     assert c.eigenvalue > 0
     assert c.asymmetry < c.estimate < 1e-2
@@ -192,7 +197,7 @@ def test_a_rigid_give_along_z_changes_the_approach_alone():
     """As the discount's M_zz does: by itself times the load; also where ICs are not positive with it."""
     of = scene(10.2, loads=[2e3])
     ((grid, (case,)),) = sizing(of).grids([Case(2e3, None)])
-    placed = Placed(of.pair, undeformed_of(of), grid)
+    placed = placed_on(of, grid)
     nn = matrix("Bhat", of.pair, grid)[..., N, N]
     give = -3e-7 * grid.area  # mm/MPa: more than B-hat has over the grid
     moved = nn + give * np.outer(placed.cosine, placed.cosine)
@@ -202,3 +207,65 @@ def test_a_rigid_give_along_z_changes_the_approach_alone():
     assert _smallest_eigenvalue(nn, placed.motions[:1]) == pytest.approx(
         _smallest_eigenvalue(moved, placed.motions[:1]), rel=0.1
     )
+
+
+# --- what a scene may add -------------------------------------------------------------------------------
+
+
+def with_gap(folder, points, **contact):
+    """The scene with an extra gap at points (x, s, gap)."""
+    file = folder / "gap.txt"
+    np.savetxt(file, points)
+    return scene(extra_gap=str(file), **contact)
+
+
+CORNERS = [(x, s) for x in (-50.0, 50.0) for s in (-9.0, 9.0)]
+
+
+def test_a_constant_extra_gap_is_closed_by_the_approach(tmp_path):
+    """Along the normals, that is: the relative curvature changes by 0.01 mm / R^2, 0.4 % of it."""
+    plain, raised = (
+        compute_contact(of)
+        for of in (
+            scene(loads=[SMALL], ics=["Bhat"]),
+            with_gap(tmp_path, [(*at, 0.01) for at in CORNERS], loads=[SMALL], ics=["Bhat"]),
+        )
+    )
+    (case,) = plain.cases
+    before, after = (results.contacts[case, "Bhat"].normal for results in (plain, raised))
+    assert after.approach - before.approach == pytest.approx(0.01, rel=1e-4)
+    np.testing.assert_allclose(after.p, before.p, atol=4e-3 * before.p.max())
+
+
+def test_a_hollow_in_the_middle_leaves_two_patches(tmp_path):
+    hollow = [(*at, 0.0) for at in [*CORNERS, (-50.0, -0.2), (50.0, -0.2), (-50.0, 0.2), (50.0, 0.2)]]
+    of = with_gap(tmp_path, [*hollow, (-50.0, 0.0, 0.01), (50.0, 0.0, 0.01)], loads=[20.0], ics=["Bhat"])
+    results = compute_contact(of)
+    (contact,) = results.contacts.values()
+    left, right = contact.normal.patches
+    assert left.s[1] < right.s[0]
+    assert contact.normal.load == pytest.approx(20.0)
+
+
+def test_files_of_an_extra_gap_are_checked(tmp_path):
+    with pytest.raises(BadScene, match=r"contact\.extra_gap = .*gap\.txt: .*three columns x, s, gap"):
+        with_gap(tmp_path, [(0.0, 0.0)] * 3, loads=[SMALL])
+
+
+def test_where_c_needs_a_longer_grid_it_is_made_longer(monkeypatch):
+    """Of ICs that stand for C and are eight times those of B-hat."""
+
+    def much_softer(of, placed, _):
+        nn = 8 * matrix("Bhat", of.pair, placed.grid)[..., 2:, 2:]
+        return ReferenceICs(*[GridOperator.of(nn, (N,))] * 2, 0.0, 0.0, 1.0, 1.0, 0.0)
+
+    of = scene(10.2, loads=[5e3], ics=["Bhat", "C"])
+    ((first, _),) = grids_of(of)
+    monkeypatch.setattr("compare.results.contact.compute.reference_ics", much_softer)
+    results = compute_contact(of)
+    (grid,) = results.references
+    assert (grid.dx, grid.ds) == (first.dx, first.ds)
+    assert grid.n_x > first.n_x or grid.n_s > first.n_s
+    assert {contact.placed.grid for contact in results.contacts.values()} == {grid}
+    with pytest.raises(Failure, match=r"contact at 5000 N with C: potential contact area"):
+        compute_contact(scene(10.2, loads=[5e3], ics=["C"], grid="scene"))
