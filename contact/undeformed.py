@@ -63,6 +63,12 @@ class Undeformed:
         found = min((clearances[least], s[least]), (between.fun, between.x))
         return float(found[1]), float(-found[0])
 
+    @property
+    def upper_offset(self) -> float:
+        """Arc length [mm] of the upper contour where both touch first, less that of the lower one."""
+        s = self.touching[0]
+        return float(_arc_length_at(self.upper.contour, self.lower.contour.position(s)[0] - self.shift) - s)
+
     def distance(self, x: ArrayLike, s: ArrayLike, approach: float = 0.0) -> Array:
         """Distance [mm] along the normal of the lower surface at (x, s) [mm], shape broadcast(x, s).
 

@@ -12,6 +12,7 @@ from compare.results import folders
 from compare.results.contact.compute import cases_of, compute_contact
 from compare.scenes import plausibility
 from compare.scenes.load import load_scene
+from geometries.errors import WrongInput
 
 
 def contact(
@@ -29,6 +30,8 @@ def contact(
 
     Of two scenes or more, maps show where A and B-hat differ under pressures of one on the patch of another.
     """
+    if not scene:
+        raise WrongInput("SCENE: name one scene or more, such as wide tall")
     changes = {"contact": {"ics": ics.split(",")}} if ics else None
     scenes = {name: load_scene(name, changes) for name in scene}
     for loaded in scenes.values():

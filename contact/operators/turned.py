@@ -42,9 +42,18 @@ DIFFERENCES: Mapping[str, tuple[tuple[str, str, float], ...]] = MappingProxyType
 )
 
 
-def turned(variant: str, pair: Pair, grid: Grid, directions: tuple[int, ...] = (X, S, N)) -> Convolution:
+def turned(
+    variant: str,
+    pair: Pair,
+    grid: Grid,
+    directions: tuple[int, ...] = (X, S, N),
+    *,
+    upper_offset: float = 0.0,
+) -> Convolution:
     """The operator of an approximation of the combined ICs of two bodies.
 
+    The grid lies on the lower contour; arc lengths [mm] of the upper one are `upper_offset` larger where both
+    meet, so that each body turns with its own inclinations.
     Both bodies count as prismatic: with theta the angle between two elements about the axle, the curvature of
     a wheel along x changes nn by a share of less than theta ((1 - 2 nu) / (2 - 2 nu) + |alpha| + theta), nu
     that of the wheel, and xn and nx by theta / 2 times xx and nn. Raises WrongInput for an unknown variant,
@@ -54,7 +63,7 @@ def turned(variant: str, pair: Pair, grid: Grid, directions: tuple[int, ...] = (
         raise WrongInput(f"variant = {variant!r}: one of {', '.join(FORMS)}")
     factors: dict[str, Array] = {}
     kernels: dict[tuple[Place, Place], Array] = {}
-    for number, part in enumerate(_parts(variant, pair, grid)):
+    for number, part in enumerate(_parts(variant, pair, grid, upper_offset)):
         for (function, share), coefficients in part.waves.items():
             for of_observer, of_load, sign in DIFFERENCES[function]:
                 observer, load = (f"{name}({share:g} delta_{number})" for name in (of_observer, of_load))
@@ -97,10 +106,11 @@ class _Part:
         return Patch(self.grid.dx / 2, self.grid.ds / 2)
 
 
-def _parts(variant: str, pair: Pair, grid: Grid) -> list[_Part]:
+def _parts(variant: str, pair: Pair, grid: Grid, upper_offset: float) -> list[_Part]:
     """The parts whose sum are the combined ICs: one of both bodies where they turn alike, else two."""
     form, lower = FORMS[variant], pair.lower
-    deltas = [body.surface.contour.inclination(grid.strips) for body in (lower, pair.upper)]
+    places = (lower, grid.strips), (pair.upper, grid.strips + upper_offset)
+    deltas = [body.surface.contour.inclination(strips) for body, strips in places]
     combined = HalfSpace(pair.constants, effective=pair.effective)
     of_combined = _Part(form, combined, grid, deltas[0])
     own = [

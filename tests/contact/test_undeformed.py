@@ -1,5 +1,7 @@
 """Distances of surfaces against the geometry of circles, parabolas and planes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -176,3 +178,15 @@ def test_an_upper_contour_beside_the_lower_one_is_refused():
     y = np.linspace(-3.0, 3.0, 31)
     with pytest.raises(WrongInput, match="shift = 50 mm: no part of the upper contour lies above the lower"):
         surfaces(through_points(y, -(y**2) / 20), plane(), shift=50.0)
+
+
+def test_the_upper_arc_length_runs_ahead_where_a_shifted_groove_touches():
+    """A circle in a circle: both touch where their normals have the angle asin(shift / (R - r))."""
+    r, R, shift = 10.0, 12.0, 0.7
+    pair = Undeformed(
+        Surface(UPPER, arc(R, 1.0, 1.0)), Surface(LOWER, arc(r, 1.0, 1.0)), (-9.0, 9.0), shift=shift
+    )
+    angle = -np.arcsin(shift / (R - r))
+    assert pair.touching[0] == pytest.approx(r * angle, abs=1e-6)
+    assert pair.upper_offset == pytest.approx((R - r) * angle, abs=1e-6)
+    assert replace(pair, shift=0.0).upper_offset == pytest.approx(0.0, abs=1e-6)

@@ -154,6 +154,8 @@ def reference_ics(scene: Scene, placed: Placed, means: Means) -> ReferenceICs:
     """C_nn of both bodies on a grid; raises Failure where it is not positive for pressures without load."""
     start, grid = perf_counter(), placed.grid
     jobs = matrix_jobs(on_grid(scene, grid))
+    opposite = replace(grid, s=grid.s + placed.offset)  # on the upper contour
+    jobs["upper"] = replace(jobs["upper"], grid=opposite)
     solved = matrices(jobs, means, combined=True)
     ic, estimate = np.empty((2, grid.n_x, grid.n_s, grid.n_s))
     for strip in range(grid.n_s):

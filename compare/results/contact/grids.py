@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from compare.results.contact.pairing import Case, Placed
+from compare.results.contact.pairing import NEARLY, Case, Placed
 from contact.edges import ENDS, MARGIN
 from contact.normal import NormalContact, PotentialAreaTooSmall
 from contact.references.hertz import PointContact, combined_modulus
@@ -19,7 +19,6 @@ GROWTH = 1.5  # by which a grid that is too short is made longer
 FEWEST = 10  # elements across a patch that tell its size well enough
 MOST_TRIES = 60
 ROOM = 0.12  # room beside the largest patch, as a share of its length, for patches by other ICs
-NEARLY = 0.01  # of a strip: grids as near to the middle are symmetric
 LEAST_CURVATURE = 1e-4  # relative, of bodies with which grids are tried first [1/mm]
 STEP = 8  # numbers of elements are multiples of it, for the sake of coarser grids
 MOST_STRIPS, MOST_ALONG_X = 96, 256  # of a grid; loads that need more have grids of their own

@@ -19,6 +19,7 @@ from geometries.patches import N
 
 EXACT_TOLERANCE = 1e-6  # of the approach where the distance is that of the displaced body, as a share of it
 EXACT_STEPS = 30  # largest number
+NEARLY = 0.01  # of a strip: offsets that small are none
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,15 @@ class Placed:
 
     def operator(self, variant: str) -> Convolution:
         """The nn ICs of an approximation."""
-        return self.flat if variant == "A" else turned(variant, self.pair, self.grid, (N,))
+        if variant == "A":
+            return self.flat
+        return turned(variant, self.pair, self.grid, (N,), upper_offset=self.offset)
+
+    @property
+    def offset(self) -> float:
+        """Arc lengths [mm] of the upper contour less those of the lower one opposite; 0 if nearly so."""
+        offset = self.undeformed.upper_offset
+        return offset if abs(offset) > NEARLY * self.grid.ds else 0.0
 
     def contact(self, operator: Operator, case: Case, *, exact: bool = False) -> NormalContact:
         """The contact with nn ICs; `exact`: with the distance of the displaced upper body, not linearised.

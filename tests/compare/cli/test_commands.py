@@ -244,3 +244,7 @@ def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkey
     assert "about 100 s, 900 MB" in told
     for shown in ("1,234,567", "1.5", "1280 mm", "640 mm", "endless", "55"):
         assert shown in told
+
+
+def test_contact_without_a_scene_is_refused(command):
+    assert command("contact") == WRONG_INPUT

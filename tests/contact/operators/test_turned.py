@@ -164,3 +164,33 @@ def test_and_without_coupling_on_a_straight_contour_by_less_than_its_square():
     theta = grid.lags[:, None, None] / 40.0
     assert np.all(np.abs(change) <= theta**2 + 1e-12)
     assert np.max(np.abs(change)[1:] / theta[1:] ** 2) > 0.2
+
+
+class MovedContour:
+    """A contour whose arc length 0 lies at another arc length of a contour."""
+
+    def __init__(self, contour, s):
+        self.contour, self.s = contour, s
+
+    def inclination(self, s):
+        return self.contour.inclination(s + self.s)
+
+    def position(self, s):
+        origin = self.contour.position(self.s)
+        return self.contour.position(s + self.s) - origin.reshape(2, *[1] * np.ndim(s))
+
+
+@pytest.mark.parametrize("variant", ["B", "Bhat"])
+def test_an_upper_body_that_lies_aside_turns_with_its_own_inclinations(variant):
+    grid, offset = Grid(5, 4, 0.4, 0.9, 1.0), 5.0
+    wheel, rail = ellipse(13.0, 7.0, 1.0, 1.0), ellipse(12.0, 6.5, 1.0, 1.0)
+    lower = Solid(Material(70e3, 0.33), Surface(LOWER, rail))
+    of_both, moved = (
+        Pair(Solid(Material(210e3, 0.28), Surface(UPPER, contour)), lower)
+        for contour in (wheel, MovedContour(wheel, offset))
+    )
+    aside = turned(variant, of_both, grid, upper_offset=offset)
+    tractions = np.random.default_rng(0).normal(size=(5, 4, 3))
+    expected = GridOperator.of(matrix(variant, moved, grid))(tractions)
+    np.testing.assert_allclose(aside(tractions), expected, atol=1e-13 * np.max(np.abs(expected)))
+    assert np.max(np.abs(turned(variant, of_both, grid)(tractions) - expected)) > 1e-4 * np.max(expected)
