@@ -4,7 +4,7 @@ Errors of a scene are collected and raised together.
 """
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from dataclasses import replace
 from difflib import get_close_matches
@@ -188,13 +188,17 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         ics_tolerance=scene.ics_tolerance,
         check=_by_solid_engine(name, text, scene) if table.check and engine is not CHECK_ENGINE else None,
     )
-    errors = list(misfits(built))
-    if "grid" in scene.model_fields_set:
-        errors += grid_misfits(built)
-    if "calibration" in scene.model_fields_set:
-        errors += calibration_misfits(built)
-    require_none(name, errors)
+    require_none(name, list(_misfits_of_given(built, scene.model_fields_set)))
     return built
+
+
+def _misfits_of_given(built: Scene, given: set[str]) -> Iterator[str]:
+    """Yield what does not fit between the tables of a scene; of some tables only where they are given."""
+    yield from misfits(built)
+    if "grid" in given:
+        yield from grid_misfits(built)
+    if "calibration" in given:
+        yield from calibration_misfits(built)
 
 
 def _by_solid_engine(name: str, text: str, scene: files.SceneFile) -> Scene:
