@@ -73,7 +73,7 @@ bench: $(READY)  ## seconds, memory and errors (tables go to the pages of docs/ 
 	$(BIN)/python benchmarks/engines.py
 	$(BIN)/python benchmarks/matrix.py 32 64
 	$(BIN)/python benchmarks/contact_discount.py
-	$(BIN)/python benchmarks/contact.py
+	$(BIN)/python benchmarks/normal_contact.py
 	$(BIN)/python benchmarks/solid_engine.py
 
 clean:  ## remove results and the virtual environment

@@ -1,6 +1,6 @@
 """Benchmark of frictionless contact: print the table of docs/contact.md as Markdown.
 
-    python benchmarks/contact.py
+    python benchmarks/normal_contact.py
 
 A wheel on a rail, arcs of 10.5 and 10 mm, a patch of about n_x by n_s elements: seconds to make the operator,
 to find the pressures, iterations and products. The operator of C (dense between strips) is filled with B-hat:
