@@ -8,6 +8,7 @@ from rich.console import Console
 
 from compare.cli.work import StoreAt, Work, Workers
 from compare.reports.contact.page import write_contact, write_sensitivity
+from compare.reports.contact.sensitivity import with_shapes
 from compare.results import folders
 from compare.results.contact.compute import cases_of, compute_contact
 from compare.scenes import plausibility
@@ -20,7 +21,7 @@ def contact(
     ics: Annotated[
         str | None, Parameter(help="such as A,B,Bhat,C: which ICs to solve it with; default: the scene's")
     ] = None,
-    out: Annotated[Path, Parameter(help="folder that gets the results of each scene in SCENE/")] = Path(
+    results: Annotated[Path, Parameter(help="folder that gets the results of each scene in SCENE/")] = Path(
         "out"
     ),
     workers: Workers = None,
@@ -33,17 +34,20 @@ def contact(
     if not scene:
         raise WrongInput("SCENE: name one scene or more, such as wide tall")
     changes = {"contact": {"ics": ics.split(",")}} if ics else None
-    scenes = {name: load_scene(name, changes) for name in scene}
-    for loaded in scenes.values():
+    scenes = [load_scene(name, changes) for name in scene]
+    for loaded in scenes:
         cases_of(loaded)  # raises before any work starts
-    console, results = Console(), {}
-    for loaded in scenes.values():
+    if len({loaded.name for loaded in scenes}) < len(scenes):
+        raise WrongInput(f"SCENE: {', '.join(scene)}: two have the same name; rename a file")
+    console, contacts = Console(), {}
+    for loaded in scenes:
         for text in plausibility.warnings(loaded):
             console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
-        work = Work(out / loaded.name, workers, store)
+        work = Work(results / loaded.name, workers, store)
         with work.means(folders.checked(work.folder(loaded)), console) as means:
-            results[loaded.name] = compute_contact(loaded, means)
-        report = write_contact(results[loaded.name], work.folder(loaded))
+            contacts[loaded.name] = compute_contact(loaded, means)
+        report = write_contact(contacts[loaded.name], work.folder(loaded))
         console.print(f"Report: {report}", soft_wrap=True)
-    if len(results) > 1:
-        console.print(f"Report: {write_sensitivity(results, out / '_'.join(results))}", soft_wrap=True)
+    if len(mapped := with_shapes(contacts)) > 1:
+        report = write_sensitivity(mapped, results / "_".join(mapped))
+        console.print(f"Report: {report}", soft_wrap=True)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh, lobpcg
 
+from contact.operators.convolution import merged
 from geometries.arrays import Array, Indices
 from geometries.patches import N, S, X, mirror_signs
 
@@ -66,9 +67,8 @@ class GridOperator:
         Both numbers of elements must be even.
         """
         m = len(self.directions)
-        lags = np.fft.irfft(self.transformed, axis=0)  # circular: the last one is lag -1
-        even = lags[: self.n_x : 2]
-        pairs = (np.roll(lags, 1, axis=0)[: self.n_x : 2] + 2 * even + lags[1 : self.n_x : 2]) / 2
+        n_x, lags = self.n_x, np.fft.irfft(self.transformed, axis=0)  # circular: the last one is lag -1
+        pairs = merged(np.concatenate([lags[1 - n_x :], lags[:n_x]]), 0)[n_x // 2 - 1 :]
         of_strips = pairs.reshape(self.n_x // 2, -1, 2, m, pairs.shape[2] // m // 2, 2, m)
         ics = of_strips.mean(axis=2).sum(axis=4)  # (lag, observed, i, loaded, j)
         return GridOperator.of(np.moveaxis(ics, 2, 3), self.directions)

@@ -54,6 +54,7 @@ def turned(
 
     The grid lies on the lower contour; arc lengths [mm] of the upper one are `upper_offset` larger where both
     meet, so that each body turns with its own inclinations.
+
     Both bodies count as prismatic: with theta the angle between two elements about the axle, the curvature of
     a wheel along x changes nn by a share of less than theta ((1 - 2 nu) / (2 - 2 nu) + |alpha| + theta), nu
     that of the wheel, and xn and nx by theta / 2 times xx and nn. Raises WrongInput for an unknown variant,

@@ -96,6 +96,12 @@ def _edges(axes: Axes, x: np.ndarray, s: np.ndarray, pressures: Mapping[str, np.
         style = STYLES[name]
         look = {key: style[key] for key in ("color", "linestyle") if key in style}
         axes.contour(
-            x, s, (p > 0).T.astype(float), levels=[0.5], colors=[look.get("color", "black")], linewidths=1.2
+            x,
+            s,
+            (p > 0).T.astype(float),
+            levels=[0.5],
+            colors=[look["color"]],
+            linestyles=[look.get("linestyle", "-")],
+            linewidths=1.2,
         )
-        axes.plot([], [], label=f"edge by {SYMBOLS[name]}", color=look.get("color", "black"))
+        axes.plot([], [], label=f"edge by {SYMBOLS[name]}", linewidth=1.2, **look)

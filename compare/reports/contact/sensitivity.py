@@ -29,8 +29,8 @@ class Sensitivity:
 
 
 def sensitivities(results: Mapping[str, ContactResults]) -> Iterator[Sensitivity]:
-    """Yield the maps of all pressures on all patches; scenes without contact by B-hat are left out."""
-    shapes = {name: shape for name, of_scene in results.items() if (shape := shape_of(of_scene))}
+    """Yield the maps of all pressures on all patches."""
+    shapes = {name: shape_of(of_scene) for name, of_scene in results.items()}
     for shape_name, shape in shapes.items():
         for name, onto in shapes.items():
             p = mapped(shape, onto)
@@ -41,12 +41,15 @@ def sensitivities(results: Mapping[str, ContactResults]) -> Iterator[Sensitivity
             )
 
 
-def shape_of(results: ContactResults) -> SolvedContact | None:
+def with_shapes(results: Mapping[str, ContactResults]) -> dict[str, ContactResults]:
+    """The scenes whose contact was solved by B-hat."""
+    return {name: of_scene for name, of_scene in results.items() if SHAPE in of_scene.ics}
+
+
+def shape_of(results: ContactResults) -> SolvedContact:
     """The contact by B-hat whose pressures are mapped: at `contact.shape_load`, or the largest load."""
     contacts = [contact for (_, ics), contact in results.contacts.items() if ics == SHAPE]
     wanted = results.scene.contact.shape_load
-    if not contacts:
-        return None
     if wanted is None:
         return max(contacts, key=lambda contact: contact.normal.load)
     return min(contacts, key=lambda contact: abs(contact.normal.load - wanted))

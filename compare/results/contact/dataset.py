@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -65,7 +66,7 @@ def _estimates(contact: SolvedContact) -> dict[str, float]:
     normal, values = contact.normal, _numbers(contact)
     if normal.coarser is None:
         return NONE
-    coarse = numbers(contact.placed.coarsened, normal.coarser)
+    coarse = numbers(replace(contact.placed, grid=normal.coarser.problem.grid), normal.coarser)
     perturbed = values if contact.perturbed is None else numbers(contact.placed, contact.perturbed)
     changes = {name: abs(coarse[name] / value - 1) for name, value in values.items()}
     patch, grid = main_patch(normal), contact.placed.grid

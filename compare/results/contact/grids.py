@@ -10,7 +10,7 @@ from compare.results.contact.pairing import NEARLY, Case, Placed
 from contact.edges import ENDS, MARGIN
 from contact.normal import NormalContact, PotentialAreaTooSmall
 from contact.references.hertz import PointContact, combined_modulus
-from geometries.errors import Failure, WrongInput
+from geometries.errors import Failure
 from geometries.grids import Grid
 
 SIZING = "Bhat"  # the ICs with which grids are sized
@@ -28,7 +28,7 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class Size:
-    """The ranges of x and s that all patches of a contact cover [mm]; None of no contact."""
+    """The ranges of x and s that all patches of a contact cover [mm]."""
 
     x: Range
     s: Range
@@ -120,10 +120,6 @@ class Sizing:
                 s = low - grown * (ENDS[2] in short.ends), high + grown * (ENDS[3] in short.ends)
                 continue
             size, across = size_of(placed, contact), _across(contact)
-            if across is None:
-                raise WrongInput(
-                    f"contact at {case}: the bodies do not touch; give a larger approach or a load"
-                )
             if min(across) >= FEWEST:
                 return size
             half_x = size.x[1] * GROWTH if across[0] < FEWEST else half_x
@@ -177,16 +173,14 @@ def size_of(placed: Placed, contact: NormalContact) -> Size:
     grid = placed.grid
     x = [place for patch in contact.patches for place in patch.x]
     s = [place for patch in contact.patches for place in patch.s]
-    if not x:
-        return Size((0.0, 0.0), (grid.s, grid.s))
     half = max(abs(place - (grid.n_x - 1) / 2) for place in x) * grid.dx
     return Size((-half, half), (grid.strips[0] + min(s) * grid.ds, grid.strips[0] + max(s) * grid.ds))
 
 
-def _across(contact: NormalContact) -> tuple[int, int] | None:
-    """Numbers of elements in contact along x and s, from the first to the last; None of no contact."""
+def _across(contact: NormalContact) -> tuple[int, int]:
+    """Numbers of elements in contact along x and s, from the first to the last."""
     along_x, along_s = (np.flatnonzero(contact.in_contact.any(axis=axis)) for axis in (1, 0))
-    return (int(np.ptp(along_x)) + 1, int(np.ptp(along_s)) + 1) if len(along_x) else None
+    return int(np.ptp(along_x)) + 1, int(np.ptp(along_s)) + 1
 
 
 def _rounded(n: float) -> int:

@@ -1,6 +1,6 @@
 """The bodies of a scene above each other: undeformed distance, and contact problems on grids."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -13,7 +13,7 @@ from contact.operators.convolution import Convolution
 from contact.operators.turned import turned
 from contact.undeformed import Undeformed
 from geometries.arrays import Array
-from geometries.errors import Failure
+from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
 from geometries.patches import N
 
@@ -44,13 +44,6 @@ class Placed:
     undeformed: Undeformed
     grid: Grid
     extra_gap: tuple[tuple[float, ...], ...] = ()
-
-    @property
-    def coarsened(self) -> "Placed":
-        """The same on elements twice as large."""
-        grid = self.grid
-        larger = Grid(grid.n_x // 2, grid.n_s // 2, 2 * grid.dx, 2 * grid.ds, grid.s)
-        return replace(self, grid=larger)
 
     @property
     def x(self) -> Array:
@@ -118,10 +111,15 @@ class Placed:
     def contact(self, operator: Operator, case: Case, *, exact: bool = False) -> NormalContact:
         """The contact with nn ICs; `exact`: with the distance of the displaced upper body, not linearised.
 
-        Raises as `contact.normal.solve`.
+        Raises as `contact.normal.solve`, and WrongInput where the bodies do not touch.
         """
         problem = NormalProblem(self.grid, operator, self.flat, self.distance, self.cosine)
         contact = solve(problem, load=case.load, approach=case.approach)
+        if not contact.in_contact.any():
+            raise WrongInput(
+                f"contact at {case}: the bodies do not touch on s = {self.grid.extent[0]:g} ... "
+                f"{self.grid.extent[1]:g} mm; give a larger approach, a load, or another grid"
+            )
         return self._displaced(contact, case) if exact else contact
 
     def _displaced(self, contact: NormalContact, case: Case) -> NormalContact:

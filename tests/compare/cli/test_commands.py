@@ -246,5 +246,17 @@ def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkey
         assert shown in told
 
 
-def test_contact_without_a_scene_is_refused(command):
-    assert command("contact") == WRONG_INPUT
+def test_contact_without_a_scene_is_refused(capsys):
+    assert exit_code(["contact"]) == WRONG_INPUT
+    assert "name one scene or more" in capsys.readouterr().err
+
+
+def test_scenes_of_one_name_are_refused(write_scene, capsys):
+    path = str(write_scene("[contact]\nloads = [1.0]\n"))
+    assert exit_code(["contact", path, path]) == WRONG_INPUT
+    assert "two have the same name" in capsys.readouterr().err
+
+
+def test_without_bhat_there_are_no_maps_of_it(tmp_path):
+    assert exit_code(["contact", "wide", "tall", "--ics", "A", "--results", str(tmp_path)]) == DONE
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["tall", "wide"]

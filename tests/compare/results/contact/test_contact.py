@@ -13,7 +13,7 @@ from compare.results.contact.compute import (
 )
 from compare.results.contact.dataset import to_dataset
 from compare.results.contact.grids import MOST_STRIPS, Sizing
-from compare.results.contact.pairing import Case, placed_on
+from compare.results.contact.pairing import Case, placed_on, undeformed_of
 from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene, scene_from_table
 from contact.edges import MARGIN
@@ -22,7 +22,7 @@ from contact.operators.dense import GridOperator
 from contact.operators.turned import turned
 from contact.references.hertz import PointContact, combined_modulus
 from femic.means import Means
-from geometries.errors import Failure
+from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
 from geometries.patches import N
 
@@ -269,3 +269,28 @@ def test_where_c_needs_a_longer_grid_it_is_made_longer(monkeypatch):
     assert {contact.placed.grid for contact in results.contacts.values()} == {grid}
     with pytest.raises(Failure, match=r"contact at 5000 N with C: potential contact area"):
         compute_contact(scene(10.2, loads=[5e3], ics=["C"], grid="scene"))
+
+
+def test_bodies_that_do_not_touch_on_the_grid_are_refused():
+    of = scene(approaches=[1e-5], ics=["A"], grid="scene", shift=3.0)
+    with pytest.raises(WrongInput, match=r"contact at 1e-05 mm: the bodies do not touch on s = "):
+        compute_contact(of)
+
+
+def test_c_of_the_upper_body_lies_opposite_that_of_the_lower(monkeypatch):
+    """Where the wheel is moved aside, both strips of a pair have the same y."""
+    of = scene(12.0, shift=0.7)
+    grid = Grid(8, 6, 0.2, 0.2, undeformed_of(of).touching[0])
+    asked = {}
+
+    def recorded(jobs, *_, **__):
+        asked.update(jobs)
+        raise InterruptedError
+
+    monkeypatch.setattr("compare.results.contact.compute.matrices", recorded)
+    with pytest.raises(InterruptedError):
+        reference_ics(of, placed_on(of, grid), Means())
+    middle = {name: float(job.body.contour.position(job.grid.s)[0]) for name, job in asked.items()}
+    assert middle["upper"] + 0.7 == pytest.approx(middle["lower"], abs=1e-6)
+    assert abs(asked["upper"].grid.s - asked["lower"].grid.s) > 0.5
+    assert asked["upper"].grid.n_s == asked["lower"].grid.n_s == 6
