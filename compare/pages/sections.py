@@ -128,10 +128,12 @@ def section_mesh(vertices: Array, triangles: Indices, scene: Scene, body: str) -
             axes.triplot(y, z, triangles.T, linewidth=0.3, color="tab:blue")
             axes.set(aspect="equal", xlabel="y [mm]", ylabel="z [mm]")
         whole.set_title(f"{triangles.shape[1]:,} cells")
+        near = np.maximum(np.abs(y - patch_y), np.abs(z - patch_z)) <= half_window
+        room = 0.05 * half_window
         close_up.set(
             title="near the patch",
-            xlim=(patch_y - half_window, patch_y + half_window),
-            ylim=(patch_z - half_window, patch_z + half_window),
+            xlim=(np.min(y[near]) - room, np.max(y[near]) + room),
+            ylim=(np.min(z[near]) - room, np.max(z[near]) + room),
         )
         half = " (y ≥ 0: the other half is its mirror image)" if np.min(y) >= 0 else ""
         figure.suptitle(f"section of the {body} body{half}")

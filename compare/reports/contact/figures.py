@@ -7,12 +7,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
 from compare.pages.panels import Panel, add_legend, drawn
 from compare.pages.styles import MARKERS, RC, STYLES, SYMBOLS
 from compare.results.contact.compute import reference_name
 from compare.results.contact.quantities import QUANTITIES
 
+HALO = [withStroke(linewidth=2.6, foreground="white")]  # about lines on shades
 DRAWN = ("a", "b", "aspect", "p_max", "approach", "stiffness")  # quantities over the angle of the patch
 
 
@@ -95,7 +97,7 @@ def _edges(axes: Axes, x: np.ndarray, s: np.ndarray, pressures: Mapping[str, np.
     for name, p in pressures.items():
         style = STYLES[name]
         look = {key: style[key] for key in ("color", "linestyle") if key in style}
-        axes.contour(
+        edge = axes.contour(
             x,
             s,
             (p > 0).T.astype(float),
@@ -104,4 +106,5 @@ def _edges(axes: Axes, x: np.ndarray, s: np.ndarray, pressures: Mapping[str, np.
             linestyles=[look.get("linestyle", "-")],
             linewidths=1.2,
         )
+        edge.set_path_effects(HALO)
         axes.plot([], [], label=f"edge by {SYMBOLS[name]}", linewidth=1.2, **look)

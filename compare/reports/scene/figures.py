@@ -5,6 +5,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from compare.pages.panels import add_legend
 from compare.pages.styles import MARKERS, RC, STYLES, SYMBOLS
 from compare.results.compute import Results
 from compare.scenes.scene import Scene
@@ -24,7 +25,7 @@ def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
                 _draw_errors(axes, results.seconds[variant, body], of_body.sel(variant=variant), scene)
             axes.set(title=body, xlabel=f"seconds for {len(results.points.x)} points [s]")
         grid[0].set_ylabel("worst error over the lines [-],\none mark per component")
-        grid[0].legend()
+        add_legend(figure)
         return figure
 
 
