@@ -90,8 +90,11 @@ class NormalProblem:
         def compliance(p: Array) -> Array:
             return self.operator(p[..., None])[..., 0]
 
+        def inverse(u: Array) -> Array:
+            return self.flat.ring_inverse(u[..., None])[..., 0]
+
         c = np.broadcast_to(self.cosine, self.distance.shape)
-        return Bounded(compliance, self.flat.circular_inverse, self.distance, c)
+        return Bounded(compliance, inverse, self.distance, c)
 
     @property
     def has_coarser(self) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from contact.operators.ring import RingInverse
 from geometries.arrays import Array
 
 Complex = NDArray[np.complex128]
@@ -38,7 +39,7 @@ class Convolution:
         """Displacements [mm] due to tractions [MPa], shape (n_x, n_s, directions) each."""
         n_x, n_s = self.shape
         spectra = {
-            (j, b): fft.rfft2(tractions[..., self.directions.index(j)] * self.factors[b], self._padded)
+            (j, b): fft.rfft2(tractions[..., self.directions.index(j)] * self.factors[b], self.padded)
             for j, b in {load for _, load in self.kernels}
         }
         sums: dict[Place, Complex] = {}
@@ -47,7 +48,7 @@ class Convolution:
             sums[observer] = sums[observer] + product if observer in sums else product
         u = np.zeros(tractions.shape)
         for (i, a), total in sums.items():
-            back = fft.irfft2(total, self._padded, overwrite_x=True)[:n_x, :n_s]
+            back = fft.irfft2(total, self.padded, overwrite_x=True)[:n_x, :n_s]
             u[..., self.directions.index(i)] += self.factors[a] * back
         return u
 
@@ -62,29 +63,26 @@ class Convolution:
             {places: merged(merged(kernel, 0), 1) for places, kernel in self.kernels.items()},
         )
 
-    def circular_inverse(self, displacements: Array) -> Array:
-        """Tractions [MPa] that cause displacements [mm], (n_x, n_s) each, on a ring in x and s: approximate.
-
-        For operators of one kernel without factors, such as nn of half-spaces.
-        """
-        n_x, n_s = self.shape
-        spectrum = fft.rfft2(displacements, self._padded) / self._ring
-        return np.asarray(fft.irfft2(spectrum, self._padded)[:n_x, :n_s])
+    def restricted(self, directions: tuple[int, ...]) -> "Convolution":
+        """The operator from tractions in some directions to displacements in the same."""
+        return Convolution(
+            directions,
+            self.factors,
+            {
+                (observer, load): kernel
+                for (observer, load), kernel in self.kernels.items()
+                if observer[0] in directions and load[0] in directions
+            },
+        )
 
     @cached_property
-    def _ring(self) -> Array:
-        """The spectrum of the only kernel on a ring, on which lags beyond n - 1 are those of n - 1.
-
-        Without them some values would not be positive.
-        """
-        (kernel,) = self.kernels.values()
-        lags = (np.minimum(np.arange(size), size - np.arange(size)) for size in self._padded)
-        along_x, along_s = (n - 1 + np.minimum(lag, n - 1) for lag, n in zip(lags, self.shape, strict=True))
-        return np.asarray(fft.rfft2(kernel[np.ix_(along_x, along_s)]).real)
+    def ring_inverse(self) -> RingInverse:
+        """Approximately the inverse; for operators without factors, such as A of half-spaces."""
+        return RingInverse.of(self)
 
     @property
-    def _padded(self) -> tuple[int, int]:
-        """Size of the transforms."""
+    def padded(self) -> tuple[int, int]:
+        """Numbers of elements along x and s of the transforms."""
         lags_x, lags_s = (2 * n - 1 for n in self.shape)
         return fft.next_fast_len(lags_x, real=True), fft.next_fast_len(lags_s, real=True)
 
@@ -94,7 +92,7 @@ class Convolution:
         n_x, n_s = self.shape
         transformed = {}
         for places, kernel in self.kernels.items():
-            wrapped = np.zeros(self._padded)
+            wrapped = np.zeros(self.padded)
             wrapped[: 2 * n_x - 1, : 2 * n_s - 1] = kernel
             transformed[places] = fft.rfft2(np.roll(wrapped, (1 - n_x, 1 - n_s), axis=(0, 1)))
         return transformed

@@ -73,6 +73,16 @@ class GridOperator:
         ics = of_strips.mean(axis=2).sum(axis=4)  # (lag, observed, i, loaded, j)
         return GridOperator.of(np.moveaxis(ics, 2, 3), self.directions)
 
+    def restricted(self, directions: tuple[int, ...]) -> "GridOperator":
+        """The operator from tractions in some directions to displacements in the same."""
+        m, chosen = len(self.directions), [self.directions.index(direction) for direction in directions]
+        unknowns = self.transformed.shape[1]
+        places = (m * np.arange(unknowns // m)[:, None] + chosen).ravel()
+        part: Any = self.transformed[:, places[:, None], places]
+        if np.all(PARITY[np.ix_(directions, directions)] > 0):
+            return GridOperator(np.ascontiguousarray(part.real), self.n_x, directions)
+        return GridOperator(part, self.n_x, directions)
+
     def smallest_eigenvalue(self) -> float:
         """Smallest eigenvalue of the symmetric part [mm/MPa], to 3 % of the least IC of an element on itself.
 

@@ -29,7 +29,10 @@ def problem(n_x, n_s, h, *, variant="Bhat"):
     level = Pair(Solid(BRASS, Surface(UPPER, plane())), Solid(STEEL, Surface(LOWER, plane())))
     operator, flat = turned(variant, bodies, grid, (N,)), turned("A", level, grid, (N,))
     c = np.broadcast_to(np.cos(contour.inclination(grid.strips)), (n_x, n_s))
-    return Bounded(lambda p: operator(p[..., None])[..., 0], flat.circular_inverse, h, c)
+    of_one = [
+        lambda p, linear=linear: linear(p[..., None])[..., 0] for linear in (operator, flat.ring_inverse)
+    ]
+    return Bounded(*of_one, h, c)
 
 
 def smooth_gap(n_x, n_s):

@@ -1,0 +1,285 @@
+"""Coulomb's law on a grid, with given bounds of tangential tractions: a semismooth Newton method.
+
+Wanted are tractions p with |p| <= g on each element; slip s = L p + w + B c vanishes where |p| < g, and is
+opposite to p elsewhere. So p is the projection of p - r s onto the disc of radius g, for any r > 0 (Alart and
+Curnier 1991, Computer Methods in Applied Mechanics and Engineering 92, 353-375). The steps are
+
+1. elements stick where |p - r s| <= g, else they slip: r s = 0 there, p = g (p - r s) / |p - r s| here;
+2. these equations are made linear, with those of the forces that free amplitudes c have to bring about;
+3. they are solved by GMRES, with the inverse of L on a ring where elements stick as a preconditioner;
+4. the step is halved until the residual falls.
+
+Near the solution it is Newton's method (Hintermueller, Ito and Kunisch 2003, SIAM Journal on Optimization 13,
+865-888). L need not be symmetric: in steady rolling it is not.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from contact.friction.leading import LeadingEdge
+from geometries.arrays import Array, Mask
+from geometries.errors import Failure
+
+TOLERANCE = 1e-6  # of tractions, as a share of the largest bound
+MOST_STEPS = 80
+LEAST_STEP = 0.05  # of a full step
+DECREASE = 0.1  # of the residual, as a share of the step
+LOOSEST = 0.1  # relative residual of the linear equations
+MOST_VECTORS = 80  # of GMRES
+
+Linear = Callable[[Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class FreeAmplitudes:
+    """Amplitudes c of slips `modes` that are found with the tractions so that `weights` . p = `targets`.
+
+    Shapes (k, n_x, n_s, 2), (k, n_x, n_s, 2) and (k,).
+    """
+
+    modes: Array
+    weights: Array
+    targets: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Coulomb:
+    """The problem: slip L p = `compliance`(p), w = `rigid` (n_x, n_s, 2), g = `bound` (n_x, n_s).
+
+    `inverse` is approximately that of L. Tractions at a leading edge follow those of other elements, and the
+    slip at the centre of elements is `at_elements` of the slip that is zero where they stick.
+    """
+
+    compliance: Linear
+    inverse: Linear
+    rigid: Array
+    bound: Array
+    edge: LeadingEdge
+    at_elements: Linear
+    free: FreeAmplitudes | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Tangential:
+    """Tractions and slip (n_x, n_s, 2), which elements stick, amplitudes c (k,), and how they were found.
+
+    `residuals` are largest errors of a traction as shares of the largest bound, before each step.
+    """
+
+    p: Array
+    slip: Array
+    stick: Mask
+    amplitudes: Array
+    residuals: Sequence[float]
+    products: int
+
+
+def tractions(
+    problem: Coulomb,
+    *,
+    start: Array | None = None,
+    amplitudes: Array | None = None,
+    tolerance: float = TOLERANCE,
+) -> Tangential:
+    """Solve for the tractions; `start` and `amplitudes` are those to begin with.
+
+    Raises Failure, with the residuals, where `MOST_STEPS` do not suffice, and where forces are asked for that
+    friction does not bear.
+    """
+    newton = _Newton.of(problem)
+    state = newton.state(*newton.first(start, amplitudes))
+    residuals = []
+    for _ in range(MOST_STEPS + 1):
+        residuals.append(state.largest)
+        if state.largest <= tolerance:
+            stick = newton.everywhere(state.stick)
+            p, products = newton.spread(state.q), newton.counter.products
+            return Tangential(p, state.centred, stick, state.c, residuals, products)
+        state = newton.next(state, tolerance)
+    raise Failure(
+        f"tangential tractions: after {MOST_STEPS} steps their residual is {residuals[-1]:.1e} of the "
+        f"largest bound, not {tolerance:.1e} ({', '.join(f'{value:.1e}' for value in residuals[-5:])}); "
+        "use smaller elements, or smaller steps of creepages"
+    )
+
+
+class _Counter:
+    products = 0
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """Tractions q (m, 2) of the free elements and amplitudes c, and what the law says of them."""
+
+    q: Array
+    c: Array
+    linear: Array  # L p + B c, (n_x, n_s, 2)
+    centred: Array  # slip at the centres of elements, (n_x, n_s, 2)
+    stick: Mask  # (m,)
+    towards: Array  # p - r s over its length, (m, 2)
+    share: Array  # g / |p - r s|, (m, 1)
+    residual: Array  # (2 m + k,), in units of tractions
+    bound: float
+
+    @property
+    def size(self) -> float:
+        """Root mean square of the residual."""
+        return float(np.linalg.norm(self.residual))
+
+    @property
+    def largest(self) -> float:
+        """Largest residual as a share of the largest bound."""
+        return float(np.max(np.abs(self.residual), initial=0.0)) / self.bound
+
+
+@dataclass(frozen=True, eq=False)
+class _Newton:
+    problem: Coulomb
+    mask: Mask  # free elements
+    g: Array  # their bounds, (m, 1)
+    scale: float  # r
+    counter: _Counter
+
+    @classmethod
+    def of(cls, problem: Coulomb) -> "_Newton":
+        mask = problem.edge.free
+        unit, (n_x, n_s) = np.zeros(problem.rigid.shape), problem.bound.shape
+        middle = n_x // 2, n_s // 2
+        unit[middle] = 1.0
+        own = float(np.mean(problem.compliance(unit)[middle]))
+        return cls(problem, mask, problem.bound[mask][:, None], 1 / own, _Counter())
+
+    def first(self, start: Array | None, amplitudes: Array | None) -> tuple[Array, Array]:
+        """Tractions and amplitudes to begin with."""
+        q = np.zeros((len(self.g), 2)) if start is None else start[self.mask]
+        k = 0 if self.problem.free is None else len(self.problem.free.targets)
+        return q, np.zeros(k) if amplitudes is None else amplitudes
+
+    def everywhere(self, stick: Mask) -> Mask:
+        """Which elements stick: free ones, and those that follow them, (n_x, n_s)."""
+        of_free = np.zeros(self.mask.shape, bool)
+        of_free[self.mask] = stick
+        followed = np.take_along_axis(of_free, self.problem.edge.followed, axis=0)
+        return np.asarray(followed & (self.problem.bound > 0))
+
+    def spread(self, q: Array) -> Array:
+        """Tractions of all elements (n_x, n_s, 2) from those of the free ones (m, 2)."""
+        p = np.zeros(self.problem.rigid.shape)
+        p[self.mask] = q
+        return self.problem.edge.spread(p)
+
+    def slip(self, q: Array, c: Array) -> Array:
+        """L p + B c, shape (n_x, n_s, 2)."""
+        self.counter.products += 1
+        of_tractions = self.problem.compliance(self.spread(q))
+        free = self.problem.free
+        return of_tractions if free is None else of_tractions + np.tensordot(c, free.modes, 1)
+
+    def state(self, q: Array, c: Array, linear: Array | None = None) -> _State:
+        """The state of tractions and amplitudes."""
+        linear = self.slip(q, c) if linear is None else linear
+        slip = linear + self.problem.rigid
+        centred = self.problem.at_elements(slip)
+        sticking, slipping = q - self.scale * slip[self.mask], q - self.scale * centred[self.mask]
+        stick = np.linalg.norm(sticking, axis=1) <= self.g[:, 0]
+        length = np.maximum(np.linalg.norm(slipping, axis=1), 1e-300)[:, None]
+        towards = slipping / length
+        of_elements = np.where(stick[:, None], q - sticking, q - self.g * towards)
+        residual = np.concatenate([of_elements.ravel(), self.forces(q) - self.wanted])
+        bound = max(float(np.max(self.g, initial=0.0)), 1e-300)
+        return _State(q, c, linear, centred, stick, towards, self.g / length, residual, bound)
+
+    def forces(self, q: Array) -> Array:
+        """Weighted sums of tractions over those of the weights, shape (k,)."""
+        free = self.problem.free
+        return (
+            np.zeros(0) if free is None else np.tensordot(free.weights, self.spread(q), 3) / self.sums(free)
+        )
+
+    @property
+    def wanted(self) -> Array:
+        """What these have to be."""
+        free = self.problem.free
+        return np.zeros(0) if free is None else free.targets / self.sums(free)
+
+    def sums(self, free: FreeAmplitudes) -> Array:
+        """Sums of the weights in contact, shape (k,)."""
+        return np.asarray(np.sum(np.abs(free.weights)[:, self.problem.bound > 0], axis=(1, 2)))
+
+    def next(self, state: _State, tolerance: float) -> _State:
+        """The state after a step."""
+        dq, dc = self.step(state, tolerance)
+        change = self.slip(dq, dc)
+        share = 1.0
+        while True:
+            found = self.state(state.q + share * dq, state.c + share * dc, state.linear + share * change)
+            if found.size <= (1 - DECREASE * share) * state.size or share <= LEAST_STEP:
+                return found
+            share /= 2
+
+    def step(self, state: _State, tolerance: float) -> tuple[Array, Array]:
+        """The solution of the linear equations."""
+        m, k = len(state.q), len(state.c)
+        weak = np.where(state.stick[:, None], 0.0, state.share)
+
+        def of_elements(q: Array, slip: Array) -> Array:
+            """The derivative of the law by tractions and slip."""
+            moved = q - self.scale * self.problem.at_elements(slip)[self.mask]
+            across = moved - state.towards * np.sum(state.towards * moved, axis=1, keepdims=True)
+            return np.where(state.stick[:, None], self.scale * slip[self.mask], q - weak * across)
+
+        def derivative(v: Array) -> Array:
+            q, c = v[: 2 * m].reshape(m, 2), v[2 * m :]
+            return np.concatenate([of_elements(q, self.slip(q, c)).ravel(), self.forces(q)])
+
+        def inverse(v: Array) -> Array:
+            residual = np.zeros(self.problem.rigid.shape)
+            residual[self.mask] = np.where(state.stick[:, None], v.reshape(m, 2), 0.0)
+            of_sticking = self.problem.inverse(residual)[self.mask] / self.scale
+            return np.where(state.stick[:, None], of_sticking, v.reshape(m, 2))
+
+        bordered = _Bordered.of(self, inverse, of_elements, m, k)
+        size = 2 * m + k
+        wanted = tolerance * state.bound / np.max(np.abs(state.residual))
+        solution, _ = gmres(
+            LinearOperator((size, size), matvec=derivative, dtype=float),
+            -state.residual,
+            rtol=min(LOOSEST, max(0.1 * wanted, min(LOOSEST, state.largest))),
+            restart=MOST_VECTORS,
+            maxiter=1,
+            M=LinearOperator((size, size), matvec=bordered, dtype=float),
+        )
+        return solution[: 2 * m].reshape(m, 2), solution[2 * m :]
+
+
+@dataclass(frozen=True, eq=False)
+class _Bordered:
+    """An approximate inverse for tractions and amplitudes, by that for tractions."""
+
+    newton: _Newton
+    inverse: Linear
+    of_amplitudes: Array  # (k, m, 2): the inverse of the residuals of unit amplitudes
+    complement: Array  # (k, k)
+    m: int
+
+    @classmethod
+    def of(
+        cls, newton: _Newton, inverse: Linear, of_elements: Callable[[Array, Array], Array], m: int, k: int
+    ) -> "_Bordered":
+        free = newton.problem.free
+        if free is None or k == 0:
+            return cls(newton, inverse, np.zeros((0, m, 2)), np.zeros((0, 0)), m)
+        none = np.zeros((m, 2))
+        columns = np.array([inverse(of_elements(none, mode)) for mode in free.modes])
+        complement = -np.array([newton.forces(column) for column in columns]).T
+        return cls(newton, inverse, columns, complement, m)
+
+    def __call__(self, v: Array) -> Array:
+        q = self.inverse(v[: 2 * self.m])
+        if not len(self.of_amplitudes):
+            return q.ravel()
+        c = np.linalg.solve(self.complement, v[2 * self.m :] - self.newton.forces(q))
+        return np.concatenate([(q - np.tensordot(c, self.of_amplitudes, 1)).ravel(), c])

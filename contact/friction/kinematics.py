@@ -1,0 +1,62 @@
+"""Rigid slip of a wheel that rolls on a rail, per unit of rolled distance.
+
+Rolling is towards +x. Slip is that of the upper surface over the lower one, in the local directions x and s.
+Source: design section 6; Kalker (1990), Three-dimensional elastic bodies in rolling contact, section 1.3.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometries.arrays import Array
+from geometries.contours import Contour
+from geometries.errors import WrongInput
+
+
+@dataclass(frozen=True)
+class Creepages:
+    """How a wheel moves besides rolling, at zero yaw.
+
+    `longitudinal` is omega R_roll / V - 1, positive where the wheel is driven; `lateral` the lateral velocity
+    of the wheel relative to the rail over V; `spin` [1/mm] an angular velocity of the wheel about z over V,
+    beside that which its own rotation has about the normals of inclined places.
+    """
+
+    longitudinal: float = 0.0
+    lateral: float = 0.0
+    spin: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not np.all(np.isfinite([self.longitudinal, self.lateral, self.spin])):
+            raise WrongInput(f"creepages {self}: must be finite")
+
+
+NAMES = ("longitudinal", "lateral", "spin")
+
+
+@dataclass(frozen=True, eq=False)
+class Rolling:
+    """Where a wheel of rolling radius `radius` [mm] rolls on a lower contour.
+
+    `x` [mm], (n_x,), and `s` [mm], (n_s,), are the centres of elements; the surfaces are taken to meet on the
+    lower one. An infinite radius is that of a prismatic upper body, which only slides.
+    """
+
+    contour: Contour
+    radius: float
+    x: Array
+    s: Array
+
+    def rigid_slip(self, creepages: Creepages) -> Array:
+        """Rigid slip per unit of rolled distance, shape (n_x, n_s, 2)."""
+        xi, upsilon, phi = creepages.longitudinal, creepages.lateral, creepages.spin
+        y, z = self.contour.position(self.s)
+        sin, cos = self.contour.normal(self.s)
+        x = self.x[:, None]
+        along_x = -xi + (1 + xi) * z / self.radius - phi * y
+        along_s = upsilon * cos + (1 + xi) * x * sin / self.radius + phi * x * cos
+        return np.stack(np.broadcast_arrays(along_x, along_s), axis=-1)
+
+    def per_creepage(self, name: str) -> Array:
+        """The rigid slip that a creepage of 1 adds, shape (n_x, n_s, 2): it is linear in each of them."""
+        return self.rigid_slip(Creepages(**{name: 1.0})) - self.rigid_slip(Creepages())

@@ -1,0 +1,53 @@
+"""Elements at the leading edge of a rolling contact, whose tractions follow those behind them.
+
+A surface that rolls into contact takes up tangential tractions from zero, in proportion to the pressures at
+first: their ratio is smooth there, while both rise like the square root of the distance from the edge.
+Elements of constant traction follow this rise badly: where slip is made zero on the outermost ones, forces
+have errors of the first order, which depend on how the edge cuts elements. So the last `DEPTH` elements of
+each row take the same share of their bounds as the one behind them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometries.arrays import Array, Indices, Mask
+
+DEPTH = 2  # elements of each row that follow
+
+
+@dataclass(frozen=True, eq=False)
+class LeadingEdge:
+    """The row of the element that each one's tractions follow, and the ratio of both bounds, (n_x, n_s)."""
+
+    followed: Indices
+    ratio: Array
+
+    @classmethod
+    def of(cls, bound: Array, depth: int = DEPTH) -> "LeadingEdge":
+        """The leading edge of where bounds are positive; rolling is towards +x."""
+        places = np.arange(len(bound))[:, None]
+        ahead, behind = _neighbours(bound[::-1] > 0)[::-1], _neighbours(bound > 0)
+        steps = np.maximum(np.minimum(depth, ahead + behind) - ahead, 0)
+        followed = places - np.where(bound > 0, steps, 0)
+        of_followed = np.take_along_axis(bound, followed, axis=0)
+        ratio = np.divide(bound, of_followed, out=np.zeros_like(bound), where=of_followed > 0)
+        return cls(followed, ratio)
+
+    @property
+    def free(self) -> Mask:
+        """Elements with bounds that follow no other, shape (n_x, n_s)."""
+        own = self.followed == np.arange(len(self.followed))[:, None]
+        return np.asarray(own & (self.ratio > 0))
+
+    def spread(self, p: Array) -> Array:
+        """Tractions of all elements from those of the free ones, shape (n_x, n_s, 2)."""
+        return np.asarray(np.take_along_axis(p, self.followed[..., None], axis=0) * self.ratio[..., None])
+
+
+def _neighbours(mask: Mask) -> Indices:
+    """How many elements before each one, without a gap, are in a mask, shape (n_x, n_s)."""
+    counts = np.zeros(mask.shape, dtype=int)
+    for row in range(1, len(mask)):
+        counts[row] = np.where(mask[row - 1], counts[row - 1] + 1, 0)
+    return counts

@@ -1,0 +1,74 @@
+"""A wheel that rolls steadily on a rail: tractions for given creepages, or for given forces."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+
+from contact.friction.kinematics import NAMES, Creepages, Rolling
+from contact.friction.motion import FreeSlip, SteadyRolling
+from contact.frictional import FrictionalContact, FrictionalProblem, Pressing, solve
+from geometries.arrays import Array
+from geometries.errors import WrongInput
+
+
+@dataclass(frozen=True, eq=False)
+class RollingContact:
+    """A contact in steady rolling and the creepages at which it rolls."""
+
+    contact: FrictionalContact
+    creepages: Creepages
+
+
+@dataclass(frozen=True, eq=False)
+class RollingProblem:
+    """A contact with friction, and where its wheel rolls."""
+
+    problem: FrictionalProblem
+    rolling: Rolling
+    order: int = 2
+
+    def contact(
+        self,
+        creepages: Creepages,
+        pressing: Pressing,
+        *,
+        forces: Mapping[str, float] = MappingProxyType({}),
+        start: FrictionalContact | None = None,
+    ) -> RollingContact:
+        """The contact in steady rolling.
+
+        `forces` are those [N, for spin N mm] on the upper body that creepages have to bring about, by the
+        names of these: the longitudinal one F_x, the lateral one F_y, spin M_z about the contact centre.
+        Those of `creepages` are then the first guess. Raises as `frictional.solve`, and WrongInput for other
+        names.
+        """
+        if unknown := set(forces) - set(NAMES):
+            raise WrongInput(f"forces of {', '.join(sorted(unknown))}: creepages are {', '.join(NAMES)}")
+        free = tuple(
+            FreeSlip(self.rolling.per_creepage(name), self.weights[name], force)
+            for name, force in forces.items()
+        )
+        rigid = self.rolling.rigid_slip(creepages)
+        motion = SteadyRolling(rigid, free, dx=self.problem.grid.dx, order=self.order)
+        contact = solve(self.problem, motion, pressing, start=start)
+        found = {
+            name: getattr(creepages, name) + amplitude
+            for name, amplitude in zip(forces, contact.amplitudes, strict=True)
+        }
+        return RollingContact(contact, replace(creepages, **found))
+
+    @cached_property
+    def weights(self) -> Mapping[str, Array]:
+        """What tractions contribute to the forces of each creepage, shape (n_x, n_s, 3) [mm^2, spin mm^3]."""
+        zero, one = np.zeros(self.problem.distance.shape), np.ones(self.problem.distance.shape)
+        sin, cos = np.sin(self.problem.inclination), np.cos(self.problem.inclination)
+        x, y = self.rolling.x[:, None], self.rolling.contour.position(self.rolling.s)[0]
+        of_each = {
+            "longitudinal": (one, zero, zero),
+            "lateral": (zero, one * cos, one * sin),
+            "spin": (-y * one, x * cos, x * sin),
+        }
+        return {name: self.problem.grid.area * np.stack(parts, axis=-1) for name, parts in of_each.items()}
