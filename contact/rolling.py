@@ -9,7 +9,7 @@ import numpy as np
 
 from contact.friction.kinematics import NAMES, Creepages, Rolling
 from contact.friction.motion import FreeSlip, SteadyRolling
-from contact.frictional import FrictionalContact, FrictionalProblem, Pressing, solve
+from contact.frictional import TOLERANCE, FrictionalContact, FrictionalProblem, Pressing, solve
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
@@ -37,6 +37,7 @@ class RollingProblem:
         *,
         forces: Mapping[str, float] = MappingProxyType({}),
         start: FrictionalContact | None = None,
+        tolerance: float = TOLERANCE,
     ) -> RollingContact:
         """The contact in steady rolling.
 
@@ -53,7 +54,7 @@ class RollingProblem:
         )
         rigid = self.rolling.rigid_slip(creepages)
         motion = SteadyRolling(rigid, free, dx=self.problem.grid.dx, order=self.order)
-        contact = solve(self.problem, motion, pressing, start=start)
+        contact = solve(self.problem, motion, pressing, start=start, tolerance=tolerance)
         found = {
             name: getattr(creepages, name) + amplitude
             for name, amplitude in zip(forces, contact.amplitudes, strict=True)
