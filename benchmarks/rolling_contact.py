@@ -1,0 +1,102 @@
+"""Benchmark of steady rolling: print the tables of docs/contact.md as Markdown.
+
+    python benchmarks/rolling_contact.py
+
+The case of published timings: a Hertz ellipse, a = 5, b = 4 mm, F_n = 80 kN, friction 0.3, G = 82 000 MPa,
+nu = 0.28 for both bodies, rigid slip 8e-4, 4e-4, spin 2e-4 / mm. Seconds of pressures and tractions together, to
+1e-5 of the largest pressure; the operator of C (dense between strips) is filled with A: its cost does not depend
+on the values. Then errors of forces against seconds, first and second order.
+"""
+
+from time import perf_counter
+
+import numpy as np
+
+from approx.matrix import matrix
+from approx.pair import Pair, Solid
+from contact.friction.kinematics import Creepages, Rolling
+from contact.frictional import FrictionalProblem, Pressing
+from contact.operators.dense import GridOperator
+from contact.operators.turned import turned
+from contact.references.hertz import PointContact, combined_modulus
+from contact.rolling import RollingProblem
+from geometries.contours import plane
+from geometries.grids import Grid
+from geometries.materials import Material
+from geometries.surfaces import LOWER, UPPER, Surface
+
+G, NU, FRICTION, LOAD = 82e3, 0.28, 0.3, 80e3
+STEEL = Material(2 * G * (1 + NU), NU)
+PAIR = Pair(Solid(STEEL, Surface(UPPER, plane())), Solid(STEEL, Surface(LOWER, plane())))
+HALF_X, HALF_S = 5.0, 4.0  # of the patch [mm]
+CREEPAGES = Creepages(-8e-4, 4e-4, 2e-4)
+ACROSS = ((50, 40), (100, 80), (200, 160))
+STEP, ROOM = 16, 8  # elements: of numbers on a grid; beside the patch
+TOLERANCE = 1e-5
+REPEATED = 3
+
+
+def curvatures() -> tuple[float, float]:
+    """Relative curvatures of the surfaces whose patch has these half-lengths."""
+    modulus = combined_modulus(STEEL, STEEL)
+    along_x = along_s = 0.01
+    for _ in range(200):
+        patch = PointContact(along_x, along_s, modulus).at_load(LOAD)
+        along_x, along_s = along_x * (patch.a / HALF_X) ** 1.5, along_s * (patch.b / HALF_S) ** 1.5
+    return along_x, along_s
+
+
+def problem(across: tuple[int, int], order: int, name: str = "A") -> RollingProblem:
+    n_x, n_s = (STEP * int(np.ceil((n + ROOM) / STEP)) for n in across)
+    grid = Grid(n_x, n_s, 2 * HALF_X / across[0], 2 * HALF_S / across[1])
+    x = grid.dx * (np.arange(n_x) - (n_x - 1) / 2)
+    of_x, of_s = CURVATURES
+    distance = (of_x * x[:, None] ** 2 + of_s * grid.strips**2) / 2
+    flat = turned("A", PAIR, grid)
+    operator = GridOperator.of(matrix("A", PAIR, grid)) if name == "C" else flat
+    contact = FrictionalProblem(grid, operator, flat, distance, np.zeros(n_s), FRICTION)
+    return RollingProblem(contact, Rolling(plane(), np.inf, x, grid.strips), order)
+
+
+def solved(rolling: RollingProblem):
+    start = perf_counter()
+    found = rolling.contact(CREEPAGES, Pressing(load=LOAD), tolerance=TOLERANCE)
+    return found.contact, perf_counter() - start
+
+
+def seconds() -> None:
+    print("| in the patch | ICs | order | seconds | F_x / (friction F_n) | F_y / (friction F_n) |")
+    print("|---|---|---|---|---|---|")
+    for across in ACROSS:
+        for name, order in (("A", 1), ("A", 2), ("C", 2)):
+            rolling = problem(across, order, name)
+            runs = [solved(rolling) for _ in range(REPEATED)]
+            force = runs[0][0].force / (FRICTION * LOAD)
+            print(
+                f"| {across[0]} × {across[1]} | {name} | {order} | {min(run[1] for run in runs):.2f} | "
+                f"{force[0]:.5f} | {force[1]:.5f} |",
+                flush=True,
+            )
+
+
+def errors() -> None:
+    """Against forces extrapolated from the two finest grids of the second order."""
+    sizes = [(n, n * 4 // 5) for n in (15, 25, 50, 100, 200)]
+    found = {(order, n): solved(problem(n, order)) for order in (1, 2) for n in sizes}
+    force = {key: contact.force[:2] / (FRICTION * LOAD) for key, (contact, _) in found.items()}
+    limit = force[2, sizes[-1]] + (force[2, sizes[-1]] - force[2, sizes[-2]]) / 3
+    print(f"\nforces over friction times load: {limit[0]:.5f}, {limit[1]:.5f}\n")
+    print("| in the patch | order 1: error | seconds | order 2: error | seconds |\n|---|---|---|---|---|")
+    for n in sizes:
+        row = [
+            f"{np.linalg.norm(force[order, n] - limit) / np.linalg.norm(limit):.1e} | {found[order, n][1]:.2f}"
+            for order in (1, 2)
+        ]
+        print(f"| {n[0]} × {n[1]} | {row[0]} | {row[1]} |", flush=True)
+
+
+CURVATURES = curvatures()
+
+if __name__ == "__main__":
+    seconds()
+    errors()
