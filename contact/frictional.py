@@ -79,7 +79,7 @@ class FrictionalProblem:
         """The ICs of tangential tractions and displacements."""
         return self.operator.restricted(TANGENTIAL)
 
-    @property
+    @cached_property
     def coarsened(self) -> "FrictionalProblem":
         """The problem on elements twice as large, the same tractions on four at a time."""
         normal = self.normal.coarsened

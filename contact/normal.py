@@ -71,7 +71,7 @@ class NormalProblem:
         if not np.any(np.isfinite(self.distance)):
             raise WrongInput("distance: infinite everywhere, so that no contact is possible")
 
-    @property
+    @cached_property
     def coarsened(self) -> "NormalProblem":
         """The problem on elements twice as large, the same pressure on four at a time."""
         grid = self.grid

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
+from scipy import fft
 from scipy.sparse.linalg import LinearOperator, eigsh, lobpcg
 
 from contact.operators.convolution import merged
@@ -30,10 +31,11 @@ MOST_ITERATIONS = 100  # of the search for the smallest eigenvalue
 class GridOperator:
     """The transform along x of an IC matrix [mm/MPa], shape (frequency, m n_s, m n_s), of m directions.
 
-    It is real where all components are even in x.
+    It is that for tractions and displacements along x which are multiplied by -i: so it is real, because
+    components of x with others are odd in x, and the others even.
     """
 
-    transformed: Complex | Real
+    transformed: Real
     n_x: int
     directions: tuple[int, ...] = (X, S, N)
 
@@ -48,18 +50,18 @@ class GridOperator:
         lags[:n_x] = ics
         parity = PARITY[np.ix_(directions, directions)]
         lags[n_x + 1 :] = parity.astype(ics.dtype) * ics[:0:-1]
-        rows = np.fft.rfft(lags, axis=0).transpose(0, 1, 3, 2, 4).reshape(n_x + 1, m * n_s, m * n_s)
-        return cls(np.ascontiguousarray(rows.real) if np.all(parity > 0) else rows, n_x, directions)
+        turned = fft.rfft(lags, axis=0)
+        turned *= np.conj(_phases(directions, turned.dtype))[:, None] * _phases(directions, turned.dtype)
+        rows = turned.real.transpose(0, 1, 3, 2, 4).reshape(n_x + 1, m * n_s, m * n_s)
+        return cls(np.ascontiguousarray(rows), n_x, directions)
 
     def __call__(self, tractions: Array) -> Array:
         """Displacements [mm] due to tractions [MPa], shape (n_x, n_s, m) each."""
-        spectra = np.fft.rfft(tractions.reshape(self.n_x, -1), 2 * self.n_x, axis=0)
-        if np.isrealobj(self.transformed):
-            parts = np.stack([spectra.real, spectra.imag], axis=-1).astype(self.transformed.dtype)
-            moved = np.matmul(self.transformed, parts).astype(float).view(complex)[..., 0]
-        else:
-            moved = np.matmul(self.transformed, spectra.astype(self.transformed.dtype)[..., None])[..., 0]
-        return np.fft.irfft(moved, axis=0)[: self.n_x].reshape(tractions.shape)
+        phases = np.tile(_phases(self.directions, np.complex128), tractions.shape[1])
+        spectra = fft.rfft(tractions.reshape(self.n_x, -1), 2 * self.n_x, axis=0) / phases
+        parts = spectra.view(float).reshape(*spectra.shape, 2).astype(self.transformed.dtype)
+        moved = np.matmul(self.transformed, parts).astype(float).view(complex)[..., 0] * phases
+        return fft.irfft(moved, axis=0)[: self.n_x].reshape(tractions.shape)
 
     def coarsened(self) -> "GridOperator":
         """The operator on elements twice as large: mean displacements due to the same traction on four.
@@ -67,7 +69,10 @@ class GridOperator:
         Both numbers of elements must be even.
         """
         m = len(self.directions)
-        n_x, lags = self.n_x, np.fft.irfft(self.transformed, axis=0)  # circular: the last one is lag -1
+        dtype = np.result_type(self.transformed, np.complex64)
+        phases = np.tile(_phases(self.directions, dtype), self.transformed.shape[1] // m)
+        spectra = phases[:, None] * self.transformed * np.conj(phases)
+        n_x, lags = self.n_x, fft.irfft(spectra, axis=0)  # circular: the last one is lag -1
         pairs = merged(np.concatenate([lags[1 - n_x :], lags[:n_x]]), 0)[n_x // 2 - 1 :]
         of_strips = pairs.reshape(self.n_x // 2, -1, 2, m, pairs.shape[2] // m // 2, 2, m)
         ics = of_strips.mean(axis=2).sum(axis=4)  # (lag, observed, i, loaded, j)
@@ -78,10 +83,8 @@ class GridOperator:
         m, chosen = len(self.directions), [self.directions.index(direction) for direction in directions]
         unknowns = self.transformed.shape[1]
         places = (m * np.arange(unknowns // m)[:, None] + chosen).ravel()
-        part: Any = self.transformed[:, places[:, None], places]
-        if np.all(PARITY[np.ix_(directions, directions)] > 0):
-            return GridOperator(np.ascontiguousarray(part.real), self.n_x, directions)
-        return GridOperator(part, self.n_x, directions)
+        part = self.transformed[:, places[:, None], places]
+        return GridOperator(np.ascontiguousarray(part), self.n_x, directions)
 
     def smallest_eigenvalue(self) -> float:
         """Smallest eigenvalue of the symmetric part [mm/MPa], to 3 % of the least IC of an element on itself.
@@ -91,7 +94,7 @@ class GridOperator:
         is positive and preconditions the search (LOBPCG). It changes little between high frequencies.
         """
         symmetric = self._symmetric_part
-        own_ics = np.fft.irfft(np.diagonal(symmetric.transformed, axis1=1, axis2=2), axis=0)[0]
+        own_ics = fft.irfft(np.diagonal(symmetric.transformed, axis1=1, axis2=2), axis=0)[0]
         least = float(np.min(np.abs(own_ics)))
         chosen, nearest = _frequencies(self.n_x + 1)
         of_chosen = symmetric.transformed[chosen]
@@ -128,10 +131,8 @@ class GridOperator:
     @property
     def _symmetric_part(self) -> "GridOperator":
         """The symmetric part, in single precision."""
-        transposed = np.conj(np.swapaxes(self.transformed, 1, 2))
-        symmetric = (self.transformed + transposed) / 2
-        single = symmetric.astype(np.float32) if np.isrealobj(symmetric) else symmetric.astype(np.complex64)
-        return GridOperator(single, self.n_x, self.directions)
+        symmetric = (self.transformed + np.swapaxes(self.transformed, 1, 2)) / 2
+        return GridOperator(symmetric.astype(np.float32), self.n_x, self.directions)
 
     @property
     def linear(self) -> LinearOperator:
@@ -142,6 +143,11 @@ class GridOperator:
             return self(tractions.reshape(self.n_x, -1, m)).ravel()
 
         return LinearOperator((size, size), dtype=float, matvec=applied)
+
+
+def _phases(directions: tuple[int, ...], dtype: DTypeLike) -> Complex:
+    """The factor i for direction x, else 1, shape (m,)."""
+    return np.where(np.array(directions) == X, 1j, 1.0).astype(dtype)
 
 
 def _frequencies(n: int) -> tuple[Indices, Indices]:

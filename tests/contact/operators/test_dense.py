@@ -95,18 +95,16 @@ def test_the_reciprocity_defect_is_that_of_the_dense_matrix(variant, reciprocal)
     assert (found < 1e-12) == reciprocal
 
 
-@pytest.mark.parametrize(
-    ("directions", "real"), [((2,), True), ((0,), True), ((1, 2), True), ((2, 0), False)]
-)
-def test_in_some_directions_it_is_that_part_of_the_matrix(directions, real):
-    """Without components that are odd in x the transform is real."""
+@pytest.mark.parametrize("directions", [(2,), (0,), (1, 2), (2, 0), (0, 1)])
+def test_in_some_directions_it_is_that_part_of_the_matrix(directions):
     tractions = np.random.default_rng(0).normal(size=(GRID.n_x, GRID.n_s, len(directions)))
     part = np.ix_(directions, directions)
     operator = GridOperator.of(matrix("B", RAIL, GRID)[..., part[0], part[1]], directions)
-    assert np.isrealobj(operator.transformed) == real
     whole = whole_matrix("B").reshape(GRID.n_x * GRID.n_s, 3, -1, 3)[:, directions][..., directions]
     expected = whole.reshape(tractions.size, tractions.size) @ tractions.ravel()
     np.testing.assert_allclose(operator(tractions).ravel(), expected, rtol=1e-12, atol=1e-18)
+    restricted = GridOperator.of(matrix("B", RAIL, GRID)).restricted(directions)
+    np.testing.assert_allclose(restricted(tractions).ravel(), expected, rtol=1e-12, atol=1e-18)
 
 
 @pytest.mark.parametrize("directions", [(0, 1, 2), (2,), (0, 2)])
@@ -119,12 +117,11 @@ def test_coarsened_is_the_mean_over_four_elements(directions):
     mean = fine.reshape(3, 2, 4, 2, len(directions)).mean(axis=(1, 3))
     u = operator.coarsened()(tractions)
     np.testing.assert_allclose(u, mean, rtol=0, atol=1e-13 * np.max(np.abs(mean)))
-    assert np.isrealobj(operator.coarsened().transformed) == np.isrealobj(operator.transformed)
 
 
 def test_single_precision_stays_single():
     ics = matrix("B", RAIL, Grid(6, 8, 0.4, 0.3)).astype(np.float32)
-    for dtype, part in ((np.float32, slice(2, 3)), (np.complex64, slice(None))):
-        operator = GridOperator.of(ics[..., part, part], (2,) if dtype == np.float32 else (0, 1, 2))
-        assert operator.transformed.dtype == dtype
-        assert operator.coarsened().transformed.dtype == dtype
+    for directions in ((2,), (0, 1, 2)):
+        operator = GridOperator.of(ics[..., directions, :][..., directions], directions)
+        assert operator.transformed.dtype == np.float32
+        assert operator.coarsened().transformed.dtype == np.float32
