@@ -7,14 +7,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from compare.pages.panels import Panel, add_legend, drawn
 from compare.pages.styles import MARKERS, RC, STYLES, SYMBOLS
 from compare.results.contact.compute import reference_name
 from compare.results.contact.quantities import QUANTITIES
 
-HALO = [withStroke(linewidth=2.6, foreground="white")]  # about lines on shades
+HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on shades
 DRAWN = ("a", "b", "aspect", "p_max", "approach", "stiffness")  # quantities over the angle of the patch
 
 
