@@ -31,8 +31,10 @@ MOST_TURNS = 100  # of normal and tangential problem
 FIRST_CHANGE = 0.1  # assumed before the first turn
 FULL_TURNS = 12  # after which the steps of tangential tractions are halved, and again after as many
 MOST_HALVINGS = 2
+LEAST_PRESSED = 0.05  # of a load, by pressures, while tangential tractions on inclined places carry the rest
 SHARPER = 0.1  # tolerance of each problem over the last change
 COARSEST = 16  # elements along x or s below which no contact is sought on a coarser grid first
+CARRIED = 1e-3  # accuracy of the load, as a share of it
 TANGENTIAL = (X, S)
 
 
@@ -213,11 +215,12 @@ class _Turns:
         """The contact, from one to begin with, or from those on coarser grids."""
         if start is not None:
             same = len(start.amplitudes) == len(self.motion.free)
-            return self.end(start.p, start.amplitudes if same else np.zeros(len(self.motion.free)))
+            return self.robustly(start.p, start.amplitudes if same else np.zeros(len(self.motion.free)))
         coarser = self.coarser()
         if coarser is None:
-            return self.end(np.zeros((*self.problem.distance.shape, 3)), np.zeros(len(self.motion.free)))
-        contact = self.end(coarser.p.repeat(2, axis=0).repeat(2, axis=1), coarser.amplitudes)
+            nothing = np.zeros((*self.problem.distance.shape, 3))
+            return self.robustly(nothing, np.zeros(len(self.motion.free)))
+        contact = self.robustly(coarser.p.repeat(2, axis=0).repeat(2, axis=1), coarser.amplitudes)
         return replace(contact, coarser=coarser)
 
     def coarser(self) -> FrictionalContact | None:
@@ -231,6 +234,15 @@ class _Turns:
         except Failure:
             return None
 
+    def robustly(self, p: Array, amplitudes: Array) -> FrictionalContact:
+        """The contact, with the motion in a simpler form if it is not found in its own."""
+        try:
+            return self.end(p, amplitudes)
+        except Failure:
+            if self.motion.simpler is None:
+                raise
+        return replace(self, motion=self.motion.simpler).robustly(p, amplitudes)
+
     def end(self, p: Array, amplitudes: Array) -> FrictionalContact:
         """The contact at which neither problem changes the other any more; p are tractions to begin with."""
         change, sharpest = FIRST_CHANGE, SHARPER / max(self.problem.friction, 1.0)  # of bounds, too
@@ -240,7 +252,7 @@ class _Turns:
             tangential = self.slipped(p, approach, amplitudes, sharp)
             p, amplitudes = _joined(tangential.p, p), tangential.amplitudes
             change = float(np.max(np.abs(p - before))) / max(float(np.max(p[..., N])), 1e-300)
-            if change <= self.tolerance or not np.any(p):
+            if (max(change, sharp) <= self.tolerance and self.carries(p)) or not np.any(p):
                 u = self.problem.operator(p)
                 return FrictionalContact(self.problem, self.motion, p, u, gap, approach, tangential, turn)
             share = 0.5 ** min((turn - 1) // FULL_TURNS, MOST_HALVINGS)
@@ -251,13 +263,21 @@ class _Turns:
             "or less friction"
         )
 
+    def carries(self, p: Array) -> bool:
+        """Whether tractions carry the load: unless pressures would have to carry less than they may."""
+        load = self.pressing.load
+        sin, cos = np.sin(self.problem.inclination), np.cos(self.problem.inclination)
+        carried = float(np.sum(p[..., N] * cos - p[..., S] * sin)) * self.problem.grid.area
+        return load is None or abs(carried - load) <= CARRIED * load
+
     def pressed(self, p: Array, tolerance: float) -> tuple[Array, float, Array]:
         """Tractions with new pressures, the approach, and gaps."""
         problem, bounded = self.problem, self.problem.normal.bounded
         bounded = replace(bounded, h=bounded.h + problem.operator(p * [1.0, 1.0, 0.0])[..., N])
         load = self.pressing.load
         if load is not None:
-            load = load / problem.grid.area + float(np.sum(p[..., S] * np.sin(problem.inclination)))
+            carried = float(np.sum(p[..., S] * np.sin(problem.inclination)))
+            load = max(load / problem.grid.area + carried, LEAST_PRESSED * load / problem.grid.area)
         found = pressures(
             bounded, load=load, approach=self.pressing.approach, start=p[..., N], tolerance=tolerance
         )
@@ -275,7 +295,7 @@ class _Turns:
             motion.given_at(approach) + motion.slip_of(of_pressures),
             bound,
             LeadingEdge.of(bound, motion.depth),
-            motion.at_elements,
+            motion,
             self.free(p),
         )
         return coulomb.tractions(law, start=p[..., :N], amplitudes=amplitudes, tolerance=tolerance)

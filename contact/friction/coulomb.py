@@ -15,6 +15,7 @@ Near the solution it is Newton's method (Hintermueller, Ito and Kunisch 2003, SI
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
@@ -24,13 +25,26 @@ from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 
 TOLERANCE = 1e-6  # of tractions, as a share of the largest bound
-MOST_STEPS = 80
+MOST_STEPS = 60
+MOST_IDLE_STEPS = 15  # in which the residual does not fall below the least one before
 LEAST_STEP = 0.05  # of a full step
 DECREASE = 0.1  # of the residual, as a share of the step
 LOOSEST = 0.1  # relative residual of the linear equations
 MOST_VECTORS = 80  # of GMRES
 
 Linear = Callable[[Array], Array]
+
+
+class Places(Protocol):
+    """Where slip is known, and where friction opposes it."""
+
+    def at_elements(self, slip: Array) -> Array:
+        """The slip at the centres of elements, shape (n_x, n_s, 2)."""
+        ...
+
+    def change_at_elements(self, slip: Array, change: Array) -> Array:
+        """The derivative of it at a slip, times a change of this, shape (n_x, n_s, 2)."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +63,8 @@ class FreeAmplitudes:
 class Coulomb:
     """The problem: slip L p = `compliance`(p), w = `rigid` (n_x, n_s, 2), g = `bound` (n_x, n_s).
 
-    `inverse` is approximately that of L. Tractions at a leading edge follow those of other elements, and the
-    slip at the centre of elements is `at_elements` of the slip that is zero where they stick.
+    `inverse` is approximately that of L. Tractions at a leading edge follow those of other elements. Friction
+    opposes the slip at the centres of elements, which `places` finds from s; it vanishes where s does.
     """
 
     compliance: Linear
@@ -58,7 +72,7 @@ class Coulomb:
     rigid: Array
     bound: Array
     edge: LeadingEdge
-    at_elements: Linear
+    places: Places
     free: FreeAmplitudes | None = None
 
 
@@ -91,19 +105,25 @@ def tractions(
     """
     newton = _Newton.of(problem)
     state = newton.state(*newton.first(start, amplitudes))
-    residuals = []
-    for _ in range(MOST_STEPS + 1):
+    residuals: list[float] = []
+    while len(residuals) <= MOST_STEPS and not _idle(residuals):
         residuals.append(state.largest)
         if state.largest <= tolerance:
             stick = newton.everywhere(state.stick)
             p, products = newton.spread(state.q), newton.counter.products
             return Tangential(p, state.centred, stick, state.c, residuals, products)
         state = newton.next(state, tolerance)
+    last = ", ".join(f"{value:.1e}" for value in residuals[-4:])
     raise Failure(
-        f"tangential tractions: after {MOST_STEPS} steps their residual is {residuals[-1]:.1e} of the "
-        f"largest bound, not {tolerance:.1e} ({', '.join(f'{value:.1e}' for value in residuals[-5:])}); "
-        "use smaller elements, or smaller steps of creepages"
+        f"tangential tractions: after {len(residuals) - 1} steps their residual is {residuals[-1]:.1e} of the "
+        f"largest bound, not {tolerance:.1e} ({last}); use smaller elements, or smaller creepages"
     )
+
+
+def _idle(residuals: Sequence[float]) -> bool:
+    """Whether the last residuals are all larger than one before."""
+    before, last = residuals[:-MOST_IDLE_STEPS], residuals[-MOST_IDLE_STEPS:]
+    return bool(before) and min(last) > min(before)
 
 
 class _Counter:
@@ -117,17 +137,14 @@ class _State:
     q: Array
     c: Array
     linear: Array  # L p + B c, (n_x, n_s, 2)
+    slip: Array  # with w
     centred: Array  # slip at the centres of elements, (n_x, n_s, 2)
     stick: Mask  # (m,)
     towards: Array  # p - r s over its length, (m, 2)
     share: Array  # g / |p - r s|, (m, 1)
     residual: Array  # (2 m + k,), in units of tractions
+    defect: float  # norm of p less the projection of p - r s, continuous where elements begin to slip
     bound: float
-
-    @property
-    def size(self) -> float:
-        """Root mean square of the residual."""
-        return float(np.linalg.norm(self.residual))
 
     @property
     def largest(self) -> float:
@@ -182,15 +199,17 @@ class _Newton:
         """The state of tractions and amplitudes."""
         linear = self.slip(q, c) if linear is None else linear
         slip = linear + self.problem.rigid
-        centred = self.problem.at_elements(slip)
-        sticking, slipping = q - self.scale * slip[self.mask], q - self.scale * centred[self.mask]
-        stick = np.linalg.norm(sticking, axis=1) <= self.g[:, 0]
-        length = np.maximum(np.linalg.norm(slipping, axis=1), 1e-300)[:, None]
-        towards = slipping / length
-        of_elements = np.where(stick[:, None], q - sticking, q - self.g * towards)
-        residual = np.concatenate([of_elements.ravel(), self.forces(q) - self.wanted])
+        centred = self.problem.places.at_elements(slip)
+        wanted = q - self.scale * centred[self.mask]
+        length = np.maximum(np.linalg.norm(wanted, axis=1), 1e-300)[:, None]
+        stick, towards = length[:, 0] <= self.g[:, 0], wanted / length
+        of_elements = np.where(stick[:, None], self.scale * slip[self.mask], q - self.g * towards)
+        of_forces = self.forces(q) - self.wanted
+        residual = np.concatenate([of_elements.ravel(), of_forces])
+        projected = np.where(stick[:, None], wanted, self.g * towards)
+        defect = float(np.linalg.norm(np.concatenate([(q - projected).ravel(), of_forces])))
         bound = max(float(np.max(self.g, initial=0.0)), 1e-300)
-        return _State(q, c, linear, centred, stick, towards, self.g / length, residual, bound)
+        return _State(q, c, linear, slip, centred, stick, towards, self.g / length, residual, defect, bound)
 
     def forces(self, q: Array) -> Array:
         """Weighted sums of tractions over those of the weights, shape (k,)."""
@@ -216,7 +235,7 @@ class _Newton:
         share = 1.0
         while True:
             found = self.state(state.q + share * dq, state.c + share * dc, state.linear + share * change)
-            if found.size <= (1 - DECREASE * share) * state.size or share <= LEAST_STEP:
+            if found.defect <= (1 - DECREASE * share) * state.defect or share <= LEAST_STEP:
                 return found
             share /= 2
 
@@ -227,7 +246,8 @@ class _Newton:
 
         def of_elements(q: Array, slip: Array) -> Array:
             """The derivative of the law by tractions and slip."""
-            moved = q - self.scale * self.problem.at_elements(slip)[self.mask]
+            changed = self.problem.places.change_at_elements(state.slip, slip)
+            moved = q - self.scale * changed[self.mask]
             across = moved - state.towards * np.sum(state.towards * moved, axis=1, keepdims=True)
             return np.where(state.stick[:, None], self.scale * slip[self.mask], q - weak * across)
 

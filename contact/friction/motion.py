@@ -18,6 +18,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from contact.friction.centred import centred, centred_change
 from contact.friction.leading import DEPTH
 from geometries.arrays import Array
 from geometries.errors import WrongInput
@@ -57,8 +58,17 @@ class Motion:
         return u
 
     def at_elements(self, slip: Array) -> Array:
-        """The slip at the centres of elements; that which is zero where they stick may be beside these."""
+        """The slip at the centres of elements; it vanishes with the other, which may be beside these."""
         return slip
+
+    def change_at_elements(self, slip: Array, change: Array) -> Array:  # noqa: ARG002 (linear here)
+        """The derivative of it at a slip, times a change of this."""
+        return change
+
+    @property
+    def simpler(self) -> Self | None:
+        """The same in a form that is less accurate and more robust, None where there is none."""
+        return None
 
     @property
     def given(self) -> Array:
@@ -116,10 +126,14 @@ class Shift(Motion):
 
 @dataclass(frozen=True, eq=False)
 class SteadyRolling(Motion):
-    """Steady rolling on elements of length `dx` [mm], with an error of order 1 or 2 in it."""
+    """Steady rolling on elements of length `dx` [mm], with an error of order 1 or 2 in it.
+
+    Of order 2, `followers` elements at the leading edge of each row follow the one behind them.
+    """
 
     dx: float = 1.0
     order: int = 2
+    followers: int = DEPTH
 
     def __post_init__(self) -> None:
         if self.order not in (1, 2):
@@ -128,17 +142,24 @@ class SteadyRolling(Motion):
     @property
     def depth(self) -> int:  # type: ignore[override]
         """Elements of a leading edge that follow others."""
-        return DEPTH if self.order > 1 else 0
+        return self.followers if self.order > 1 else 0
+
+    @property
+    def simpler(self) -> Self | None:
+        """The same with fewer elements of a leading edge that follow others, None if there are none."""
+        return replace(self, followers=self.depth - 1) if self.depth else None
 
     def slip_of(self, u: Array) -> Array:
         """The part of slip that is linear in displacements, shape (n_x, n_s, 2)."""
         return (u - ahead(u)) / self.dx
 
     def at_elements(self, slip: Array) -> Array:
-        """The slip at the centres of elements: the mean of that ahead and that behind them."""
-        if self.order == 1:
-            return slip
-        return np.concatenate([slip[:1], (slip[1:] + slip[:-1]) / 2])
+        """The slip at the centres of elements, from that ahead and that behind them."""
+        return slip if self.order == 1 else centred(slip)
+
+    def change_at_elements(self, slip: Array, change: Array) -> Array:
+        """The derivative of it at a slip, times a change of this."""
+        return change if self.order == 1 else centred_change(slip, change)
 
     @property
     def given(self) -> Array:
