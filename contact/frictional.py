@@ -34,6 +34,7 @@ MOST_HALVINGS = 2
 LEAST_PRESSED = 0.05  # of a load, by pressures, while tangential tractions on inclined places carry the rest
 SHARPER = 0.1  # tolerance of each problem over the last change
 COARSEST = 16  # elements along x or s below which no contact is sought on a coarser grid first
+COARSE_TOLERANCE = 1e-4  # of contacts on coarser grids
 CARRIED = 1e-3  # accuracy of the load, as a share of it
 TANGENTIAL = (X, S)
 
@@ -167,11 +168,16 @@ class FrictionalContact:
     @property
     def sliding_share(self) -> float:
         """Area of slip over the area of contact."""
-        return 1 - float(np.count_nonzero(self.stick)) / max(int(np.count_nonzero(self.in_contact)), 1)
+        slips = np.count_nonzero(self.in_contact & ~self.stick)
+        return float(slips / max(int(np.count_nonzero(self.in_contact)), 1))
 
     @property
     def dissipation(self) -> Array:
-        """Work of friction per area: - p . slip [MPa times the unit of slip], (n_x, n_s), not negative."""
+        """Work of friction per area: - p . slip [MPa times the unit of slip], (n_x, n_s).
+
+        Not negative where elements slip. In steady rolling to the second order its sum is the work of the
+        rigid slip, and elements that stick beside such that slip have some, of either sign.
+        """
         return np.asarray(-np.sum(self.p[..., :2] * self.slip, axis=-1))
 
     @cached_property
@@ -228,7 +234,8 @@ class _Turns:
         sizes = self.problem.grid.n_x, self.problem.grid.n_s
         if min(sizes) < 2 * COARSEST or not (self.problem.normal.has_coarser and self.motion.has_coarser):
             return None
-        turns = replace(self, problem=self.problem.coarsened, motion=self.motion.coarsened())
+        tolerance = max(self.tolerance, COARSE_TOLERANCE)
+        turns = _Turns(self.problem.coarsened, self.motion.coarsened(), self.pressing, tolerance)
         try:
             return turns.from_start(None)
         except Failure:
@@ -257,6 +264,11 @@ class _Turns:
                 return FrictionalContact(self.problem, self.motion, p, u, gap, approach, tangential, turn)
             share = 0.5 ** min((turn - 1) // FULL_TURNS, MOST_HALVINGS)
             p = _joined(before + share * (p - before), p)
+        if not self.carries(p):
+            raise Failure(
+                "contact with friction: tangential tractions on inclined places bear nearly all of the load, "
+                "and little is left to pressures; use a larger load, smaller creepages or less friction"
+            )
         raise Failure(
             f"contact with friction: pressures and tangential tractions still change by {change:.1e} of the "
             f"largest pressure after {MOST_TURNS} turns, not {self.tolerance:.1e}; use smaller steps of load "
