@@ -266,8 +266,8 @@ class _Turns:
             load = load / problem.grid.area + float(np.sum(p[..., S] * np.sin(problem.inclination)))
             if load <= 0:
                 raise Failure(
-                    "contact with friction: tangential tractions on inclined places bear all of the load, and "
-                    "nothing is left to pressures; use a larger load, smaller creepages or less friction"
+                    "contact with friction: tangential tractions on inclined places bear all of the load, "
+                    "and nothing is left to pressures; use a larger load, smaller creepages or less friction"
                 )
         found = pressures(
             bounded, load=load, approach=self.pressing.approach, start=p[..., N], tolerance=tolerance
