@@ -1,4 +1,4 @@
-"""The Python blocks of docs/python.md and README.md run as they stand; computed pages are up to date."""
+"""The Python blocks of docs/python.md, docs/rolling.md and README.md run as they stand; computed pages are up to date."""
 
 import json
 import re
@@ -98,6 +98,16 @@ def test_the_ways_of_the_quick_start_agree(quick_start):
     for variant, tolerance in (("B", 1e-12), ("C", 0.1)):
         from_scene = np.interp(alone["s"], scene.s, scene.ic.sel(variant=variant))
         np.testing.assert_allclose(alone[variant], from_scene, rtol=0, atol=tolerance * np.ptp(from_scene))
+
+
+def test_the_rolling_of_the_page_on_friction_brings_about_its_forces():
+    """Driven it pushes the wheel on; the creepage found for no force lies below that; both carry the load."""
+    blocks, names = run_blocks("docs/rolling.md")
+    driven, free = names["driven"].contact, names["free"].contact
+    assert blocks == 1
+    assert driven.force[0] > 1e4 > abs(free.force[0]) * 1e5
+    np.testing.assert_allclose([driven.force[2], free.force[2]], 1e5, rtol=1e-5)
+    assert names["free"].creepages.longitudinal < 0
 
 
 def test_the_readme_reads_results(quick_start, tmp_path, monkeypatch):

@@ -31,6 +31,7 @@ MOST_IDLE_STEPS = 15  # in which the residual does not fall below the least one 
 LEAST_STEP = 0.05  # of a full step
 DECREASE = 0.1  # of the residual, as a share of the step
 LOOSEST = 0.1  # relative residual of the linear equations
+OF_FULL_STICK = 1e-6  # the same for full stick, which may be far from a first guess
 MOST_VECTORS = 80  # of GMRES
 SINGULAR = 1e-8  # share of the largest singular value below which amplitudes change no force
 
@@ -185,7 +186,8 @@ class _Newton:
             return
         slip = (given.linear + self.problem.rigid)[self.mask]
         residual = np.concatenate([self.scale * slip.ravel(), given.residual[slip.size :]])
-        dq, dc = self.step(replace(given, stick=np.full(len(slip), True), residual=residual), tolerance)
+        stick = np.full(len(slip), True)
+        dq, dc = self.step(replace(given, stick=stick, residual=residual), tolerance, OF_FULL_STICK)
         q = given.q + dq
         size = np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-300)
         yield self.state(q * np.minimum(1.0, self.g / size), given.c + dc)
@@ -266,7 +268,7 @@ class _Newton:
                 return found
             share /= 2
 
-    def step(self, state: _State, tolerance: float) -> tuple[Array, Array]:
+    def step(self, state: _State, tolerance: float, loosest: float = LOOSEST) -> tuple[Array, Array]:
         """The solution of the linear equations."""
         m, k = len(state.q), len(state.c)
         weak = np.where(state.stick[:, None], 0.0, state.share)
@@ -294,7 +296,7 @@ class _Newton:
         solution, _ = gmres(
             LinearOperator((size, size), matvec=derivative, dtype=float),
             -state.residual,
-            rtol=min(LOOSEST, max(0.1 * wanted, min(LOOSEST, state.largest))),
+            rtol=min(loosest, max(0.1 * wanted, min(LOOSEST, state.largest))),
             restart=MOST_VECTORS,
             maxiter=1,
             M=LinearOperator((size, size), matvec=bordered, dtype=float),

@@ -3,23 +3,17 @@
 Slip is computed here from the operator and the definitions of design section 6, element by element.
 """
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
-from approx.matrix import matrix
 from approx.pair import Pair, Solid
-from contact.friction.kinematics import Creepages, Rolling
+from contact.friction.kinematics import Rolling
 from contact.frictional import FrictionalProblem
-from contact.operators.dense import GridOperator
 from contact.operators.turned import turned
 from contact.references.hertz import PointContact, combined_modulus
 from contact.rolling import RollingProblem
 from contact.undeformed import Undeformed
 from geometries.contours import arc, plane
 from geometries.grids import Grid
-from geometries.materials import Material
-from geometries.patches import N, S, X
 from geometries.surfaces import LOWER, UPPER, Surface
 from tests.contact.problems import BRASS, STEEL, x_of
 

@@ -1,0 +1,69 @@
+"""Rigid slip against the velocities of a rigid wheel that turns about its axle, in three dimensions."""
+
+import numpy as np
+import pytest
+
+from contact.friction.kinematics import NAMES, Creepages, Rolling
+from geometries.contours import arc, plane
+from geometries.errors import WrongInput
+
+CONTOUR, RADIUS, SPEED = arc(10.0, 1.2, 0.9), 460.0, 3.0
+X, S = np.linspace(-6.0, 5.0, 7), np.linspace(-11.0, 8.0, 9)
+ROLLING = Rolling(CONTOUR, RADIUS, X, S)
+CASES = [
+    Creepages(),
+    Creepages(2e-3),
+    Creepages(lateral=-3e-3),
+    Creepages(spin=1e-4),
+    Creepages(-0.3, 0.2, 0.05),
+]
+
+
+def of_a_rigid_wheel(creepages, x, s):
+    """Slip over the rail per unit of rolled distance, one point at a time.
+
+    In axes that move with the contact the rail runs back with the speed V, and the wheel turns about an axle
+    at the height R_roll. Turning about y so that the lowest point runs back is omega > 0.
+    """
+    y, z = CONTOUR.position(s)
+    tangent_y, tangent_z = CONTOUR.tangent(s)
+    omega = (1 + creepages.longitudinal) * SPEED / RADIUS
+    about_axle = np.cross([0.0, omega, 0.0], [x, y, z - RADIUS])
+    about_z = np.cross([0.0, 0.0, creepages.spin * SPEED], [x, y, z])
+    aside = np.array([0.0, creepages.lateral * SPEED, 0.0])
+    rail = np.array([-SPEED, 0.0, 0.0])
+    over_rail = (about_axle + about_z + aside - rail) / SPEED
+    return over_rail @ [1.0, 0.0, 0.0], over_rail @ [0.0, tangent_y, tangent_z]
+
+
+@pytest.mark.parametrize("creepages", CASES, ids=str)
+def test_it_is_the_velocity_of_a_rigid_wheel(creepages):
+    expected = np.array([[of_a_rigid_wheel(creepages, x, s) for s in S] for x in X])
+    np.testing.assert_allclose(ROLLING.rigid_slip(creepages), expected, rtol=1e-12, atol=1e-15)
+
+
+def test_a_driven_wheel_slips_back_and_a_lateral_creepage_is_a_slip_to_larger_s():
+    crown = Rolling(CONTOUR, RADIUS, np.zeros(1), np.zeros(1))
+    assert crown.rigid_slip(Creepages(1e-3, 2e-3)).ravel() == pytest.approx([-1e-3, 2e-3])
+
+
+def test_each_creepage_adds_its_own_slip():
+    found = ROLLING.rigid_slip(Creepages())
+    for name, value in zip(NAMES, (-2e-3, 5e-3, 3e-4), strict=True):
+        found = found + value * ROLLING.per_creepage(name)
+    np.testing.assert_allclose(found, ROLLING.rigid_slip(Creepages(-2e-3, 5e-3, 3e-4)), atol=1e-16)
+
+
+def test_a_plane_on_a_plane_only_slides_and_turns():
+    flat = Rolling(plane(), np.inf, X, S)
+    assert np.all(flat.rigid_slip(Creepages()) == 0)
+    slip = flat.rigid_slip(Creepages(1e-3, 2e-3, 1e-4))
+    np.testing.assert_allclose(slip[..., 0], np.broadcast_to(-1e-3 - 1e-4 * S, (7, 9)))
+    np.testing.assert_allclose(slip[..., 1], np.broadcast_to(2e-3 + 1e-4 * X[:, None], (7, 9)))
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_creepages_must_be_numbers(name, value):
+    with pytest.raises(WrongInput, match=f"{name}=.*: must be finite"):
+        Creepages(**{name: value})
