@@ -1,4 +1,4 @@
-"""The Python blocks of docs/python.md, docs/rolling.md and README.md run as they stand; computed pages are up to date."""
+"""The Python blocks of the pages and of README.md run as they stand; computed pages are up to date."""
 
 import json
 import re

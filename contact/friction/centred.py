@@ -1,20 +1,20 @@
 """Slip at the centres of elements, from that which is known half way between them and the next ones ahead.
 
 Friction opposes the slip at an element, while s is known ahead of it, and s' behind it, both to the second
-order. Their mean is that of the element. But where s vanishes the element has to stick, and the law must
-have a solution on any grid: so the slip of an element,
+order. Their mean is that of the element. But where s vanishes the element has to stick, and the law must have
+a solution on any grid: so the slip of an element,
 
-    s + w (s' - s) / 2,   w = 2 c |s| / (|s| + |s'|),   c = max(0, cos of the angle between both),
+    s + w (s' - s) / 2,   w = 4 max(0, s . s') / (|s| + |s'|)^2,
 
-vanishes only with s, changes continuously, and has the direction of the mean up to errors of the second order
-where slip is smooth. (With the plain mean the law has no solution on one of ten coarse grids.)
+vanishes only with s, changes continuously, and is the mean up to errors of the second order where slip is
+smooth. (With the plain mean the law has no solution on one of ten coarse grids.)
 """
 
 import numpy as np
 
 from geometries.arrays import Array
 
-TINY = 1e-300
+TINY = 1e-150
 
 
 def centred(slip: Array) -> Array:
@@ -38,15 +38,11 @@ def _behind(values: Array) -> Array:
 
 
 def _weights(slip: Array) -> tuple[Array, Array, Array]:
-    """The weight w (n_x, n_s, 1), and its derivatives by s and s', (n_x, n_s, 2) each.
-
-    With a = |s|, b = |s'|, it is 2 s . s' / (b (a + b)).
-    """
+    """The weight w (n_x, n_s, 1), and its derivatives by s and s', (n_x, n_s, 2) each."""
     behind = _behind(slip)
     a, b = (np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), TINY) for v in (slip, behind))
     product = np.maximum(np.sum(slip * behind, axis=-1, keepdims=True), 0.0)
-    weight = 2 * product / (b * (a + b))
-    forward = product > 0
-    of_ahead = 2 * behind / (b * (a + b)) - weight / (a + b) * slip / a
-    of_behind = 2 * slip / (b * (a + b)) - weight * (1 / b + 1 / (a + b)) * behind / b
-    return weight, np.where(forward, of_ahead, 0.0), np.where(forward, of_behind, 0.0)
+    square, weight = (a + b) ** 2, 4 * product / (a + b) ** 2
+    of_sizes = np.where(product > 0, 2 * weight / (a + b), 0.0)
+    of_product = np.where(product > 0, 4 / square, 0.0)
+    return weight, of_product * behind - of_sizes * slip / a, of_product * slip - of_sizes * behind / b

@@ -1,4 +1,4 @@
-"""Coulomb's law for given bounds: small problems in full, least energy, Carter, rates, mirrors, scales, forces."""
+"""Coulomb's law for given bounds: all states, least energy, Carter, rates, mirrors, scales, forces."""
 
 from dataclasses import replace
 from itertools import product
@@ -74,7 +74,6 @@ def test_a_row_is_the_only_one_of_all_states_of_its_elements(rolls, seed):
         if np.all(np.abs(p) <= g) and np.all(slip[~stick] * p[~stick] < 0):
             exact.append((p, stick))
     ((p, stick),) = exact
-    assert 0 < np.count_nonzero(stick) < 5 or seed in (0, 1, 2, 3, 4, 5)
     found = coulomb.tractions(problem, tolerance=1e-10)
     np.testing.assert_allclose(found.p[inner, 0, 0], p, atol=1e-7 * g.max())
     assert np.max(np.abs(found.p[..., 1])) < 1e-7 * g.max()
@@ -147,7 +146,8 @@ def residual(problem, found, operator, motion):
     """The largest error of the law as a share of the largest bound; slip in units of tractions.
 
     Slip is zero where elements stick, to the second order half way to the next one; the others' is opposite
-    to their traction, to the second order the mean of both sides. Followers of leading edges do not count.
+    to their traction, to the second order the weighted mean of both sides. Followers at leading edges do not
+    count.
     """
     u, g = operator(found.p), problem.bound
     unit = np.zeros_like(u)
@@ -159,13 +159,13 @@ def residual(problem, found, operator, motion):
         if isinstance(motion, Shift):
             before = after = motion.rigid[i, j] + u[i, j]
         else:
-            w, halves = motion.rigid, (0.0,) if motion.order == 1 else (-1, 0)
-            sides = []
-            for half in halves or (0,):
-                k = int(i + half)
-                at = w[k, j] if motion.order == 1 else (w[k, j] + w[k + 1, j]) / 2
-                sides.append(at + (u[k, j] - u[k + 1, j]) / motion.dx)
-            after, before = sides[-1], np.mean(sides, axis=0)
+            w = motion.rigid
+            at = [w[k, j] if motion.order == 1 else (w[k, j] + w[k + 1, j]) / 2 for k in (i - 1, i)]
+            sides = [at[k] + (u[i - 1 + k, j] - u[i + k, j]) / motion.dx for k in (0, 1)]
+            after = before = sides[1]
+            if motion.order == 2:
+                sizes = sum(np.linalg.norm(side) for side in sides)
+                before = after + 2 * max(0.0, sides[0] @ sides[1]) / sizes**2 * (sides[0] - after)
         if not problem.edge.free[i, j]:
             continue
         if found.stick[i, j]:
@@ -209,7 +209,8 @@ def test_the_start_does_not_matter_but_saves_steps(motion):
 def test_without_bounds_there_are_no_tractions_and_with_large_ones_all_sticks(motion):
     operator = on_half_spaces(GRID)
     none = coulomb.tractions(law(operator, motion, np.zeros((8, 7))))
-    assert not np.any(none.p) and not np.any(none.stick)
+    assert not np.any(none.p)
+    assert not np.any(none.stick)
     np.testing.assert_allclose(none.slip, motion.at_elements(motion.given))
     problem = law(operator, motion, 1e6 * bounds())
     found = coulomb.tractions(problem, tolerance=1e-12)
@@ -247,7 +248,7 @@ def test_rolling_the_other_way_in_a_mirror_is_mirrored():
     sign, mirror = np.array([-1.0, 1.0]), slice(None, None, -1)
     inverse = RingInverse.of(operator, lambda turns: (1 - np.exp(-1j * turns - 0.4)) / GRID.dx)
     edge = LeadingEdge.of(g[mirror], 0)
-    problem = Coulomb(slip_of, inverse, sign * w[mirror], g[mirror], edge, lambda slip: slip)
+    problem = Coulomb(slip_of, inverse, sign * w[mirror], g[mirror], edge, Shift(w))
     there = coulomb.tractions(problem, tolerance=1e-9)
     np.testing.assert_allclose(there.p[mirror] * sign, here.p, atol=1e-6 * g.max())
     np.testing.assert_array_equal(there.stick[mirror], here.stick)
@@ -294,7 +295,7 @@ def test_forces_that_friction_does_not_bear_are_refused_at_once(share, monkeypat
 def test_too_few_steps_are_said_with_the_residual(monkeypatch):
     monkeypatch.setattr(coulomb, "MOST_STEPS", 1)
     with pytest.raises(
-        Failure, match=r"after 1 steps their residual is .* not 1.0e-06 \(.*use smaller elements"
+        Failure, match=r"after 2 steps their residual is .* not 1.0e-06 \(.*use smaller elements"
     ):
         coulomb.tractions(law(on_half_spaces(GRID), MOTIONS["second"], bounds()))
 
@@ -324,7 +325,7 @@ def mean_pressures(x, dx):
 
 
 def carter(n, offset, order, share):
-    """Tractions, where they are and what Carter has, for n elements across and a share of his largest creepage."""
+    """Tractions, their places, and Carter's, for n elements across and a share of his largest creepage."""
     creepage = share * TractiveRolling(CYLINDERS, LOAD, FRICTION, 0.0).largest_creepage
     exact = TractiveRolling(CYLINDERS, LOAD, FRICTION, creepage)
     dx = 2 * WIDTH / n
@@ -379,7 +380,7 @@ A, B, F_N = 5.0, 4.0, 80e3
 
 
 def of_ellipse(n_x, n_s, order):
-    """Forces and moment over friction times load, with the means of Hertz's pressures over elements as bounds."""
+    """Forces and moment over friction times load, with the means of Hertz's pressures as bounds."""
     dx, ds, more = 2 * A / n_x, 2 * B / n_s, 6
     grid = Grid(n_x + more, n_s + more, dx, ds)
     edges = (x_of(grid)[:, None] + [-dx / 2, dx / 2]) / A
