@@ -3,7 +3,8 @@
 Pressures for given tangential tractions (`bounded`) and tangential tractions for given pressures
 (`friction.coulomb`) are found in turn until neither changes any more (Panagiotopoulos 1975, Ingenieur-Archiv
 44, 421-432): ICs couple both, bounds are friction times pressure, and tangential tractions on inclined places
-carry load. Where that goes to and fro, as at edges with large friction, the steps are halved.
+carry load. Where tractions of an element go to and fro, as at edges with large friction, its steps become
+smaller.
 """
 
 from dataclasses import dataclass, replace
@@ -27,10 +28,10 @@ from geometries.grids import Grid
 from geometries.patches import N, S, X
 
 TOLERANCE = 1e-6  # of tractions, as a share of the largest pressure
-MOST_TURNS = 100  # of normal and tangential problem
+MOST_TURNS = 200  # of normal and tangential problem
 FIRST_CHANGE = 0.1  # assumed before the first turn
-FULL_TURNS = 12  # after which the steps of tangential tractions are halved, and again after as many
-MOST_HALVINGS = 2
+FULL_TURNS = 5  # after which elements whose tangential tractions go to and fro take a share of the steps
+BACK, ON = 0.7, 1.1  # factors of this share
 SHARPER = 0.1  # tolerance of each problem over the last change
 COARSEST = 16  # elements along x or s below which no contact is sought on a coarser grid first
 TANGENTIAL = (X, S)
@@ -239,6 +240,7 @@ class _Turns:
     def end(self, p: Array, amplitudes: Array) -> FrictionalContact:
         """The contact at which neither problem changes the other any more; p are tractions to begin with."""
         change, sharpest = FIRST_CHANGE, SHARPER / max(self.problem.friction, 1.0)  # of bounds, too
+        damping = _Damping(np.ones((*self.problem.distance.shape, 1)), np.zeros_like(p[..., :N]))
         for turn in range(1, MOST_TURNS + 1):
             before, sharp = p, sharpest * max(min(change, FIRST_CHANGE), self.tolerance)
             p, approach, gap = self.pressed(p, sharp)
@@ -249,8 +251,8 @@ class _Turns:
             if solved or not np.any(p):
                 u = self.problem.operator(p)
                 return FrictionalContact(self.problem, self.motion, p, u, gap, approach, tangential, turn)
-            share = 0.5 ** min((turn - 1) // FULL_TURNS, MOST_HALVINGS)
-            p = _joined(before + share * (p - before), p)
+            damping = damping.after((p - before)[..., :N], begins=turn > FULL_TURNS)
+            p = _joined(before[..., :N] + damping.share * damping.step, p)
         raise Failure(
             f"contact with friction: pressures and tangential tractions still change by {change:.1e} of the "
             f"largest pressure after {MOST_TURNS} turns, not {self.tolerance:.1e}; use smaller steps of load "
@@ -305,6 +307,20 @@ class _Turns:
     def inverse(self) -> RingInverse:
         """Approximately the tractions that cause a slip."""
         return RingInverse.of(self.problem.flat.restricted(TANGENTIAL), self.motion.symbol)
+
+
+@dataclass(frozen=True, eq=False)
+class _Damping:
+    """By what share each element takes the steps of its tangential tractions, and the last of these."""
+
+    share: Array  # (n_x, n_s, 1)
+    step: Array  # (n_x, n_s, 2)
+
+    def after(self, step: Array, *, begins: bool) -> "_Damping":
+        """Halved where a step goes back on the last one, and greater where it does not."""
+        back = np.sum(step * self.step, axis=-1, keepdims=True) < 0
+        share = np.where(back, BACK * self.share, np.minimum(ON * self.share, 1.0))
+        return _Damping(share if begins else self.share, step)
 
 
 def _joined(tangential: Array, normal: Array) -> Array:

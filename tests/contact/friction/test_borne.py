@@ -69,5 +69,5 @@ def test_forces_beyond_friction_are_refused():
     most = BOUND.sum()
     check_borne(np.array([ALONG]), BOUND, np.array([0.999 * most]))
     for force in (most, 2.0 * most, -2.0 * most):
-        with pytest.raises(Failure, match="forces asked for exceed what friction bears: .* less than"):
+        with pytest.raises(Failure, match=r"forces asked for exceed what friction bears: .* less than"):
             check_borne(np.array([ALONG]), BOUND, np.array([1.0001 * force]))

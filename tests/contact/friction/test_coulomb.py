@@ -1,4 +1,4 @@
-"""Coulomb's law for given bounds: small problems in full, least energy, Carter, rates, mirrors, scales, forces."""
+"""Coulomb's law for given bounds: small problems in full, least energy, Carter, rates, mirrors, forces."""
 
 from dataclasses import replace
 from itertools import product
@@ -22,6 +22,7 @@ from geometries.grids import Grid
 from geometries.materials import Material
 from geometries.patches import S, X
 from geometries.surfaces import LOWER, UPPER, Surface
+from tests.contact.friction_problems import slip_between
 from tests.contact.problems import x_of
 
 MATERIAL = Material(2 * 1.28 * 82000.0, 0.28)  # G = 82 GPa
@@ -74,7 +75,6 @@ def test_a_row_is_the_only_one_of_all_states_of_its_elements(rolls, seed):
         if np.all(np.abs(p) <= g) and np.all(slip[~stick] * p[~stick] < 0):
             exact.append((p, stick))
     ((p, stick),) = exact
-    assert 0 < np.count_nonzero(stick) < 5 or seed in (0, 1, 2, 3, 4, 5)
     found = coulomb.tractions(problem, tolerance=1e-10)
     np.testing.assert_allclose(found.p[inner, 0, 0], p, atol=1e-7 * g.max())
     assert np.max(np.abs(found.p[..., 1])) < 1e-7 * g.max()
@@ -159,13 +159,9 @@ def residual(problem, found, operator, motion):
         if isinstance(motion, Shift):
             before = after = motion.rigid[i, j] + u[i, j]
         else:
-            w, halves = motion.rigid, (0.0,) if motion.order == 1 else (-1, 0)
-            sides = []
-            for half in halves or (0,):
-                k = int(i + half)
-                at = w[k, j] if motion.order == 1 else (w[k, j] + w[k + 1, j]) / 2
-                sides.append(at + (u[k, j] - u[k + 1, j]) / motion.dx)
-            after, before = sides[-1], np.mean(sides, axis=0)
+            between = slip_between(u, motion.rigid, motion.dx, motion.order)
+            after = between[i, j]
+            before = after if motion.order == 1 else (between[i - 1, j] + after) / 2
         if not problem.edge.free[i, j]:
             continue
         if found.stick[i, j]:
@@ -209,7 +205,8 @@ def test_the_start_does_not_matter_but_saves_steps(motion):
 def test_without_bounds_there_are_no_tractions_and_with_large_ones_all_sticks(motion):
     operator = on_half_spaces(GRID)
     none = coulomb.tractions(law(operator, motion, np.zeros((8, 7))))
-    assert not np.any(none.p) and not np.any(none.stick)
+    assert not np.any(none.p)
+    assert not np.any(none.stick)
     np.testing.assert_allclose(none.slip, motion.at_elements(motion.given))
     problem = law(operator, motion, 1e6 * bounds())
     found = coulomb.tractions(problem, tolerance=1e-12)
@@ -324,7 +321,7 @@ def mean_pressures(x, dx):
 
 
 def carter(n, offset, order, share):
-    """Tractions, where they are and what Carter has, for n elements across and a share of his largest creepage."""
+    """Tractions, where they are and what Carter has: n elements across, a share of his largest creepage."""
     creepage = share * TractiveRolling(CYLINDERS, LOAD, FRICTION, 0.0).largest_creepage
     exact = TractiveRolling(CYLINDERS, LOAD, FRICTION, creepage)
     dx = 2 * WIDTH / n
@@ -379,7 +376,7 @@ A, B, F_N = 5.0, 4.0, 80e3
 
 
 def of_ellipse(n_x, n_s, order):
-    """Forces and moment over friction times load, with the means of Hertz's pressures over elements as bounds."""
+    """Forces and moment over friction times load; bounds are means of Hertz's pressures over elements."""
     dx, ds, more = 2 * A / n_x, 2 * B / n_s, 6
     grid = Grid(n_x + more, n_s + more, dx, ds)
     edges = (x_of(grid)[:, None] + [-dx / 2, dx / 2]) / A
@@ -401,7 +398,7 @@ def of_ellipse(n_x, n_s, order):
 
 
 def test_forces_on_an_ellipse_converge_with_their_order_to_the_same_limit():
-    grids = [(25, 20), (50, 40), (100, 80)]
+    grids = [(20, 16), (40, 32), (80, 64)]
     first, second = (np.array([of_ellipse(*grid, order) for grid in grids]) for order in (1, 2))
     limit = (4 * second[2] - second[1]) / 3
     errors = np.linalg.norm(first - limit, axis=1)
