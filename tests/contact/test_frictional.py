@@ -365,7 +365,7 @@ def test_a_load_that_friction_bears_alone_is_said():
 
 def test_turns_without_an_end_are_said(monkeypatch):
     monkeypatch.setattr(frictional, "MOST_TURNS", 2)
-    with pytest.raises(Failure, match="after 2 turns, not 1.0e-06; use smaller steps"):
+    with pytest.raises(Failure, match=r"after 2 turns, not 1.0e-06; use smaller steps"):
         solve(GROOVE, rolls(GROOVE), Pressing(LOAD))
 
 

@@ -1,6 +1,7 @@
 """Steady rolling: forces and creepages, limits of transient rolling, mirrors, Kalker's coefficients."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -144,9 +145,12 @@ def test_the_opposite_creepages_on_a_plane_turn_tractions_round():
 # ---- Kalker
 
 
+COEFFICIENTS = cache(lambda: creepage_coefficients(POINT.a, POINT.b, STEEL.nu))
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_small_creepages_have_kalker_s_forces(name):
-    """Where friction is large, at second order; the contact is that of the grid, of Hertz to 0.3 %."""
+    """Where friction is large, to the second order; the contact is that of the grid, of Hertz to 0.3 %."""
     n_x, n_s = 40, 36
     problem = paraboloids(n_x, n_s, friction=3.0, room=(1.3, 1.3))
     size = 1e-5 if name != "spin" else 1e-5 / np.sqrt(POINT.a * POINT.b)
@@ -155,7 +159,7 @@ def test_small_creepages_have_kalker_s_forces(name):
     assert contact.sliding_share < 0.02
     G = STEEL.E / 2 / (1 + STEEL.nu)  # combined: of two equal bodies that of one
     creepages = [size * (name == other) for other in NAMES]
-    F_x, F_s, M_n = creepage_coefficients(POINT.a, POINT.b, 0.28).forces(G, *creepages)
+    F_x, F_s, M_n = COEFFICIENTS().forces(G, *creepages)
     c = np.sqrt(POINT.a * POINT.b)
     found = np.array([*contact.force[:2], torque(contact, wheel.rolling) / c])
     exact = np.array([F_x, F_s, M_n / c])
