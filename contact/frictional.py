@@ -3,7 +3,8 @@
 Pressures for given tangential tractions (`bounded`) and tangential tractions for given pressures
 (`friction.coulomb`) are found in turn until neither changes any more (Panagiotopoulos 1975, Ingenieur-Archiv
 44, 421-432): ICs couple both, bounds are friction times pressure, and tangential tractions on inclined places
-carry load. Where that goes to and fro, as at edges with large friction, the steps are halved.
+carry load. Where tractions of an element go to and fro, as at edges with large friction, its steps become
+smaller.
 """
 
 from dataclasses import dataclass, replace
@@ -27,15 +28,14 @@ from geometries.grids import Grid
 from geometries.patches import N, S, X
 
 TOLERANCE = 1e-6  # of tractions, as a share of the largest pressure
-MOST_TURNS = 100  # of normal and tangential problem
+MOST_TURNS = 200  # of normal and tangential problem
 FIRST_CHANGE = 0.1  # assumed before the first turn
-FULL_TURNS = 12  # after which the steps of tangential tractions are halved, and again after as many
-MOST_HALVINGS = 2
-LEAST_PRESSED = 0.05  # of a load, by pressures, while tangential tractions on inclined places carry the rest
+FULL_TURNS = 5  # after which elements whose tangential tractions go to and fro take a share of the steps
+BACK, ON = 0.7, 1.1  # factors of this share
+LEAST_PRESSED = 0.05  # share of a load that tangential tractions on inclined places must leave to pressures
 SHARPER = 0.1  # tolerance of each problem over the last change
 COARSEST = 16  # elements along x or s below which no contact is sought on a coarser grid first
 COARSE_TOLERANCE = 1e-4  # of contacts on coarser grids
-CARRIED = 1e-3  # accuracy of the load, as a share of it
 TANGENTIAL = (X, S)
 
 
@@ -144,8 +144,9 @@ class FrictionalContact:
 
     @property
     def slip(self) -> Array:
-        """Slip at the centres of elements, shape (n_x, n_s, 2); 0 outside the contact."""
-        return np.where(self.in_contact[..., None], self.tangential.slip, 0.0)
+        """Slip at the centres of elements, shape (n_x, n_s, 2); 0 where they stick and outside the contact."""
+        slips = self.in_contact & ~self.stick
+        return np.where(slips[..., None], self.tangential.slip, 0.0)
 
     @property
     def stick(self) -> Mask:
@@ -173,10 +174,9 @@ class FrictionalContact:
 
     @property
     def dissipation(self) -> Array:
-        """Work of friction per area: - p . slip [MPa times the unit of slip], (n_x, n_s).
+        """Work of friction per area: - p . slip [MPa times the unit of slip], (n_x, n_s), not negative.
 
-        Not negative where elements slip. In steady rolling to the second order its sum is the work of the
-        rigid slip, and elements that stick beside such that slip have some, of either sign.
+        In steady rolling its sum tends to the work of the rigid slip, with smaller elements.
         """
         return np.asarray(-np.sum(self.p[..., :2] * self.slip, axis=-1))
 
@@ -253,18 +253,20 @@ class _Turns:
     def end(self, p: Array, amplitudes: Array) -> FrictionalContact:
         """The contact at which neither problem changes the other any more; p are tractions to begin with."""
         change, sharpest = FIRST_CHANGE, SHARPER / max(self.problem.friction, 1.0)  # of bounds, too
+        damping = _Damping(np.ones((*self.problem.distance.shape, 1)), np.zeros_like(p[..., :N]))
         for turn in range(1, MOST_TURNS + 1):
             before, sharp = p, sharpest * max(min(change, FIRST_CHANGE), self.tolerance)
             p, approach, gap = self.pressed(p, sharp)
             tangential = self.slipped(p, approach, amplitudes, sharp)
             p, amplitudes = _joined(tangential.p, p), tangential.amplitudes
             change = float(np.max(np.abs(p - before))) / max(float(np.max(p[..., N])), 1e-300)
-            if (max(change, sharp) <= self.tolerance and self.carries(p)) or not np.any(p):
+            borne = self.for_pressures(p) < LEAST_PRESSED
+            if (max(change, sharp) <= self.tolerance and not borne) or not np.any(p):
                 u = self.problem.operator(p)
                 return FrictionalContact(self.problem, self.motion, p, u, gap, approach, tangential, turn)
-            share = 0.5 ** min((turn - 1) // FULL_TURNS, MOST_HALVINGS)
-            p = _joined(before + share * (p - before), p)
-        if not self.carries(p):
+            damping = damping.after((p - before)[..., :N], begins=turn > FULL_TURNS)
+            p = _joined(before[..., :N] + damping.share * damping.step, p)
+        if borne:
             raise Failure(
                 "contact with friction: tangential tractions on inclined places bear nearly all of the load, "
                 "and little is left to pressures; use a larger load, smaller creepages or less friction"
@@ -275,12 +277,11 @@ class _Turns:
             "or less friction"
         )
 
-    def carries(self, p: Array) -> bool:
-        """Whether tractions carry the load: unless pressures would have to carry less than they may."""
+    def for_pressures(self, p: Array) -> float:
+        """The share of the load that tangential tractions on inclined places leave to pressures."""
         load = self.pressing.load
-        sin, cos = np.sin(self.problem.inclination), np.cos(self.problem.inclination)
-        carried = float(np.sum(p[..., N] * cos - p[..., S] * sin)) * self.problem.grid.area
-        return load is None or abs(carried - load) <= CARRIED * load
+        carried = np.sum(p[..., S] * np.sin(self.problem.inclination)) * self.problem.grid.area
+        return 1.0 if load is None else 1.0 + float(carried) / load
 
     def pressed(self, p: Array, tolerance: float) -> tuple[Array, float, Array]:
         """Tractions with new pressures, the approach, and gaps."""
@@ -288,8 +289,7 @@ class _Turns:
         bounded = replace(bounded, h=bounded.h + problem.operator(p * [1.0, 1.0, 0.0])[..., N])
         load = self.pressing.load
         if load is not None:
-            carried = float(np.sum(p[..., S] * np.sin(problem.inclination)))
-            load = max(load / problem.grid.area + carried, LEAST_PRESSED * load / problem.grid.area)
+            load *= max(self.for_pressures(p), LEAST_PRESSED) / problem.grid.area
         found = pressures(
             bounded, load=load, approach=self.pressing.approach, start=p[..., N], tolerance=tolerance
         )
@@ -326,6 +326,20 @@ class _Turns:
     def inverse(self) -> RingInverse:
         """Approximately the tractions that cause a slip."""
         return RingInverse.of(self.problem.flat.restricted(TANGENTIAL), self.motion.symbol)
+
+
+@dataclass(frozen=True, eq=False)
+class _Damping:
+    """By what share each element takes the steps of its tangential tractions, and the last of these."""
+
+    share: Array  # (n_x, n_s, 1)
+    step: Array  # (n_x, n_s, 2)
+
+    def after(self, step: Array, *, begins: bool) -> "_Damping":
+        """Smaller where a step goes back on the last one, and larger where it does not."""
+        back = np.sum(step * self.step, axis=-1, keepdims=True) < 0
+        share = np.where(back, BACK * self.share, np.minimum(ON * self.share, 1.0))
+        return _Damping(share if begins else self.share, step)
 
 
 def _joined(tangential: Array, normal: Array) -> Array:

@@ -3,17 +3,23 @@
 Slip is computed here from the operator and the definitions of design section 6, element by element.
 """
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
+from approx.matrix import matrix
 from approx.pair import Pair, Solid
 from contact.friction.kinematics import Rolling
+from contact.friction.leading import DEPTH, LeadingEdge
 from contact.frictional import FrictionalProblem
+from contact.operators.dense import GridOperator
 from contact.operators.turned import turned
 from contact.references.hertz import PointContact, combined_modulus
 from contact.rolling import RollingProblem
 from contact.undeformed import Undeformed
 from geometries.contours import arc, plane
 from geometries.grids import Grid
+from geometries.patches import N, S, X
 from geometries.surfaces import LOWER, UPPER, Surface
 from tests.contact.problems import BRASS, STEEL, x_of
 
@@ -78,3 +84,90 @@ def slip_between(u, rigid, dx, order):
         w = rigid[i, j] if order == 1 else (rigid[i, j] + rigid[i + 1, j]) / 2
         found[i, j] = w + (u[i, j, :2] - u[i + 1, j, :2]) / dx
     return found
+
+
+def at_centres(ahead, behind):
+    """Slips at elements from those half way ahead of and behind them."""
+    sizes = np.linalg.norm(ahead, axis=-1) + np.linalg.norm(behind, axis=-1)
+    inner = np.maximum(np.sum(ahead * behind, axis=-1), 0.0)
+    weight = 4 * inner / np.maximum(sizes, 1e-300) ** 2
+    return ahead + weight[..., None] / 2 * (behind - ahead)
+
+
+def law_errors(contact, rigid, *, order=None, dx=1.0, before=0.0):
+    """Largest errors of Coulomb's law on elements as shares of the largest bound, by loops over elements.
+
+    `order` is that of steady rolling; None: a shift. Slip is recomputed from the operator, in units of
+    tractions. Returned are: tractions beyond bounds, slip where elements stick, tractions that are not
+    opposite to slip where they do not; elements of leading edges only count in the first.
+    """
+    problem = contact.problem
+    u, bound = problem.operator(contact.p), problem.friction * contact.p[..., N]
+    edge = LeadingEdge.of(bound, DEPTH if order == 2 else 0)
+    if order is None:
+        sides = (rigid + u[..., :2] - before,) * 2
+        own = 1.0
+    else:
+        ahead = slip_between(u, rigid, dx, order)
+        behind = ahead if order == 1 else at_centres(ahead[1:], ahead[:-1])
+        none = np.zeros_like(ahead[:1])
+        sides = np.concatenate([ahead, none]), np.concatenate(([none] if order == 2 else []) + [behind, none])
+        own = 1 / dx
+    unit = np.zeros_like(u)
+    middle = tuple(n // 2 for n in bound.shape)
+    unit[(*middle, X)] = 1.0
+    own *= problem.operator(unit)[(*middle, X)]
+    beyond, sticks, slips = [0.0], [0.0], [0.0]
+    for at in zip(*np.nonzero(bound), strict=True):
+        p, g = contact.p[at][:2], bound[at]
+        beyond.append(float(np.linalg.norm(p)) - g)
+        if not edge.free[at]:
+            continue
+        if contact.stick[at]:
+            sticks.append(float(np.linalg.norm(sides[0][at])) / own)
+        else:  # p is nearest to p - slip of what bounds allow
+            moved = p - sides[1][at] / own
+            slips.append(float(np.linalg.norm(p - g * moved / np.linalg.norm(moved))))
+    return np.array([max(beyond), max(sticks), max(slips)]) / np.max(bound, initial=1e-300)
+
+
+@dataclass(frozen=True, eq=False)
+class Movable:
+    """ICs, with bodies that a load also moves as rigid ones: by `x` and `z` [mm/N] along x and z."""
+
+    operator: object
+    inclination: np.ndarray
+    area: float
+    x: float = 0.0
+    z: float = 0.0
+    directions: tuple = (X, S, N)
+
+    def __call__(self, tractions):
+        p = np.zeros((*tractions.shape[:2], 3))
+        p[..., self.directions] = tractions
+        sin, cos = np.sin(self.inclination), np.cos(self.inclination)
+        along_x = self.x * self.area * np.sum(p[..., X])
+        along_z = self.z * self.area * np.sum(p[..., N] * cos - p[..., S] * sin)
+        one = np.ones_like(p[..., 0])
+        moved = np.stack([one * along_x, -one * sin * along_z, one * cos * along_z], axis=-1)
+        return self.operator(tractions) + moved[..., self.directions]
+
+    def restricted(self, directions):
+        return replace(self, operator=self.operator.restricted(directions), directions=directions)
+
+    def coarsened(self):
+        inclination = self.inclination.reshape(-1, 2).mean(axis=1)
+        return replace(self, operator=self.operator.coarsened(), inclination=inclination, area=4 * self.area)
+
+
+def movable(problem, *, x=0.0, z=0.0):
+    """The problem with bodies that are moved, too."""
+    moved = Movable(problem.operator, problem.inclination, problem.grid.area, x, z)
+    return replace(problem, operator=moved)
+
+
+def by_matrix(problem, materials=STEELS):
+    """The same problem of `groove` with its ICs as a matrix."""
+    wheel, rail = Surface(UPPER, arc(10.2, 1.3, 1.1)), Surface(LOWER, arc(10.0, 1.3, 1.1))
+    pair = Pair(Solid(materials[0], wheel), Solid(materials[1], rail))
+    return replace(problem, operator=GridOperator.of(matrix("Bhat", pair, problem.grid)))
