@@ -144,7 +144,7 @@ class FrictionalContact:
 
     @property
     def slip(self) -> Array:
-        """Slip at the centres of elements, shape (n_x, n_s, 2); 0 where they stick and outside the contact."""
+        """Slip at the centres of elements, shape (n_x, n_s, 2); 0 where they stick and outside contact."""
         slips = self.in_contact & ~self.stick
         return np.where(slips[..., None], self.tangential.slip, 0.0)
 
