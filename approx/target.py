@@ -8,7 +8,7 @@ from approx.effective import EffectiveProperties, Transition
 from approx.pair import Pair, Solid
 from geometries.arrays import Array
 from geometries.errors import WrongInput
-from geometries.patches import DIRECTIONS, Patch
+from geometries.patches import Patch, places
 
 FEWEST = 8  # least number of points
 SPREAD = 1.5  # least ratio of the largest to the smallest distance
@@ -111,14 +111,7 @@ class Target:
 
     def _components(self, ics: Array) -> Array:
         """The components of the target, (n_components, n), among all ICs (3, 3, n)."""
-        rows, columns = zip(*(indices(component) for component in self.components), strict=True)
-        return np.asarray(ics[list(rows), list(columns)])
-
-
-def indices(component: str) -> tuple[int, int]:
-    """Indices of the displacement and of the traction of a component such as "xn"."""
-    names: list[str] = [*DIRECTIONS]
-    return names.index(component[0]), names.index(component[1])
+        return np.asarray(ics[places(self.components)])
 
 
 def pointwise_k(target: Target) -> Array:

@@ -22,7 +22,6 @@ from matplotlib.figure import Figure
 from approx.calibration import fit
 from approx.effective import EffectiveProperties
 from approx.pair import Solid
-from approx.target import indices
 from compare.reports.calibration.fits import calibrate, target_of
 from compare.results.compute import Results, reference_of
 from compare.results.measure import Measure, far_from
@@ -31,6 +30,7 @@ from femic.means import Means
 from femic.work.store import Store
 from geometries.arrays import Array
 from geometries.materials import Material
+from geometries.patches import indices
 
 Fits = Mapping[str, EffectiveProperties]  # by body
 SCENES, RATIOS, BODIES = ("geometry1", "geometry2"), (0.1, 1.0, 10.0), ("upper", "lower")

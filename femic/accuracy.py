@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from geometries.arrays import Array
 from geometries.errors import Failure
-from geometries.patches import DIRECTIONS
+from geometries.patches import indices
 
 FLOOR = 0.05  # least scale as a share of max |C_nn| on the line
 
@@ -35,8 +35,7 @@ def line_errors(difference: Array, c_line: Array, nn_line: Array) -> Array:
 
 def component_of(values: NDArray[Any], component: str) -> float:
     """The entry of (3, 3) values that a component names: "xn" is displacement x, traction n."""
-    i, j = (DIRECTIONS.index(letter) for letter in component)
-    return float(values[i, j])
+    return float(values[indices(component)])
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from femic.meshing.cell_size import Cells
 from femic.models import Points, SolverChoice
 from geometries.arrays import Array
 from geometries.bodies import Body
-from geometries.patches import DIRECTIONS, Load, N, Patch
+from geometries.patches import Load, N, Patch, indices
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,16 @@ class Settings:
     def rule(self, a: float, b: float) -> DiscountRule:
         """The rule by which M is fitted, with loads on patches of half-sides a, b [mm]."""
         return DiscountRule(a, b, self.rotation_reach, self.moment_arm)
+
+    def solved(self, components: Iterable[str]) -> tuple[str, ...]:
+        """The components that are solved for those that are asked for; by some engines C_ji with C_ij.
+
+        By these engines loads share a factorisation, and the error of C_ij is estimated by that of C_ji as
+        well (`pooled`). So the estimate does not depend on which other components are asked for.
+        """
+        asked = tuple(components)
+        transposed = [component[::-1] for component in asked] if self.engine.both_loads else []
+        return tuple(dict.fromkeys([*asked, *transposed]))
 
     def first_cells(self, patch: Patch) -> Cells:
         """The cells to start with."""
@@ -65,15 +75,9 @@ class Job:
 
     @property
     def loads(self) -> tuple[Load, ...]:
-        """The loads of the components that are asked for; by some engines those of C_ji as well.
-
-        By these engines loads share a factorisation, and the error of C_ij is estimated by that of C_ji as
-        well (`pooled`). So the estimate does not depend on which other components are asked for.
-        """
-        components = set(self.components)
-        if self.settings.engine.both_loads:
-            components |= {component[::-1] for component in components}
-        return tuple(Load(self.patch, direction) for direction in directions_of(components))
+        """The loads of the components that are solved."""
+        solved = self.settings.solved(self.components)
+        return tuple(Load(self.patch, direction) for direction in directions_of(solved))
 
     @property
     def rule(self) -> DiscountRule:
@@ -120,4 +124,4 @@ class Job:
 
 def directions_of(components: Iterable[str]) -> tuple[int, ...]:
     """Load directions that the components ("xn": displacement x due to traction n) need."""
-    return tuple(sorted({DIRECTIONS.index(component[1]) for component in components}))
+    return tuple(sorted({indices(component)[1] for component in components}))

@@ -1,17 +1,29 @@
 """Loaded patches and the offset lines along which displacements are read."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
 
-from geometries.arrays import Array
+from geometries.arrays import Array, Indices
 from geometries.errors import WrongInput
 
 DirectionName = Literal["x", "s", "n"]
 DIRECTIONS: tuple[DirectionName, ...] = get_args(DirectionName)  # names of the directions 0, 1, 2
 X, S, N = range(3)
 COMPONENTS = tuple(i + j for i in DIRECTIONS for j in DIRECTIONS)  # displacement, then traction
+
+
+def indices(component: str) -> tuple[int, int]:
+    """Indices of the displacement and of the traction of a component such as "xn"."""
+    names: list[str] = [*DIRECTIONS]
+    return names.index(component[0]), names.index(component[1])
+
+
+def places(components: Iterable[str]) -> tuple[Indices, ...]:
+    """Indices of the displacements and of the tractions of components, (n,) each: they select from (3, 3)."""
+    return tuple(np.transpose([indices(component) for component in components]))
 
 
 def mirror_signs(direction: int) -> Array:

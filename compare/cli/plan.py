@@ -3,9 +3,10 @@
 from rich.console import Console
 from rich.table import Table
 
-from compare.results.contact.compute import C, grids_of, on_grid
+from compare.results.contact.compute import FRICTIONLESS, C, c_jobs, grids_of
+from compare.results.contact.pairing import placed_on
 from compare.results.matrix.compute import file_size
-from compare.results.plan import Step, matrix_steps, run_steps, seconds
+from compare.results.plan import Step, matrix_steps, run_steps, seconds, steps_of
 from compare.scenes.scene import Scene
 
 
@@ -44,7 +45,8 @@ def _show_contact(scene: Scene, workers: int, console: Console) -> None:
             f"{', '.join(str(case) for case in cases)}"
         )
         if C in scene.contact.ics:
-            _print(f"{title}; C:", matrix_steps(on_grid(scene, grid), workers), workers, console)
+            steps = list(steps_of(c_jobs(scene, placed_on(scene, grid)), workers))
+            _print(f"{title}; {', '.join(FRICTIONLESS)} of C:", steps, workers, console)
         else:
             console.print(f"{title}; no C: seconds", markup=False)
 

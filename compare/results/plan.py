@@ -29,18 +29,19 @@ class Step:
 
 def run_steps(scene: Scene, workers: int) -> list[Step]:
     """The models that `femic run` solves in its first round."""
-    steps = list(_steps(jobs(scene), workers, ""))
-    return steps + (list(_steps(jobs(scene.check), workers, "check, ")) if scene.check else [])
+    steps = list(steps_of(jobs(scene), workers))
+    return steps + (list(steps_of(jobs(scene.check), workers, "check, ")) if scene.check else [])
 
 
 def matrix_steps(scene: Scene, workers: int) -> list[Step]:
     """The models that `femic matrix` solves in its first round; raises BadScene as `matrix_jobs` does."""
-    return list(_steps(matrix_jobs(scene), workers, ""))
+    return list(steps_of(matrix_jobs(scene), workers))
 
 
-def _steps(
-    jobs_of_bodies: Mapping[str, Job] | Mapping[str, MatrixJob], workers: int, prefix: str
+def steps_of(
+    jobs_of_bodies: Mapping[str, Job] | Mapping[str, MatrixJob], workers: int, prefix: str = ""
 ) -> Iterator[Step]:
+    """The models of jobs that are solved in the first round; `prefix` comes before their names."""
     for name, job in jobs_of_bodies.items():
         engine = job.settings.engine
         for model, level in Level().models(engine.models).items():

@@ -5,6 +5,7 @@ of revolution also on the radii of both rolling circles. This dependence is smoo
 little: weights are computed for a few radii (Chebyshev points) and interpolated between them.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -14,15 +15,14 @@ from approx.halfspace import HalfSpace
 from femic.harmonic.synthesis import WAVE_REACH, Responses
 from femic.harmonic.wavenumbers import Sampled
 from femic.harmonic.waves import SINES, spectrum, synthesis_weights, tail
-from geometries.arrays import Array, Indices
+from geometries.arrays import Array, Indices, Mask
 from geometries.grids import Grid
 from geometries.materials import one_body
-from geometries.patches import Load, Patch, S, mirror_signs
+from geometries.patches import Load, Patch, S, mirror_signs, places
 
 INTERPOLATION_DIGITS = 10  # to which the interpolation between radii is exact
 ANALYTIC_RANGE = 0.4  # change of ln(radius) within which the weights are analytic at the nearest lag
 S_MIRROR = mirror_signs(S)  # signs of the components (i, j) where s changes sign
-ODD, EVEN = np.nonzero(SINES), np.nonzero(~SINES)  # indices (i, j) of the components odd and even in x
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,17 +67,25 @@ class LagSynthesis:
     tails: Array  # the half-space's share [mm/N], (load radius, i, j, lag, strips apart)
     samples: Sampled
     place: Indices  # number of each strip's centre among the observers, (n_s,)
-    loads: Indices  # number of each load among the solved ones, (strip, direction)
+    wanted: Mask  # components that are computed, (3, 3)
+    loads: Mapping[Load, int]  # number of each load among the solved ones
 
     def column(self, strip: int) -> Array:
-        """Displacements [mm/N] due to unit total loads on a strip, shape (3, 3, n_x, n_s)."""
-        u = np.empty((3, 3, self.grid.n_x, self.grid.n_s))
+        """Displacements [mm/N] due to unit total loads on a strip, shape (3, 3, n_x, n_s).
+
+        They are NaN where the components are not wanted.
+        """
+        u = np.full((3, 3, self.grid.n_x, self.grid.n_s), np.nan)
         load_shares = self.nodes.shares(self.heights[[strip]])[:, 0]
         mean_shares = self.nodes.shares((self.heights + self.heights[strip]) / 2)  # (mean radius, n_s)
-        responses = self.samples.responses[:, self.loads[strip]]  # (k, j, i, observer)
-        for (i, j), by_radius in ((EVEN, self.even), (ODD, self.odd)):
+        for of_parity, by_radius in ((~SINES, self.even), (SINES, self.odd)):
+            i, j = np.nonzero(self.wanted & of_parity)
+            if not len(i):
+                continue
             weights = np.tensordot(load_shares, by_radius, axes=1).reshape(len(self.samples.k), -1)
-            at_strips = responses[:, j, i][..., self.place]  # (k, component, n_s)
+            loads = [self.loads[Load(self.grid.patch(strip), direction)] for direction in j.tolist()]
+            responses = self.samples.responses[:, loads, i]  # (k, component, observer)
+            at_strips = responses[..., self.place]
             by_mean_radius = (weights.T @ at_strips.reshape(len(at_strips), -1)).reshape(
                 len(self.nodes.points), self.grid.n_x, len(i), -1
             )
@@ -88,18 +96,19 @@ class LagSynthesis:
         return u
 
 
-def syntheses(solved: Responses, grid: Grid) -> dict[str, LagSynthesis]:
+def syntheses(solved: Responses, grid: Grid, components: Sequence[str]) -> dict[str, LagSynthesis]:
     """The way from all responses of a model to displacements (""), and that from each of its variations.
 
-    All is prepared that does not depend on the loaded strip; what depends on the largest wavenumber only is
-    shared.
+    Only some `components` are computed. All is prepared that does not depend on the loaded strip; what
+    depends on the largest wavenumber only is shared.
     """
     body, a = solved.body, grid.dx / 2
     heights = body.side * body.contour.position(grid.strips)[1] / body.rolling_radius
     nodes = Heights.of(heights)
     observers = np.searchsorted(solved.s, grid.strips)
-    load_number = {load: n for n, load in enumerate(solved.loads)}
-    loads = np.array([[load_number[Load(grid.patch(m), j)] for j in range(3)] for m in range(grid.n_s)])
+    loads = {load: number for number, load in enumerate(solved.loads)}
+    wanted = np.zeros((3, 3), dtype=bool)
+    wanted[places(components)] = True
     half_space = HalfSpace(one_body(body.material, body.side))
     xi = np.outer(nodes.stretch, grid.lags).ravel()
     shares: dict[float, list[tuple[Array, Array]]] = {}  # by largest wavenumber, per load radius
@@ -114,7 +123,7 @@ def syntheses(solved: Responses, grid: Grid) -> dict[str, LagSynthesis]:
         shape = (len(nodes.points), len(samples.k), len(nodes.points), grid.n_x)
         even, odd = (np.stack(w).reshape(shape) for w in zip(*weights, strict=True))
         tails = np.stack([_tails(half_space, grid, float(wavenumbers.k_max * t)) for t in nodes.stretch])
-        found[name] = LagSynthesis(grid, heights, nodes, even, odd, tails, samples, observers, loads)
+        found[name] = LagSynthesis(grid, heights, nodes, even, odd, tails, samples, observers, wanted, loads)
     return found
 
 

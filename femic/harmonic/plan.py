@@ -21,7 +21,10 @@ def planned(request: HarmonicRequest, workers: int) -> Planned:
     section, coarser_section = build_section(request), build_section(request.coarser)
     unknowns, coarser = (3 * mesh.doflocs.shape[1] for mesh in (section.mesh, coarser_section.mesh))
     half_section = section.half_section
-    loads = {(abs(load.patch.s) if half_section else load.patch.s, load.direction) for load in request.loads}
+    loads = {
+        (abs(load.patch.s) if half_section else load.patch.s, load.patch.b, load.direction)
+        for load in request.loads
+    }
     samples = expected_samples(request)
 
     def solution(unknowns: int) -> float:

@@ -72,11 +72,13 @@ class SectionMesh:
 def section_mesh(body: Body, size: SectionSize, *, half_section: bool = False) -> SectionMesh:
     """Mesh the section of a body, or only its half y >= 0 (`half_section`).
 
-    There is a vertex at each end of a strip. Raises Failure where Gmsh cannot mesh the section.
+    There is a vertex at each end of a strip, or close to it (`CLOSE_ENDS`). Raises Failure where Gmsh cannot
+    mesh the section.
     """
     apart = CLOSE_ENDS * float(np.min(np.diff(size.strips)))
     ends = np.abs(size.strips) if half_section else size.strips
-    breaks = _distinct(ends.ravel(), np.array([*body.contour.joints, *body.s_range]), apart)
+    reserved = [*body.contour.joints, *body.s_range, *([0.0] if half_section else [])]
+    breaks = _distinct(ends.ravel(), np.array(reserved), apart)
     with gmsh_session() as gmsh:
         _, curves = add_section(gmsh, body, half_section=half_section, breaks=breaks.tolist())
         gmsh.model.occ.synchronize()

@@ -10,7 +10,7 @@ from femic.estimate import Estimated
 from femic.matrix.job import MatrixJob
 from geometries.arrays import Array, Mask
 from geometries.grids import Grid
-from geometries.patches import DIRECTIONS
+from geometries.patches import COMPONENTS, places
 
 NEAR_ELEMENTS, NEAR_SHARE = 4, 5.0  # closer to the load than 4 elements the scale is 5 A_nn
 
@@ -40,17 +40,17 @@ def is_far(strip: int, grid: Grid) -> Mask:
     return np.asarray(np.hypot(elements_along_x, strips_apart) >= NEAR_ELEMENTS)
 
 
-def column_shares(strip: int, c: Estimated, scale: Array) -> Shares:
-    """The largest estimate in a column, and the largest of each part, as shares of its scale."""
+def column_shares(strip: int, c: Estimated, scale: Array, components: Sequence[str] = COMPONENTS) -> Shares:
+    """The largest estimate of some components in a column, and the largest of each part, on its scale."""
+    wanted = places(components)
     mesh, truncation, waves, total_share = (
-        np.nan_to_num(part / scale, nan=np.inf)
+        np.nan_to_num(part[wanted] / scale[wanted], nan=np.inf)
         for part in (c.mesh_error, c.truncation_error, c.waves_error, c.estimate)
     )
-    i, j, lag, observer = np.unravel_index(np.argmax(total_share), total_share.shape)
+    number, lag, observer = np.unravel_index(np.argmax(total_share), total_share.shape)
     line = f"of strip {observer} under strip {strip} (worst at lag {lag})"
-    component = DIRECTIONS[i] + DIRECTIONS[j]
     parts = float(np.max(mesh)), float(np.max(truncation)), float(np.max(waves))
-    return Shares(*parts, float(np.max(total_share)), component, line)
+    return Shares(*parts, float(np.max(total_share)), components[int(number)], line)
 
 
 def worst_of(strip_shares: list[Shares]) -> Shares:

@@ -14,7 +14,7 @@ from femic.engine import Tuned
 from femic.harmonic.record import HARMONIC
 from femic.harmonic.request import HarmonicRequest
 from femic.harmonic.tuned import FAR_RADIUS, waves_for
-from femic.job import Settings
+from femic.job import Settings, directions_of
 from femic.level import TRUNCATION_ORDER, Level, factors
 from femic.meshing.cell_size import Cells
 from femic.models import Points
@@ -22,7 +22,7 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.errors import WrongInput
 from geometries.grids import Grid
-from geometries.patches import Load, N, Patch, S, X
+from geometries.patches import COMPONENTS, Load, N, Patch
 
 CELLS_PER_HALF_STRIP, GROWTH_OF_CELLS = 2, 0.55  # displacements are read at the centres of strips only
 WAVES_OVERESTIMATE = 4.0  # expected over actual error of the interpolation between wavenumbers
@@ -48,11 +48,15 @@ def far_radius_for(tolerance: float, grid: Grid) -> float:
 
 @dataclass(frozen=True)
 class MatrixJob:
-    """The IC matrix of one body by the harmonic engine; its scale of refinement: `femic.matrix.columns`."""
+    """The IC matrix of one body by the harmonic engine; its scale of refinement: `femic.matrix.columns`.
+
+    Only loads of the directions that `components` need are solved, and those that M needs for them.
+    """
 
     body: Body
     grid: Grid
     settings: Settings
+    components: tuple[str, ...] = COMPONENTS
 
     def __post_init__(self) -> None:
         """Raise WrongInput for another engine."""
@@ -69,10 +73,15 @@ class MatrixJob:
         return self.settings.cells or cells
 
     @property
+    def solved(self) -> tuple[str, ...]:
+        """The components that are solved."""
+        return self.settings.solved(self.components)
+
+    @property
     def strip_loads(self) -> tuple[Load, ...]:
-        """Unit loads on every strip in every direction."""
+        """Unit loads on every strip in the directions of the components that are solved."""
         patches = [self.grid.patch(strip) for strip in range(self.grid.n_s)]
-        return tuple(Load(patch, direction) for patch in patches for direction in (X, S, N))
+        return tuple(Load(patch, direction) for patch in patches for direction in directions_of(self.solved))
 
     @property
     def rule(self) -> DiscountRule:

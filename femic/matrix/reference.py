@@ -34,7 +34,10 @@ REMEMBERED_ENTRIES = 40_000_000  # largest number of entries of a matrix whose c
 
 @dataclass(frozen=True)
 class MatrixReference:
-    """The IC matrix of one body per unit total load [mm/N], computed strip by strip from solved responses."""
+    """The IC matrix of one body per unit total load [mm/N], computed strip by strip from solved responses.
+
+    Components that are not solved are NaN.
+    """
 
     job: MatrixJob
     level: Level
@@ -50,7 +53,7 @@ class MatrixReference:
         fit_displacements = {"": u.u, **u.perturbed}
         return {
             name: (synthesis, self._m(fit_displacements[name]))
-            for name, synthesis in syntheses(self.solved, self.job.grid).items()
+            for name, synthesis in syntheses(self.solved, self.job.grid, self.job.solved).items()
         }
 
     def _m(self, u: Array) -> Array:
@@ -128,16 +131,19 @@ class AtLags:
         own: dict[str, list[Shares]] = {name: [] for name in references}
         in_sum: dict[str, list[Shares]] = {name: [] for name in references}
         of_sum: list[Shares] = []
-        for strip in range(next(iter(self.jobs.values())).grid.n_s):
+        job = next(iter(self.jobs.values()))
+        components = job.components
+        for strip in range(job.grid.n_s):
             of_body = {name: reference.column(strip) for name, reference in references.items()}
             for name, c in of_body.items():
-                own[name].append(column_shares(strip, c, column_scale(strip, c.ic, [self.jobs[name]])))
+                scale = column_scale(strip, c.ic, [self.jobs[name]])
+                own[name].append(column_shares(strip, c, scale, components))
             if self.combined:
                 c = total(list(of_body.values()))
                 scale = column_scale(strip, c.ic, list(self.jobs.values()))
-                of_sum.append(column_shares(strip, c, scale))
+                of_sum.append(column_shares(strip, c, scale, components))
                 for name, body_column in of_body.items():
-                    in_sum[name].append(column_shares(strip, body_column, scale))
+                    in_sum[name].append(column_shares(strip, body_column, scale, components))
         own_worst = {name: worst_of(shares) for name, shares in own.items()}
         if not self.combined:
             return Assessed(own_worst)

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from approx.calibration import EXPONENTS, R_INF_REACH, fit
 from approx.effective import EffectiveProperties, Transition
 from approx.pair import Pair, Solid
-from approx.target import FEWEST, Target, indices, pointwise_k
+from approx.target import FEWEST, Target, pointwise_k
 from geometries.contours import arc
 from geometries.errors import WrongInput
 from geometries.materials import Material
-from geometries.patches import Patch
+from geometries.patches import Patch, indices
 from geometries.surfaces import LOWER, UPPER, Surface
 
 STEEL, BRASS = Material(210e3, 0.28), Material(97e3, 0.36)

@@ -8,14 +8,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from approx.target import indices, pointwise_k
+from approx.target import pointwise_k
 from compare.pages.curves import shown_half
 from compare.pages.panels import Panel, add_scene_legends, draw_scenes
 from compare.pages.styles import COLOURS, DASHES, RC, STYLES, SYMBOLS
 from compare.reports.calibration.fits import Calibrated
 from compare.results.compute import points_of, reference_of
 from geometries.arrays import Array
-from geometries.patches import N, OffsetLine, S
+from geometries.patches import N, OffsetLine, S, indices
 
 MARKERS_OF_LINES = ("o", "x", "+", "^", "s")
 PROPERTIES = {"mismatch_k": "K [-]", "G": "G [MPa]", "nu": "ν [-]"}

@@ -13,7 +13,7 @@ import xarray as xr
 from approx.calibration import Fit, fit
 from approx.effective import EffectiveProperties
 from approx.pair import Pair
-from approx.target import Target, indices
+from approx.target import Target
 from compare.results.compute import (
     Results,
     compute,
@@ -31,6 +31,7 @@ from femic.means import DEFAULT, Means
 from femic.work.provenance import versions
 from geometries.arrays import Array
 from geometries.errors import WrongInput
+from geometries.patches import places
 
 REPORTED_COMPONENTS = ("nn", "xn", "sn")  # components that every report shows, whichever were fitted
 BESIDE_FIT = ("A", "B", "Bhat")  # variants that the report shows beside B-hat-prime
@@ -99,9 +100,9 @@ def target_of(results: Results, body: str) -> Target:
     """The target of a fit: C of a body and its estimate at the points of the scene's calibration."""
     scene = results.scene
     points = points_of(results, scene.calibration.lines)
-    rows, columns = zip(*(indices(component) for component in scene.calibration.components), strict=True)
+    fitted = places(scene.calibration.components)
     c, error = (
-        scene.patch.area * getattr(reference_of(results, body), part)[list(rows), list(columns)][:, points]
+        scene.patch.area * getattr(reference_of(results, body), part)[fitted][:, points]
         for part in ("ic", "estimate")
     )
     return replace(target_from(scene, c, body), error=error)

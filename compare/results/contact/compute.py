@@ -14,6 +14,7 @@ from compare.scenes.scene import Scene
 from contact.normal import NormalContact, Operator, PotentialAreaTooSmall
 from contact.operators.dense import GridOperator
 from femic.estimate import total
+from femic.matrix.job import MatrixJob
 from femic.matrix.reference import matrices
 from femic.means import DEFAULT, Means
 from geometries.arrays import Array
@@ -22,6 +23,7 @@ from geometries.grids import Grid
 from geometries.patches import N
 
 C = "C"
+FRICTIONLESS = ("nn",)  # the components of C that contact without friction needs
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,10 +155,7 @@ def _solved(
 def reference_ics(scene: Scene, placed: Placed, means: Means) -> ReferenceICs:
     """C_nn of both bodies on a grid; raises Failure where it is not positive for pressures without load."""
     start, grid = perf_counter(), placed.grid
-    jobs = matrix_jobs(on_grid(scene, grid))
-    opposite = replace(grid, s=grid.s + placed.offset)  # on the upper contour
-    jobs["upper"] = replace(jobs["upper"], grid=opposite)
-    solved = matrices(jobs, means, combined=True)
+    solved = matrices(c_jobs(scene, placed), means, combined=True)
     ic, estimate = np.empty((2, grid.n_x, grid.n_s, grid.n_s))
     for strip in range(grid.n_s):
         column = total([reference.column(strip) for reference in solved.values()])
@@ -184,9 +183,12 @@ def reference_ics(scene: Scene, placed: Placed, means: Means) -> ReferenceICs:
     )
 
 
-def on_grid(scene: Scene, grid: Grid) -> Scene:
-    """The scene whose IC matrix is C of both bodies on a grid."""
-    return replace(scene, grid=grid, compared=("combined",))
+def c_jobs(scene: Scene, placed: Placed) -> dict[str, MatrixJob]:
+    """What C of both bodies on a grid asks for; strips of the upper body lie opposite, on its own contour."""
+    grid = placed.grid
+    jobs = matrix_jobs(replace(scene, grid=grid, compared=("combined",)), FRICTIONLESS)
+    opposite = replace(grid, s=grid.s + placed.offset)
+    return jobs | {"upper": replace(jobs["upper"], grid=opposite)}
 
 
 def _operator(ic: Array) -> GridOperator:

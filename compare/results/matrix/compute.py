@@ -31,7 +31,7 @@ from femic.models import peak_memory
 from femic.work.provenance import versions
 from geometries.arrays import Array
 from geometries.bodies import Domain
-from geometries.patches import DIRECTIONS
+from geometries.patches import COMPONENTS, DIRECTIONS
 
 DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
 LARGEST_WHOLE_MATRIX = 40_000_000  # entries of a matrix held as a whole, for reciprocity and eigenvalues
@@ -61,8 +61,11 @@ class MatrixResults:
         return total([self.matrices[name].column(strip) for name in parts_of(body)])
 
 
-def matrix_jobs(scene: Scene) -> dict[str, MatrixJob]:
-    """The jobs of the bodies that the comparison needs; raises BadScene where the grid does not fit."""
+def matrix_jobs(scene: Scene, components: tuple[str, ...] = COMPONENTS) -> dict[str, MatrixJob]:
+    """The jobs of the bodies that the comparison needs; raises BadScene where the grid does not fit.
+
+    Contact asks for the `components` that it needs; matrices of a scene have all nine, whatever it compares.
+    """
     require_none(scene.name, grid_misfits(scene))
     least_far_radius = far_radius_for(scene.settings.tolerance, scene.grid)
     settings = replace(scene.settings, engine=HARMONIC, cells=None)
@@ -71,6 +74,7 @@ def matrix_jobs(scene: Scene) -> dict[str, MatrixJob]:
             replace(body, domain=Domain(max(least_far_radius, body.domain.far_radius), np.inf)),
             scene.grid,
             settings,
+            components,
         )
         for name, body in scene.bodies.items()
         if name in scene.solved

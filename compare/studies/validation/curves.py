@@ -6,13 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from approx.pair import Solid
-from approx.target import indices
 from compare.pages.panels import Panel
 from compare.pages.styles import SYMBOLS
 from compare.results.compute import Results, ics_of, parts_of, points_of, reference_of
 from compare.results.shares import measure_of
 from geometries.arrays import Array
-from geometries.patches import OffsetLine
+from geometries.patches import OffsetLine, indices
 
 BODIES = ("combined", "lower", "upper")
 CONVEX, CONCAVE = "lower", "upper"

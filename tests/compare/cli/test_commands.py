@@ -11,6 +11,7 @@ from compare.cli import plan as planning
 from compare.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from compare.reports.frontier.advice import Advice, Question
 from compare.reports.frontier.choice import Choice
+from compare.results.contact.compute import grids_of
 from compare.results.plan import Step
 from compare.scenes.load import load_scene
 from femic.harmonic.record import HARMONIC
@@ -244,6 +245,21 @@ def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkey
     assert "about 100 s, 900 MB" in told
     for shown in ("1,234,567", "1.5", "1280 mm", "640 mm", "endless", "55"):
         assert shown in told
+
+
+def test_a_plan_of_contact_counts_the_models_that_contact_solves(monkeypatch, capsys):
+    """Without friction C_nn alone, on the grids that contact has."""
+    step, planned_jobs = Step("lower, fine", HARMONIC, 1.0, 1280.0, "endless", PLANNED), []
+    monkeypatch.setattr(planning, "run_steps", lambda *_: [step])
+    monkeypatch.setattr(planning, "matrix_steps", lambda *_: [step])
+    monkeypatch.setattr(planning, "steps_of", lambda jobs, _: planned_jobs.append(jobs) or [step])
+    assert exit_code(["plan", "tall"]) == DONE
+    ((grid, _),) = grids_of(load_scene("tall"))
+    (jobs,) = planned_jobs
+    assert {(name, job.components, job.grid) for name, job in jobs.items()} == {
+        (name, ("nn",), grid) for name in ("lower", "upper")
+    }
+    assert "310000 N; nn of C:" in " ".join(capsys.readouterr().out.split())
 
 
 def test_contact_without_a_scene_is_refused(capsys):

@@ -38,6 +38,14 @@ def prepared_by(respond):
     return together.condensation
 
 
+@pytest.fixture(scope="module", autouse=True)
+def fields_are_cheap():
+    """So that 60 observers are many; it matters for nothing but seconds."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(condensation, "ROWS_PER_FIELD", 1)
+        yield
+
+
 @pytest.fixture(scope="module", params=[BODY, SYMMETRIC], ids=["whole", "half"])
 def section(request):
     found = build_section(replace(TASK.request, body=request.param, loads=LOADS))

@@ -11,6 +11,7 @@ from femic.harmonic.engine import build_section, strips
 from femic.harmonic.record import HARMONIC
 from femic.harmonic.section import MeshTri4, section_mesh, shapes
 from femic.harmonic.section_model import assemble
+from femic.harmonic.section_response import Respond
 from femic.harmonic.section_size import SectionSize
 from femic.job import Settings
 from femic.level import Level
@@ -166,6 +167,28 @@ def test_cells_that_grow_as_fast_as_the_distance_are_still_as_small_as_asked(rad
     longest = np.max(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=0), axis=0)
     too_large = longest > 2.5 * (request.cells.smallest + request.cells.growth * apart)
     assert np.mean(too_large) < 0.01
+
+
+@pytest.mark.parametrize("aside", [1e-12, 4e-8, 1e-5])
+def test_strips_that_hardly_pass_the_plane_of_symmetry_are_meshed_like_those_that_end_there(aside):
+    """Gmsh failed on an edge so short. The responses follow the grid as smoothly as they should."""
+
+    def responses(s):
+        """Of the strips beside y = 0, where the middle of a grid of even numbers lies."""
+        request = MatrixJob(
+            Body(LOWER, arc(10.0, 0.6, 0.6), STEEL, DOMAIN),
+            Grid(2, 4, 0.4, 0.4, s),
+            Settings(HARMONIC, 0.1, rotation_reach=4.0, moment_arm=1.5),
+        ).request(Level())
+        section = build_section(request)
+        beside = [load for load in request.loads if abs(abs(load.patch.s) - 0.2) < 0.1]
+        assert len(beside) == 6
+        return section.knots, Respond(section, beside, np.array([-0.2, 0.2]))(0.3)[0]
+
+    knots, found = responses(aside)
+    knots_of_none, expected = responses(0.0)
+    assert len(knots) == len(knots_of_none)
+    np.testing.assert_allclose(found, expected, atol=max(10 * aside, 1e-6) * np.max(np.abs(expected)))
 
 
 def test_a_mesh_without_slivers_is_that_of_the_first_algorithm(monkeypatch):

@@ -30,6 +30,7 @@ from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.grids import Grid
 from geometries.materials import one_body
+from geometries.patches import COMPONENTS
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import STEEL, changed
 from tests.femic.harmonic.fields import fields
@@ -102,7 +103,7 @@ def test_lags_are_points(radius):
     job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), Grid(6, 9, 1.0, 1.0), radius)
     model = solve(job.request(Level(cells=-1)), workers=2)
     x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))
-    for name, by_lag in syntheses(model, job.grid).items():
+    for name, by_lag in syntheses(model, job.grid, COMPONENTS).items():
         for strip in (0, 4, 7):
             loads = job.strip_loads[3 * strip : 3 * strip + 3]
             at_points = displacements(model, loads, Points(x, s))

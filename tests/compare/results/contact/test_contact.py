@@ -294,3 +294,4 @@ def test_c_of_the_upper_body_lies_opposite_that_of_the_lower(monkeypatch):
     assert middle["upper"] + 0.7 == pytest.approx(middle["lower"], abs=1e-6)
     assert abs(asked["upper"].grid.s - asked["lower"].grid.s) > 0.5
     assert asked["upper"].grid.n_s == asked["lower"].grid.n_s == 6
+    assert {job.components for job in asked.values()} == {("nn",)}  # and no loads of other directions
