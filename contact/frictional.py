@@ -165,11 +165,16 @@ class FrictionalContact:
     @property
     def sliding_share(self) -> float:
         """Area of slip over the area of contact."""
-        return 1 - float(np.count_nonzero(self.stick)) / max(int(np.count_nonzero(self.in_contact)), 1)
+        slips = np.count_nonzero(self.in_contact & ~self.stick)
+        return float(slips / max(int(np.count_nonzero(self.in_contact)), 1))
 
     @property
     def dissipation(self) -> Array:
-        """Work of friction per area: - p . slip [MPa times the unit of slip], (n_x, n_s), not negative."""
+        """Work of friction per area: - p . slip [MPa times the unit of slip], (n_x, n_s).
+
+        Not negative where elements slip. In steady rolling to the second order its sum is the work of the
+        rigid slip, and elements that stick beside such that slip have some, of either sign.
+        """
         return np.asarray(-np.sum(self.p[..., :2] * self.slip, axis=-1))
 
     @cached_property
@@ -240,7 +245,8 @@ class _Turns:
             tangential = self.slipped(p, approach, amplitudes, sharp)
             p, amplitudes = _joined(tangential.p, p), tangential.amplitudes
             change = float(np.max(np.abs(p - before))) / max(float(np.max(p[..., N])), 1e-300)
-            if change <= self.tolerance or not np.any(p):
+            solved = change <= self.tolerance and sharp <= sharpest * self.tolerance
+            if solved or not np.any(p):
                 u = self.problem.operator(p)
                 return FrictionalContact(self.problem, self.motion, p, u, gap, approach, tangential, turn)
             share = 0.5 ** min((turn - 1) // FULL_TURNS, MOST_HALVINGS)
@@ -258,6 +264,11 @@ class _Turns:
         load = self.pressing.load
         if load is not None:
             load = load / problem.grid.area + float(np.sum(p[..., S] * np.sin(problem.inclination)))
+            if load <= 0:
+                raise Failure(
+                    "contact with friction: tangential tractions on inclined places bear all of the load, and "
+                    "nothing is left to pressures; use a larger load, smaller creepages or less friction"
+                )
         found = pressures(
             bounded, load=load, approach=self.pressing.approach, start=p[..., N], tolerance=tolerance
         )

@@ -13,12 +13,13 @@ Near the solution it is Newton's method (Hintermueller, Ito and Kunisch 2003, SI
 865-888). L need not be symmetric: in steady rolling it is not.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
+from contact.friction.borne import check_borne
 from contact.friction.leading import LeadingEdge
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
@@ -29,6 +30,7 @@ LEAST_STEP = 0.05  # of a full step
 DECREASE = 0.1  # of the residual, as a share of the step
 LOOSEST = 0.1  # relative residual of the linear equations
 MOST_VECTORS = 80  # of GMRES
+SINGULAR = 1e-8  # share of the largest singular value below which amplitudes change no force
 
 Linear = Callable[[Array], Array]
 
@@ -90,15 +92,12 @@ def tractions(
     friction does not bear.
     """
     newton = _Newton.of(problem)
-    state = newton.state(*newton.first(start, amplitudes))
-    residuals = []
-    for _ in range(MOST_STEPS + 1):
-        residuals.append(state.largest)
-        if state.largest <= tolerance:
-            stick = newton.everywhere(state.stick)
-            p, products = newton.spread(state.q), newton.counter.products
-            return Tangential(p, state.centred, stick, state.c, residuals, products)
-        state = newton.next(state, tolerance)
+    if problem.free is not None:
+        check_borne(problem.free.weights, problem.bound, problem.free.targets)
+    residuals: list[float] = []
+    for state in newton.starts(newton.state(*newton.first(start, amplitudes)), tolerance):
+        if found := newton.solution(state, tolerance, residuals):
+            return found
     raise Failure(
         f"tangential tractions: after {MOST_STEPS} steps their residual is {residuals[-1]:.1e} of the "
         f"largest bound, not {tolerance:.1e} ({', '.join(f'{value:.1e}' for value in residuals[-5:])}); "
@@ -157,6 +156,33 @@ class _Newton:
         q = np.zeros((len(self.g), 2)) if start is None else start[self.mask]
         k = 0 if self.problem.free is None else len(self.problem.free.targets)
         return q, np.zeros(k) if amplitudes is None else amplitudes
+
+    def starts(self, given: _State, tolerance: float) -> Iterator[_State]:
+        """States to begin with: the given one, and, where forces are given, that of full stick.
+
+        Where all elements slip in one direction, amplitudes do not change the forces, and no step leads on.
+        """
+        if not len(given.c) or np.any(given.stick) or given.largest <= LOOSEST:
+            yield given
+        if not len(given.c):
+            return
+        slip = (given.linear + self.problem.rigid)[self.mask]
+        residual = np.concatenate([self.scale * slip.ravel(), given.residual[slip.size :]])
+        dq, dc = self.step(replace(given, stick=np.full(len(slip), True), residual=residual), tolerance)
+        q = given.q + dq
+        size = np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-300)
+        yield self.state(q * np.minimum(1.0, self.g / size), given.c + dc)
+
+    def solution(self, state: _State, tolerance: float, residuals: list[float]) -> Tangential | None:
+        """The tractions, None where `MOST_STEPS` do not suffice; the residuals go to a list."""
+        for _ in range(MOST_STEPS + 1):
+            residuals.append(state.largest)
+            if state.largest <= tolerance:
+                stick = self.everywhere(state.stick)
+                p, products = self.spread(state.q), self.counter.products
+                return Tangential(p, state.centred, stick, state.c, residuals, products)
+            state = self.next(state, tolerance)
+        return None
 
     def everywhere(self, stick: Mask) -> Mask:
         """Which elements stick: free ones, and those that follow them, (n_x, n_s)."""
@@ -262,7 +288,7 @@ class _Bordered:
     newton: _Newton
     inverse: Linear
     of_amplitudes: Array  # (k, m, 2): the inverse of the residuals of unit amplitudes
-    complement: Array  # (k, k)
+    of_forces: Array  # (k, k): the inverse of how amplitudes change forces, where they do
     m: int
 
     @classmethod
@@ -275,11 +301,11 @@ class _Bordered:
         none = np.zeros((m, 2))
         columns = np.array([inverse(of_elements(none, mode)) for mode in free.modes])
         complement = -np.array([newton.forces(column) for column in columns]).T
-        return cls(newton, inverse, columns, complement, m)
+        return cls(newton, inverse, columns, np.linalg.pinv(complement, rcond=SINGULAR), m)
 
     def __call__(self, v: Array) -> Array:
         q = self.inverse(v[: 2 * self.m])
         if not len(self.of_amplitudes):
             return q.ravel()
-        c = np.linalg.solve(self.complement, v[2 * self.m :] - self.newton.forces(q))
+        c = self.of_forces @ (v[2 * self.m :] - self.newton.forces(q))
         return np.concatenate([(q - np.tensordot(c, self.of_amplitudes, 1)).ravel(), c])

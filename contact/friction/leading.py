@@ -5,6 +5,10 @@ first: their ratio is smooth there, while both rise like the square root of the 
 Elements of constant traction follow this rise badly: where slip is made zero on the outermost ones, forces
 have errors of the first order, which depend on how the edge cuts elements. So the last `DEPTH` elements of
 each row take the same share of their bounds as the one behind them.
+
+In short rows bounds hardly fall between these elements: then their tractions, raised together, would move the
+followed one ahead instead of back, and no tractions at all might obey Coulomb's law. So only one element
+follows in rows of less than two times `LEAST_PER_DEPTH` elements, and none in rows of less than that.
 """
 
 from dataclasses import dataclass
@@ -14,6 +18,7 @@ import numpy as np
 from geometries.arrays import Array, Indices, Mask
 
 DEPTH = 2  # elements of each row that follow
+LEAST_PER_DEPTH = 6  # elements of a row for each that follows
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +33,8 @@ class LeadingEdge:
         """The leading edge of where bounds are positive; rolling is towards +x."""
         places = np.arange(len(bound))[:, None]
         ahead, behind = _neighbours(bound[::-1] > 0)[::-1], _neighbours(bound > 0)
-        steps = np.maximum(np.minimum(depth, ahead + behind) - ahead, 0)
+        following = np.minimum(depth, (ahead + 1 + behind) // LEAST_PER_DEPTH)
+        steps = np.maximum(following - ahead, 0)
         followed = places - np.where(bound > 0, steps, 0)
         of_followed = np.take_along_axis(bound, followed, axis=0)
         ratio = np.divide(bound, of_followed, out=np.zeros_like(bound), where=of_followed > 0)

@@ -1,1 +1,1 @@
-"""Closed-form contact solutions, to compare numerical ones with: Hertz, the pin in a hole."""
+"""Contact solutions to compare numerical ones with: Hertz, the pin in a hole, friction and rolling."""

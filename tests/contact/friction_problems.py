@@ -1,0 +1,86 @@
+"""Contacts with friction to solve in tests, and Coulomb's law as a reader would check it, without the solver.
+
+Slip is computed here from the operator and the definitions of design section 6, element by element.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from approx.matrix import matrix
+from approx.pair import Pair, Solid
+from contact.friction.kinematics import Creepages, Rolling
+from contact.frictional import FrictionalProblem
+from contact.operators.dense import GridOperator
+from contact.operators.turned import turned
+from contact.references.hertz import PointContact, combined_modulus
+from contact.rolling import RollingProblem
+from contact.undeformed import Undeformed
+from geometries.contours import arc, plane
+from geometries.grids import Grid
+from geometries.materials import Material
+from geometries.patches import N, S, X
+from geometries.surfaces import LOWER, UPPER, Surface
+from tests.contact.problems import BRASS, STEEL, x_of
+
+STEELS, MIXED = (STEEL, STEEL), (BRASS, STEEL)
+POINT = PointContact(1 / 60, 1 / 25, combined_modulus(*STEELS)).at_load(4000.0)
+WHEEL = 500.0  # mm, rolling radius of the groove
+
+
+def level(materials):
+    """Half-spaces."""
+    return Pair(Solid(materials[0], Surface(UPPER, plane())), Solid(materials[1], Surface(LOWER, plane())))
+
+
+def paraboloids(n_x=20, n_s=18, *, friction=0.3, materials=STEELS, room=(1.7, 1.8), offset=(0.0, 0.0)):
+    """The contact of `POINT`, of semi-axes a and b; its centre is `offset` elements away from the grid's."""
+    grid = Grid(n_x, n_s, room[0] * 2 * POINT.a / n_x, room[1] * 2 * POINT.b / n_s)
+    x, s = x_of(grid)[:, None] - offset[0] * grid.dx, grid.strips - offset[1] * grid.ds
+    h = POINT.surfaces.curvature_x * x**2 / 2 + POINT.surfaces.curvature_s * s**2 / 2
+    return on_half_spaces(grid, h, friction=friction, materials=materials)
+
+
+def on_half_spaces(grid, distance, *, friction=0.3, materials=STEELS):
+    """Half-spaces with any distance."""
+    flat = turned("A", level(materials), grid)
+    return FrictionalProblem(grid, flat, flat, distance, np.zeros(grid.n_s), friction)
+
+
+def groove(n_x=20, n_s=24, *, friction=0.3, materials=STEELS, radius=WHEEL, mirrored=False, shift=-0.07):
+    """A groove of radius 10.2 mm on a rail's arc of 10 mm, touching at one side of the crown.
+
+    Contours and grid are not symmetric; `mirrored` in y.
+    """
+    sign = -1.0 if mirrored else 1.0
+    ends = (1.3, 1.1)[:: int(sign)]
+    rail = Surface(LOWER, arc(10.0, *ends))
+    wheel = Surface(UPPER, arc(10.2, *ends), radius)
+    grid = Grid(n_x, n_s, 11.0 / n_x, 9.6 / n_s, sign * 3.5)
+    reach = sorted((sign * -8.0, sign * 10.0))
+    undeformed = Undeformed(wheel, rail, tuple(reach), sign * shift)
+    distance = undeformed.distance(x_of(grid)[:, None], grid.strips)
+    pair = Pair(Solid(materials[0], wheel), Solid(materials[1], rail))
+    inclination = rail.contour.inclination(grid.strips)
+    flat = turned("A", level(materials), grid)
+    return FrictionalProblem(grid, turned("Bhat", pair, grid), flat, distance, inclination, friction)
+
+
+def wheel_on(problem, *, order=2, mirrored=False):
+    """The rolling problem of `groove`, or of half-spaces."""
+    inclined = np.any(problem.inclination)
+    contour = arc(10.0, *(1.3, 1.1)[:: -1 if mirrored else 1]) if inclined else plane()
+    rolling = Rolling(contour, WHEEL if inclined else np.inf, x_of(problem.grid), problem.grid.strips)
+    return RollingProblem(problem, rolling, order)
+
+
+def slip_between(u, rigid, dx, order):
+    """Slip of steady rolling between each element and the next one ahead, by plain loops; (n_x - 1, n_s, 2).
+
+    Of order 1 with the rigid slip at the element, else with that half way.
+    """
+    found = np.zeros((len(u) - 1, *u.shape[1:2], 2))
+    for i, j in np.ndindex(*found.shape[:2]):
+        w = rigid[i, j] if order == 1 else (rigid[i, j] + rigid[i + 1, j]) / 2
+        found[i, j] = w + (u[i, j, :2] - u[i + 1, j, :2]) / dx
+    return found
