@@ -204,14 +204,18 @@ class _Newton:
         free = self.problem.free
         return of_tractions if free is None else of_tractions + np.tensordot(c, free.modes, 1)
 
-    def state(self, q: Array, c: Array, linear: Array | None = None) -> _State:
-        """The state of tractions and amplitudes."""
+    def state(self, q: Array, c: Array, linear: Array | None = None, stuck: Mask | bool = True) -> _State:
+        """The state of tractions and amplitudes.
+
+        Elements that slipped so far (not `stuck`) are judged by the slip at their centres, which is that which
+        the law has there; judged by the slip ahead of them, some would neither slip nor stick.
+        """
         linear = self.slip(q, c) if linear is None else linear
         slip = linear + self.problem.rigid
         centred = self.problem.at_elements(slip)
         sticking, slipping = q - self.scale * slip[self.mask], q - self.scale * centred[self.mask]
-        stick = np.linalg.norm(sticking, axis=1) <= self.g[:, 0]
         length = np.maximum(np.linalg.norm(slipping, axis=1), 1e-300)[:, None]
+        stick = np.where(stuck, np.linalg.norm(sticking, axis=1), length[:, 0]) <= self.g[:, 0]
         towards = slipping / length
         of_elements = np.where(stick[:, None], q - sticking, q - self.g * towards)
         residual = np.concatenate([of_elements.ravel(), self.forces(q) - self.wanted])
@@ -241,7 +245,9 @@ class _Newton:
         change = self.slip(dq, dc)
         share = 1.0
         while True:
-            found = self.state(state.q + share * dq, state.c + share * dc, state.linear + share * change)
+            found = self.state(
+                state.q + share * dq, state.c + share * dc, state.linear + share * change, state.stick
+            )
             if found.size <= (1 - DECREASE * share) * state.size or share <= LEAST_STEP:
                 return found
             share /= 2
