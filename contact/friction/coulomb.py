@@ -207,8 +207,8 @@ class _Newton:
     def state(self, q: Array, c: Array, linear: Array | None = None, stuck: Mask | bool = True) -> _State:
         """The state of tractions and amplitudes.
 
-        Elements that slipped so far (not `stuck`) are judged by the slip at their centres, which is that which
-        the law has there; judged by the slip ahead of them, some would neither slip nor stick.
+        Elements that slipped so far (not `stuck`) are judged by the slip at their centres, as the law has it;
+        judged by the slip ahead of them, some could neither slip nor stick.
         """
         linear = self.slip(q, c) if linear is None else linear
         slip = linear + self.problem.rigid

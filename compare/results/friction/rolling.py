@@ -1,0 +1,200 @@
+"""Creep-force curves of a wheel by several ICs, and its contact at the same longitudinal force."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+from scipy.optimize import brentq
+
+from compare.results.contact.compute import C
+from compare.results.friction.bodies import Solver, on_fitting_grid
+from compare.results.friction.quantities import OF_ROLLING, numbers
+from compare.scenes.scene import Scene
+from contact.friction.kinematics import Creepages, Rolling
+from contact.frictional import FrictionalProblem, Pressing
+from contact.normal import PotentialAreaTooSmall
+from contact.rolling import RollingContact, RollingProblem
+from femic.means import DEFAULT, Means
+from geometries.errors import Failure
+
+MOST_HALVINGS = 5  # of a step of creepage that fails
+ACCURACY = 1e-9  # of creepages that are searched for
+AROUND_ZERO = 0.02  # forces over friction times load between which the slope at no force is taken
+
+Numbers = Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A creep-force curve on one grid: numbers by creepage, and where it has certain forces."""
+
+    points: Sequence[Numbers]
+    zero_creepage: float  # without longitudinal force
+    slope: float  # dF_x / dxi there [N]
+    equal: RollingContact  # with the force at which ICs are compared
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedRolling:
+    """Rolling by some ICs at some friction.
+
+    `coarse` is the curve on elements twice as large; `change` that of numbers at the first creepage of the
+    path by the estimated error of C, None of others.
+    """
+
+    friction: float
+    ics: str
+    curve: Curve
+    coarse: Curve
+    change: Numbers | None
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class RollingResults:
+    """The rolling of a scene by friction and ICs."""
+
+    scene: Scene
+    solver: Solver
+    solved: Mapping[tuple[float, str], SolvedRolling]
+    seconds: float
+
+
+def compute_rolling(scene: Scene, means: Means = DEFAULT) -> RollingResults:
+    """Solve the rolling of a scene; raises BadScene for what cannot be solved, and Failure as `contact`."""
+    start = perf_counter()
+    solver, solved = on_fitting_grid(scene, means, lambda solver: (solver, _all(solver)))
+    return RollingResults(scene, solver, solved, perf_counter() - start)
+
+
+def _all(solver: Solver) -> dict[tuple[float, str], SolvedRolling]:
+    return {
+        (friction, name): _solved(solver, friction, name)
+        for name in solver.scene.contact.ics
+        for friction in solver.wanted.coefficients
+    }
+
+
+def _solved(solver: Solver, friction: float, name: str) -> SolvedRolling:
+    """The curves by some ICs at some friction."""
+    start = perf_counter()
+    problem = solver.problem(solver.operator(name), friction)
+    path = _Path.of(solver, problem, f"friction {friction:g}, {name}")
+    curve = path.curve()
+    seconds = perf_counter() - start
+    coarse = _Path.of(solver, problem.coarsened, f"{path.label}, larger elements").curve()
+    change = None
+    if name == C and solver.reference is not None:
+        perturbed = solver.problem(solver.reference.perturbed, friction)
+        of_perturbed = _Path.of(solver, perturbed, f"{path.label} plus its estimate").first()
+        at_first = curve.points[path.order[0]]
+        change = {key: abs(value - at_first[key]) for key, value in path.numbers(of_perturbed).items()}
+    solver.means.watch.on_stage(f"  {path.label}: {len(curve.points)} creepages, {seconds:.1f} s")
+    return SolvedRolling(friction, name, curve, coarse, change, seconds)
+
+
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """The way along a creep-force curve, outward from the creepage nearest 0."""
+
+    solver: Solver
+    problem: RollingProblem
+    label: str
+
+    @classmethod
+    def of(cls, solver: Solver, problem: FrictionalProblem, label: str) -> "_Path":
+        """The way along the curve of a problem on its own grid."""
+        bodies, placed = solver.scene.bodies, replace(solver.placed, grid=problem.grid)
+        contour, radius = bodies["lower"].contour, bodies["upper"].rolling_radius
+        rolling = Rolling(contour, radius, placed.x, placed.grid.strips)
+        return cls(solver, RollingProblem(problem, rolling), label)
+
+    @property
+    def xi(self) -> Sequence[float]:
+        """The creepages, growing."""
+        return self.solver.wanted.longitudinal
+
+    @property
+    def order(self) -> list[int]:
+        """The numbers of the creepages from that nearest 0."""
+        return sorted(range(len(self.xi)), key=lambda number: abs(self.xi[number]))
+
+    @property
+    def largest(self) -> float:
+        """Friction times load [N]."""
+        return self.problem.problem.friction * self.solver.scene.contact.loads[0]
+
+    def curve(self) -> Curve:
+        """The contacts at all creepages, each from its neighbour, and those at prescribed forces."""
+        first = self.order[0]
+        contacts = {first: self.first()}
+        for way in (range(first + 1, len(self.xi)), range(first - 1, -1, -1)):
+            before = contacts[first]
+            for number in way:
+                before = contacts[number] = self.at(self.xi[number], before)
+        in_order = [contacts[number] for number in range(len(self.xi))]
+        zero, below, above, equal = (
+            self.with_force(share * self.largest, in_order)
+            for share in (0.0, -AROUND_ZERO, AROUND_ZERO, self.solver.wanted.equal_force)
+        )
+        rise = above.creepages.longitudinal - below.creepages.longitudinal
+        return Curve(
+            [self.numbers(contact) for contact in in_order],
+            float(zero.creepages.longitudinal),
+            2 * AROUND_ZERO * self.largest / float(rise),
+            equal,
+        )
+
+    def first(self) -> RollingContact:
+        """The contact at the creepage nearest 0."""
+        return self.at(self.xi[self.order[0]], None)
+
+    def with_force(self, force: float, contacts: Sequence[RollingContact]) -> RollingContact:
+        """The contact with a longitudinal force [N], near that which the curve of `contacts` says."""
+        forces = [contact.contact.force[0] for contact in contacts]
+        nearest = contacts[int(np.argmin(np.abs(np.array(forces) - force)))]
+        begun = self.at(float(np.interp(force, forces, self.xi)), nearest)
+        try:
+            return self.solved(begun.creepages.longitudinal, begun, force)
+        except Failure:
+            return self.searched(force, begun)
+
+    def searched(self, force: float, begun: RollingContact) -> RollingContact:
+        """The same by a search over creepages; raises Failure where the curve does not reach the force."""
+        found = {begun.creepages.longitudinal: begun}
+
+        def beyond(xi: float) -> float:
+            nearest = found[min(found, key=lambda other: abs(other - xi))]
+            found[xi] = self.at(xi, nearest)
+            return float(found[xi].contact.force[0]) - force
+
+        if beyond(self.xi[0]) * beyond(self.xi[-1]) > 0:
+            raise Failure(f"{self.label}: F_x = {force:g} N is beyond the curve; give further creepages")
+        return found[float(brentq(beyond, self.xi[0], self.xi[-1], xtol=ACCURACY))]
+
+    def at(self, xi: float, before: RollingContact | None, halvings: int = MOST_HALVINGS) -> RollingContact:
+        """The contact at a creepage, from a neighbour; where that fails in two steps, each likewise."""
+        try:
+            return self.solved(xi, before)
+        except PotentialAreaTooSmall:
+            raise
+        except Failure as failure:
+            if before is None or halvings == 0:
+                raise Failure(f"{self.label}, xi = {xi:g}: {failure}") from failure
+            half_way = self.at((xi + before.creepages.longitudinal) / 2, before, halvings - 1)
+            return self.at(xi, half_way, halvings - 1)
+
+    def solved(self, xi: float, before: RollingContact | None, force: float | None = None) -> RollingContact:
+        """The contact at a creepage, or with a longitudinal force [N] near it."""
+        wanted = self.solver.wanted
+        return self.problem.contact(
+            Creepages(xi, wanted.lateral, wanted.spin),
+            Pressing(load=self.solver.scene.contact.loads[0]),
+            forces={} if force is None else {"longitudinal": force},
+            start=None if before is None else before.contact,
+        )
+
+    def numbers(self, rolling: RollingContact) -> dict[str, float]:
+        """The numbers of a contact."""
+        return numbers(OF_ROLLING, self.solver.placed, rolling.contact)
