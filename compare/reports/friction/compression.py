@@ -7,11 +7,21 @@ import matplotlib as mpl
 import xarray as xr
 from matplotlib.figure import Figure
 
-from compare.pages.panels import BAND, add_legend
+from compare.pages.panels import add_legend
 from compare.pages.styles import RC, SYMBOLS
 from compare.reports.contact.figures import reference_of
 from compare.reports.friction import maps
-from compare.reports.friction.page import Part, Row, Table, cell, curves, listed, names, write_contact_page
+from compare.reports.friction.page import (
+    Part,
+    Row,
+    Table,
+    band_of,
+    cell,
+    curves,
+    listed,
+    names,
+    write_contact_page,
+)
 from compare.results.friction.compression import CompressionResults, to_dataset
 from compare.results.friction.quantities import OF_PATCH
 
@@ -102,7 +112,9 @@ def sliding(dataset: xr.Dataset) -> Figure:
             )
             for axes, at in ((above, kilonewtons), (below, one.angle.sel(ics=reference))):
                 low, high = (of_reference - known).clip(0, 1), (of_reference + known).clip(0, 1)
-                axes.fill_between(at, low, high, color="black", alpha=0.15, linewidth=0, label=BAND)
+                axes.fill_between(
+                    at, low, high, color="black", alpha=0.15, linewidth=0, label=band_of(dataset)
+                )
             above.set(xlabel="load [kN]", title=f"friction {float(dataset.friction[number]):g}")
             below.set_xlabel("Δδ by the same ICs [deg]")
         for axes in rows[:, 0]:

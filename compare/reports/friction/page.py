@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from compare.pages.html import write_page
 from compare.pages.styles import MARKERS, STYLES, SYMBOLS, save
+from compare.reports.contact.figures import reference_of
 from compare.results import folders
 from compare.results.contact.dataset import write
 
@@ -77,6 +78,11 @@ def listed(words: Iterable[str]) -> str:
     """Words with commas and "and" between them."""
     *first, last = words
     return f"{', '.join(first)} and {last}" if first else last
+
+
+def band_of(dataset: xr.Dataset) -> str:
+    """The label of a band: what it is the estimate of."""
+    return f"estimate of {SYMBOLS[reference_of(dataset)]}"
 
 
 def cost(dataset: xr.Dataset) -> str:

@@ -8,11 +8,21 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from compare.pages.panels import BAND, add_legend
+from compare.pages.panels import add_legend
 from compare.pages.styles import RC, SYMBOLS
 from compare.reports.contact.figures import reference_of
 from compare.reports.friction import maps
-from compare.reports.friction.page import Part, Row, Table, cell, curves, listed, names, write_contact_page
+from compare.reports.friction.page import (
+    Part,
+    Row,
+    Table,
+    band_of,
+    cell,
+    curves,
+    listed,
+    names,
+    write_contact_page,
+)
 from compare.results.friction.quantities import OF_ROLLING
 from compare.results.friction.rolling import RollingResults
 from compare.results.friction.rolling_dataset import OF_FREE, scaled_force, to_dataset
@@ -120,7 +130,9 @@ def creep_force(dataset: xr.Dataset) -> Figure:
             curves(above, percent, of_friction)
             curves(below, percent, of_friction - of_friction.sel(ics=reference))
             band = known.isel(friction=number)
-            below.fill_between(percent, -band, band, color="black", alpha=0.2, linewidth=0, label=BAND)
+            below.fill_between(
+                percent, -band, band, color="black", alpha=0.2, linewidth=0, label=band_of(dataset)
+            )
             above.set_title(f"friction {float(dataset.friction[number]):g}", fontsize=9)
             below.set_xlabel("creepage [%]")
         rows[0, 0].set_ylabel("F_x / (friction load) [-]")
@@ -154,7 +166,7 @@ def _tables(dataset: xr.Dataset) -> list[Table]:
 def _free(dataset: xr.Dataset) -> Table:
     """What free rolling is like by friction and ICs, and how far curves are from the reference's."""
     symbol = SYMBOLS[reference_of(dataset)]
-    columns = [f"{meaning} [{unit}]" if unit != "1" else meaning for unit, meaning in OF_FREE.values()]
+    columns = [f"{one.meaning} [{one.unit}]" if one.unit != "1" else one.meaning for one in OF_FREE.values()]
     rows = [
         Row(
             f"friction {float(friction):g}, {SYMBOLS[name]}",

@@ -7,7 +7,7 @@ import xarray as xr
 
 from compare.results.contact.dataset import provenance
 from compare.results.friction.bodies import Solver
-from compare.results.friction.quantities import Quantity
+from compare.results.friction.quantities import Described
 from contact.frictional import FrictionalContact
 from geometries.arrays import Array
 from geometries.patches import DIRECTIONS
@@ -16,7 +16,7 @@ Numbers = Mapping[str, float]
 
 
 def tables(
-    quantities: Mapping[str, Quantity], dims: Sequence[str], rows: Mapping[str, Sequence[Sequence[object]]]
+    quantities: Mapping[str, Described], dims: Sequence[str], rows: Mapping[str, Sequence[Sequence[object]]]
 ) -> dict[str, xr.Variable]:
     """Variables of quantities by prefix, from nested lists of numbers in the order of the dimensions."""
     return {
@@ -37,8 +37,13 @@ def _picked(nested: object, name: str) -> object:
     return [_picked(inner, name) for inner in nested]  # type: ignore[attr-defined]
 
 
-def differences(fine: Numbers, coarse: Numbers, change: Numbers | None) -> dict[str, float]:
-    """Estimated errors: differences to elements twice as large, and changes by the estimate of C."""
+def differences(fine: Numbers, coarse: Numbers | None, change: Numbers | None) -> dict[str, float]:
+    """Estimated errors: differences to elements twice as large, and changes by the estimate of C.
+
+    NaN where nothing is known of larger elements.
+    """
+    if coarse is None:
+        return dict.fromkeys(fine, np.nan)
     return {
         name: abs(value - coarse[name]) + (change[name] if change else 0.0) for name, value in fine.items()
     }

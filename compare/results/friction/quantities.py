@@ -15,12 +15,18 @@ from geometries.patches import N
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """A number of a contact with friction."""
+class Described:
+    """The unit and meaning of a number."""
 
-    symbol: str
     unit: str
     meaning: str
+
+
+@dataclass(frozen=True)
+class Quantity(Described):
+    """A number of a contact with friction, and its symbol."""
+
+    symbol: str
     of: Callable[[Placed, FrictionalContact], float]
 
 
@@ -52,47 +58,47 @@ def _spin(placed: Placed, contact: FrictionalContact) -> float:
 
 OF_PATCH: Mapping[str, Quantity] = MappingProxyType(
     {
-        "approach": Quantity("ζ", "mm", "vertical approach", lambda _, contact: contact.approach),
+        "approach": Quantity("mm", "vertical approach", "ζ", lambda _, contact: contact.approach),
         "p_max": Quantity(
-            "p_max", "MPa", "largest pressure", lambda _, contact: float(np.max(contact.p[..., N]))
+            "MPa", "largest pressure", "p_max", lambda _, contact: float(np.max(contact.p[..., N]))
         ),
         "a": Quantity(
-            "a",
             "mm",
             "half-length of the patch along x",
+            "a",
             lambda placed, contact: half_length(placed, _Pressures(contact)),
         ),
         "b": Quantity(
-            "b",
             "mm",
             "half-width of the patch along s, on the arc",
+            "b",
             lambda placed, contact: half_width(placed, _Pressures(contact)),
         ),
         "angle": Quantity(
-            "Δδ",
             "deg",
             "range of the inclination over the patch",
+            "Δδ",
             lambda placed, contact: angle(placed, _Pressures(contact)),
         ),
-        "area": Quantity("area", "mm2", "contact area on the lower surface", lambda _, contact: contact.area),
+        "area": Quantity("mm2", "contact area on the lower surface", "area", lambda _, contact: contact.area),
         "sliding_share": Quantity(
-            "sliding", "1", "area of sliding over that of contact", lambda _, contact: contact.sliding_share
+            "1", "area of sliding over that of contact", "sliding", lambda _, contact: contact.sliding_share
         ),
     }
 )
 OF_ROLLING: Mapping[str, Quantity] = MappingProxyType(
     {
         "F_x": Quantity(
-            "F_x", "N", "longitudinal force on the upper body", lambda _, contact: float(contact.force[0])
+            "N", "longitudinal force on the upper body", "F_x", lambda _, contact: float(contact.force[0])
         ),
         "F_y": Quantity(
-            "F_y", "N", "lateral force on the upper body", lambda _, contact: float(contact.force[1])
+            "N", "lateral force on the upper body", "F_y", lambda _, contact: float(contact.force[1])
         ),
-        "M_z": Quantity("M_z", "N mm", "moment on the upper body about the contact centre's vertical", _spin),
+        "M_z": Quantity("N mm", "moment on the upper body about the contact centre's vertical", "M_z", _spin),
         "dissipation": Quantity(
-            "work",
             "N",
             "work of friction per unit of rolled distance",
+            "work",
             lambda placed, contact: float(np.sum(contact.dissipation) * placed.grid.area),
         ),
         **OF_PATCH,

@@ -39,14 +39,14 @@ class Curve:
 class SolvedRolling:
     """Rolling by some ICs at some friction.
 
-    `coarse` is the curve on elements twice as large; `change` that of numbers at the first creepage of the
-    path by the estimated error of C, None of others.
+    `coarse` is the curve on elements twice as large, None where it is not found; `change` that of numbers at
+    the first creepage of the path by the estimated error of C, None of others.
     """
 
     friction: float
     ics: str
     curve: Curve
-    coarse: Curve
+    coarse: Curve | None
     change: Numbers | None
     seconds: float
 
@@ -83,7 +83,7 @@ def _solved(solver: Solver, friction: float, name: str) -> SolvedRolling:
     path = _Path.of(solver, problem, f"friction {friction:g}, {name}")
     curve = path.curve()
     seconds = perf_counter() - start
-    coarse = _Path.of(solver, problem.coarsened, f"{path.label}, larger elements").curve()
+    coarse = _coarse(solver, problem.coarsened, f"{path.label}, larger elements")
     change = None
     if name == C and solver.reference is not None:
         perturbed = solver.problem(solver.reference.perturbed, friction)
@@ -92,6 +92,17 @@ def _solved(solver: Solver, friction: float, name: str) -> SolvedRolling:
         change = {key: abs(value - at_first[key]) for key, value in path.numbers(of_perturbed).items()}
     solver.means.watch.on_stage(f"  {path.label}: {len(curve.points)} creepages, {seconds:.1f} s")
     return SolvedRolling(friction, name, curve, coarse, change, seconds)
+
+
+def _coarse(solver: Solver, problem: FrictionalProblem, label: str) -> Curve | None:
+    """The curve on larger elements, None where it is not found: numbers have no estimates then."""
+    try:
+        return _Path.of(solver, problem, label).curve()
+    except PotentialAreaTooSmall:
+        raise
+    except Failure as failure:
+        solver.means.watch.on_stage(f"  no estimates: {failure}")
+        return None
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,19 +1,17 @@
 """The labelled arrays of rolling, `contact.nc`: creep-force curves, tractions at equal force."""
 
-from collections.abc import Callable
-
 import xarray as xr
 
 from compare.results.contact.compute import reference_name
 from compare.results.friction.dataset import attributes, differences, maps, tables
-from compare.results.friction.quantities import OF_ROLLING
-from compare.results.friction.rolling import RollingResults, SolvedRolling
+from compare.results.friction.quantities import OF_ROLLING, Described
+from compare.results.friction.rolling import Curve, RollingResults, SolvedRolling
 
 BY_ICS = ("friction", "ics")
-OF_FREE = {  # what free rolling is described by: units and meanings
-    "zero_creepage": ("1", "creepage without longitudinal force"),
-    "slope": ("N", "derivative of the longitudinal force by the creepage there"),
-    "equal_creepage": ("1", "creepage at the force at which tractions are compared"),
+OF_FREE = {  # what describes a curve, besides its points
+    "zero_creepage": Described("1", "creepage without longitudinal force"),
+    "slope": Described("N", "derivative of the longitudinal force by the creepage there"),
+    "equal_creepage": Described("1", "creepage at the force at which tractions are compared"),
 }
 
 
@@ -34,11 +32,10 @@ def to_dataset(results: RollingResults) -> xr.Dataset:
         coords={"friction": list(frictions), "ics": list(ics), "xi": list(solver.wanted.longitudinal)},
         attrs=attributes(solver, f"Rolling with friction: {solver.scene.title}", results.seconds),
     )
-    for name, (unit, meaning) in OF_FREE.items():
-        described = {"units": unit, "long_name": meaning}
-        dataset[name] = BY_ICS, _each(solved, _FREE[name]), described
-        dataset[f"estimate_{name}"] = BY_ICS, _each(solved, _FREE_ESTIMATES[name]), described
-    dataset["seconds"] = BY_ICS, _each(solved, lambda one: one.seconds), {"units": "s"}
+    free = [[_free_numbers(one.curve) for one in row] for row in solved]
+    estimates = [[_free_estimates(one) for one in row] for row in solved]
+    dataset = dataset.assign(tables(OF_FREE, BY_ICS, {"": free, "estimate_": estimates}))
+    dataset["seconds"] = BY_ICS, [[one.seconds for one in row] for row in solved], {"units": "s"}
     dataset.attrs |= {"load": solver.scene.contact.loads[0], "equal_force": solver.wanted.equal_force}
     dataset["rms"] = _rms(dataset)
     return dataset.merge(maps(solver, [[one.curve.equal.contact for one in row] for row in solved]))
@@ -56,30 +53,21 @@ def _rms(dataset: xr.Dataset) -> xr.DataArray:
     return ((force - reference) ** 2).mean("xi") ** 0.5
 
 
-def _each(solved: list[list[SolvedRolling]], number: Callable[[SolvedRolling], float]) -> list[list[float]]:
-    return [[number(one) for one in row] for row in solved]
-
-
 def _estimates(one: SolvedRolling) -> list[dict[str, float]]:
-    pairs = zip(one.curve.points, one.coarse.points, strict=True)
-    return [differences(fine, coarse, one.change) for fine, coarse in pairs]
+    fine = one.curve.points
+    coarse = one.coarse.points if one.coarse else [None] * len(fine)
+    return [differences(*of_both, one.change) for of_both in zip(fine, coarse, strict=True)]
 
 
-def _by_change(one: SolvedRolling) -> float:
-    """The change of creepages by that of the force by the estimate of C."""
-    return one.change["F_x"] / one.curve.slope if one.change else 0.0
+def _free_numbers(curve: Curve) -> dict[str, float]:
+    """What `OF_FREE` names."""
+    equal = float(curve.equal.creepages.longitudinal)
+    return {"zero_creepage": curve.zero_creepage, "slope": curve.slope, "equal_creepage": equal}
 
 
-_FREE: dict[str, Callable[[SolvedRolling], float]] = {
-    "zero_creepage": lambda one: one.curve.zero_creepage,
-    "slope": lambda one: one.curve.slope,
-    "equal_creepage": lambda one: float(one.curve.equal.creepages.longitudinal),
-}
-_FREE_ESTIMATES: dict[str, Callable[[SolvedRolling], float]] = {
-    "zero_creepage": lambda one: abs(one.curve.zero_creepage - one.coarse.zero_creepage) + _by_change(one),
-    "slope": lambda one: abs(one.curve.slope - one.coarse.slope),
-    "equal_creepage": lambda one: (
-        abs(one.curve.equal.creepages.longitudinal - one.coarse.equal.creepages.longitudinal)
-        + _by_change(one)
-    ),
-}
+def _free_estimates(one: SolvedRolling) -> dict[str, float]:
+    """Creepages are changed by the estimate of C as forces are."""
+    by_change = one.change["F_x"] / one.curve.slope if one.change else 0.0
+    change = {"zero_creepage": by_change, "slope": 0.0, "equal_creepage": by_change}
+    coarse = _free_numbers(one.coarse) if one.coarse else None
+    return differences(_free_numbers(one.curve), coarse, change)
