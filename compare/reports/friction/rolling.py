@@ -148,7 +148,7 @@ def centre_line(dataset: xr.Dataset) -> Figure:
     with mpl.rc_context(RC):
         figure = Figure(figsize=(WIDTH * dataset.sizes["friction"], HEIGHT + 0.5), layout="constrained")
         for number, axes in enumerate(figure.subplots(1, dataset.sizes["friction"], squeeze=False)[0]):
-            of_friction = middle.isel(friction=number).sel(x=dataset.x[shown])
+            of_friction = middle.isel(friction=number).isel(x=np.flatnonzero(shown))
             bound = float(dataset.friction[number]) * of_friction.sel(ics=reference, direction="n")
             for sign, label in ((1, "friction times pressure"), (-1, "_below")):
                 axes.plot(of_friction.x, sign * bound, color="grey", linewidth=1, label=label)

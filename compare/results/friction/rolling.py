@@ -18,16 +18,17 @@ from contact.rolling import RollingContact, RollingProblem
 from femic.means import DEFAULT, Means
 from geometries.errors import Failure
 
-MOST_HALVINGS = 5  # of a step of creepage that fails
+MOST_HALVINGS = 2  # of a step of creepage that fails
 ACCURACY = 1e-9  # of creepages that are searched for
 AROUND_ZERO = 0.02  # forces over friction times load between which the slope at no force is taken
+UNKNOWN = dict.fromkeys(OF_ROLLING, np.nan)  # numbers where there is no contact
 
 Numbers = Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A creep-force curve on one grid: numbers by creepage, and where it has certain forces."""
+    """A creep-force curve on one grid: numbers by creepage, NaN where none is found, and certain forces."""
 
     points: Sequence[Numbers]
     zero_creepage: float  # without longitudinal force
@@ -88,8 +89,8 @@ def _solved(solver: Solver, friction: float, name: str) -> SolvedRolling:
     if name == C and solver.reference is not None:
         perturbed = solver.problem(solver.reference.perturbed, friction)
         of_perturbed = _Path.of(solver, perturbed, f"{path.label} plus its estimate").first()
-        at_first = curve.points[path.order[0]]
-        change = {key: abs(value - at_first[key]) for key, value in path.numbers(of_perturbed).items()}
+        same = curve.points[path.xi.index(of_perturbed.creepages.longitudinal)]
+        change = {key: abs(value - same[key]) for key, value in path.numbers(of_perturbed).items()}
     solver.means.watch.on_stage(f"  {path.label}: {len(curve.points)} creepages, {seconds:.1f} s")
     return SolvedRolling(friction, name, curve, coarse, change, seconds)
 
@@ -122,14 +123,9 @@ class _Path:
         return cls(solver, RollingProblem(problem, rolling), label)
 
     @property
-    def xi(self) -> Sequence[float]:
+    def xi(self) -> tuple[float, ...]:
         """The creepages, growing."""
         return self.solver.wanted.longitudinal
-
-    @property
-    def order(self) -> list[int]:
-        """The numbers of the creepages from that nearest 0."""
-        return sorted(range(len(self.xi)), key=lambda number: abs(self.xi[number]))
 
     @property
     def largest(self) -> float:
@@ -138,34 +134,54 @@ class _Path:
 
     def curve(self) -> Curve:
         """The contacts at all creepages, each from its neighbour, and those at prescribed forces."""
-        first = self.order[0]
-        contacts = {first: self.first()}
-        for way in (range(first + 1, len(self.xi)), range(first - 1, -1, -1)):
-            before = contacts[first]
-            for number in way:
-                before = contacts[number] = self.at(self.xi[number], before)
-        in_order = [contacts[number] for number in range(len(self.xi))]
+        contacts = self.contacts()
         zero, below, above, equal = (
-            self.with_force(share * self.largest, in_order)
+            self.with_force(share * self.largest, list(contacts.values()))
             for share in (0.0, -AROUND_ZERO, AROUND_ZERO, self.solver.wanted.equal_force)
         )
         rise = above.creepages.longitudinal - below.creepages.longitudinal
         return Curve(
-            [self.numbers(contact) for contact in in_order],
+            [self.numbers(contacts[xi]) if xi in contacts else UNKNOWN for xi in self.xi],
             float(zero.creepages.longitudinal),
             2 * AROUND_ZERO * self.largest / float(rise),
             equal,
         )
 
+    def contacts(self) -> dict[float, RollingContact]:
+        """The contacts by creepage, growing; without those that have no solution."""
+        first = self.first()
+        found = {first.creepages.longitudinal: first}
+        number = self.xi.index(first.creepages.longitudinal)
+        for way in (self.xi[number + 1 :], self.xi[:number][::-1]):
+            before = first
+            for xi in way:
+                if contact := self.tried(xi, before):
+                    before = found[xi] = contact
+        return {xi: found[xi] for xi in sorted(found)}
+
     def first(self) -> RollingContact:
-        """The contact at the creepage nearest 0."""
-        return self.at(self.xi[self.order[0]], None)
+        """The contact at the creepage nearest 0 that has a solution without a neighbour's."""
+        for xi in sorted(self.xi, key=abs):
+            if contact := self.tried(xi, None):
+                return contact
+        raise Failure(f"{self.label}: no contact at any creepage; use smaller or larger elements")
+
+    def tried(self, xi: float, before: RollingContact | None) -> RollingContact | None:
+        """The contact at a creepage; None where it has no solution, which is said."""
+        try:
+            return self.at(xi, before)
+        except PotentialAreaTooSmall:
+            raise
+        except Failure as failure:
+            self.solver.means.watch.on_stage(f"  left out: {failure}")
+            return None
 
     def with_force(self, force: float, contacts: Sequence[RollingContact]) -> RollingContact:
         """The contact with a longitudinal force [N], near that which the curve of `contacts` says."""
         forces = [contact.contact.force[0] for contact in contacts]
+        xi = [contact.creepages.longitudinal for contact in contacts]
         nearest = contacts[int(np.argmin(np.abs(np.array(forces) - force)))]
-        begun = self.at(float(np.interp(force, forces, self.xi)), nearest)
+        begun = self.at(float(np.interp(force, forces, xi)), nearest)
         try:
             return self.solved(begun.creepages.longitudinal, begun, force)
         except Failure:

@@ -43,14 +43,17 @@ def to_dataset(results: RollingResults) -> xr.Dataset:
 
 def scaled_force(dataset: xr.Dataset, name: str = "F_x") -> xr.DataArray:
     """The longitudinal force, or what goes with it, over friction times load."""
-    return dataset[name] / (dataset.friction * dataset.attrs["load"])
+    return dataset[name].drop_attrs() / (dataset.friction * dataset.attrs["load"])
 
 
 def _rms(dataset: xr.Dataset) -> xr.DataArray:
     """Root mean square distance of curves to the reference's, over friction times load."""
     force = scaled_force(dataset)
     reference = force.sel(ics=reference_name([str(name) for name in dataset.ics.values]))
-    return ((force - reference) ** 2).mean("xi") ** 0.5
+    away = ((force - reference) ** 2).mean("xi") ** 0.5
+    return away.assign_attrs(
+        units="1", long_name="root mean square distance to the reference's curve over friction times load"
+    )
 
 
 def _estimates(one: SolvedRolling) -> list[dict[str, float]]:
