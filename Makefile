@@ -5,7 +5,7 @@ READY := .venv/.ready
 FEMIC := $(BIN)/femic
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat matrix contact calibrate compare frontier validate extremes docs mutations test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling calibrate compare frontier validate extremes docs mutations test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -28,6 +28,9 @@ matrix: $(READY)  ## the IC matrix of Geometry 2 on a grid; the report is out/ge
 
 contact: $(READY)  ## frictionless contact of two pairs with A, B, B-hat and C: out/wide/contact.html, out/tall/contact.html
 	$(FEMIC) contact wide tall
+
+rolling: $(READY)  ## a wheel that rolls, and is pressed on, with friction, by A, B-hat, B-hat-prime, mix and C: out/rolling/contact.html, out/compression/contact.html
+	$(FEMIC) contact rolling compression
 
 calibrate: $(READY)  ## B-hat-prime fitted to C of both geometries: out/geometry1_geometry2/calibration.html
 	$(FEMIC) calibrate geometry1 geometry2

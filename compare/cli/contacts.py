@@ -1,5 +1,6 @@
 """The command `contact`."""
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -9,11 +10,22 @@ from rich.console import Console
 from compare.cli.work import StoreAt, Work, Workers
 from compare.reports.contact.page import write_contact, write_sensitivity
 from compare.reports.contact.sensitivity import with_shapes
+from compare.reports.friction.compression import write_compression
+from compare.reports.friction.rolling import write_rolling
 from compare.results import folders
 from compare.results.contact.compute import cases_of, compute_contact
+from compare.results.friction.compression import compute_compression
+from compare.results.friction.rolling import compute_rolling
 from compare.scenes import plausibility
 from compare.scenes.load import load_scene
+from compare.scenes.scene import Scene
+from femic.means import Means
 from geometries.errors import WrongInput
+
+WITH_FRICTION: Mapping[str, Callable[[Scene, Path, Means], Path]] = {  # by motion
+    "rolling": lambda scene, folder, means: write_rolling(compute_rolling(scene, means), folder),
+    "compression": lambda scene, folder, means: write_compression(compute_compression(scene, means), folder),
+}
 
 
 def contact(
@@ -27,9 +39,11 @@ def contact(
     workers: Workers = None,
     store: StoreAt = None,
 ) -> None:
-    """Solve the frictionless contact of scenes with several ICs; write contact.nc and a report of each.
+    """Solve the contact of scenes with several ICs; write contact.nc and a report of each.
 
-    Of two scenes or more, maps show where A and B-hat differ under pressures of one on the patch of another.
+    It is frictionless, or that of `contact.motion`: steady rolling, or compression, with friction. Of two
+    frictionless scenes or more, maps show where A and B-hat differ under pressures of one on the patch of
+    another.
     """
     if not scene:
         raise WrongInput("SCENE: name one scene or more, such as wide tall")
@@ -44,9 +58,13 @@ def contact(
         for text in plausibility.warnings(loaded):
             console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
         work = Work(results / loaded.name, workers, store)
-        with work.means(folders.checked(work.folder(loaded)), console) as means:
-            contacts[loaded.name] = compute_contact(loaded, means)
-        report = write_contact(contacts[loaded.name], work.folder(loaded))
+        folder = folders.checked(work.folder(loaded))
+        with work.means(folder, console) as means:
+            if loaded.contact.friction is None:
+                contacts[loaded.name] = compute_contact(loaded, means)
+                report = write_contact(contacts[loaded.name], folder)
+            else:
+                report = WITH_FRICTION[loaded.contact.motion](loaded, folder, means)
         console.print(f"Report: {report}", soft_wrap=True)
     if len(mapped := with_shapes(contacts)) > 1:
         report = write_sensitivity(mapped, results / "_".join(mapped))

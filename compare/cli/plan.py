@@ -3,7 +3,7 @@
 from rich.console import Console
 from rich.table import Table
 
-from compare.results.contact.compute import FRICTIONLESS, C, c_jobs, grids_of
+from compare.results.contact.compute import C, c_jobs, components_of, grids_of
 from compare.results.contact.pairing import placed_on
 from compare.results.matrix.compute import file_size
 from compare.results.plan import Step, matrix_steps, run_steps, seconds, steps_of
@@ -46,7 +46,7 @@ def _show_contact(scene: Scene, workers: int, console: Console) -> None:
         )
         if C in scene.contact.ics:
             steps = list(steps_of(c_jobs(scene, placed_on(scene, grid)), workers))
-            _print(f"{title}; {', '.join(FRICTIONLESS)} of C:", steps, workers, console)
+            _print(f"{title}; {', '.join(components_of(scene))} of C:", steps, workers, console)
         else:
             console.print(f"{title}; no C: seconds", markup=False)
 

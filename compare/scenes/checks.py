@@ -33,6 +33,7 @@ def misfits(scene: Scene) -> Iterator[str]:
     for name, body in scene.bodies.items():
         yield from _body_misfits(name, body, limits.inclination)
     yield from _limit_misfits(scene)
+    yield from _friction_misfits(scene)
     if "Bhat_prime" in scene.variants and not scene.fitted:
         yield (
             "variants: Bhat_prime needs effective properties of what is compared: add a table "
@@ -45,6 +46,27 @@ def misfits(scene: Scene) -> Iterator[str]:
         yield f"fields = true: only engine.kind = {engines_with_fields} has fields in 3D"
     if scene.settings.solver == "direct" and not direct_available():
         yield f"engine.solver = 'direct': not installed; {INSTALL_DIRECT}, or use 'auto'"
+
+
+def _friction_misfits(scene: Scene) -> Iterator[str]:
+    """Yield what is wrong with the bodies and loads of a contact with friction."""
+    wanted, motion = scene.contact, scene.contact.motion
+    if motion == "none":
+        return
+    if not wanted.loads:
+        yield f"contact.loads = []: motion = {motion!r} needs a load: give loads = [...] in N"
+    if motion != "rolling":
+        return
+    if len(wanted.loads) > 1:
+        yield (
+            f"contact.loads = {list(wanted.loads)}: motion = 'rolling' has one load: give one, and a scene "
+            "each for others"
+        )
+    if np.isinf(scene.bodies["upper"].rolling_radius):
+        yield (
+            "upper.rolling_radius = inf: motion = 'rolling' needs a wheel: give upper.rolling_radius in mm, "
+            "or motion = 'compression'"
+        )
 
 
 def grid_misfits(scene: Scene) -> Iterator[str]:

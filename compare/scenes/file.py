@@ -1,5 +1,6 @@
 """The keys of a scene file (TOML) with their units, defaults and limits."""
 
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
@@ -12,6 +13,7 @@ from femic.models import SolverChoice
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Flank = Annotated[float, Field(ge=0, le=85)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Creepage = Annotated[float, Field(gt=-1, lt=1)]
 BodyName = Literal["combined", "lower", "upper"]
 Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
 PropertyName = Literal["mismatch_k", "G", "nu"]
@@ -131,8 +133,8 @@ class LineAlongS(Section):
     points: int = Field(401, ge=2, le=5000, description="number of points")
 
 
-def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
-    repeated = sorted({name for name in names if names.count(name) > 1})
+def _each_once(names: tuple[object, ...]) -> tuple[object, ...]:
+    repeated = sorted({str(name) for name in names if names.count(name) > 1})
     if repeated:
         raise ValueError(f"{', '.join(repeated)} given twice: name each once")
     return names
@@ -275,13 +277,45 @@ class EngineTable(Section):
     solver: SolverChoice = Field("auto", description="linear solver; direct needs the extra femic[direct]")
 
 
-class ContactTable(Section):
-    """Frictionless contact of both bodies (femic contact)."""
+CREEPAGES = (0.0005, 0.001, 0.0015, 0.002, 0.003, 0.004, 0.006, 0.008, 0.012)  # and 0, and these below 0
+OF_MOTIONS = {  # keys that only some motions have
+    "friction": ("rolling", "compression"),
+    "longitudinal": ("rolling",),
+    "lateral": ("rolling",),
+    "spin": ("rolling",),
+    "equal_force": ("rolling",),
+    "approaches": ("none",),
+    "gap": ("none",),
+    "shape_load": ("none",),
+}
 
-    loads: tuple[Positive, ...] = Field((), description="vertical loads [N]")
+
+class ContactTable(Section):
+    """Contact of both bodies (femic contact)."""
+
+    motion: Literal["none", "rolling", "compression"] = Field(
+        "none",
+        description="none: frictionless; rolling: steady rolling along x with friction, at one load; "
+        "compression: with friction, loaded in steps",
+    )
+    loads: tuple[Positive, ...] = Field((), description="vertical loads [N]; of a compression they grow")
     approaches: tuple[Positive, ...] = Field((), description="instead of loads: vertical approaches [mm]")
     ics: tuple[ContactICName, ...] = Field(
         ("A", "B", "Bhat", "C"), min_length=1, description="ICs to solve it with: C, approximations"
+    )
+    friction: tuple[Annotated[float, Field(gt=0, le=1000)], ...] = Field(
+        (0.2, 0.4, 0.6), min_length=1, description="coefficients of friction, each solved, 0 ... 1000"
+    )
+    longitudinal: tuple[Creepage, ...] = Field(
+        (*(-xi for xi in reversed(CREEPAGES)), 0.0, *CREEPAGES),
+        min_length=2,
+        description="of rolling: longitudinal creepages omega R / V - 1, growing, for the creep-force curve",
+    )
+    lateral: Creepage = Field(0.0, description="of rolling: lateral velocity of the wheel over V")
+    spin: Finite = Field(0.0, description="of rolling: angular velocity of the wheel about z over V [1/mm]")
+    equal_force: Annotated[float, Field(gt=-1, lt=1)] = Field(
+        0.5,
+        description="of rolling: F_x / (friction load) at which tractions by all ICs are compared, -1 ... 1",
     )
     shift: Finite = Field(0.0, description="the upper body is moved by this along y [mm]")
     flanks: bool = Field(
@@ -311,12 +345,28 @@ class ContactTable(Section):
         "[N]; default: the largest",
     )
 
-    _distinct = field_validator("ics")(_each_once)
+    _distinct = field_validator("ics", "friction")(_each_once)
 
     @model_validator(mode="after")
     def _loads_or_approaches(self) -> "ContactTable":
         if self.loads and self.approaches:
             raise ValueError("give either loads or approaches")
+        return self
+
+    @model_validator(mode="after")
+    def _of_this_motion(self) -> "ContactTable":
+        for key, motions in OF_MOTIONS.items():
+            if key in self.model_fields_set and self.motion not in motions:
+                of = " or ".join(map(repr, motions))
+                raise ValueError(f"{key} is only of motion = {of}, not {self.motion!r}: leave it out")
+        return self
+
+    @model_validator(mode="after")
+    def _growing(self) -> "ContactTable":
+        for key in ("longitudinal", *(["loads"] if self.motion == "compression" else [])):
+            values = getattr(self, key)
+            if any(after <= before for before, after in pairwise(values)):
+                raise ValueError(f"{key} must grow: sort them, each once")
         return self
 
 
@@ -376,7 +426,7 @@ class SceneFile(Section):
         CalibrationTable(), description="which properties femic calibrate fits to which points"
     )
     contact: ContactTable = Field(
-        ContactTable(), description="frictionless contact of both bodies (femic contact)"
+        ContactTable(), description="contact of both bodies, without or with friction (femic contact)"
     )
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")
 

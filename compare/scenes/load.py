@@ -20,7 +20,7 @@ from compare.scenes import file as files
 from compare.scenes.checks import calibration_misfits, grid_misfits, misfits
 from compare.scenes.errors import BadScene, require_none
 from compare.scenes.messages import messages
-from compare.scenes.scene import Calibration, ContactWanted, Scene, common_extent
+from compare.scenes.scene import Calibration, ContactWanted, FrictionWanted, Scene, common_extent
 from femic.engine import Engine
 from femic.engines import ENGINES
 from femic.job import Settings
@@ -305,6 +305,13 @@ def _contact(table: files.ContactTable) -> ContactWanted:
         table.elements,
         table.grid == "automatic",
         table.shape_load,
+        None if table.motion == "none" else _friction(table),
+    )
+
+
+def _friction(table: files.ContactTable) -> FrictionWanted:
+    return FrictionWanted(
+        table.motion, table.friction, table.longitudinal, table.lateral, table.spin, table.equal_force
     )
 
 

@@ -28,8 +28,20 @@ class Calibration:
 
 
 @dataclass(frozen=True)
+class FrictionWanted:
+    """Which motion with friction is solved."""
+
+    motion: str  # "rolling" or "compression"
+    coefficients: tuple[float, ...]
+    longitudinal: tuple[float, ...]  # creepages, growing
+    lateral: float
+    spin: float  # 1/mm
+    equal_force: float  # F_x over friction times load at which tractions are compared
+
+
+@dataclass(frozen=True)
 class ContactWanted:
-    """Which frictionless contact is solved, with which ICs."""
+    """Which contact is solved, with which ICs."""
 
     loads: tuple[float, ...]  # N
     approaches: tuple[float, ...]  # mm, where no loads are given
@@ -41,6 +53,12 @@ class ContactWanted:
     elements: int  # across the smallest patch on an automatic grid
     automatic: bool  # whether the grid is; otherwise it is that of the scene
     shape_load: float | None  # load whose pressures are mapped onto all patches [N]
+    friction: FrictionWanted | None = None  # None: without friction
+
+    @property
+    def motion(self) -> str:
+        """The motion: none, rolling or compression."""
+        return self.friction.motion if self.friction else "none"
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 
 TOLERANCE = 1e-6  # of tractions, as a share of the largest bound
+SCALES = 1.0, 3.0  # of r, tried in turn: any will do, but steps to and fro with one may end with another
 MOST_STEPS = 60
 MOST_IDLE_STEPS = 15  # in which the residual does not fall below the least one before
 LEAST_STEP = 0.05  # of a full step
@@ -106,13 +107,14 @@ def tractions(
     Raises Failure, with the residuals, where `MOST_STEPS` do not suffice, and where forces are asked for that
     friction does not bear.
     """
-    newton = _Newton.of(problem)
     if problem.free is not None:
         check_borne(problem.free.weights, problem.bound, problem.free.targets)
     residuals: list[float] = []
-    for state in newton.starts(newton.state(*newton.first(start, amplitudes)), tolerance):
-        if found := newton.solution(state, tolerance, residuals):
-            return found
+    for scale in SCALES:
+        newton = _Newton.of(problem, scale)
+        for state in newton.starts(newton.state(*newton.first(start, amplitudes)), tolerance):
+            if found := newton.solution(state, tolerance, residuals):
+                return found
     last = ", ".join(f"{value:.1e}" for value in residuals[-4:])
     raise Failure(
         f"tangential tractions: after {len(residuals)} steps their residual is {residuals[-1]:.1e} of the "
@@ -161,13 +163,13 @@ class _Newton:
     counter: _Counter
 
     @classmethod
-    def of(cls, problem: Coulomb) -> "_Newton":
+    def of(cls, problem: Coulomb, scale: float) -> "_Newton":
         mask = problem.edge.free
         unit, (n_x, n_s) = np.zeros(problem.rigid.shape), problem.bound.shape
         middle = n_x // 2, n_s // 2
         unit[middle] = 1.0
         own = float(np.mean(problem.compliance(unit)[middle]))
-        return cls(problem, mask, problem.bound[mask][:, None], 1 / own, _Counter())
+        return cls(problem, mask, problem.bound[mask][:, None], scale / own, _Counter())
 
     def first(self, start: Array | None, amplitudes: Array | None) -> tuple[Array, Array]:
         """Tractions and amplitudes to begin with."""

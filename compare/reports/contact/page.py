@@ -13,7 +13,7 @@ from compare.pages.styles import SYMBOLS, save
 from compare.reports.contact import figures, sensitivity
 from compare.results import folders
 from compare.results.contact.compute import ContactResults, reference_name
-from compare.results.contact.dataset import to_dataset
+from compare.results.contact.dataset import to_dataset, write
 from compare.results.contact.quantities import QUANTITIES
 from geometries.patches import N
 
@@ -26,9 +26,7 @@ def write_contact(results: ContactResults, out: Path) -> Path:
     folders.made(out)
     scene = results.scene
     dataset = to_dataset(results)
-    temporary = out / "contact.part"
-    dataset.to_netcdf(temporary, engine="h5netcdf")
-    temporary.replace(out / "contact.nc")
+    write(dataset, out / "contact.nc")
     (out / "figures").mkdir(exist_ok=True)
     drawn = [
         save(draw(dataset), out / "figures" / f"contact_{name}.png")

@@ -11,6 +11,7 @@ from compare.results.contact.pairing import Case, Placed, placed_on
 from compare.results.matrix.compute import matrix_jobs
 from compare.scenes.errors import BadScene
 from compare.scenes.scene import Scene
+from contact.edges import MARGIN
 from contact.normal import NormalContact, Operator, PotentialAreaTooSmall
 from contact.operators.dense import GridOperator
 from femic.estimate import total
@@ -20,9 +21,10 @@ from femic.means import DEFAULT, Means
 from geometries.arrays import Array
 from geometries.errors import Failure
 from geometries.grids import Grid
-from geometries.patches import N
+from geometries.patches import COMPONENTS, N
 
 C = "C"
+COARSE_MARGIN = 2 * MARGIN + 1  # elements beside a patch, so that elements twice as large have a margin
 FRICTIONLESS = ("nn",)  # the components of C that contact without friction needs
 
 
@@ -97,18 +99,28 @@ def compute_contact(scene: Scene, means: Means = DEFAULT) -> ContactResults:
 
 
 def grids_of(scene: Scene) -> list[tuple[Grid, list[Case]]]:
-    """The grids and the cases on them: that of the scene, or automatic ones; raises as `cases_of`."""
-    cases = cases_of(scene)
+    """The grids and the cases on them: that of the scene, or automatic ones; raises as `cases_of`.
+
+    With friction there is one, that of the largest load, which the steps to it share.
+    """
+    cases, sizing = cases_of(scene), sizing_of(scene)
     if not scene.contact.automatic:
         return [(scene.grid, list(cases))]
-    sizing, approximations = _sizing(scene), [name for name in scene.contact.ics if name != C]
-    return [
-        (sizing.large_enough(grid, on_grid, approximations), on_grid) for grid, on_grid in sizing.grids(cases)
-    ]
+    if scene.contact.friction:
+        largest = cases[-1:]
+        return [(_large_enough(scene, sizing.grid([sizing.size(largest[0])]), largest), list(cases))]
+    return [(_large_enough(scene, grid, on_grid), on_grid) for grid, on_grid in sizing.grids(cases)]
 
 
-def _sizing(scene: Scene) -> Sizing:
-    return Sizing(placed_on(scene, scene.grid), scene.contact.elements)
+def _large_enough(scene: Scene, grid: Grid, cases: Sequence[Case]) -> Grid:
+    approximations = [name for name in scene.contact.ics if name != C]
+    return sizing_of(scene).large_enough(grid, cases, approximations)
+
+
+def sizing_of(scene: Scene) -> Sizing:
+    """What sizes the automatic grids of a scene; those with friction are also solved with larger elements."""
+    placed, elements = placed_on(scene, scene.grid), scene.contact.elements
+    return Sizing(placed, elements, COARSE_MARGIN) if scene.contact.friction else Sizing(placed, elements)
 
 
 def _on_grid(
@@ -130,7 +142,7 @@ def _on_grid(
             except PotentialAreaTooSmall as short:
                 if not scene.contact.automatic:
                     raise Failure(f"contact at {case} with {name}: {short}") from short
-                return _on_grid(scene, _sizing(scene).longer(grid, short, case), cases, means)
+                return _on_grid(scene, sizing_of(scene).longer(grid, short, case), cases, means)
     return contacts, reference
 
 
@@ -183,12 +195,15 @@ def reference_ics(scene: Scene, placed: Placed, means: Means) -> ReferenceICs:
     )
 
 
+def components_of(scene: Scene) -> tuple[str, ...]:
+    """The components of C that the contact of a scene needs."""
+    return COMPONENTS if scene.contact.friction else FRICTIONLESS
+
+
 def c_jobs(scene: Scene, placed: Placed) -> dict[str, MatrixJob]:
     """What C of both bodies on a grid asks for; strips of the upper body lie opposite, on its own contour."""
-    grid = placed.grid
-    jobs = matrix_jobs(replace(scene, grid=grid, compared=("combined",)), FRICTIONLESS)
-    opposite = replace(grid, s=grid.s + placed.offset)
-    return jobs | {"upper": replace(jobs["upper"], grid=opposite)}
+    jobs = matrix_jobs(replace(scene, grid=placed.grid, compared=("combined",)), components_of(scene))
+    return jobs | {"upper": replace(jobs["upper"], grid=placed.upper_grid)}
 
 
 def _operator(ic: Array) -> GridOperator:

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -10,6 +11,7 @@ import xarray as xr
 from compare.results.contact.compute import ContactResults, SolvedContact
 from compare.results.contact.quantities import QUANTITIES, main_patch, numbers
 from compare.results.provenance import results_digest
+from compare.scenes.scene import Scene
 from femic.work.provenance import versions
 
 NUMBERS = ("case", "ics")
@@ -110,9 +112,23 @@ def _attributes(results: ContactResults) -> dict[str, str | float]:
     return {
         "title": f"Frictionless contact: {results.scene.title}",
         "meaning": "pressures of the upper on the lower body along its normals; x, s of the lower surface",
-        "scene": results.scene.text,
         "references": json.dumps(references),
-        "seconds": results.seconds,
+        **provenance(results.scene, results.seconds),
+    }
+
+
+def write(dataset: xr.Dataset, path: Path) -> None:
+    """Write labelled arrays completely or not at all."""
+    temporary = path.with_suffix(".part")
+    dataset.to_netcdf(temporary, engine="h5netcdf")
+    temporary.replace(path)
+
+
+def provenance(scene: Scene, seconds: float) -> dict[str, str | float]:
+    """Attributes that say what made a file of contacts."""
+    return {
+        "scene": scene.text,
+        "seconds": seconds,
         "code": results_digest(),
         "versions": json.dumps(versions()),
     }

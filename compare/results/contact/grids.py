@@ -36,10 +36,14 @@ class Size:
 
 @dataclass(frozen=True)
 class Sizing:
-    """Two bodies, on any grid, whose grids are sized, with `elements` across the smallest patch of each."""
+    """Two bodies, on any grid, whose grids are sized, with `elements` across the smallest patch of each.
+
+    Beside `ROOM` there are `margin` elements beside the largest patch.
+    """
 
     bodies: Placed
     elements: int
+    margin: int = MARGIN + 1
 
     @property
     def extent(self) -> Range:
@@ -68,7 +72,7 @@ class Sizing:
         )
         x = max(high for _, high in (size.x for size in sizes))
         low, high = min(size.s[0] for size in sizes), max(size.s[1] for size in sizes)
-        room_x, room_s = 2 * ROOM * x + (MARGIN + 1) * dx, ROOM * (high - low) + (MARGIN + 1) * ds
+        room_x, room_s = 2 * ROOM * x + self.margin * dx, ROOM * (high - low) + self.margin * ds
         n_x, n_s = _rounded((2 * x + 2 * room_x) / dx), _rounded((high - low + 2 * room_s) / ds)
         middle = (low + high) / 2
         return self._within(Grid(n_x, n_s, dx, ds, 0.0 if abs(middle) < NEARLY * ds else float(middle)))

@@ -1,6 +1,6 @@
 """The bodies of a scene above each other: undeformed distance, and contact problems on grids."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -107,6 +107,11 @@ class Placed:
         """Arc lengths [mm] of the upper contour less those of the lower one opposite; 0 if nearly so."""
         offset = self.undeformed.upper_offset
         return offset if abs(offset) > NEARLY * self.grid.ds else 0.0
+
+    @property
+    def upper_grid(self) -> Grid:
+        """The strips opposite, on the upper contour."""
+        return replace(self.grid, s=self.grid.s + self.offset)
 
     def contact(self, operator: Operator, case: Case, *, exact: bool = False) -> NormalContact:
         """The contact with nn ICs; `exact`: with the distance of the displaced upper body, not linearised.

@@ -3,12 +3,14 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
 
 from compare.results.contact.pairing import Placed
 from contact.edges import Extent
 from contact.normal import NormalContact
+from geometries.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -21,41 +23,56 @@ class Quantity:
     of: Callable[[Placed, NormalContact], float]
 
 
-def main_patch(contact: NormalContact) -> Extent:
+class Pressed(Protocol):
+    """A contact as far as its patches are concerned."""
+
+    @property
+    def p(self) -> Array:
+        """Pressures [MPa], shape (n_x, n_s)."""
+        ...
+
+    @property
+    def patches(self) -> list[Extent]:
+        """The contact patches."""
+        ...
+
+
+def main_patch(contact: Pressed) -> Extent:
     """The patch with the largest sum of pressures."""
     return max(contact.patches, key=lambda patch: float(np.sum(contact.p[patch.elements])))
 
 
-def s_range(placed: Placed, contact: NormalContact) -> tuple[float, float]:
+def s_range(placed: Placed, contact: Pressed) -> tuple[float, float]:
     """Arc lengths [mm] at the ends of the main patch."""
     low, high = main_patch(contact).s
     first, ds = placed.grid.strips[0], placed.grid.ds
     return float(first + low * ds), float(first + high * ds)
 
 
-def _angle(placed: Placed, contact: NormalContact) -> float:
+def angle(placed: Placed, contact: Pressed) -> float:
+    """Range of the inclination over the main patch [deg]."""
     inclinations = placed.undeformed.lower.contour.inclination(np.array(s_range(placed, contact)))
     return float(np.degrees(np.ptp(inclinations)))
 
 
-def _half_length(placed: Placed, contact: NormalContact) -> float:
+def half_length(placed: Placed, contact: Pressed) -> float:
+    """Half-length of the main patch along x [mm]."""
     low, high = main_patch(contact).x
     return (high - low) / 2 * placed.grid.dx
 
 
-def _half_width(placed: Placed, contact: NormalContact) -> float:
+def half_width(placed: Placed, contact: Pressed) -> float:
+    """Half-width of the main patch along s, on the arc [mm]."""
     low, high = s_range(placed, contact)
     return (high - low) / 2
 
 
 QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
     {
-        "angle": Quantity("Δδ", "deg", "range of the inclination over the patch", _angle),
-        "a": Quantity("a", "mm", "half-length of the patch along x", _half_length),
-        "b": Quantity("b", "mm", "half-width of the patch along s, on the arc", _half_width),
-        "aspect": Quantity(
-            "a/b", "1", "aspect of the patch", lambda *of: _half_length(*of) / _half_width(*of)
-        ),
+        "angle": Quantity("Δδ", "deg", "range of the inclination over the patch", angle),
+        "a": Quantity("a", "mm", "half-length of the patch along x", half_length),
+        "b": Quantity("b", "mm", "half-width of the patch along s, on the arc", half_width),
+        "aspect": Quantity("a/b", "1", "aspect of the patch", lambda *of: half_length(*of) / half_width(*of)),
         "p_max": Quantity("p_max", "MPa", "largest pressure", lambda _, contact: float(np.max(contact.p))),
         "approach": Quantity("ζ", "mm", "vertical approach", lambda _, contact: contact.approach),
         "load": Quantity("N", "N", "vertical load", lambda _, contact: contact.load),

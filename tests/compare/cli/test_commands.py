@@ -262,6 +262,27 @@ def test_a_plan_of_contact_counts_the_models_that_contact_solves(monkeypatch, ca
     assert "310000 N; nn of C:" in " ".join(capsys.readouterr().out.split())
 
 
+def test_a_plan_of_contact_with_friction_counts_all_components(monkeypatch, capsys):
+    step, planned_jobs = Step("lower, fine", HARMONIC, 1.0, 1280.0, "endless", PLANNED), []
+    monkeypatch.setattr(planning, "run_steps", lambda *_: [step])
+    monkeypatch.setattr(planning, "matrix_steps", lambda *_: [step])
+    monkeypatch.setattr(planning, "steps_of", lambda jobs, _: planned_jobs.append(jobs) or [step])
+    assert exit_code(["plan", "rolling"]) == DONE
+    (jobs,) = planned_jobs
+    assert {job.components for job in jobs.values()} == {COMPONENTS}
+    assert "100000 N; xx, xs, xn" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize("motion", ["rolling", "compression"])
+def test_contact_of_a_scene_is_that_of_its_motion(motion, recorded, tmp_path):
+    computed = recorded(f"compare.cli.contacts.compute_{motion}", returns="contact")
+    written = recorded(f"compare.cli.contacts.write_{motion}", returns=tmp_path / "contact.html")
+    assert exit_code(["contact", motion, "--ics", "A,Bhat", "--results", str(tmp_path)]) == DONE
+    ((scene, _),) = computed
+    assert (scene.name, scene.contact.ics) == (motion, ("A", "Bhat"))
+    assert written == [("contact", tmp_path / motion)]
+
+
 def test_contact_without_a_scene_is_refused(capsys):
     assert exit_code(["contact"]) == WRONG_INPUT
     assert "name one scene or more" in capsys.readouterr().err

@@ -1,0 +1,1 @@
+"""`femic contact`: figures and pages of rolling and compression with friction by several ICs."""

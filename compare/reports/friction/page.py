@@ -1,0 +1,121 @@
+"""What the pages of rolling and of compression share: file, figures, sentences on cost, cells of tables."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from compare.pages.html import write_page
+from compare.pages.styles import MARKERS, STYLES, SYMBOLS, save
+from compare.reports.contact.figures import reference_of
+from compare.results import folders
+from compare.results.contact.dataset import write
+
+
+@dataclass(frozen=True)
+class Part:
+    """A heading of a page, a paragraph that says what its figure shows, and that figure, by name."""
+
+    heading: str
+    text: str
+    name: str
+    figure: Figure
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a table."""
+
+    name: str
+    cells: Sequence[Mapping[str, str]]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of numbers."""
+
+    caption: str
+    columns: Sequence[str]
+    rows: Sequence[Row]
+
+
+def write_contact_page(
+    dataset: xr.Dataset, out: Path, summary: str, parts: Iterable[Part], tables: Sequence[Table]
+) -> Path:
+    """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
+    folders.made(out / "figures")
+    write(dataset, out / "contact.nc")
+    shown = [
+        {
+            "heading": part.heading,
+            "text": part.text,
+            "figures": [save(part.figure, out / "figures" / f"contact_{part.name}.png")],
+        }
+        for part in parts
+    ]
+    return write_page(
+        out / "contact.html",
+        "friction.html.j2",
+        title=str(dataset.attrs["title"]),
+        summary=summary,
+        parts=shown,
+        tables=tables,
+        cost=cost(dataset),
+        text=str(dataset.attrs["scene"]),
+    )
+
+
+def names(dataset: xr.Dataset) -> list[str]:
+    """The names of the ICs."""
+    return [str(name) for name in dataset.ics.values]
+
+
+def listed(words: Iterable[str]) -> str:
+    """Words with commas and "and" between them."""
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def band_of(dataset: xr.Dataset) -> str:
+    """The label of a band: what it is the estimate of."""
+    return f"estimate of {SYMBOLS[reference_of(dataset)]}"
+
+
+def cost(dataset: xr.Dataset) -> str:
+    """What the numbers took."""
+    by_ics = dataset.seconds.sum("friction")
+    each = ", ".join(f"{SYMBOLS[name]} {float(by_ics.sel(ics=name)):.1f} s" for name in names(dataset))
+    grid = (
+        f"{dataset.sizes['x']} x {dataset.sizes['s']} elements of {_step(dataset, 'x'):.3g} x "
+        f"{_step(dataset, 's'):.3g} mm"
+    )
+    of_c = ""
+    if "C_seconds" in dataset.attrs:
+        of_c = (
+            f" C on this grid took {dataset.attrs['C_seconds']:.0f} s; its largest estimated error is "
+            f"{dataset.attrs['C_estimate']:.2%} of the largest C_nn, and before the mean of C(I, J) and "
+            f"C(J, I) is taken both differ by up to {dataset.attrs['C_asymmetry']:.1e} of it."
+        )
+    return f"Grid: {grid}. Contact: {each}.{of_c} All in all {dataset.attrs['seconds']:.0f} s."
+
+
+def _step(dataset: xr.Dataset, name: str) -> float:
+    return float(dataset[name][1] - dataset[name][0])
+
+
+def cell(value: xr.DataArray, estimate: xr.DataArray | None = None, *, digits: int = 4) -> dict[str, str]:
+    """A cell of a table: a number, and its estimate below."""
+    below = "" if estimate is None or np.isnan(float(estimate)) else f"± {float(estimate):.2g}"
+    return {"text": f"{float(value):.{digits}g}", "below": below}
+
+
+def curves(axes: Axes, at: xr.DataArray, values: xr.DataArray, *, markers: bool = True) -> None:
+    """Draw values over an abscissa by all ICs; an abscissa may differ by ICs."""
+    for name in names(values.to_dataset(name="values")):
+        style = dict(STYLES[name]) | ({"marker": MARKERS[name], "markersize": 3} if markers else {})
+        abscissa = at.sel(ics=name) if "ics" in at.dims else at
+        axes.plot(abscissa, values.sel(ics=name), label=SYMBOLS[name], **style)

@@ -1,0 +1,202 @@
+"""Figures, sentences, tables and page of rolling with friction by several ICs."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from compare.pages.panels import add_legend
+from compare.pages.styles import RC, SYMBOLS
+from compare.reports.contact.figures import reference_of
+from compare.reports.friction import maps
+from compare.reports.friction.page import (
+    Part,
+    Row,
+    Table,
+    band_of,
+    cell,
+    curves,
+    listed,
+    names,
+    write_contact_page,
+)
+from compare.results.friction.quantities import OF_ROLLING
+from compare.results.friction.rolling import RollingResults
+from compare.results.friction.rolling_dataset import OF_FREE, scaled_force, to_dataset
+
+WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel
+SUFFICES = 0.02  # distance of curves, over friction times load, up to which ICs are said to suffice
+
+
+def write_rolling(results: RollingResults, out: Path) -> Path:
+    """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
+    dataset = to_dataset(results)
+    return write_contact_page(dataset, out, summary(dataset), _parts(dataset), _tables(dataset))
+
+
+def summary(dataset: xr.Dataset) -> str:
+    """Sentences computed from the numbers: which ICs suffice, by which number."""
+    reference, others = reference_of(dataset), _others(dataset)
+    symbol, worst = SYMBOLS[reference], dataset.rms.max("friction")
+    sentences = [
+        f"{dataset.attrs['load']:g} N, friction {listed(f'{f:g}' for f in dataset.friction.values)}: without "
+        f"longitudinal force the wheel rolls at a creepage of {_range(dataset.zero_creepage, reference)} by "
+        f"{symbol}, where the force rises by {_range(dataset.slope / dataset.attrs['load'], reference)} of "
+        "the load per creepage."
+    ]
+    for name in others:
+        zero, slope = (dataset[key].sel(ics=name) for key in ("zero_creepage", "slope"))
+        shift = _worst(zero - dataset.zero_creepage.sel(ics=reference))
+        steeper = _worst(slope / dataset.slope.sel(ics=reference) - 1)
+        sentences.append(
+            f"{SYMBOLS[name]}: its creep-force curve is {float(worst.sel(ics=name)):.1%} of friction times "
+            f"load (root mean square) from that by {symbol} at worst; creepage without force {shift:+.2g}, "
+            f"slope {steeper:+.1%}."
+        )
+    sentences.append(_verdict(dataset))
+    return " ".join(sentences)
+
+
+def _others(dataset: xr.Dataset) -> list[str]:
+    return [name for name in names(dataset) if name != reference_of(dataset)]
+
+
+def _worst(values: xr.DataArray) -> float:
+    """The value that is furthest from zero."""
+    return float(values.values.ravel()[np.argmax(np.abs(values.values))])
+
+
+def _range(values: xr.DataArray, name: str) -> str:
+    of_ics = values.sel(ics=name)
+    low, high = f"{float(of_ics.min()):.3g}", f"{float(of_ics.max()):.3g}"
+    return low if low == high else f"{low} ... {high}"
+
+
+def _verdict(dataset: xr.Dataset) -> str:
+    """Which ICs have curves near enough to those of the reference."""
+    worst, others = dataset.rms.max("friction"), _others(dataset)
+    symbol = SYMBOLS[reference_of(dataset)]
+    if not others:
+        return f"No other ICs than {symbol} are compared."
+    enough = [name for name in others if float(worst.sel(ics=name)) <= SUFFICES]
+    if not enough:
+        best = min(others, key=lambda name: float(worst.sel(ics=name)))
+        return (
+            f"None of them is within {SUFFICES:.0%} of {symbol}; {SYMBOLS[best]} is the nearest, with "
+            f"{float(worst.sel(ics=best)):.1%}."
+        )
+    suffice = "suffices" if len(enough) == 1 else "suffice"
+    return f"Within {SUFFICES:.0%} of {symbol}, {listed(SYMBOLS[name] for name in enough)} {suffice}."
+
+
+def _parts(dataset: xr.Dataset) -> Iterator[Part]:
+    symbol, share = SYMBOLS[reference_of(dataset)], dataset.attrs["equal_force"]
+    equal = f"All at the same force, F_x = {share:g} friction times load, each at a creepage of its own."
+    yield Part(
+        "Creep-force curves",
+        "Longitudinal force on the wheel over friction times load, over the creepage. Its limit is larger "
+        "than 1, since the flanks are pressed on each other, too. Below: the difference to the curve by "
+        f"{symbol}; band: its estimate.",
+        "creep_force",
+        creep_force(dataset),
+    )
+    yield Part(
+        "Tractions along the centre line",
+        f"{equal} Rolling is towards +x. Grey: what friction bears by {symbol}, friction times pressure.",
+        "centre_line",
+        centre_line(dataset),
+    )
+    yield Part("Where the contact sticks", equal, "stick", maps.stick_maps(dataset))
+    yield Part(
+        "Work of friction",
+        f"{equal} Minus traction times slip, per unit of rolled distance and area.",
+        "work",
+        maps.work_maps(dataset),
+    )
+
+
+def creep_force(dataset: xr.Dataset) -> Figure:
+    """Creep-force curves by all ICs, a column per friction; below, their differences to the reference's."""
+    reference, percent = reference_of(dataset), 100 * dataset.xi
+    force, known = scaled_force(dataset), scaled_force(dataset, "estimate_F_x").sel(ics=reference)
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=(WIDTH * dataset.sizes["friction"], 2 * HEIGHT + 0.5), layout="constrained")
+        rows = figure.subplots(2, dataset.sizes["friction"], sharex=True, sharey="row", squeeze=False)
+        for number, (above, below) in enumerate(rows.T):
+            of_friction = force.isel(friction=number)
+            curves(above, percent, of_friction)
+            curves(below, percent, of_friction - of_friction.sel(ics=reference))
+            band = known.isel(friction=number)
+            below.fill_between(
+                percent, -band, band, color="black", alpha=0.2, linewidth=0, label=band_of(dataset)
+            )
+            above.set_title(f"friction {float(dataset.friction[number]):g}", fontsize=9)
+            below.set_xlabel("creepage [%]")
+        rows[0, 0].set_ylabel("F_x / (friction load) [-]")
+        rows[1, 0].set_ylabel(f"less that by {SYMBOLS[reference]} [-]")
+        add_legend(figure)
+        return figure
+
+
+def centre_line(dataset: xr.Dataset) -> Figure:
+    """Longitudinal tractions along s = 0 at equal force by all ICs, a panel per friction."""
+    reference, middle = reference_of(dataset), dataset.p.isel(s=dataset.sizes["s"] // 2)
+    shown = (middle.sel(direction="n") > 0).any(["friction", "ics"])
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=(WIDTH * dataset.sizes["friction"], HEIGHT + 0.5), layout="constrained")
+        for number, axes in enumerate(figure.subplots(1, dataset.sizes["friction"], squeeze=False)[0]):
+            of_friction = middle.isel(friction=number).isel(x=np.flatnonzero(shown))
+            bound = float(dataset.friction[number]) * of_friction.sel(ics=reference, direction="n")
+            for sign, label in ((1, "friction times pressure"), (-1, "_below")):
+                axes.plot(of_friction.x, sign * bound, color="grey", linewidth=1, label=label)
+            curves(axes, of_friction.x, of_friction.sel(direction="x"), markers=False)
+            axes.set(xlabel="x [mm]", title=f"friction {float(dataset.friction[number]):g}")
+            axes.set_ylabel("p_x at s = 0 [MPa]" if number == 0 else "")
+        add_legend(figure)
+        return figure
+
+
+def _tables(dataset: xr.Dataset) -> list[Table]:
+    return [_free(dataset), *(_points(dataset, number) for number in range(dataset.sizes["friction"]))]
+
+
+def _free(dataset: xr.Dataset) -> Table:
+    """What free rolling is like by friction and ICs, and how far curves are from the reference's."""
+    symbol = SYMBOLS[reference_of(dataset)]
+    columns = [f"{one.meaning} [{one.unit}]" if one.unit != "1" else one.meaning for one in OF_FREE.values()]
+    rows = [
+        Row(
+            f"friction {float(friction):g}, {SYMBOLS[name]}",
+            [
+                *(cell(one[key], one[f"estimate_{key}"]) for key in OF_FREE),
+                {"text": f"{float(one.rms):.2%}", "below": ""},
+                cell(one.seconds, digits=3),
+            ],
+        )
+        for friction in dataset.friction.values
+        for name in names(dataset)
+        for one in [dataset.sel(friction=friction, ics=name)]
+    ]
+    return Table("free rolling", [*columns, f"curve less that by {symbol} [friction load]", "s"], rows)
+
+
+def _points(dataset: xr.Dataset, number: int) -> Table:
+    """All numbers of the curves at a friction."""
+    of_friction = dataset.isel(friction=number)
+    columns = [
+        f"{quantity.symbol} [{quantity.unit}]" if quantity.unit != "1" else quantity.symbol
+        for quantity in OF_ROLLING.values()
+    ]
+    rows = [
+        Row(
+            f"{SYMBOLS[name]}, {100 * float(xi):.3g} %",
+            [cell(one[key], one[f"estimate_{key}"]) for key in OF_ROLLING],
+        )
+        for xi in dataset.xi.values
+        for name in names(dataset)
+        for one in [of_friction.sel(ics=name, xi=xi)]
+    ]
+    return Table(f"friction {float(of_friction.friction):g}", columns, rows)

@@ -1,0 +1,1 @@
+"""Computes the contact with friction of a scene's bodies, rolling or pressed together, and writes it."""

@@ -1,0 +1,70 @@
+"""The bodies of a scene with friction on a grid that fits, with all ICs."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from compare.results.contact.compute import C, grids_of, sizing_of
+from compare.results.contact.pairing import Placed, placed_on
+from compare.results.friction.operators import FullReferenceICs, approximation, full_reference_ics
+from compare.scenes.scene import FrictionWanted, Scene
+from contact.frictional import FrictionalProblem, FullOperator
+from contact.normal import PotentialAreaTooSmall
+from contact.operators.turned import turned
+from femic.means import Means
+from geometries.errors import Failure
+
+Outcome = TypeVar("Outcome")
+
+
+@dataclass(frozen=True, eq=False)
+class Solver:
+    """The bodies of a scene on a grid; `reference` is C on it, None where it is not wanted."""
+
+    scene: Scene
+    placed: Placed
+    reference: FullReferenceICs | None
+    means: Means
+
+    @property
+    def wanted(self) -> FrictionWanted:
+        """The motion."""
+        if self.scene.contact.friction is None:
+            raise ValueError(f"{self.scene.name}: without friction")
+        return self.scene.contact.friction
+
+    def operator(self, name: str) -> FullOperator:
+        """The ICs of a name."""
+        if name == C and self.reference is not None:
+            return self.reference.operator
+        return approximation(self.placed, name)
+
+    def problem(self, operator: FullOperator, friction: float) -> FrictionalProblem:
+        """The contact with some ICs and a coefficient of friction."""
+        placed = self.placed
+        return FrictionalProblem(
+            placed.grid,
+            operator,
+            turned("A", placed.pair, placed.grid),
+            placed.distance,
+            placed.undeformed.lower.contour.inclination(placed.grid.strips),
+            friction,
+        )
+
+
+def on_fitting_grid(scene: Scene, means: Means, solve: Callable[[Solver], Outcome]) -> Outcome:
+    """What is solved on a grid that fits the largest load; it is made longer where a contact needs it."""
+    ((grid, cases),) = grids_of(scene)
+    largest = cases[-1]
+    while True:
+        placed = placed_on(scene, grid)
+        means.watch.on_stage(
+            f"  {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: {largest}"
+        )
+        reference = full_reference_ics(scene, placed, means) if C in scene.contact.ics else None
+        try:
+            return solve(Solver(scene, placed, reference, means))
+        except PotentialAreaTooSmall as short:
+            if not scene.contact.automatic:
+                raise Failure(f"contact at {largest}: {short}") from short
+            grid = sizing_of(scene).longer(grid, short, largest)

@@ -1,0 +1,78 @@
+"""ICs of all directions on a grid: fast operators of approximations, C with all nine components."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from compare.results.contact.compute import c_jobs
+from compare.results.contact.pairing import Placed
+from compare.scenes.scene import Scene
+from contact.frictional import FullOperator
+from contact.operators.dense import PARITY, GridOperator, reciprocity_defects
+from contact.operators.rolled import rolled
+from contact.operators.turned import turned
+from femic.estimate import Estimated
+from femic.matrix.reference import matrices
+from femic.means import Means
+from geometries.arrays import Array
+from geometries.grids import Grid
+
+
+@dataclass(frozen=True, eq=False)
+class FullReferenceICs:
+    """C of both bodies on a grid in all directions: operator, and the same with C plus its estimate."""
+
+    operator: GridOperator
+    perturbed: GridOperator
+    estimate: float  # largest estimated error over the largest C_nn, of both bodies
+    asymmetry: float  # largest |C(I, J) - C(J, I)^T| over the largest C_nn of a body, before the mean
+    seconds: float
+
+
+def approximation(placed: Placed, variant: str) -> FullOperator:
+    """An approximation of the ICs of both bodies on their grid."""
+    return turned(variant, placed.pair, placed.grid, upper_offset=placed.offset)
+
+
+def full_reference_ics(scene: Scene, placed: Placed, means: Means) -> FullReferenceICs:
+    """C of both bodies: each made reciprocal, that of a rolling wheel for the slip of rolling, then added."""
+    start, grid = perf_counter(), placed.grid
+    solved = matrices(c_jobs(scene, placed), means, combined=True)
+    columns = {
+        name: [reference.column(strip) for strip in range(grid.n_s)] for name, reference in solved.items()
+    }
+    ics = {name: _matrix([column.ic for column in of_body], grid) for name, of_body in columns.items()}
+    estimates = sum(_matrix([_estimate(column) for column in of_body], grid) for of_body in columns.values())
+    total = _total(scene, placed, ics)
+    largest = float(np.max(np.abs(total[..., 2, 2])))
+    return FullReferenceICs(
+        GridOperator.of(total),
+        GridOperator.of(total + estimates),
+        float(np.max(estimates)) / largest,
+        max(float(np.max(reciprocity_defects(of_body))) for of_body in ics.values()),
+        perf_counter() - start,
+    )
+
+
+def _total(scene: Scene, placed: Placed, ics: Mapping[str, Array]) -> Array:
+    """The sum of the ICs of both bodies (n_x, n_s, n_s, 3, 3) [mm/MPa], as the motion sees them."""
+    lower, upper = (_reciprocal(ics[name]) for name in ("lower", "upper"))
+    if scene.contact.motion == "rolling":
+        upper = rolled(upper, scene.bodies["upper"].surface, placed.upper_grid)
+    return np.asarray(lower + upper)
+
+
+def _reciprocal(ics: Array) -> Array:
+    """The mean of C(I, J) and C(J, I)^T."""
+    return np.asarray((ics + PARITY * np.swapaxes(np.swapaxes(ics, 1, 2), 3, 4)) / 2)
+
+
+def _matrix(columns: list[Array], grid: Grid) -> Array:
+    """ICs [mm/MPa] (lag, observed, loaded, i, j) of columns (i, j, lag, observed) [mm/N]."""
+    return np.asarray(grid.area * np.stack(columns, axis=-1).transpose(2, 3, 4, 0, 1))
+
+
+def _estimate(column: Estimated) -> Array:
+    return column.estimate.astype(float)

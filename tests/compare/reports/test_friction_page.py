@@ -1,0 +1,83 @@
+"""What `femic contact` writes of rolling and compression: file, sentences, figures, tables."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.reports.friction import compression, rolling
+from compare.reports.friction.page import cost, listed
+from compare.results.friction.compression import compute_compression
+from compare.results.friction.compression import to_dataset as of_compression
+from compare.results.friction.rolling import compute_rolling
+from compare.results.friction.rolling_dataset import to_dataset as of_rolling
+from tests.compare.results.friction.scenes import scene
+
+LOOK = {"elements": 8, "friction": [0.2, 0.5]}
+
+
+@pytest.fixture(scope="module")
+def rolled():
+    keys = {"motion": "rolling", "loads": [1e4], "longitudinal": [-4e-3, 0.0, 4e-3]}
+    return compute_rolling(scene(10.3, **keys, **LOOK))
+
+
+@pytest.fixture(scope="module")
+def pressed():
+    return compute_compression(scene(10.3, motion="compression", loads=[5e3, 1e4], **LOOK))
+
+
+def test_the_page_and_file_of_rolling_are_written_and_hang_together(rolled, tmp_path):
+    page = rolling.write_rolling(rolled, tmp_path).read_text(encoding="utf-8")
+    written = xr.open_dataset(tmp_path / "contact.nc")
+    assert {path.stem for path in (tmp_path / "figures").iterdir()} == {
+        f"contact_{name}" for name in ("creep_force", "centre_line", "stick", "work")
+    }
+    assert page.count("data:image/png;base64,") == 4
+    assert rolling.summary(written) in page.replace("&#39;", "'")
+    for name in ("A", "Bhat"):
+        zero = float(written.zero_creepage.sel(ics=name, friction=0.5))
+        assert f"<td>{zero:.4g}<br>" in page
+    assert np.all(written.F_x.diff("xi") > 0)
+
+
+def test_the_summary_of_rolling_says_which_ics_suffice_by_which_number(rolled):
+    dataset = of_rolling(rolled)
+    told, worst = rolling.summary(dataset), float(dataset.rms.sel(ics="A").max())
+    assert f"A: its creep-force curve is {worst:.1%} of friction times load" in told
+    suffices = "Within 2% of B̂, A suffices." in told
+    assert suffices == (worst <= rolling.SUFFICES)
+    exact = dataset.assign(F_x=dataset.F_x.sel(ics="Bhat") + 0 * dataset.F_x, rms=0 * dataset.rms)
+    assert "Within 2% of B̂, A suffices." in rolling.summary(exact)
+    assert "None of them is within 2% of B̂; A is the nearest, with 7.0%." in rolling.summary(
+        dataset.assign(rms=0 * dataset.rms + 0.07)
+    )
+
+
+def test_one_ics_alone_have_a_page_too(rolled):
+    alone = of_rolling(rolled).sel(ics=["A"])
+    assert rolling.summary(alone).endswith("No other ICs than A are compared.")
+
+
+def test_the_page_of_compression_says_how_much_slides(pressed, tmp_path):
+    page = compression.write_compression(pressed, tmp_path).read_text(encoding="utf-8")
+    dataset = of_compression(pressed)
+    last = dataset.isel(load=-1).sel(friction=0.2)
+    slides = {name: f"{float(last.sliding_share.sel(ics=name)):.0%}" for name in ("A", "Bhat")}
+    assert f"With friction 0.2, {slides['Bhat']} of the contact area slides by B̂" in page
+    assert f"{slides['A']} by A." in page
+    assert page.count("data:image/png;base64,") == 3
+    assert (tmp_path / "contact.nc").is_file()
+
+
+def test_what_c_took_and_is_known_to_is_told(rolled):
+    dataset = of_rolling(rolled)
+    assert "C on this grid" not in cost(dataset)
+    dataset.attrs |= {"C_seconds": 12.3, "C_estimate": 0.012, "C_asymmetry": 3e-3}
+    assert "C on this grid took 12 s; its largest estimated error is 1.20% of the largest C_nn" in cost(
+        dataset
+    )
+
+
+def test_words_are_listed_with_commas_and_and():
+    assert listed(["a"]) == "a"
+    assert listed(["a", "b", "c"]) == "a, b and c"

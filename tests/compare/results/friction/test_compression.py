@@ -1,0 +1,70 @@
+"""Compression of scenes: frictionless and sticking limits, steps, estimates, what C changes."""
+
+import numpy as np
+import pytest
+
+from compare.results.contact.compute import compute_contact
+from compare.results.contact.dataset import to_dataset as frictionless_dataset
+from compare.results.friction.compression import compute_compression, to_dataset
+from geometries.errors import Failure
+from tests.compare.results.friction.scenes import scene
+from tests.compare.results.friction.test_rolling import in_place_of_c
+
+LOADS = [2e3, 5e3, 1e4]
+
+
+def pressed(**contact):
+    return scene(10.3, **{"motion": "compression", "loads": LOADS} | contact)
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    return to_dataset(compute_compression(pressed(friction=[1e-4, 0.3, 100.0])))
+
+
+def test_with_hardly_any_friction_all_slides_and_pressures_are_frictionless(dataset):
+    least = dataset.sel(friction=1e-4)
+    np.testing.assert_allclose(least.sliding_share, 1.0)
+    frictionless = frictionless_dataset(compute_contact(scene(10.3, loads=LOADS)))
+    for name in ("approach", "p_max"):
+        np.testing.assert_allclose(least[name].values.T, frictionless[name], rtol=0.03)
+
+
+def test_with_much_friction_nothing_slides(dataset):
+    np.testing.assert_allclose(dataset.sliding_share.sel(friction=100.0), 0.0)
+
+
+def test_more_friction_leaves_less_sliding_and_less_approach(dataset):
+    assert np.all(np.diff(dataset.sliding_share, axis=0) <= 0)
+    assert np.all(np.diff(dataset.approach, axis=0) < 0)
+
+
+def test_patches_grow_with_the_load(dataset):
+    assert np.all(dataset.angle.diff("load") > 0)
+    assert np.all(dataset.area.diff("load") > 0)
+
+
+def test_contact_is_symmetric_and_carries_the_load(dataset):
+    p, delta = dataset.p, dataset.inclination
+    vertical = p.sel(direction="n") * np.cos(delta) - p.sel(direction="s") * np.sin(delta)
+    area = float(np.diff(dataset.x)[0] * np.diff(dataset.s)[0])
+    np.testing.assert_allclose(vertical.sum(["x", "s"]) * area, LOADS[-1], rtol=1e-4)
+    np.testing.assert_allclose(p.sel(direction="n"), p.sel(direction="n")[:, :, ::-1, ::-1], atol=1e-3)
+
+
+def test_c_has_the_change_by_its_error_in_its_estimates(monkeypatch):
+    monkeypatch.setattr("compare.results.friction.bodies.full_reference_ics", in_place_of_c)
+    dataset = to_dataset(compute_compression(pressed(friction=[0.3], ics=["Bhat", "C"], loads=LOADS[-1:])))
+    both = dataset.isel(friction=0, load=0)
+    assert float(both.p_max.sel(ics="C")) == pytest.approx(float(both.p_max.sel(ics="Bhat")), rel=0.02)
+    assert float(both.estimate_approach.sel(ics="C")) > float(both.estimate_approach.sel(ics="Bhat"))
+
+
+def test_failures_name_friction_ics_and_load(monkeypatch):
+    def failing(*_):
+        raise Failure("no solution")
+        yield
+
+    monkeypatch.setattr("compare.results.friction.compression.compressed", failing)
+    with pytest.raises(Failure, match=r"friction 0\.2, A, 2000 N: no solution"):
+        compute_compression(pressed())

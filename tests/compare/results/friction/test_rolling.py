@@ -1,0 +1,192 @@
+"""Rolling of scenes: Kalker's slope and full slip at small loads, prescribed forces, estimates, C in it."""
+
+import numpy as np
+import pytest
+
+from approx.matrix import matrix
+from compare.results.contact.pairing import placed_on
+from compare.results.friction import rolling
+from compare.results.friction.bodies import Solver
+from compare.results.friction.operators import FullReferenceICs, _total, approximation, full_reference_ics
+from compare.results.friction.rolling import _Path, compute_rolling
+from compare.results.friction.rolling_dataset import scaled_force, to_dataset
+from compare.scenes.load import load_scene
+from contact.normal import PotentialAreaTooSmall
+from contact.operators.dense import GridOperator
+from contact.references.creepage_coefficients import creepage_coefficients
+from femic.means import Means
+from geometries.errors import Failure
+from geometries.grids import Grid
+from geometries.materials import both_bodies
+from tests.compare.results.friction.scenes import scene
+
+SMALL = 2.0  # N: a patch of a degree in all
+XI = [-2e-3, -2e-4, 0.0, 2e-4, 2e-3]
+
+
+def rolls(upper_radius=14.0, **contact):
+    return scene(upper_radius, **{"motion": "rolling", "loads": [SMALL], "longitudinal": XI} | contact)
+
+
+@pytest.fixture(scope="module")
+def small():
+    """A small contact, hardly inclined: what half-spaces do."""
+    return to_dataset(compute_rolling(rolls(friction=[0.3], elements=14)))
+
+
+def test_small_contacts_have_the_slope_of_kalker(small):
+    """The creep-force slope without force is G a b C11, where nearly all sticks."""
+    of_bhat = small.sel(ics="Bhat", friction=0.3)
+    at = of_bhat.isel(xi=2)
+    G = both_bodies(*[rolls().bodies[name].material for name in ("upper", "lower")]).G
+    c11 = creepage_coefficients(float(at.a), float(at.b), 0.3, degree=12).C11
+    expected = G * float(at.a * at.b) * c11
+    assert float(of_bhat.slope) == pytest.approx(expected, rel=0.05)
+
+
+def test_small_contacts_slide_whole_at_large_creepages(small):
+    force = scaled_force(small).sel(friction=0.3)
+    np.testing.assert_allclose(force.isel(xi=-1), 1.0, atol=2e-3)
+    np.testing.assert_allclose(small.sliding_share.isel(xi=-1), 1.0)
+    np.testing.assert_allclose(force.isel(xi=0), -force.isel(xi=-1), atol=2e-3)
+
+
+def test_without_inclination_all_ics_are_those_of_half_spaces(small):
+    assert float(small.rms.max()) < 5e-3
+    assert float(small.rms.sel(ics="Bhat").max()) == 0.0
+
+
+def test_tractions_are_compared_at_the_force_that_is_asked_for(small):
+    area = float(np.diff(small.x)[0] * np.diff(small.s)[0])
+    force = small.p.sel(direction="x").sum(["x", "s"]) * area
+    np.testing.assert_allclose(force / (0.3 * SMALL), 0.5, rtol=1e-3)
+    assert np.all(small.equal_creepage > small.zero_creepage)
+
+
+def test_tractions_obey_coulombs_law(small):
+    p_t, p_n = small.p.sel(direction=["x", "s"]).values, small.p.sel(direction="n").values
+    size = np.linalg.norm(p_t, axis=-1)
+    tolerance = 1e-3 * p_n.max()
+    assert np.all(size <= 0.3 * p_n + tolerance)
+    slides = (p_n > 0) & ~small.stick.values
+    np.testing.assert_allclose(size[slides], 0.3 * p_n[slides], atol=tolerance)
+
+
+@pytest.fixture(scope="module")
+def conforming():
+    """A patch over tens of degrees by A, B-hat, and the matrix of B-hat in the place of C."""
+    of = rolls(
+        10.3, loads=[1e4], friction=[0.3], elements=8, ics=["A", "Bhat", "C"], longitudinal=[-1e-3, 0.0, 1e-3]
+    )
+    patch = pytest.MonkeyPatch()
+    patch.setattr("compare.results.friction.bodies.full_reference_ics", in_place_of_c)
+    yield of, to_dataset(compute_rolling(of))
+    patch.undo()
+
+
+def in_place_of_c(of, placed, _):
+    operator = GridOperator.of(matrix("Bhat", of.pair, placed.grid))
+    return FullReferenceICs(operator, GridOperator(1.02 * operator.transformed, operator.n_x), 0.02, 0.0, 0.0)
+
+
+def test_fast_operators_and_matrices_give_the_same_curve(conforming):
+    """A matrix has the curvature of the wheel along x, which fast operators leave out."""
+    _, dataset = conforming
+    assert float(dataset.rms.sel(ics="Bhat")[0]) < 0.03
+    assert float(dataset.rms.sel(ics="A")[0]) > float(dataset.rms.sel(ics="Bhat")[0])
+
+
+def test_estimates_of_c_have_the_change_by_its_error(conforming):
+    _, dataset = conforming
+    assert np.all(dataset.estimate_F_x.sel(ics="C") > 0)
+    known = dataset.estimate_approach.sel(ics="C") / dataset.approach.sel(ics="C")
+    assert np.all(known > 0.005)  # ICs are 2 % larger
+
+
+def test_curves_are_the_same_from_a_search_as_from_prescribed_forces(conforming):
+    of, dataset = conforming
+    placed = placed_on(of, Grid(dataset.sizes["x"], dataset.sizes["s"], *steps(dataset)))
+    solver = Solver(of, placed, None, Means())
+    path = _Path.of(solver, solver.problem(approximation(placed, "A"), 0.3), "A")
+    begun = path.first()
+    searched = path.searched(0.0, begun)
+    expected = float(dataset.zero_creepage.sel(ics="A")[0])
+    assert searched.creepages.longitudinal == pytest.approx(expected, abs=1e-6)
+
+
+def steps(dataset):
+    return [float(np.diff(dataset[name])[0]) for name in ("x", "s")]
+
+
+def test_numbers_have_no_estimates_where_larger_elements_have_no_solution(monkeypatch):
+    told = []
+    monkeypatch.setattr(rolling, "_coarse", lambda *of: told.append(of[2]))
+    dataset = to_dataset(compute_rolling(rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 1e-3])))
+    assert told == ["friction 0.3, A, larger elements"]
+    assert np.all(np.isnan(dataset.estimate_F_x))
+    assert not np.any(np.isnan(dataset.F_x))
+
+
+def test_forces_beyond_the_curve_are_refused():
+    of = rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 1e-5], equal_force=0.9)
+    path = path_of(of)
+    with pytest.raises(Failure, match=r"F_x = .* N is beyond the curve; give further creepages"):
+        path.searched(0.9 * path.largest, path.first())
+
+
+def path_of(of):
+    found = []
+    with pytest.raises(InterruptedError):
+        rolling.on_fitting_grid(of, Means(), lambda solver: stop(found, solver))
+    (solver,) = found
+    return _Path.of(solver, solver.problem(solver.operator("A"), 0.3), "A")
+
+
+def stop(found, solver):
+    found.append(solver)
+    raise InterruptedError
+
+
+def test_grids_that_are_too_short_are_made_longer_and_a_scenes_own_is_not():
+    tried = []
+
+    def short_at_first(solver):
+        tried.append(solver.placed.grid)
+        if len(tried) == 1 or not solver.scene.contact.automatic:
+            raise PotentialAreaTooSmall(("x > 0",))
+        return "done"
+
+    assert rolling.on_fitting_grid(rolls(), Means(), short_at_first) == "done"
+    assert tried[1].n_x > tried[0].n_x
+    with pytest.raises(Failure, match=r"contact at 2 N: potential contact area"):
+        rolling.on_fitting_grid(rolls(grid="scene"), Means(), short_at_first)
+
+
+def test_only_a_rolling_wheel_is_seen_as_rolling():
+    of = rolls(10.3)
+    grid = Grid(6, 4, 0.2, 0.2)
+    placed = placed_on(of, grid)
+    ics = {name: np.random.default_rng(0).standard_normal((6, 4, 4, 3, 3)) for name in ("lower", "upper")}
+    pressed_on = scene(10.3, motion="compression", loads=[1.0])
+    rolled, pressed = (_total(one, placed, ics) for one in (of, pressed_on))
+    np.testing.assert_array_equal(rolled[..., 1:, :], pressed[..., 1:, :])
+    assert np.max(np.abs(rolled[1:, ..., 0, :] - pressed[1:, ..., 0, :])) > 0
+    exchanged = np.swapaxes(np.swapaxes(pressed, 1, 2), 3, 4)
+    np.testing.assert_allclose(pressed[..., 1:, 1:], exchanged[..., 1:, 1:])
+    np.testing.assert_allclose(pressed[..., 0, 1:], -exchanged[..., 0, 1:])
+
+
+def test_c_of_planes_moves_as_half_spaces_do():
+    """All nine components; coarse cells."""
+    of = load_scene(
+        "flat", {"engine": {"tolerance": 0.3}, "contact": {"motion": "compression", "loads": [1.0]}}
+    )
+    placed = placed_on(of, Grid(6, 4, 0.4, 0.6))
+    c = full_reference_ics(of, placed, Means())
+    p = np.random.default_rng(0).random((6, 4, 3))
+    p -= p.mean(axis=(0, 1))  # no resultant: the rigid-body discount does not matter
+    expected = approximation(placed, "A")(p)
+    found = c.operator(p)
+    found -= (found - expected).mean(axis=(0, 1))
+    np.testing.assert_allclose(found, expected, atol=0.1 * np.max(np.abs(expected)))
+    assert 0 < c.estimate < 0.2
