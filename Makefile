@@ -77,6 +77,7 @@ bench: $(READY)  ## seconds, memory and errors (tables go to the pages of docs/ 
 	$(BIN)/python benchmarks/matrix.py 32 64
 	$(BIN)/python benchmarks/contact_discount.py
 	$(BIN)/python benchmarks/normal_contact.py
+	$(BIN)/python benchmarks/rolling_contact.py
 	$(BIN)/python benchmarks/solid_engine.py
 
 clean:  ## remove results and the virtual environment

@@ -278,4 +278,6 @@ def test_no_scene_is_suggested_where_none_is_similar():
     with pytest.raises(BadScene) as caught:
         scene_path("zzz")
     assert "did you mean" not in str(caught.value)
-    assert re.search(r"scene 'zzz': no such file .* Built-in: flat, geometry1, geometry2", str(caught.value))
+    assert re.search(
+        r"scene 'zzz': no such file .* Built-in: compression, flat, geometry1", str(caught.value)
+    )
