@@ -3,9 +3,9 @@
     python benchmarks/rolling_contact.py
 
 The case of published timings: a Hertz ellipse, a = 5, b = 4 mm, F_n = 80 kN, friction 0.3, G = 82 000 MPa,
-nu = 0.28 for both bodies, rigid slip 8e-4, 4e-4, spin 2e-4 / mm. Seconds of pressures and tractions together, to
-1e-5 of the largest pressure, on one thread; the operator of C (dense between strips) is filled with A: its cost
-does not depend on the values. Then errors of forces against seconds, first and second order.
+nu = 0.28 for both bodies, rigid slip 8e-4, 4e-4, spin 2e-4 / mm. Seconds of pressures and tractions together,
+to 1e-5 of the largest pressure, on one thread; the operator of C (dense between strips) is filled with A: its
+cost does not depend on the values. Then errors of forces against seconds, first and second order.
 """
 
 from time import perf_counter
