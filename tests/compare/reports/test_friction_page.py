@@ -12,18 +12,20 @@ from compare.results.friction.rolling import compute_rolling
 from compare.results.friction.rolling_dataset import to_dataset as of_rolling
 from tests.compare.results.friction.scenes import scene
 
-LOOK = {"elements": 8, "friction": [0.2, 0.5]}
+COARSE = 8  # elements across the patch
 
 
 @pytest.fixture(scope="module")
 def rolled():
     keys = {"motion": "rolling", "loads": [1e4], "longitudinal": [-4e-3, 0.0, 4e-3]}
-    return compute_rolling(scene(10.3, **keys, **LOOK))
+    return compute_rolling(scene(10.3, elements=COARSE, friction=[0.5], **keys))
 
 
 @pytest.fixture(scope="module")
 def pressed():
-    return compute_compression(scene(10.3, motion="compression", loads=[5e3, 1e4], **LOOK))
+    return compute_compression(
+        scene(10.3, elements=COARSE, friction=[0.2, 0.5], motion="compression", loads=[5e3, 1e4])
+    )
 
 
 def test_the_page_and_file_of_rolling_are_written_and_hang_together(rolled, tmp_path):

@@ -15,7 +15,7 @@ def scene(upper_radius=WHEEL, rolling_radius=ROLLING, **contact):
             "lower": {**material, "contour": lower},
             "upper": {**material, "contour": upper, "rolling_radius": rolling_radius},
             "patch": {"a": 0.1, "b": 0.1},
-            "contact": {"ics": ["A", "Bhat"], "elements": 12} | contact,
+            "contact": {"ics": ["A", "Bhat"], "elements": 8} | contact,
         },
         "pair",
     )

@@ -176,6 +176,7 @@ def test_only_a_rolling_wheel_is_seen_as_rolling():
     np.testing.assert_allclose(pressed[..., 0, 1:], -exchanged[..., 0, 1:])
 
 
+@pytest.mark.slow  # two models by finite elements
 def test_c_of_planes_moves_as_half_spaces_do():
     """All nine components; coarse cells."""
     of = load_scene(
