@@ -294,6 +294,7 @@ def test_scenes_of_one_name_are_refused(write_scene, capsys):
     assert "two have the same name" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_without_bhat_there_are_no_maps_of_it(tmp_path):
     assert exit_code(["contact", "wide", "tall", "--ics", "A", "--results", str(tmp_path)]) == DONE
     assert sorted(path.name for path in tmp_path.iterdir()) == ["tall", "wide"]

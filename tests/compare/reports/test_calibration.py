@@ -252,6 +252,7 @@ def test_properties_of_each_body_replace_those_of_both(tmp_path):
     assert again.has_effective("combined")
 
 
+@pytest.mark.slow
 def test_few_variants_and_properties_of_each_body_make_a_report_too(made, tmp_path):
     """Figures need A, B, B-hat whatever the scene lists; two scenes may have different properties."""
     path, out = made

@@ -87,6 +87,7 @@ def test_estimates_hold_where_they_did_not(asked, tolerance, engine):
     assert used <= 1
 
 
+@pytest.mark.slow
 def test_a_component_asked_alone_has_an_estimate_that_bounds_its_error(engine):
     """C_sn once had an error of 1.45 estimates: both meshes happened to err alike in it, not in C_ns."""
     asked = flat(nu=0.4999)

@@ -160,6 +160,7 @@ def test_the_ball_is_known_to_the_estimate(side, s):
     assert np.all(error <= estimate), error / estimate
 
 
+@pytest.mark.slow
 def test_prismatic_is_the_limit_of_a_large_wheel_with_a_difference_like_1_over_r():
     radii = np.array([1e3, 2e3, 4e3])
     crown = {"side": UPPER, "contour": arc(10.0, 0.4, 0.4)}

@@ -39,7 +39,9 @@ def solved(job, store):
     return matrices({"body": job}, Means(2, store))["body"]
 
 
-@pytest.fixture(scope="module", params=BODIES)
+@pytest.fixture(
+    scope="module", params=["wheel", pytest.param("rail without symmetry", marks=pytest.mark.slow)]
+)
 def both(request):
     """The matrix of all components, that of nn alone, and that of nn by the model of all."""
     job = of_all(request.param)

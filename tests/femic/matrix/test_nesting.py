@@ -57,7 +57,10 @@ def factored(monkeypatch):
 
 @pytest.mark.parametrize(
     "grid",
-    [pytest.param(v, marks=pytest.mark.slow) if "fewer" in k else v for k, v in SERVED.items()],
+    [
+        pytest.param(v, marks=pytest.mark.slow) if "fewer" in k or "longer" in k else v
+        for k, v in SERVED.items()
+    ],
     ids=SERVED,
 )
 def test_another_grid_is_served_within_both_estimates(store, factored, grid):

@@ -70,6 +70,7 @@ def test_error_falls_at_least_like_h_squared():
     assert rate > 2
 
 
+@pytest.mark.slow
 def test_error_falls_about_like_the_square_of_the_domain():
     sizes = np.array([20.0, 28.3, 40.0])  # larger ones meet the floor of the mesh error
     found = np.array([flat_errors(size, 2.0) for size in sizes])
