@@ -10,9 +10,13 @@ vanishes only with s, changes continuously, and is the mean up to errors of the 
 smooth. (With the plain mean the law has no solution on one of ten coarse grids.)
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from geometries.arrays import Array
+
+Linear = Callable[[Array], Array]
 
 TINY = 1e-150
 
@@ -23,13 +27,18 @@ def centred(slip: Array) -> Array:
     return np.asarray(slip + weight / 2 * (behind - slip))
 
 
-def centred_change(slip: Array, change: Array) -> Array:
-    """The derivative of it at a slip, times a change of this, shape (n_x, n_s, 2)."""
-    behind, change_behind = _behind(slip), _behind(change)
+def centred_derivative(slip: Array) -> Linear:
+    """The derivative of it at a slip: a linear function of changes of this, shape (n_x, n_s, 2)."""
+    step = (_behind(slip) - slip) / 2
     weight, of_ahead, of_behind = _weights(slip)
-    change_of_weight = np.sum(of_ahead * change + of_behind * change_behind, axis=-1, keepdims=True)
-    mixed = change + weight / 2 * (change_behind - change)
-    return np.asarray(mixed + change_of_weight / 2 * (behind - slip))
+    half, rest = weight / 2, 1 - weight / 2
+
+    def of_change(change: Array) -> Array:
+        behind = _behind(change)
+        change_of_weight = np.sum(of_ahead * change + of_behind * behind, axis=-1, keepdims=True)
+        return np.asarray(rest * change + half * behind + change_of_weight * step)
+
+    return of_change
 
 
 def _behind(values: Array) -> Array:

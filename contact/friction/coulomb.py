@@ -46,8 +46,8 @@ class Places(Protocol):
         """The slip at the centres of elements, shape (n_x, n_s, 2)."""
         ...
 
-    def change_at_elements(self, slip: Array, change: Array) -> Array:
-        """The derivative of it at a slip, times a change of this, shape (n_x, n_s, 2)."""
+    def derivative_at_elements(self, slip: Array) -> Linear:
+        """The derivative of it at a slip: a linear function of changes of this."""
         ...
 
 
@@ -274,11 +274,11 @@ class _Newton:
         """The solution of the linear equations."""
         m, k = len(state.q), len(state.c)
         weak = np.where(state.stick[:, None], 0.0, state.share)
+        at_elements = self.problem.places.derivative_at_elements(state.slip)
 
         def of_elements(q: Array, slip: Array) -> Array:
             """The derivative of the law by tractions and slip."""
-            changed = self.problem.places.change_at_elements(state.slip, slip)
-            moved = q - self.scale * changed[self.mask]
+            moved = q - self.scale * at_elements(slip)[self.mask]
             across = moved - state.towards * np.sum(state.towards * moved, axis=1, keepdims=True)
             return np.where(state.stick[:, None], self.scale * slip[self.mask], q - weak * across)
 

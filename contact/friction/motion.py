@@ -18,7 +18,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.friction.centred import centred, centred_change
+from contact.friction.centred import Linear, centred, centred_derivative
 from contact.friction.leading import DEPTH
 from geometries.arrays import Array
 from geometries.errors import WrongInput
@@ -61,9 +61,9 @@ class Motion:
         """The slip at the centres of elements; it vanishes with the other, which may be beside these."""
         return slip
 
-    def change_at_elements(self, slip: Array, change: Array) -> Array:  # noqa: ARG002 (linear here)
-        """The derivative of it at a slip, times a change of this."""
-        return change
+    def derivative_at_elements(self, slip: Array) -> Linear:  # noqa: ARG002 (linear here)
+        """The derivative of it at a slip: a linear function of changes of this."""
+        return lambda change: change
 
     @property
     def simpler(self) -> Self | None:
@@ -157,9 +157,9 @@ class SteadyRolling(Motion):
         """The slip at the centres of elements, from that ahead and that behind them."""
         return slip if self.order == 1 else centred(slip)
 
-    def change_at_elements(self, slip: Array, change: Array) -> Array:
-        """The derivative of it at a slip, times a change of this."""
-        return change if self.order == 1 else centred_change(slip, change)
+    def derivative_at_elements(self, slip: Array) -> Linear:
+        """The derivative of it at a slip: a linear function of changes of this."""
+        return super().derivative_at_elements(slip) if self.order == 1 else centred_derivative(slip)
 
     @property
     def given(self) -> Array:
