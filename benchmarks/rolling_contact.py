@@ -56,7 +56,7 @@ def problem(across: tuple[int, int], order: int, name: str = "A") -> RollingProb
     flat = turned("A", PAIR, grid)
     operator = GridOperator.of(matrix("A", PAIR, grid)) if name == "C" else flat
     contact = FrictionalProblem(grid, operator, flat, distance, np.zeros(n_s), FRICTION)
-    return RollingProblem(contact, Rolling(plane(), np.inf, x, grid.strips), order)
+    return RollingProblem(contact, Rolling(plane(), np.inf, x, grid.strips, np.zeros(n_s)), order)
 
 
 def solved(rolling: RollingProblem):

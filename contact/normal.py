@@ -13,6 +13,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from contact.bounded import TOLERANCE, Bounded, Linear, Solution, pressures
 from contact.edges import MARGIN, Extent, extents, near_ends
+from contact.fours import of_fours
 from contact.operators.convolution import Convolution
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
@@ -79,7 +80,7 @@ class NormalProblem:
             Grid(grid.n_x // 2, grid.n_s // 2, 2 * grid.dx, 2 * grid.ds, grid.s),
             self.operator.coarsened(),
             self.flat.coarsened(),
-            _of_fours(self.distance),
+            of_fours(self.distance),
             self.cosine.reshape(-1, 2).mean(axis=1),
         )
 
@@ -101,7 +102,7 @@ class NormalProblem:
         """Whether the grid can be made of elements twice as large, with contact possible on some."""
         sizes = self.grid.n_x, self.grid.n_s
         even = all(n % 2 == 0 and n >= 2 * COARSEST for n in sizes)
-        return even and bool(np.any(np.isfinite(_of_fours(self.distance))))
+        return even and bool(np.any(np.isfinite(of_fours(self.distance))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,16 +208,10 @@ def _solved(
 ) -> NormalContact:
     coarser = None
     if problem.has_coarser:
-        coarse_start = None if start is None else _of_fours(start)
+        coarse_start = None if start is None else of_fours(start)
         coarser = _solved(problem.coarsened, load, approach, coarse_start, tolerance)
         if start is None:
             start = coarser.p.repeat(2, axis=0).repeat(2, axis=1)
     wanted = None if load is None else load / problem.grid.area
     solution = pressures(problem.bounded, load=wanted, approach=approach, start=start, tolerance=tolerance)
     return NormalContact(problem, solution, coarser)
-
-
-def _of_fours(values: Array) -> Array:
-    """Means over four neighbours, (n_x / 2, n_s / 2)."""
-    n_x, n_s = values.shape
-    return np.asarray(values.reshape(n_x // 2, 2, n_s // 2, 2).mean(axis=(1, 3)))

@@ -69,6 +69,16 @@ class Undeformed:
         s = self.touching[0]
         return float(_arc_length_at(self.upper.contour, self.lower.contour.position(s)[0] - self.shift) - s)
 
+    def upper_height(self, s: ArrayLike) -> Array:
+        """Height [mm] of the upper surface over its own origin where it is opposite s at x = 0, shape of s.
+
+        Opposite is along the normal of the lower surface, or there where that does not meet the upper one.
+        """
+        s = np.asarray(s, dtype=float)
+        distance = self.distance(0.0, s)
+        apart = np.where(np.isfinite(distance), distance, 0.0) * self.lower.contour.normal(s)[1]
+        return np.asarray(self.lower.contour.position(s)[1] - self.touching[1] + apart)
+
     def distance(self, x: ArrayLike, s: ArrayLike, approach: float = 0.0) -> Array:
         """Distance [mm] along the normal of the lower surface at (x, s) [mm], shape broadcast(x, s).
 

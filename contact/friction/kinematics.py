@@ -38,22 +38,24 @@ NAMES = ("longitudinal", "lateral", "spin")
 class Rolling:
     """Where a wheel of rolling radius `radius` [mm] rolls on a lower contour.
 
-    `x` [mm], (n_x,), and `s` [mm], (n_s,), are the centres of elements; the surfaces are taken to meet on the
-    lower one. An infinite radius is that of a prismatic upper body, which only slides.
+    `x` [mm], (n_x,), and `s` [mm], (n_s,), are the centres of elements; `height` [mm], (n_s,), is that of the
+    wheel's surface there over its crown (`Undeformed.upper_height`): a wheel that is moved aside touches on
+    other circles. An infinite radius is that of a prismatic upper body, which only slides.
     """
 
     contour: Contour
     radius: float
     x: Array
     s: Array
+    height: Array
 
     def rigid_slip(self, creepages: Creepages) -> Array:
         """Rigid slip per unit of rolled distance, shape (n_x, n_s, 2)."""
         xi, upsilon, phi = creepages.longitudinal, creepages.lateral, creepages.spin
-        y, z = self.contour.position(self.s)
+        y, _ = self.contour.position(self.s)
         sin, cos = self.contour.normal(self.s)
         x = self.x[:, None]
-        along_x = -xi + (1 + xi) * z / self.radius - phi * y
+        along_x = -xi + (1 + xi) * self.height / self.radius - phi * y
         along_s = upsilon * cos + (1 + xi) * x * sin / self.radius + phi * x * cos
         return np.stack(np.broadcast_arrays(along_x, along_s), axis=-1)
 

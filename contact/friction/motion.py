@@ -18,6 +18,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from contact.fours import of_fours
 from contact.friction.centred import Linear, centred, centred_derivative
 from contact.friction.leading import DEPTH
 from geometries.arrays import Array
@@ -209,9 +210,3 @@ class RollingStep(SteadyRolling):
 def ahead(values: Array) -> Array:
     """The values of the next elements along x; the last ones have their own."""
     return np.concatenate([values[1:], values[-1:]])
-
-
-def of_fours(values: Array) -> Array:
-    """Means over four neighbours, shape (n_x / 2, n_s / 2, ...)."""
-    n_x, n_s, *others = values.shape
-    return np.asarray(values.reshape(n_x // 2, 2, n_s // 2, 2, *others).mean(axis=(1, 3)))

@@ -70,7 +70,9 @@ def wheel_on(problem, *, order=2, mirrored=False):
     """The rolling problem of `groove`, or of half-spaces."""
     inclined = np.any(problem.inclination)
     contour = arc(10.0, *(1.3, 1.1)[:: -1 if mirrored else 1]) if inclined else plane()
-    rolling = Rolling(contour, WHEEL if inclined else np.inf, x_of(problem.grid), problem.grid.strips)
+    strips = problem.grid.strips
+    height = contour.position(strips)[1]
+    rolling = Rolling(contour, WHEEL if inclined else np.inf, x_of(problem.grid), strips, height)
     return RollingProblem(problem, rolling, order)
 
 

@@ -190,3 +190,25 @@ def test_the_upper_arc_length_runs_ahead_where_a_shifted_groove_touches():
     assert pair.touching[0] == pytest.approx(r * angle, abs=1e-6)
     assert pair.upper_offset == pytest.approx((R - r) * angle, abs=1e-6)
     assert replace(pair, shift=0.0).upper_offset == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.7, -1.2])
+@pytest.mark.parametrize("radius", [np.inf, 300.0])
+def test_the_upper_surface_is_as_high_as_a_ray_of_the_inner_circle_meets_the_outer_one(shift, radius):
+    """Over its own crown: a wheel moved aside touches on larger circles about its axle."""
+    r, R = 10.0, 12.0
+    groove, rail = arc(R, 1.0, 1.0), arc(r, 1.0, 1.0)
+    pair = surfaces(groove, rail, rolling_radius=radius, s_range=(-7.0, 7.0), shift=shift)
+    sin, cos = np.sin(S_AT / r), np.cos(S_AT / r)
+    y, z = -shift, np.sqrt((R - r) ** 2 - shift**2)  # of the inner centre from the outer one
+    along = -(y * sin + z * cos) + np.sqrt((y * sin + z * cos) ** 2 - (R - r) ** 2 + R**2)
+    np.testing.assert_allclose(pair.upper_height(S_AT), z + along * cos - R, rtol=0, atol=1e-6)
+    touching = pair.touching[0]
+    assert pair.upper_height(touching) == pytest.approx(-R * (1 - np.cos(touching / r)), abs=1e-6)
+
+
+def test_where_it_is_not_opposite_the_height_is_that_of_the_lower_surface():
+    y = np.linspace(-3.0, 3.0, 61)
+    narrow = surfaces(through_points(y, -(y**2) / 24), arc(10.0, 0.6, 0.6))
+    assert np.isinf(narrow.distance(0.0, 5.0))
+    assert narrow.upper_height(5.0) == pytest.approx(-10 * (1 - np.cos(0.5)), abs=1e-3)

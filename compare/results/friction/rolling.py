@@ -119,7 +119,8 @@ class _Path:
         """The way along the curve of a problem on its own grid."""
         bodies, placed = solver.scene.bodies, replace(solver.placed, grid=problem.grid)
         contour, radius = bodies["lower"].contour, bodies["upper"].rolling_radius
-        rolling = Rolling(contour, radius, placed.x, placed.grid.strips)
+        strips = placed.grid.strips
+        rolling = Rolling(contour, radius, placed.x, strips, placed.undeformed.upper_height(strips))
         return cls(solver, RollingProblem(problem, rolling), label)
 
     @property

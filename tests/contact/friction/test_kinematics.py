@@ -9,7 +9,8 @@ from geometries.errors import WrongInput
 
 CONTOUR, RADIUS, SPEED = arc(10.0, 1.2, 0.9), 460.0, 3.0
 X, S = np.linspace(-6.0, 5.0, 7), np.linspace(-11.0, 8.0, 9)
-ROLLING = Rolling(CONTOUR, RADIUS, X, S)
+HEIGHT = CONTOUR.position(S)[1] - 0.8 + 0.05 * S  # of another contour, that of the wheel
+ROLLING = Rolling(CONTOUR, RADIUS, X, S, HEIGHT)
 CASES = [
     Creepages(),
     Creepages(2e-3),
@@ -19,17 +20,17 @@ CASES = [
 ]
 
 
-def of_a_rigid_wheel(creepages, x, s):
+def of_a_rigid_wheel(creepages, x, s, height):
     """Slip over the rail per unit of rolled distance, one point at a time.
 
     In axes that move with the contact the rail runs back with the speed V, and the wheel turns about an axle
-    at the height R_roll. Turning about y so that the lowest point runs back is omega > 0.
+    at the height R_roll over its crown. Turning about y so that the lowest point runs back is omega > 0.
     """
-    y, z = CONTOUR.position(s)
+    y, _ = CONTOUR.position(s)
     tangent_y, tangent_z = CONTOUR.tangent(s)
     omega = (1 + creepages.longitudinal) * SPEED / RADIUS
-    about_axle = np.cross([0.0, omega, 0.0], [x, y, z - RADIUS])
-    about_z = np.cross([0.0, 0.0, creepages.spin * SPEED], [x, y, z])
+    about_axle = np.cross([0.0, omega, 0.0], [x, y, height - RADIUS])
+    about_z = np.cross([0.0, 0.0, creepages.spin * SPEED], [x, y, height])
     aside = np.array([0.0, creepages.lateral * SPEED, 0.0])
     rail = np.array([-SPEED, 0.0, 0.0])
     over_rail = (about_axle + about_z + aside - rail) / SPEED
@@ -38,12 +39,14 @@ def of_a_rigid_wheel(creepages, x, s):
 
 @pytest.mark.parametrize("creepages", CASES, ids=str)
 def test_it_is_the_velocity_of_a_rigid_wheel(creepages):
-    expected = np.array([[of_a_rigid_wheel(creepages, x, s) for s in S] for x in X])
+    expected = np.array(
+        [[of_a_rigid_wheel(creepages, x, *at) for at in zip(S, HEIGHT, strict=True)] for x in X]
+    )
     np.testing.assert_allclose(ROLLING.rigid_slip(creepages), expected, rtol=1e-12, atol=1e-15)
 
 
 def test_a_driven_wheel_slips_back_and_a_lateral_creepage_is_a_slip_to_larger_s():
-    crown = Rolling(CONTOUR, RADIUS, np.zeros(1), np.zeros(1))
+    crown = Rolling(CONTOUR, RADIUS, np.zeros(1), np.zeros(1), np.zeros(1))
     assert crown.rigid_slip(Creepages(1e-3, 2e-3)).ravel() == pytest.approx([-1e-3, 2e-3])
 
 
@@ -55,7 +58,7 @@ def test_each_creepage_adds_its_own_slip():
 
 
 def test_a_plane_on_a_plane_only_slides_and_turns():
-    flat = Rolling(plane(), np.inf, X, S)
+    flat = Rolling(plane(), np.inf, X, S, 0 * S)
     assert np.all(flat.rigid_slip(Creepages()) == 0)
     slip = flat.rigid_slip(Creepages(1e-3, 2e-3, 1e-4))
     np.testing.assert_allclose(slip[..., 0], np.broadcast_to(-1e-3 - 1e-4 * S, (7, 9)))

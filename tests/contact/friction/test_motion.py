@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from contact.fours import of_fours
 from contact.friction.leading import DEPTH
-from contact.friction.motion import DAMPING, FreeSlip, Motion, RollingStep, Shift, SteadyRolling, of_fours
+from contact.friction.motion import DAMPING, FreeSlip, Motion, RollingStep, Shift, SteadyRolling
 from geometries.errors import WrongInput
 
 RANDOM = np.random.default_rng(0)
