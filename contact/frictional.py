@@ -16,6 +16,7 @@ import numpy as np
 from contact.bounded import pressures
 from contact.edges import Extent, extents, near_ends
 from contact.friction import coulomb
+from contact.friction.borne import NotBorne
 from contact.friction.coulomb import Coulomb, FreeAmplitudes, Tangential
 from contact.friction.leading import LeadingEdge
 from contact.friction.motion import Motion
@@ -245,6 +246,8 @@ class _Turns:
         """The contact, with the motion in a simpler form if it is not found in its own."""
         try:
             return self.end(p, amplitudes)
+        except NotBorne:
+            raise
         except Failure:
             if self.motion.simpler is None:
                 raise

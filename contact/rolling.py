@@ -16,10 +16,14 @@ from geometries.errors import WrongInput
 
 @dataclass(frozen=True, eq=False)
 class RollingContact:
-    """A contact in steady rolling and the creepages at which it rolls."""
+    """A contact in steady rolling and the creepages at which it rolls.
+
+    `simplified` says whether it was found in a less accurate form only than that of the order asked for.
+    """
 
     contact: FrictionalContact
     creepages: Creepages
+    simplified: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +63,7 @@ class RollingProblem:
             name: getattr(creepages, name) + amplitude
             for name, amplitude in zip(forces, contact.amplitudes, strict=True)
         }
-        return RollingContact(contact, replace(creepages, **found))
+        return RollingContact(contact, replace(creepages, **found), contact.motion.depth < motion.depth)
 
     @cached_property
     def weights(self) -> Mapping[str, Array]:

@@ -15,14 +15,18 @@ STEPS = 50
 SMALLEST = 1e-9  # of |c W|, and of eigenvalues, as shares of the largest
 
 
+class NotBorne(Failure):
+    """Forces that no tractions within the bounds of friction bring about."""
+
+
 def check_borne(weights: Array, bound: Array, targets: Array) -> None:
-    """Raise Failure where tractions within bounds (n_x, n_s) do not bring about forces `targets` (k,).
+    """Raise NotBorne where tractions within bounds (n_x, n_s) do not bring about forces `targets` (k,).
 
     The forces are the sums of weights (k, n_x, n_s, 2) times tractions.
     """
     factor = borne(weights, bound, targets)
     if factor <= 1:
-        raise Failure(
+        raise NotBorne(
             "forces asked for exceed what friction bears: of all of them together it bears less than "
             f"{factor:.4g} times as much; use smaller forces, a larger load, or more friction"
         )

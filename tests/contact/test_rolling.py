@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from contact.friction import coulomb
+from contact.friction.borne import NotBorne
 from contact.friction.kinematics import NAMES, Creepages
 from contact.friction.motion import RollingStep
-from contact.frictional import Pressing, solve
+from contact.frictional import Pressing, _Turns, solve
 from contact.references.creepage_coefficients import creepage_coefficients
 from geometries.errors import Failure, WrongInput
 from tests.contact.friction_problems import MIXED, POINT, groove, paraboloids, wheel_on
@@ -79,6 +80,38 @@ def test_forces_that_friction_does_not_bear_are_refused_at_once(times, order, mo
     for forces in ({"longitudinal": -most}, {"longitudinal": 0.8 * most, "lateral": 0.6 * most}):
         with pytest.raises(Failure, match="forces asked for exceed what friction bears"):
             wheel_on(FLAT, order=order).contact(Creepages(), Pressing(LOAD), forces=forces)
+
+
+@pytest.mark.parametrize(
+    ("failure", "tried"), [(NotBorne, [2]), (Failure, [2, 1, 0])], ids=["not borne", "not found"]
+)
+def test_only_what_is_not_found_is_sought_in_simpler_forms(failure, tried, monkeypatch):
+    depths = []
+
+    def failing(turns, *_):
+        depths.append(turns.motion.depth)
+        raise failure("no")
+
+    monkeypatch.setattr(_Turns, "end", failing)
+    coarsest = paraboloids(14, 12)
+    with pytest.raises(failure):
+        wheel_on(coarsest).contact(Creepages(), Pressing(LOAD))
+    assert depths == tried
+
+
+def test_a_contact_says_that_it_was_found_in_a_simpler_form(monkeypatch):
+    wheel, end = wheel_on(paraboloids(14, 12)), _Turns.end
+
+    def simpler_only(turns, *of):
+        if turns.motion.depth > 1:
+            raise Failure("no")
+        return end(turns, *of)
+
+    assert not wheel.contact(Creepages(1e-3), Pressing(LOAD)).simplified
+    first_order = replace(wheel, order=1)
+    assert not first_order.contact(Creepages(1e-3), Pressing(LOAD)).simplified
+    monkeypatch.setattr(_Turns, "end", simpler_only)
+    assert wheel.contact(Creepages(1e-3), Pressing(LOAD)).simplified
 
 
 def test_without_friction_or_contact_no_forces_are_borne():

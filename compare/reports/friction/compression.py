@@ -22,16 +22,14 @@ from compare.reports.friction.page import (
     names,
     write_contact_page,
 )
-from compare.results.friction.compression import CompressionResults, to_dataset
 from compare.results.friction.quantities import OF_PATCH
 
 WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel
 SUFFICES = 0.05  # difference of sliding over contact area up to which ICs are said to suffice
 
 
-def write_compression(results: CompressionResults, out: Path) -> Path:
+def write_compression(dataset: xr.Dataset, out: Path) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
-    dataset = to_dataset(results)
     return write_contact_page(dataset, out, summary(dataset), _parts(dataset), _tables(dataset))
 
 

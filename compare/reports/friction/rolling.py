@@ -24,16 +24,14 @@ from compare.reports.friction.page import (
     write_contact_page,
 )
 from compare.results.friction.quantities import OF_ROLLING
-from compare.results.friction.rolling import RollingResults
-from compare.results.friction.rolling_dataset import OF_FREE, scaled_force, to_dataset
+from compare.results.friction.rolling import OF_FREE, scaled_force
 
 WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel
 SUFFICES = 0.02  # distance of curves, over friction times load, up to which ICs are said to suffice
 
 
-def write_rolling(results: RollingResults, out: Path) -> Path:
+def write_rolling(dataset: xr.Dataset, out: Path) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
-    dataset = to_dataset(results)
     return write_contact_page(dataset, out, summary(dataset), _parts(dataset), _tables(dataset))
 
 
@@ -56,8 +54,7 @@ def summary(dataset: xr.Dataset) -> str:
             f"load (root mean square) from that by {symbol} at worst; creepage without force {shift:+.2g}, "
             f"slope {steeper:+.1%}."
         )
-    sentences.append(_verdict(dataset))
-    return " ".join(sentences)
+    return " ".join([*sentences, _verdict(dataset), *_simplified(dataset)])
 
 
 def _others(dataset: xr.Dataset) -> list[str]:
@@ -90,6 +87,17 @@ def _verdict(dataset: xr.Dataset) -> str:
         )
     suffice = "suffices" if len(enough) == 1 else "suffice"
     return f"Within {SUFFICES:.0%} of {symbol}, {listed(SYMBOLS[name] for name in enough)} {suffice}."
+
+
+def _simplified(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield which contacts are less accurate than others."""
+    for name in names(dataset):
+        of_ics = dataset.simplified.sel(ics=name)
+        if number := int(of_ics.sum()):
+            yield (
+                f"{SYMBOLS[name]}: {number} of {of_ics.size} contacts were found with fewer elements only "
+                "that follow others at the leading edge; these are less accurate."
+            )
 
 
 def _parts(dataset: xr.Dataset) -> Iterator[Part]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 from compare.results.contact.compute import C, grids_of, sizing_of
@@ -19,12 +20,16 @@ Outcome = TypeVar("Outcome")
 
 @dataclass(frozen=True, eq=False)
 class Solver:
-    """The bodies of a scene on a grid; `reference` is C on it, None where it is not wanted."""
+    """The bodies of a scene on a grid."""
 
     scene: Scene
     placed: Placed
-    reference: FullReferenceICs | None
     means: Means
+
+    @cached_property
+    def reference(self) -> FullReferenceICs:
+        """C on the grid, computed when it is needed for the first time."""
+        return full_reference_ics(self.scene, self.placed, self.means)
 
     @property
     def wanted(self) -> FrictionWanted:
@@ -35,9 +40,14 @@ class Solver:
 
     def operator(self, name: str) -> FullOperator:
         """The ICs of a name."""
-        if name == C and self.reference is not None:
-            return self.reference.operator
-        return approximation(self.placed, name)
+        return self.reference.operator if name == C else approximation(self.placed, name)
+
+    def known_of(self, name: str) -> dict[str, float]:
+        """What is known of C on the grid; nothing of other ICs."""
+        if name != C:
+            return {}
+        c = self.reference
+        return {"C_estimate": c.estimate, "C_asymmetry": c.asymmetry, "C_seconds": c.seconds}
 
     def problem(self, operator: FullOperator, friction: float) -> FrictionalProblem:
         """The contact with some ICs and a coefficient of friction."""
@@ -61,9 +71,8 @@ def on_fitting_grid(scene: Scene, means: Means, solve: Callable[[Solver], Outcom
         means.watch.on_stage(
             f"  {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: {largest}"
         )
-        reference = full_reference_ics(scene, placed, means) if C in scene.contact.ics else None
         try:
-            return solve(Solver(scene, placed, reference, means))
+            return solve(Solver(scene, placed, means))
         except PotentialAreaTooSmall as short:
             if not scene.contact.automatic:
                 raise Failure(f"contact at {largest}: {short}") from short

@@ -1,104 +1,74 @@
-"""Creep-force curves of a wheel by several ICs, and its contact at the same longitudinal force."""
+"""Creep-force curves of a wheel by several ICs: labelled arrays `contact.nc`."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
 from time import perf_counter
 
-import numpy as np
-from scipy.optimize import brentq
+import xarray as xr
 
-from compare.results.contact.compute import C
-from compare.results.friction.bodies import Solver, on_fitting_grid
-from compare.results.friction.quantities import OF_ROLLING, numbers
+from compare.results.contact.compute import C, reference_name
+from compare.results.friction.bodies import Solver
+from compare.results.friction.curve import Curve, Numbers, Path
+from compare.results.friction.dataset import differences, maps, scalars, tables
+from compare.results.friction.parts import by_friction_and_ics
+from compare.results.friction.quantities import OF_ROLLING, Described
 from compare.scenes.scene import Scene
-from contact.friction.kinematics import Creepages, Rolling
-from contact.frictional import FrictionalProblem, Pressing
+from contact.frictional import FrictionalProblem
 from contact.normal import PotentialAreaTooSmall
-from contact.rolling import RollingContact, RollingProblem
 from femic.means import DEFAULT, Means
 from geometries.errors import Failure
 
-MOST_HALVINGS = 2  # of a step of creepage that fails
-ACCURACY = 1e-9  # of creepages that are searched for
-AROUND_ZERO = 0.02  # forces over friction times load between which the slope at no force is taken
-UNKNOWN = dict.fromkeys(OF_ROLLING, np.nan)  # numbers where there is no contact
-
-Numbers = Mapping[str, float]
-
-
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """A creep-force curve on one grid: numbers by creepage, NaN where none is found, and certain forces."""
-
-    points: Sequence[Numbers]
-    zero_creepage: float  # without longitudinal force
-    slope: float  # dF_x / dxi there [N]
-    equal: RollingContact  # with the force at which ICs are compared
+OF_FREE = {  # what describes a curve, besides its points
+    "zero_creepage": Described("1", "creepage without longitudinal force"),
+    "slope": Described("N", "derivative of the longitudinal force by the creepage there"),
+    "equal_creepage": Described("1", "creepage at the force at which tractions are compared"),
+}
 
 
-@dataclass(frozen=True, eq=False)
-class SolvedRolling:
-    """Rolling by some ICs at some friction.
+def compute_rolling(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
+    """Numbers by friction, ICs and creepage `xi`, each with `estimate_NAME`, and maps at equal force.
 
-    `coarse` is the curve on elements twice as large, None where it is not found; `change` that of numbers at
-    the first creepage of the path by the estimated error of C, None of others.
+    `simplified` marks contacts that are found in the less accurate form only, and `rms` are distances of
+    curves to the reference's. Raises BadScene for what cannot be solved, and Failure as `contact`.
     """
-
-    friction: float
-    ics: str
-    curve: Curve
-    coarse: Curve | None
-    change: Numbers | None
-    seconds: float
+    dataset = by_friction_and_ics(scene, means, _solved, "Rolling with friction")
+    wanted = scene.contact.friction
+    dataset.attrs["load"] = scene.contact.loads[0]
+    dataset.attrs["equal_force"] = wanted.equal_force if wanted else 0.0
+    return dataset.assign(rms=_rms(dataset))
 
 
-@dataclass(frozen=True, eq=False)
-class RollingResults:
-    """The rolling of a scene by friction and ICs."""
-
-    scene: Scene
-    solver: Solver
-    solved: Mapping[tuple[float, str], SolvedRolling]
-    seconds: float
+def scaled_force(dataset: xr.Dataset, name: str = "F_x") -> xr.DataArray:
+    """The longitudinal force, or what goes with it, over friction times load."""
+    return dataset[name].drop_attrs() / (dataset.friction * dataset.attrs["load"])
 
 
-def compute_rolling(scene: Scene, means: Means = DEFAULT) -> RollingResults:
-    """Solve the rolling of a scene; raises BadScene for what cannot be solved, and Failure as `contact`."""
-    start = perf_counter()
-    solver, solved = on_fitting_grid(scene, means, lambda solver: (solver, _all(solver)))
-    return RollingResults(scene, solver, solved, perf_counter() - start)
+def _rms(dataset: xr.Dataset) -> xr.DataArray:
+    """Root mean square distance of curves to the reference's, over friction times load."""
+    force = scaled_force(dataset)
+    reference = force.sel(ics=reference_name([str(name) for name in dataset.ics.values]))
+    away = ((force - reference) ** 2).mean("xi") ** 0.5
+    return away.assign_attrs(
+        units="1", long_name="root mean square distance to the reference's curve over friction times load"
+    )
 
 
-def _all(solver: Solver) -> dict[tuple[float, str], SolvedRolling]:
-    return {
-        (friction, name): _solved(solver, friction, name)
-        for name in solver.scene.contact.ics
-        for friction in solver.wanted.coefficients
-    }
-
-
-def _solved(solver: Solver, friction: float, name: str) -> SolvedRolling:
-    """The curves by some ICs at some friction."""
+def _solved(solver: Solver, friction: float, name: str) -> xr.Dataset:
+    """The curve by some ICs at some friction."""
     start = perf_counter()
     problem = solver.problem(solver.operator(name), friction)
-    path = _Path.of(solver, problem, f"friction {friction:g}, {name}")
+    path = Path.of(solver, problem, f"friction {friction:g}, {name}")
     curve = path.curve()
     seconds = perf_counter() - start
-    coarse = _coarse(solver, problem.coarsened, f"{path.label}, larger elements")
-    change = None
-    if name == C and solver.reference is not None:
-        perturbed = solver.problem(solver.reference.perturbed, friction)
-        of_perturbed = _Path.of(solver, perturbed, f"{path.label} plus its estimate").first()
-        same = curve.points[path.xi.index(of_perturbed.creepages.longitudinal)]
-        change = {key: abs(value - same[key]) for key, value in path.numbers(of_perturbed).items()}
     solver.means.watch.on_stage(f"  {path.label}: {len(curve.points)} creepages, {seconds:.1f} s")
-    return SolvedRolling(friction, name, curve, coarse, change, seconds)
+    coarse = _coarse(solver, problem.coarsened, f"{path.label}, larger elements")
+    change = _change(path, curve) if name == C else None
+    return _labelled(solver, curve, coarse, change).assign(seconds=((), seconds, {"units": "s"}))
 
 
 def _coarse(solver: Solver, problem: FrictionalProblem, label: str) -> Curve | None:
     """The curve on larger elements, None where it is not found: numbers have no estimates then."""
     try:
-        return _Path.of(solver, problem, label).curve()
+        return Path.of(solver, problem, label).curve()
     except PotentialAreaTooSmall:
         raise
     except Failure as failure:
@@ -106,123 +76,37 @@ def _coarse(solver: Solver, problem: FrictionalProblem, label: str) -> Curve | N
         return None
 
 
-@dataclass(frozen=True, eq=False)
-class _Path:
-    """The way along a creep-force curve, outward from the creepage nearest 0."""
+def _change(path: Path, curve: Curve) -> Numbers:
+    """By how much numbers of a curve by C change with the estimated error of C, at its first creepage."""
+    perturbed = path.solver.problem(path.solver.reference.perturbed, path.problem.problem.friction)
+    of_perturbed = Path.of(path.solver, perturbed, f"{path.label} plus its estimate").first()
+    same = curve.points[path.xi.index(of_perturbed.creepages.longitudinal)]
+    return {key: abs(value - same[key]) for key, value in path.numbers(of_perturbed).items()}
 
-    solver: Solver
-    problem: RollingProblem
-    label: str
 
-    @classmethod
-    def of(cls, solver: Solver, problem: FrictionalProblem, label: str) -> "_Path":
-        """The way along the curve of a problem on its own grid."""
-        bodies, placed = solver.scene.bodies, replace(solver.placed, grid=problem.grid)
-        contour, radius = bodies["lower"].contour, bodies["upper"].rolling_radius
-        strips = placed.grid.strips
-        rolling = Rolling(contour, radius, placed.x, strips, placed.undeformed.upper_height(strips))
-        return cls(solver, RollingProblem(problem, rolling), label)
+def _labelled(solver: Solver, curve: Curve, coarse: Curve | None, change: Numbers | None) -> xr.Dataset:
+    """A curve with the estimates of its numbers, and its maps at equal force."""
+    on_larger = coarse.points if coarse else [None] * len(curve.points)
+    of_points = [
+        differences(fine, larger, change) for fine, larger in zip(curve.points, on_larger, strict=True)
+    ]
+    numbers = {
+        **tables(OF_ROLLING, "xi", {"": curve.points, "estimate_": of_points}),
+        **scalars(OF_FREE, {"": _free(curve), "estimate_": _free_estimates(curve, coarse, change)}),
+        "simplified": ("xi", list(curve.simplified)),
+    }
+    found = xr.Dataset(numbers, coords={"xi": list(solver.wanted.longitudinal)})
+    return found.merge(maps(solver, curve.equal.contact))
 
-    @property
-    def xi(self) -> tuple[float, ...]:
-        """The creepages, growing."""
-        return self.solver.wanted.longitudinal
 
-    @property
-    def largest(self) -> float:
-        """Friction times load [N]."""
-        return self.problem.problem.friction * self.solver.scene.contact.loads[0]
+def _free(curve: Curve) -> dict[str, float]:
+    """What `OF_FREE` names."""
+    equal = float(curve.equal.creepages.longitudinal)
+    return {"zero_creepage": curve.zero_creepage, "slope": curve.slope, "equal_creepage": equal}
 
-    def curve(self) -> Curve:
-        """The contacts at all creepages, each from its neighbour, and those at prescribed forces."""
-        contacts = self.contacts()
-        zero, below, above, equal = (
-            self.with_force(share * self.largest, list(contacts.values()))
-            for share in (0.0, -AROUND_ZERO, AROUND_ZERO, self.solver.wanted.equal_force)
-        )
-        rise = above.creepages.longitudinal - below.creepages.longitudinal
-        return Curve(
-            [self.numbers(contacts[xi]) if xi in contacts else UNKNOWN for xi in self.xi],
-            float(zero.creepages.longitudinal),
-            2 * AROUND_ZERO * self.largest / float(rise),
-            equal,
-        )
 
-    def contacts(self) -> dict[float, RollingContact]:
-        """The contacts by creepage, growing; without those that have no solution."""
-        first = self.first()
-        found = {first.creepages.longitudinal: first}
-        number = self.xi.index(first.creepages.longitudinal)
-        for way in (self.xi[number + 1 :], self.xi[:number][::-1]):
-            before = first
-            for xi in way:
-                if contact := self.tried(xi, before):
-                    before = found[xi] = contact
-        return {xi: found[xi] for xi in sorted(found)}
-
-    def first(self) -> RollingContact:
-        """The contact at the creepage nearest 0 that has a solution without a neighbour's."""
-        for xi in sorted(self.xi, key=abs):
-            if contact := self.tried(xi, None):
-                return contact
-        raise Failure(f"{self.label}: no contact at any creepage; use smaller or larger elements")
-
-    def tried(self, xi: float, before: RollingContact | None) -> RollingContact | None:
-        """The contact at a creepage; None where it has no solution, which is said."""
-        try:
-            return self.at(xi, before)
-        except PotentialAreaTooSmall:
-            raise
-        except Failure as failure:
-            self.solver.means.watch.on_stage(f"  left out: {failure}")
-            return None
-
-    def with_force(self, force: float, contacts: Sequence[RollingContact]) -> RollingContact:
-        """The contact with a longitudinal force [N], near that which the curve of `contacts` says."""
-        forces = [contact.contact.force[0] for contact in contacts]
-        xi = [contact.creepages.longitudinal for contact in contacts]
-        nearest = contacts[int(np.argmin(np.abs(np.array(forces) - force)))]
-        begun = self.at(float(np.interp(force, forces, xi)), nearest)
-        try:
-            return self.solved(begun.creepages.longitudinal, begun, force)
-        except Failure:
-            return self.searched(force, begun)
-
-    def searched(self, force: float, begun: RollingContact) -> RollingContact:
-        """The same by a search over creepages; raises Failure where the curve does not reach the force."""
-        found = {begun.creepages.longitudinal: begun}
-
-        def beyond(xi: float) -> float:
-            nearest = found[min(found, key=lambda other: abs(other - xi))]
-            found[xi] = self.at(xi, nearest)
-            return float(found[xi].contact.force[0]) - force
-
-        if beyond(self.xi[0]) * beyond(self.xi[-1]) > 0:
-            raise Failure(f"{self.label}: F_x = {force:g} N is beyond the curve; give further creepages")
-        return found[float(brentq(beyond, self.xi[0], self.xi[-1], xtol=ACCURACY))]
-
-    def at(self, xi: float, before: RollingContact | None, halvings: int = MOST_HALVINGS) -> RollingContact:
-        """The contact at a creepage, from a neighbour; where that fails in two steps, each likewise."""
-        try:
-            return self.solved(xi, before)
-        except PotentialAreaTooSmall:
-            raise
-        except Failure as failure:
-            if before is None or halvings == 0:
-                raise Failure(f"{self.label}, xi = {xi:g}: {failure}") from failure
-            half_way = self.at((xi + before.creepages.longitudinal) / 2, before, halvings - 1)
-            return self.at(xi, half_way, halvings - 1)
-
-    def solved(self, xi: float, before: RollingContact | None, force: float | None = None) -> RollingContact:
-        """The contact at a creepage, or with a longitudinal force [N] near it."""
-        wanted = self.solver.wanted
-        return self.problem.contact(
-            Creepages(xi, wanted.lateral, wanted.spin),
-            Pressing(load=self.solver.scene.contact.loads[0]),
-            forces={} if force is None else {"longitudinal": force},
-            start=None if before is None else before.contact,
-        )
-
-    def numbers(self, rolling: RollingContact) -> dict[str, float]:
-        """The numbers of a contact."""
-        return numbers(OF_ROLLING, self.solver.placed, rolling.contact)
+def _free_estimates(curve: Curve, coarse: Curve | None, change: Numbers | None) -> Mapping[str, float]:
+    """Creepages are changed by the estimate of C as forces are."""
+    by_change = change["F_x"] / curve.slope if change else 0.0
+    changes = {"zero_creepage": by_change, "slope": 0.0, "equal_creepage": by_change}
+    return differences(_free(curve), _free(coarse) if coarse else None, changes)

@@ -7,9 +7,7 @@ import xarray as xr
 from compare.reports.friction import compression, rolling
 from compare.reports.friction.page import cost, listed
 from compare.results.friction.compression import compute_compression
-from compare.results.friction.compression import to_dataset as of_compression
 from compare.results.friction.rolling import compute_rolling
-from compare.results.friction.rolling_dataset import to_dataset as of_rolling
 from tests.compare.results.friction.scenes import scene
 
 COARSE = 8  # elements across the patch
@@ -43,7 +41,7 @@ def test_the_page_and_file_of_rolling_are_written_and_hang_together(rolled, tmp_
 
 
 def test_the_summary_of_rolling_says_which_ics_suffice_by_which_number(rolled):
-    dataset = of_rolling(rolled)
+    dataset = rolled.copy()
     told, worst = rolling.summary(dataset), float(dataset.rms.sel(ics="A").max())
     assert f"A: its creep-force curve is {worst:.1%} of friction times load" in told
     suffices = "Within 2% of B̂, A suffices." in told
@@ -55,14 +53,21 @@ def test_the_summary_of_rolling_says_which_ics_suffice_by_which_number(rolled):
     )
 
 
+def test_the_summary_says_which_contacts_are_less_accurate(rolled):
+    assert "less accurate" not in rolling.summary(rolled)
+    some = rolled.assign(simplified=rolled.simplified.copy(data=[[[True, False, True], [False] * 3]]))
+    assert "A: 2 of 3 contacts were found with fewer elements only" in rolling.summary(some)
+    assert "B̂: " not in rolling.summary(some).split("suffices.")[-1]
+
+
 def test_one_ics_alone_have_a_page_too(rolled):
-    alone = of_rolling(rolled).sel(ics=["A"])
+    alone = rolled.sel(ics=["A"])
     assert rolling.summary(alone).endswith("No other ICs than A are compared.")
 
 
 def test_the_page_of_compression_says_how_much_slides(pressed, tmp_path):
     page = compression.write_compression(pressed, tmp_path).read_text(encoding="utf-8")
-    dataset = of_compression(pressed)
+    dataset = pressed
     last = dataset.isel(load=-1).sel(friction=0.2)
     slides = {name: f"{float(last.sliding_share.sel(ics=name)):.0%}" for name in ("A", "Bhat")}
     assert f"With friction 0.2, {slides['Bhat']} of the contact area slides by B̂" in page
@@ -72,7 +77,7 @@ def test_the_page_of_compression_says_how_much_slides(pressed, tmp_path):
 
 
 def test_what_c_took_and_is_known_to_is_told(rolled):
-    dataset = of_rolling(rolled)
+    dataset = rolled.copy()
     assert "C on this grid" not in cost(dataset)
     dataset.attrs |= {"C_seconds": 12.3, "C_estimate": 0.012, "C_asymmetry": 3e-3}
     assert "C on this grid took 12 s; its largest estimated error is 1.20% of the largest C_nn" in cost(

@@ -5,7 +5,7 @@ import pytest
 
 from compare.results.contact.compute import compute_contact
 from compare.results.contact.dataset import to_dataset as frictionless_dataset
-from compare.results.friction.compression import compute_compression, to_dataset
+from compare.results.friction.compression import compute_compression
 from geometries.errors import Failure
 from tests.compare.results.friction.scenes import scene
 from tests.compare.results.friction.test_rolling import in_place_of_c
@@ -19,7 +19,7 @@ def pressed(**contact):
 
 @pytest.fixture(scope="module")
 def dataset():
-    return to_dataset(compute_compression(pressed(friction=[1e-4, 0.3, 100.0])))
+    return compute_compression(pressed(friction=[1e-4, 0.3, 100.0]))
 
 
 def test_with_hardly_any_friction_all_slides_and_pressures_are_frictionless(dataset):
@@ -54,7 +54,7 @@ def test_contact_is_symmetric_and_carries_the_load(dataset):
 
 def test_c_has_the_change_by_its_error_in_its_estimates(monkeypatch):
     monkeypatch.setattr("compare.results.friction.bodies.full_reference_ics", in_place_of_c)
-    dataset = to_dataset(compute_compression(pressed(friction=[0.3], ics=["Bhat", "C"], loads=LOADS[-1:])))
+    dataset = compute_compression(pressed(friction=[0.3], ics=["Bhat", "C"], loads=LOADS[-1:]))
     both = dataset.isel(friction=0, load=0)
     assert float(both.p_max.sel(ics="C")) == pytest.approx(float(both.p_max.sel(ics="Bhat")), rel=0.02)
     assert float(both.estimate_approach.sel(ics="C")) > float(both.estimate_approach.sel(ics="Bhat"))

@@ -5,11 +5,11 @@ import pytest
 
 from approx.matrix import matrix
 from compare.results.contact.pairing import placed_on
-from compare.results.friction import rolling
+from compare.results.friction import bodies, rolling
 from compare.results.friction.bodies import Solver
+from compare.results.friction.curve import Path
 from compare.results.friction.operators import FullReferenceICs, _total, approximation, full_reference_ics
-from compare.results.friction.rolling import _Path, compute_rolling
-from compare.results.friction.rolling_dataset import scaled_force, to_dataset
+from compare.results.friction.rolling import compute_rolling, scaled_force
 from compare.scenes.load import load_scene
 from contact.normal import PotentialAreaTooSmall
 from contact.operators.dense import GridOperator
@@ -31,7 +31,7 @@ def rolls(upper_radius=14.0, **contact):
 @pytest.fixture(scope="module")
 def small():
     """A small contact, hardly inclined: what half-spaces do."""
-    return to_dataset(compute_rolling(rolls(friction=[0.3], elements=14)))
+    return compute_rolling(rolls(friction=[0.3], elements=14))
 
 
 def test_small_contacts_have_the_slope_of_kalker(small):
@@ -80,7 +80,7 @@ def conforming():
     )
     patch = pytest.MonkeyPatch()
     patch.setattr("compare.results.friction.bodies.full_reference_ics", in_place_of_c)
-    yield of, to_dataset(compute_rolling(of))
+    yield of, compute_rolling(of)
     patch.undo()
 
 
@@ -106,8 +106,8 @@ def test_estimates_of_c_have_the_change_by_its_error(conforming):
 def test_curves_are_the_same_from_a_search_as_from_prescribed_forces(conforming):
     of, dataset = conforming
     placed = placed_on(of, Grid(dataset.sizes["x"], dataset.sizes["s"], *steps(dataset)))
-    solver = Solver(of, placed, None, Means())
-    path = _Path.of(solver, solver.problem(approximation(placed, "A"), 0.3), "A")
+    solver = Solver(of, placed, Means())
+    path = Path.of(solver, solver.problem(approximation(placed, "A"), 0.3), "A")
     begun = path.first()
     searched = path.searched(0.0, begun)
     expected = float(dataset.zero_creepage.sel(ics="A")[0])
@@ -121,7 +121,7 @@ def steps(dataset):
 def test_numbers_have_no_estimates_where_larger_elements_have_no_solution(monkeypatch):
     told = []
     monkeypatch.setattr(rolling, "_coarse", lambda *of: told.append(of[2]))
-    dataset = to_dataset(compute_rolling(rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 1e-3])))
+    dataset = compute_rolling(rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 1e-3]))
     assert told == ["friction 0.3, A, larger elements"]
     assert np.all(np.isnan(dataset.estimate_F_x))
     assert not np.any(np.isnan(dataset.F_x))
@@ -137,9 +137,9 @@ def test_forces_beyond_the_curve_are_refused():
 def path_of(of):
     found = []
     with pytest.raises(InterruptedError):
-        rolling.on_fitting_grid(of, Means(), lambda solver: stop(found, solver))
+        bodies.on_fitting_grid(of, Means(), lambda solver: stop(found, solver))
     (solver,) = found
-    return _Path.of(solver, solver.problem(solver.operator("A"), 0.3), "A")
+    return Path.of(solver, solver.problem(solver.operator("A"), 0.3), "A")
 
 
 def stop(found, solver):
@@ -156,10 +156,10 @@ def test_grids_that_are_too_short_are_made_longer_and_a_scenes_own_is_not():
             raise PotentialAreaTooSmall(("x > 0",))
         return "done"
 
-    assert rolling.on_fitting_grid(rolls(), Means(), short_at_first) == "done"
+    assert bodies.on_fitting_grid(rolls(), Means(), short_at_first) == "done"
     assert tried[1].n_x > tried[0].n_x
     with pytest.raises(Failure, match=r"contact at 2 N: potential contact area"):
-        rolling.on_fitting_grid(rolls(grid="scene"), Means(), short_at_first)
+        bodies.on_fitting_grid(rolls(grid="scene"), Means(), short_at_first)
 
 
 def test_only_a_rolling_wheel_is_seen_as_rolling():
