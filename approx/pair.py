@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from approx.effective import EffectiveProperties
 from approx.halfspace import HalfSpace
-from approx.variants import COUPLING, approximate, approximations
+from approx.variants import OF_EFFECTIVE, approximate, approximations, assembled, needed
 from geometries.arrays import Array
 from geometries.materials import ElasticConstants, Material, both_bodies, one_body
 from geometries.patches import Patch
@@ -61,25 +61,23 @@ class Pair:
     def approximate(self, variant: str, patch: Patch, points: Points) -> Array:
         """ICs per unit pressure [mm/MPa], shape (3, 3, ...): the sum over both bodies, each with its turns.
 
-        Where combined effective properties are given, B-hat-prime and xn, nx of the mix are those of the
-        combined constants on the contour of the lower body. The properties stand for everything else, also
-        for the curvature of wheels along x; with `curvature_apart` the effect of this curvature on B-hat of
-        each body is added instead. Source: [BVSV] section 4, design section 2.
+        Where combined effective properties are given, B-hat-prime, and components that a variant has from
+        it, are those of the combined constants on the contour of the lower body. The properties stand for
+        everything else, also for the curvature of wheels along x; with `curvature_apart` the effect of this
+        curvature on B-hat of each body is added instead. Source: [BVSV] section 4, design section 2.
         """
         return self.approximations([variant], patch, points)[variant]
 
     def approximations(self, variants: Sequence[str], patch: Patch, points: Points) -> dict[str, Array]:
         """ICs by several variants, each as of `approximate`; what they have in common is computed once."""
-        of_pair = {"Bhat_prime"} if self.effective else set()
-        summed = [variant for variant in variants if variant not in of_pair]
+        forms = needed(variants)
+        of_pair = [form for form in forms if self.effective and form in OF_EFFECTIVE]
+        summed = [form for form in forms if form not in of_pair]
         upper, lower = (body.approximations(summed, patch, points) for body in (self.upper, self.lower))
-        total = {variant: upper[variant] + lower[variant] for variant in summed}
-        if self.effective and {"Bhat_prime", "mix"} & set(variants):
-            effective = self._effective(patch, points)
-            if "mix" in total:
-                total["mix"][COUPLING] = effective[COUPLING]
-            total["Bhat_prime"] = effective
-        return {variant: total[variant] for variant in variants}
+        by_form = {form: upper[form] + lower[form] for form in summed}
+        if of_pair:
+            by_form |= dict.fromkeys(of_pair, self._effective(patch, points))
+        return {variant: assembled(variant, by_form) for variant in variants}
 
     def _effective(self, patch: Patch, points: Points) -> Array:
         """B-hat-prime by the combined effective properties [mm/MPa]."""

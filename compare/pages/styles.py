@@ -7,7 +7,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from approx.variants import VARIANTS
+from approx.variants import VARIANTS, exchanged_symbol
 
 Style = Mapping[str, Any]  # keywords of a line of matplotlib
 
@@ -45,6 +45,11 @@ def with_further(names: Iterable[str]) -> dict[str, tuple[str, Style]]:
     further_looks = zip(cycle(FURTHER_MARKERS), cycle(FURTHER), strict=False)
     looks = {name: next(further_looks) for name in names if name not in OWN}
     return looks | dict(OWN)
+
+
+def symbol_of(name: str) -> str:
+    """The symbol of ICs, of C or of a variant, perhaps with exchanged components."""
+    return SYMBOLS[name] if name in SYMBOLS else exchanged_symbol(name)
 
 
 LOOKS = with_further(VARIANTS)

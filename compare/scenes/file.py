@@ -4,9 +4,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, FilePath, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FilePath, field_validator, model_validator
 
-from approx.variants import VARIANTS
+from approx.variants import VARIANTS, forms_of
 from femic.engines import EngineName
 from femic.models import SolverChoice
 
@@ -20,11 +20,19 @@ PropertyName = Literal["mismatch_k", "G", "nu"]
 if TYPE_CHECKING:
     VariantName = str
     ICName = str
-    ContactICName = str
 else:  # the names of the registry: a new variant is registered there alone
     VariantName = Literal[*VARIANTS]
     ICName = Literal["auto", "C", *VARIANTS]
-    ContactICName = Literal["C", *VARIANTS]
+
+
+def _known(ics: str) -> str:
+    """The name of C, or of approximations, perhaps with exchanged components; raises WrongInput."""
+    if ics != "C":
+        forms_of(ics)
+    return ics
+
+
+ContactICName = Annotated[str, AfterValidator(_known)]
 
 
 class Section(BaseModel):
@@ -301,7 +309,10 @@ class ContactTable(Section):
     loads: tuple[Positive, ...] = Field((), description="vertical loads [N]; of a compression they grow")
     approaches: tuple[Positive, ...] = Field((), description="instead of loads: vertical approaches [mm]")
     ics: tuple[ContactICName, ...] = Field(
-        ("A", "B", "Bhat", "C"), min_length=1, description="ICs to solve it with: C, approximations"
+        ("A", "B", "Bhat", "C"),
+        min_length=1,
+        description=f"ICs to solve it with: C, {', '.join(VARIANTS)}, or one of these with components of "
+        "others: Bhat+sn:B is Bhat with sn of B, and ns by reciprocity",
     )
     friction: tuple[Annotated[float, Field(gt=0, le=1000)], ...] = Field(
         (0.2, 0.4, 0.6), min_length=1, description="coefficients of friction, each solved, 0 ... 1000"

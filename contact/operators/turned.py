@@ -7,8 +7,8 @@ of alpha/2; and functions of a difference are sums of products. Source: [BVSV] s
 section 6.
 """
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from types import MappingProxyType
@@ -17,10 +17,9 @@ import numpy as np
 
 from approx.halfspace import HalfSpace
 from approx.pair import Pair
-from approx.variants import COUPLING
+from approx.variants import OF_EFFECTIVE, Forms, forms_of
 from contact.operators.convolution import Convolution, Place
 from geometries.arrays import Array
-from geometries.errors import WrongInput
 from geometries.grids import Grid
 from geometries.patches import N, Patch, S, X, mirror_signs
 
@@ -60,8 +59,6 @@ def turned(
     that of the wheel, and xn and nx by theta / 2 times xx and nn. Raises WrongInput for an unknown variant,
     and for B-hat-prime without effective properties. Source: as `approx.pair.Pair`.
     """
-    if variant not in FORMS:
-        raise WrongInput(f"variant = {variant!r}: one of {', '.join(FORMS)}")
     factors: dict[str, Array] = {}
     kernels: dict[tuple[Place, Place], Array] = {}
     for number, part in enumerate(_parts(variant, pair, grid, upper_offset)):
@@ -79,17 +76,23 @@ def turned(
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """A form of the ICs of a half-space; its directions turn with the inclinations `delta`, (n_s,)."""
+    """Components of the ICs of a half-space; its directions turn with the inclinations `delta`, (n_s,)."""
 
-    form: Callable[["_Part"], Waves]
+    forms: Forms
     half_space: HalfSpace
     grid: Grid
     delta: Array
 
     @property
     def waves(self) -> Waves:
-        """The functions of the turn that the ICs consist of, with their coefficients."""
-        return self.form(self)
+        """The functions of the turn that the components consist of, with their coefficients."""
+        total: Waves = {}
+        for form in dict.fromkeys(self.forms.values()):
+            kept = np.zeros((3, 3, 1, 1))
+            kept[tuple(zip(*(at for at in self.forms if self.forms[at] == form), strict=True))] = 1
+            for wave, coefficients in FORMS[form](self).items():
+                total[wave] = total.get(wave, 0.0) + kept * coefficients
+        return total
 
     @cached_property
     def a(self) -> Array:
@@ -108,27 +111,26 @@ class _Part:
 
 
 def _parts(variant: str, pair: Pair, grid: Grid, upper_offset: float) -> list[_Part]:
-    """The parts whose sum are the combined ICs: one of both bodies where they turn alike, else two."""
-    form, lower = FORMS[variant], pair.lower
+    """The parts whose sum are the combined ICs.
+
+    Components by combined effective properties are of both bodies on the lower contour. So are others where
+    both bodies turn alike and have no properties of their own; else each body has its part.
+    """
+    forms, lower = forms_of(variant), pair.lower
+    fitted = {at: form for at, form in forms.items() if form in OF_EFFECTIVE}
     places = (lower, grid.strips), (pair.upper, grid.strips + upper_offset)
     deltas = [body.surface.contour.inclination(strips) for body, strips in places]
     combined = HalfSpace(pair.constants, effective=pair.effective)
-    of_combined = _Part(form, combined, grid, deltas[0])
+    own_properties = fitted and not pair.effective and (lower.effective or pair.upper.effective)
+    if not own_properties and (np.array_equal(deltas[0], deltas[1]) or set(forms.values()) == {"A"}):
+        return [_Part(forms, combined, grid, deltas[0])]
+    of_pair = fitted if pair.effective else {}
+    of_bodies = {at: form for at, form in forms.items() if at not in of_pair}
     own = [
-        _Part(form, HalfSpace(body.constants, effective=body.effective), grid, delta)
+        _Part(of_bodies, HalfSpace(body.constants, effective=body.effective), grid, delta)
         for body, delta in zip((lower, pair.upper), deltas, strict=True)
     ]
-    if variant == "Bhat_prime" and pair.effective:
-        return [of_combined]
-    if variant == "mix" and pair.effective:
-        return [
-            *(replace(part, form=_mixed_beside_coupling) for part in own),
-            replace(of_combined, form=_coupling),
-        ]
-    with_own_properties = variant in ("Bhat_prime", "mix") and (lower.effective or pair.upper.effective)
-    if not with_own_properties and (variant == "A" or np.array_equal(deltas[0], deltas[1])):
-        return [of_combined]
-    return own
+    return [*own, _Part(of_pair, combined, grid, deltas[0])]
 
 
 def _at_all_lags(a: Array) -> Array:
@@ -165,41 +167,6 @@ def _both_turned(a: Array) -> Waves:
     }
 
 
-def _mixed(part: _Part) -> Waves:
-    """The mix: xn and nx of B-hat-prime where effective properties are given, else of A."""
-    coupling = _coupling(part) if part.half_space.effective else _of({ONE: part.a}, COUPLING)
-    return _sum(_mixed_beside_coupling(part), coupling)
-
-
-def _mixed_beside_coupling(part: _Part) -> Waves:
-    """The mix without xn and nx: B-hat with sn of B and ns of B-bar."""
-    return _sum(
-        _of(_both_turned(part.a), ((X, X), (X, S), (S, X), (S, S), (N, N))),
-        _of(_load_turned(part.a), ((S, N),)),
-        _of(_observer_turned(part.a), ((N, S),)),
-    )
-
-
-def _coupling(part: _Part) -> Waves:
-    """The coupling of x and n by B-hat-prime."""
-    return _of(_both_turned(part.a_prime), COUPLING)
-
-
-def _of(waves: Waves, components: Iterable[tuple[int, int]]) -> Waves:
-    """Waves of which only some components are left."""
-    kept = np.zeros((3, 3, 1, 1))
-    kept[tuple(zip(*components, strict=True))] = 1
-    return {wave: kept * coefficients for wave, coefficients in waves.items()}
-
-
-def _sum(*summands: Waves) -> Waves:
-    """The sum of waves."""
-    total: Waves = {}
-    for waves in summands:
-        total |= {wave: total.get(wave, 0.0) + coefficients for wave, coefficients in waves.items()}
-    return total
-
-
 FORMS: Mapping[str, Callable[[_Part], Waves]] = MappingProxyType(
     {
         "A": lambda part: {ONE: part.a},
@@ -207,6 +174,8 @@ FORMS: Mapping[str, Callable[[_Part], Waves]] = MappingProxyType(
         "Bbar": lambda part: _observer_turned(part.a),
         "Bhat": lambda part: _both_turned(part.a),
         "Bhat_prime": lambda part: _both_turned(part.a_prime),
-        "mix": _mixed,
+        "Bhat_prime_or_A": lambda part: (
+            _both_turned(part.a_prime) if part.half_space.effective else {ONE: part.a}
+        ),
     }
 )

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import strategies as st
 from approx.effective import EffectiveProperties, Transition
 from approx.halfspace import HalfSpace
 from approx.orientation import turn_about_x
-from approx.variants import VARIANTS, Symmetry, approximate
+from approx.variants import VARIANTS, Symmetry, approximate, exchanged_symbol, forms_of
 from geometries.contours import Contour, arc, ellipse, plane, through_points
 from geometries.errors import WrongInput
 from geometries.materials import Material, both_bodies, one_body
@@ -185,6 +186,40 @@ BY_HAND = {
     "Bhat_prime": lambda _a, p, _R, half: half @ p @ half,
     "mix": mixed_by_hand,
 }
+
+
+@each_contour
+def test_an_exchange_takes_the_component_and_by_reciprocity_its_transpose(contour):
+    of = partial(approximate, half_space=SOLIDS["both"], surface=Surface(+1, contour, 90.0), patch=PATCH)
+    line = (0.9, np.linspace(-5.0, 6.0, 15))
+    b_hat, b, b_bar, b_hat_prime = (of(name, points=line) for name in ("Bhat", "B", "Bbar", "Bhat_prime"))
+    expected = b_hat.copy()
+    expected[1, 2], expected[2, 1] = b[1, 2], b_bar[2, 1]
+    expected[0, 2], expected[2, 0] = b_hat_prime[0, 2], b_hat_prime[2, 0]
+    np.testing.assert_array_equal(of("Bhat+sn:B+xn:Bhat_prime", points=line), expected)
+    np.testing.assert_array_equal(of("Bhat+ns:Bbar+xn:Bhat_prime", points=line), expected)
+    np.testing.assert_array_equal(of("mix", points=line), expected)
+
+
+@each_solid
+@pytest.mark.parametrize("name", ["Bhat+sn:B", "Bhat+xs:A", "Bhat+ss:Bhat_prime", "mix+xn:Bbar"])
+def test_what_reciprocal_ics_become_by_an_exchange_is_reciprocal(name, solid):
+    assert reciprocity_defect(name, solid, Surface(+1, CONTOURS["ellipse"], 90.0)) <= ROUNDING
+
+
+def test_an_exchange_is_read_and_named():
+    forms = forms_of("mix+nn:A")
+    assert forms[2, 2] == "A"
+    assert forms[1, 1] == "Bhat"
+    assert forms[0, 2] == forms[2, 0] == "Bhat_prime_or_A"
+    assert (forms[1, 2], forms[2, 1]) == ("B", "Bbar")
+    assert exchanged_symbol("Bhat+sn:B+xn:A") == "B̂ (sn B, xn A)"
+
+
+@pytest.mark.parametrize("name", ["Bhat+sn", "Bhat+sz:B", "Bhat+sn:mix", "Bhat+sn:C", "Bhat+mix", "+sn:B"])
+def test_other_exchanges_are_refused(name):
+    with pytest.raises(WrongInput, match="or one with exchanges such as Bhat"):
+        forms_of(name)
 
 
 @each_variant

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from compare.pages.panels import Panel, add_legend, drawn
-from compare.pages.styles import MARKERS, RC, STYLES, SYMBOLS
+from compare.pages.styles import RC, symbol_of, with_further
 from compare.results.contact.compute import reference_name
 from compare.results.contact.quantities import QUANTITIES
 
@@ -38,18 +38,20 @@ def over_angle(dataset: xr.Dataset) -> Figure:
             _by_ics(column[0], angle, values)
             _by_ics(column[1], angle, values / values.sel(ics=reference))
             column[0].set(title=f"{quantity.symbol}{unit}", yscale="log")
-            column[1].set(xlabel=f"Δδ by {SYMBOLS[reference]} [deg]")
+            column[1].set(xlabel=f"Δδ by {symbol_of(reference)} [deg]")
             known = (cases[f"estimate_{name}"] / values).sel(ics=reference)
             column[1].fill_between(angle, 1 - known, 1 + known, color="black", alpha=0.15, linewidth=0)
-        rows[1, 0].set(ylabel=f"over {SYMBOLS[reference]} [-], band: its estimate")
+        rows[1, 0].set(ylabel=f"over {symbol_of(reference)} [-], band: its estimate")
         add_legend(figure)
         return figure
 
 
 def _by_ics(axes: Axes, at: xr.DataArray, values: xr.DataArray) -> None:
-    for name in map(str, values.ics.values):
-        style = dict(STYLES[name]) | {"marker": MARKERS[name], "markersize": 4}
-        axes.plot(at, values.sel(ics=name), label=SYMBOLS[name], **style)
+    names = [str(name) for name in values.ics.values]
+    looks = with_further(names)
+    for name in names:
+        marker, style = looks[name]
+        axes.plot(at, values.sel(ics=name), label=symbol_of(name), **style, marker=marker, markersize=4)
 
 
 def profiles(dataset: xr.Dataset) -> Figure:
@@ -68,7 +70,7 @@ def _profile(dataset: xr.Dataset, number: int) -> Panel:
         "s [mm]",
         at_middle[f"s_{number}"].values[part],
         "pressure at x = 0 over N / area [-]" if number == 0 else "",
-        {SYMBOLS[str(name)]: (at_middle / mean).sel(ics=name).values[part] for name in dataset.ics.values},
+        {symbol_of(str(name)): (at_middle / mean).sel(ics=name).values[part] for name in dataset.ics.values},
     )
 
 
@@ -85,7 +87,7 @@ def surfaces(dataset: xr.Dataset) -> Figure:
             x, s = p[f"x_{number}"].values, p[f"s_{number}"].values
             of_reference = np.ma.masked_equal(p.sel(ics=reference).values, 0)
             shades = axes.pcolormesh(x, s, of_reference.T, cmap="viridis", rasterized=True)
-            figure.colorbar(shades, ax=axes, label=f"pressure by {SYMBOLS[reference]} [MPa]")
+            figure.colorbar(shades, ax=axes, label=f"pressure by {symbol_of(reference)} [MPa]")
             _edges(axes, x, s, {str(name): p.sel(ics=name).values for name in p.ics.values})
             axes.set(xlabel="x [mm]", ylabel="s [mm]", title=str(dataset.case.values[number]))
         add_legend(figure)
@@ -94,8 +96,9 @@ def surfaces(dataset: xr.Dataset) -> Figure:
 
 def _edges(axes: Axes, x: np.ndarray, s: np.ndarray, pressures: Mapping[str, np.ndarray]) -> None:
     """Draw where the contact by each of the ICs ends."""
+    looks = with_further(pressures)
     for name, p in pressures.items():
-        style = STYLES[name]
+        _, style = looks[name]
         look = {key: style[key] for key in ("color", "linestyle") if key in style}
         edge = axes.contour(
             x,
@@ -107,4 +110,4 @@ def _edges(axes: Axes, x: np.ndarray, s: np.ndarray, pressures: Mapping[str, np.
             linewidths=1.2,
         )
         edge.set_path_effects(HALO)
-        axes.plot([], [], label=f"edge by {SYMBOLS[name]}", linewidth=1.2, **look)
+        axes.plot([], [], label=f"edge by {symbol_of(name)}", linewidth=1.2, **look)

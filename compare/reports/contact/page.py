@@ -9,7 +9,7 @@ import xarray as xr
 
 from compare.pages import views
 from compare.pages.html import write_page
-from compare.pages.styles import SYMBOLS, save
+from compare.pages.styles import save, symbol_of
 from compare.reports.contact import figures, sensitivity
 from compare.results import folders
 from compare.results.contact.compute import ContactResults, reference_name
@@ -43,7 +43,7 @@ def write_contact(results: ContactResults, out: Path) -> Path:
         "contact.html.j2",
         title=str(dataset.attrs["title"]),
         summary=summary(dataset),
-        reference=SYMBOLS[figures.reference_of(dataset)],
+        reference=symbol_of(figures.reference_of(dataset)),
         quantities=QUANTITIES,
         tables=[
             {"case": str(case), "rows": list(_rows(dataset.sel(case=case)))} for case in dataset.case.values
@@ -94,7 +94,7 @@ def summary(dataset: xr.Dataset) -> str:
     angle = dataset.angle.sel(ics=reference)
     sentences = [
         f"{dataset.sizes['case']} cases, patches over {float(angle.min()):.0f} ... {float(angle.max()):.0f} "
-        f"degrees by {SYMBOLS[reference]}."
+        f"degrees by {symbol_of(reference)}."
     ]
     for name in (str(name) for name in dataset.ics.values if name != reference):
         deviations = {
@@ -111,8 +111,8 @@ def summary(dataset: xr.Dataset) -> str:
             else f"; p_max is within {FAILS:.0%} everywhere"
         )
         sentences.append(
-            f"{SYMBOLS[name]}: p_max {worst['p_max']:+.1%}, b {worst['b']:+.1%}, approach "
-            f"{worst['approach']:+.1%} of {SYMBOLS[reference]}'s at worst{fails}."
+            f"{symbol_of(name)}: p_max {worst['p_max']:+.1%}, b {worst['b']:+.1%}, approach "
+            f"{worst['approach']:+.1%} of {symbol_of(reference)}'s at worst{fails}."
         )
     seconds = dataset.seconds.values
     sentences.append(
@@ -139,7 +139,7 @@ def _rows(case: xr.Dataset) -> Iterator[dict[str, object]]:
         of_ics = case.sel(ics=name)
         ratios = of_ics / reference
         yield {
-            "symbol": SYMBOLS[name],
+            "symbol": symbol_of(name),
             "cells": [
                 {
                     "text": f"{float(of_ics[key]):.5g}",

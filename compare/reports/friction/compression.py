@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.pages.panels import add_legend
-from compare.pages.styles import RC, SYMBOLS
+from compare.pages.styles import RC, symbol_of
 from compare.reports.contact.figures import reference_of
 from compare.reports.friction import maps
 from compare.reports.friction.page import (
@@ -36,7 +36,7 @@ def write_compression(dataset: xr.Dataset, out: Path) -> Path:
 def summary(dataset: xr.Dataset) -> str:
     """Sentences computed from the numbers: how much slides, and which ICs suffice to say so."""
     reference, last = reference_of(dataset), dataset.isel(load=-1)
-    symbol = SYMBOLS[reference]
+    symbol = symbol_of(reference)
     of_reference = last.sel(ics=reference)
     sentences = [
         f"At {float(last['load']):g} N the patch covers {float(of_reference.angle.min()):.0f} ... "
@@ -46,7 +46,7 @@ def summary(dataset: xr.Dataset) -> str:
         f"With friction {float(friction):g}, {float(one.sliding_share):.0%} of the contact area slides by "
         f"{symbol} (known to {float(one.estimate_sliding_share):.0%} of the area)"
         + "".join(
-            f", {float(last.sliding_share.sel(ics=name, friction=friction)):.0%} by {SYMBOLS[name]}"
+            f", {float(last.sliding_share.sel(ics=name, friction=friction)):.0%} by {symbol_of(name)}"
             for name in _others(dataset)
         )
         + "."
@@ -62,7 +62,7 @@ def _others(dataset: xr.Dataset) -> list[str]:
 
 def _verdicts(dataset: xr.Dataset) -> Iterator[str]:
     """Yield which ICs have ratios near enough to those of the reference at all loads, and which have not."""
-    symbol = SYMBOLS[reference_of(dataset)]
+    symbol = symbol_of(reference_of(dataset))
     away = abs(dataset.sliding_share - dataset.sliding_share.sel(ics=reference_of(dataset)))
     known = dataset.estimate_sliding_share.sel(ics=reference_of(dataset))
     worst = (away - known).clip(0).max(["friction", "load"])
@@ -71,13 +71,13 @@ def _verdicts(dataset: xr.Dataset) -> Iterator[str]:
         if found:
             furthest = ", ".join(f"{float(away.sel(ics=name).max()):.0%}" for name in found)
             yield (
-                f"{listed(SYMBOLS[name] for name in found)}: {verb} {SUFFICES:.0%} of the area of {symbol} "
+                f"{listed(symbol_of(name) for name in found)}: {verb} {SUFFICES:.0%} of the area of {symbol} "
                 f"beyond its estimate (at most {furthest} away)."
             )
 
 
 def _parts(dataset: xr.Dataset) -> Iterator[Part]:
-    symbol, largest = SYMBOLS[reference_of(dataset)], float(dataset["load"][-1])
+    symbol, largest = symbol_of(reference_of(dataset)), float(dataset["load"][-1])
     yield Part(
         "How much of the contact slides",
         "Area of sliding over that of contact, over the load, and over the angle of the patch by these ICs. "
@@ -133,7 +133,7 @@ def _tables(dataset: xr.Dataset) -> list[Table]:
             columns,
             [
                 Row(
-                    f"{SYMBOLS[name]}, {float(load):g} N",
+                    f"{symbol_of(name)}, {float(load):g} N",
                     [cell(one[key], one[f"estimate_{key}"]) for key in OF_PATCH],
                 )
                 for load in dataset["load"].values

@@ -11,7 +11,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from compare.pages.styles import RC, SYMBOLS
+from compare.pages.styles import RC, symbol_of
 
 STICK, SLIDE = "tab:blue", "tab:orange"
 EACH = 2.35  # inch of a map
@@ -59,7 +59,7 @@ def _by_friction_and_ics(dataset: xr.Dataset, draw: Drawer) -> Figure:
         for row, column in product(*map(range, sizes)):
             axes, one = grid[row, column], dataset.isel(friction=row, ics=column)
             draw(axes, one)
-            axes.set_title(f"{SYMBOLS[str(one.ics.values)]}, friction {float(one.friction):g}", fontsize=9)
+            axes.set_title(f"{symbol_of(str(one.ics.values))}, friction {float(one.friction):g}", fontsize=9)
             if row == sizes[0] - 1:
                 axes.set_xlabel("x [mm]")
             if column == 0:

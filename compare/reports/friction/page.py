@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from compare.pages.html import write_page
-from compare.pages.styles import MARKERS, STYLES, SYMBOLS, save
+from compare.pages.styles import save, symbol_of, with_further
 from compare.reports.contact.figures import reference_of
 from compare.results import folders
 from compare.results.contact.dataset import write
@@ -82,13 +82,13 @@ def listed(words: Iterable[str]) -> str:
 
 def band_of(dataset: xr.Dataset) -> str:
     """The label of a band: what it is the estimate of."""
-    return f"estimate of {SYMBOLS[reference_of(dataset)]}"
+    return f"estimate of {symbol_of(reference_of(dataset))}"
 
 
 def cost(dataset: xr.Dataset) -> str:
     """What the numbers took."""
     by_ics = dataset.seconds.sum("friction")
-    each = ", ".join(f"{SYMBOLS[name]} {float(by_ics.sel(ics=name)):.1f} s" for name in names(dataset))
+    each = ", ".join(f"{symbol_of(name)} {float(by_ics.sel(ics=name)):.1f} s" for name in names(dataset))
     grid = (
         f"{dataset.sizes['x']} x {dataset.sizes['s']} elements of {_step(dataset, 'x'):.3g} x "
         f"{_step(dataset, 's'):.3g} mm"
@@ -115,7 +115,10 @@ def cell(value: xr.DataArray, estimate: xr.DataArray | None = None, *, digits: i
 
 def curves(axes: Axes, at: xr.DataArray, values: xr.DataArray, *, markers: bool = True) -> None:
     """Draw values over an abscissa by all ICs; an abscissa may differ by ICs."""
-    for name in names(values.to_dataset(name="values")):
-        style = dict(STYLES[name]) | ({"marker": MARKERS[name], "markersize": 3} if markers else {})
+    shown = names(values.to_dataset(name="values"))
+    looks = with_further(shown)
+    for name in shown:
+        marker, look = looks[name]
+        style = dict(look) | ({"marker": marker, "markersize": 3} if markers else {})
         abscissa = at.sel(ics=name) if "ics" in at.dims else at
-        axes.plot(abscissa, values.sel(ics=name), label=SYMBOLS[name], **style)
+        axes.plot(abscissa, values.sel(ics=name), label=symbol_of(name), **style)

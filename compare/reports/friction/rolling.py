@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.pages.panels import add_legend
-from compare.pages.styles import RC, SYMBOLS
+from compare.pages.styles import RC, symbol_of
 from compare.reports.contact.figures import reference_of
 from compare.reports.friction import maps
 from compare.reports.friction.page import (
@@ -38,7 +38,7 @@ def write_rolling(dataset: xr.Dataset, out: Path) -> Path:
 def summary(dataset: xr.Dataset) -> str:
     """Sentences computed from the numbers: which ICs suffice, by which number."""
     reference, others = reference_of(dataset), _others(dataset)
-    symbol, worst = SYMBOLS[reference], dataset.rms.max("friction")
+    symbol, worst = symbol_of(reference), dataset.rms.max("friction")
     sentences = [
         f"{dataset.attrs['load']:g} N, friction {listed(f'{f:g}' for f in dataset.friction.values)}: without "
         f"longitudinal force the wheel rolls at a creepage of {_range(dataset.zero_creepage, reference)} by "
@@ -50,7 +50,7 @@ def summary(dataset: xr.Dataset) -> str:
         shift = _worst(zero - dataset.zero_creepage.sel(ics=reference))
         steeper = _worst(slope / dataset.slope.sel(ics=reference) - 1)
         sentences.append(
-            f"{SYMBOLS[name]}: its creep-force curve is {float(worst.sel(ics=name)):.1%} of friction times "
+            f"{symbol_of(name)}: its creep-force curve is {float(worst.sel(ics=name)):.1%} of friction times "
             f"load (root mean square) from that by {symbol} at worst; creepage without force {shift:+.2g}, "
             f"slope {steeper:+.1%}."
         )
@@ -75,18 +75,18 @@ def _range(values: xr.DataArray, name: str) -> str:
 def _verdict(dataset: xr.Dataset) -> str:
     """Which ICs have curves near enough to those of the reference."""
     worst, others = dataset.rms.max("friction"), _others(dataset)
-    symbol = SYMBOLS[reference_of(dataset)]
+    symbol = symbol_of(reference_of(dataset))
     if not others:
         return f"No other ICs than {symbol} are compared."
     enough = [name for name in others if float(worst.sel(ics=name)) <= SUFFICES]
     if not enough:
         best = min(others, key=lambda name: float(worst.sel(ics=name)))
         return (
-            f"None of them is within {SUFFICES:.0%} of {symbol}; {SYMBOLS[best]} is the nearest, with "
+            f"None of them is within {SUFFICES:.0%} of {symbol}; {symbol_of(best)} is the nearest, with "
             f"{float(worst.sel(ics=best)):.1%}."
         )
     suffice = "suffices" if len(enough) == 1 else "suffice"
-    return f"Within {SUFFICES:.0%} of {symbol}, {listed(SYMBOLS[name] for name in enough)} {suffice}."
+    return f"Within {SUFFICES:.0%} of {symbol}, {listed(symbol_of(name) for name in enough)} {suffice}."
 
 
 def _simplified(dataset: xr.Dataset) -> Iterator[str]:
@@ -101,7 +101,7 @@ def _simplified(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _parts(dataset: xr.Dataset) -> Iterator[Part]:
-    symbol, share = SYMBOLS[reference_of(dataset)], dataset.attrs["equal_force"]
+    symbol, share = symbol_of(reference_of(dataset)), dataset.attrs["equal_force"]
     equal = f"All at the same force, F_x = {share:g} friction times load, each at a creepage of its own."
     yield Part(
         "Creep-force curves",
@@ -144,7 +144,7 @@ def creep_force(dataset: xr.Dataset) -> Figure:
             above.set_title(f"friction {float(dataset.friction[number]):g}", fontsize=9)
             below.set_xlabel("creepage [%]")
         rows[0, 0].set_ylabel("F_x / (friction load) [-]")
-        rows[1, 0].set_ylabel(f"less that by {SYMBOLS[reference]} [-]")
+        rows[1, 0].set_ylabel(f"less that by {symbol_of(reference)} [-]")
         add_legend(figure)
         return figure
 
@@ -173,11 +173,11 @@ def _tables(dataset: xr.Dataset) -> list[Table]:
 
 def _free(dataset: xr.Dataset) -> Table:
     """What free rolling is like by friction and ICs, and how far curves are from the reference's."""
-    symbol = SYMBOLS[reference_of(dataset)]
+    symbol = symbol_of(reference_of(dataset))
     columns = [f"{one.meaning} [{one.unit}]" if one.unit != "1" else one.meaning for one in OF_FREE.values()]
     rows = [
         Row(
-            f"friction {float(friction):g}, {SYMBOLS[name]}",
+            f"friction {float(friction):g}, {symbol_of(name)}",
             [
                 *(cell(one[key], one[f"estimate_{key}"]) for key in OF_FREE),
                 {"text": f"{float(one.rms):.2%}", "below": ""},
@@ -200,7 +200,7 @@ def _points(dataset: xr.Dataset, number: int) -> Table:
     ]
     rows = [
         Row(
-            f"{SYMBOLS[name]}, {100 * float(xi):.3g} %",
+            f"{symbol_of(name)}, {100 * float(xi):.3g} %",
             [cell(one[key], one[f"estimate_{key}"]) for key in OF_ROLLING],
         )
         for xi in dataset.xi.values

@@ -6,6 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
+from approx.variants import needed
 from compare.results.contact.grids import Sizing
 from compare.results.contact.pairing import Case, Placed, placed_on
 from compare.results.matrix.compute import matrix_jobs
@@ -72,7 +73,8 @@ def cases_of(scene: Scene) -> tuple[Case, ...]:
     cases = [Case(load, None) for load in wanted.loads] + [Case(None, zeta) for zeta in wanted.approaches]
     if not cases:
         raise BadScene(f"{scene.name}: [contact]: give loads = [...] in N, or approaches = [...] in mm")
-    if "Bhat_prime" in wanted.ics and not scene.pair.has_effective("combined"):
+    approximations = [name for name in wanted.ics if name != C]
+    if "Bhat_prime" in needed(approximations) and not scene.pair.has_effective("combined"):
         raise BadScene(
             f"{scene.name}: contact.ics: Bhat_prime needs effective properties of both bodies: "
             "`femic calibrate` finds some"

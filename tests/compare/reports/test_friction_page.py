@@ -65,6 +65,19 @@ def test_one_ics_alone_have_a_page_too(rolled):
     assert rolling.summary(alone).endswith("No other ICs than A are compared.")
 
 
+def test_ics_with_an_exchanged_component_are_solved_drawn_and_named(tmp_path):
+    keys = {"motion": "rolling", "loads": [1e4], "longitudinal": [-4e-3, 0.0, 4e-3], "friction": [0.5]}
+    solved = compute_rolling(scene(10.3, elements=COARSE, ics=["B", "Bhat+sn:B", "Bhat"], **keys))
+    page = rolling.write_rolling(solved, tmp_path).read_text(encoding="utf-8")
+    dataset = of_rolling(solved)
+    assert "B̂ (sn B): its creep-force curve is" in page
+    assert (
+        1e-4
+        < float(dataset.rms.sel(ics="Bhat+sn:B", friction=0.5))
+        < float(dataset.rms.sel(ics="B", friction=0.5))
+    )
+
+
 def test_the_page_of_compression_says_how_much_slides(pressed, tmp_path):
     page = compression.write_compression(pressed, tmp_path).read_text(encoding="utf-8")
     dataset = pressed

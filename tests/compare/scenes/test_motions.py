@@ -4,6 +4,7 @@ import tomllib
 
 import pytest
 
+from compare.results.contact.compute import cases_of
 from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene
 
@@ -42,6 +43,10 @@ REFUSED = {  # changes of the scene `rolling`, what is said
         contact(motion="compression", loads=[2.0, 1.0]),
         r"loads must grow: sort them, each once",
     ),
+    "an unknown exchange": (
+        contact(ics=["Bhat+sn:C"]),
+        r"contact\.ics\.0 = 'Bhat\+sn:C': .*one of A, .*, or one with exchanges such as Bhat\+sn:B",
+    ),
     "other motions": (contact(motion="sliding"), r"contact\.motion = 'sliding': .*'none', 'rolling'"),
 }
 
@@ -51,6 +56,12 @@ def test_what_does_not_go_together_is_refused_with_a_remedy(name):
     changes, says = REFUSED[name]
     with pytest.raises(BadScene, match=says):
         load_scene("rolling", changes)
+
+
+def test_exchanges_that_need_effective_properties_are_refused_without():
+    ics = {"contact": {"motion": "rolling", "loads": [1.0], "ics": ["Bhat+sn:Bhat_prime"]}}
+    with pytest.raises(BadScene, match="Bhat_prime needs effective properties of both bodies"):
+        cases_of(load_scene("geometry2", ics))
 
 
 def test_the_builtin_scene_rolls_and_its_pair_is_pressed_on():

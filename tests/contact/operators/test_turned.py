@@ -6,6 +6,8 @@ import pytest
 from approx.effective import EffectiveProperties, Transition
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
+from approx.variants import FORMS as FORMS_AT_POINTS
+from approx.variants import VARIANTS
 from contact.operators.dense import GridOperator
 from contact.operators.turned import FORMS, turned
 from geometries.contours import arc, ellipse, plane
@@ -58,9 +60,27 @@ def assert_dense(variant, bodies, directions):
 
 
 @pytest.mark.parametrize("bodies", PAIRS.values(), ids=PAIRS)
-@pytest.mark.parametrize("variant", sorted(set(FORMS) - {"Bhat_prime"}))
+@pytest.mark.parametrize("variant", sorted(set(VARIANTS) - {"Bhat_prime"}))
 def test_it_is_the_dense_matrix(variant, bodies):
     assert_dense(variant, bodies, (X, S, N))
+
+
+EXCHANGED = ["Bhat+sn:B", "B+xs:A", "mix+nn:A", "Bhat+xn:Bhat_prime_or_A+ss:B"]
+
+
+@pytest.mark.parametrize("bodies", (PAIRS | WITH_EFFECTIVE).values(), ids=PAIRS | WITH_EFFECTIVE)
+@pytest.mark.parametrize("variant", EXCHANGED)
+def test_it_is_so_with_exchanged_components(variant, bodies):
+    assert_dense(variant, bodies, (X, S, N))
+
+
+@pytest.mark.parametrize("bodies", WITH_EFFECTIVE.values(), ids=WITH_EFFECTIVE)
+def test_it_is_so_with_a_component_by_effective_properties(bodies):
+    assert_dense("Bhat+sn:Bhat_prime", bodies, (X, S, N))
+
+
+def test_all_forms_of_components_are_known():
+    assert FORMS.keys() == FORMS_AT_POINTS.keys()
 
 
 @pytest.mark.parametrize("directions", [(N,), (X, S), (S, N), (N, X)])
