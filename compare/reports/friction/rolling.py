@@ -95,7 +95,7 @@ def _simplified(dataset: xr.Dataset) -> Iterator[str]:
         of_ics = dataset.simplified.sel(ics=name)
         if number := int(of_ics.sum()):
             yield (
-                f"{SYMBOLS[name]}: {number} of {of_ics.size} contacts were found with fewer elements only "
+                f"{symbol_of(name)}: {number} of {of_ics.size} contacts were found with fewer elements only "
                 "that follow others at the leading edge; these are less accurate."
             )
 

@@ -67,9 +67,8 @@ def test_one_ics_alone_have_a_page_too(rolled):
 
 def test_ics_with_an_exchanged_component_are_solved_drawn_and_named(tmp_path):
     keys = {"motion": "rolling", "loads": [1e4], "longitudinal": [-4e-3, 0.0, 4e-3], "friction": [0.5]}
-    solved = compute_rolling(scene(10.3, elements=COARSE, ics=["B", "Bhat+sn:B", "Bhat"], **keys))
-    page = rolling.write_rolling(solved, tmp_path).read_text(encoding="utf-8")
-    dataset = of_rolling(solved)
+    dataset = compute_rolling(scene(10.3, elements=COARSE, ics=["B", "Bhat+sn:B", "Bhat"], **keys))
+    page = rolling.write_rolling(dataset, tmp_path).read_text(encoding="utf-8")
     assert "B̂ (sn B): its creep-force curve is" in page
     assert (
         1e-4
