@@ -165,20 +165,20 @@ def solve(model: SolidModel, loads: Sequence[Load], solver: SolverChoice) -> dic
     """Fields of a model under unit total loads; loads of one parity share a factorisation or hierarchy."""
     solid = model.solid
     load_parities = [(load, p) for load in loads for p in parities(load, half_section=solid.half_section)]
-    modes, from_vertices = rigid_body_modes(solid.nodes), _from_vertices(solid)
+    modes, to_nodes = rigid_body_modes(solid.nodes), from_vertices(solid)
     parts: dict[Load, list[tuple[Parity, Solution]]] = {load: [] for load in loads}
     for parity in dict.fromkeys(p for _, p in load_parities):
         loads_of_parity = [load for load, p in load_parities if p == parity]
         held = model.supported | held_by_symmetry(solid.nodes, parity)
         solve_load = prepare(
-            System(model.stiffness, held, modes, from_vertices), solver, n_loads=len(loads_of_parity)
+            System(model.stiffness, held, modes, to_nodes), solver, n_loads=len(loads_of_parity)
         )
         for load in loads_of_parity:
             parts[load].append((parity, solve_load(patch_load(solid, load, parity), RESIDUAL)))
     return {load: tuple(solutions) for load, solutions in parts.items()}
 
 
-def _from_vertices(solid: SolidMesh) -> csr_matrix:
+def from_vertices(solid: SolidMesh) -> csr_matrix:
     """Matrix (n_nodes, n_vertices) of linear fields: a mid-side node has the mean of its edge's ends."""
     edges = solid.mesh.edges
     n_edges = edges.shape[1]

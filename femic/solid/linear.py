@@ -13,7 +13,7 @@ import pyamg
 from pyamg.multilevel import MultilevelSolver
 from pyamg.relaxation.smoothing import change_smoothers
 from scipy.sparse import bsr_matrix, csr_matrix, diags_array, kron, triu
-from scipy.sparse.linalg import cg
+from scipy.sparse.linalg import LinearOperator, cg
 
 from femic.accuracy import NotConverged
 from femic.models import SolverChoice
@@ -65,9 +65,7 @@ def prepare(system: System, solver: SolverChoice, *, n_loads: int = 1) -> Callab
 def _prepare_multigrid(system: System) -> Callable[[Array, float], Solution]:
     """A solver by conjugate gradients with a multigrid preconditioner."""
     free = ~system.held.ravel()
-    matrix = _with_unit_rows(system.matrix, free)
-    with one_blas_thread():
-        preconditioner = _hierarchy(system, matrix, free).aspreconditioner()
+    matrix, preconditioner = multigrid(system)
 
     def solve(force: Array, tolerance: float) -> Solution:
         load = np.where(free, force.ravel(), 0.0)
@@ -85,6 +83,14 @@ def _prepare_multigrid(system: System) -> Callable[[Array, float], Solution]:
         return _checked(solution, tolerance)
 
     return solve
+
+
+def multigrid(system: System) -> tuple[bsr_matrix, LinearOperator]:
+    """The matrix with unit rows (scaled) for held components, and one cycle of multigrid for it."""
+    free = ~system.held.ravel()
+    matrix = _with_unit_rows(system.matrix, free)
+    with one_blas_thread():
+        return matrix, _hierarchy(system, matrix, free).aspreconditioner()
 
 
 def _hierarchy(system: System, matrix: bsr_matrix, free: Mask) -> MultilevelSolver:
