@@ -1,0 +1,1 @@
+"""The judge: frictionless contact of two meshed bodies, without any influence coefficients."""

@@ -1,0 +1,157 @@
+"""The judge: contact of two meshed bodies under a load, on meshes made for the patch, with error estimates.
+
+The patch is first found on rough meshes, from Hertz's on. Then meshes are made for it with `cells` / 2 and
+`cells` cells along its shorter half-length; everything about the cells is twice as fine in the second. The
+estimate of a number is the difference of both: it is right for an error of first order in the size of cells,
+and too large for one of higher order.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from contact.judge.bodies import Expected
+from contact.judge.levels import Bodies, Level, ZoneTooSmall, meshes_of, solved
+from contact.references.hertz import PointContact, combined_modulus
+from femic.models import peak_memory
+from geometries.arrays import Array
+from geometries.errors import Failure, WrongInput
+
+CELLS = 15.0  # along the shorter half-length
+ROUGH = 5.0  # the same, of meshes on which the patch is found
+NEAR_ENOUGH, MOST_TRIES = 0.12, 10  # change of half-lengths, up to which the patch counts as found
+GROWTH = 1.4  # of an expected patch that was too small
+LEAST_CURVATURE = 1e-6  # 1/mm, of surfaces that fit each other
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """The numbers of a contact; mm, rad, MPa."""
+
+    a: float  # half-length along x
+    b: float  # half-width along s, on the arc
+    angle: float  # range of the inclination over the patch
+    p_max: float
+    approach: float
+
+    def difference(self, other: "Numbers") -> "Numbers":
+        """The differences of all numbers, without sign."""
+        return Numbers(*(abs(vars(self)[name] - vars(other)[name]) for name in vars(self)))
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """A contact of meshed bodies: pressures [MPa] at points (x, s) [mm] of the lower surface, (m,) each.
+
+    They are linear between the points, and cover the modelled part, x >= 0, and s >= 0 if all is symmetric.
+    """
+
+    x: Array
+    s: Array
+    p: Array
+    s_range: tuple[float, float]  # arc lengths at which the patch ends [mm]
+    numbers: Numbers
+    estimate: Numbers  # of the errors of these
+    load: float  # [N]
+    load_of_pressures: float
+    reactions: tuple[float, float]  # of the supports of lower and upper body, along z [N]
+    tension: float  # largest, as a share of the largest pressure
+    penetration: float  # largest mean about a vertex, as a share of the approach
+    unknowns: tuple[int, int]  # of the modelled parts of lower and upper body
+    steps: int  # of the search for the vertices in contact, on the finest meshes
+    iterations: int  # of the linear problems there
+    seconds: Mapping[str, float]
+    memory: float  # largest that the process has had [MB]
+
+
+def judge(
+    bodies: Bodies, load: float, *, cells: float = CELLS, expected: Expected | None = None
+) -> Judgement:
+    """The frictionless contact of two bodies under a vertical load [N].
+
+    `expected` is a guess of the patch, Hertz's by default. Raises WrongInput for a load that is not positive
+    and too few cells, and Failure where a mesh or the contact fails.
+    """
+    if not 0 < load < np.inf:
+        raise WrongInput(f"load = {load!r}: must be positive and finite [N]")
+    if not 2 * ROUGH <= cells < np.inf:
+        raise WrongInput(f"cells = {cells!r}: at least {2 * ROUGH:g} along the shorter half-length")
+    start = perf_counter()
+    rough = _found(bodies, load, expected or hertz_patch(bodies, load))
+    found = perf_counter()
+    coarse = solved(bodies, meshes_of(bodies, rough.patch, cells / 2), load, rough)
+    fine = solved(bodies, meshes_of(bodies, rough.patch, cells), load, coarse)
+    return _judgement(fine, coarse, found - start)
+
+
+def numbers_of(level: Level) -> Numbers:
+    """The numbers of a contact on one pair of meshes."""
+    s = np.array(level.s_range)
+    angle = float(np.ptp(level.bodies.lower.contour.inclination(s)))
+    return Numbers(level.a, float(np.ptp(s)) / 2, angle, float(level.p.max()), level.settled.state.approach)
+
+
+def _judgement(fine: Level, coarse: Level, seconds_of_patch: float) -> Judgement:
+    """The result of the finest meshes, with estimates from coarser ones."""
+    numbers, settled = numbers_of(fine), fine.settled
+    return Judgement(
+        fine.zone.x,
+        fine.zone.s,
+        fine.p,
+        fine.s_range,
+        numbers,
+        numbers.difference(numbers_of(coarse)),
+        fine.load,
+        fine.load_of_pressures,
+        fine.reactions,
+        settled.tension,
+        settled.penetration,
+        (fine.pair.lower.unknowns, fine.pair.upper.unknowns),
+        settled.steps,
+        settled.iterations,
+        {"patch": seconds_of_patch, "coarse": coarse.seconds, "fine": fine.seconds},
+        peak_memory(),
+    )
+
+
+def _found(bodies: Bodies, load: float, expected: Expected) -> Level:
+    """The contact on rough meshes made for its own patch."""
+    level = None
+    for _ in range(MOST_TRIES):
+        try:
+            level = solved(bodies, meshes_of(bodies, expected, ROUGH), load, level)
+        except ZoneTooSmall:
+            expected = _within(bodies, _enlarged(expected))
+            continue
+        found = level.patch
+        if max(abs(np.log(found.a / expected.a)), abs(np.log(found.b / expected.b))) < NEAR_ENOUGH:
+            return level
+        expected = found
+    raise Failure(f"contact under {load:g} N: no patch found that its meshes fit; give `expected`")
+
+
+def _enlarged(patch: Expected) -> Expected:
+    """A patch that is `GROWTH` times as large."""
+    middle = sum(patch.s) / 2
+    return Expected(GROWTH * patch.a, (middle - GROWTH * patch.b, middle + GROWTH * patch.b))
+
+
+def _within(bodies: Bodies, patch: Expected) -> Expected:
+    """The part of a patch that lies where the bodies may touch."""
+    low, high = bodies.undeformed.s_range
+    return replace(patch, s=(max(low, patch.s[0]), min(high, patch.s[1])))
+
+
+def hertz_patch(bodies: Bodies, load: float) -> Expected:
+    """The patch of Hertz where the bodies touch first, with the curvatures of the distance there."""
+    touching = bodies.undeformed.touching[0]
+    step = 1e-3 * (bodies.undeformed.s_range[1] - bodies.undeformed.s_range[0])
+    before, middle, after = bodies.undeformed.distance(0.0, touching + np.array([-step, 0.0, step]))
+    along_x = 2 * (float(bodies.undeformed.distance(step, touching)) - middle)
+    along_s = float(before + after - 2 * middle)
+    of_x, of_s = (max(rise / step**2, LEAST_CURVATURE) for rise in (along_x, along_s))
+    modulus = combined_modulus(bodies.upper.material, bodies.lower.material)
+    patch = PointContact(of_x, of_s, modulus).at_load(load)
+    return _within(bodies, Expected(patch.a, (touching - patch.b, touching + patch.b)))

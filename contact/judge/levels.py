@@ -1,0 +1,165 @@
+"""The contact of two bodies on one pair of meshes, and the numbers that follow from it."""
+
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from scipy.interpolate import LinearNDInterpolator
+
+from contact.judge import extent
+from contact.judge.active_set import Settled, settle
+from contact.judge.bodies import Elastic, Expected, meshed
+from contact.judge.coupling import Zone, couple, zone_of
+from contact.judge.saddle import Pair, paired
+from contact.undeformed import Undeformed
+from geometries.arrays import Array, Mask
+from geometries.bodies import Body
+from geometries.errors import Failure
+
+MARGIN = 1.5  # spacings of vertices without contact that are needed around the patch
+ZONE = 1.5  # potential contact area over the expected patch, in half-lengths
+
+
+class ZoneTooSmall(Failure):
+    """A contact that reaches the end of the area in which it was sought."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """What is in contact: two bodies and their undeformed distance. The lower body must be prismatic."""
+
+    lower: Body
+    upper: Body
+    undeformed: Undeformed
+
+    @property
+    def half_section(self) -> bool:
+        """Whether all is symmetric in y, so that y >= 0 is enough."""
+        symmetric = self.lower.contour.symmetric and self.upper.contour.symmetric
+        return bool(symmetric and self.undeformed.shift == 0)
+
+    @property
+    def share(self) -> float:
+        """Share of the bodies that is modelled."""
+        return 0.25 if self.half_section else 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Meshes:
+    """Both bodies, meshed for a patch with `cells` cells along its shorter half-length, and prepared."""
+
+    expected: Expected
+    cells: float
+    lower: Elastic
+    upper: Elastic
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """A contact solved on one pair of meshes."""
+
+    bodies: Bodies
+    meshes: Meshes
+    load: float  # [N], of the whole bodies
+    pair: Pair
+    settled: Settled
+    seconds: float
+
+    @property
+    def zone(self) -> Zone:
+        """The vertices at which pressures are known."""
+        return self.pair.coupling.zone
+
+    @property
+    def p(self) -> Array:
+        """Pressures [MPa] at the vertices of the zone, (m,); linear between them."""
+        return np.where(self.settled.active, self.settled.state.p, 0.0)
+
+    @property
+    def gap(self) -> Array:
+        """Gaps [mm] along the normals, means about the vertices, (m,); 0 in contact."""
+        gap = self.pair.gap(self.settled.state) / self.pair.coupling.area
+        return np.where(self.settled.active, 0.0, gap)
+
+    @property
+    def spacing(self) -> float:
+        """Mean distance [mm] of vertices in contact."""
+        return float(np.sqrt(np.mean(self.pair.coupling.area[self.settled.active])))
+
+    @property
+    def a(self) -> float:
+        """Half-length of the patch along x [mm]."""
+        return self._end(self.zone.x, self.zone.s, symmetric=self.bodies.half_section)
+
+    @property
+    def s_range(self) -> tuple[float, float]:
+        """Arc lengths [mm] of the lower contour at which the patch ends."""
+        high = self._end(self.zone.s, self.zone.x, symmetric=True)
+        if self.bodies.half_section:
+            return -high, high
+        return -self._end(-self.zone.s, self.zone.x, symmetric=True), high
+
+    def _end(self, along: Array, across: Array, *, symmetric: bool) -> float:
+        return extent.end(along, across, self.gap, self.spacing, symmetric=symmetric)
+
+    @property
+    def load_of_pressures(self) -> float:
+        """Vertical load [N] that the pressures carry."""
+        return float(self.pair.coupling.c @ self.p) / self.bodies.share
+
+    @property
+    def reactions(self) -> tuple[float, float]:
+        """Vertical forces [N] of the supports of lower and upper body."""
+        state, of = self.settled.state, self.bodies.share
+        lower = self.pair.lower.reaction(state.u_lower)[2]
+        return float(lower) / of, float(self.pair.upper.reaction(state.u_upper)[2]) / of
+
+    @property
+    def patch(self) -> Expected:
+        """The patch found, for which finer meshes are made."""
+        return Expected(self.a, self.s_range)
+
+    def pressed_at(self, x: Array, s: Array) -> Mask:
+        """Whether pressures are positive at points (n,), from linear interpolation."""
+        return np.asarray(
+            LinearNDInterpolator(np.stack([self.zone.x, self.zone.s], 1), self.p, 0.0)(x, s) > 0
+        )
+
+
+def meshes_of(bodies: Bodies, expected: Expected, cells: float) -> Meshes:
+    """Mesh both bodies for a patch, with `cells` cells along its shorter half-length."""
+    start, half_section = perf_counter(), bodies.half_section
+    lower, upper = (
+        meshed(body, expected, cells, half_section=half_section) for body in (bodies.lower, bodies.upper)
+    )
+    return Meshes(expected, cells, lower, upper, perf_counter() - start)
+
+
+def solved(bodies: Bodies, meshes: Meshes, load: float, before: Level | None = None) -> Level:
+    """The contact under a load [N] on some meshes; `before` is a coarser one to begin with.
+
+    Raises ZoneTooSmall where the contact is larger than expected, and Failure as `couple` and `settle` do.
+    """
+    start, expected = perf_counter(), meshes.expected
+    x, s = meshes.lower.solid.trace.basis.mesh.p
+    zone = zone_of(meshes.lower.solid.trace, (expected.radius(x, s) < ZONE) & _possible(bodies, x, s))
+    pair = paired(meshes.lower, meshes.upper, couple(meshes.lower, meshes.upper, bodies.undeformed, zone))
+    guess = before.pressed_at(zone.x, zone.s) if before else expected.radius(zone.x, zone.s) < 1
+    settled = settle(pair, load * bodies.share, guess, pair.at_rest())
+    level = Level(bodies, meshes, load, pair, settled, perf_counter() - start + meshes.seconds)
+    outermost = float(np.max(expected.radius(zone.x, zone.s)[settled.active]))
+    if outermost > ZONE - MARGIN * level.spacing / min(expected.a, expected.b):
+        raise ZoneTooSmall(
+            f"contact under {load:g} N: it reaches the end of the area in which it was sought, {ZONE:g} "
+            f"times an expected patch of a = {expected.a:g}, b = {expected.b:g} mm; give a larger `expected`"
+        )
+    return level
+
+
+def _possible(bodies: Bodies, x: Array, s: Array) -> Mask:
+    """Where the surfaces may touch: on the range of arc lengths given, and the upper one is opposite."""
+    low, high = bodies.undeformed.s_range
+    within = (s >= low) & (s <= high)
+    within[within] &= np.isfinite(bodies.undeformed.distance(x[within], s[within]))
+    return np.asarray(within)
