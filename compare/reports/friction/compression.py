@@ -8,20 +8,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.pages.panels import add_legend
+from compare.pages.parts import Part, Row, Table, cell, listed
 from compare.pages.styles import RC, symbol_of
 from compare.reports.contact.figures import reference_of
 from compare.reports.friction import maps
-from compare.reports.friction.page import (
-    Part,
-    Row,
-    Table,
-    band_of,
-    cell,
-    curves,
-    listed,
-    names,
-    write_contact_page,
-)
+from compare.reports.friction.page import band_of, curves, names, write_contact_page
 from compare.results.friction.quantities import OF_PATCH
 
 WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel

@@ -1,83 +1,37 @@
-"""What the pages of rolling and of compression share: file, figures, sentences on cost, cells of tables."""
+"""What the pages of rolling and of compression share: file and page, sentences on cost, curves by ICs."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from compare.pages.html import write_page
-from compare.pages.styles import save, symbol_of, with_further
+from compare.pages.parts import Page, Part, Table
+from compare.pages.styles import symbol_of, with_further
 from compare.reports.contact.figures import reference_of
 from compare.results import folders
 from compare.results.contact.dataset import write
 
-
-@dataclass(frozen=True)
-class Part:
-    """A heading of a page, a paragraph that says what its figure shows, and that figure, by name."""
-
-    heading: str
-    text: str
-    name: str
-    figure: Figure
-
-
-@dataclass(frozen=True)
-class Row:
-    """A row of a table."""
-
-    name: str
-    cells: Sequence[Mapping[str, str]]
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table of numbers."""
-
-    caption: str
-    columns: Sequence[str]
-    rows: Sequence[Row]
+BELOW = (
+    "Small, below each number: its estimated error (difference to elements twice as large; of C also that to "
+    "C plus its own estimate)."
+)
 
 
 def write_contact_page(
     dataset: xr.Dataset, out: Path, summary: str, parts: Iterable[Part], tables: Sequence[Table]
 ) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
-    folders.made(out / "figures")
+    folders.made(out)
     write(dataset, out / "contact.nc")
-    shown = [
-        {
-            "heading": part.heading,
-            "text": part.text,
-            "figures": [save(part.figure, out / "figures" / f"contact_{part.name}.png")],
-        }
-        for part in parts
-    ]
-    return write_page(
-        out / "contact.html",
-        "friction.html.j2",
-        title=str(dataset.attrs["title"]),
-        summary=summary,
-        parts=shown,
-        tables=tables,
-        cost=cost(dataset),
-        text=str(dataset.attrs["scene"]),
-    )
+    title, scene = str(dataset.attrs["title"]), str(dataset.attrs["scene"])
+    page = Page(title, summary, parts, tables, BELOW, cost(dataset), scene)
+    return page.write(out / "contact.html", "contact")
 
 
 def names(dataset: xr.Dataset) -> list[str]:
     """The names of the ICs."""
     return [str(name) for name in dataset.ics.values]
-
-
-def listed(words: Iterable[str]) -> str:
-    """Words with commas and "and" between them."""
-    *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last
 
 
 def band_of(dataset: xr.Dataset) -> str:
@@ -105,12 +59,6 @@ def cost(dataset: xr.Dataset) -> str:
 
 def _step(dataset: xr.Dataset, name: str) -> float:
     return float(dataset[name][1] - dataset[name][0])
-
-
-def cell(value: xr.DataArray, estimate: xr.DataArray | None = None, *, digits: int = 4) -> dict[str, str]:
-    """A cell of a table: a number, and its estimate below."""
-    below = "" if estimate is None or np.isnan(float(estimate)) else f"± {float(estimate):.2g}"
-    return {"text": f"{float(value):.{digits}g}", "below": below}
 
 
 def curves(axes: Axes, at: xr.DataArray, values: xr.DataArray, *, markers: bool = True) -> None:

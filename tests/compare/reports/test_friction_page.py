@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from compare.pages.parts import listed
 from compare.reports.friction import compression, rolling
-from compare.reports.friction.page import cost, listed
+from compare.reports.friction.page import cost
 from compare.results.friction.compression import compute_compression
 from compare.results.friction.rolling import compute_rolling
 from tests.compare.results.friction.scenes import scene

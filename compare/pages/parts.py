@@ -1,0 +1,79 @@
+"""Pages of parts: each a paragraph with its figure; then tables of numbers, what they took, and the scene."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from compare.pages.html import write_page
+from compare.pages.styles import save
+
+
+@dataclass(frozen=True)
+class Part:
+    """A heading of a page, a paragraph that says what its figure shows, and that figure, by name."""
+
+    heading: str
+    text: str
+    name: str
+    figure: Figure
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a table."""
+
+    name: str
+    cells: Sequence[Mapping[str, str]]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of numbers."""
+
+    caption: str
+    columns: Sequence[str]
+    rows: Sequence[Row]
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page: sentences, parts, tables, what is below each number of these, what all took, and the scene."""
+
+    title: str
+    summary: str
+    parts: Iterable[Part]
+    tables: Sequence[Table]
+    below: str
+    cost: str
+    scene: str
+
+    def write(self, path: Path, prefix: str) -> Path:
+        """Write the page, and its figures PREFIX_NAME.png into `figures` beside it; returns its path."""
+        folder = path.parent / "figures"
+        folder.mkdir(exist_ok=True)
+        shown = [
+            {
+                "heading": part.heading,
+                "text": part.text,
+                "figures": [save(part.figure, folder / f"{prefix}_{part.name}.png")],
+            }
+            for part in self.parts
+        ]
+        values = {name: getattr(self, name) for name in ("title", "summary", "tables", "below", "cost")}
+        return write_page(path, "parts.html.j2", **values, parts=shown, text=self.scene)
+
+
+def cell(value: xr.DataArray, estimate: xr.DataArray | None = None, *, digits: int = 4) -> dict[str, str]:
+    """A cell of a table: a number, and its estimate below."""
+    below = "" if estimate is None or np.isnan(float(estimate)) else f"± {float(estimate):.2g}"
+    return {"text": f"{float(value):.{digits}g}", "below": below}
+
+
+def listed(words: Iterable[str]) -> str:
+    """Words with commas and "and" between them."""
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last

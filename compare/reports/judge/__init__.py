@@ -1,0 +1,1 @@
+"""`femic judge`: figures and page of contact by finite elements and by ICs."""

@@ -1,0 +1,205 @@
+"""Figures, sentences, table and page of contact by ICs beside that by finite elements."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from compare.pages.panels import add_legend
+from compare.pages.parts import Page, Part, Row, Table, listed
+from compare.pages.styles import RC, symbol_of, with_further
+from compare.results import folders
+from compare.results.contact.dataset import write
+from compare.results.contact.quantities import QUANTITIES
+from compare.results.judge.dataset import FE, NUMBERS, OF_PATCH
+
+SHARES = (0.01, 0.02, 0.05)  # deviations from which the angles are told
+DRAWN = ("p_max", "a", "b", "approach")
+BELOW = (
+    "Small, below each number: its estimated error, and its deviation from that by finite elements (FE). "
+    "Approaches by FE are without the compliance of the bodies, which is fitted."
+)
+
+
+def write_judged(dataset: xr.Dataset, out: Path) -> Path:
+    """Write `judge.nc`, figures and `judge.html` into a folder; returns the path of the page."""
+    folders.made(out)
+    write(dataset, out / "judge.nc")
+    title = str(dataset.attrs["title"]).replace(
+        "Frictionless contact", "Contact by ICs, and by finite elements"
+    )
+    page = Page(
+        title,
+        summary(dataset),
+        list(_parts(dataset)),
+        [_table(dataset, number) for number in range(dataset.sizes["case"])],
+        BELOW,
+        cost(dataset),
+        str(dataset.attrs["scene"]),
+    )
+    return page.write(out / "judge.html", "judge")
+
+
+def deviations(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Ratios of a number by ICs to that by finite elements, less 1, by case and ICs."""
+    values = dataset[name].drop_attrs()
+    return values.drop_sel(ics=FE) / values.sel(ics=FE, drop=True) - 1
+
+
+def known(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """The estimated error of a number by finite elements as a share of it, by case."""
+    of_fe = dataset.sel(ics=FE, drop=True)
+    return abs(of_fe[f"estimate_{name}"] / of_fe[name]).drop_attrs()
+
+
+def good_to(dataset: xr.Dataset, ics: str, share: float) -> float:
+    """The smallest angle [deg] at which a number of the patch is off by more than a share and the estimate.
+
+    Infinite where none is.
+    """
+    beyond = xr.concat(
+        [abs(deviations(dataset, name).sel(ics=ics)) > share + known(dataset, name) for name in OF_PATCH],
+        "quantity",
+    ).any("quantity")
+    angles = dataset.angle.sel(ics=FE).values[beyond.values]
+    return float(angles.min()) if angles.size else np.inf
+
+
+def summary(dataset: xr.Dataset) -> str:
+    """Sentences computed from the numbers: how far ICs are from finite elements, and from where on."""
+    angle = dataset.angle.sel(ics=FE)
+    sentences = [
+        f"Patches over {float(angle.min()):.0f} ... {float(angle.max()):.0f} degrees. Numbers of the patch "
+        f"by finite elements are known to {max(float(known(dataset, name).max()) for name in OF_PATCH):.1%}."
+    ]
+    for name in (str(name) for name in dataset.ics.values if name != FE):
+        worst = listed(f"{_worst(deviations(dataset, key).sel(ics=name)):+.1%} in {key}" for key in DRAWN)
+        sentences.append(f"{symbol_of(name)}: at worst {worst}; {_from_where(dataset, name)}.")
+    return " ".join(sentences)
+
+
+def _worst(values: xr.DataArray) -> float:
+    """The value that is furthest from zero."""
+    return float(values.values.ravel()[np.argmax(np.abs(values.values))])
+
+
+def _from_where(dataset: xr.Dataset, ics: str) -> str:
+    """From which angles on ICs are further from finite elements than some shares and the estimate."""
+    found = {share: good_to(dataset, ics, share) for share in SHARES}
+    told = [
+        f"more than {share:.0%} from {angle:.0f} degrees on"
+        for share, angle in found.items()
+        if angle < np.inf
+    ]
+    return (
+        f"beyond the estimate, off by {listed(told)}" if told else f"within {SHARES[0]:.0%} and the estimate"
+    )
+
+
+def _parts(dataset: xr.Dataset) -> Iterator[Part]:
+    yield Part(
+        "Deviations over the angle of the patch",
+        "Numbers by ICs over those by finite elements, less 1. Band: estimate of the latter.",
+        "deviations",
+        over_angle(dataset),
+    )
+    yield Part(
+        "Pressures across the patch",
+        "At x = 0, by finite elements, and by ICs on the elements beside it.",
+        "profiles",
+        profiles(dataset),
+    )
+
+
+def over_angle(dataset: xr.Dataset) -> Figure:
+    """Deviations of all ICs from finite elements over the angle of the patch, a panel per number."""
+    cases = dataset.isel(case=np.argsort(dataset.angle.sel(ics=FE).values))
+    names, angle = [str(name) for name in cases.ics.values if name != FE], cases.angle.sel(ics=FE)
+    looks = with_further(names)
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=(3.2 * len(DRAWN), 3.4), layout="constrained")
+        for axes, key in zip(figure.subplots(1, len(DRAWN)), DRAWN, strict=True):
+            off, band = 100 * deviations(cases, key), 100 * known(cases, key)
+            for name in names:
+                marker, style = looks[name]
+                axes.plot(
+                    angle, off.sel(ics=name), label=symbol_of(name), **style, marker=marker, markersize=4
+                )
+            axes.fill_between(
+                angle, -band, band, color="black", alpha=0.15, linewidth=0, label="estimate of FE"
+            )
+            axes.set(title=QUANTITIES[key].symbol, xlabel="Δδ by FE [deg]")
+        figure.axes[0].set_ylabel("by ICs less by FE [%]")
+        add_legend(figure)
+        return figure
+
+
+def profiles(dataset: xr.Dataset) -> Figure:
+    """Pressures along s at x = 0 by finite elements and all ICs, a panel per case."""
+    count = dataset.sizes["case"]
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=(4.1 * count, 3.4), layout="constrained")
+        for number, axes in enumerate(figure.subplots(1, count, squeeze=False)[0]):
+            _draw_profile(axes, dataset, number)
+            axes.set(xlabel="s [mm]", title=str(dataset.case.values[number]))
+        figure.axes[0].set_ylabel("pressure at x = 0 [MPa]")
+        add_legend(figure)
+        return figure
+
+
+def _draw_profile(axes: mpl.axes.Axes, dataset: xr.Dataset, number: int) -> None:
+    p, of_fe = dataset[f"p_{number}"], dataset[f"p_fe_{number}"]
+    at = p[f"s_{number}"]
+    shown = np.flatnonzero((p > 0).any("ics"))
+    part = slice(max(shown[0] - 1, 0), shown[-1] + 2)
+    names = [str(name) for name in p.dropna("ics", how="all").ics.values]
+    looks = with_further(names)
+    for name in names:
+        axes.plot(at[part], p.sel(ics=name)[part], label=symbol_of(name), **looks[name][1])
+    s = of_fe[f"s_fe_{number}"]
+    inside = (s >= at[part].values[0]) & (s <= at[part].values[-1])
+    axes.plot(s[inside], of_fe[inside], "o", color="black", markersize=2.5, label=FE)
+
+
+def _table(dataset: xr.Dataset, number: int) -> Table:
+    """All numbers of a case."""
+    case = dataset.isel(case=number)
+    columns = [f"{QUANTITIES[name].symbol} [{QUANTITIES[name].unit}]" for name in NUMBERS]
+    rows = [
+        Row(FE if name == FE else symbol_of(name), [_cell(dataset, number, name, key) for key in NUMBERS])
+        for name in map(str, case.ics.values)
+    ]
+    return Table(str(case.case.values), columns, rows)
+
+
+def _cell(dataset: xr.Dataset, number: int, ics: str, key: str) -> dict[str, str]:
+    case = dataset.isel(case=number).sel(ics=ics)
+    value, estimate = (float(case[name]) for name in (key, f"estimate_{key}"))
+    off = "" if ics == FE else f", {float(deviations(dataset, key).isel(case=number).sel(ics=ics)):+.2%}"
+    return {"text": f"{value:.4g}", "below": f"± {estimate:.1g}{off}"}
+
+
+def cost(dataset: xr.Dataset) -> str:
+    """What finite elements took, and how well they hold what contact has to satisfy."""
+    load = dataset["load"].values
+    balance = [
+        *abs(dataset.fe_load_of_pressures.values / load - 1),
+        *abs(np.abs(dataset.fe_reaction.values) / load[:, None] - 1).ravel(),
+    ]
+    most = {name: float(dataset[f"fe_{name}"].max()) for name in ("memory", "tension", "penetration")}
+    return (
+        f"Finite elements: {_range(dataset.fe_unknowns.sum('body').values, ',.0f')} unknowns of the modelled "
+        f"parts, {_range(dataset.fe_seconds.sum('stage').values, '.0f')} s a load, up to "
+        f"{most['memory'] / 1e3:.1f} GB. Pressures and reactions carry the load to {max(balance):.1g}, "
+        f"tensions are at most {most['tension']:.1g} of the largest pressure, penetrations "
+        f"{most['penetration']:.1g} of the approach. Compliance of the bodies: "
+        f"{float(dataset.compliance):.4g} mm/N. Contacts by ICs: {_range(dataset.seconds.values, '.2g')} s."
+    )
+
+
+def _range(values: np.ndarray | Sequence[float], form: str) -> str:
+    low, high = (format(float(of(values)), form) for of in (np.nanmin, np.nanmax))
+    return low if low == high else f"{low} ... {high}"

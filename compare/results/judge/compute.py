@@ -1,0 +1,93 @@
+"""Contact of a scene by finite elements, which use no ICs; each finished load is kept in the store."""
+
+from dataclasses import asdict
+
+import numpy as np
+import xarray as xr
+
+from compare.results.contact.compute import cases_of, compute_contact
+from compare.results.contact.dataset import to_dataset
+from compare.results.contact.pairing import placed_on
+from compare.results.judge.dataset import beside
+from compare.results.provenance import results_digest
+from compare.scenes.errors import BadScene
+from compare.scenes.scene import Scene
+from contact.judge.judgement import CELLS, Judgement, Numbers, judge
+from contact.judge.levels import Bodies
+from femic.means import DEFAULT, Means
+
+MODELS = ("lower", "upper")
+
+
+def compute_judged(scene: Scene, means: Means = DEFAULT, cells: float = CELLS) -> xr.Dataset:
+    """Numbers of the contacts by the ICs of a scene and by finite elements, `ics` = "FE", of all its loads.
+
+    `cells` of the finest mesh lie along the shorter half-length of the patch. Raises BadScene for scenes with
+    friction and without loads, and Failure as `compute_contact` and `judge` do.
+    """
+    require_judgeable(scene)
+    contacts = to_dataset(compute_contact(scene, means))
+    return beside(contacts, [_judged(scene, load, means, cells) for load in scene.contact.loads], cells)
+
+
+def require_judgeable(scene: Scene) -> None:
+    """Raise BadScene for what is not judged, before any work."""
+    cases_of(scene)
+    wanted = scene.contact
+    for judged, given, remedy in (
+        (wanted.friction is None, f"contact.motion = {wanted.motion!r}", "leave it out: it is frictionless"),
+        (bool(wanted.loads), "contact.loads = []", "give loads [N] instead of approaches"),
+        (not wanted.exact, "contact.gap = 'exact'", "use the linear one"),
+        (not wanted.extra_gap, "contact.extra_gap", "leave it out"),
+    ):
+        if not judged:
+            raise BadScene(f"{scene.name}: {given}: finite elements do not judge that; {remedy}")
+
+
+def _judged(scene: Scene, load: float, means: Means, cells: float) -> xr.Dataset:
+    """The contact under a load [N] by finite elements, from the store if it is there."""
+    undeformed = placed_on(scene, scene.grid).undeformed
+    bodies = Bodies(scene.bodies["lower"], scene.bodies["upper"], undeformed)
+    placed = bodies.lower, bodies.upper, undeformed.s_range, undeformed.shift
+    key = means.store.key("judge", results_digest(), *placed, load, cells)
+    kept = means.store.get(key)
+    if kept is None:
+        means.watch.on_stage(f"  {load:g} N by finite elements")
+        kept = _labelled(judge(bodies, load, cells=cells))
+        means.store.put(key, kept)
+    seconds, unknowns = float(kept.seconds.sum()), int(kept.unknowns.max())
+    means.watch.on_stage(f"  {load:g} N by finite elements: {unknowns:,} unknowns, {seconds:.0f} s")
+    return kept
+
+
+def _labelled(judgement: Judgement) -> xr.Dataset:
+    """A judgement as labelled arrays; angles in degrees."""
+    named = {"": judgement.numbers, "estimate_": judgement.estimate}
+    numbers = {
+        prefix + name: value
+        for prefix, of_all in named.items()
+        for name, value in _in_degrees(of_all).items()
+    }
+    checks = {
+        "load": judgement.load,
+        "load_of_pressures": judgement.load_of_pressures,
+        "tension": judgement.tension,
+        "penetration": judgement.penetration,
+        "memory": judgement.memory,
+    }
+    points = {name: ("point", np.asarray(getattr(judgement, name))) for name in ("x", "s", "p")}
+    return xr.Dataset(
+        {
+            **numbers,
+            **checks,
+            **points,
+            "reaction": ("body", list(judgement.reactions)),
+            "unknowns": ("body", list(judgement.unknowns)),
+            "seconds": ("stage", list(judgement.seconds.values())),
+        },
+        coords={"body": list(MODELS), "stage": list(judgement.seconds)},
+    )
+
+
+def _in_degrees(numbers: Numbers) -> dict[str, float]:
+    return {name: float(np.degrees(v)) if name == "angle" else v for name, v in asdict(numbers).items()}

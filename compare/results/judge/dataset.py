@@ -1,0 +1,68 @@
+"""The labelled arrays of contacts by ICs beside those by finite elements, `judge.nc`."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from compare.results.contact.compute import reference_name
+
+FE = "FE"  # the name of contact by finite elements among the ICs
+OF_PATCH = ("angle", "a", "b", "p_max")
+NUMBERS = (*OF_PATCH, "approach")
+CHECKS = ("load_of_pressures", "reaction", "tension", "penetration", "unknowns", "memory")
+
+
+def beside(contacts: xr.Dataset, judged: Sequence[xr.Dataset], cells: float) -> xr.Dataset:
+    """Numbers with their estimates of all ICs and of finite elements, and what is known of the latter.
+
+    The approach by finite elements has the compliance of the bodies in it, which the rigid-body discount
+    takes from ICs: `approach` is without `compliance` times the load, and that is fitted to the reference's
+    approach over the loads, with the same weight for the same share of it.
+    """
+    named = [prefix + name for name in NUMBERS for prefix in ("", "estimate_")]
+    of_all = xr.concat([one.drop_vars(_ragged(one)) for one in judged], "case").assign_coords(
+        case=contacts.case
+    )
+    fe = of_all[named].expand_dims(ics=[FE])
+    dataset = xr.concat([contacts[named], fe], "ics", combine_attrs="override")
+    ics, load = [str(name) for name in contacts.ics.values], of_all["load"]
+    compliance = _compliance(fe.approach.sel(ics=FE), contacts.approach.sel(ics=reference_name(ics)), load)
+    dataset["approach"] = dataset.approach.where(dataset.ics != FE, dataset.approach - compliance * load)
+    for name in CHECKS:
+        dataset[f"fe_{name}"] = of_all[name]
+    dataset["seconds"] = contacts.seconds
+    dataset["fe_seconds"] = of_all.seconds
+    dataset["load"] = load.assign_attrs(units="N")
+    dataset["compliance"] = (), compliance, {"units": "mm/N"}
+    lines = [_profile(one, number) for number, one in enumerate(judged)]
+    of_ics = [_profile_of_ics(contacts, number) for number in range(len(judged))]
+    joined = xr.merge([dataset, *lines, *of_ics], join="outer")  # there is no profile of FE on grids
+    return joined.assign_attrs(contacts.attrs | {"cells": cells})
+
+
+def _ragged(one: xr.Dataset) -> list[str]:
+    return [str(name) for name in one.variables if "point" in one[name].dims]
+
+
+def _compliance(approach: xr.DataArray, of_ics: xr.DataArray, load: xr.DataArray) -> float:
+    """The compliance [mm/N] that makes approaches the same but for a least sum of squared shares."""
+    share = load / of_ics
+    return float(((approach - of_ics) / of_ics * share).sum() / (share**2).sum())
+
+
+def _profile(one: xr.Dataset, number: int) -> xr.Dataset:
+    """Pressures by finite elements at x = 0 along s."""
+    at_middle = np.flatnonzero(one.x.values < 1e-9 * float(one.x.max()))
+    order = at_middle[np.argsort(one.s.values[at_middle])]
+    s = f"s_fe_{number}"
+    return xr.Dataset(
+        {f"p_fe_{number}": (s, one.p.values[order], {"units": "MPa"})},
+        coords={s: (s, one.s.values[order], {"units": "mm"})},
+    )
+
+
+def _profile_of_ics(contacts: xr.Dataset, number: int) -> xr.Dataset:
+    """Pressures by ICs beside x = 0 along s."""
+    p = contacts[f"p_{number}"]
+    return p.isel({f"x_{number}": p.sizes[f"x_{number}"] // 2}, drop=True).to_dataset(name=f"p_{number}")

@@ -1,0 +1,77 @@
+"""What `femic judge` writes: deviations of ICs from finite elements, and from where on they are too large."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.reports.judge.page import cost, deviations, good_to, summary, write_judged
+
+ANGLES, LOADS = [20.0, 60.0, 100.0], [1e3, 1e4, 1e5]
+OFF = {"A": [0.015, 0.06, 0.2], "C": [0.0, 0.004, -0.004], "FE": [0.0, 0.0, 0.0]}
+KNOWN = 0.005
+
+
+@pytest.fixture
+def dataset():
+    """ICs that are off by known shares, all numbers alike."""
+    off = 1 + np.array([OFF[name] for name in OFF]).T
+    dims = ("case", "ics")
+    numbers = dict.fromkeys(("a", "b", "p_max", "approach"), (dims, 10 * off))
+    estimates = {f"estimate_{name}": (dims, np.full((3, 3), 10 * KNOWN)) for name in (*numbers, "angle")}
+    angle = {"angle": (dims, np.array(ANGLES)[:, None] * np.ones(3))}
+    checks = {
+        "load": ("case", LOADS),
+        "compliance": ((), 1e-7),
+        "seconds": (dims, np.full((3, 3), 0.1)),
+        "fe_load_of_pressures": ("case", [1e3, 1.002e4, 1e5]),
+        "fe_reaction": (("case", "body"), np.outer(LOADS, [1, -1])),
+        "fe_seconds": (("case", "stage"), np.ones((3, 2))),
+        "fe_unknowns": (("case", "body"), np.full((3, 2), 1000)),
+        "fe_memory": ("case", [1e3] * 3),
+        "fe_tension": ("case", [0.0] * 3),
+        "fe_penetration": ("case", [1e-6] * 3),
+    }
+    s = np.linspace(-2, 2, 9)
+    lines = {
+        f"p_{k}": (("ics", f"s_{k}"), [[0.0, 1, 2, 3, 4, 3, 2, 1, 0]] * 2 + [[np.nan] * 9]) for k in range(3)
+    } | {f"p_fe_{k}": (f"s_fe_{k}", [4.0, 3, 2, 1, 0]) for k in range(3)}
+    places = {f"s_{k}": s for k in range(3)} | {f"s_fe_{k}": s[4:] for k in range(3)}
+    return xr.Dataset(
+        numbers | estimates | angle | checks | lines,
+        coords={"ics": list(OFF), "case": [f"{load:g} N" for load in LOADS], **places},
+        attrs={"title": "a title", "scene": "a scene"},
+    )
+
+
+def test_deviations_are_those_from_finite_elements(dataset):
+    for name in ("p_max", "b", "approach"):
+        np.testing.assert_allclose(deviations(dataset, name).sel(ics="A"), OFF["A"], rtol=1e-9)
+    assert "FE" not in deviations(dataset, "b").ics
+
+
+def test_from_which_angle_on_ics_fail_by_a_share_counts_only_what_is_beyond_the_estimate(dataset):
+    assert good_to(dataset, "A", 0.0099) == 20.0
+    assert good_to(dataset, "A", 0.0101) == 60.0
+    assert good_to(dataset, "A", 0.05) == 60.0
+    assert good_to(dataset, "A", 0.056) == 100.0
+    assert good_to(dataset, "C", 0.0) == np.inf
+
+
+def test_the_summary_says_so(dataset):
+    told = summary(dataset)
+    assert "known to 0.5%" in told
+    assert "A: at worst +20.0% in p_max" in told
+    assert "off by more than 1% from 60 degrees on, more than 2% from 60 degrees on" in told
+    assert "C: at worst +0.4% in p_max" in told
+    assert told.endswith("within 1% and the estimate.")
+
+
+def test_the_balance_of_forces_is_told(dataset):
+    assert "Pressures and reactions carry the load to 0.002" in cost(dataset)
+
+
+def test_file_and_page_are_written(dataset, tmp_path):
+    page = write_judged(dataset, tmp_path).read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") == 2
+    assert "+20.00%" in page
+    assert xr.open_dataset(tmp_path / "judge.nc").attrs["title"] == "a title"

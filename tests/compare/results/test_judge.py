@@ -1,0 +1,119 @@
+"""Contact by finite elements beside that by ICs: numbers, compliance, what is kept, what is refused.
+
+The finite elements themselves are tested in tests/contact/judge; here others are in their place.
+"""
+
+import numpy as np
+import pytest
+
+from compare.results.contact.compute import compute_contact
+from compare.results.contact.dataset import to_dataset
+from compare.results.judge import compute
+from compare.results.judge.compute import compute_judged, require_judgeable
+from compare.results.judge.dataset import FE
+from compare.scenes.errors import BadScene
+from contact.judge.judgement import Judgement, Numbers
+from femic.means import Means
+from femic.work.store import Store
+from tests.compare.results.friction.scenes import scene
+
+LOADS = [2e3, 5e3, 1e4]
+COMPLIANCE = 3e-7  # mm/N
+KNOWN = 0.01
+
+
+def pressed(**contact):
+    return scene(10.3, **{"loads": LOADS, "ics": ["A", "Bhat"]} | contact)
+
+
+@pytest.fixture(scope="module")
+def by_bhat():
+    """Contact by B-hat: what the finite elements of these tests find, with a compliance besides."""
+    return to_dataset(compute_contact(pressed())).sel(ics="Bhat")
+
+
+@pytest.fixture
+def asked(monkeypatch, by_bhat):
+    """Loads and cells that were asked for."""
+    calls = []
+
+    def like_bhat(_, load, *, cells):
+        calls.append((load, cells))
+        case = by_bhat.isel(case=LOADS.index(load))
+        a, b, p_max, approach = (float(case[name]) for name in ("a", "b", "p_max", "approach"))
+        numbers = Numbers(a, b, np.radians(float(case.angle)), p_max, approach + COMPLIANCE * load)
+        x, s = np.meshgrid(np.linspace(0, a, 4), np.linspace(0, b, 5), indexing="ij")
+        p = p_max * np.sqrt(np.maximum(1 - (x / a) ** 2 - (s / b) ** 2, 0))
+        return Judgement(
+            x=x.ravel(),
+            s=s.ravel(),
+            p=p.ravel(),
+            s_range=(-b, b),
+            numbers=numbers,
+            estimate=Numbers(*(KNOWN * value for value in vars(numbers).values())),
+            load=load,
+            load_of_pressures=1.001 * load,
+            reactions=(load, -load),
+            tension=0.0,
+            penetration=0.0,
+            unknowns=(100, 200),
+            steps=3,
+            iterations=4,
+            seconds={"patch": 1.0, "coarse": 2.0, "fine": 3.0},
+            memory=1e3,
+        )
+
+    monkeypatch.setattr(compute, "judge", like_bhat)
+    return calls
+
+
+def test_numbers_stand_beside_those_by_ics(asked, by_bhat):
+    dataset = compute_judged(pressed())
+    assert list(dataset.ics.values) == ["A", "Bhat", FE]
+    assert [load for load, _ in asked] == LOADS
+    for name in ("a", "b", "p_max", "angle"):
+        np.testing.assert_allclose(dataset[name].sel(ics=FE), by_bhat[name])
+        np.testing.assert_allclose(dataset[f"estimate_{name}"].sel(ics=FE), KNOWN * by_bhat[name])
+    assert float(abs(dataset.p_max.sel(ics="A") / dataset.p_max.sel(ics=FE) - 1).max()) > 0.005
+
+
+@pytest.mark.usefixtures("asked")
+def test_the_compliance_of_the_bodies_is_found_and_taken_from_approaches(by_bhat):
+    dataset = compute_judged(pressed())
+    assert float(dataset.compliance) == pytest.approx(COMPLIANCE)
+    np.testing.assert_allclose(dataset.approach.sel(ics=FE), by_bhat.approach)
+
+
+@pytest.mark.usefixtures("asked")
+def test_pressures_along_s_are_those_at_x_0(by_bhat):
+    dataset = compute_judged(pressed())
+    s, p = dataset.s_fe_1.values, dataset.p_fe_1.values
+    assert np.all(np.diff(s) > 0)
+    assert len(s) == 5
+    b = float(by_bhat.b[1])
+    np.testing.assert_allclose(p, float(by_bhat.p_max[1]) * np.sqrt(np.maximum(1 - (s / b) ** 2, 0)))
+
+
+def test_finished_loads_are_kept_and_others_are_not_taken_for_them(asked, tmp_path):
+    means = Means(store=Store(tmp_path))
+    first = compute_judged(pressed(loads=LOADS[:2]), means)
+    again = compute_judged(pressed(), means, 15.0)
+    assert [load for load, _ in asked] == LOADS
+    np.testing.assert_array_equal(first.a.sel(ics=FE), again.a.sel(ics=FE)[:2])
+    compute_judged(pressed(loads=LOADS[:1]), means, 20.0)
+    assert asked[3:] == [(LOADS[0], 20.0)]
+    compute_judged(scene(10.3, rolling_radius=401.0, loads=LOADS[:1], ics=["A"]), means)
+    assert len(asked) == 5
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"motion": "compression"}, r"contact\.motion = 'compression': .* leave it out"),
+        ({"loads": [], "approaches": [0.1]}, r"contact\.loads = \[\]: .* give loads"),
+        ({"gap": "exact"}, r"contact\.gap = 'exact': .* use the linear one"),
+    ],
+)
+def test_what_is_not_judged_is_said_before_any_work(keys, message):
+    with pytest.raises(BadScene, match=message):
+        require_judgeable(pressed(**keys))
