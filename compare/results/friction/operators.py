@@ -21,6 +21,15 @@ from geometries.grids import Grid
 
 
 @dataclass(frozen=True, eq=False)
+class BodyICs:
+    """C of a body on a grid, reciprocal, and its estimate [mm/MPa], shape (n_x, n_s, n_s, 3, 3) each."""
+
+    ics: Array
+    estimate: Array
+    asymmetry: float  # largest |C(I, J) - C(J, I)^T| over the largest C_nn, before the mean was taken
+
+
+@dataclass(frozen=True, eq=False)
 class FullReferenceICs:
     """C of both bodies on a grid in all directions: operator, and the same with C plus its estimate."""
 
@@ -38,27 +47,35 @@ def approximation(placed: Placed, variant: str) -> FullOperator:
 
 def full_reference_ics(scene: Scene, placed: Placed, means: Means) -> FullReferenceICs:
     """C of both bodies: each made reciprocal, that of a rolling wheel for the slip of rolling, then added."""
-    start, grid = perf_counter(), placed.grid
-    solved = matrices(c_jobs(scene, placed), means, combined=True)
-    columns = {
-        name: [reference.column(strip) for strip in range(grid.n_s)] for name, reference in solved.items()
-    }
-    ics = {name: _matrix([column.ic for column in of_body], grid) for name, of_body in columns.items()}
-    estimates = sum(_matrix([_estimate(column) for column in of_body], grid) for of_body in columns.values())
-    total = _total(scene, placed, ics)
+    start, bodies = perf_counter(), body_ics(scene, placed, means)
+    total = total_ics(scene, placed, {name: body.ics for name, body in bodies.items()})
+    estimates = sum(body.estimate for body in bodies.values())
     largest = float(np.max(np.abs(total[..., 2, 2])))
     return FullReferenceICs(
         GridOperator.of(total),
         GridOperator.of(total + estimates),
         float(np.max(estimates)) / largest,
-        max(float(np.max(reciprocity_defects(of_body))) for of_body in ics.values()),
+        max(body.asymmetry for body in bodies.values()),
         perf_counter() - start,
     )
 
 
-def _total(scene: Scene, placed: Placed, ics: Mapping[str, Array]) -> Array:
+def body_ics(scene: Scene, placed: Placed, means: Means) -> dict[str, BodyICs]:
+    """C of both bodies; it goes like 1 / E. Raises NotConverged as `femic.matrix.reference.matrices`."""
+    solved, found = matrices(c_jobs(scene, placed), means, combined=True), {}
+    for name, reference in solved.items():
+        columns = [reference.column(strip) for strip in range(placed.grid.n_s)]
+        ics, estimate = (
+            _matrix([part(column) for column in columns], placed.grid)
+            for part in (lambda column: column.ic, _estimate)
+        )
+        found[name] = BodyICs(_reciprocal(ics), estimate, float(np.max(reciprocity_defects(ics))))
+    return found
+
+
+def total_ics(scene: Scene, placed: Placed, ics: Mapping[str, Array]) -> Array:
     """The sum of the ICs of both bodies (n_x, n_s, n_s, 3, 3) [mm/MPa], as the motion sees them."""
-    lower, upper = (_reciprocal(ics[name]) for name in ("lower", "upper"))
+    lower, upper = ics["lower"], ics["upper"]
     if scene.contact.motion == "rolling":
         upper = rolled(upper, scene.bodies["upper"].surface, placed.upper_grid)
     return np.asarray(lower + upper)
