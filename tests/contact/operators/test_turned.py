@@ -83,6 +83,17 @@ def test_all_forms_of_components_are_known():
     assert FORMS.keys() == FORMS_AT_POINTS.keys()
 
 
+@pytest.mark.parametrize("directions", [(X, S, N), (N,), (N, X)])
+@pytest.mark.parametrize("bodies", PAIRS.values(), ids=PAIRS)
+@pytest.mark.parametrize("variant", ["A", "B", "Bbar", "Bhat", "mix"])
+def test_it_is_the_same_dense_between_strips(variant, bodies, directions):
+    fast = turned(variant, bodies, GRID, directions, upper_offset=0.3)
+    of_strips = GridOperator.of_convolution(fast)
+    p = TRACTIONS[..., directions]
+    np.testing.assert_allclose(of_strips(p), fast(p), rtol=0, atol=1e-14 * np.max(np.abs(fast(p))))
+    assert of_strips.directions == directions
+
+
 @pytest.mark.parametrize("directions", [(N,), (X, S), (S, N), (N, X)])
 @pytest.mark.parametrize("variant", ["A", "B", "Bhat", "mix"])
 def test_it_is_so_in_some_directions_in_any_order(variant, directions):

@@ -120,6 +120,15 @@ def test_curves_are_the_same_from_a_search_as_from_prescribed_forces(conforming)
     assert searched.creepages.longitudinal == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.parametrize("variant", ["A", "Bhat", "mix"])
+def test_the_form_of_an_operator_does_not_matter(variant, monkeypatch):
+    placed = placed_on(rolls(10.3, shift=0.1), Grid(8, 6, 0.5, 0.7, 0.3))
+    p = np.random.default_rng(1).random((8, 6, 3))
+    first = approximation(placed, variant)(p)
+    monkeypatch.setattr("compare.results.friction.operators.MOST_DENSE", 4)
+    np.testing.assert_allclose(approximation(placed, variant)(p), first, atol=1e-14 * np.max(np.abs(first)))
+
+
 def steps(dataset):
     return [float(np.diff(dataset[name])[0]) for name in ("x", "s")]
 
