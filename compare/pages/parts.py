@@ -77,3 +77,8 @@ def listed(words: Iterable[str]) -> str:
     """Words with commas and "and" between them."""
     *first, last = words
     return f"{', '.join(first)} and {last}" if first else last
+
+
+def furthest(values: xr.DataArray) -> float:
+    """The value that is furthest from zero."""
+    return float(values.values.ravel()[np.argmax(np.abs(values.values))])

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.pages.panels import add_legend
-from compare.pages.parts import Part, Row, Table, cell, listed
+from compare.pages.parts import Part, Row, Table, cell, furthest, listed
 from compare.pages.styles import RC, symbol_of
 from compare.reports.contact.figures import reference_of
 from compare.reports.friction import maps
@@ -38,8 +38,8 @@ def summary(dataset: xr.Dataset) -> str:
     ]
     for name in others:
         zero, slope = (dataset[key].sel(ics=name) for key in ("zero_creepage", "slope"))
-        shift = _worst(zero - dataset.zero_creepage.sel(ics=reference))
-        steeper = _worst(slope / dataset.slope.sel(ics=reference) - 1)
+        shift = furthest(zero - dataset.zero_creepage.sel(ics=reference))
+        steeper = furthest(slope / dataset.slope.sel(ics=reference) - 1)
         sentences.append(
             f"{symbol_of(name)}: its creep-force curve is {float(worst.sel(ics=name)):.1%} of friction times "
             f"load (root mean square) from that by {symbol} at worst; creepage without force {shift:+.2g}, "
@@ -50,11 +50,6 @@ def summary(dataset: xr.Dataset) -> str:
 
 def _others(dataset: xr.Dataset) -> list[str]:
     return [name for name in names(dataset) if name != reference_of(dataset)]
-
-
-def _worst(values: xr.DataArray) -> float:
-    """The value that is furthest from zero."""
-    return float(values.values.ravel()[np.argmax(np.abs(values.values))])
 
 
 def _range(values: xr.DataArray, name: str) -> str:

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.pages.panels import add_legend
-from compare.pages.parts import Page, Part, Row, Table, listed
+from compare.pages.parts import Page, Part, Row, Table, furthest, listed
 from compare.pages.styles import RC, symbol_of, with_further
 from compare.results import folders
 from compare.results.contact.dataset import write
@@ -76,14 +76,9 @@ def summary(dataset: xr.Dataset) -> str:
         f"by finite elements are known to {max(float(known(dataset, name).max()) for name in OF_PATCH):.1%}."
     ]
     for name in (str(name) for name in dataset.ics.values if name != FE):
-        worst = listed(f"{_worst(deviations(dataset, key).sel(ics=name)):+.1%} in {key}" for key in DRAWN)
+        worst = listed(f"{furthest(deviations(dataset, key).sel(ics=name)):+.1%} in {key}" for key in DRAWN)
         sentences.append(f"{symbol_of(name)}: at worst {worst}; {_from_where(dataset, name)}.")
     return " ".join(sentences)
-
-
-def _worst(values: xr.DataArray) -> float:
-    """The value that is furthest from zero."""
-    return float(values.values.ravel()[np.argmax(np.abs(values.values))])
 
 
 def _from_where(dataset: xr.Dataset, ics: str) -> str:
