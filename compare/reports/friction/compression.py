@@ -72,7 +72,7 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
     yield Part(
         "How much of the contact slides",
         "Area of sliding over that of contact, over the load, and over the angle of the patch by these ICs. "
-        f"Band: estimate of {symbol}. The load grows in steps; errors are of the first order in these.",
+        f"Band: estimate of {symbol}, which has in it that the load grows in steps.",
         "sliding",
         sliding(dataset),
     )

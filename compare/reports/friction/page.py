@@ -13,8 +13,8 @@ from compare.results import folders
 from compare.results.contact.dataset import write
 
 BELOW = (
-    "Small, below each number: its estimated error (difference to elements twice as large; of C also that to "
-    "C plus its own estimate)."
+    "Small, below each number: its estimated error (difference to elements twice as large; in compression "
+    "also that to steps of load twice as large; of C also that to C plus its own estimate)."
 )
 
 

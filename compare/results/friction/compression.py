@@ -7,7 +7,7 @@ import xarray as xr
 
 from compare.results.contact.compute import C
 from compare.results.friction.bodies import Solver
-from compare.results.friction.dataset import Numbers, differences, maps, tables
+from compare.results.friction.dataset import Numbers, maps, tables
 from compare.results.friction.parts import by_friction_and_ics
 from compare.results.friction.quantities import OF_PATCH, numbers
 from compare.scenes.scene import Scene
@@ -21,6 +21,9 @@ from geometries.errors import Failure
 def compute_compression(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
     """Numbers by friction, ICs and load, each with `estimate_NAME`, and maps at the largest load.
 
+    The load grows in steps half as large as those between the loads of the scene: errors are of the first
+    order in them, and estimated by steps that are twice as large.
+
     Raises BadScene for what cannot be solved, and Failure.
     """
     return by_friction_and_ics(scene, means, _solved, "Compression with friction")
@@ -28,45 +31,56 @@ def compute_compression(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
 
 def _solved(solver: Solver, friction: float, name: str) -> xr.Dataset:
     """The compression by some ICs at some friction."""
-    operator, label = solver.operator(name), f"friction {friction:g}, {name}"
+    operator, label, loads = (
+        solver.operator(name),
+        f"friction {friction:g}, {name}",
+        solver.scene.contact.loads,
+    )
     start = perf_counter()  # what C takes is told by itself
     problem = solver.problem(operator, friction)
-    steps, last = _in_steps(solver, problem, label)
+    steps, last = _in_steps(solver, problem, loads, label)
     seconds = perf_counter() - start
     solver.means.watch.on_stage(f"  {label}: {len(steps)} loads, {seconds:.1f} s")
-    coarse, _ = _in_steps(solver, problem.coarsened, f"{label}, larger elements")
-    perturbed = _with_estimate(solver, friction, label) if name == C else steps
-    rows = {"": steps, "estimate_": _estimates(steps, coarse, perturbed)}
-    loads = ("load", list(solver.scene.contact.loads), {"units": "N"})
-    found = xr.Dataset(tables(OF_PATCH, "load", rows), coords={"load": loads})
+    others = [
+        _in_steps(solver, problem.coarsened, loads, f"{label}, larger elements")[0],
+        _in_steps(solver, problem, loads, f"{label}, larger steps", halves=False)[0],
+        *([_with_estimate(solver, friction, label)] if name == C else []),
+    ]
+    rows = {"": steps, "estimate_": _estimates(steps, others)}
+    found = xr.Dataset(tables(OF_PATCH, "load", rows), coords={"load": ("load", list(loads), {"units": "N"})})
     return found.merge(maps(solver, last)).assign(seconds=((), seconds, {"units": "s"}))
+
+
+def in_halves(loads: Sequence[float]) -> list[float]:
+    """Loads [N] with one more half way before each of them, from 0 on."""
+    before = [0.0, *loads[:-1]]
+    return [step for low, load in zip(before, loads, strict=True) for step in ((low + load) / 2, load)]
 
 
 def _with_estimate(solver: Solver, friction: float, label: str) -> list[dict[str, float]]:
     """The numbers by C plus its estimated error."""
     problem = solver.problem(solver.reference.perturbed, friction)
-    return _in_steps(solver, problem, f"{label} plus its estimate")[0]
+    return _in_steps(solver, problem, solver.scene.contact.loads, f"{label} plus its estimate")[0]
 
 
 def _in_steps(
-    solver: Solver, problem: FrictionalProblem, label: str
+    solver: Solver, problem: FrictionalProblem, loads: Sequence[float], label: str, *, halves: bool = True
 ) -> tuple[list[dict[str, float]], FrictionalContact]:
-    """The numbers after each load, and the last contact."""
-    loads, found = solver.scene.contact.loads, []
+    """The numbers after each load, and the last contact; in steps from load to load, or half as large."""
+    steps, found = in_halves(loads) if halves else loads, []
     try:
-        for contact in compressed(problem, [Pressing(load=load) for load in loads]):
+        for contact in compressed(problem, [Pressing(load=load) for load in steps]):
             found.append(numbers(OF_PATCH, solver.placed, contact))
     except PotentialAreaTooSmall:
         raise
     except Failure as failure:
-        raise Failure(f"{label}, {loads[len(found)]:g} N: {failure}") from failure
-    return found, contact
+        raise Failure(f"{label}, {steps[len(found)]:g} N: {failure}") from failure
+    return found[1::2] if halves else found, contact
 
 
-def _estimates(
-    steps: Sequence[Numbers], coarse: Sequence[Numbers], perturbed: Sequence[Numbers]
-) -> list[dict[str, float]]:
+def _estimates(steps: Sequence[Numbers], others: Sequence[Sequence[Numbers]]) -> list[dict[str, float]]:
+    """Sums of the differences to other ways: larger elements, larger steps of load, C plus its estimate."""
     return [
-        differences(fine, larger, {name: abs(value - other[name]) for name, value in fine.items()})
-        for fine, larger, other in zip(steps, coarse, perturbed, strict=True)
+        {name: sum(abs(value - other[name]) for other in row) for name, value in fine.items()}
+        for fine, *row in zip(steps, *others, strict=True)
     ]
