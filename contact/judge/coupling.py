@@ -133,7 +133,7 @@ def _rows(values: Array, columns: Indices, n_columns: int) -> csr_matrix:
 
 
 def _against(weighted: csr_matrix, normal: Array, body: Elastic, triangles: Indices, at: Array) -> csr_matrix:
-    """Integrals of the functions psi times u.n, shape (m, unknowns); `at` (2, n) are the body's chart points."""
+    """Integrals of the functions psi times u.n, shape (m, unknowns), from chart points `at` (2, n)."""
     trace = body.solid.trace
     shares = barycentric(trace.basis.mesh.p[:, trace.basis.mesh.t[:, triangles]], at)
     nodes = trace.nodes[trace.basis.element_dofs[:, triangles]]

@@ -17,7 +17,7 @@ from geometries.bodies import Body
 from geometries.errors import Failure
 
 MARGIN = 1.5  # spacings of vertices without contact that are needed around the patch
-ZONE = 1.5  # potential contact area over the expected patch, in half-lengths
+ZONE, BEYOND = 1.3, 3.0  # potential contact area: half-lengths of the expected patch, and cells beyond that
 
 
 class ZoneTooSmall(Failure):
@@ -53,6 +53,11 @@ class Meshes:
     lower: Elastic
     upper: Elastic
     seconds: float
+
+    @property
+    def reach(self) -> float:
+        """How far contact is sought, in half-lengths of the expected patch."""
+        return ZONE + BEYOND / self.cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,16 +148,16 @@ def solved(bodies: Bodies, meshes: Meshes, load: float, before: Level | None = N
     """
     start, expected = perf_counter(), meshes.expected
     x, s = meshes.lower.solid.trace.basis.mesh.p
-    zone = zone_of(meshes.lower.solid.trace, (expected.radius(x, s) < ZONE) & _possible(bodies, x, s))
+    zone = zone_of(meshes.lower.solid.trace, (expected.radius(x, s) < meshes.reach) & _possible(bodies, x, s))
     pair = paired(meshes.lower, meshes.upper, couple(meshes.lower, meshes.upper, bodies.undeformed, zone))
     guess = before.pressed_at(zone.x, zone.s) if before else expected.radius(zone.x, zone.s) < 1
     settled = settle(pair, load * bodies.share, guess, pair.at_rest())
     level = Level(bodies, meshes, load, pair, settled, perf_counter() - start + meshes.seconds)
     outermost = float(np.max(expected.radius(zone.x, zone.s)[settled.active]))
-    if outermost > ZONE - MARGIN * level.spacing / min(expected.a, expected.b):
+    if outermost > meshes.reach - MARGIN * level.spacing / min(expected.a, expected.b):
         raise ZoneTooSmall(
-            f"contact under {load:g} N: it reaches the end of the area in which it was sought, {ZONE:g} "
-            f"times an expected patch of a = {expected.a:g}, b = {expected.b:g} mm; give a larger `expected`"
+            f"contact under {load:g} N: it reaches the end of the area in which it was sought, {meshes.reach:g} "
+            f"times a patch of a = {expected.a:g}, b = {expected.b:g} mm; give a larger `expected`"
         )
     return level
 
