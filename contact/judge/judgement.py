@@ -21,6 +21,7 @@ from geometries.errors import Failure, WrongInput
 
 CELLS = 15.0  # along the shorter half-length
 ROUGH = 5.0  # the same, of meshes on which the patch is found
+FEWEST = 8.0  # cells along the shorter half-length
 NEAR_ENOUGH, MOST_TRIES = 0.12, 10  # change of half-lengths, up to which the patch counts as found
 GROWTH = 1.4  # of an expected patch that was too small
 LEAST_CURVATURE = 1e-6  # 1/mm, of surfaces that fit each other
@@ -76,8 +77,8 @@ def judge(
     """
     if not 0 < load < np.inf:
         raise WrongInput(f"load = {load!r}: must be positive and finite [N]")
-    if not 2 * ROUGH <= cells < np.inf:
-        raise WrongInput(f"cells = {cells!r}: at least {2 * ROUGH:g} along the shorter half-length")
+    if not FEWEST <= cells < np.inf:
+        raise WrongInput(f"cells = {cells!r}: at least {FEWEST:g} along the shorter half-length")
     start = perf_counter()
     rough = _found(bodies, load, expected or hertz_patch(bodies, load))
     found = perf_counter()

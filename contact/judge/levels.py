@@ -156,8 +156,8 @@ def solved(bodies: Bodies, meshes: Meshes, load: float, before: Level | None = N
     outermost = float(np.max(expected.radius(zone.x, zone.s)[settled.active]))
     if outermost > meshes.reach - MARGIN * level.spacing / min(expected.a, expected.b):
         raise ZoneTooSmall(
-            f"contact under {load:g} N: it reaches the end of the area in which it was sought, {meshes.reach:g} "
-            f"times a patch of a = {expected.a:g}, b = {expected.b:g} mm; give a larger `expected`"
+            f"contact under {load:g} N: it reaches the end of the area in which it was sought, "
+            f"{meshes.reach:g} times a = {expected.a:g}, b = {expected.b:g} mm; give a larger `expected`"
         )
     return level
 
