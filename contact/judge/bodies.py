@@ -73,7 +73,7 @@ def elastic(model: SolidModel) -> Elastic:
 
 
 def meshed(body: Body, expected: Expected, cells: float, *, half_section: bool) -> Elastic:
-    """Mesh a body with `cells` cells along the shorter half-length of a patch, and prepare it.
+    """Mesh a body with `cells` cells along the shorter half-length of a patch on it, and prepare it.
 
     Cells are equal in the patch and grow in proportion to the distance from it. Raises Failure where Gmsh
     cannot mesh it.

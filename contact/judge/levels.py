@@ -9,7 +9,7 @@ from scipy.interpolate import LinearNDInterpolator
 from contact.judge import extent
 from contact.judge.active_set import Settled, settle
 from contact.judge.bodies import Elastic, Expected, meshed
-from contact.judge.coupling import Zone, couple, zone_of
+from contact.judge.coupling import Zone, couple, on_upper, zone_of
 from contact.judge.saddle import Pair, paired
 from contact.undeformed import Undeformed
 from geometries.arrays import Array, Mask
@@ -135,10 +135,23 @@ class Level:
 def meshes_of(bodies: Bodies, expected: Expected, cells: float) -> Meshes:
     """Mesh both bodies for a patch, with `cells` cells along its shorter half-length."""
     start, half_section = perf_counter(), bodies.half_section
+    patches = expected, opposite(bodies.undeformed, expected)
     lower, upper = (
-        meshed(body, expected, cells, half_section=half_section) for body in (bodies.lower, bodies.upper)
+        meshed(body, patch, cells, half_section=half_section)
+        for body, patch in zip((bodies.lower, bodies.upper), patches, strict=True)
     )
     return Meshes(expected, cells, lower, upper, perf_counter() - start)
+
+
+def opposite(undeformed: Undeformed, patch: Expected) -> Expected:
+    """The patch in arc lengths of the upper contour; only moved where its ends are not opposite it."""
+    ends = np.stack([np.zeros(2), patch.s])
+    distance = undeformed.distance(*ends)
+    if not np.all(np.isfinite(distance)):
+        offset = undeformed.upper_offset
+        return Expected(patch.a, (patch.s[0] + offset, patch.s[1] + offset))
+    low, high = on_upper(undeformed, ends, distance)[1]
+    return Expected(patch.a, (float(low), float(high)))
 
 
 def solved(bodies: Bodies, meshes: Meshes, load: float, before: Level | None = None) -> Level:

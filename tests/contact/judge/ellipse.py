@@ -16,16 +16,15 @@ SURFACES = PointContact(1 / ROLLING_RADIUS, 1 / OF_LOWER + 1 / OF_UPPER, combine
 HERTZ = SURFACES.at_load(LOAD)
 
 
-def bodies(*, symmetric=True, far=25.0):
+def bodies(*, symmetric=True, far=25.0, shift=0.0):
     """The bodies, in domains of some half-lengths; flanks make them unsymmetric, far from the patch."""
     flank = 0.6 if symmetric else 0.5
     domain = Domain(far, far)
     lower = Body(LOWER, arc(OF_LOWER, flank, 0.6), STEEL, domain)
     upper = Body(UPPER, arc(-OF_UPPER, flank, 0.6), BRASS, domain, rolling_radius=ROLLING_RADIUS)
-    return Bodies(lower, upper, Undeformed(upper.surface, lower.surface, (-10.0, 10.0)))
+    return Bodies(lower, upper, Undeformed(upper.surface, lower.surface, (-10.0, 10.0), shift))
 
 
-def expected(load=LOAD):
-    """Hertz's patch."""
-    patch = SURFACES.at_load(load)
-    return Expected(patch.a, (-patch.b, patch.b))
+def expected(middle=0.0):
+    """Hertz's patch, its middle at an arc length [mm]."""
+    return Expected(HERTZ.a, (middle - HERTZ.b, middle + HERTZ.b))

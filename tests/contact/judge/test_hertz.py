@@ -6,7 +6,7 @@ import pytest
 from contact.judge.judgement import numbers_of
 from contact.judge.levels import ZoneTooSmall, meshes_of, solved
 from femic.accuracy import NotConverged
-from tests.contact.judge.ellipse import HERTZ, LOAD, SURFACES, bodies, expected
+from tests.contact.judge.ellipse import HERTZ, LOAD, OF_LOWER, OF_UPPER, SURFACES, bodies, expected
 
 CELLS, FAR = 5.0, 15.0
 
@@ -63,11 +63,15 @@ def test_far_bodies_add_a_displacement_in_proportion_to_the_load(level, meshes):
     assert added[1] == pytest.approx(added[0], rel=0.06)
 
 
-def test_half_a_section_and_a_whole_one_agree(level):
-    """Flanks that differ far from the patch take the symmetry in y away; other meshes, the same numbers."""
-    whole = bodies(symmetric=False, far=FAR)
+def test_a_wheel_that_is_moved_aside(level):
+    """Spheres side by side touch at a distance in proportion to their radii; the numbers are the same."""
+    aside = 4.0
+    whole = bodies(symmetric=False, far=FAR, shift=aside)
+    middle = aside * OF_LOWER / (OF_LOWER + OF_UPPER)
+    solution = solved(whole, meshes_of(whole, expected(middle), 4.0), LOAD)
+    numbers = numbers_of(solution)
     assert whole.share == 0.5
-    numbers = numbers_of(solved(whole, meshes_of(whole, expected(), 4.0), LOAD))
+    assert np.mean(solution.s_range) == pytest.approx(middle, abs=0.03)
     of_half = numbers_of(level)
     assert numbers.p_max == pytest.approx(of_half.p_max, rel=0.02)
     assert [numbers.a, numbers.b] == pytest.approx([of_half.a, of_half.b], rel=0.05)

@@ -68,7 +68,7 @@ def compressed():
 
 def test_the_pressure_is_uniform(compressed):
     assert len(compressed.p) == 20  # all vertices of the lower surface
-    assert compressed.p == pytest.approx(np.full(20, LOAD / LENGTH / WIDTH), rel=1e-5)
+    assert compressed.p == pytest.approx(np.full(20, LOAD / LENGTH / WIDTH), rel=1e-6)
 
 
 def test_the_approach_is_that_of_both_blocks(compressed):
