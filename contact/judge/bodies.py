@@ -17,8 +17,8 @@ from geometries.arrays import Array, Mask
 from geometries.bodies import Body
 from geometries.errors import Failure
 
-GROWTH = 2.0  # growth of the cells with the distance from the patch, times the cells per half-length
-ALONG = 0.4  # growth along the crown beyond the patch, as a share of that: a section curves where x does not
+GROWTH = 3.0  # growth of the cells with the distance from the patch, times the cells per half-length
+ALONG = 0.27  # growth along the crown beyond the patch, as a share of that: a section curves where x does not
 SPACING = 4.0  # of points at which cells are smallest, in cells
 STRETCH = 1.1  # ratio of the distances of neighbouring points along the crown
 OTHER_SIZES = (1.0, 0.96, 1.04, 0.92)  # of cells, tried one after the other where a mesh fails

@@ -75,7 +75,7 @@ def test_a_wheel_that_is_moved_aside(level):
     of_half = numbers_of(level)
     assert numbers.p_max == pytest.approx(of_half.p_max, rel=0.02)
     assert [numbers.a, numbers.b] == pytest.approx([of_half.a, of_half.b], rel=0.05)
-    assert numbers.approach == pytest.approx(of_half.approach, rel=0.005)
+    assert numbers.approach == pytest.approx(of_half.approach, rel=0.01)  # other cells, far away, too
 
 
 def test_a_contact_that_leaves_the_meshes_for_it_is_refused(meshes):
