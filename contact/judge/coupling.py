@@ -139,9 +139,7 @@ def _against(weighted: csr_matrix, normal: Array, body: Elastic, triangles: Indi
     nodes = trace.nodes[trace.basis.element_dofs[:, triangles]]
     values = _rows(_quadratic(shares), nodes, body.solid.nodes.shape[1])
     blocks = hstack([weighted @ diags_array(n) @ values for n in normal], format="csc")
-    by_node = (
-        np.arange(blocks.shape[1]).reshape(3, -1).T.ravel()
-    )  # from x of all nodes ... to x, y, z by node
+    by_node = np.arange(blocks.shape[1]).reshape(3, -1).T.ravel()  # x of all nodes, y, z: to x, y, z by node
     return csr_matrix(blocks[:, by_node] @ diags_array(np.where(body.held.ravel(), 0.0, 1.0)))
 
 

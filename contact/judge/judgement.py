@@ -141,14 +141,14 @@ def _enlarged(patch: Expected) -> Expected:
 
 def _within(bodies: Bodies, patch: Expected) -> Expected:
     """The part of a patch that lies where the bodies may touch."""
-    low, high = bodies.undeformed.s_range
+    low, high = bodies.s_range
     return replace(patch, s=(max(low, patch.s[0]), min(high, patch.s[1])))
 
 
 def hertz_patch(bodies: Bodies, load: float) -> Expected:
     """The patch of Hertz where the bodies touch first, with the curvatures of the distance there."""
     touching = bodies.undeformed.touching[0]
-    step = 1e-3 * (bodies.undeformed.s_range[1] - bodies.undeformed.s_range[0])
+    step = 1e-3 * (bodies.s_range[1] - bodies.s_range[0])
     before, middle, after = bodies.undeformed.distance(0.0, touching + np.array([-step, 0.0, step]))
     along_x = 2 * (float(bodies.undeformed.distance(step, touching)) - middle)
     along_s = float(before + after - 2 * middle)

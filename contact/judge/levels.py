@@ -1,6 +1,7 @@
 """The contact of two bodies on one pair of meshes, and the numbers that follow from it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from time import perf_counter
 
 import numpy as np
@@ -26,17 +27,30 @@ class ZoneTooSmall(Failure):
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """What is in contact: two bodies and their undeformed distance. The lower body must be prismatic."""
+    """What is in contact: a prismatic lower body and an upper one, moved by `shift` [mm] along y.
+
+    `s_range` [mm] are the arc lengths of the lower contour at which they may touch. Raises WrongInput as
+    `Undeformed` does.
+    """
 
     lower: Body
     upper: Body
-    undeformed: Undeformed
+    s_range: tuple[float, float]
+    shift: float = 0.0
+
+    def __post_init__(self) -> None:
+        _ = self.undeformed
+
+    @cached_property
+    def undeformed(self) -> Undeformed:
+        """The undeformed distance, which checks the input."""
+        return Undeformed(self.upper.surface, self.lower.surface, self.s_range, self.shift)
 
     @property
     def half_section(self) -> bool:
         """Whether all is symmetric in y, so that y >= 0 is enough."""
         symmetric = self.lower.contour.symmetric and self.upper.contour.symmetric
-        return bool(symmetric and self.undeformed.shift == 0)
+        return bool(symmetric and self.shift == 0)
 
     @property
     def share(self) -> float:
@@ -177,7 +191,7 @@ def solved(bodies: Bodies, meshes: Meshes, load: float, before: Level | None = N
 
 def _possible(bodies: Bodies, x: Array, s: Array) -> Mask:
     """Where the surfaces may touch: on the range of arc lengths given, and the upper one is opposite."""
-    low, high = bodies.undeformed.s_range
+    low, high = bodies.s_range
     within = (s >= low) & (s <= high)
     within[within] &= np.isfinite(bodies.undeformed.distance(x[within], s[within]))
     return np.asarray(within)

@@ -3,7 +3,6 @@
 from contact.judge.bodies import Expected
 from contact.judge.levels import Bodies
 from contact.references.hertz import PointContact, combined_modulus
-from contact.undeformed import Undeformed
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material
@@ -22,7 +21,7 @@ def bodies(*, symmetric=True, far=25.0, shift=0.0):
     domain = Domain(far, far)
     lower = Body(LOWER, arc(OF_LOWER, flank, 0.6), STEEL, domain)
     upper = Body(UPPER, arc(-OF_UPPER, flank, 0.6), BRASS, domain, rolling_radius=ROLLING_RADIUS)
-    return Bodies(lower, upper, Undeformed(upper.surface, lower.surface, (-10.0, 10.0), shift))
+    return Bodies(lower, upper, (-10.0, 10.0), shift)
 
 
 def expected(middle=0.0):

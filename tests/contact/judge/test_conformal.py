@@ -6,7 +6,6 @@ import pytest
 from contact.judge.bodies import Expected
 from contact.judge.judgement import numbers_of
 from contact.judge.levels import Bodies, meshes_of, solved
-from contact.undeformed import Undeformed
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material
@@ -21,8 +20,7 @@ def level():
     domain = Domain(60.0, 60.0)
     lower = Body(LOWER, arc(10.0, 1.1, 1.1), STEEL, domain)
     upper = Body(UPPER, arc(10.2, 1.0, 1.0), STEEL, domain, rolling_radius=300.0)
-    undeformed = Undeformed(upper.surface, lower.surface, lower.contour.limits)
-    bodies = Bodies(lower, upper, undeformed)
+    bodies = Bodies(lower, upper, lower.contour.limits)
     return solved(bodies, meshes_of(bodies, Expected(4.0, (-5.2, 5.2)), 5.0), LOAD)
 
 

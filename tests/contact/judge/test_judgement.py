@@ -1,9 +1,12 @@
 """The whole way: patch, meshes for it, contact, estimates."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from contact.judge.judgement import hertz_patch, judge
+from contact.judge.levels import Bodies
 from geometries.errors import WrongInput
 from tests.contact.judge.ellipse import HERTZ, LOAD, bodies
 
@@ -40,3 +43,9 @@ def test_estimates_bound_errors():
     assert judged.p.max() == judged.numbers.p_max
     assert judged.seconds["fine"] > 0
     assert judged.memory > 0
+
+
+def test_the_lower_body_must_be_prismatic():
+    pair = bodies()
+    with pytest.raises(WrongInput, match="prismatic"):
+        Bodies(replace(pair.lower, rolling_radius=500.0), pair.upper, pair.s_range)

@@ -10,7 +10,6 @@ from skfem import MeshTet
 
 from contact.judge.bodies import Expected, elastic
 from contact.judge.levels import Bodies, Meshes, solved
-from contact.undeformed import Undeformed
 from femic.solid.elasticity import stiffness
 from femic.solid.engine import SolidModel
 from femic.solid.mesh import curved
@@ -60,8 +59,7 @@ def modulus(material):
 def compressed():
     """The blocks under LOAD."""
     lower, upper = block(*LOWER_BLOCK), block(*UPPER_BLOCK)
-    undeformed = Undeformed(upper.solid.body.surface, lower.solid.body.surface, (-WIDTH, WIDTH))
-    bodies = Bodies(lower.solid.body, upper.solid.body, undeformed)
+    bodies = Bodies(lower.solid.body, upper.solid.body, (-WIDTH, WIDTH))
     meshes = Meshes(Expected(2 * LENGTH, (-2 * WIDTH, 2 * WIDTH)), 2.0, lower, upper, 0.0)
     return solved(bodies, meshes, 4 * LOAD)
 
