@@ -3,7 +3,7 @@
 The patch is first found on rough meshes, from Hertz's on. Then meshes are made for it with `cells` / 2 and
 `cells` cells along its shorter half-length; everything about the cells is twice as fine in the second. The
 estimate of a number is the difference of both: it is right for an error of first order in the size of cells,
-and too large for one of higher order.
+and too large for one of higher order. To that of lengths the error of reading an edge is added.
 """
 
 from collections.abc import Mapping
@@ -22,8 +22,9 @@ from geometries.errors import Failure, WrongInput
 CELLS = 15.0  # along the shorter half-length
 ROUGH = 5.0  # the same, of meshes on which the patch is found
 FEWEST = 8.0  # cells along the shorter half-length
-NEAR_ENOUGH, MOST_TRIES = 0.12, 10  # change of half-lengths, up to which the patch counts as found
+NEAR_ENOUGH, MOST_TRIES = 0.2, 10  # change of half-lengths, up to which the patch counts as found
 GROWTH = 1.4  # of an expected patch that was too small
+READING = 0.1  # error of an edge in spacings of vertices, measured on Hertz's ellipses
 LEAST_CURVATURE = 1e-6  # 1/mm, of surfaces that fit each other
 
 
@@ -37,9 +38,10 @@ class Numbers:
     p_max: float
     approach: float
 
-    def difference(self, other: "Numbers") -> "Numbers":
-        """The differences of all numbers, without sign."""
-        return Numbers(*(abs(vars(self)[name] - vars(other)[name]) for name in vars(self)))
+    def estimate(self, coarser: "Numbers", reading: float) -> "Numbers":
+        """Estimates of the errors of all numbers from coarser ones, and from that of reading an edge [mm]."""
+        a, b, angle, *others = (abs(vars(self)[name] - vars(coarser)[name]) for name in vars(self))
+        return Numbers(a + reading, b + reading, angle + reading * self.angle / self.b, *others)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +105,7 @@ def _judgement(fine: Level, coarse: Level, seconds_of_patch: float) -> Judgement
         fine.p,
         fine.s_range,
         numbers,
-        numbers.difference(numbers_of(coarse)),
+        numbers.estimate(numbers_of(coarse), READING * fine.spacing),
         fine.load,
         fine.load_of_pressures,
         fine.reactions,

@@ -136,8 +136,11 @@ class Level:
 
     @property
     def patch(self) -> Expected:
-        """The patch found, for which finer meshes are made."""
-        return Expected(self.a, self.s_range)
+        """The patch found, for which finer meshes are made: half a spacing beyond the outermost vertices."""
+        x, s = (along[self.settled.active] for along in (self.zone.x, self.zone.s))
+        half = self.spacing / 2
+        low = -s.max() if self.bodies.half_section else s.min()
+        return Expected(float(x.max()) + half, (float(low) - half, float(s.max()) + half))
 
     def pressed_at(self, x: Array, s: Array) -> Mask:
         """Whether pressures are positive at points (n,), from linear interpolation."""
