@@ -17,8 +17,8 @@ from geometries.arrays import Array, Mask
 from geometries.bodies import Body
 from geometries.errors import Failure
 
-GROWTH = 2.0  # growth of the cells with the distance from the patch, times the cells per half-length
-ALONG = 0.4  # growth along the crown beyond the patch, as a share of that: a section curves where x does not
+GROWTH = 3.0  # growth of the cells with the distance from the patch, times the cells per half-length
+ALONG = 0.27  # growth along the crown beyond the patch, as a share of that: a section curves where x does not
 SPACING = 4.0  # of points at which cells are smallest, in cells
 STRETCH = 1.1  # ratio of the distances of neighbouring points along the crown
 OTHER_SIZES = (1.0, 0.96, 1.04, 0.92)  # of cells, tried one after the other where a mesh fails
@@ -73,7 +73,7 @@ def elastic(model: SolidModel) -> Elastic:
 
 
 def meshed(body: Body, expected: Expected, cells: float, *, half_section: bool) -> Elastic:
-    """Mesh a body with `cells` cells along the shorter half-length of a patch, and prepare it.
+    """Mesh a body with `cells` cells along the shorter half-length of a patch on it, and prepare it.
 
     Cells are equal in the patch and grow in proportion to the distance from it. Raises Failure where Gmsh
     cannot mesh it.

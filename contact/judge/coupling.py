@@ -133,15 +133,13 @@ def _rows(values: Array, columns: Indices, n_columns: int) -> csr_matrix:
 
 
 def _against(weighted: csr_matrix, normal: Array, body: Elastic, triangles: Indices, at: Array) -> csr_matrix:
-    """Integrals of the functions psi times u.n, shape (m, unknowns); `at` (2, n) are the body's chart points."""
+    """Integrals of the functions psi times u.n, shape (m, unknowns), from chart points `at` (2, n)."""
     trace = body.solid.trace
     shares = barycentric(trace.basis.mesh.p[:, trace.basis.mesh.t[:, triangles]], at)
     nodes = trace.nodes[trace.basis.element_dofs[:, triangles]]
     values = _rows(_quadratic(shares), nodes, body.solid.nodes.shape[1])
     blocks = hstack([weighted @ diags_array(n) @ values for n in normal], format="csc")
-    by_node = (
-        np.arange(blocks.shape[1]).reshape(3, -1).T.ravel()
-    )  # from x of all nodes ... to x, y, z by node
+    by_node = np.arange(blocks.shape[1]).reshape(3, -1).T.ravel()  # x of all nodes, y, z: to x, y, z by node
     return csr_matrix(blocks[:, by_node] @ diags_array(np.where(body.held.ravel(), 0.0, 1.0)))
 
 

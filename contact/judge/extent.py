@@ -1,10 +1,10 @@
 """The edges of a patch, interpolated between the vertices at which gaps are known.
 
 Beyond the edge of smooth bodies the gap grows as distance^(3/2) at first, so gap^(2/3) is smooth, and
-vanishes at the edge. Near an end of the patch it is fitted by c0 + c1 x + c2 x^2 + c3 y^2 (+ c4 y where nothing is
-symmetric), x along, y across: that is a linear function with its first corrections, for the gap farther
-out and for the curvature of the edge. (Squared pressures do as well for Hertz's contact, and are worse in
-conformal ones, where they rise steeply from the edge.)
+vanishes at the edge. Near an end of the patch it is fitted by c0 + c1 x + c2 x^2 + c3 y^2 (+ c4 y where
+nothing is symmetric), x along, y across: that is a linear function with its first corrections, for the gap
+farther out and for the curvature of the edge. (Squared pressures do as well for Hertz's contact, and are
+worse in conformal ones, where they rise steeply from the edge.)
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ DEPTH, WIDTH = (
 )  # of the region of the fit, in spacings of vertices, from the outermost one in contact
 LEAST_WIDTH = 0.2  # of the same region, as a share of the half-width of the patch
 SKIPPED = 0.5  # spacings that are left out: weighted gaps of vertices there belong in part to the patch
-FEWEST = 6  # vertices of a fit
+FEWEST = 5  # vertices of a fit
 FARTHEST = 2.0  # spacings between the edge and the outermost vertex in contact
 
 

@@ -3,7 +3,7 @@
 The patch is first found on rough meshes, from Hertz's on. Then meshes are made for it with `cells` / 2 and
 `cells` cells along its shorter half-length; everything about the cells is twice as fine in the second. The
 estimate of a number is the difference of both: it is right for an error of first order in the size of cells,
-and too large for one of higher order.
+and too large for one of higher order. To that of lengths the error of reading an edge is added.
 """
 
 from collections.abc import Mapping
@@ -21,8 +21,10 @@ from geometries.errors import Failure, WrongInput
 
 CELLS = 15.0  # along the shorter half-length
 ROUGH = 5.0  # the same, of meshes on which the patch is found
-NEAR_ENOUGH, MOST_TRIES = 0.12, 10  # change of half-lengths, up to which the patch counts as found
+FEWEST = 8.0  # cells along the shorter half-length
+NEAR_ENOUGH, MOST_TRIES = 0.2, 10  # change of half-lengths, up to which the patch counts as found
 GROWTH = 1.4  # of an expected patch that was too small
+READING = 0.1  # error of an edge in spacings of vertices, measured on Hertz's ellipses
 LEAST_CURVATURE = 1e-6  # 1/mm, of surfaces that fit each other
 
 
@@ -36,9 +38,10 @@ class Numbers:
     p_max: float
     approach: float
 
-    def difference(self, other: "Numbers") -> "Numbers":
-        """The differences of all numbers, without sign."""
-        return Numbers(*(abs(vars(self)[name] - vars(other)[name]) for name in vars(self)))
+    def estimate(self, coarser: "Numbers", reading: float) -> "Numbers":
+        """Estimates of the errors of all numbers from coarser ones, and from that of reading an edge [mm]."""
+        a, b, angle, *others = (abs(vars(self)[name] - vars(coarser)[name]) for name in vars(self))
+        return Numbers(a + reading, b + reading, angle + reading * self.angle / self.b, *others)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +79,8 @@ def judge(
     """
     if not 0 < load < np.inf:
         raise WrongInput(f"load = {load!r}: must be positive and finite [N]")
-    if not 2 * ROUGH <= cells < np.inf:
-        raise WrongInput(f"cells = {cells!r}: at least {2 * ROUGH:g} along the shorter half-length")
+    if not FEWEST <= cells < np.inf:
+        raise WrongInput(f"cells = {cells!r}: at least {FEWEST:g} along the shorter half-length")
     start = perf_counter()
     rough = _found(bodies, load, expected or hertz_patch(bodies, load))
     found = perf_counter()
@@ -102,7 +105,7 @@ def _judgement(fine: Level, coarse: Level, seconds_of_patch: float) -> Judgement
         fine.p,
         fine.s_range,
         numbers,
-        numbers.difference(numbers_of(coarse)),
+        numbers.estimate(numbers_of(coarse), READING * fine.spacing),
         fine.load,
         fine.load_of_pressures,
         fine.reactions,
@@ -140,14 +143,14 @@ def _enlarged(patch: Expected) -> Expected:
 
 def _within(bodies: Bodies, patch: Expected) -> Expected:
     """The part of a patch that lies where the bodies may touch."""
-    low, high = bodies.undeformed.s_range
+    low, high = bodies.s_range
     return replace(patch, s=(max(low, patch.s[0]), min(high, patch.s[1])))
 
 
 def hertz_patch(bodies: Bodies, load: float) -> Expected:
     """The patch of Hertz where the bodies touch first, with the curvatures of the distance there."""
     touching = bodies.undeformed.touching[0]
-    step = 1e-3 * (bodies.undeformed.s_range[1] - bodies.undeformed.s_range[0])
+    step = 1e-3 * (bodies.s_range[1] - bodies.s_range[0])
     before, middle, after = bodies.undeformed.distance(0.0, touching + np.array([-step, 0.0, step]))
     along_x = 2 * (float(bodies.undeformed.distance(step, touching)) - middle)
     along_s = float(before + after - 2 * middle)

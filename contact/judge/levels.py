@@ -1,6 +1,7 @@
 """The contact of two bodies on one pair of meshes, and the numbers that follow from it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from time import perf_counter
 
 import numpy as np
@@ -9,7 +10,7 @@ from scipy.interpolate import LinearNDInterpolator
 from contact.judge import extent
 from contact.judge.active_set import Settled, settle
 from contact.judge.bodies import Elastic, Expected, meshed
-from contact.judge.coupling import Zone, couple, zone_of
+from contact.judge.coupling import Zone, couple, on_upper, zone_of
 from contact.judge.saddle import Pair, paired
 from contact.undeformed import Undeformed
 from geometries.arrays import Array, Mask
@@ -17,7 +18,7 @@ from geometries.bodies import Body
 from geometries.errors import Failure
 
 MARGIN = 1.5  # spacings of vertices without contact that are needed around the patch
-ZONE = 1.5  # potential contact area over the expected patch, in half-lengths
+ZONE, BEYOND = 1.3, 3.0  # potential contact area: half-lengths of the expected patch, and cells beyond that
 
 
 class ZoneTooSmall(Failure):
@@ -26,17 +27,30 @@ class ZoneTooSmall(Failure):
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """What is in contact: two bodies and their undeformed distance. The lower body must be prismatic."""
+    """What is in contact: a prismatic lower body and an upper one, moved by `shift` [mm] along y.
+
+    `s_range` [mm] are the arc lengths of the lower contour at which they may touch. Raises WrongInput as
+    `Undeformed` does.
+    """
 
     lower: Body
     upper: Body
-    undeformed: Undeformed
+    s_range: tuple[float, float]
+    shift: float = 0.0
+
+    def __post_init__(self) -> None:
+        _ = self.undeformed
+
+    @cached_property
+    def undeformed(self) -> Undeformed:
+        """The undeformed distance, which checks the input."""
+        return Undeformed(self.upper.surface, self.lower.surface, self.s_range, self.shift)
 
     @property
     def half_section(self) -> bool:
         """Whether all is symmetric in y, so that y >= 0 is enough."""
         symmetric = self.lower.contour.symmetric and self.upper.contour.symmetric
-        return bool(symmetric and self.undeformed.shift == 0)
+        return bool(symmetric and self.shift == 0)
 
     @property
     def share(self) -> float:
@@ -53,6 +67,11 @@ class Meshes:
     lower: Elastic
     upper: Elastic
     seconds: float
+
+    @property
+    def reach(self) -> float:
+        """How far contact is sought, in half-lengths of the expected patch."""
+        return ZONE + BEYOND / self.cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +136,11 @@ class Level:
 
     @property
     def patch(self) -> Expected:
-        """The patch found, for which finer meshes are made."""
-        return Expected(self.a, self.s_range)
+        """The patch found, for which finer meshes are made: half a spacing beyond the outermost vertices."""
+        x, s = (along[self.settled.active] for along in (self.zone.x, self.zone.s))
+        half = self.spacing / 2
+        low = -s.max() if self.bodies.half_section else s.min()
+        return Expected(float(x.max()) + half, (float(low) - half, float(s.max()) + half))
 
     def pressed_at(self, x: Array, s: Array) -> Mask:
         """Whether pressures are positive at points (n,), from linear interpolation."""
@@ -130,10 +152,23 @@ class Level:
 def meshes_of(bodies: Bodies, expected: Expected, cells: float) -> Meshes:
     """Mesh both bodies for a patch, with `cells` cells along its shorter half-length."""
     start, half_section = perf_counter(), bodies.half_section
+    patches = expected, opposite(bodies.undeformed, expected)
     lower, upper = (
-        meshed(body, expected, cells, half_section=half_section) for body in (bodies.lower, bodies.upper)
+        meshed(body, patch, cells, half_section=half_section)
+        for body, patch in zip((bodies.lower, bodies.upper), patches, strict=True)
     )
     return Meshes(expected, cells, lower, upper, perf_counter() - start)
+
+
+def opposite(undeformed: Undeformed, patch: Expected) -> Expected:
+    """The patch in arc lengths of the upper contour; only moved where its ends are not opposite it."""
+    ends = np.stack([np.zeros(2), patch.s])
+    distance = undeformed.distance(*ends)
+    if not np.all(np.isfinite(distance)):
+        offset = undeformed.upper_offset
+        return Expected(patch.a, (patch.s[0] + offset, patch.s[1] + offset))
+    low, high = on_upper(undeformed, ends, distance)[1]
+    return Expected(patch.a, (float(low), float(high)))
 
 
 def solved(bodies: Bodies, meshes: Meshes, load: float, before: Level | None = None) -> Level:
@@ -143,23 +178,23 @@ def solved(bodies: Bodies, meshes: Meshes, load: float, before: Level | None = N
     """
     start, expected = perf_counter(), meshes.expected
     x, s = meshes.lower.solid.trace.basis.mesh.p
-    zone = zone_of(meshes.lower.solid.trace, (expected.radius(x, s) < ZONE) & _possible(bodies, x, s))
+    zone = zone_of(meshes.lower.solid.trace, (expected.radius(x, s) < meshes.reach) & _possible(bodies, x, s))
     pair = paired(meshes.lower, meshes.upper, couple(meshes.lower, meshes.upper, bodies.undeformed, zone))
     guess = before.pressed_at(zone.x, zone.s) if before else expected.radius(zone.x, zone.s) < 1
     settled = settle(pair, load * bodies.share, guess, pair.at_rest())
     level = Level(bodies, meshes, load, pair, settled, perf_counter() - start + meshes.seconds)
     outermost = float(np.max(expected.radius(zone.x, zone.s)[settled.active]))
-    if outermost > ZONE - MARGIN * level.spacing / min(expected.a, expected.b):
+    if outermost > meshes.reach - MARGIN * level.spacing / min(expected.a, expected.b):
         raise ZoneTooSmall(
-            f"contact under {load:g} N: it reaches the end of the area in which it was sought, {ZONE:g} "
-            f"times an expected patch of a = {expected.a:g}, b = {expected.b:g} mm; give a larger `expected`"
+            f"contact under {load:g} N: it reaches the end of the area in which it was sought, "
+            f"{meshes.reach:g} times a = {expected.a:g}, b = {expected.b:g} mm; give a larger `expected`"
         )
     return level
 
 
 def _possible(bodies: Bodies, x: Array, s: Array) -> Mask:
     """Where the surfaces may touch: on the range of arc lengths given, and the upper one is opposite."""
-    low, high = bodies.undeformed.s_range
+    low, high = bodies.s_range
     within = (s >= low) & (s <= high)
     within[within] &= np.isfinite(bodies.undeformed.distance(x[within], s[within]))
     return np.asarray(within)

@@ -17,12 +17,14 @@ from scipy.sparse.linalg import LinearOperator, minres
 
 from contact.judge.bodies import Elastic
 from contact.judge.coupling import Coupling
+from contact.references.hertz import combined_modulus
 from femic.accuracy import NotConverged
 from femic.work.threads import one_blas_thread
 from geometries.arrays import Array, Mask
 from geometries.materials import Material
 
-MOST_ITERATIONS = 1000
+MOST_ITERATIONS, MOST_AT_ONCE = 1000, 300
+SCIPY_S = 1 / 30  # SciPy's measure of residuals over ours, about
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +73,7 @@ def _roughness(coupling: Coupling, materials: tuple[Material, Material]) -> Arra
     Waves of pressure of wavenumber k displace a surface by 2 p / (E* k), however it is shaped as long as
     they are short. It only preconditions: results do not depend on it.
     """
-    modulus = 1 / sum((1 - material.nu**2) / material.E for material in materials)
+    modulus = combined_modulus(*materials)
     squares, waves = eigh(coupling.slopes.toarray(), np.diag(coupling.area))
     least = 1 / float(coupling.area.sum())
     return np.asarray((waves * (modulus / 2 * np.sqrt(np.maximum(squares, 0) + least))) @ waves.T)
@@ -87,19 +89,25 @@ def solve(pair: Pair, active: Mask, load: float, start: State, tolerance: float)
     wanted = np.zeros(matrix.shape[0])
     wanted[-1 - np.count_nonzero(active) : -1] = pair.coupling.h[active]
     wanted[-1] = load
-    vector, steps = start.vector(active), [None]
+    vector = start.vector(active)
+    steps: list[None] = []
     with one_blas_thread():
         bound = tolerance * _size(preconditioner, wanted)
         residual = wanted - matrix.matvec(vector)
         while _size(preconditioner, residual) > bound:  # SciPy stops by another measure
-            if len(steps) > MOST_ITERATIONS:
+            if len(steps) >= MOST_ITERATIONS:
                 raise NotConverged(_unsolved(_size(preconditioner, residual) / bound * tolerance, tolerance))
             found, _ = minres(
-                matrix, residual, M=preconditioner, rtol=tolerance / 30, maxiter=300, callback=steps.append
+                matrix,
+                residual,
+                M=preconditioner,
+                rtol=SCIPY_S * tolerance,
+                maxiter=MOST_AT_ONCE,
+                callback=lambda _: steps.append(None),
             )
             vector = vector + found
             residual = wanted - matrix.matvec(vector)
-    return _state(pair, active, vector), len(steps) - 1
+    return _state(pair, active, vector), len(steps)
 
 
 def _size(preconditioner: LinearOperator, residual: Array) -> float:
