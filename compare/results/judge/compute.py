@@ -47,9 +47,9 @@ def require_judgeable(scene: Scene) -> None:
 def _judged(scene: Scene, load: float, means: Means, cells: float) -> xr.Dataset:
     """The contact under a load [N] by finite elements, from the store if it is there."""
     undeformed = placed_on(scene, scene.grid).undeformed
-    bodies = Bodies(scene.bodies["lower"], scene.bodies["upper"], undeformed)
-    placed = bodies.lower, bodies.upper, undeformed.s_range, undeformed.shift
-    key = means.store.key("judge", results_digest(), *placed, load, cells)
+    lower, upper = (scene.bodies[name] for name in MODELS)
+    bodies = Bodies(lower, upper, undeformed.s_range, undeformed.shift)
+    key = means.store.key("judge", results_digest(), lower, upper, bodies.s_range, bodies.shift, load, cells)
     kept = means.store.get(key)
     if kept is None:
         means.watch.on_stage(f"  {load:g} N by finite elements")
