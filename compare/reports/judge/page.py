@@ -70,7 +70,8 @@ def good_to(dataset: xr.Dataset, ics: str, share: float) -> float:
 
 def summary(dataset: xr.Dataset) -> str:
     """Sentences computed from the numbers: how far ICs are from finite elements, and from where on."""
-    angle = dataset.angle.sel(ics=FE)
+    solved = np.flatnonzero(dataset.angle.sel(ics=FE).notnull())
+    dataset, angle = dataset.isel(case=solved), dataset.angle.sel(ics=FE)
     sentences = [
         f"Patches over {float(angle.min()):.0f} ... {float(angle.max()):.0f} degrees. Numbers of the patch "
         f"by finite elements are known to {max(float(known(dataset, name).max()) for name in OF_PATCH):.1%}."
@@ -78,6 +79,8 @@ def summary(dataset: xr.Dataset) -> str:
     for name in (str(name) for name in dataset.ics.values if name != FE):
         worst = listed(f"{furthest(deviations(dataset, key).sel(ics=name)):+.1%} in {key}" for key in DRAWN)
         sentences.append(f"{symbol_of(name)}: at worst {worst}; {_from_where(dataset, name)}.")
+    if dataset.attrs["left_out"]:
+        sentences.append(f"Finite elements did not solve {dataset.attrs['left_out']}")
     return " ".join(sentences)
 
 
@@ -146,7 +149,7 @@ def profiles(dataset: xr.Dataset) -> Figure:
 
 
 def _draw_profile(axes: mpl.axes.Axes, dataset: xr.Dataset, number: int) -> None:
-    p, of_fe = dataset[f"p_{number}"], dataset[f"p_fe_{number}"]
+    p = dataset[f"p_{number}"]
     at = p[f"s_{number}"]
     shown = np.flatnonzero((p > 0).any("ics"))
     part = slice(max(shown[0] - 1, 0), shown[-1] + 2)
@@ -154,7 +157,9 @@ def _draw_profile(axes: mpl.axes.Axes, dataset: xr.Dataset, number: int) -> None
     looks = with_further(names)
     for name in names:
         axes.plot(at[part], p.sel(ics=name)[part], label=symbol_of(name), **looks[name][1])
-    s = of_fe[f"s_fe_{number}"]
+    if f"p_fe_{number}" not in dataset:
+        return
+    of_fe, s = dataset[f"p_fe_{number}"], dataset[f"s_fe_{number}"]
     inside = (s >= at[part].values[0]) & (s <= at[part].values[-1])
     axes.plot(s[inside], of_fe[inside], "o", color="black", markersize=2.5, label=FE)
 

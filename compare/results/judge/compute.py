@@ -15,6 +15,7 @@ from compare.scenes.scene import Scene
 from contact.judge.judgement import CELLS, Judgement, Numbers, judge
 from contact.judge.levels import Bodies
 from femic.means import DEFAULT, Means
+from geometries.errors import Failure
 
 MODELS = ("lower", "upper")
 
@@ -22,12 +23,24 @@ MODELS = ("lower", "upper")
 def compute_judged(scene: Scene, means: Means = DEFAULT, cells: float = CELLS) -> xr.Dataset:
     """Numbers of the contacts by the ICs of a scene and by finite elements, `ics` = "FE", of all its loads.
 
-    `cells` of the finest mesh lie along the shorter half-length of the patch. Raises BadScene for scenes with
-    friction and without loads, and Failure as `compute_contact` and `judge` do.
+    `cells` of the finest mesh lie along the shorter half-length of the patch. Loads at which finite elements
+    fail have no numbers; `left_out` says why. Raises BadScene for scenes with friction and without loads, and
+    Failure as `compute_contact` does, and where finite elements fail at all loads.
     """
     require_judgeable(scene)
     contacts = to_dataset(compute_contact(scene, means))
-    return beside(contacts, [_judged(scene, load, means, cells) for load in scene.contact.loads], cells)
+    judged: list[xr.Dataset | None] = []
+    failed: list[str] = []
+    for load in scene.contact.loads:
+        try:
+            judged.append(_judged(scene, load, means, cells))
+        except Failure as failure:
+            failed.append(f"{load:g} N: {failure}")
+            means.watch.on_stage(f"  left out: {failed[-1]}")
+            judged.append(None)
+    if len(failed) == len(judged):
+        raise Failure("; ".join(failed))
+    return beside(contacts, judged, cells).assign_attrs(left_out="; ".join(failed))
 
 
 def require_judgeable(scene: Scene) -> None:

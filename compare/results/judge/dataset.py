@@ -13,20 +13,20 @@ NUMBERS = (*OF_PATCH, "approach")
 CHECKS = ("load_of_pressures", "reaction", "tension", "penetration", "unknowns", "memory")
 
 
-def beside(contacts: xr.Dataset, judged: Sequence[xr.Dataset], cells: float) -> xr.Dataset:
+def beside(contacts: xr.Dataset, judged: Sequence[xr.Dataset | None], cells: float) -> xr.Dataset:
     """Numbers with their estimates of all ICs and of finite elements, and what is known of the latter.
+
+    Cases that finite elements have not solved, None, are NaN there.
 
     The approach by finite elements has the compliance of the bodies in it, which the rigid-body discount
     takes from ICs: `approach` is without `compliance` times the load, and that is fitted to the reference's
     approach over the loads, with the same weight for the same share of it.
     """
     named = [prefix + name for name in NUMBERS for prefix in ("", "estimate_")]
-    of_all = xr.concat([one.drop_vars(_ragged(one)) for one in judged], "case").assign_coords(
-        case=contacts.case
-    )
+    of_all = _by_case(judged).assign_coords(case=contacts.case)
     fe = of_all[named].expand_dims(ics=[FE])
     dataset = xr.concat([contacts[named], fe], "ics", combine_attrs="override")
-    ics, load = [str(name) for name in contacts.ics.values], of_all["load"]
+    ics, load = [str(name) for name in contacts.ics.values], contacts["load"].isel(ics=0, drop=True)
     compliance = _compliance(fe.approach.sel(ics=FE), contacts.approach.sel(ics=reference_name(ics)), load)
     dataset["approach"] = dataset.approach.where(dataset.ics != FE, dataset.approach - compliance * load)
     for name in CHECKS:
@@ -35,10 +35,17 @@ def beside(contacts: xr.Dataset, judged: Sequence[xr.Dataset], cells: float) -> 
     dataset["fe_seconds"] = of_all.seconds
     dataset["load"] = load.assign_attrs(units="N")
     dataset["compliance"] = (), compliance, {"units": "mm/N"}
-    lines = [_profile(one, number) for number, one in enumerate(judged)]
+    lines = [_profile(one, number) for number, one in enumerate(judged) if one is not None]
     of_ics = [_profile_of_ics(contacts, number) for number in range(len(judged))]
     joined = xr.merge([dataset, *lines, *of_ics], join="outer")  # there is no profile of FE on grids
     return joined.assign_attrs(contacts.attrs | {"cells": cells})
+
+
+def _by_case(judged: Sequence[xr.Dataset | None]) -> xr.Dataset:
+    """What has the same shape in all cases, as a dimension; NaN for what is not solved."""
+    solved = [None if one is None else one.drop_vars(_ragged(one)).astype(float) for one in judged]
+    some = next(one for one in solved if one is not None)
+    return xr.concat([xr.full_like(some, np.nan) if one is None else one for one in solved], "case")
 
 
 def _ragged(one: xr.Dataset) -> list[str]:
@@ -47,7 +54,7 @@ def _ragged(one: xr.Dataset) -> list[str]:
 
 def _compliance(approach: xr.DataArray, of_ics: xr.DataArray, load: xr.DataArray) -> float:
     """The compliance [mm/N] that makes approaches the same but for a least sum of squared shares."""
-    share = load / of_ics
+    share = (load / of_ics).where(approach.notnull())
     return float(((approach - of_ics) / of_ics * share).sum() / (share**2).sum())
 
 

@@ -39,7 +39,7 @@ def dataset():
     return xr.Dataset(
         numbers | estimates | angle | checks | lines,
         coords={"ics": list(OFF), "case": [f"{load:g} N" for load in LOADS], **places},
-        attrs={"title": "a title", "scene": "a scene"},
+        attrs={"title": "a title", "scene": "a scene", "left_out": ""},
     )
 
 
@@ -75,3 +75,14 @@ def test_file_and_page_are_written(dataset, tmp_path):
     assert page.count("data:image/png;base64,") == 2
     assert "+20.00%" in page
     assert xr.open_dataset(tmp_path / "judge.nc").attrs["title"] == "a title"
+
+
+def test_a_load_that_finite_elements_do_not_solve_is_told_and_drawn_without_them(dataset, tmp_path):
+    some, unsolved = dataset.drop_vars("p_fe_2"), (dataset.ics == "FE") & (dataset.case == "100000 N")
+    for name in ("a", "b", "p_max", "approach", "angle"):
+        some[name] = dataset[name].where(~unsolved)
+    told = summary(some.assign_attrs(left_out="100000 N: too much"))
+    assert told.endswith("Finite elements did not solve 100000 N: too much")
+    assert "A: at worst +6.0% in p_max" in told
+    page = write_judged(some.assign_attrs(left_out="100000 N: too much"), tmp_path)
+    assert page.read_text(encoding="utf-8").count("data:image/png;base64,") == 2

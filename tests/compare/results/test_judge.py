@@ -15,6 +15,7 @@ from compare.scenes.errors import BadScene
 from contact.judge.judgement import Judgement, Numbers
 from femic.means import Means
 from femic.work.store import Store
+from geometries.errors import Failure
 from tests.compare.results.friction.scenes import scene
 
 LOADS = [2e3, 5e3, 1e4]
@@ -104,6 +105,26 @@ def test_finished_loads_are_kept_and_others_are_not_taken_for_them(asked, tmp_pa
     assert asked[3:] == [(LOADS[0], 20.0)]
     compute_judged(scene(10.3, rolling_radius=401.0, loads=LOADS[:1], ics=["A"]), means)
     assert len(asked) == 5
+
+
+def test_loads_at_which_finite_elements_fail_are_left_out(asked, monkeypatch):
+    like_bhat = compute.judge
+
+    def failing(bodies, load, *, cells):
+        if load == LOADS[1]:
+            raise Failure("no mesh")
+        return like_bhat(bodies, load, cells=cells)
+
+    monkeypatch.setattr(compute, "judge", failing)
+    dataset = compute_judged(pressed())
+    assert dataset.attrs["left_out"] == "5000 N: no mesh"
+    assert list(np.isnan(dataset.a.sel(ics=FE))) == [False, True, False]
+    assert not np.any(np.isnan(dataset.a.sel(ics="A")))
+    assert float(dataset.compliance) == pytest.approx(COMPLIANCE)
+    assert "p_fe_1" not in dataset
+    assert len(asked) == 2
+    with pytest.raises(Failure, match="5000 N: no mesh"):
+        compute_judged(pressed(loads=LOADS[1:2]))
 
 
 @pytest.mark.parametrize(
