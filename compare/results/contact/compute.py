@@ -38,7 +38,7 @@ class SolvedContact:
     placed: Placed
     normal: NormalContact
     perturbed: NormalContact | None
-    displaced: NormalContact | None  # by the reference with the exact distance, unless larger than the grid
+    displaced: NormalContact | None  # by the reference with the exact distance, where it is found on the grid
     seconds: float
 
 
@@ -161,7 +161,7 @@ def _solved(
     try:
         wanted = name == reference_name(scene.contact.ics) and not exact
         displaced = placed.contact(operator, case, exact=True) if wanted else None
-    except PotentialAreaTooSmall:
+    except Failure:  # it is larger than the grid, or there is none: the contact itself stands
         displaced = None
     return SolvedContact(case, name, placed, normal, perturbed, displaced, seconds)
 

@@ -1,6 +1,6 @@
 """Contact of a scene by finite elements, which use no ICs; each finished load is kept in the store."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import xarray as xr
@@ -15,6 +15,8 @@ from compare.scenes.scene import Scene
 from contact.judge.judgement import CELLS, Judgement, Numbers, judge
 from contact.judge.levels import Bodies
 from femic.means import DEFAULT, Means
+from femic.solid.record import SOLID
+from geometries.bodies import Body, Domain
 from geometries.errors import Failure
 
 MODELS = ("lower", "upper")
@@ -60,7 +62,7 @@ def require_judgeable(scene: Scene) -> None:
 def _judged(scene: Scene, load: float, means: Means, cells: float) -> xr.Dataset:
     """The contact under a load [N] by finite elements, from the store if it is there."""
     undeformed = placed_on(scene, scene.grid).undeformed
-    lower, upper = (scene.bodies[name] for name in MODELS)
+    lower, upper = (_meshable(scene, name) for name in MODELS)
     bodies = Bodies(lower, upper, undeformed.s_range, undeformed.shift)
     key = means.store.key("judge", results_digest(), lower, upper, bodies.s_range, bodies.shift, load, cells)
     kept = means.store.get(key)
@@ -71,6 +73,15 @@ def _judged(scene: Scene, load: float, means: Means, cells: float) -> xr.Dataset
     seconds, unknowns = float(kept.seconds.sum()), int(kept.unknowns.max())
     means.watch.on_stage(f"  {load:g} N by finite elements: {unknowns:,} unknowns, {seconds:.0f} s")
     return kept
+
+
+def _meshable(scene: Scene, name: str) -> Body:
+    """A body of the scene with the domain of the solid engine, where its own has no end along x."""
+    body, settings = scene.bodies[name], scene.settings
+    if not settings.engine.endless:
+        return body
+    far_radius = SOLID.far_radius(settings.tolerance)
+    return replace(body, domain=Domain(far_radius, far_radius))
 
 
 def _labelled(judgement: Judgement) -> xr.Dataset:

@@ -38,8 +38,9 @@ def asked(monkeypatch, by_bhat):
     """Loads and cells that were asked for."""
     calls = []
 
-    def like_bhat(_, load, *, cells):
+    def like_bhat(bodies, load, *, cells):
         calls.append((load, cells))
+        assert all(np.isfinite(body.domain.half_length) for body in (bodies.lower, bodies.upper))
         case = by_bhat.isel(case=LOADS.index(load))
         a, b, p_max, approach = (float(case[name]) for name in ("a", "b", "p_max", "approach"))
         numbers = Numbers(a, b, np.radians(float(case.angle)), p_max, approach + COMPLIANCE * load)
