@@ -191,13 +191,18 @@ def cost(dataset: xr.Dataset) -> str:
     ]
     most = {name: float(dataset[f"fe_{name}"].max()) for name in ("memory", "tension", "penetration")}
     return (
-        f"Finite elements: {_range(dataset.fe_unknowns.sum('body').values, ',.0f')} unknowns of the modelled "
-        f"parts, {_range(dataset.fe_seconds.sum('stage').values, '.0f')} s a load, up to "
-        f"{most['memory'] / 1e3:.1f} GB. Pressures and reactions carry the load to {max(balance):.1g}, "
+        f"Finite elements: {_range(_all(dataset.fe_unknowns, 'body'), ',.0f')} unknowns of the modelled "
+        f"parts, {_range(_all(dataset.fe_seconds, 'stage'), '.0f')} s a load, up to "
+        f"{most['memory'] / 1e3:.1f} GB. Pressures and reactions carry the load to {np.nanmax(balance):.1g}, "
         f"tensions are at most {most['tension']:.1g} of the largest pressure, penetrations "
         f"{most['penetration']:.1g} of the approach. Compliance of the bodies: "
         f"{float(dataset.compliance):.4g} mm/N. Contacts by ICs: {_range(dataset.seconds.values, '.2g')} s."
     )
+
+
+def _all(values: xr.DataArray, dim: str) -> np.ndarray:
+    """Sums along a dimension by case, NaN where nothing was solved."""
+    return np.asarray(values.sum(dim, min_count=1).values)
 
 
 def _range(values: np.ndarray | Sequence[float], form: str) -> str:
