@@ -69,6 +69,12 @@ class Judgement:
     memory: float  # largest that the process has had [MB]
 
 
+def require_enough(cells: float) -> None:
+    """Raise WrongInput for too few cells along the shorter half-length."""
+    if not FEWEST <= cells < np.inf:
+        raise WrongInput(f"cells = {cells!r}: at least {FEWEST:g} along the shorter half-length")
+
+
 def judge(
     bodies: Bodies, load: float, *, cells: float = CELLS, expected: Expected | None = None
 ) -> Judgement:
@@ -79,8 +85,7 @@ def judge(
     """
     if not 0 < load < np.inf:
         raise WrongInput(f"load = {load!r}: must be positive and finite [N]")
-    if not FEWEST <= cells < np.inf:
-        raise WrongInput(f"cells = {cells!r}: at least {FEWEST:g} along the shorter half-length")
+    require_enough(cells)
     start = perf_counter()
     rough = _found(bodies, load, expected or hertz_patch(bodies, load))
     found = perf_counter()

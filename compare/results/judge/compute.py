@@ -12,7 +12,7 @@ from compare.results.judge.dataset import beside
 from compare.results.provenance import results_digest
 from compare.scenes.errors import BadScene
 from compare.scenes.scene import Scene
-from contact.judge.judgement import CELLS, Judgement, Numbers, judge
+from contact.judge.judgement import CELLS, Judgement, Numbers, judge, require_enough
 from contact.judge.levels import Bodies
 from femic.means import DEFAULT, Means
 from femic.solid.record import SOLID
@@ -27,9 +27,11 @@ def compute_judged(scene: Scene, means: Means = DEFAULT, cells: float = CELLS) -
 
     `cells` of the finest mesh lie along the shorter half-length of the patch. Loads at which finite elements
     fail have no numbers; `left_out` says why. Raises BadScene for scenes with friction and without loads, and
-    Failure as `compute_contact` does, and where finite elements fail at all loads.
+    WrongInput for too few cells, before any work; Failure as `compute_contact` does, and where finite
+    elements fail at all loads.
     """
     require_judgeable(scene)
+    require_enough(cells)
     contacts = to_dataset(compute_contact(scene, means))
     judged: list[xr.Dataset | None] = []
     failed: list[str] = []

@@ -15,7 +15,7 @@ from compare.scenes.errors import BadScene
 from contact.judge.judgement import Judgement, Numbers
 from femic.means import Means
 from femic.work.store import Store
-from geometries.errors import Failure
+from geometries.errors import Failure, WrongInput
 from tests.compare.results.friction.scenes import scene
 
 LOADS = [2e3, 5e3, 1e4]
@@ -126,6 +126,12 @@ def test_loads_at_which_finite_elements_fail_are_left_out(asked, monkeypatch):
     assert len(asked) == 2
     with pytest.raises(Failure, match="5000 N: no mesh"):
         compute_judged(pressed(loads=LOADS[1:2]))
+
+
+def test_too_few_cells_are_refused_before_any_work(monkeypatch):
+    monkeypatch.setattr(compute, "compute_contact", None)
+    with pytest.raises(WrongInput, match=r"cells = 2\.0: at least"):
+        compute_judged(pressed(), cells=2.0)
 
 
 @pytest.mark.parametrize(
