@@ -12,10 +12,8 @@ import numpy as np
 from geometries.arrays import Array
 from geometries.errors import Failure
 
-DEPTH, WIDTH = (
-    5.0,
-    2.5,
-)  # of the region of the fit, in spacings of vertices, from the outermost one in contact
+# The region of the fit, in spacings of vertices, from the outermost one in contact
+DEPTH, WIDTH = 5.0, 2.5
 LEAST_WIDTH = 0.2  # of the same region, as a share of the half-width of the patch
 SKIPPED = 0.5  # spacings that are left out: weighted gaps of vertices there belong in part to the patch
 FEWEST = 5  # vertices of a fit
