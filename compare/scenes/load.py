@@ -53,20 +53,21 @@ def load_scene(name_or_path: str, changes: Mapping[str, Any] | None = None) -> S
     path = scene_path(name_or_path)
     text, table = read_scene(path)
     if changes:
-        table = _merged(table, changes)
+        table = merged(table, changes)
         text = tomlkit.dumps(table)
     return build_scene(path.stem, text, parse(table, path))
 
 
-def _merged(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    merged = dict(table)
+def merged(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """A table with some keys changed, as of `load_scene`."""
+    changed = dict(table)
     for key, value in changes.items():
         old = table.get(key)
         if isinstance(value, Mapping) and isinstance(old, Mapping) and "kind" not in value:
-            merged[key] = _merged(old, value)
+            changed[key] = merged(old, value)
         else:
-            merged[key] = deepcopy(value)
-    return merged
+            changed[key] = deepcopy(value)
+    return changed
 
 
 def load_solid_scene(name_or_path: str) -> Scene:
@@ -117,7 +118,7 @@ def parse(table: dict[str, Any], path: Path) -> files.SceneFile:
 
     Names of files in it are relative to the scene file, `path`.
     """
-    _resolve_files(table, path.parent)
+    resolve_files(table, path.parent)
     try:
         return files.SceneFile.model_validate(table)
     except ValidationError as error:
@@ -125,12 +126,13 @@ def parse(table: dict[str, Any], path: Path) -> files.SceneFile:
         raise BadScene(f"{path}: {len(lines)} error(s)\n  " + "\n  ".join(lines)) from error
 
 
-def _resolve_files(table: dict[str, Any], folder: Path) -> None:
+def resolve_files(table: dict[str, Any], folder: Path) -> None:
+    """Let names of files in a scene table begin at a folder instead of the working directory."""
     places = [(table.get(body, {}), "contour", "file") for body in ("lower", "upper")]
     for of_body, *keys in [*places, (table, "contact", "extra_gap")]:
         inner = of_body.get(keys[0], {}) if isinstance(of_body, dict) else {}
         if isinstance(inner, dict) and isinstance(inner.get(keys[1]), str):
-            inner[keys[1]] = folder / inner[keys[1]]
+            inner[keys[1]] = str(folder / inner[keys[1]])
 
 
 def _files(scene: files.SceneFile) -> dict[str, Path]:

@@ -1,0 +1,293 @@
+"""Campaigns: a scene and the keys that are swept over ranges and lists, from a TOML file.
+
+    scene = "geometry1"                     # built-in name, or a file beside this one
+    keep = ["errors"]
+
+    [set]                                   # keys that all scenes of the campaign have
+    engine = { tolerance = 0.02 }
+
+    [sweep.flank]                           # an axis
+    keys = ["lower.contour.flank_inclination_deg", "upper.contour.flank_inclination_deg"]
+    from = 0
+    to = 60
+    count = 7
+
+    [sweep.ratio]
+    keys = { "upper.contour.radius" = 10 }  # value times 10
+    values = [1.05, 1.2, 1.5]
+
+Points are all combinations of values, or random ones, or the rows of a table. They have an order in which
+early ones tell most: coarse over the ranges first.
+"""
+
+import csv
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import islice, pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+from scipy.stats import qmc
+
+from compare.scenes.campaign_file import AxisTable, CampaignFile, Keep, is_number
+from compare.scenes.errors import BadScene
+from compare.scenes.load import merged, read_scene, resolve_files, scene_from_table, scene_path
+from compare.scenes.messages import message
+from compare.scenes.scene import Scene
+
+Value = bool | int | float | str | list[Any]
+Point = tuple[Value, ...]  # a value of each axis
+DIGITS = 12  # significant, of values between the ends of a range
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis of a campaign. `values` are those of a grid; () where points are random or of a table."""
+
+    name: str
+    label: str
+    unit: str
+    values: Point
+    factors: Mapping[str, float | None]  # by key: what a value is multiplied by; None: it is taken as it is
+
+    @property
+    def heading(self) -> str:
+        """Label and unit."""
+        return f"{self.label} [{self.unit}]" if self.unit else self.label
+
+    def entries(self, value: Value) -> Iterator[tuple[str, Value]]:
+        """Yield the keys of this axis, and what they have at a value."""
+        for key, factor in self.factors.items():
+            yield key, value if factor is None else factor * float(value)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A valid campaign."""
+
+    name: str
+    title: str
+    text: str  # TOML
+    keep: tuple[Keep, ...]
+    table: Mapping[str, Any] = field(repr=False)  # of the scene, with what all scenes have
+    axes: tuple[Axis, ...] = ()
+    listed: tuple[Point, ...] = ()  # points that are not a grid
+
+    @property
+    def is_grid(self) -> bool:
+        """Whether the points are all combinations of values."""
+        return not self.listed
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The numbers of values of the axes of a grid, else of points."""
+        return tuple(len(axis.values) for axis in self.axes) if self.is_grid else (len(self.listed),)
+
+    @property
+    def size(self) -> int:
+        """The number of points."""
+        return int(np.prod(self.shape))
+
+    @cached_property
+    def order(self) -> Sequence[int]:
+        """The numbers of the points (those of a grid in C order), coarse over the ranges first."""
+        if not self.is_grid:
+            return range(self.size)  # random ones come so; a table has the order of its author
+        stages = [_stages(len(axis.values)) for axis in self.axes]
+        latest = np.zeros(self.shape, dtype=int)
+        for along, of_axis in enumerate(stages):
+            others = [k for k in range(len(stages)) if k != along]
+            latest = np.maximum(latest, np.expand_dims(of_axis, others))
+        return [int(number) for number in np.argsort(latest, axis=None, kind="stable")]
+
+    def point(self, number: int) -> Point:
+        """The values of the axes at a point."""
+        if not self.is_grid:
+            return self.listed[number]
+        places = np.unravel_index(number, self.shape)
+        return tuple(axis.values[place] for axis, place in zip(self.axes, places, strict=True))
+
+    def named(self, point: Point) -> str:
+        """The name of a point, such as flank=30,ratio=1.1."""
+        return ",".join(f"{axis.name}={_text(v)}" for axis, v in zip(self.axes, point, strict=True))
+
+    def scene_table(self, point: Point) -> dict[str, Any]:
+        """The table of the scene at a point; raises BadScene where a key does not exist."""
+        table = deepcopy(dict(self.table))
+        for axis, value in zip(self.axes, point, strict=True):
+            for key, entry in axis.entries(value):
+                _set(table, key, entry, axis.name)
+        return table
+
+    def scene(self, point: Point) -> Scene:
+        """The scene at a point; raises BadScene."""
+        return scene_from_table(self.scene_table(point), self.named(point))
+
+
+def load_campaign(path: Path) -> Campaign:
+    """The campaign of a TOML file; raises BadScene before any work.
+
+    Its scenes at the first point, and at the ends of each axis, are built, to see whether keys and values
+    fit.
+    """
+    if not path.is_file():
+        raise BadScene(f"campaign {str(path)!r}: no such file; docs/campaigns.md has one to begin with")
+    text, given = read_scene(path)
+    parsed = _parsed(given, path)
+    base = _beside(parsed.scene, path.parent)
+    _, table = read_scene(base)
+    changes = deepcopy(parsed.set)
+    resolve_files(table, base.parent.absolute())
+    resolve_files(changes, path.parent.absolute())
+    campaign = Campaign(
+        path.stem,
+        parsed.title or path.stem,
+        text,
+        parsed.keep,
+        merged(table, changes),
+        tuple(_axis(name, axis, is_grid=parsed.points == "all") for name, axis in parsed.sweep.items()),
+        tuple(_listed(parsed, path)),
+    )
+    for point in _tried(campaign):
+        try:
+            campaign.scene(point)
+        except BadScene as error:
+            raise BadScene(f"{path}: at {campaign.named(point)}: {error}") from error
+    return campaign
+
+
+def point_named(campaign: Campaign, name: str) -> Point:
+    """The values that a name such as flank=30,ratio=1.1 gives the axes; raises BadScene."""
+    given = dict(part.split("=", 1) for part in name.split(",") if "=" in part)
+    names = [axis.name for axis in campaign.axes]
+    if sorted(given) != sorted(names) or name.count(",") != len(names) - 1:
+        wanted = ",".join(f"{axis}=..." for axis in names)
+        raise BadScene(f"{campaign.name}: point {name!r}: give a value of each axis, {wanted}")
+    return tuple(_value(given[axis]) for axis in names)
+
+
+def _parsed(given: dict[str, Any], path: Path) -> CampaignFile:
+    if isinstance(given.get("points"), str) and given["points"] not in ("all", "random"):
+        given["points"] = path.parent / given["points"]
+    try:
+        return CampaignFile.model_validate(given)
+    except ValidationError as error:
+        lines = [message(detail) for detail in error.errors()]
+        raise BadScene(f"{path}: {len(lines)} error(s)\n  " + "\n  ".join(lines)) from error
+
+
+def _beside(scene: str, folder: Path) -> Path:
+    """The path of a scene: a built-in one, or a file in a folder."""
+    local = folder / scene
+    return local if local.is_file() else scene_path(scene)
+
+
+def _axis(name: str, table: AxisTable, *, is_grid: bool) -> Axis:
+    factors = dict(table.keys) if isinstance(table.keys, dict) else dict.fromkeys(table.keys)
+    values = _values(table) if is_grid else ()
+    return Axis(name, table.label or name, table.unit, values, factors)
+
+
+def _values(table: AxisTable) -> Point:
+    """The values of an axis of a grid, rounded to `DIGITS` inside a range."""
+    if table.start is None or table.to is None or table.count is None:
+        return table.values
+    spaced = np.linspace if table.spacing == "linear" else np.geomspace
+    inner = [float(f"{value:.{DIGITS}g}") for value in spaced(table.start, table.to, table.count)[1:-1]]
+    return (table.start, *inner, table.to)
+
+
+def _listed(parsed: CampaignFile, path: Path) -> list[Point]:
+    """The points of a campaign that is not a grid."""
+    if parsed.points == "all":
+        return []
+    if parsed.points == "random":
+        return _random(parsed)
+    return _rows(parsed, Path(parsed.points), path)
+
+
+def _random(parsed: CampaignFile) -> list[Point]:
+    """Points of a scrambled Sobol sequence: so the first ones cover the ranges, too."""
+    sequence = qmc.Sobol(len(parsed.sweep), rng=parsed.seed)
+    shares = sequence.random_base2(int(np.ceil(np.log2(max(parsed.samples, 2)))))[: parsed.samples]
+    columns = []
+    for axis, share in zip(parsed.sweep.values(), shares.T, strict=True):
+        low, high = float(axis.start or 0.0), float(axis.to or 0.0)  # both are given
+        logarithmic = axis.spacing == "logarithmic"
+        values = low * (high / low) ** share if logarithmic else low + (high - low) * share
+        columns.append([float(f"{value:.{DIGITS}g}") for value in values])
+    return list(zip(*columns, strict=True))
+
+
+def _rows(parsed: CampaignFile, table: Path, path: Path) -> list[Point]:
+    """The points of a table in CSV; raises BadScene where a column is missing."""
+    with table.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file, skipinitialspace=True))
+    missing = [name for name in parsed.sweep if not rows or any(not row.get(name) for row in rows)]
+    if missing:
+        raise BadScene(f"{path}: points = {table}: {', '.join(missing)}: not in all rows; add them")
+    return [tuple(_value(row[name]) for name in parsed.sweep) for row in rows]
+
+
+def _tried(campaign: Campaign) -> Iterator[Point]:
+    """Points whose scenes are tried before any work: the first one, then one axis at an end each."""
+    if not campaign.is_grid:
+        yield from islice(campaign.listed, 2)
+        return
+    first = campaign.point(0)
+    yield first
+    for k, axis in enumerate(campaign.axes):
+        yield (*first[:k], axis.values[-1], *first[k + 1 :])
+
+
+def _stages(count: int) -> np.ndarray[Any, np.dtype[np.int_]]:
+    """When each of some values is taken: 0 the ends and the middle, then always the middles between."""
+    stage = np.full(count, -1)
+    taken, latest = sorted({0, (count - 1) // 2, count - 1}), 0
+    stage[taken] = 0
+    while np.any(stage < 0):
+        latest += 1
+        middles = {(a + b) // 2 for a, b in pairwise(taken)} - set(taken)
+        stage[list(middles)] = latest
+        taken = sorted({*taken, *middles})
+    return stage
+
+
+def _set(table: Any, key: str, entry: Value, axis: str) -> None:
+    """Set a key such as lower.contour.radius or lines.0.s of a table."""
+    *path, last = key.split(".")
+    for part in path:
+        if isinstance(table, list):
+            table = table[_index(table, part, key, axis)]
+        else:
+            table = table.setdefault(part, {})
+        if not isinstance(table, (dict, list)):
+            raise BadScene(f"sweep.{axis}: {key}: {part} is a value, not a table")
+    if isinstance(table, list):
+        table[_index(table, last, key, axis)] = entry
+    else:
+        table[last] = entry
+
+
+def _index(entries: Sequence[Any], part: str, key: str, axis: str) -> int:
+    if not (part.isdigit() and int(part) < len(entries)):
+        raise BadScene(f"sweep.{axis}: {key}: {part}: a number from 0 to {len(entries) - 1} is needed there")
+    return int(part)
+
+
+def _text(value: Value) -> str:
+    return f"{value:.{DIGITS}g}" if is_number(value) else str(value)
+
+
+def _value(text: str) -> Value:
+    """A value of a table in CSV or of a name, as TOML has it; other text is text."""
+    try:
+        value = tomllib.loads(f"value = {text.strip()}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text.strip()
+    return value if isinstance(value, bool | int | float | str | list) else text.strip()

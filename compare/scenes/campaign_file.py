@@ -1,0 +1,82 @@
+"""The keys of a campaign file (TOML) with their limits."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import ConfigDict, Field, FilePath, model_validator
+
+from compare.scenes.file import Finite, Section
+
+Keep = Literal["errors", "ics", "contact", "matrix", "advice", "calibration"]
+
+
+class AxisTable(Section):
+    """An axis: keys of a scene that have the same value, or a multiple of it, and which values."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+    keys: Annotated[dict[str, float] | list[str], Field(min_length=1)] = Field(
+        description="keys of a scene, such as lower.E, lines.0.s; with factors: { 'lower.E' = 1000 }"
+    )
+    label: str = Field("", description="what the axis is, in figures; default: its name")
+    unit: str = Field("", description="its unit")
+    values: tuple[Any, ...] = Field((), description="its values, or instead:")
+    start: Finite | None = Field(None, alias="from", description="smallest value")
+    to: Finite | None = Field(None, description="largest value")
+    count: Annotated[int, Field(ge=2, le=1_000_000)] | None = Field(None, description="number of values")
+    spacing: Literal["linear", "logarithmic"] = Field("linear", description="between from and to")
+
+    @model_validator(mode="after")
+    def _values_or_range(self) -> "AxisTable":
+        ends = self.start is not None, self.to is not None
+        if bool(self.values) == any(ends) or any(ends) != all(ends):
+            raise ValueError("give either values, or both from and to")
+        if self.start is not None and self.to is not None:
+            if not self.start < self.to:
+                raise ValueError(f"from = {self.start:g} is not below to = {self.to:g}")
+            if self.spacing == "logarithmic" and self.start <= 0:
+                raise ValueError(f"from = {self.start:g}: must be positive where spacing is logarithmic")
+        if isinstance(self.keys, dict) and not all(is_number(value) for value in self.values):
+            raise ValueError("values that are not numbers have no factors: give keys as a list")
+        if len({str(value) for value in self.values}) < len(self.values):
+            raise ValueError("values: one is given twice")
+        return self
+
+
+class CampaignFile(Section):
+    """A campaign: a scene, keys that are swept, and what is kept of each of its scenes."""
+
+    title: str = Field("", description="heading of the page; default: the file's name")
+    scene: str = Field(description="built-in name, or file relative to this one")
+    keep: tuple[Keep, ...] = Field(
+        ("errors",),
+        min_length=1,
+        description="what is kept of each scene: errors (of approximations), ics (on the lines, too), "
+        "contact, matrix (of the grid, for a map of C), advice (which ICs are good enough), calibration "
+        "(fits of Bhat_prime)",
+    )
+    set: dict[str, Any] = Field({}, description="keys that all scenes have, as in a scene file")
+    sweep: dict[str, AxisTable] = Field(min_length=1, description="the axes")
+    points: Literal["all", "random"] | FilePath = Field(
+        "all",
+        description="all: every combination of values; random: `samples` of the ranges; or a CSV file whose "
+        "columns have the axes' names",
+    )
+    samples: Annotated[int, Field(ge=1, le=10_000_000)] = Field(100, description="number of random points")
+    seed: int = Field(0, description="of random points; more samples with the same seed contain fewer")
+
+    @model_validator(mode="after")
+    def _points_of_axes(self) -> "CampaignFile":
+        for name, axis in self.sweep.items():
+            of_range = axis.start is not None
+            if not name.isidentifier():
+                raise ValueError(f"sweep.{name}: a name has letters, digits and _ only")
+            if self.points == "random" and not of_range:
+                raise ValueError(f"sweep.{name}: random points need from and to")
+            if self.points == "all" and of_range and axis.count is None:
+                raise ValueError(f"sweep.{name}: give count, the number of values")
+        return self
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value of a key is a number."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
