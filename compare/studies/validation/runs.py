@@ -6,7 +6,7 @@ from typing import Any
 
 from approx.effective import EffectiveProperties
 from approx.variants import VARIANTS
-from compare.reports.calibration.fits import calibrate
+from compare.results.calibration import calibrate
 from compare.results.compute import Results, compute, with_approximations
 from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
