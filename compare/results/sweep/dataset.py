@@ -46,8 +46,7 @@ def open_sweep(path: Path) -> xr.Dataset:
     """
     zarr_path, file = path / "sweep.zarr", path / "sweep.nc"
     if path.suffix == ".zarr" or (path.suffix != ".nc" and zarr_path.is_dir()):
-        opened = xr.open_zarr(path if path.suffix == ".zarr" else zarr_path, consolidated=False, chunks=None)
-        return opened
+        return xr.open_zarr(path if path.suffix == ".zarr" else zarr_path, consolidated=False, chunks=None)
     return xr.load_dataset(path if path.suffix == ".nc" else file, engine="h5netcdf")
 
 
