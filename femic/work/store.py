@@ -54,26 +54,10 @@ class Store:
         content = self._read(f"{key}.nc")
         return None if content is None else xr.load_dataset(BytesIO(content), engine="h5netcdf")
 
-    def keys(self) -> set[str]:
-        """The keys of all entries of this code."""
-        if self.location is None:
-            return set()
-        folder = self._path("").rstrip("/")
-        try:
-            self._fs.invalidate_cache(folder)
-            paths = self._fs.ls(folder, detail=False)
-        except FileNotFoundError:
-            return set()
-        return {Path(path).stem for path in paths if str(path).endswith(".nc")}
-
     def put(self, key: str, entry: xr.Dataset) -> None:
         """Keep an entry, and remove its parts, which are not needed any more."""
         self._write(f"{key}.nc", lambda: bytes(entry.to_netcdf(engine="h5netcdf")))
         self._remove(f"{key}.parts")
-
-    def remove(self, key: str) -> None:
-        """Remove an entry, if there is one."""
-        self._remove(f"{key}.nc")
 
     def part(self, key: str, name: str) -> Arrays | None:
         """The arrays by name of a part of an unfinished entry, None where there is no undamaged one."""

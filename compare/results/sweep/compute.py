@@ -1,16 +1,18 @@
 """Computes a campaign: tasks are handed to a cluster a few at a time, and what they leave is collected."""
 
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 
-import xarray as xr
 from distributed import Client, Future, KilledWorker, as_completed
 
 from compare.results.provenance import results_digest
+from compare.results.sweep import kept
 from compare.results.sweep.dataset import Collected
-from compare.results.sweep.keeping import KEEPERS, kept_together
+from compare.results.sweep.keeping import KEEPERS
+from compare.results.sweep.kept import Kept
 from compare.results.sweep.tasks import (
     PROBE,
     ModelTask,
@@ -19,6 +21,7 @@ from compare.results.sweep.tasks import (
     SceneTask,
     Unusable,
     finished,
+    full,
     look,
     make_scene,
     model_tasks,
@@ -55,6 +58,7 @@ class Progress:
 
 
 Told = Callable[[Progress], None]
+Cluster = Callable[[int], AbstractContextManager[Client]]  # for a number of scenes
 
 
 @dataclass(frozen=True)
@@ -74,19 +78,22 @@ def require_computable(campaign: Campaign) -> None:
 
 
 def compute_sweep(
-    collected: Collected, store: Store, client: Client, options: Options | None = None
+    collected: Collected, store: Store, cluster: Cluster, options: Options | None = None
 ) -> Progress:
     """Compute all scenes of a campaign that are not in the store, and collect all in a dataset.
 
-    The dataset is written every now and then, and at the end; it is up to date where this is interrupted,
-    too. Raises Failure where a worker has other code, where the store is full, and where the scheduler is
-    gone; what is finished is in the store and in the dataset.
+    A cluster is started only where there are such scenes. The dataset is written every now and then, and at
+    the end; it is up to date where this is interrupted, too. Raises Failure where a worker has other code,
+    where the store is full, and where the scheduler is gone; what is finished is in the store and in the
+    dataset.
     """
-    run = _Run(collected, store, client, options or Options())
+    run = _Run(collected, store, options or Options())
     try:
-        run.require_workers()
         run.collect_finished()
-        run.compute_others()
+        if run.waiting:
+            run.write()
+            with cluster(len(run.waiting)) as client:
+                run.compute_others(client)
     finally:
         run.write()
     return run.progress
@@ -104,7 +111,6 @@ class _Run:
 
     collected: Collected
     store: Store
-    client: Client
     options: Options
     progress: Progress = field(init=False)
     waiting: list[tuple[int, SceneTask]] = field(default_factory=list)
@@ -123,38 +129,23 @@ class _Run:
         location = str(self.store.location)
         return Place(location if "://" in location else str(Path(location).absolute()), results_digest())
 
-    def require_workers(self) -> None:
-        """Raise Failure where a worker has other code, or does not see the store."""
-        self.store.put(PROBE, xr.Dataset())
-        if not self.store.writable:
-            raise Failure(f"the store {self.store.location} takes nothing: {self.store.problem}")
-        try:
-            problems = self.client.run(look, self.place)
-        except Exception as error:  # whatever a worker without femic makes of it
-            raise Failure(
-                f"a worker cannot run femic ({type(error).__name__}: {error}): install the same version of "
-                "femic, Python and Dask on all workers"
-            ) from error
-        for worker, problem in problems.items():
-            if problem:
-                raise Failure(f"{worker}: {problem}")
-
     def collect_finished(self) -> None:
         """Collect the scenes that are in the store, and note the others."""
-        keys = self.store.keys()
+        keys = kept.kept_keys(self.store)
         for number, task in tasks_of(self.collected.campaign, self.store):
-            in_store = finished(task, self.store) if keys.intersection(task.keys.values()) else None
-            if in_store is None or (in_store[1] and self.options.retry):
-                self.waiting.append((number, self._retried(task) if in_store else task))
+            done = finished(task, self.store) if keys.intersection(task.keys.values()) else None
+            if done is None or (done.failure and self.options.retry):
+                self.waiting.append((number, replace(task, retry=self.options.retry)))
             else:
-                self._collect(number, *in_store, found=1)
+                self._collect(number, done, found=1)
         self.waiting.reverse()
-        self.start = perf_counter()
 
-    def compute_others(self) -> None:
+    def compute_others(self, client: Client) -> None:
         """Hand the tasks to the cluster, a window of scenes at a time, and collect what they leave."""
-        finishing = as_completed(loop=self.client.loop, raise_errors=False)
-        self._hand_over(finishing)
+        self._require_workers(client)
+        self.start = perf_counter()
+        finishing = as_completed(loop=client.loop, raise_errors=False)
+        self._hand_over(client, finishing)
         for future in finishing:
             receipt = self._receipt(future)
             self._count(receipt)
@@ -162,8 +153,24 @@ class _Run:
                 self._finish_scene(*self.scenes.pop(future), receipt)
             else:
                 self._finish_model(future, receipt)
-            self._hand_over(finishing)
+            self._hand_over(client, finishing)
             self._write_now_and_then()
+
+    def _require_workers(self, client: Client) -> None:
+        """Raise Failure where a worker has other code, or does not see the store."""
+        kept.put(self.store, PROBE, Kept())
+        if not self.store.writable:
+            raise Unusable(full(self.store))
+        try:
+            problems = client.run(look, self.place)
+        except Exception as error:  # whatever a worker without femic makes of it
+            raise Failure(
+                f"a worker cannot run femic ({type(error).__name__}: {error}): install the same version of "
+                "femic, Python and Dask on all workers"
+            ) from error
+        for worker, problem in problems.items():
+            if problem:
+                raise Unusable(f"{worker}: {problem}")
 
     def write(self) -> None:
         """Write the dataset."""
@@ -173,35 +180,26 @@ class _Run:
             self.written = perf_counter()
             self.writing = self.written - start
 
-    def _retried(self, task: SceneTask) -> SceneTask:
-        """The task, without the failure that is kept of it."""
-        for key in task.keys.values():
-            part = self.store.get(key)
-            if part is not None and part.attrs["failure"]:
-                self.store.remove(key)
-        return task
-
-    def _hand_over(self, finishing: as_completed) -> None:
+    def _hand_over(self, client: Client, finishing: as_completed) -> None:
         """Submit scenes with the models that they are the first to need until the window is full."""
-        window = SCENES_PER_WORKER * max(1, len(self.client.scheduler_info(n_workers=-1)["workers"]))
+        window = SCENES_PER_WORKER * max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
         while self.waiting and len(self.scenes) < window:
             number, task = self.waiting.pop()
             needed = model_tasks(task, self.store)
             lost = [self.solved[key] for key in needed if self.solved.get(key)]
             if lost:
-                self._collect(number, {}, lost[0], 0.0)
+                self._collect(number, Kept(failure=lost[0]))
                 continue
-            models = [
-                self._model(key, model, finishing) for key, model in needed.items() if key not in self.solved
-            ]
-            future = self.client.submit(make_scene, task, self.place, models, pure=False)
+            unsolved = {key: model for key, model in needed.items() if key not in self.solved}
+            models = [self._model(client, finishing, key, model) for key, model in unsolved.items()]
+            future = client.submit(make_scene, task, self.place, models, pure=False)
             self.scenes[future] = number, task
             finishing.add(future)
 
-    def _model(self, key: str, task: ModelTask, finishing: as_completed) -> Future:
+    def _model(self, client: Client, finishing: as_completed, key: str, task: ModelTask) -> Future:
         """The task of a model, handed over when it is needed for the first time."""
         if key not in self.models:
-            self.models[key] = self.client.submit(solve_models, task, self.place, pure=False)
+            self.models[key] = client.submit(solve_models, task, self.place, pure=False)
             finishing.add(self.models[key])
         return self.models[key]
 
@@ -213,10 +211,11 @@ class _Run:
 
     def _finish_scene(self, number: int, task: SceneTask, receipt: Receipt) -> None:
         """Collect the scene of a task that has ended."""
-        in_store = None if receipt.failure else finished(task, self.store)
-        if in_store is None and not receipt.failure:
+        done = Kept(failure=receipt.failure, seconds=receipt.seconds)
+        found = done if receipt.failure else finished(task, self.store)
+        if found is None:
             raise Unusable(f"the store {self.store.location} has lost what a task left there: run again")
-        self._collect(number, *(in_store or ({}, receipt.failure, receipt.seconds)))
+        self._collect(number, found)
 
     def _receipt(self, future: Future) -> Receipt:
         """The receipt of a task; raises Failure where the campaign cannot go on."""
@@ -246,14 +245,12 @@ class _Run:
             memory=max(progress.memory, receipt.memory),
         )
 
-    def _collect(
-        self, number: int, parts: dict[str, xr.Dataset], failure: str, seconds: float, found: int = 0
-    ) -> None:
+    def _collect(self, number: int, done: Kept, found: int = 0) -> None:
         """Put a finished scene into the dataset, and tell."""
-        if failure:
-            self.collected.fail(number, failure, seconds)
+        if done.failure:
+            self.collected.fail(number, done.failure, done.seconds)
         else:
-            self.collected.add(number, kept_together(parts), seconds)
+            self.collected.add(number, done.dataset, done.seconds)
         self.progress = replace(
             self.progress,
             finished=self.collected.size,

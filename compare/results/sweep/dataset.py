@@ -126,7 +126,7 @@ class Collected:
             swept = swept_dims(self.campaign)
             frame = frame.assign(
                 {
-                    name: ((*swept, *variable.dims), self._values[name], variable.attrs)
+                    name: ((*swept, *variable.dims), self._values[str(name)], variable.attrs)
                     for name, variable in self.first.data_vars.items()
                 }
             )
@@ -271,9 +271,9 @@ def _described(axis: Axis) -> dict[str, Any]:
 def _other_shape(first: xr.Dataset, dataset: xr.Dataset) -> str:
     """What has another shape in a dataset than in the first one; "" if nothing has."""
     for name, variable in first.data_vars.items():
-        found = dataset[name].sizes if name in dataset else "nothing"
-        if found != variable.sizes:
-            return f"{name} has {dict(found) if found != 'nothing' else found}, not {dict(variable.sizes)}"
+        found = dict(dataset[name].sizes) if name in dataset else "nothing"
+        if found != dict(variable.sizes):
+            return f"{name} has {found}, not {dict(variable.sizes)}"
     return ""
 
 

@@ -7,7 +7,7 @@ variables, because they may differ between scenes. The check by the other engine
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -252,7 +252,7 @@ def kept_together(parts: Mapping[str, xr.Dataset]) -> xr.Dataset:
     joined = xr.Dataset()
     for part in parts.values():
         new = [name for name in part.data_vars if name not in joined.data_vars]
-        joined = cast(xr.Dataset, joined.merge(part[new], **_EXACT))
+        joined = joined.merge(part[new], **_EXACT)
     return joined
 
 

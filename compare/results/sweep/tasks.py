@@ -19,10 +19,13 @@ import dask
 import xarray as xr
 
 from compare.results.provenance import results_digest
-from compare.results.sweep.keeping import KEEPERS, Jobs
+from compare.results.sweep import kept
+from compare.results.sweep.keeping import KEEPERS, Jobs, kept_together
+from compare.results.sweep.kept import Kept
 from compare.scenes.load import scene_from_table
 from compare.scenes.scene import Scene
 from femic.at_points import references
+from femic.job import Job
 from femic.level import Level
 from femic.matrix.job import MatrixJob
 from femic.matrix.reference import matrices
@@ -33,7 +36,7 @@ from femic.work.threads import one_blas_thread
 from geometries.errors import Failure, WrongInput
 
 NAME = "scene"  # of every scene in messages: those that campaigns share have no other
-PROBE = "sweep-probe"  # key of an entry by which workers are seen to share the store
+PROBE = "probe"  # key of a part by which workers are seen to share the store
 
 
 class Unusable(Failure):
@@ -54,6 +57,7 @@ class SceneTask:
 
     table: Mapping[str, Any]
     keys: Mapping[str, str]
+    retry: bool = False  # whether it is tried where it failed before
 
     @property
     def scene(self) -> Scene:
@@ -115,7 +119,7 @@ def solve_models(task: ModelTask, place: Place) -> Receipt:
     with _alone():
         try:
             jobs: Jobs = KEEPERS[task.keep].jobs(task.task.scene)
-            _solve({task.body: jobs[task.body]}, work.means)
+            _solve(task.body, jobs[task.body], work.means)
         except (Failure, WrongInput):
             pass
     return work.receipt()
@@ -127,35 +131,29 @@ def make_scene(task: SceneTask, place: Place, _models: object = None) -> Receipt
     A failure of the scene is kept, too: it would be the same again. Raises Unusable.
     """
     work = _Work.begun(place)
-    failure = ""
     with _alone():
         for keep, key in task.keys.items():
-            if work.store.get(key) is None:
-                start = perf_counter()
-                dataset, failure = _made(task, keep, work.means)
-                if dataset is not None:
-                    work.store.put(key, dataset.assign_attrs(seconds=perf_counter() - start, failure=failure))
-            if failure:
-                break
-    return work.receipt(failure)
+            part = kept.get(work.store, key)
+            if part is None or (part.failure and task.retry):
+                part = _made(task, keep, work)
+            if part.failure:
+                return work.receipt(part.failure)
+    return work.receipt()
 
 
-def finished(task: SceneTask, store: Store) -> tuple[dict[str, xr.Dataset], str, float] | None:
-    """The parts of a scene that are in the store, its failure, and its seconds; None where one is missing.
-
-    A scene that has failed needs no other parts.
-    """
+def finished(task: SceneTask, store: Store) -> Kept | None:
+    """What is kept of a scene, all parts together, None where one is missing; one that failed is enough."""
     parts: dict[str, xr.Dataset] = {}
     seconds = 0.0
     for keep, key in task.keys.items():
-        part = store.get(key)
+        part = kept.get(store, key)
         if part is None:
             return None
-        seconds += float(part.attrs["seconds"])
-        if part.attrs["failure"]:
-            return {}, str(part.attrs["failure"]), seconds
-        parts[keep] = part.drop_attrs(deep=False)
-    return parts, "", seconds
+        seconds += part.seconds
+        if part.failure:
+            return Kept(failure=part.failure, seconds=seconds)
+        parts[keep] = part.dataset
+    return Kept(kept_together(parts), seconds=seconds)
 
 
 def require_same_code(place: Place) -> None:
@@ -168,6 +166,14 @@ def require_same_code(place: Place) -> None:
         )
 
 
+def full(store: Store) -> str:
+    """What to do about a store that takes nothing more."""
+    return (
+        f"the store {store.location} takes nothing more ({store.problem}): make room, or give another one "
+        "(--store); what was finished before is kept: run the same command to go on"
+    )
+
+
 def look(place: Place) -> str:
     """What is wrong with the process that this is called in, as a worker; "" if nothing is."""
     try:
@@ -175,7 +181,7 @@ def look(place: Place) -> str:
     except Unusable as error:
         return str(error)
     with _alone():
-        sees = Store(place.store).get(PROBE) is not None
+        sees = kept.get(Store(place.store), PROBE) is not None
     if not sees:
         return (
             f"a worker does not see the store {place.store}: give a location that all workers share "
@@ -191,26 +197,30 @@ def _alone() -> Iterator[None]:
         yield
 
 
-def _made(task: SceneTask, keep: str, means: Means) -> tuple[xr.Dataset | None, str]:
-    """What is kept of a scene, and its failure; None where that may be different the next time."""
-    keeper = KEEPERS[keep]
+def _made(task: SceneTask, keep: str, work: "_Work") -> Kept:
+    """What is made of a scene; it is kept, unless it has failed and may not the next time."""
+    keeper, start, lasting = KEEPERS[keep], perf_counter(), True
+    dataset, failure = xr.Dataset(), ""
     try:
         scene = task.scene
         keeper.require(scene)
-        return keeper.of(scene, means), ""
+        dataset = keeper.of(scene, work.means)
     except (Failure, WrongInput) as error:
-        return xr.Dataset(), str(error)
+        failure = str(error)
     except Exception as error:  # one scene must not end the others
-        return None, f"{type(error).__name__}: {error}"
+        failure, lasting = f"{type(error).__name__}: {error}", False
+    made = Kept(dataset, failure, perf_counter() - start)
+    if lasting:
+        kept.put(work.store, task.keys[keep], made)
+    return made
 
 
-def _solve(jobs: Jobs, means: Means) -> None:
-    of_grid = {name: job for name, job in jobs.items() if isinstance(job, MatrixJob)}
-    at_points = {name: job for name, job in jobs.items() if not isinstance(job, MatrixJob)}
-    if of_grid:
-        matrices(of_grid, means)
-    if at_points:
-        references(at_points, means)
+def _solve(body: str, job: Job | MatrixJob, means: Means) -> None:
+    """Solve the models of a job, and refine them."""
+    if isinstance(job, MatrixJob):
+        matrices({body: job}, means)
+    else:
+        references({body: job}, means)
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,10 +247,7 @@ class _Work:
     def receipt(self, failure: str = "") -> Receipt:
         """What was done; raises Unusable where it could not be kept."""
         if not self.store.writable:
-            raise Unusable(
-                f"the store {self.store.location} takes nothing more ({self.store.problem}): make room, or "
-                "give another one (--store); what was finished before is kept: run the same command to go on"
-            )
+            raise Unusable(full(self.store))
         seconds = perf_counter() - self.start
         found = sum(self.kept)
         return Receipt(failure, seconds, peak_memory(), len(self.kept) - found, found)
