@@ -21,10 +21,11 @@ from geometries.errors import Failure
 
 CONNECTS_WITHIN = 10.0  # seconds in which a scheduler answers
 WORKS_WITHIN = 60.0  # seconds in which a scheduler has a worker
-ENDS_WITHIN = 2.0  # seconds in which a local worker ends by itself before it is killed
 MEMORY_SHARE = 0.9  # of the machine's memory that workers may have
-NO_PRESSURE = 3  # times that the worker of a task may die before the task is given up
+MOST_DEATHS = 3  # times that the worker of a task may die before the task is given up
 QUIET = ("distributed", "tornado", "asyncio")  # logs that tell of workers that come and go
+
+NO_DASHBOARD = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # any free port, this machine only
 
 LOCAL_SETTINGS: dict[str, Any] = {
     "distributed.worker.preload": ["compare.results.sweep.local_worker"],
@@ -33,7 +34,7 @@ LOCAL_SETTINGS: dict[str, Any] = {
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.pause": False,  # nothing would free memory meanwhile
     "distributed.scheduler.worker-ttl": None,  # a factorisation may hold the interpreter for long
-    "distributed.scheduler.allowed-failures": NO_PRESSURE,
+    "distributed.scheduler.allowed-failures": MOST_DEATHS,
     "distributed.admin.system-monitor.gil.enabled": False,
 }
 
@@ -77,7 +78,7 @@ def local_cluster(size: Size) -> Iterator[Client]:
             threads_per_worker=1,
             processes=True,
             memory_limit=int(size.memory * 2**20),
-            dashboard_address=None,
+            scheduler_kwargs=NO_DASHBOARD,
             silence_logs=logging.CRITICAL,
         ) as cluster,
         Client(cluster, set_as_default=False) as client,

@@ -211,8 +211,9 @@ class _Run:
 
     def _finish_scene(self, number: int, task: SceneTask, receipt: Receipt) -> None:
         """Collect the scene of a task that has ended."""
-        done = Kept(failure=receipt.failure, seconds=receipt.seconds)
-        found = done if receipt.failure else finished(task, self.store)
+        found = finished(task, self.store)
+        if receipt.failure and (found is None or found.failure != receipt.failure):
+            found = Kept(failure=receipt.failure, seconds=receipt.seconds)
         if found is None:
             raise Unusable(f"the store {self.store.location} has lost what a task left there: run again")
         self._collect(number, found)

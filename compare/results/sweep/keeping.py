@@ -256,4 +256,4 @@ def kept_together(parts: Mapping[str, xr.Dataset]) -> xr.Dataset:
     return joined
 
 
-_EXACT: dict[str, Any] = {"join": "exact", "compat": "equals", "combine_attrs": "drop"}
+_EXACT: dict[str, Any] = {"join": "exact", "compat": "equals", "combine_attrs": "override"}
