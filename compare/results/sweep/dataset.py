@@ -160,9 +160,8 @@ class Collected:
         """The coordinates of the dims that scenes have by themselves."""
         if self.first is None:
             return {}
-        sizes = self.first.sizes
         return {
-            str(dim): [f"{dim} {k}" for k in range(sizes[dim])] if dim in self._other_labels else labels
+            str(dim): [f"{dim} {k}" for k in range(labels.size)] if dim in self._other_labels else labels
             for dim, labels in self.first.coords.items()
         }
 

@@ -64,9 +64,7 @@ def kept_ics(scene: Scene, means: Means) -> xr.Dataset:
     on_line = np.concatenate(
         [np.full(part.stop - part.start, float(k)) for k, part in enumerate(results.lines.values())]
     )
-    at_points = (
-        ics[["ic", "estimate"]].reset_coords(["x", "s"]).drop_vars(["line", "solved", "axis", "axis_"])
-    )
+    at_points = ics[["ic", "estimate"]].reset_coords(["x", "s"]).drop_vars("line")
     at_points["on_line"] = "point", on_line, {"long_name": "number of the line of a point"}
     return _described(xr.merge([_errors(results), at_points]))
 

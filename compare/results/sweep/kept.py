@@ -46,7 +46,7 @@ def _packed(kept: Kept) -> Arrays:
     layout = {
         "failure": kept.failure,
         "seconds": kept.seconds,
-        "labels": list(map(str, dataset.coords)),
+        "labels": {str(dim): labels.attrs for dim, labels in dataset.coords.items()},
         "variables": {
             str(name): [list(map(str, variable.dims)), variable.attrs]
             for name, variable in dataset.data_vars.items()
@@ -60,6 +60,6 @@ def _unpacked(arrays: Arrays) -> Kept:
     layout = json.loads(str(arrays[LAYOUT]))
     dataset = xr.Dataset(
         {name: (dims, arrays[name], attrs) for name, (dims, attrs) in layout["variables"].items()},
-        {dim: arrays[dim] for dim in layout["labels"]},
+        {dim: (dim, arrays[dim], attrs) for dim, attrs in layout["labels"].items()},
     )
     return Kept(dataset, layout["failure"], layout["seconds"])
