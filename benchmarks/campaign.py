@@ -88,12 +88,7 @@ def swept(name, text, workers):
     with TemporaryDirectory() as folder, local_cluster(Size(workers, MEMORY)) as client:
         client.run(tasks.results_digest)  # imports are not measured
         campaign, start = campaign_in(folder, text), perf_counter()
-        done = compute_sweep(
-            Collected(campaign, Path(folder)),
-            Store(f"{folder}/store"),
-            lambda _: nullcontext(client),
-            Options(),
-        )
+        done = computed(campaign, folder, client)
         seconds = perf_counter() - start
         print(
             f"{name}: {done.scenes} scenes, {workers} workers: {seconds:.0f} s; {done.models} models solved, "
@@ -102,9 +97,7 @@ def swept(name, text, workers):
             flush=True,
         )
         start = perf_counter()
-        compute_sweep(
-            Collected(campaign, Path(folder)), Store(f"{folder}/store"), lambda _: nullcontext(client)
-        )
+        computed(campaign, folder, client)
         print(f"  again: {1e3 * (perf_counter() - start) / done.scenes:.1f} ms a scene", flush=True)
 
 
@@ -131,9 +124,7 @@ def light(samples):
         client.run(_nothing_is_kept)
         _nothing_is_kept()
         campaign, start = campaign_in(folder, LIGHT.format(samples=samples)), perf_counter()
-        compute_sweep(
-            Collected(campaign, Path(folder)), Store(f"{folder}/store"), lambda _: nullcontext(client)
-        )
+        computed(campaign, folder, client)
         seconds = perf_counter() - start
     print(f"nothing in {samples} scenes: {1e3 * seconds / samples:.1f} ms a scene", flush=True)
 
