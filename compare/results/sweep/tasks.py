@@ -105,7 +105,7 @@ def model_tasks(task: SceneTask, store: Store) -> dict[str, ModelTask]:
             for body, job in KEEPERS[keep].jobs(scene).items():
                 request = job.request(Level())
                 tasks.setdefault(job.settings.engine.key(request, store), ModelTask(task, keep, body))
-    except (Failure, WrongInput):
+    except Exception:  # a scene that cannot be built must not end the others
         return {}
     return tasks
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from distributed import KilledWorker
 
 from compare.results.compute import compute
 from compare.results.dataset import errors, to_dataset
@@ -304,6 +305,7 @@ def test_a_large_dataset_is_the_same(client, tmp_path, monkeypatch, chunk):
     xr.testing.assert_equal(large.load().drop_vars("failure"), small.drop_vars("failure"))
     assert large.failure.values.tolist() == small.failure.values.tolist()
     assert large.attrs == small.attrs
+    assert float(large.powers.sel(E=3, nu=0.2, power="two")) == 9
 
 
 # --- what may go wrong -------------------------------------------------------------------------------
@@ -401,6 +403,37 @@ def test_the_time_left_is_that_of_scenes_not_computed_yet():
     assert Progress(10).seconds_left is None
     assert Progress(10, finished=4, found=4, seconds=1.0).seconds_left is None
     assert Progress(10, finished=6, found=4, seconds=8.0).seconds_left == pytest.approx(16.0)
+
+
+def test_a_worker_that_dies_again_and_again_fails_its_scene(tmp_path):
+    run = computing._Run(Collected(campaign_in(tmp_path, LIGHT), tmp_path), Store(tmp_path), Options())
+
+    class Killed:
+        def cancelled(self):
+            return False
+
+        def exception(self):
+            return KilledWorker("task", None, 3)
+
+    failure = run._receipt(Killed()).failure
+    assert failure.startswith("its worker died 4 times, most likely for memory: give fewer workers")
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_a_scheduler_that_goes_is_said_and_what_is_finished_is_kept(tmp_path):
+    campaign = campaign_in(tmp_path, LIGHT)
+    with in_this_process() as own:
+
+        def go(progress):
+            if progress.finished == 3:
+                own.cluster.sync(own.cluster.scheduler.close)
+
+        with (
+            existing_cluster(own.scheduler.address) as client,
+            pytest.raises(Failure, match="the scheduler is gone; what is finished is kept"),
+        ):
+            swept(campaign, tmp_path, client, Options(go))
+    assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) >= 3
 
 
 # --- workers of their own ----------------------------------------------------------------------------
