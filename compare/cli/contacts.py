@@ -62,7 +62,7 @@ def contact(
         with work.means(folder, console) as means:
             if loaded.contact.friction is None:
                 contacts[loaded.name] = compute_contact(loaded, means)
-                report = write_contact(contacts[loaded.name], folder)
+                report = write_contact(contacts[loaded.name], folder, means.store)
             else:
                 report = WITH_FRICTION[loaded.contact.motion](loaded, folder, means)
         console.print(f"Report: {report}", soft_wrap=True)
