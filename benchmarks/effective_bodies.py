@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 from approx.calibration import fit
 from approx.effective import EffectiveProperties
 from approx.pair import Solid
-from compare.reports.calibration.fits import calibrate, target_of
+from compare.results.calibration import calibrate, target_of
 from compare.results.compute import Results, reference_of
 from compare.results.measure import Measure, far_from
 from compare.scenes.load import load_scene

@@ -23,7 +23,7 @@ from approx.effective import EffectiveProperties
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
 from compare.pages.styles import MARKERS, STYLES, SYMBOLS
-from compare.reports.calibration.fits import calibrate
+from compare.results.calibration import calibrate
 from compare.results.contact.compute import grids_of
 from compare.results.contact.pairing import Placed, placed_on
 from compare.results.friction.operators import body_ics, total_ics

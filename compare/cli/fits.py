@@ -8,10 +8,10 @@ from rich.console import Console
 
 from compare.cli.work import DEFAULT_WORK, TABLE_WIDTH, Work
 from compare.reports.calibration import map_page, maps, page
-from compare.reports.calibration.fits import calibrate as calibrate_scene
-from compare.reports.calibration.fits import require_calibration
 from compare.reports.overlay.sources import MOST_SCENES
 from compare.results import folders
+from compare.results.calibration import calibrate as calibrate_scene
+from compare.results.calibration import require_calibration
 from compare.scenes.load import load_scene
 from geometries.errors import WrongInput
 

@@ -12,7 +12,7 @@ from approx.target import pointwise_k
 from compare.pages.curves import shown_half
 from compare.pages.panels import Panel, add_scene_legends, draw_scenes
 from compare.pages.styles import COLOURS, DASHES, RC, STYLES, SYMBOLS
-from compare.reports.calibration.fits import Calibrated
+from compare.results.calibration import Calibrated
 from compare.results.compute import points_of, reference_of
 from geometries.arrays import Array
 from geometries.patches import N, OffsetLine, S, indices

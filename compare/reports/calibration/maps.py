@@ -10,7 +10,7 @@ import xarray as xr
 from scipy.interpolate import RegularGridInterpolator
 
 from approx.calibration import Fit, fit
-from compare.reports.calibration.fits import Calibrated, calibrate, target_from
+from compare.results.calibration import Calibrated, calibrate, target_from
 from compare.results.provenance import results_digest
 from compare.scenes.load import load_scene, scene_from_table
 from compare.scenes.scene import Scene
@@ -66,7 +66,7 @@ def compute_map(base: str, axes: Axes, means: Means = DEFAULT) -> xr.Dataset:
 
     `base` is a scene: its materials, patch, rolling radius and calibration are those of all nodes, its
     reference length is the radius of the lower arc. Raises as
-    `compare.reports.calibration.fits.calibrate` does.
+    `compare.results.calibration.calibrate` does.
     """
     scene = load_scene(base)
 

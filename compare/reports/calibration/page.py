@@ -12,14 +12,14 @@ from compare.pages.curves import curves
 from compare.pages.html import cell_of, write_page
 from compare.pages.styles import SYMBOLS, save
 from compare.reports.calibration import figures as calibration_figures
-from compare.reports.calibration.fits import (
+from compare.results import folders
+from compare.results.calibration import (
     REPORTED_COMPONENTS,
     Calibrated,
     properties_table,
     to_dataset,
     with_properties,
 )
-from compare.results import folders
 from compare.results.compute import Results
 from compare.results.dataset import errors, write
 from compare.results.dataset import to_dataset as ics_of

@@ -8,7 +8,7 @@ import xarray as xr
 
 from approx.effective import EffectiveProperties
 from approx.variants import VARIANTS
-from compare.reports.calibration.fits import calibrate
+from compare.results.calibration import calibrate
 from compare.results.compute import Results, compute, with_approximations
 from compare.results.contact.compute import compute_contact
 from compare.results.contact.dataset import to_dataset

@@ -11,7 +11,7 @@ from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
 from compare.cli.main import DONE, WRONG_INPUT, exit_code
 from compare.reports.calibration.figures import REFITTED, WITHOUT, curve, overlaid, translation
-from compare.reports.calibration.fits import calibrate, target_from, with_properties
+from compare.results.calibration import calibrate, target_from, with_properties
 from compare.results.compute import compute, reference_of
 from compare.scenes.load import load_scene, scene_from_table
 from femic.harmonic import engine as harmonic

@@ -10,8 +10,8 @@ from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
 from compare.cli.main import DONE, exit_code
 from compare.reports.calibration import maps as calibration_map
-from compare.reports.calibration.fits import Calibrated, target_from
 from compare.reports.calibration.maps import MOST_GEOMETRIES, Axes, compute_map, fit_at, scene_at
+from compare.results.calibration import Calibrated, target_from
 from compare.scenes.load import load_scene
 from geometries.errors import WrongInput
 from tests.compare.conftest import scene_text

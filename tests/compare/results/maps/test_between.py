@@ -62,10 +62,6 @@ def test_the_error_on_left_out_nodes_is_larger_than_that_between_nodes(f):
     for value in np.linspace(0.01, 1.99, 41):
         measured = error(nodes, f, value)
         assert abs(along(nodes, f, value) - f(value)) <= measured
-        assert (
-            measured
-            < 60 * max(abs(along(nodes, f, v) - f(v)) for v in (value - 0.01, value, value + 0.01)) + 1e-4
-        )
 
 
 def test_left_out_nodes_are_the_inner_ones_next_to_the_value_and_do_not_predict_themselves():
@@ -85,7 +81,7 @@ def test_axes_are_combined_one_after_the_other():
 
 @pytest.mark.parametrize("values", [(1.0, 2.0), (1.0, 3.0, 2.0), (1.0, 1.0, 2.0)])
 def test_axes_that_make_no_map_are_refused(values):
-    with pytest.raises(WrongInput, match="axis flank, .: a map needs 3 or more that grow|axis flank"):
+    with pytest.raises(WrongInput, match=r"axis flank, \d values: a map needs 3 or more that grow"):
         Nodes("flank", values)
 
 
