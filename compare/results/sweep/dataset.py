@@ -10,9 +10,9 @@ Layout of `sweep.nc` (NetCDF 4; `sweep.zarr` where it would take more than `LARG
 - over these dims and its own: every variable of `compare.results.sweep.keeping`, NaN where it is not known.
   All are numbers. Dims of their own have labels (`variant`, `body`, `line`, ...), where all scenes have the
   same ones; otherwise "line 0", "line 1", ...
-- attributes: `title`, `campaign` (text of the file), `axes` (JSON: name, label, unit, keys with factors, logarithmic),
-  `table` (TOML: the scene without the axes),
-  `keep` (JSON), `points` ("grid" or "samples"), `scenes`, `computed`, `failed`, `code`, `versions`.
+- attributes: `title`, `campaign` (text of the file), `table` (TOML of the scene without the axes), `axes`
+  (JSON: name, label, unit, keys with factors, logarithmic), `keep` (JSON), `points` ("grid" or "samples"),
+  `scenes`, `computed`, `failed`, `code`, `versions`.
 """
 
 import json
