@@ -19,7 +19,7 @@ import dask
 import xarray as xr
 
 from compare.results.provenance import results_digest
-from compare.results.sweep import kept
+from compare.results.sweep import keeping, kept
 from compare.results.sweep.keeping import KEEPERS, Jobs, kept_together
 from compare.results.sweep.kept import Kept
 from compare.scenes.load import scene_from_table
@@ -89,7 +89,8 @@ def scene_task(table: Mapping[str, Any], keep: tuple[str, ...], store: Store) ->
     """The task of a scene; keys are those of its table, of its files, and of the code."""
     facts = json.dumps(table, sort_keys=True, default=str), *_contents(table)
     return SceneTask(
-        table, {name: store.key(f"sweep-{name}", results_digest(), name, *facts) for name in keep}
+        table,
+        {name: store.key(f"sweep-{name}", results_digest(keeping.__name__), name, *facts) for name in keep},
     )
 
 
@@ -158,9 +159,9 @@ def finished(task: SceneTask, store: Store) -> Kept | None:
 
 def require_same_code(place: Place) -> None:
     """Raise Unusable where this process has other code than the one that asks."""
-    if results_digest() != place.digest:
+    if results_digest(__name__) != place.digest:
         raise Unusable(
-            f"a worker has other code or libraries (digest {results_digest()}) than this program "
+            f"a worker has other code or libraries (digest {results_digest(__name__)}) than this program "
             f"({place.digest}): install the same version of femic and of its libraries on all workers "
             "(pip install -c constraints.txt), and start them again"
         )
