@@ -130,7 +130,8 @@ def _kill(cluster: LocalCluster) -> None:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """A context in which Dask logs errors of its own only."""
-    loggers = [logging.getLogger(name) for name in QUIET]
+    known = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in QUIET]
+    loggers = [logging.getLogger(name) for name in {*QUIET, *known}]  # some have levels of their own
     before = [logger.level for logger in loggers]
     for logger in loggers:
         logger.setLevel(logging.CRITICAL)

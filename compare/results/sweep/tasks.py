@@ -22,6 +22,7 @@ from compare.results.provenance import results_digest
 from compare.results.sweep import keeping, kept
 from compare.results.sweep.keeping import KEEPERS, Jobs, kept_together
 from compare.results.sweep.kept import Kept
+from compare.scenes.file import MAP, is_map
 from compare.scenes.load import scene_from_table
 from compare.scenes.scene import Scene
 from femic.at_points import references
@@ -255,16 +256,21 @@ class _Work:
 
 
 def _contents(table: Mapping[str, Any]) -> Iterator[str]:
-    """Yield digests of the files that a scene names."""
-    for of_body in ("lower", "upper"):
-        contour = table.get(of_body, {}).get("contour", {})
-        if isinstance(contour, Mapping) and isinstance(contour.get("file"), str):
-            yield _digest(contour["file"])
-    if isinstance(gap := table.get("contact", {}).get("extra_gap"), str):
-        yield _digest(gap)
+    """Yield digests of the files that a scene names: contours, gaps, maps of C."""
+    contact = table.get("contact", {})
+    contours = [table.get(body, {}).get("contour", {}) for body in ("lower", "upper")]
+    maps = [str(name).removeprefix(MAP) for name in contact.get("ics", ()) if is_map(str(name))]
+    named = [*(contour.get("file") for contour in contours), contact.get("extra_gap"), *maps]
+    for name in named:
+        if isinstance(name, str) and (path := Path(name)).exists():
+            yield _digest(path, path.stat().st_mtime_ns)
 
 
 @cache
-def _digest(path: str) -> str:
-    """The digest of a file; "" where there is none."""
-    return sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else ""
+def _digest(path: Path, _changed: int) -> str:
+    """The digest of a file, or of all files in a folder, as it is since a time."""
+    files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
+    digest = sha256()
+    for file in files:
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
