@@ -92,8 +92,8 @@ def swept(name, text, workers):
         done = computed(campaign, folder, client)
         seconds, of_cores = perf_counter() - start, process_time() - begun + _of_workers(client) - before
         print(
-            f"{name}: {done.scenes} scenes, {workers} workers: {seconds:.0f} s, {of_cores:.0f} s of cores (here "
-            f"{process_time() - begun:.0f} s); {done.models} models solved, "
+            f"{name}: {done.scenes} scenes, {workers} workers: {seconds:.0f} s, {of_cores:.0f} s of cores "
+            f"(here {process_time() - begun:.0f} s); {done.models} models solved, "
             f"{done.models_found} times kept, {done.failed} failed; {done.memory:.0f} MB a worker, "
             f"{peak_memory():.0f} MB here",
             flush=True,
