@@ -131,8 +131,8 @@ def _check_covered(trace: Trace, triangles: Indices, weights: Array) -> None:
         )
     if covered > (1 + COVERED) * whole:
         raise Failure(
-            f"potential contact area: {covered - whole:g} of {whole:g} mm^2 are opposite several points of the "
-            "upper surface; give a smaller load, or `expected`"
+            f"potential contact area: {covered - whole:g} of {whole:g} mm^2 are opposite several points of "
+            "the upper surface; give a smaller load, or contours that end earlier"
         )
 
 
