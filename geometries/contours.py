@@ -20,6 +20,8 @@ from geometries.quadrature import on_panels
 
 NEWTON_STEPS = 30  # largest number
 GAUSS_POINTS = 16  # per interval of a spline
+NEAREST_SAMPLES = 4001  # arc lengths among which the nearest one is sought first
+LEAST_STRETCH = 0.1  # of distances along a parallel curve: nearly 0 at the centre of curvature
 LENGTH_ROUNDING = 1e-14  # tolerance of an arc length, as a share of the length of the curve
 
 
@@ -38,6 +40,10 @@ class Arc:
         """Inclination delta [rad], shape of s."""
         return s / self.radius
 
+    def curvature(self, s: Array) -> Array:
+        """Derivative of the inclination by the arc length [1/mm], shape of s."""
+        return np.full_like(s, 1 / self.radius)
+
 
 @dataclass(frozen=True)
 class Ellipse:
@@ -55,6 +61,10 @@ class Ellipse:
         """Inclination delta [rad], shape of s."""
         phi = self.angle(s)
         return np.arctan2(self.d_el * np.sin(phi), self.b_el * np.cos(phi))
+
+    def curvature(self, s: Array) -> Array:
+        """Derivative of the inclination by the arc length [1/mm], shape of s."""
+        return self.b_el * self.d_el / self._speed(self.angle(s)) ** 3
 
     def angle(self, s: Array) -> Array:
         """Eccentric angle from the crown at arc length s, shape of s."""
@@ -85,6 +95,12 @@ class Spline:
         """Inclination delta [rad], shape of s."""
         dy, dz = np.moveaxis(self.curve(self.parameter(s), 1), -1, 0)
         return np.arctan2(-dz, dy)
+
+    def curvature(self, s: Array) -> Array:
+        """Derivative of the inclination by the arc length [1/mm], shape of s."""
+        t = self.parameter(s)
+        (dy, dz), (ddy, ddz) = (np.moveaxis(self.curve(t, order), -1, 0) for order in (1, 2))
+        return np.asarray((dz * ddy - dy * ddz) / np.hypot(dy, dz) ** 3)
 
     def parameter(self, s: Array) -> Array:
         """Spline parameter at arc length s, shape of s."""
@@ -148,6 +164,12 @@ class Contour:
         """Inclination delta [rad] at arc length s, shape of s."""
         return self.core.inclination(np.clip(np.asarray(s, dtype=float), *self.limits))
 
+    def curvature(self, s: ArrayLike) -> Array:
+        """Derivative of the inclination by the arc length [1/mm], 0 on the flanks; shape of s."""
+        s = np.asarray(s, dtype=float)
+        inner = np.clip(s, *self.limits)
+        return np.where(s == inner, self.core.curvature(inner), 0.0)
+
     def tangent(self, s: ArrayLike) -> Array:
         """Unit tangent (cos delta, -sin delta) in (y, z), shape (2, *s.shape)."""
         delta = self.inclination(s)
@@ -174,11 +196,20 @@ class Contour:
         return bool(ends_agree and np.allclose(right, mirrored, rtol=0, atol=1e-9 * s[-1]))
 
     def nearest(self, points: Array, s_range: tuple[float, float]) -> Array:
-        """Arc lengths [mm] of the contour points nearest to `points` (2, n) close by, shape (n,)."""
-        samples = np.linspace(*s_range, 4001)
-        s = samples[cKDTree(self.position(samples).T).query(points.T)[1]]
-        for _ in range(8):
-            s = s + np.sum((points - self.position(s)) * self.tangent(s), axis=0)
+        """Arc lengths [mm] of the contour points nearest to `points` (2, n), shape (n,).
+
+        From the nearest of many samples on by Newton's method, which stays between its neighbours: a point's
+        distance may be larger than the radius of curvature.
+        """
+        samples, spacing = np.linspace(*s_range, NEAREST_SAMPLES, retstep=True)
+        s = first = samples[cKDTree(self.position(samples).T).query(points.T)[1]]
+        for _ in range(NEWTON_STEPS):
+            apart, before = points - self.position(s), s
+            along, off = (np.sum(apart * axis, axis=0) for axis in (self.tangent(s), self.normal(s)))
+            stretch = np.maximum(1 + self.curvature(s) * off, LEAST_STRETCH)
+            s = np.clip(s + along / stretch, first - spacing, first + spacing)
+            if np.max(np.abs(s - before), initial=0.0) <= LENGTH_ROUNDING * np.ptp(s_range):
+                break
         return s
 
 

@@ -1,4 +1,4 @@
-"""Commands that fit B-hat-prime to C: `calibrate`, `calibrate-map`."""
+"""The command `calibrate`, which fits B-hat-prime to C."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,8 +6,8 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.cli.work import DEFAULT_WORK, TABLE_WIDTH, Work
-from compare.reports.calibration import map_page, maps, page
+from compare.cli.work import DEFAULT_WORK, Work
+from compare.reports.calibration import page
 from compare.reports.overlay.sources import MOST_SCENES
 from compare.results import folders
 from compare.results.calibration import calibrate as calibrate_scene
@@ -42,31 +42,3 @@ def calibrate(
         console.print(f"Scene with the fit: {page.write_fit(calibrated[-1], folder)}", soft_wrap=True)
     report_folder = folder if len(loaded) == 1 else (work.out or out / "_".join(names))
     console.print(f"Report: {page.write_report(calibrated, report_folder)}", soft_wrap=True)
-
-
-def calibrate_map(
-    scene: str = "geometry1",
-    /,
-    *,
-    flanks: Annotated[
-        tuple[float, ...], Parameter(help="flank inclinations of both arcs [deg]", consume_multiple=True)
-    ] = (10.0, 25.0, 40.0, 55.0, 70.0),
-    ratios: Annotated[
-        tuple[float, ...], Parameter(help="radii of the upper over the lower arc", consume_multiple=True)
-    ] = (1.0, 1.1, 1.3, 2.0),
-    work: Work = DEFAULT_WORK,
-) -> None:
-    """Fit B-hat-prime over flank inclination and radius ratio, and try it on geometries between them.
-
-    Parameters
-    ----------
-    scene
-        its materials, patch, rolling radius and calibration are those of all geometries
-    """
-    axes, base = maps.Axes(flanks, ratios), load_scene(scene)
-    folder = folders.made(work.out or Path("out") / f"{base.name}_map")
-    console = Console(width=TABLE_WIDTH, highlight=False)
-    with work.means(folder, console) as means:
-        computed = maps.compute_map(scene, axes, means)
-    console.print(map_page.table(computed))
-    console.print(f"Map: {map_page.write_map(computed, folder)}", soft_wrap=True)

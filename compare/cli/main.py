@@ -26,7 +26,6 @@ COMMANDS = {  # by name: module and function, and the help text
     "sweep": ("sweeps:sweep", "Many scenes: keys swept over ranges, on all cores or a Dask cluster."),
     "judge": ("judges:judge", "Contact by finite elements, without ICs, beside that by ICs."),
     "calibrate": ("fits:calibrate", "Fit B-hat-prime to C; write the scene with the fit."),
-    "calibrate-map": ("fits:calibrate_map", "Fits over flank inclination and radius ratio."),
     "export": ("matrices:export", "Write the IC matrix of both bodies for the program CONTACT."),
     "frontier": ("choices:frontier", "Errors against seconds of every way to the ICs of a scene."),
     "advise": ("choices:advise", "Say which ICs are the cheapest that are good enough."),

@@ -123,6 +123,11 @@ def target_from(scene: Scene, ics: Array, body: str = "combined") -> Target:
     return Target(solid, scene.patch, x, s, calibration.components, ics, weights, np.zeros(1))
 
 
+def unit_of(scene: Scene) -> float:
+    """The factor that makes ICs per unit pressure dimensionless [MPa/mm]."""
+    return scene.reference_E * scene.reference_length / scene.patch.area
+
+
 def _weights(x: Array, s: Array) -> Array:
     """Weights (n,) [-] with which evenly spaced points count alike per octave of their distance.
 

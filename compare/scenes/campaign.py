@@ -54,7 +54,7 @@ class Axis:
     unit: str
     values: Point
     factors: Mapping[str, float | None]  # by key: what a value is multiplied by; None: it is taken as it is
-    logarithmic: bool = False  # whether distances between values are those of their logarithms
+    spacing: str = "linear"  # how distances between values are measured
 
     @property
     def heading(self) -> str:
@@ -191,15 +191,15 @@ def _beside(scene: str, folder: Path) -> Path:
 def _axis(name: str, table: AxisTable, *, is_grid: bool) -> Axis:
     factors = dict(table.keys) if isinstance(table.keys, dict) else dict.fromkeys(table.keys)
     values = _values(table) if is_grid else ()
-    return Axis(name, table.label or name, table.unit, values, factors, table.spacing == "logarithmic")
+    return Axis(name, table.label or name, table.unit, values, factors, table.spacing)
 
 
 def _values(table: AxisTable) -> Point:
     """The values of an axis of a grid, rounded to `DIGITS` inside a range."""
     if table.start is None or table.to is None or table.count is None:
         return table.values
-    spaced = np.linspace if table.spacing == "linear" else np.geomspace
-    inner = [float(f"{value:.{DIGITS}g}") for value in spaced(table.start, table.to, table.count)[1:-1]]
+    shares = np.linspace(0, 1, table.count)[1:-1]
+    inner = [float(f"{table.between(share):.{DIGITS}g}") for share in shares]
     return (table.start, *inner, table.to)
 
 
@@ -218,10 +218,7 @@ def _random(parsed: CampaignFile) -> list[Point]:
     shares = sequence.random_base2(int(np.ceil(np.log2(max(parsed.samples, 2)))))[: parsed.samples]
     columns = []
     for axis, share in zip(parsed.sweep.values(), shares.T, strict=True):
-        low, high = float(axis.start or 0.0), float(axis.to or 0.0)  # both are given
-        logarithmic = axis.spacing == "logarithmic"
-        values = low * (high / low) ** share if logarithmic else low + (high - low) * share
-        columns.append([float(f"{value:.{DIGITS}g}") for value in values])
+        columns.append([float(f"{axis.between(float(value)):.{DIGITS}g}") for value in share])
     return list(zip(*columns, strict=True))
 
 

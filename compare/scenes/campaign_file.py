@@ -23,9 +23,19 @@ class AxisTable(Section):
     start: Finite | None = Field(None, alias="from", description="smallest value")
     to: Finite | None = Field(None, description="largest value")
     count: Annotated[int, Field(ge=2, le=1_000_000)] | None = Field(None, description="number of values")
-    spacing: Literal["linear", "logarithmic"] = Field(
-        "linear", description="between from and to, and of a map between values"
+    spacing: Literal["linear", "logarithmic", "inverse"] = Field(
+        "linear", description="how distances between values are measured: between from and to, and in a map"
     )
+
+    def between(self, share: float) -> float:
+        """The value at a share of the way from the smallest to the largest; both are given."""
+        low, high = float(self.start or 0.0), float(self.to or 0.0)
+        match self.spacing:
+            case "linear":
+                return low + (high - low) * share
+            case "logarithmic":
+                return float(low * (high / low) ** share)
+        return 1 / (1 / low + (1 / high - 1 / low) * share)
 
     @model_validator(mode="after")
     def _values_or_range(self) -> "AxisTable":
@@ -35,8 +45,8 @@ class AxisTable(Section):
         if self.start is not None and self.to is not None:
             if not self.start < self.to:
                 raise ValueError(f"from = {self.start:g} is not below to = {self.to:g}")
-            if self.spacing == "logarithmic" and self.start <= 0:
-                raise ValueError(f"from = {self.start:g}: must be positive where spacing is logarithmic")
+            if self.spacing != "linear" and self.start <= 0:
+                raise ValueError(f"from = {self.start:g}: must be positive where spacing is {self.spacing}")
         if isinstance(self.keys, dict) and not all(is_number(value) for value in self.values):
             raise ValueError("values that are not numbers have no factors: give keys as a list")
         if len({str(value) for value in self.values}) < len(self.values):

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags_array, hstack
+from skfem import MeshTri
 
 from contact.judge.bodies import Elastic
 from contact.judge.overlap import barycentric, overlaps
@@ -27,7 +28,8 @@ from femic.solid.mesh import Trace
 from geometries.arrays import Array, Indices, Mask
 from geometries.errors import Failure
 
-COVERED = 1e-6  # share of the area of the lower surface that overlaps may miss
+COVERED = 1e-6  # share of the area of the lower surface that overlaps may miss, or cover twice
+ROOM = 0.1  # around the part of the upper surface opposite the zone, as a share of its lengths
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,9 +67,10 @@ def couple(lower: Elastic, upper: Elastic, undeformed: Undeformed, zone: Zone) -
     """Couple two bodies in a zone; raises Failure where the zone is not opposite the upper surface."""
     lower_mesh, upper_mesh = lower.solid.trace.basis.mesh, upper.solid.trace.basis.mesh
     first = np.flatnonzero(np.isin(lower_mesh.t, zone.vertices).any(axis=0))
-    opposite = on_lower(undeformed, upper_mesh.p)
-    quadrature = overlaps(lower_mesh.p[:, lower_mesh.t[:, first]], opposite[:, upper_mesh.t])
-    of_lower, of_upper, points = first[quadrature.of_first], quadrature.of_second, quadrature.points
+    second = _opposite(undeformed, lower_mesh.p[:, np.unique(lower_mesh.t[:, first])], upper_mesh)
+    projected = on_lower(undeformed, upper_mesh.p)
+    quadrature = overlaps(lower_mesh.p[:, lower_mesh.t[:, first]], projected[:, upper_mesh.t[:, second]])
+    of_lower, of_upper, points = first[quadrature.of_first], second[quadrature.of_second], quadrature.points
     _check_covered(lower.solid.trace, first, quadrature.weights)
     distance = undeformed.distance(*points)
     normal = np.stack([np.zeros(points.shape[1]), *undeformed.lower.contour.normal(points[1])])
@@ -102,13 +105,34 @@ def on_upper(undeformed: Undeformed, points: Array, distance: Array) -> Array:
     return np.stack([xi, undeformed.upper.contour.nearest(np.stack([y, z]), (-reach, reach))])
 
 
+def _opposite(undeformed: Undeformed, points: Array, upper: MeshTri) -> Indices:
+    """The triangles of the upper surface near the points that are opposite points (2, n) of the lower one.
+
+    Others may be projected onto the same part of it: the far side of a wheel, or what lies above the centre
+    of a groove.
+    """
+    distance = undeformed.distance(*points)
+    met = np.isfinite(distance)
+    chart = on_upper(undeformed, points[:, met], distance[met])
+    room = ROOM * np.ptp(chart, axis=1)
+    low, high = chart.min(axis=1) - room, chart.max(axis=1) + room
+    corners = upper.p[:, upper.t]  # (2, 3, n_triangles)
+    apart = (corners.max(axis=1) < low[:, None]) | (corners.min(axis=1) > high[:, None])
+    return np.flatnonzero(~apart.any(axis=0))
+
+
 def _check_covered(trace: Trace, triangles: Indices, weights: Array) -> None:
-    """Raise Failure where the overlaps leave out a part of some triangles of the lower surface."""
+    """Raise Failure where the overlaps leave out a part of the lower surface, or cover some of it twice."""
     whole, covered = float(trace.basis.dx[triangles].sum()), float(weights.sum())
-    if not abs(covered - whole) <= COVERED * whole:
+    if not covered >= (1 - COVERED) * whole:
         raise Failure(
             f"potential contact area: {covered:g} of {whole:g} mm^2 lie opposite the upper surface; "
             "give a larger `far_radius`, or a smaller load"
+        )
+    if covered > (1 + COVERED) * whole:
+        raise Failure(
+            f"potential contact area: {covered - whole:g} of {whole:g} mm^2 are opposite several points of "
+            "the upper surface; give a smaller load, or contours that end earlier"
         )
 
 

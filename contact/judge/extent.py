@@ -3,8 +3,9 @@
 Beyond the edge of smooth bodies the gap grows as distance^(3/2) at first, so gap^(2/3) is smooth, and
 vanishes at the edge. Near an end of the patch it is fitted by c0 + c1 x + c2 x^2 + c3 y^2 (+ c4 y where
 nothing is symmetric), x along, y across: that is a linear function with its first corrections, for the gap
-farther out and for the curvature of the edge. (Squared pressures do as well for Hertz's contact, and are
-worse in conformal ones, where they rise steeply from the edge.)
+farther out and for the curvature of the edge. Where the surface ends close beyond the patch there are too
+few vertices for c2: it is left out, and no vertices are skipped. (Squared pressures do as well for Hertz's
+contact, and are worse in conformal ones, where they rise steeply from the edge.)
 """
 
 import numpy as np
@@ -16,7 +17,8 @@ from geometries.errors import Failure
 DEPTH, WIDTH = 5.0, 2.5
 LEAST_WIDTH = 0.2  # of the same region, as a share of the half-width of the patch
 SKIPPED = 0.5  # spacings that are left out: weighted gaps of vertices there belong in part to the patch
-FEWEST = 5  # vertices of a fit
+SHORT = 2.5  # spacings to the end of the surface, within which the fit is linear in x, of all vertices
+FEWEST, LEAST_DEPTH = 5, 0.4  # vertices of a fit; spacings between the first and the last of them
 FARTHEST = 2.0  # spacings between the edge and the outermost vertex in contact
 
 
@@ -31,13 +33,17 @@ def end(along: Array, across: Array, gap: Array, spacing: float, *, symmetric: b
     middle = 0.0 if symmetric else float(across[touching][np.argmax(along[touching])])
     width = max(WIDTH * spacing, LEAST_WIDTH * float(np.ptp(across[touching])))
     x, y = (along - last) / spacing, (across - middle) / spacing
-    near = ~touching & (x > SKIPPED) & (x < DEPTH) & (np.abs(y) <= width / spacing)
-    if np.count_nonzero(near) < FEWEST:
+    beyond = ~touching & (x > 0) & (x < DEPTH) & (np.abs(y) <= width / spacing)
+    short = float(x[beyond].max(initial=0)) < SHORT
+    near = beyond & (x > (0.0 if short else SKIPPED))
+    if np.count_nonzero(near) < FEWEST or np.ptp(x[near]) < LEAST_DEPTH:
         raise Failure(
-            f"edge of the patch: {np.count_nonzero(near)} vertices near it, {FEWEST} needed; more cells"
+            f"edge of the patch: {np.count_nonzero(near)} vertices near it, side by side or less than "
+            f"{FEWEST}; more cells, or a smaller load where the patch reaches the end of a contour"
         )
     x, y = x[near], y[near]
-    terms = np.stack([np.ones_like(x), x, x**2, y**2, *([] if symmetric else [y])], axis=1)
+    of_square = np.zeros_like(x) if short else x**2
+    terms = np.stack([np.ones_like(x), x, of_square, y**2, *([] if symmetric else [y])], axis=1)
     fit = np.asarray(np.linalg.lstsq(terms, gap[near] ** (2 / 3))[0], dtype=float)
     return last + spacing * _edge(fit, width / spacing)
 

@@ -2,7 +2,7 @@
 
 from femic.engine import Engine, Limits
 from femic.harmonic import tuned
-from femic.harmonic.nesting import model_key
+from femic.harmonic.modulus import model_key
 from femic.harmonic.plan import planned
 from femic.harmonic.request import request_for
 from femic.harmonic.synthesis import displacements

@@ -6,7 +6,8 @@ from femic.accuracy import NotConverged
 from femic.harmonic.engine import solve
 from femic.harmonic.entry import KeptWaves
 from femic.harmonic.expected import expected_samples
-from femic.harmonic.nesting import keep, kept, model_key, wanted
+from femic.harmonic.modulus import kept, with_modulus_of, with_unit_modulus
+from femic.harmonic.nesting import keep, model_key, wanted
 from femic.harmonic.request import HarmonicRequest
 from femic.means import Means, Solved, Step, Task
 
@@ -22,10 +23,10 @@ def solve_tasks(tasks: Sequence[Task], means: Means) -> Iterator[Solved]:
 
 def _solved(task: Task, means: Means) -> Solved:
     """The model of a task, from the store or solved and kept there."""
-    request: HarmonicRequest = task.request
-    found = kept(request, means.store)
+    found = kept(task.request, means.store)
     if found is not None:
         return Solved(task, found, kept=True)
+    request = with_unit_modulus(task.request)
     means.watch.on_step(Step(task, "mesh and assembly"))
     expected = _expected(request)
     responses = solve(
@@ -36,7 +37,7 @@ def _solved(task: Task, means: Means) -> Solved:
         kept=KeptWaves(means.store, model_key(request, means.store)),
     )
     keep(responses, request, means.store)
-    return Solved(task, wanted(responses, request), kept=False)
+    return Solved(task, with_modulus_of(task.request.body, wanted(responses, request)), kept=False)
 
 
 def _expected(request: HarmonicRequest) -> int | None:

@@ -302,6 +302,19 @@ def test_spline_through_mirrored_points_is_symmetric():
     assert all(through_points(row, -(row**2) / 20).symmetric for row in y)
 
 
+# --- curvature -------------------------------------------------------------------------------------
+
+
+@each
+def test_curvature_is_the_derivative_of_the_inclination(contour):
+    h = 1e-3
+    s = away_from_joints(contour, 2 * h)
+    near = (contour.inclination(s + h) - contour.inclination(s - h)) / (2 * h)
+    wide = (contour.inclination(s + 2 * h) - contour.inclination(s - 2 * h)) / (4 * h)
+    # fourth order in h / 0.2 mm (the sharpest crown), of a derivative that is 5 there
+    np.testing.assert_allclose(contour.curvature(s), (4 * near - wide) / 3, rtol=0, atol=3e-7)
+
+
 # --- nearest ---------------------------------------------------------------------------------------
 
 
@@ -318,8 +331,33 @@ def test_nearest_is_the_foot_of_the_normal_of_a_point_slightly_off(contour, heig
     s = np.linspace(contour.limits[0] - 2.7, contour.limits[1] + 3.4, 301)
     points = contour.position(s) + height * contour.normal(s)
     found = contour.nearest(points, (s[0] - 1.0, s[-1] + 1.0))
-    # eight steps shrink the error by |height| / radius each: 0.03 / 0.2 at worst, from 0.01 mm
-    np.testing.assert_allclose(found, s, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(found, s, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("height", [0.4, 5.0, 60.0])
+@pytest.mark.parametrize("name", SMOOTH)
+def test_nearest_is_the_foot_of_the_normal_at_any_distance_outside_of_a_curve(name, height):
+    """Distances are 0.01 to 300 radii of curvature; normals do not meet where they diverge."""
+    contour = SMOOTH[name]
+    s = np.linspace(contour.limits[0] - 2.7, contour.limits[1] + 3.4, 301)
+    outside = -height if name == "groove" else height
+    found = contour.nearest(contour.position(s) + outside * contour.normal(s), (s[0] - 1.0, s[-1] + 1.0))
+    np.testing.assert_allclose(found, s, rtol=0, atol=1e-11)
+
+
+@each
+def test_no_point_of_the_contour_is_nearer_than_the_nearest(contour):
+    """Anywhere, also inside of the evolute, where a point has several feet."""
+    points = np.random.default_rng(4).uniform(-15, 15, (2, 400))
+    samples = np.linspace(-40.0, 40.0, 6001)
+    apart = points[:, None] - contour.position(samples)[:, :, None]
+    nearest = points - contour.position(contour.nearest(points, (-40.0, 40.0)))
+    assert np.all(np.hypot(*nearest) <= np.hypot(*apart).min(axis=0) + 1e-12)
+
+
+def test_all_of_an_arc_is_nearest_to_its_centre():
+    found = arc(10.0, 0.45, 1.1).nearest(np.array([[0.0], [-10.0]]), (-20.0, 20.0))
+    assert -4.5 <= found[0] <= 11.0
 
 
 @pytest.mark.parametrize(

@@ -1,1 +1,1 @@
-"""`femic calibrate` and `femic calibrate-map` fit B-hat-prime to C."""
+"""`femic calibrate` fits B-hat-prime to C."""

@@ -1,1 +1,1 @@
-"""Maps of C: C of scenes between those of a campaign, by interpolation, with its error on left-out nodes."""
+"""Maps: C, and fits of B-hat-prime, of scenes between those of a campaign; errors on left-out nodes."""

@@ -6,8 +6,10 @@ the others of its line. There the nodes are twice as far apart, so that a smooth
 seven times worse than half way between nodes.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from types import MappingProxyType
 
 import numpy as np
 
@@ -15,6 +17,9 @@ from geometries.arrays import Array, Indices
 from geometries.errors import WrongInput
 
 NEAREST = 4  # nodes along an axis through which a polynomial goes
+SPACINGS: Mapping[str, Callable[[Array], Array]] = MappingProxyType(
+    {"linear": np.asarray, "logarithmic": np.log, "inverse": lambda values: -1 / values}
+)
 FEWEST = 3  # nodes of an axis: fewer tell nothing about the error
 
 
@@ -28,21 +33,23 @@ class Stencil:
 
 @dataclass(frozen=True)
 class Nodes:
-    """The values of an axis, growing; distances are those of logarithms where `logarithmic`.
+    """The values of an axis, growing, and how distances between them are measured: `SPACINGS`.
 
-    Raises WrongInput where there are fewer than `FEWEST`, or they do not grow.
+    Raises WrongInput where there are fewer than `FEWEST`, they do not grow, or are not positive where they
+    have to be.
     """
 
     name: str
     values: tuple[float, ...]
-    logarithmic: bool = False
+    spacing: str = "linear"
 
     def __post_init__(self) -> None:
         growing = all(a < b for a, b in pairwise(self.values))
-        if len(self.values) < FEWEST or not growing or (self.logarithmic and self.values[0] <= 0):
+        positive = self.spacing == "linear" or self.values[0] > 0
+        if len(self.values) < FEWEST or not growing or not positive:
             raise WrongInput(
                 f"axis {self.name}, {len(self.values)} values: a map needs {FEWEST} or more that grow"
-                f"{', all positive' if self.logarithmic else ''}"
+                f"{'' if positive else ', all positive'}"
             )
 
     @property
@@ -64,14 +71,15 @@ class Nodes:
         places = self.places
         below = int(np.searchsorted(places, float(self._places(np.array(value))), "right")) - 1
         inner = {min(max(node, 1), len(places) - 2) for node in (below, below + 1)}
-        everywhere = np.arange(len(places))
-        return [
-            (node, self._through(everywhere[everywhere != node], float(places[node])))
-            for node in sorted(inner)
-        ]
+        return [(node, self.without(node)) for node in sorted(inner)]
+
+    def without(self, node: int) -> Stencil:
+        """The other nodes that predict an inner one."""
+        everywhere = np.arange(len(self.values))
+        return self._through(everywhere[everywhere != node], float(self.places[node]))
 
     def _places(self, values: Array) -> Array:
-        return np.log(values) if self.logarithmic else values
+        return SPACINGS[self.spacing](values)
 
     def _through(self, allowed: Indices, place: float) -> Stencil:
         """The polynomial through the nearest of some nodes at a place."""

@@ -11,7 +11,7 @@ Layout of `sweep.nc` (NetCDF 4; `sweep.zarr` where it would take more than `LARG
   All are numbers. Dims of their own have labels (`variant`, `body`, `line`, ...), where all scenes have the
   same ones; otherwise "line 0", "line 1", ...
 - attributes: `title`, `campaign` (text of the file), `table` (TOML of the scene without the axes), `axes`
-  (JSON: name, label, unit, keys with factors, logarithmic), `keep` (JSON), `points` ("grid" or "samples"),
+  (JSON: name, label, unit, keys with factors, spacing), `keep` (JSON), `points` ("grid" or "samples"),
   `scenes`, `computed`, `failed`, `code`, `versions`.
 """
 
@@ -272,7 +272,7 @@ def _described(axis: Axis) -> dict[str, Any]:
         "label": axis.label,
         "unit": axis.unit,
         "keys": dict(axis.factors),
-        "logarithmic": axis.logarithmic,
+        "spacing": axis.spacing,
     }
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from compare.results import dataset as of_points
-from compare.results.calibration import Calibrated, calibrate, extended, require_calibration
+from compare.results.calibration import Calibrated, calibrate, extended, require_calibration, unit_of
 from compare.results.compute import Results, compute, jobs, reference_of, seconds_of
 from compare.results.contact.compute import C, c_jobs, cases_of, compute_contact
 from compare.results.contact.dataset import to_dataset as contact_dataset
@@ -123,6 +123,11 @@ def kept_calibration(scene: Scene, means: Means) -> xr.Dataset:
             ),
             "fit_rms": (components, np.stack([fit.rms for fit in fits]), share),
             "fit_worst": (components, np.stack([fit.worst for fit in fits]), share),
+            "fit_c": (
+                (*components, "fit_point"),
+                np.stack([unit_of(scene) * target.ics for target in calibrated.targets.values()]),
+                {"units": "1", "long_name": "C at the points of the calibration, without dimension"},
+            ),
             "Bhat_worst": (components, _worst_of_bhat(calibrated), share),
         },
         coords={

@@ -14,6 +14,7 @@ from compare.reports.frontier.choice import Choice
 from compare.results.contact.compute import grids_of
 from compare.results.plan import Step
 from compare.scenes.load import load_scene
+from compare.studies.validation.statements import STATEMENTS
 from femic.harmonic.record import HARMONIC
 from femic.models import Planned
 from femic.solid.record import SOLID
@@ -98,7 +99,7 @@ def test_tolerances_beyond_the_limits_are_told_with_them(tolerance, recorded, co
 def test_all_statements_are_judged_with_c_known_to_a_thousandth_by_default(recorded, command):
     calls = recorded("compare.studies.validation.page.validate", "there")
     assert command("validate") == DONE
-    assert (calls[0][0], calls[0][1].tolerance) == (tuple(range(1, 22)), 1e-3)
+    assert (calls[0][0], calls[0][1].tolerance) == (tuple(STATEMENTS), 1e-3)
 
 
 # --- frontier, advise -----------------------------------------------------------------------------------
@@ -185,18 +186,6 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
     out = tmp_path / "out"
     assert [folder for _, folder in written] == ([out] if n == 1 else [out / f"s{k}" for k in range(n)])
     assert reports == [(["fit"] * n, out)]
-
-
-def test_a_map_has_twenty_fits_by_default(recorded, command):
-    computed = recorded("compare.reports.calibration.maps.compute_map")
-    recorded("compare.reports.calibration.map_page.table", "")
-    recorded("compare.reports.calibration.map_page.write_map", "there")
-    assert command("calibrate-map") == DONE
-    assert command("calibrate-map", "flat", "--flanks", "5", "15", "--ratios", "1", "2") == DONE
-    (first, axes, _), (second, given, _) = computed
-    assert (first, second) == ("geometry1", "flat")
-    assert len(axes.flanks) * len(axes.ratios) == 20
-    assert (given.flanks, given.ratios) == ((5.0, 15.0), (1.0, 2.0))
 
 
 # --- run, compare, plan ---------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femic.engines import HARMONIC
-from femic.harmonic import nesting
+from femic.harmonic.modulus import kept
 from femic.level import Level
 from femic.matrix.columns import column_scale
 from femic.matrix.reference import AtLags, matrices
@@ -170,13 +170,13 @@ def test_nn_alone_is_accurate_on_cells_on_which_other_components_are_not():
 
 def test_a_model_of_nn_does_not_serve_other_components():
     store, job = Store("memory://nn alone"), replace(of_all("wheel"), components=NN)
-    nothing = nesting.kept(job.request(Level()), store)
+    nothing = kept(job.request(Level()), store)
     solved(job, store)
     assert nothing is None
-    assert nesting.kept(job.request(Level()), store) is not None
+    assert kept(job.request(Level()), store) is not None
     for components in (COMPONENTS, ("ss",), ("xn",)):
         other = replace(job, components=components)
-        assert nesting.kept(other.request(Level()), store) is None
+        assert kept(other.request(Level()), store) is None
 
 
 def test_a_plan_counts_the_fields_that_are_solved():

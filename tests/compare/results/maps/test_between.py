@@ -39,7 +39,7 @@ def test_nodes_are_themselves_to_the_last_digit(value):
 
 
 def test_logarithmic_axes_are_exact_for_powers_of_the_logarithm():
-    nodes = Nodes("E", (1.0, 2.0, 5.0, 10.0, 30.0), logarithmic=True)
+    nodes = Nodes("E", (1.0, 2.0, 5.0, 10.0, 30.0), spacing="logarithmic")
     assert along(nodes, lambda x: np.log(x) ** 3, 7.0) == pytest.approx(np.log(7.0) ** 3)
     assert along(Nodes("E", nodes.values), np.log, 7.0) != pytest.approx(np.log(7.0), rel=1e-4)
 
@@ -87,7 +87,7 @@ def test_axes_that_make_no_map_are_refused(values):
 
 def test_logarithms_need_positive_values():
     with pytest.raises(WrongInput, match="all positive"):
-        Nodes("E", (0.0, 1.0, 2.0), logarithmic=True)
+        Nodes("E", (0.0, 1.0, 2.0), spacing="logarithmic")
 
 
 @pytest.mark.parametrize("value", [-0.1, 6.1, np.nan])
