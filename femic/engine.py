@@ -12,6 +12,7 @@ from femic.level import MESH_ORDER
 from femic.means import Means, Solved, Task
 from femic.meshing.cell_size import Cells
 from femic.models import Planned, Points, RawICs, SolverChoice
+from femic.work.store import Store
 from geometries.bodies import Body
 from geometries.patches import Load, Patch
 
@@ -87,5 +88,6 @@ class Engine:
     has_fields: bool  # whether its models have meshes and displacements in 3D
     request: Callable[[Specification], Any]  # the request for a specified model
     solve: Callable[[Sequence[Task], Means], Iterator[Solved]]  # solves models, in any order
+    key: Callable[[Any, Store], str]  # of the model of a request in a store
     displacements: Callable[[Any, Any], RawICs]  # from a request and its solved model
     planned: Callable[[Any, int], Planned]  # expected cost of a request with a number of workers

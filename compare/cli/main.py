@@ -23,6 +23,7 @@ COMMANDS = {  # by name: module and function, and the help text
     "run": ("scenes:run", "Compute and compare the ICs of a scene; write a report."),
     "matrix": ("matrices:matrix", "Compute the IC matrix on a grid: all lags and strips."),
     "contact": ("contacts:contact", "Frictionless contact with several ICs: pressures, patches, cost."),
+    "sweep": ("sweeps:sweep", "Many scenes: keys swept over ranges, on all cores or a Dask cluster."),
     "judge": ("judges:judge", "Contact by finite elements, without ICs, beside that by ICs."),
     "calibrate": ("fits:calibrate", "Fit B-hat-prime to C; write the scene with the fit."),
     "calibrate-map": ("fits:calibrate_map", "Fits over flank inclination and radius ratio."),

@@ -53,19 +53,23 @@ def calibrate(scene: Scene, means: Means = DEFAULT) -> Calibrated:
     Raises BadScene if the calibration does not fit the scene, NotConverged as `compute` does.
     """
     require_calibration(scene)
-    extended = replace(
+    results = compute(extended(scene), means)
+    means.watch.on_stage("  fitting")
+    targets = {body: target_of(results, body) for body in scene.calibration.bodies}
+    fits = {body: fit(target, scene.calibration.properties) for body, target in targets.items()}
+    results = _with_fits(results, scene, fits)
+    return Calibrated(replace(results.scene, lines=scene.lines), results, fits, targets)
+
+
+def extended(scene: Scene) -> Scene:
+    """The scene with the lines and components of its calibration, as C is computed for it."""
+    return replace(
         scene,
         lines=(*scene.lines, *scene.calibration.lines),
         components=tuple(dict.fromkeys((*REPORTED_COMPONENTS, *scene.calibration.components))),
         variants=("A",),  # the other variants are computed after the fit
         check=None,
     )
-    results = compute(extended, means)
-    means.watch.on_stage("  fitting")
-    targets = {body: target_of(results, body) for body in scene.calibration.bodies}
-    fits = {body: fit(target, scene.calibration.properties) for body, target in targets.items()}
-    results = _with_fits(results, scene, fits)
-    return Calibrated(replace(results.scene, lines=scene.lines), results, fits, targets)
 
 
 def require_calibration(scene: Scene) -> None:

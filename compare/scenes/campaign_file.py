@@ -28,7 +28,7 @@ class AxisTable(Section):
     @model_validator(mode="after")
     def _values_or_range(self) -> "AxisTable":
         ends = self.start is not None, self.to is not None
-        if bool(self.values) == any(ends) or any(ends) != all(ends):
+        if (self.values and any(ends)) or any(ends) != all(ends):
             raise ValueError("give either values, or both from and to")
         if self.start is not None and self.to is not None:
             if not self.start < self.to:
@@ -68,6 +68,8 @@ class CampaignFile(Section):
     def _points_of_axes(self) -> "CampaignFile":
         for name, axis in self.sweep.items():
             of_range = axis.start is not None
+            if self.points == "all" and not (of_range or axis.values):
+                raise ValueError(f"sweep.{name}: give either values, or both from and to")
             if not name.isidentifier():
                 raise ValueError(f"sweep.{name}: a name has letters, digits and _ only")
             if self.points == "random" and not of_range:

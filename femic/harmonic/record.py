@@ -2,6 +2,7 @@
 
 from femic.engine import Engine, Limits
 from femic.harmonic import tuned
+from femic.harmonic.nesting import model_key
 from femic.harmonic.plan import planned
 from femic.harmonic.request import request_for
 from femic.harmonic.synthesis import displacements
@@ -26,6 +27,7 @@ HARMONIC = Engine(
     has_fields=False,
     request=request_for,
     solve=solve_tasks,
+    key=model_key,
     displacements=lambda request, solved: displacements(solved, request.loads, request.points),
     planned=planned,
 )

@@ -5,7 +5,7 @@ from femic.estimate import SAFETY
 from femic.meshing.cell_size import Cells
 from femic.solid.plan import planned
 from femic.solid.request import request_for
-from femic.solid.tasks import solve_tasks
+from femic.solid.tasks import model_key, solve_tasks
 from geometries.patches import Patch
 
 CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
@@ -38,6 +38,7 @@ SOLID = Engine(
     has_fields=True,
     request=request_for,
     solve=solve_tasks,
+    key=model_key,
     displacements=lambda _request, solved: solved,  # all that is kept of a solved model
     planned=planned,
 )

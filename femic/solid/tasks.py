@@ -11,6 +11,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from femic.means import Means, Solved, Step, Task
 from femic.models import RawICs, cost_from
 from femic.solid.engine import raw_ics
+from femic.solid.request import SolidRequest
 from femic.work.processes import in_processes
 from femic.work.store import Store
 from geometries.errors import Failure
@@ -23,7 +24,7 @@ def solve_tasks(tasks: Sequence[Task], means: Means) -> Iterator[Solved]:
     """
     store, unsolved = means.store, []
     for task in tasks:
-        entry = store.get(_key(task, store))
+        entry = store.get(model_key(task.request, store))
         if entry is None:
             unsolved.append(task)
         else:
@@ -47,14 +48,16 @@ def _begun(tasks: Sequence[Task], on_step: Callable[[Step], None]) -> Iterator[T
         yield task
 
 
-def _key(task: Task, store: Store) -> str:
-    """Key of the model of a task in the store."""
-    return store.key("solid", task.request)
+def model_key(request: SolidRequest, store: Store) -> str:
+    """The key of the model of a request in the store."""
+    return store.key("solid", request)
 
 
 def _solved(task: Task, store: Store) -> Solved:
     """Solve the model of a task and keep its displacements."""
     raw = raw_ics(task.request, task.most_unknowns)
     u = xr.Variable(("load", "i", "point"), raw.u, {"units": "mm/N"})
-    store.put(_key(task, store), xr.Dataset({"u": u}, attrs={"cost": json.dumps(asdict(raw.cost))}))
+    store.put(
+        model_key(task.request, store), xr.Dataset({"u": u}, attrs={"cost": json.dumps(asdict(raw.cost))})
+    )
     return Solved(task, raw, kept=False)

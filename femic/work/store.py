@@ -38,7 +38,12 @@ class Store:
     """A store at a location; without a location nothing is kept."""
 
     location: str | Path | None = None
-    writable: bool = field(default=True, init=False)  # until writing fails
+    problem: str = field(default="", init=False)  # why nothing can be written any more
+
+    @property
+    def writable(self) -> bool:
+        """Whether nothing that was to be kept has been lost so far."""
+        return not self.problem
 
     def key(self, kind: str, *request: object) -> str:
         """The key of the entry of a request."""
@@ -123,7 +128,7 @@ class Store:
             self._fs.pipe_file(temporary, data + sha256(data).digest())
             self._fs.mv(temporary, path)
         except OSError as error:
-            self.writable = False
+            self.problem = str(error) or type(error).__name__
             log.warning(
                 f"store {self.location}: {error}: going on without keeping what is finished from here"
             )

@@ -87,6 +87,7 @@ CLOSED = Engine(
     has_fields=False,
     request=lambda asked: asked,
     solve=solve,
+    key=lambda request, store: store.key("closed", request),
     displacements=lambda _, model: model,
     planned=lambda *_: Planned(1, 0, 1, False, 0.0, 0.0),
 )

@@ -46,8 +46,7 @@ def open_sweep(path: Path) -> xr.Dataset:
     """
     zarr_path, file = path / "sweep.zarr", path / "sweep.nc"
     if path.suffix == ".zarr" or (path.suffix != ".nc" and zarr_path.is_dir()):
-        opened = xr.open_zarr(path if path.suffix == ".zarr" else zarr_path, consolidated=False, chunks=None)
-        return opened
+        return xr.open_zarr(path if path.suffix == ".zarr" else zarr_path, consolidated=False, chunks=None)
     return xr.load_dataset(path if path.suffix == ".nc" else file, engine="h5netcdf")
 
 
@@ -127,7 +126,7 @@ class Collected:
             swept = swept_dims(self.campaign)
             frame = frame.assign(
                 {
-                    name: ((*swept, *variable.dims), self._values[name], variable.attrs)
+                    name: ((*swept, *variable.dims), self._values[str(name)], variable.attrs)
                     for name, variable in self.first.data_vars.items()
                 }
             )
@@ -161,9 +160,8 @@ class Collected:
         """The coordinates of the dims that scenes have by themselves."""
         if self.first is None:
             return {}
-        sizes = self.first.sizes
         return {
-            str(dim): [f"{dim} {k}" for k in range(sizes[dim])] if dim in self._other_labels else labels
+            str(dim): [f"{dim} {k}" for k in range(labels.size)] if dim in self._other_labels else labels
             for dim, labels in self.first.coords.items()
         }
 
@@ -272,9 +270,9 @@ def _described(axis: Axis) -> dict[str, Any]:
 def _other_shape(first: xr.Dataset, dataset: xr.Dataset) -> str:
     """What has another shape in a dataset than in the first one; "" if nothing has."""
     for name, variable in first.data_vars.items():
-        found = dataset[name].sizes if name in dataset else "nothing"
-        if found != variable.sizes:
-            return f"{name} has {dict(found) if found != 'nothing' else found}, not {dict(variable.sizes)}"
+        found = dict(dataset[name].sizes) if name in dataset else "nothing"
+        if found != dict(variable.sizes):
+            return f"{name} has {found}, not {dict(variable.sizes)}"
     return ""
 
 

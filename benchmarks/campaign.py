@@ -1,0 +1,156 @@
+"""Campaigns: scenes of one campaign against single runs, overhead per task, workers, memory.
+
+python benchmarks/campaign.py [share]   # of the 200 scenes that are also run one by one; default 1
+"""
+
+import os
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
+
+import xarray as xr
+from distributed import as_completed
+
+from compare.results.compute import compute
+from compare.results.sweep import tasks
+from compare.results.sweep.cluster import Size, local_cluster
+from compare.results.sweep.compute import compute_sweep
+from compare.results.sweep.dataset import Collected
+from compare.results.sweep.keeping import Keeper
+from compare.scenes.campaign import load_campaign
+from femic.means import Means
+from femic.models import peak_memory
+from femic.work.store import Store
+
+SCENES = """
+scene = "geometry1"
+[set]
+bodies = ["combined"]
+components = ["nn"]
+variants = ["A", "B", "Bhat"]
+reference_length = 10.0
+patch = {{ a = 1.0, b = 1.0 }}
+lines = [{{ along = "x", s = 0.0, reach = 4.0, points = 9 }}]
+engine = {{ tolerance = 0.2, check = false, far_radius = 100.0, smallest_cell = 1.0 }}
+[sweep.flank]
+keys = ["lower.contour.flank_inclination_deg", "upper.contour.flank_inclination_deg"]
+from = 10
+to = 50
+count = {flanks}
+[sweep.ratio]
+keys = {{ "upper.contour.radius" = 10 }}
+values = {ratios}
+[sweep.E_ratio]
+keys = {{ "lower.E" = 210e3 }}
+values = {e_ratios}
+"""
+LIGHT = """
+scene = "geometry1"
+points = "random"
+samples = {samples}
+[sweep.E]
+keys = ["lower.E"]
+from = 1e3
+to = 1e5
+"""
+ALL = {
+    "flanks": 5,
+    "ratios": [1.02, 1.05, 1.1, 1.2, 1.5],
+    "e_ratios": [0.25, 0.5, 0.7, 0.9, 1.0, 1.2, 1.5, 2.0],
+}
+SOME = {"flanks": 2, "ratios": [1.05, 1.2], "e_ratios": ALL["e_ratios"]}
+MEMORY = 2000.0  # MB of a worker
+
+
+def main(share=1.0):
+    for name, given, workers in (("all", ALL, 2), ("some", SOME, 1), ("some", SOME, 2)):
+        swept(name, SCENES.format(**given), workers)
+    single(share)
+    light(2000)
+    for n in (10_000, 100_000):
+        bare(n)
+
+
+def campaign_in(folder, text):
+    path = Path(folder) / "campaign.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_campaign(path)
+
+
+def computed(campaign, folder, client):
+    collected, store = Collected(campaign, Path(folder)), Store(f"{folder}/store")
+    return compute_sweep(collected, store, lambda _: nullcontext(client))
+
+
+def swept(name, text, workers):
+    with TemporaryDirectory() as folder, local_cluster(Size(workers, MEMORY)) as client:
+        client.run(tasks.results_digest)  # imports are not measured
+        campaign, start = campaign_in(folder, text), perf_counter()
+        done = computed(campaign, folder, client)
+        seconds = perf_counter() - start
+        print(
+            f"{name}: {done.scenes} scenes, {workers} workers: {seconds:.0f} s; {done.models} models solved, "
+            f"{done.models_found} times kept, {done.failed} failed; {done.memory:.0f} MB a worker, "
+            f"{peak_memory():.0f} MB here",
+            flush=True,
+        )
+        start = perf_counter()
+        computed(campaign, folder, client)
+        print(f"  again: {1e3 * (perf_counter() - start) / done.scenes:.1f} ms a scene", flush=True)
+
+
+def single(share):
+    """The same scenes one by one on both cores, each with a store of its own."""
+    with TemporaryDirectory() as folder:
+        campaign = campaign_in(folder, SCENES.format(**ALL))
+        numbers = [n for k, n in enumerate(campaign.order) if int(k * share) != int((k + 1) * share)]
+        models, start = 0, perf_counter()
+        for number in numbers:
+            scene = campaign.scene(campaign.point(number))
+            models += len(compute(scene, Means(2, Store(f"{folder}/{number}"))).models)
+        seconds = perf_counter() - start
+    print(
+        f"single: {len(numbers)} of {campaign.size} scenes, {seconds:.0f} s, {models} models; "
+        f"{seconds / len(numbers) * campaign.size:.0f} s for all",
+        flush=True,
+    )
+
+
+def light(samples):
+    """Scenes of which nothing is computed: what the campaign itself takes."""
+    with TemporaryDirectory() as folder, local_cluster(Size(2, MEMORY)) as client:
+        client.run(_nothing_is_kept)
+        _nothing_is_kept()
+        campaign, start = campaign_in(folder, LIGHT.format(samples=samples)), perf_counter()
+        computed(campaign, folder, client)
+        seconds = perf_counter() - start
+    print(f"nothing in {samples} scenes: {1e3 * seconds / samples:.1f} ms a scene", flush=True)
+
+
+def bare(n, window=8):
+    """Tasks that do nothing, through a window as of a campaign: what Dask takes."""
+    with local_cluster(Size(2, MEMORY)) as client:
+        start, left = perf_counter(), n
+        finishing = as_completed(loop=client.loop)
+        for _ in range(window):
+            finishing.add(client.submit(os.getpid, pure=False))
+            left -= 1
+        for _ in finishing:
+            if left:
+                finishing.add(client.submit(os.getpid, pure=False))
+                left -= 1
+        print(f"{n} bare tasks: {1e3 * (perf_counter() - start) / n:.2f} ms a task", flush=True)
+
+
+def _nothing_is_kept():
+    tasks.KEEPERS = {"errors": Keeper(_nothing, lambda _: {})}
+
+
+def _nothing(_scene, _means):
+    return xr.Dataset({"nothing": ((), 0.0)})
+
+
+if __name__ == "__main__":
+    main(*map(float, sys.argv[1:]))

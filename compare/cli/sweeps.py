@@ -1,0 +1,139 @@
+"""The command `sweep`."""
+
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tomlkit
+from cyclopts import Parameter
+from distributed import Client
+from rich.console import Console
+
+from compare.cli import progress
+from compare.cli.work import DEFAULT_WORK, Work, kept
+from compare.results import folders
+from compare.results.sweep.cluster import existing_cluster, local_cluster, size_for
+from compare.results.sweep.compute import Options, Progress, compute_sweep, require_computable
+from compare.results.sweep.dataset import Collected
+from compare.results.sweep.plan import largest_memory, planned
+from compare.scenes.campaign import Campaign, load_campaign, point_named
+from femic.work.store import Store
+from geometries.errors import Failure, WrongInput
+
+SHOWN_FAILURES = 5  # kinds of failures that are printed
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Asked:
+    """What is asked for of a campaign, besides computing it."""
+
+    plan: Annotated[bool, Parameter(negative="", help="say what it would take, and compute nothing")] = False
+    retry: Annotated[bool, Parameter(negative="", help="try scenes again that failed before")] = False
+    write: Annotated[
+        str | None,
+        Parameter(help="such as flank=30,ratio=1.1: write the scene of this point as a file, print its path"),
+    ] = None
+
+
+COMPUTED = Asked()
+
+
+def sweep(
+    campaign: Annotated[Path, Parameter(help="campaign file (TOML): a scene, keys that are swept, values")],
+    /,
+    *,
+    scheduler: Annotated[
+        str | None, Parameter(help="address of a Dask scheduler; default: the cores of this machine")
+    ] = None,
+    asked: Asked = COMPUTED,
+    work: Work = DEFAULT_WORK,
+) -> None:
+    """Compute the scenes of a campaign; write sweep.nc (sweep.zarr where it is large).
+
+    Models that scenes share are solved once, and what is finished is kept: the same command goes on after an
+    interruption. Scenes that fail are listed, and do not stop the others.
+    """
+    loaded, console = load_campaign(campaign), Console(highlight=False)
+    if scheduler is not None and work.workers is not None:
+        raise WrongInput("--workers is of this machine's cores: leave it out, or --scheduler")
+    folder = folders.checked(work.out or Path("out") / loaded.name)
+    if asked.write is not None:
+        console.print(str(_written(loaded, asked.write, folder)), markup=False, soft_wrap=True)
+        return
+    require_computable(loaded)
+    store = kept(work.store, folder)
+    if asked.plan:
+        _show_plan(loaded, store, work.threads, console)
+        return
+
+    def cluster(scenes: int) -> AbstractContextManager[Client]:
+        if scheduler is not None:
+            return existing_cluster(scheduler)
+        return _local(loaded, scenes, work.workers, console)
+
+    collected = Collected(loaded, folder)
+    with progress.campaign_shown(console) as told:
+        done = compute_sweep(collected, store, cluster, Options(told, asked.retry, console.print))
+    _tell(collected, done, console)
+    if len(collected.failures) == loaded.size:
+        raise Failure(f"all {loaded.size} scenes failed")
+
+
+@contextmanager
+def _local(campaign: Campaign, scenes: int, workers: int | None, console: Console) -> Iterator[Client]:
+    """A cluster of this machine's cores, as many as the largest models leave room for."""
+    size = size_for(workers, scenes, largest_memory(campaign))
+    if size.note:
+        console.print(f"note: {size.note}", markup=False, soft_wrap=True)
+    with local_cluster(size) as client:
+        yield client
+
+
+def _written(campaign: Campaign, name: str, folder: Path) -> Path:
+    """The file of the scene at a point, in the campaign's folder; raises BadScene."""
+    point = point_named(campaign, name)
+    campaign.scene(point)
+    path = folders.made(folder) / f"{campaign.named(point).replace('/', '_')}.toml"
+    path.write_text(tomlkit.dumps(campaign.scene_table(point)), encoding="utf-8")
+    return path
+
+
+def _show_plan(campaign: Campaign, store: Store, workers: int, console: Console) -> None:
+    takes = planned(campaign, store)
+    size = size_for(workers, takes.scenes, takes.memory)
+    counted = "" if takes.counted == takes.scenes - takes.found else f" in the first {takes.counted} of them"
+    console.print(
+        f"{campaign.title}: {takes.scenes} scenes, {takes.found} of them kept; the others have "
+        f"{takes.models} different models{counted}. About {takes.seconds / size.workers:.0f} s with "
+        f"{size.workers} workers, {takes.memory:.0f} MB each",
+        markup=False,
+        soft_wrap=True,
+    )
+    if size.note:
+        console.print(f"note: {size.note}", markup=False, soft_wrap=True)
+
+
+def _tell(collected: Collected, done: Progress, console: Console) -> None:
+    """Print what was computed, what failed and where the dataset is."""
+    console.print(
+        f"{done.scenes} scenes: {done.finished - done.failed} computed, {done.failed} failed "
+        f"({done.found} by earlier runs). Models: {done.models} solved, {done.models_found} times kept"
+        + (f"; up to {done.memory:.0f} MB a worker" if done.memory else ""),
+        soft_wrap=True,
+    )
+    campaign, kinds = collected.campaign, Counter(collected.failures.values())
+    for message, count in kinds.most_common(SHOWN_FAILURES):
+        first = next(number for number, found in collected.failures.items() if found == message)
+        others = f" and {count - 1} more" if count > 1 else ""
+        console.print(
+            f"failed: {campaign.named(campaign.point(first))}{others}: {message}",
+            markup=False,
+            soft_wrap=True,
+        )
+    if len(kinds) > SHOWN_FAILURES:
+        console.print(f"and {len(kinds) - SHOWN_FAILURES} other messages: `failure` in the dataset")
+    console.print(f"Dataset: {collected.path}", markup=False, soft_wrap=True)

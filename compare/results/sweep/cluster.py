@@ -1,0 +1,137 @@
+"""Clusters on which campaigns are computed: one of this machine's cores, or any that Dask has a scheduler of.
+
+Workers have one thread each, and one BLAS thread. Those of this machine end with the program, however it
+ends.
+"""
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+from warnings import catch_warnings, simplefilter
+
+import dask
+from distributed import Client, LocalCluster
+from distributed.system import MEMORY_LIMIT
+
+from femic.means import cores
+from femic.models import BASE_MEMORY
+from geometries.errors import Failure
+
+CONNECTS_WITHIN = 10.0  # seconds in which a scheduler answers
+WORKS_WITHIN = 60.0  # seconds in which a scheduler has a worker
+MEMORY_SHARE = 0.9  # of the machine's memory that workers may have
+MOST_DEATHS = 3  # times that the worker of a task may die before the task is given up
+QUIET = ("distributed", "tornado", "asyncio")  # logs that tell of workers that come and go
+
+NO_DASHBOARD = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # any free port, this machine only
+
+LOCAL_SETTINGS: dict[str, Any] = {
+    "distributed.worker.preload": ["compare.results.sweep.local_worker"],
+    "distributed.worker.profile.enabled": False,  # a hundred looks a second, for nobody
+    "distributed.worker.memory.target": False,  # results are in the store: there is nothing to spill
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.pause": False,  # nothing would free memory meanwhile
+    "distributed.scheduler.worker-ttl": None,  # a factorisation may hold the interpreter for long
+    "distributed.scheduler.allowed-failures": MOST_DEATHS,
+    "distributed.admin.system-monitor.gil.enabled": False,
+}
+
+
+@dataclass(frozen=True)
+class Size:
+    """The number of local workers, the memory that each may have [MB], and a note on it."""
+
+    workers: int
+    memory: float
+    note: str = ""
+
+
+def size_for(asked: int | None, scenes: int, largest: float, memory: float | None = None) -> Size:
+    """The size of a local cluster for models that take up to `largest` MB.
+
+    By default there is a worker per core, and not more than scenes; fewer where their models would not fit
+    into `memory` [MB], by default that of the machine.
+    """
+    available = MEMORY_SHARE * (MEMORY_LIMIT / 2**20 if memory is None else memory)
+    wanted = max(1, min(asked or cores(), scenes))
+    fitting = max(1, int(available // max(largest, BASE_MEMORY)))
+    if wanted <= fitting:
+        return Size(wanted, available / wanted)
+    return Size(
+        fitting,
+        available / fitting,
+        f"{fitting} instead of {wanted} workers: models take up to {largest:.0f} MB, and there are "
+        f"{available:.0f} MB for all",
+    )
+
+
+@contextmanager
+def local_cluster(size: Size) -> Iterator[Client]:
+    """A client of a cluster of processes on this machine, which end with the context."""
+    with (
+        _quiet(),
+        dask.config.set(LOCAL_SETTINGS),
+        LocalCluster(
+            n_workers=size.workers,
+            threads_per_worker=1,
+            processes=True,
+            memory_limit=int(size.memory * 2**20),
+            scheduler_kwargs=NO_DASHBOARD,
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+        Client(cluster, set_as_default=False) as client,
+    ):
+        try:
+            yield client
+        except BaseException:
+            _kill(cluster)
+            raise
+
+
+@contextmanager
+def existing_cluster(address: str, timeout: float = CONNECTS_WITHIN) -> Iterator[Client]:
+    """A client of the scheduler at an address; raises Failure where none answers, or has no workers."""
+    with _quiet(), catch_warnings():
+        simplefilter("ignore")  # other versions of Dask, of which the code digest decides
+        try:
+            client = Client(address, timeout=timeout, set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise Failure(
+                f"no scheduler answers at {address} within {timeout:g} s ({error or type(error).__name__}): "
+                "is `dask scheduler` running there, is the address right (tcp://HOST:8786), does a firewall "
+                "let it through? Without --scheduler the cores of this machine are used"
+            ) from error
+        with client:
+            try:
+                client.wait_for_workers(1, timeout=WORKS_WITHIN)
+            except TimeoutError as error:
+                raise Failure(
+                    f"the scheduler at {address} has no workers: start some, such as `dask worker {address} "
+                    "--nthreads 1 --nworkers 8`"
+                ) from error
+            yield client
+
+
+def _kill(cluster: LocalCluster) -> None:
+    """Kill the workers of a local cluster, whatever they are doing; what they leave is begun again."""
+    for nanny in cluster.workers.values():
+        nanny.auto_restart = False
+        process = getattr(nanny.process, "process", None)
+        if process is not None and process.pid is not None:
+            process._process.kill()
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """A context in which Dask logs errors of its own only."""
+    loggers = [logging.getLogger(name) for name in QUIET]
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, before, strict=True):
+            logger.setLevel(level)

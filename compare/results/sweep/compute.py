@@ -1,0 +1,272 @@
+"""Computes a campaign: tasks are handed to a cluster a few at a time, and what they leave is collected."""
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from time import perf_counter
+
+from distributed import Client, Future, KilledWorker, as_completed
+
+from compare.results.provenance import results_digest
+from compare.results.sweep import kept
+from compare.results.sweep.dataset import Collected
+from compare.results.sweep.keeping import KEEPERS
+from compare.results.sweep.kept import Kept
+from compare.results.sweep.tasks import (
+    PROBE,
+    ModelTask,
+    Place,
+    Receipt,
+    SceneTask,
+    Unusable,
+    finished,
+    full,
+    look,
+    make_scene,
+    model_tasks,
+    scene_task,
+    solve_models,
+)
+from compare.scenes.campaign import Campaign
+from femic.work.store import Store
+from geometries.errors import Failure
+
+SCENES_PER_WORKER = 4  # that the scheduler has at a time: enough for no worker to wait for this process
+WRITE_EVERY = 30.0  # least seconds from one writing of what is finished to the next
+WRITE_SHARE = 0.05  # largest share of the time that goes into it
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a campaign is; `found` scenes were finished by earlier runs."""
+
+    scenes: int
+    finished: int = 0
+    found: int = 0
+    failed: int = 0
+    models: int = 0  # solved by this run
+    models_found: int = 0  # times that one was there already
+    memory: float = 0.0  # largest of a worker [MB]
+    seconds: float = 0.0
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Seconds until all are finished, None while nothing is known of them."""
+        computed = self.finished - self.found
+        return self.seconds / computed * (self.scenes - self.finished) if computed else None
+
+
+Told = Callable[[Progress], None]
+Cluster = Callable[[int], AbstractContextManager[Client]]  # for a number of scenes
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a campaign is computed: who is told, and whether scenes are tried that failed before."""
+
+    told: Told = lambda _: None
+    retry: bool = False
+    note: Callable[[str], None] = lambda _: None
+
+
+def require_computable(campaign: Campaign) -> None:
+    """Raise BadScene where the first scene of a campaign does not have what is to be kept."""
+    scene = campaign.scene(campaign.point(campaign.order[0]))
+    for keep in campaign.keep:
+        KEEPERS[keep].require(scene)
+
+
+def compute_sweep(
+    collected: Collected, store: Store, cluster: Cluster, options: Options | None = None
+) -> Progress:
+    """Compute all scenes of a campaign that are not in the store, and collect all in a dataset.
+
+    A cluster is started only where there are such scenes. The dataset is written every now and then, and at
+    the end; it is up to date where this is interrupted, too. Raises Failure where a worker has other code,
+    where the store is full, and where the scheduler is gone; what is finished is in the store and in the
+    dataset.
+    """
+    run = _Run(collected, store, options or Options())
+    try:
+        run.collect_finished()
+        if run.waiting:
+            run.write()
+            with cluster(len(run.waiting)) as client:
+                run.compute_others(client)
+    finally:
+        run.write()
+    return run.progress
+
+
+def tasks_of(campaign: Campaign, store: Store) -> Iterator[tuple[int, SceneTask]]:
+    """Yield the numbers and tasks of all scenes of a campaign, in its order."""
+    for number in campaign.order:
+        yield number, scene_task(campaign.scene_table(campaign.point(number)), campaign.keep, store)
+
+
+@dataclass(eq=False)
+class _Run:
+    """A campaign at work."""
+
+    collected: Collected
+    store: Store
+    options: Options
+    progress: Progress = field(init=False)
+    waiting: list[tuple[int, SceneTask]] = field(default_factory=list)
+    scenes: dict[Future, tuple[int, SceneTask]] = field(default_factory=dict)  # handed over
+    models: dict[str, Future] = field(default_factory=dict)  # handed over, by key
+    solved: dict[str, str] = field(default_factory=dict)  # models by key: "", or why there are none
+    start: float = field(default_factory=perf_counter)
+    written: float = field(default_factory=perf_counter)  # when the dataset was written last
+    writing: float = 0.0  # seconds that it took
+
+    def __post_init__(self) -> None:
+        self.progress = Progress(self.collected.campaign.size)
+
+    @property
+    def place(self) -> Place:
+        location = str(self.store.location)
+        return Place(location if "://" in location else str(Path(location).absolute()), results_digest())
+
+    def collect_finished(self) -> None:
+        """Collect the scenes that are in the store, and note the others."""
+        keys = kept.kept_keys(self.store)
+        for number, task in tasks_of(self.collected.campaign, self.store):
+            done = finished(task, self.store) if keys.intersection(task.keys.values()) else None
+            if done is None or (done.failure and self.options.retry):
+                self.waiting.append((number, replace(task, retry=self.options.retry)))
+            else:
+                self._collect(number, done, found=1)
+        self.waiting.reverse()
+
+    def compute_others(self, client: Client) -> None:
+        """Hand the tasks to the cluster, a window of scenes at a time, and collect what they leave."""
+        self._require_workers(client)
+        self.start = perf_counter()
+        finishing = as_completed(loop=client.loop, raise_errors=False)
+        self._hand_over(client, finishing)
+        for future in finishing:
+            receipt = self._receipt(future)
+            self._count(receipt)
+            if future in self.scenes:
+                self._finish_scene(*self.scenes.pop(future), receipt)
+            else:
+                self._finish_model(future, receipt)
+            self._hand_over(client, finishing)
+            self._write_now_and_then()
+
+    def _require_workers(self, client: Client) -> None:
+        """Raise Failure where a worker has other code, or does not see the store."""
+        kept.put(self.store, PROBE, Kept())
+        if not self.store.writable:
+            raise Unusable(full(self.store))
+        try:
+            problems = client.run(look, self.place)
+        except Exception as error:  # whatever a worker without femic makes of it
+            raise Failure(
+                f"a worker cannot run femic ({type(error).__name__}: {error}): install the same version of "
+                "femic, Python and Dask on all workers"
+            ) from error
+        for worker, problem in problems.items():
+            if problem:
+                raise Unusable(f"{worker}: {problem}")
+
+    def write(self) -> None:
+        """Write the dataset."""
+        if self.collected.size:
+            start = perf_counter()
+            self.collected.write()
+            self.written = perf_counter()
+            self.writing = self.written - start
+
+    def _hand_over(self, client: Client, finishing: as_completed) -> None:
+        """Submit scenes with the models that they are the first to need until the window is full."""
+        window = SCENES_PER_WORKER * max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
+        while self.waiting and len(self.scenes) < window:
+            number, task = self.waiting.pop()
+            needed = model_tasks(task, self.store)
+            lost = [self.solved[key] for key in needed if self.solved.get(key)]
+            if lost:
+                self._collect(number, Kept(failure=lost[0]))
+                continue
+            unsolved = {key: model for key, model in needed.items() if key not in self.solved}
+            models = [self._model(client, finishing, key, model) for key, model in unsolved.items()]
+            future = client.submit(make_scene, task, self.place, models, pure=False)
+            self.scenes[future] = number, task
+            finishing.add(future)
+
+    def _model(self, client: Client, finishing: as_completed, key: str, task: ModelTask) -> Future:
+        """The task of a model, handed over when it is needed for the first time."""
+        if key not in self.models:
+            self.models[key] = client.submit(solve_models, task, self.place, pure=False)
+            finishing.add(self.models[key])
+        return self.models[key]
+
+    def _finish_model(self, future: Future, receipt: Receipt) -> None:
+        """Note that a model is in the store; its task is not needed any more."""
+        key = next(key for key, model in self.models.items() if model is future)
+        del self.models[key]
+        self.solved[key] = receipt.failure
+
+    def _finish_scene(self, number: int, task: SceneTask, receipt: Receipt) -> None:
+        """Collect the scene of a task that has ended."""
+        found = finished(task, self.store)
+        if receipt.failure and (found is None or found.failure != receipt.failure):
+            found = Kept(failure=receipt.failure, seconds=receipt.seconds)
+        if found is None:
+            raise Unusable(f"the store {self.store.location} has lost what a task left there: run again")
+        self._collect(number, found)
+
+    def _receipt(self, future: Future) -> Receipt:
+        """The receipt of a task; raises Failure where the campaign cannot go on."""
+        if future.cancelled():
+            raise Failure(
+                "the scheduler is gone; what is finished is kept: start it again, and run the same command"
+            )
+        error = future.exception()
+        if error is None:
+            receipt: Receipt = future.result()
+            return receipt
+        if isinstance(error, KilledWorker):
+            return Receipt(
+                f"its worker died {error.allowed_failures + 1} times, most likely for memory: give fewer "
+                "workers (--workers), larger cells or a larger tolerance; run again to try again"
+            )
+        if isinstance(error, Unusable):
+            raise error
+        return Receipt(f"{type(error).__name__}: {error}")
+
+    def _count(self, receipt: Receipt) -> None:
+        progress = self.progress
+        self.progress = replace(
+            progress,
+            models=progress.models + receipt.solved,
+            models_found=progress.models_found + receipt.found,
+            memory=max(progress.memory, receipt.memory),
+        )
+
+    def _collect(self, number: int, done: Kept, found: int = 0) -> None:
+        """Put a finished scene into the dataset, and tell."""
+        if done.failure:
+            self.collected.fail(number, done.failure, done.seconds)
+        else:
+            self.collected.add(number, done.dataset, done.seconds)
+        self.progress = replace(
+            self.progress,
+            finished=self.collected.size,
+            found=self.progress.found + found,
+            failed=len(self.collected.failures),
+            seconds=perf_counter() - self.start,
+        )
+        self.options.told(self.progress)
+
+    def _write_now_and_then(self) -> None:
+        """Write the dataset where that was long ago; a disk without room is only told of."""
+        if perf_counter() - self.written < max(WRITE_EVERY, self.writing / WRITE_SHARE):
+            return
+        try:
+            self.write()
+        except OSError as error:
+            self.options.note(f"the dataset cannot be written now ({error}); the campaign goes on")
+            self.written = perf_counter()

@@ -1,0 +1,257 @@
+"""What is kept of a scene of a campaign, by name: a function of the scene that gives a dataset of numbers.
+
+No variable has dims that depend on more than the scene's own keys, and all are numbers: places and loads are
+variables, because they may differ between scenes. The check by the other engine (`engine.check`) is left out.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from compare.results import dataset as of_points
+from compare.results.calibration import Calibrated, calibrate, extended, require_calibration
+from compare.results.compute import Results, compute, jobs, reference_of, seconds_of
+from compare.results.contact.compute import C, c_jobs, cases_of, components_of, compute_contact
+from compare.results.contact.dataset import to_dataset as contact_dataset
+from compare.results.contact.pairing import placed_on
+from compare.results.contact.quantities import QUANTITIES
+from compare.results.friction.compression import compute_compression
+from compare.results.friction.rolling import compute_rolling
+from compare.results.matrix.compute import matrix_jobs
+from compare.results.shares import measure_of
+from compare.scenes.scene import Scene
+from femic.accuracy import component_of
+from femic.estimate import total
+from femic.job import Job
+from femic.matrix.job import MatrixJob
+from femic.matrix.reference import matrices
+from femic.means import Means
+from geometries.arrays import Array
+from geometries.patches import places
+
+AS_CHEAP = 3.0  # times the fastest good ICs' seconds: faster ones count as equally cheap, as clocks vary
+OF_ERRORS = ("error", "rms", "weight", "vanishes", "estimate_refinement")
+SHARE = {"units": "1"}
+
+Jobs = Mapping[str, Job] | Mapping[str, MatrixJob]
+
+
+@dataclass(frozen=True)
+class Keeper:
+    """How something is kept of a scene."""
+
+    of: Callable[[Scene, Means], xr.Dataset]
+    jobs: Callable[[Scene], Jobs]  # what is solved for it as far as it is known before, by body
+    require: Callable[[Scene], object] = lambda _: None  # raises BadScene where the scene does not have it
+
+
+def kept_errors(scene: Scene, means: Means) -> xr.Dataset:
+    """Errors of all ICs against C: `error`, `rms`, `weight` (body, variant, line, i, j) and what C took.
+
+    They are those of `errors.nc`. `vanishes` is 1 where a component does, else 0.
+    """
+    return _errors(compute(scene, means))
+
+
+def kept_ics(scene: Scene, means: Means) -> xr.Dataset:
+    """Errors as of `kept_errors`, and `ic`, `estimate` [mm/N] at the points `x`, `s` [mm] of `on_line`."""
+    results = compute(scene, means)
+    ics = of_points.to_dataset(results)
+    on_line = np.concatenate(
+        [np.full(part.stop - part.start, float(k)) for k, part in enumerate(results.lines.values())]
+    )
+    at_points = ics[["ic", "estimate"]].reset_coords(["x", "s"]).drop_vars("line")
+    at_points["on_line"] = "point", on_line, {"long_name": "number of the line of a point"}
+    return _described(xr.merge([_errors(results), at_points]))
+
+
+def kept_contact(scene: Scene, means: Means) -> xr.Dataset:
+    """Numbers of the contact with their estimates: without friction (case, ics), else as `femic contact`.
+
+    Those with friction are by friction, ICs and load or creepage; maps over the patch are not kept.
+    """
+    if scene.contact.friction is None:
+        solved = contact_dataset(compute_contact(scene, means))
+        names = [f"{prefix}{name}" for prefix in ("", "estimate_") for name in QUANTITIES]
+        return solved[names].assign_coords(case=np.arange(solved.sizes["case"], dtype=float))
+    computed = {"rolling": compute_rolling, "compression": compute_compression}[scene.contact.motion]
+    solved = computed(scene, means).drop_vars(["C_seconds", "seconds"], errors="ignore")
+    numbers = [name for name, variable in solved.data_vars.items() if not {"x", "s"} & set(variable.dims)]
+    return solved[numbers].drop_vars(["x", "s", "direction", "tangential"], errors="ignore").astype(float)
+
+
+def kept_matrix(scene: Scene, means: Means) -> xr.Dataset:
+    """`c` and `c_estimate` (component, lag, observed, loaded) [mm/MPa] of both bodies on the scene's grid.
+
+    The components are those that contact needs: nn, or all nine with friction.
+    """
+    grid, solved = scene.grid, matrices(_matrix_jobs(scene), means, combined=True)
+    components = components_of(scene)
+    chosen = places(components)
+    columns = [total([one.column(strip) for one in solved.values()]) for strip in range(grid.n_s)]
+    dims, per_pressure = ("component", "lag", "observed", "loaded"), {"units": "mm/MPa"}
+    c, estimate = (
+        grid.area * np.stack([getattr(column, part)[chosen] for column in columns], axis=-1)
+        for part in ("ic", "estimate")
+    )
+    mm = {"units": "mm"}
+    return xr.Dataset(
+        {
+            "c": (dims, c, per_pressure | {"long_name": "C of both bodies after the discount"}),
+            "c_estimate": (dims, estimate.astype(np.float32), per_pressure | {"long_name": "its estimate"}),
+            "lag_x": ("lag", grid.lags, mm | {"long_name": "lag along x"}),
+            "observed_s": ("observed", grid.strips, mm | {"long_name": "arc length of a strip"}),
+            "loaded_s": ("loaded", grid.strips, mm | {"long_name": "arc length of a strip"}),
+        },
+        coords={"component": list(components)},
+    )
+
+
+def kept_advice(scene: Scene, means: Means) -> xr.Dataset:
+    """The errors of all ICs, and which are the cheapest that are good enough, by body.
+
+    `known_error` (variant, body) is the worst over lines and components, with the estimate of C. `advised`
+    is the number of the variant: of those whose known error is at most the scene's `ics_tolerance` and that
+    take less than `AS_CHEAP` times the seconds of the fastest of them, the most accurate one; -1: none is.
+    """
+    results = compute(scene, means)
+    variants = list(results.variants)
+    known = np.array([_known(results, body) for body in scene.compared]).T
+    seconds = np.array([[results.seconds[v, body] for body in scene.compared] for v in variants])
+    advised = [_cheapest(known[:, k], seconds[:, k], scene.ics_tolerance) for k in range(len(scene.compared))]
+    return xr.Dataset(
+        {
+            "known_error": (("variant", "body"), known, SHARE | {"long_name": "error and estimate of C"}),
+            "ic_seconds": (("variant", "body"), seconds, {"units": "s", "long_name": "seconds of the ICs"}),
+            "advised": (
+                "body",
+                np.array(advised, dtype=float),
+                {"long_name": "number of the variant that is good enough and cheap; -1: none"},
+            ),
+        },
+        coords={"variant": variants, "body": list(scene.compared)},
+    )
+
+
+def kept_calibration(scene: Scene, means: Means) -> xr.Dataset:
+    """Fitted parameters of B-hat-prime, and its deviations from C beside those of B-hat, by fitted body."""
+    calibrated = calibrate(scene, means)
+    fits = list(calibrated.fits.values())
+    parameters, components = ("fitted_body", "parameter"), ("fitted_body", "fitted_component")
+    share = SHARE | {"long_name": "deviation from C, share of max |C| of the points"}
+    return xr.Dataset(
+        {
+            "fit_value": (
+                parameters,
+                [[parameter.value for parameter in fit.parameters] for fit in fits],
+                {"long_name": "fitted parameters; r_inf in mm, G in MPa"},
+            ),
+            "fit_rms": (components, np.stack([fit.rms for fit in fits]), share),
+            "fit_worst": (components, np.stack([fit.worst for fit in fits]), share),
+            "Bhat_worst": (components, _worst_of_bhat(calibrated), share),
+        },
+        coords={
+            "fitted_body": list(calibrated.fits),
+            "parameter": [parameter.name for parameter in fits[0].parameters],
+            "fitted_component": list(scene.calibration.components),
+        },
+    )
+
+
+def _errors(results: Results) -> xr.Dataset:
+    """Errors, and what the models of C took."""
+    ics = of_points.to_dataset(results)
+    errors = of_points.errors(results, ics).astype(float, keep_attrs=True)
+    costs = results.models
+    errors["unknowns"] = (), float(max(cost.unknowns for cost in costs.values()))
+    errors["unknowns"].attrs = {"units": "1", "long_name": "of the largest model"}
+    errors["model_seconds"] = (), seconds_of(costs), {"units": "s", "long_name": "of all models of C"}
+    seconds = [[results.seconds[v, body] for body in results.scene.compared] for v in results.variants]
+    errors["ic_seconds"] = ("variant", "body"), seconds, {"units": "s", "long_name": "seconds of the ICs"}
+    return _described(errors.drop_attrs(deep=False))
+
+
+def _described(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset with meanings as long names."""
+    for variable in dataset.variables.values():
+        if "meaning" in variable.attrs:
+            variable.attrs["long_name"] = variable.attrs.pop("meaning")
+    return dataset.drop_attrs(deep=False)
+
+
+def _known(results: Results, body: str) -> list[float]:
+    """Bounds of the errors of all ICs of a body, the worst over lines and components; C: its estimate."""
+    measure, c = measure_of(results, body), reference_of(results, body)
+    floor = _worst(results, measure.shares(c.estimate))
+    bounds = {
+        variant: _worst(results, measure.shares(ics - c.ic)) + floor
+        for (variant, of_body), ics in results.approximations.items()
+        if of_body == body
+    }
+    return [float(np.max(bounds.get(variant, floor))) for variant in results.variants]
+
+
+def _worst(results: Results, shares: Mapping[str, Array]) -> Array:
+    """The largest share over the lines by component of the scene, (n_components,)."""
+    largest = np.max(list(shares.values()), axis=0)
+    return np.array([component_of(largest, component) for component in results.scene.components])
+
+
+def _cheapest(known: Array, seconds: Array, tolerance: float) -> int:
+    """The number of the cheapest ICs that are good enough, -1 where none are."""
+    good = np.flatnonzero(known <= tolerance)
+    if not good.size:
+        return -1
+    cheap = good[seconds[good] <= AS_CHEAP * np.min(seconds[good])]
+    return int(cheap[np.argmin(known[cheap])])
+
+
+def _worst_of_bhat(calibrated: Calibrated) -> Array:
+    """Largest deviations of B-hat from C by fitted body and component."""
+    deviations = [
+        np.abs(target.by("Bhat") - target.ics) / target.scales for target in calibrated.targets.values()
+    ]
+    return np.array([np.max(deviation, axis=-1) for deviation in deviations])
+
+
+def _matrix_jobs(scene: Scene) -> dict[str, MatrixJob]:
+    return matrix_jobs(replace(scene, compared=("combined",)), components_of(scene))
+
+
+def _contact_jobs(scene: Scene) -> dict[str, MatrixJob]:
+    """The jobs of C on the scene's grid; none where grids follow from the contact or no C is wanted."""
+    if scene.contact.automatic or C not in scene.contact.ics:
+        return {}
+    return c_jobs(scene, placed_on(scene, scene.grid))
+
+
+def _calibration_jobs(scene: Scene) -> dict[str, Job]:
+    return jobs(extended(scene))
+
+
+KEEPERS: Mapping[str, Keeper] = MappingProxyType(
+    {
+        "errors": Keeper(kept_errors, jobs),
+        "ics": Keeper(kept_ics, jobs),
+        "contact": Keeper(kept_contact, _contact_jobs, cases_of),
+        "matrix": Keeper(kept_matrix, _matrix_jobs, _matrix_jobs),
+        "advice": Keeper(kept_advice, jobs),
+        "calibration": Keeper(kept_calibration, _calibration_jobs, require_calibration),
+    }
+)
+
+
+def kept_together(parts: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """What is kept of a scene, as one dataset; variables that several parts have are those of the first."""
+    joined = xr.Dataset()
+    for part in parts.values():
+        new = [name for name in part.data_vars if name not in joined.data_vars]
+        joined = joined.merge(part[new], **_EXACT)
+    return joined
+
+
+_EXACT: dict[str, Any] = {"join": "exact", "compat": "equals", "combine_attrs": "override"}

@@ -1,0 +1,269 @@
+"""The tasks of a campaign: models of bodies, and what is made of scenes with them.
+
+A task gets the table of a scene and where the store is; it leaves its result in the store and returns a
+receipt. So tasks can be repeated at will, and do again only what is missing. Scenes are known by their tables
+and by what is in the files that they name: campaigns that share a store share scenes, too.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import dask
+import xarray as xr
+
+from compare.results.provenance import results_digest
+from compare.results.sweep import kept
+from compare.results.sweep.keeping import KEEPERS, Jobs, kept_together
+from compare.results.sweep.kept import Kept
+from compare.scenes.load import scene_from_table
+from compare.scenes.scene import Scene
+from femic.at_points import references
+from femic.job import Job
+from femic.level import Level
+from femic.matrix.job import MatrixJob
+from femic.matrix.reference import matrices
+from femic.means import Means, Solved, Watch
+from femic.models import peak_memory
+from femic.work.store import Store
+from femic.work.threads import one_blas_thread
+from geometries.errors import Failure, WrongInput
+
+NAME = "scene"  # of every scene in messages: those that campaigns share have no other
+PROBE = "probe"  # key of a part by which workers are seen to share the store
+
+
+class Unusable(Failure):
+    """What makes a whole campaign impossible on a worker: other code, or a store that takes nothing."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the store is, and the digest of the code that asks."""
+
+    store: str
+    digest: str
+
+
+@dataclass(frozen=True)
+class SceneTask:
+    """A scene: its table, and the keys of its parts in the store by what is kept."""
+
+    table: Mapping[str, Any]
+    keys: Mapping[str, str]
+    retry: bool = False  # whether it is tried where it failed before
+
+    @property
+    def scene(self) -> Scene:
+        """The scene, without the check by the other engine; raises BadScene."""
+        return replace(scene_from_table(dict(self.table), NAME), check=None)
+
+
+@dataclass(frozen=True)
+class ModelTask:
+    """The models of a body of a scene that something kept of it needs."""
+
+    task: SceneTask
+    keep: str
+    body: str
+
+
+@dataclass(frozen=True)
+class Receipt:
+    """What a task did; `failure` is the message of a scene that has no results."""
+
+    failure: str = ""
+    seconds: float = 0.0
+    memory: float = 0.0  # peak of the process so far [MB]
+    solved: int = 0  # number of models that it solved
+    found: int = 0  # number of models that it found in the store
+
+
+def scene_task(table: Mapping[str, Any], keep: tuple[str, ...], store: Store) -> SceneTask:
+    """The task of a scene; keys are those of its table, of its files, and of the code."""
+    facts = json.dumps(table, sort_keys=True, default=str), *_contents(table)
+    return SceneTask(
+        table, {name: store.key(f"sweep-{name}", results_digest(), name, *facts) for name in keep}
+    )
+
+
+def model_tasks(task: SceneTask, store: Store) -> dict[str, ModelTask]:
+    """The tasks of all models that a scene is known to need, by the key of the first model of each.
+
+    Empty for a scene that cannot be built: its own task says why.
+    """
+    tasks: dict[str, ModelTask] = {}
+    try:
+        scene = task.scene
+        for keep in task.keys:
+            for body, job in KEEPERS[keep].jobs(scene).items():
+                request = job.request(Level())
+                tasks.setdefault(job.settings.engine.key(request, store), ModelTask(task, keep, body))
+    except (Failure, WrongInput):
+        return {}
+    return tasks
+
+
+def solve_models(task: ModelTask, place: Place) -> Receipt:
+    """Solve the models of a body until its own ICs are as accurate as asked for, and keep them.
+
+    That they cannot be is no failure here: the task of a scene finds out by itself. Raises Unusable.
+    """
+    work = _Work.begun(place)
+    with _alone():
+        try:
+            jobs: Jobs = KEEPERS[task.keep].jobs(task.task.scene)
+            _solve(task.body, jobs[task.body], work.means)
+        except (Failure, WrongInput):
+            pass
+    return work.receipt()
+
+
+def make_scene(task: SceneTask, place: Place, _models: object = None) -> Receipt:
+    """Compute what is kept of a scene and is not in the store yet; `_models` only have to come first.
+
+    A failure of the scene is kept, too: it would be the same again. Raises Unusable.
+    """
+    work = _Work.begun(place)
+    with _alone():
+        for keep, key in task.keys.items():
+            part = kept.get(work.store, key)
+            if part is None or (part.failure and task.retry):
+                part = _made(task, keep, work)
+            if part.failure:
+                return work.receipt(part.failure)
+    return work.receipt()
+
+
+def finished(task: SceneTask, store: Store) -> Kept | None:
+    """What is kept of a scene, all parts together, None where one is missing; one that failed is enough."""
+    parts: dict[str, xr.Dataset] = {}
+    seconds = 0.0
+    for keep, key in task.keys.items():
+        part = kept.get(store, key)
+        if part is None:
+            return None
+        seconds += part.seconds
+        if part.failure:
+            return Kept(failure=part.failure, seconds=seconds)
+        parts[keep] = part.dataset
+    return Kept(kept_together(parts), seconds=seconds)
+
+
+def require_same_code(place: Place) -> None:
+    """Raise Unusable where this process has other code than the one that asks."""
+    if results_digest() != place.digest:
+        raise Unusable(
+            f"a worker has other code or libraries (digest {results_digest()}) than this program "
+            f"({place.digest}): install the same version of femic and of its libraries on all workers "
+            "(pip install -c constraints.txt), and start them again"
+        )
+
+
+def full(store: Store) -> str:
+    """What to do about a store that takes nothing more."""
+    return (
+        f"the store {store.location} takes nothing more ({store.problem}): make room, or give another one "
+        "(--store); what was finished before is kept: run the same command to go on"
+    )
+
+
+def look(place: Place) -> str:
+    """What is wrong with the process that this is called in, as a worker; "" if nothing is."""
+    try:
+        require_same_code(place)
+    except Unusable as error:
+        return str(error)
+    with _alone():
+        sees = kept.get(Store(place.store), PROBE) is not None
+    if not sees:
+        return (
+            f"a worker does not see the store {place.store}: give a location that all workers share "
+            "(--store, a folder of a network file system or a URL such as s3://...)"
+        )
+    return ""
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """A context with one BLAS thread, in which xarray locks files without asking the cluster."""
+    with one_blas_thread(), dask.config.set(scheduler="synchronous"):
+        yield
+
+
+def _made(task: SceneTask, keep: str, work: "_Work") -> Kept:
+    """What is made of a scene; it is kept, unless it has failed and may not the next time."""
+    keeper, start, lasting = KEEPERS[keep], perf_counter(), True
+    dataset, failure = xr.Dataset(), ""
+    try:
+        scene = task.scene
+        keeper.require(scene)
+        dataset = keeper.of(scene, work.means)
+    except (Failure, WrongInput) as error:
+        failure = str(error)
+    except Exception as error:  # one scene must not end the others
+        failure, lasting = f"{type(error).__name__}: {error}", False
+    made = Kept(dataset, failure, perf_counter() - start)
+    if lasting:
+        kept.put(work.store, task.keys[keep], made)
+    return made
+
+
+def _solve(body: str, job: Job | MatrixJob, means: Means) -> None:
+    """Solve the models of a job, and refine them."""
+    if isinstance(job, MatrixJob):
+        matrices({body: job}, means)
+    else:
+        references({body: job}, means)
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """A task at work: its store, when it began, and the models that it has used."""
+
+    store: Store
+    start: float
+    kept: list[bool] = field(default_factory=list)  # of each model: whether it was in the store
+
+    @classmethod
+    def begun(cls, place: Place) -> "_Work":
+        require_same_code(place)
+        return cls(Store(place.store), perf_counter())
+
+    @property
+    def means(self) -> Means:
+        """One worker and the store."""
+        return Means(1, self.store, Watch(on_model=self._note))
+
+    def _note(self, model: Solved) -> None:
+        self.kept.append(model.kept)
+
+    def receipt(self, failure: str = "") -> Receipt:
+        """What was done; raises Unusable where it could not be kept."""
+        if not self.store.writable:
+            raise Unusable(full(self.store))
+        seconds = perf_counter() - self.start
+        found = sum(self.kept)
+        return Receipt(failure, seconds, peak_memory(), len(self.kept) - found, found)
+
+
+def _contents(table: Mapping[str, Any]) -> Iterator[str]:
+    """Yield digests of the files that a scene names."""
+    for of_body in ("lower", "upper"):
+        contour = table.get(of_body, {}).get("contour", {})
+        if isinstance(contour, Mapping) and isinstance(contour.get("file"), str):
+            yield _digest(contour["file"])
+    if isinstance(gap := table.get("contact", {}).get("extra_gap"), str):
+        yield _digest(gap)
+
+
+@cache
+def _digest(path: str) -> str:
+    """The digest of a file; "" where there is none."""
+    return sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else ""

@@ -1,0 +1,97 @@
+"""Campaigns for tests: cheap ones, and ones whose scenes are not computed at all."""
+
+from contextlib import contextmanager
+
+import numpy as np
+import xarray as xr
+from distributed import Client, LocalCluster
+
+from compare.results.sweep.cluster import NO_DASHBOARD
+from compare.results.sweep.compute import Options, compute_sweep
+from compare.results.sweep.dataset import Collected, open_sweep
+from compare.results.sweep.keeping import Keeper
+from compare.scenes.campaign import load_campaign
+from femic.work.store import Store
+from geometries.errors import Failure
+
+CHEAP = """
+scene = "geometry1"
+[set]
+bodies = ["combined"]
+components = ["nn"]
+variants = ["A", "Bhat"]
+patch = { a = 1.0, b = 1.0 }
+lines = [{ along = "x", s = 0.0, reach = 4.0, points = 4 }]
+reference_length = 10.0
+engine = { check = false, tolerance = 0.2, far_radius = 100.0, smallest_cell = 1.0 }
+"""
+OF_UPPER = (
+    CHEAP
+    + """
+[sweep.E]
+keys = ["upper.E"]
+values = [1e5, 2e5]
+unit = "MPa"
+"""
+)
+LIGHT = """
+scene = "geometry1"
+[sweep.E]
+keys = ["lower.E"]
+from = 1
+to = 9
+count = 9
+[sweep.nu]
+keys = ["upper.nu"]
+values = [0.1, 0.2, 0.3]
+"""
+
+
+def campaign_in(folder, text, name="mine"):
+    path = folder / f"{name}.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_campaign(path)
+
+
+def light(scene, means):
+    """Numbers of a scene without any models; scenes with lower.E = 7 fail."""
+    e, nu = scene.bodies["lower"].material.E, scene.bodies["upper"].material.nu
+    if e == 7:
+        raise Failure("seven")
+    means.watch.on_stage("light")
+    return xr.Dataset(
+        {"sum": ((), e + nu, {"units": "1"}), "powers": ("power", e ** np.array([1.0, 2.0]))},
+        coords={"power": ["one", "two"]},
+    )
+
+
+LIGHT_KEEPERS = {"errors": Keeper(light, lambda _: {})}
+
+
+def clusters_of(client):
+    """A cluster that is there already."""
+
+    @contextmanager
+    def cluster(_scenes):
+        yield client
+
+    return cluster
+
+
+@contextmanager
+def in_this_process():
+    """A client of a cluster of one thread in this process."""
+    with (
+        LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, scheduler_kwargs=NO_DASHBOARD
+        ) as cluster,
+        Client(cluster, set_as_default=False) as client,
+    ):
+        yield client
+
+
+def swept(campaign, folder, client, options=None, store=None):
+    """The progress at the end of a campaign, and its dataset."""
+    store = store or Store(folder / "store")
+    done = compute_sweep(Collected(campaign, folder), store, clusters_of(client), options or Options())
+    return done, open_sweep(folder)

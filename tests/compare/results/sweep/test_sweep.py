@@ -1,0 +1,426 @@
+"""Campaigns: nothing finished is lost, nothing is done twice, one failure does not stop the others."""
+
+import errno
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.results.compute import compute
+from compare.results.dataset import errors, to_dataset
+from compare.results.sweep import cluster, kept, tasks
+from compare.results.sweep import compute as computing
+from compare.results.sweep.cluster import existing_cluster, local_cluster, size_for
+from compare.results.sweep.compute import Options, Progress, compute_sweep
+from compare.results.sweep.dataset import Collected, open_sweep
+from compare.results.sweep.plan import planned
+from compare.results.sweep.tasks import Place, Unusable, scene_task
+from compare.scenes.errors import BadScene
+from femic.means import Means
+from femic.work.store import Store
+from geometries.errors import Failure
+from tests.compare.results.sweep.campaigns import (
+    LIGHT,
+    LIGHT_KEEPERS,
+    OF_UPPER,
+    campaign_in,
+    clusters_of,
+    in_this_process,
+    light,
+    swept,
+)
+
+CLOCKS = ["seconds", "model_seconds", "ic_seconds"]
+
+
+@pytest.fixture(scope="module")
+def client():
+    with in_this_process() as client:
+        yield client
+
+
+@pytest.fixture
+def light_scenes(monkeypatch):
+    """Scenes are not computed, only their names are added up; who was computed is listed."""
+    made = []
+
+    def noted(scene, means):
+        made.append((scene.bodies["lower"].material.E, scene.bodies["upper"].material.nu))
+        return light(scene, means)
+
+    keepers = {"errors": type(LIGHT_KEEPERS["errors"])(noted, lambda _: {})}
+    for module in (tasks, computing):
+        monkeypatch.setattr(module, "KEEPERS", keepers)
+    return made
+
+
+# --- real scenes -------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def real(client, tmp_path_factory):
+    """A campaign of two scenes that share the lower body, its folder, the end, and its dataset."""
+    folder = tmp_path_factory.mktemp("real")
+    campaign = campaign_in(folder, OF_UPPER)
+    return campaign, folder, *swept(campaign, folder, client)
+
+
+def test_results_are_those_of_single_runs_to_the_last_digit(real):
+    campaign, folder, _, dataset = real
+    assert campaign.order[-1] == 1
+    scene = campaign.scene((2e5,))
+    store = Store(folder / "alone")
+    results = compute(scene, Means(2, store))
+    alone = errors(results, to_dataset(results))
+    of_campaign = dataset.sel(E=2e5)
+    for name in ("error", "rms", "weight", "estimate_refinement", "vanishes"):
+        expected = alone[name].transpose(*of_campaign[name].dims)
+        np.testing.assert_array_equal(of_campaign[name], expected.astype(float))
+    assert of_campaign.unknowns == max(cost.unknowns for cost in results.models.values())
+    assert float(of_campaign.error.sel(variant="C", i="n", j="n").max()) > 0
+
+
+def test_models_that_scenes_share_are_solved_once(real):
+    _, _, done, _ = real
+    assert (done.scenes, done.finished, done.failed, done.found) == (2, 2, 0, 0)
+    assert done.models == 3  # the lower body, and two upper ones
+    assert done.models_found == 4  # both of each scene
+
+
+def test_a_campaign_in_the_same_store_begins_with_what_is_there(real, client, tmp_path):
+    """Another scene, the same bodies: nothing but approximations is left to do."""
+    _, folder, _, dataset = real
+    other = campaign_in(tmp_path, OF_UPPER.replace('"A", "Bhat"', '"A", "B"').replace("[1e5, 2e5]", "[2e5]"))
+    done, found = swept(other, tmp_path, client, store=Store(folder / "store"))
+    assert (done.models, done.found) == (0, 0)
+    same = {"variant": ["A", "C"]}
+    xr.testing.assert_equal(
+        found.drop_vars(CLOCKS).sel(same).isel(E=0), dataset.drop_vars(CLOCKS).sel(same).sel(E=2e5)
+    )
+    again = campaign_in(tmp_path, OF_UPPER.replace("[sweep.E]", "[sweep.other]"), "third")
+    done, found = swept(again, tmp_path / "third", client, store=Store(folder / "store"))
+    assert (done.models, done.found) == (0, 2)
+    xr.testing.assert_equal(found.rename(other="E"), dataset)
+
+
+def test_the_plan_counts_models_and_what_is_kept(real, tmp_path):
+    campaign, folder, _, _ = real
+    plan = planned(campaign, Store(tmp_path))
+    assert (plan.scenes, plan.found, plan.models) == (2, 0, 3)
+    assert plan.seconds > 0
+    assert 200 < plan.memory < 1000
+    plan = planned(campaign, Store(folder / "store"))
+    assert (plan.scenes, plan.found, plan.models) == (2, 2, 0)
+
+
+# --- tasks and what they leave -----------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_the_dataset_has_the_swept_keys_as_dims(client, tmp_path):
+    done, dataset = swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    assert dict(dataset.sizes) == {"E": 9, "nu": 3, "power": 2}
+    ok = dataset.sel(E=[1, 2, 3, 4, 5, 6, 8, 9])
+    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
+    np.testing.assert_array_equal(ok.powers.sel(power="two"), (ok.E**2 + 0 * ok.nu))
+    assert dataset["sum"].attrs["units"] == "1"
+    assert done.finished == 27
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_a_failed_scene_is_recorded_and_the_others_go_on(client, tmp_path):
+    done, dataset = swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    assert done.failed == 3
+    assert np.all(dataset.failure.sel(E=7) == "seven")
+    assert np.all(np.isnan(dataset["sum"].sel(E=7)))
+    assert np.sum(dataset.failure.values != "") == 3
+    assert np.all(dataset.seconds >= 0)
+
+
+def test_a_second_run_computes_nothing_not_even_failures(light_scenes, client, tmp_path):
+    campaign = campaign_in(tmp_path, LIGHT)
+    _, first = swept(campaign, tmp_path, client)
+    assert len(light_scenes) == 27
+
+    def no_cluster(_):
+        raise AssertionError("a cluster was started")
+
+    done = compute_sweep(Collected(campaign, tmp_path), Store(tmp_path / "store"), no_cluster)
+    assert (len(light_scenes), done.found, done.failed) == (27, 27, 3)
+    xr.testing.assert_identical(open_sweep(tmp_path), first)
+
+
+def test_failures_are_tried_again_when_asked(light_scenes, client, tmp_path):
+    campaign = campaign_in(tmp_path, LIGHT)
+    swept(campaign, tmp_path, client)
+    del light_scenes[:]
+    done, _ = swept(campaign, tmp_path, client, Options(retry=True))
+    assert sorted(light_scenes) == [(7, 0.1), (7, 0.2), (7, 0.3)]
+    assert (done.found, done.failed) == (24, 3)
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_errors_of_the_program_are_recorded_but_tried_again(client, tmp_path, monkeypatch):
+    campaign = campaign_in(tmp_path, LIGHT)
+    monkeypatch.setattr(
+        tasks, "KEEPERS", {"errors": type(LIGHT_KEEPERS["errors"])(lambda *_: 1 / 0, lambda _: {})}
+    )
+    _, dataset = swept(campaign, tmp_path, client)
+    assert set(dataset.failure.values.ravel()) == {"ZeroDivisionError: division by zero"}
+    monkeypatch.undo()
+    assert len(kept.kept_keys(Store(tmp_path / "store"))) == 1  # the probe
+
+
+def test_an_interrupted_campaign_goes_on(light_scenes, client, tmp_path):
+    """What is finished is in the dataset, too."""
+    campaign = campaign_in(tmp_path, LIGHT)
+
+    def interrupt(progress):
+        if progress.finished == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        swept(campaign, tmp_path, client, Options(interrupt))
+    early = open_sweep(tmp_path)
+    assert int(np.sum(early.seconds.notnull())) == 5
+    done, dataset = swept(campaign, tmp_path, client)
+    assert done.finished == 27
+    assert done.found >= 5
+    assert len(light_scenes) - len(set(light_scenes)) == 0  # none was computed twice
+    seen = early.seconds.notnull() & (early.failure == "")
+    np.testing.assert_array_equal(dataset["sum"].values[seen], early["sum"].values[seen])
+
+
+def test_more_values_take_only_what_is_new(light_scenes, client, tmp_path):
+    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    del light_scenes[:]
+    more = campaign_in(tmp_path, LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1, 0.15, 0.2, 0.3]"))
+    done, dataset = swept(more, tmp_path, client)
+    assert {nu for _, nu in light_scenes} == {0.15}
+    assert (done.found, dataset.sizes["nu"]) == (27, 4)
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_random_points_are_samples(client, tmp_path):
+    text = LIGHT.replace("count = 9", "").replace("values = [0.1, 0.2, 0.3]", "from = 0.1\nto = 0.3")
+    campaign = campaign_in(tmp_path, 'points = "random"\nsamples = 6\n' + text)
+    _, dataset = swept(campaign, tmp_path, client)
+    assert dict(dataset.sizes) == {"sample": 6, "power": 2}
+    np.testing.assert_array_equal(np.column_stack([dataset.E, dataset.nu]), campaign.listed)
+    np.testing.assert_array_equal(dataset["sum"], dataset.E + dataset.nu)
+
+
+def test_scenes_come_in_the_order_of_the_campaign(light_scenes, client, tmp_path):
+    campaign = campaign_in(tmp_path, LIGHT)
+    swept(campaign, tmp_path, client)
+    assert set(light_scenes[:9]) == {(e, nu) for e in (1, 5, 9) for nu in (0.1, 0.2, 0.3)}
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_no_more_than_a_window_is_with_the_scheduler(client, tmp_path, monkeypatch):
+    with_scheduler = []
+    finish = computing._Run._finish_scene
+
+    def counted(run, *rest):
+        with_scheduler.append(len(run.scenes) + 1)
+        finish(run, *rest)
+
+    monkeypatch.setattr(computing._Run, "_finish_scene", counted)
+    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    assert max(with_scheduler) == computing.SCENES_PER_WORKER
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_a_scene_of_another_shape_has_failed(client, tmp_path, monkeypatch):
+    def longer(scene, _means):
+        n = 3 if scene.bodies["lower"].material.E == 3 else 2
+        return xr.Dataset({"y": ("k", np.ones(n))}, coords={"k": np.arange(n)})
+
+    monkeypatch.setattr(tasks, "KEEPERS", {"errors": type(LIGHT_KEEPERS["errors"])(longer, lambda _: {})})
+    done, dataset = swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    assert done.failed == 3
+    assert "other shapes than those of scenes before: y has {'k': 3}" in str(
+        dataset.failure.sel(E=3)[0].item()
+    )
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_labels_that_differ_are_numbered(client, tmp_path, monkeypatch):
+    def named(scene, _means):
+        return xr.Dataset(
+            {"y": (("line", "k"), np.ones((1, 2)))},
+            coords={"line": [f"s = {scene.bodies['lower'].material.E:g} mm"], "k": ["a", "b"]},
+        )
+
+    monkeypatch.setattr(tasks, "KEEPERS", {"errors": type(LIGHT_KEEPERS["errors"])(named, lambda _: {})})
+    _, dataset = swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    assert list(dataset.line.values) == ["line 0"]
+    assert list(dataset.k.values) == ["a", "b"]
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_an_axis_may_not_have_the_name_of_a_result(client, tmp_path):
+    campaign = campaign_in(tmp_path, LIGHT.replace("[sweep.nu]", "[sweep.power]"))
+    with pytest.raises(BadScene, match=r"sweep\.power: .*rename the axis"):
+        swept(campaign, tmp_path, client)
+
+
+def test_the_check_by_the_other_engine_is_left_out(tmp_path):
+    """It would take minutes for every scene."""
+    campaign = campaign_in(tmp_path, OF_UPPER.replace("check = false", "check = true"))
+    ((_, task), *_) = computing.tasks_of(campaign, Store(tmp_path))
+    assert campaign.scene(campaign.point(0)).check is not None
+    assert task.scene.check is None
+
+
+def test_what_is_kept_is_known_by_all_that_determines_it(tmp_path):
+    file = tmp_path / "rail.txt"
+    file.write_text("1 2\n", encoding="utf-8")
+    table = {"lower": {"contour": {"kind": "points", "file": str(file)}}, "upper": {"E": 1}}
+    store = Store(tmp_path)
+    (key,) = scene_task(table, ("errors",), store).keys.values()
+    assert scene_task(dict(table), ("errors",), store).keys == {"errors": key}
+    assert scene_task(table, ("ics",), store).keys["ics"] != key
+    assert scene_task(table | {"upper": {"E": 2}}, ("errors",), store).keys["errors"] != key
+    tasks._digest.cache_clear()
+    file.write_text("1 3\n", encoding="utf-8")
+    assert scene_task(table, ("errors",), store).keys["errors"] != key
+
+
+# --- large datasets ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("chunk", [1, 50, 1e6])
+@pytest.mark.usefixtures("light_scenes")
+def test_a_large_dataset_is_the_same(client, tmp_path, monkeypatch, chunk):
+    campaign, store = campaign_in(tmp_path, LIGHT), Store(tmp_path / "store")
+    _, small = swept(campaign, tmp_path / "small", client, store=store)
+    for name, value in {"LARGEST_FILE": 1, "LARGEST_BUFFER": 200, "CHUNK": chunk}.items():
+        monkeypatch.setattr(f"compare.results.sweep.dataset.{name}", value)
+    _, large = swept(campaign, tmp_path / "large", client, store=store)
+    assert (tmp_path / "large" / "sweep.zarr").is_dir()
+    xr.testing.assert_equal(large.load().drop_vars("failure"), small.drop_vars("failure"))
+    assert large.failure.values.tolist() == small.failure.values.tolist()
+    assert large.attrs == small.attrs
+
+
+# --- what may go wrong -------------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_a_full_disk_ends_the_campaign_and_keeps_what_was_finished(client, tmp_path, monkeypatch):
+    campaign, store = campaign_in(tmp_path, LIGHT), Store(tmp_path / "store")
+    system = type(store._fs)
+    write, written = system.pipe_file, []
+
+    def full(fs, path, data):
+        written.append(path)
+        if len(written) > 6:
+            Path(path).write_bytes(data[:9])
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        write(fs, path, data)
+
+    monkeypatch.setattr(system, "pipe_file", full)
+    with pytest.raises(Unusable, match=r"takes nothing more \(.*No space left on device\): make room"):
+        swept(campaign, tmp_path, client)
+    assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) == 5  # and the probe
+    monkeypatch.setattr(system, "pipe_file", write)
+    done, _ = swept(campaign, tmp_path, client)
+    assert (done.found, done.finished) == (5, 27)
+
+
+def test_a_disk_that_is_full_from_the_start_is_said_at_once(light_scenes, client, tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(type(Store(tmp_path)._fs), "pipe_file", full)
+    with pytest.raises(Unusable, match="takes nothing more"):
+        swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    assert not light_scenes
+
+
+def test_a_worker_of_other_code_is_said_before_and_during_the_work(
+    light_scenes, client, tmp_path, monkeypatch
+):
+    campaign = campaign_in(tmp_path, LIGHT)
+    monkeypatch.setattr(tasks, "results_digest", lambda: "0123456789ab")
+    with pytest.raises(Unusable, match=r"0123456789ab.*install the same version"):
+        swept(campaign, tmp_path, client)
+    monkeypatch.setattr(computing, "look", lambda _: "")  # it joins later
+    with pytest.raises(Unusable, match=r"0123456789ab.*install the same version"):
+        swept(campaign, tmp_path, client)
+    assert not light_scenes
+
+
+def test_a_worker_that_does_not_see_the_store_is_said(tmp_path):
+    assert "does not see the store" in tasks.look(Place(str(tmp_path), tasks.results_digest()))
+
+
+def test_a_scheduler_that_does_not_answer_is_said():
+    with (
+        pytest.raises(Failure, match=r"no scheduler answers at tcp://127\.0\.0\.1:9 within 0\.2 s"),
+        existing_cluster("tcp://127.0.0.1:9", timeout=0.2),
+    ):
+        pass
+
+
+def test_an_address_that_is_none_is_said():
+    with (
+        pytest.raises(Failure, match="is the address right"),
+        existing_cluster("nowhere at all", timeout=0.2),
+    ):
+        pass
+
+
+def test_a_scheduler_without_workers_is_said(client, monkeypatch):
+    monkeypatch.setattr(cluster, "WORKS_WITHIN", 0.1)
+    address = client.scheduler.address
+    client.cluster.scale(0)
+    client.sync(client.cluster._correct_state)
+    try:
+        with pytest.raises(Failure, match="has no workers: start some"), existing_cluster(address):
+            pass
+    finally:
+        client.cluster.scale(1)
+        client.wait_for_workers(1)
+
+
+def test_workers_are_as_many_as_their_models_leave_room_for():
+    assert size_for(8, 100, 900.0, 10_000.0).workers == 8
+    few = size_for(8, 100, 3000.0, 10_000.0)
+    assert few.workers == 3
+    assert few.memory == pytest.approx(3000)
+    assert "3 instead of 8 workers: models take up to 3000 MB" in few.note
+    assert size_for(8, 2, 100.0, 10_000.0).workers == 2
+    assert size_for(8, 100, 30_000.0, 10_000.0).workers == 1
+
+
+def test_the_time_left_is_that_of_scenes_not_computed_yet():
+    assert Progress(10).seconds_left is None
+    assert Progress(10, finished=4, found=4, seconds=1.0).seconds_left is None
+    assert Progress(10, finished=6, found=4, seconds=8.0).seconds_left == pytest.approx(16.0)
+
+
+# --- workers of their own ----------------------------------------------------------------------------
+
+
+def test_a_killed_worker_costs_one_task(real, tmp_path):
+    """With one worker the task at hand is begun again; all others are what they were."""
+    campaign, _, before, dataset = real
+    killed = []
+    with local_cluster(size_for(1, 2, 400.0)) as client:
+
+        def kill(_: Progress) -> None:
+            if not killed:
+                (pid,) = client.run(os.getpid).values()
+                killed.append(pid)
+                os.kill(pid, 9)
+
+        store = Store(tmp_path / "store")
+        done = compute_sweep(Collected(campaign, tmp_path), store, clusters_of(client), Options(told=kill))
+    assert killed
+    assert (done.finished, done.failed) == (2, 0)
+    assert before.models <= done.models <= before.models + 1
+    xr.testing.assert_equal(open_sweep(tmp_path).drop_vars(CLOCKS), dataset.drop_vars(CLOCKS))
