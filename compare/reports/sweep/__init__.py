@@ -1,1 +1,1 @@
-"""The page of a campaign: what the swept keys do to errors, contacts, fits and advice, computed from its dataset."""
+"""The page of a campaign: what the swept keys do to errors, contacts, fits and advice."""

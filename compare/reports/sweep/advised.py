@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import matplotlib as mpl
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
 from matplotlib.figure import Figure
@@ -15,11 +16,12 @@ from compare.pages.styles import RC, with_further
 from compare.reports.sweep.axes import Axis, spread_out
 from compare.reports.sweep.clouds import MOST_POINTS
 from compare.reports.sweep.fields import body_of, label_of
-from compare.reports.sweep.maps import PANEL, Plane, draw_cells, note_gaps
+from compare.reports.sweep.maps import PANEL, Plane, draw_cells, of_gaps
 from compare.reports.sweep.scales import Scale
-from geometries.arrays import Array
+from geometries.arrays import Mask
 
 NONE = "none is good enough"
+MOST_BESIDE = 4  # entries of a line of the legend
 PALE = 0.35  # share of white in colours
 
 
@@ -36,11 +38,11 @@ class Advice:
         return [name if name == NONE else label_of(name) for name in self.names]
 
     @property
-    def colours(self) -> list[tuple[float, ...]]:
+    def colours(self) -> list[tuple[float, float, float]]:
         """A colour for each name, that of its curves, paler."""
         looks = with_further(name for name in self.names if name != NONE)
         pure = ["0.95" if name == NONE else looks[name][1]["color"] for name in self.names]
-        return [tuple(PALE + (1 - PALE) * part for part in to_rgb(colour)) for colour in pure]
+        return [_paler(to_rgb(colour)) for colour in pure]
 
     @property
     def scale(self) -> Scale:
@@ -90,21 +92,21 @@ def advised_over(advice: Advice, plane: Plane, panels: Sequence[tuple[str, Advic
             axes.set_title(title, fontsize=9)
             axes.set_xlabel(on.across.heading)
         figure.axes[0].set_ylabel(plane.up.heading)
-        _legend(figure, advice)
-        note_gaps(figure, [on for *_, on in drawn], shown)
+        _legend(figure, advice, of_gaps([on for *_, on in drawn], shown))
         return figure
 
 
-def advised_along(advice: Advice, axis: Axis, failed: Array) -> Figure:
+def advised_along(advice: Advice, axis: Axis, failed: Mask) -> Figure:
     """A strip of what is advised along one axis."""
     strip = Axis("", "", np.array([""]))
-    plane = Plane(axis, strip, np.asarray(failed)[:, None])
+    plane = Plane(axis, strip, failed[:, None])
     with mpl.rc_context(RC | {"axes.grid": False, "hatch.linewidth": 0.5}):
         figure = Figure(figsize=(7.5, 1.6), layout="constrained")
         axes = figure.subplots()
-        draw_cells(axes, advice.numbers.values[:, None], plane, advice.scale)
+        numbers = advice.numbers.values[:, None]
+        draw_cells(axes, numbers, plane, advice.scale)
         axes.set(xlabel=axis.heading, yticks=[])
-        _legend(figure, advice)
+        _legend(figure, advice, of_gaps([plane], [numbers]))
         return figure
 
 
@@ -120,7 +122,12 @@ def advised_points(advice: Advice, axes: Sequence[Axis]) -> Figure:
         for k, colour in enumerate(advice.colours):
             of_name = numbers == k
             panel.scatter(
-                first.at[chosen][of_name], heights[of_name], s=22, color=[colour], edgecolors="0.4", linewidths=0.4
+                first.at[chosen][of_name],
+                heights[of_name],
+                s=22,
+                color=[colour],
+                edgecolors="0.4",
+                linewidths=0.4,
             )
         first.scale(panel, "x")
         panel.set_xlabel(first.heading)
@@ -133,11 +140,17 @@ def advised_points(advice: Advice, axes: Sequence[Axis]) -> Figure:
         return figure
 
 
-def _legend(figure: Figure, advice: Advice) -> None:
+def _legend(figure: Figure, advice: Advice, gaps: Sequence[Artist] = ()) -> None:
     used = advice.counts()
-    handles = [
+    handles: list[Artist] = [
         Patch(facecolor=colour, edgecolor="0.4", label=label)
         for label, colour in zip(advice.labels, advice.colours, strict=True)
         if label in used
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 7))
+    handles += gaps
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), MOST_BESIDE))
+
+
+def _paler(colour: tuple[float, float, float]) -> tuple[float, float, float]:
+    red, green, blue = (PALE + (1 - PALE) * part for part in colour)
+    return red, green, blue

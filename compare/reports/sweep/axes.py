@@ -14,8 +14,10 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 from compare.pages.parts import listed
 from geometries.arrays import Array
 
+LARGE = 1e8  # value from which on powers of ten are written
 LONG = 10.0  # largest over smallest value from which on a logarithmic axis is thought of
 MOST_TICKS = 9  # values of an axis that are its ticks, if not more
+MOST_DIGITS = 5  # of ticks of a logarithmic axis; larger numbers are powers of ten
 WORD = 9  # letters from which on a category is written upwards
 Names = Mapping[str, Any]  # values by the names of axes
 
@@ -58,7 +60,7 @@ class Axis:
 
     @property
     def edges(self) -> Array:
-        """The edges of cells about the values of a grid, (n + 1,): half-way, by ratio on a logarithmic axis."""
+        """The edges of cells about the values of a grid, (n + 1,): half-way between, or so by ratio."""
         at = np.log(self.at) if self.is_logarithmic else self.at
         if len(at) == 1:
             return np.array([at[0] - 0.5, at[0] + 0.5])
@@ -79,7 +81,9 @@ class Axis:
             return
         if self.is_logarithmic:
             set_scale("log")
-            ruler.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            if max(len(text_of(value)) for value in (np.min(self.values), np.max(self.values))) > MOST_DIGITS:
+                return
+            ruler.set_major_formatter(FuncFormatter(lambda value, _: text_of(value)))
         if len(set(self.values)) <= MOST_TICKS and _spread(self):
             ruler.set_major_locator(FixedLocator(sorted(set(self.values))))
             ruler.set_major_formatter(FuncFormatter(lambda value, _: text_of(value)))
@@ -109,7 +113,11 @@ def is_grid(dataset: xr.Dataset) -> bool:
 
 def text_of(value: Any) -> str:
     """A value of an axis as text."""
-    return str(value) if isinstance(value, str) else f"{float(value):.4g}"
+    if isinstance(value, str):
+        return str(value)
+    short = f"{float(value):.4g}"
+    large = "e+" in short and abs(float(value)) < LARGE
+    return np.format_float_positional(float(short), trim="-") if large else short
 
 
 def named(values: Names) -> str:
@@ -126,7 +134,9 @@ def point_of(dataset: xr.Dataset, place: Sequence[int]) -> str:
     """The name of the scene at a place of the swept dims."""
     dims = dataset["seconds"].dims
     at = dict(zip(dims, place, strict=True))
-    return named({axis.name: dataset[axis.name].isel(at, missing_dims="ignore").item() for axis in axes_of(dataset)})
+    return named(
+        {axis.name: dataset[axis.name].isel(at, missing_dims="ignore").item() for axis in axes_of(dataset)}
+    )
 
 
 def told_values(axis: Axis, values: Iterable[Any]) -> str:

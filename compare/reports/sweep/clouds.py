@@ -54,7 +54,7 @@ def correlations(field: Field, axes: Sequence[Axis]) -> xr.DataArray:
 def strongest(field: Field, axes: Sequence[Axis]) -> Axis:
     """The axis that numbers go with most, on the average of rows and columns."""
     mean = abs(correlations(field, axes)).mean((ROW, COLUMN)).fillna(0.0)
-    return axes[int(mean.argmax())]
+    return axes[int(np.argmax(mean.values))]
 
 
 def clouds(field: Field, axes: Sequence[Axis]) -> Figure:
@@ -75,7 +75,7 @@ def clouds(field: Field, axes: Sequence[Axis]) -> Figure:
             for axes_, axis in zip(line, drawn, strict=True):
                 _points(axes_, axis.at[chosen], values[chosen], (colour.at[chosen], norm))
             _scale(line, field, values)
-            line[0].set_ylabel(label_of(name))
+            line[0].set_ylabel(label_of(name) if field.kind != "value" else f"{field.columns[0]}, {name}")
         for axes_, axis in zip(panels[-1], drawn, strict=True):
             axis.scale(axes_, "x")
             axes_.set_xlabel(axis.heading)
@@ -101,7 +101,7 @@ def _points(axes: Axes, at: Array, values: Array, colours: tuple[Array, Normaliz
 
 def _scale(line: np.ndarray, field: Field, values: Array) -> None:
     """Scale, ticks and levels of a row of panels."""
-    if field.kind == "value":
+    if field.kind == "value" or not np.any(np.isfinite(values)):
         return
     levels = LEVELS if field.kind == "error" else (*LEVELS, 0.0, *(-level for level in LEVELS))
     for axes in line:
@@ -132,5 +132,3 @@ def _bar(figure: Figure, panels: np.ndarray, axis: Axis, norm: Normalize) -> Non
     )
     if not axis.is_number:
         bar.ax.set_yticks(np.arange(len(axis.categories)), axis.categories)
-    elif axis.is_logarithmic:
-        bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

@@ -1,5 +1,7 @@
 """Curves over the only axis of a campaign, a panel per column, by rows such as ICs."""
 
+from typing import Any
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from compare.pages.panels import add_legend
 from compare.pages.styles import RC, Style, with_further
 from compare.reports.sweep.axes import Axis
-from compare.reports.sweep.fields import C, COLUMN, LEVELS, ROW, Field, label_of
+from compare.reports.sweep.fields import COLUMN, LEVELS, ROW, C, Field, label_of
 from compare.reports.sweep.scales import share
 
 COLUMNS = 4  # panels beside each other
@@ -20,8 +22,8 @@ FEW = 15  # values up to which each has a marker
 def curves(field: Field, axis: Axis) -> Figure:
     """Curves of all rows over an axis, a panel per column; errors are drawn on a common logarithmic scale."""
     count = len(field.columns)
-    columns = min(count, COLUMNS if count != COLUMNS + 1 else 3)
-    rows = -(-count // columns)
+    rows = -(-count // COLUMNS)
+    columns = -(-count // rows)
     with mpl.rc_context(RC):
         figure = Figure(figsize=(max(3.2 * columns, 5.0), 2.9 * rows + 0.5), layout="constrained")
         panels = figure.subplots(rows, columns, squeeze=False, sharey=field.kind == "error").ravel()
@@ -32,6 +34,8 @@ def curves(field: Field, axis: Axis) -> Figure:
             axis.scale(axes, "x")
         for axes in panels[count:]:
             axes.remove()
+        for axes in panels[:count:columns]:
+            axes.set_ylabel({"error": "error", "deviation": "deviation", "value": ""}[field.kind])
         _finish(panels[:count], field)
         if figure.axes[0].get_legend_handles_labels()[0]:
             add_legend(figure)
@@ -44,15 +48,17 @@ def _draw(axes: Axes, field: Field, axis: Axis) -> None:
     floor = None if field.floor is None else field.floor.isel({COLUMN: 0}).values
     if floor is not None and np.any(np.isfinite(floor)):
         low = LOWEST / 100 if field.kind == "error" else -floor
-        axes.fill_between(axis.at, low, floor, color="black", alpha=0.15, linewidth=0, label=f"estimate of {C}")
-    for name in reversed(field.rows):
+        axes.fill_between(
+            axis.at, low, floor, color="black", alpha=0.15, linewidth=0, label=f"estimate of {C}"
+        )
+    for name in field.rows:
         values = field.values.sel({ROW: name}).isel({COLUMN: 0}).values
         known = np.isfinite(values)
         marker, style = looks[name]
         axes.plot(axis.at[known], values[known], label=label_of(name), **_look(style, marker, axis, marked))
 
 
-def _look(style: Style, marker: str, axis: Axis, marked: bool) -> dict[str, object]:
+def _look(style: Style, marker: str, axis: Axis, marked: bool) -> dict[str, Any]:
     look = dict(style) | ({"marker": marker, "markersize": 4} if marked else {})
     return look if axis.is_number else look | {"linestyle": "none", "marker": marker, "markersize": 6}
 
@@ -83,4 +89,3 @@ def _percent_scale(panels: np.ndarray, field: Field) -> None:
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: share(value)))
         axes.yaxis.set_minor_formatter(NullFormatter())
         axes.minorticks_off()
-    panels[0].set_ylabel("error")

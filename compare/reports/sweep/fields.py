@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -18,6 +18,7 @@ C = "C"
 OF_CONTACT = ("p_max", "a", "b", "approach", "angle", "slope")
 LEVELS = (0.01, 0.02, 0.05, 0.1)  # errors and deviations whose places are told and drawn
 VANISHES = " †"
+SHOWN_ORDER = ("nn", "ss", "xx", "xs", "xn", "sn", "sx", "nx", "ns")  # of components
 Kind = Literal["error", "deviation", "value"]
 
 
@@ -63,7 +64,7 @@ class Field:
         floor = None if self.floor is None else self.floor.sel(chosen)
         return replace(self, values=self.values.sel(chosen | {ROW: rows or self.rows}), floor=floor)
 
-    def at(self, **places: int) -> "Field":
+    def at(self, **places: Any) -> "Field":
         """The field at some places of swept dims."""
         floor = None if self.floor is None else self.floor.isel(places)
         return replace(self, values=self.values.isel(places), floor=floor)
@@ -90,6 +91,11 @@ def label_of(name: str) -> str:
     return symbol_of(name) if known else name
 
 
+def plain(column: str) -> str:
+    """The name of a column without marks."""
+    return column.removesuffix(VANISHES)
+
+
 def body_of(dataset: xr.Dataset) -> str:
     """The body whose ICs are shown: both together, or the first one compared."""
     bodies = [str(body) for body in dataset.body.values]
@@ -104,20 +110,19 @@ def swept_dims(dataset: xr.Dataset) -> tuple[str, ...]:
 def furthest_along(values: xr.DataArray, dim: str) -> xr.DataArray:
     """The values that are furthest from zero along a dim, NaN where none is known."""
     low, high = values.min(dim), values.max(dim)
-    return xr.where(high >= -low, high, low)
+    return high.where(high >= -low, low)
 
 
 def _errors(dataset: xr.Dataset) -> Iterator[Field]:
     """Errors of all ICs, the worst over the lines, of components that do not vanish by symmetry."""
     body, columns = body_of(dataset), {}
     of_body = dataset[["error", "vanishes"]].sel(body=body, drop=True).drop_attrs()
-    for i in map(str, dataset.i.values):
-        for j in map(str, dataset.j.values):
-            one = of_body.sel(i=i, j=j, drop=True)
-            worst = one.error.max("line").drop_vars(one.coords.keys() & {"line"}).load()
-            if worst.max() > ROUNDING:
-                mark = VANISHES if (one.vanishes == 1).any() else ""
-                columns[f"{i}{j}{mark}"] = worst.where((worst.variant != C) | (one.vanishes != 1))
+    for component in SHOWN_ORDER:
+        one = of_body.sel(i=component[0], j=component[1], drop=True)
+        worst = one.error.max("line").load()
+        if worst.max() > ROUNDING:
+            mark = VANISHES if (one.vanishes == 1).any() else ""
+            columns[component + mark] = worst.where((worst.variant != C) | (one.vanishes != 1))
     if not columns:
         return
     errors = xr.concat(columns.values(), xr.Variable(COLUMN, list(columns))).rename(variant=ROW)

@@ -30,7 +30,7 @@ class Scale:
 
     def text(self, value: float) -> str:
         """A number as it stands in a picture."""
-        return share(value) if self.is_share else f"{value:.3g}"
+        return share(value) if self.is_share else f"{value:.4g}"
 
 
 def scale_of(kind: Kind, values: Array) -> Scale:
