@@ -8,7 +8,7 @@ import sys
 from contextlib import nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import perf_counter
+from time import perf_counter, process_time
 
 import xarray as xr
 from distributed import as_completed
@@ -87,11 +87,13 @@ def computed(campaign, folder, client):
 def swept(name, text, workers):
     with TemporaryDirectory() as folder, local_cluster(Size(workers, MEMORY)) as client:
         client.run(tasks.results_digest)  # imports are not measured
+        before, begun = _of_workers(client), process_time()
         campaign, start = campaign_in(folder, text), perf_counter()
         done = computed(campaign, folder, client)
-        seconds = perf_counter() - start
+        seconds, of_cores = perf_counter() - start, process_time() - begun + _of_workers(client) - before
         print(
-            f"{name}: {done.scenes} scenes, {workers} workers: {seconds:.0f} s; {done.models} models solved, "
+            f"{name}: {done.scenes} scenes, {workers} workers: {seconds:.0f} s, {of_cores:.0f} s of cores "
+            f"(here {process_time() - begun:.0f} s); {done.models} models solved, "
             f"{done.models_found} times kept, {done.failed} failed; {done.memory:.0f} MB a worker, "
             f"{peak_memory():.0f} MB here",
             flush=True,
@@ -106,14 +108,15 @@ def single(share):
     with TemporaryDirectory() as folder:
         campaign = campaign_in(folder, SCENES.format(**ALL))
         numbers = [n for k, n in enumerate(campaign.order) if int(k * share) != int((k + 1) * share)]
-        models, start = 0, perf_counter()
+        models, start, begun = 0, perf_counter(), process_time()
         for number in numbers:
             scene = campaign.scene(campaign.point(number))
             models += len(compute(scene, Means(2, Store(f"{folder}/{number}"))).models)
-        seconds = perf_counter() - start
+        seconds, of_cores = perf_counter() - start, process_time() - begun
     print(
-        f"single: {len(numbers)} of {campaign.size} scenes, {seconds:.0f} s, {models} models; "
-        f"{seconds / len(numbers) * campaign.size:.0f} s for all",
+        f"single: {len(numbers)} of {campaign.size} scenes, {seconds:.0f} s, {models} models; for all "
+        f"{seconds / len(numbers) * campaign.size:.0f} s, "
+        f"{of_cores / len(numbers) * campaign.size:.0f} s of cores",
         flush=True,
     )
 
@@ -142,6 +145,11 @@ def bare(n, window=8):
                 finishing.add(client.submit(os.getpid, pure=False))
                 left -= 1
         print(f"{n} bare tasks: {1e3 * (perf_counter() - start) / n:.2f} ms a task", flush=True)
+
+
+def _of_workers(client):
+    """Seconds of cores that all workers have used."""
+    return sum(client.run(process_time).values())
 
 
 def _nothing_is_kept():

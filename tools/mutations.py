@@ -29,7 +29,6 @@ from typing import Any
 
 from mutants import ROOT, SEED, Mutant, mutated, sample
 
-from compare.results.provenance import results_digest
 from femic.work.provenance import digest_of, versions
 
 CODE = ("geometries", "approx", "femic", "contact", "compare", "tests")
@@ -223,7 +222,8 @@ def record(tried: Sequence[Tried], harmless: Sequence[dict[str, str]]) -> dict[s
         "goal": GOAL,
         "seed": SEED,
         "versions": versions(),
-        "code": results_digest(),
+        "module": None,
+        "code": digest_of([ROOT / name for name in CODE], versions()),
     }
 
 

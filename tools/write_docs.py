@@ -89,6 +89,7 @@ def numbers_of(dataset: xr.Dataset) -> dict[str, Any]:
     return {
         "title": dataset.attrs["title"],
         "code": dataset.attrs["code"],
+        "module": dataset.attrs["module"],
         "versions": json.loads(dataset.attrs["versions"]),
         "body": body,
         "best": str(dataset.attrs["best"]),
@@ -167,10 +168,10 @@ def used(template: Path, numbers: dict[str, Any]) -> list[str]:
 
 def programs(values: dict[str, Any]) -> dict[str, str]:
     """What computed some numbers: digests of the code, versions."""
-    parts = [values] if "code" in values else [part for part in values.values() if isinstance(part, dict)]
-    codes = sorted({part.get("code", "unknown") for part in parts})
+    parts = parts_of(values)
+    by_code = sorted({part.get("code", "unknown") for part in parts})
     versions: dict[str, str] = next((part["versions"] for part in parts if "versions" in part), {})
-    return {"code": " and ".join(codes)} | versions
+    return {"code": " and ".join(by_code)} | versions
 
 
 def computed_with(template: Path, numbers: dict[str, Any]) -> str:
@@ -183,16 +184,35 @@ def computed_with(template: Path, numbers: dict[str, Any]) -> str:
 
 def outdated() -> dict[str, list[str]]:
     """Pages whose numbers other code has computed: which numbers, by which code."""
-    numbers, now = numbers_kept(), results_digest()
+    numbers = numbers_kept()
     found = {
         page: [
             f"docs/numbers/{name}.json by code {code}, now {now}"
             for name in used(path, numbers)
-            if (code := programs(numbers[name])["code"]) != now
+            for code, now in codes(numbers[name])
+            if code != now
         ]
         for page, path in templates().items()
     }
     return {page: reasons for page, reasons in found.items() if reasons}
+
+
+def codes(values: dict[str, Any]) -> list[tuple[str, str]]:
+    """The digests of the code that computed some numbers, and those of the same modules now.
+
+    Mutants are a sample: they name no module.
+    """
+    modules = [(part, part.get("module", "")) for part in parts_of(values)]
+    return [
+        (part.get("code", "unknown"), results_digest(module))
+        for part, module in modules
+        if module is not None
+    ]
+
+
+def parts_of(values: dict[str, Any]) -> list[dict[str, Any]]:
+    """The parts of numbers that have been computed by one command each."""
+    return [values] if "code" in values else [part for part in values.values() if isinstance(part, dict)]
 
 
 def percent(share: float | None) -> str:

@@ -17,6 +17,7 @@ from compare.results.contact.compute import cases_of, compute_contact
 from compare.results.friction.compression import compute_compression
 from compare.results.friction.rolling import compute_rolling
 from compare.scenes import plausibility
+from compare.scenes.file import MAP, is_map
 from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
 from femic.means import Means
@@ -47,7 +48,7 @@ def contact(
     """
     if not scene:
         raise WrongInput("SCENE: name one scene or more, such as wide tall")
-    changes = {"contact": {"ics": ics.split(",")}} if ics else None
+    changes = {"contact": {"ics": [_from_here(name) for name in ics.split(",")]}} if ics else None
     scenes = [load_scene(name, changes) for name in scene]
     for loaded in scenes:
         cases_of(loaded)  # raises before any work starts
@@ -62,10 +63,15 @@ def contact(
         with work.means(folder, console) as means:
             if loaded.contact.friction is None:
                 contacts[loaded.name] = compute_contact(loaded, means)
-                report = write_contact(contacts[loaded.name], folder)
+                report = write_contact(contacts[loaded.name], folder, means.store)
             else:
                 report = WITH_FRICTION[loaded.contact.motion](loaded, folder, means)
         console.print(f"Report: {report}", soft_wrap=True)
     if len(mapped := with_shapes(contacts)) > 1:
         report = write_sensitivity(mapped, results / "_".join(mapped))
         console.print(f"Report: {report}", soft_wrap=True)
+
+
+def _from_here(name: str) -> str:
+    """The name of ICs; a map's file is found from the working directory."""
+    return MAP + str(Path(name.removeprefix(MAP)).absolute()) if is_map(name) else name

@@ -6,11 +6,14 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from compare.cli.work import SceneName, Work
+from compare.reports.contact.page import write_contact
 from compare.reports.judge.page import write_judged
 from compare.results import folders
+from compare.results.contact.compute import compute_contact
+from compare.results.contact.dataset import to_dataset
 from compare.results.judge.compute import compute_judged, require_judgeable
 from compare.scenes.load import load_scene
-from contact.judge.judgement import CELLS
+from contact.judge.judgement import CELLS, require_enough
 
 
 def judge(
@@ -23,11 +26,15 @@ def judge(
 ) -> None:
     """Solve the contact of a scene by finite elements, without ICs, and judge that by its ICs.
 
-    Writes judge.nc and judge.html. A load takes minutes and gigabytes; finished ones are kept.
+    Writes judge.nc and judge.html, and contact.html with both. A load takes minutes and gigabytes; finished
+    ones are kept.
     """
     loaded, work, console = load_scene(scene), work or Work(), Console()
     require_judgeable(loaded)
+    require_enough(cells)
     folder = folders.checked(work.folder(loaded))
     with work.means(folder, console) as means:
-        report = write_judged(compute_judged(loaded, means, cells), folder)
-    console.print(f"Report: {report}", soft_wrap=True)
+        by_ics = compute_contact(loaded, means)
+        report = write_judged(compute_judged(loaded, to_dataset(by_ics), means, cells), folder)
+        beside = write_contact(by_ics, folder, means.store)
+    console.print(f"Report: {report}, and by ICs {beside}", soft_wrap=True)

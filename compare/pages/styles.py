@@ -8,6 +8,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from approx.variants import VARIANTS, exchanged_symbol
+from compare.scenes.file import is_map
 
 Style = Mapping[str, Any]  # keywords of a line of matplotlib
 
@@ -48,7 +49,9 @@ def with_further(names: Iterable[str]) -> dict[str, tuple[str, Style]]:
 
 
 def symbol_of(name: str) -> str:
-    """The symbol of ICs, of C or of a variant, perhaps with exchanged components."""
+    """The symbol of ICs: of C, of a map of it, or of a variant, perhaps with exchanged components."""
+    if is_map(name):
+        return f"C by {Path(name).stem}" if Path(name).stem != "sweep" else f"C by {Path(name).parent.name}"
     return SYMBOLS[name] if name in SYMBOLS else exchanged_symbol(name)
 
 

@@ -208,7 +208,7 @@ def to_dataset(calibrated: Calibrated) -> xr.Dataset:
             "title": f"effective properties: {scene.title}",
             "scene": scene.text,
             "curvature": "apart" if scene.calibration.curvature_apart else "contained",
-            "code": results_digest(),
+            "code": results_digest(__name__),
             "versions": str(versions()),
         },
     )

@@ -102,7 +102,7 @@ def _attributes(results: Results) -> dict[str, str | float]:
         "seconds": json.dumps({f"{v} {body}": value for (v, body), value in results.seconds.items()}),
         "settings": json.dumps(settings(scene)),
         "versions": json.dumps(versions()),
-        "code": results_digest(),
+        "code": results_digest(__name__),
     }
 
 
@@ -184,7 +184,7 @@ def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
     )
     for name, (_, meaning) in ERRORS.items():
         measured[name].attrs = {"meaning": meaning} | ({} if name == "vanishes" else {"units": "1"})
-    return measured.assign_attrs(code=results_digest())
+    return measured.assign_attrs(code=results_digest(__name__))
 
 
 def _body_errors(results: Results, body_dataset: xr.Dataset, body: str) -> xr.Dataset:

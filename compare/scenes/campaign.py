@@ -54,6 +54,7 @@ class Axis:
     unit: str
     values: Point
     factors: Mapping[str, float | None]  # by key: what a value is multiplied by; None: it is taken as it is
+    logarithmic: bool = False  # whether distances between values are those of their logarithms
 
     @property
     def heading(self) -> str:
@@ -121,7 +122,7 @@ class Campaign:
         table = deepcopy(dict(self.table))
         for axis, value in zip(self.axes, point, strict=True):
             for key, entry in axis.entries(value):
-                _set(table, key, entry, axis.name)
+                set_key(table, key, entry, axis.name)
         return table
 
     def scene(self, point: Point) -> Scene:
@@ -190,7 +191,7 @@ def _beside(scene: str, folder: Path) -> Path:
 def _axis(name: str, table: AxisTable, *, is_grid: bool) -> Axis:
     factors = dict(table.keys) if isinstance(table.keys, dict) else dict.fromkeys(table.keys)
     values = _values(table) if is_grid else ()
-    return Axis(name, table.label or name, table.unit, values, factors)
+    return Axis(name, table.label or name, table.unit, values, factors, table.spacing == "logarithmic")
 
 
 def _values(table: AxisTable) -> Point:
@@ -258,8 +259,8 @@ def _stages(count: int) -> np.ndarray[Any, np.dtype[np.int_]]:
     return stage
 
 
-def _set(table: Any, key: str, entry: Value, axis: str) -> None:
-    """Set a key such as lower.contour.radius or lines.0.s of a table."""
+def set_key(table: Any, key: str, entry: Value, axis: str) -> None:
+    """Set a key such as lower.contour.radius or lines.0.s of a table, for an axis; raises BadScene."""
     *path, last = key.split(".")
     for part in path:
         if isinstance(table, list):
@@ -272,6 +273,18 @@ def _set(table: Any, key: str, entry: Value, axis: str) -> None:
         table[_index(table, last, key, axis)] = entry
     else:
         table[last] = entry
+
+
+def key_of(table: Any, key: str, axis: str) -> Any:
+    """The value of a key such as lower.contour.radius of a table, for an axis; raises BadScene."""
+    for part in key.split("."):
+        if isinstance(table, list):
+            table = table[_index(table, part, key, axis)]
+        elif isinstance(table, Mapping) and part in table:
+            table = table[part]
+        else:
+            raise BadScene(f"{key}: not in the scene, which has to give it: it is swept as {axis}")
+    return table
 
 
 def _index(entries: Sequence[Any], part: str, key: str, axis: str) -> int:

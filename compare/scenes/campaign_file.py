@@ -23,7 +23,9 @@ class AxisTable(Section):
     start: Finite | None = Field(None, alias="from", description="smallest value")
     to: Finite | None = Field(None, description="largest value")
     count: Annotated[int, Field(ge=2, le=1_000_000)] | None = Field(None, description="number of values")
-    spacing: Literal["linear", "logarithmic"] = Field("linear", description="between from and to")
+    spacing: Literal["linear", "logarithmic"] = Field(
+        "linear", description="between from and to, and of a map between values"
+    )
 
     @model_validator(mode="after")
     def _values_or_range(self) -> "AxisTable":

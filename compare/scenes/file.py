@@ -25,9 +25,17 @@ else:  # the names of the registry: a new variant is registered there alone
     ICName = Literal["auto", "C", *VARIANTS]
 
 
+MAP = "map:"  # before the name of the file of a campaign, whose map of C stands for C
+
+
+def is_map(ics: str) -> bool:
+    """Whether ICs are those of a map of C."""
+    return ics.startswith(MAP)
+
+
 def _known(ics: str) -> str:
-    """The name of C, or of approximations, perhaps with exchanged components; raises WrongInput."""
-    if ics != "C":
+    """The name of C, of a map, or of approximations, perhaps with exchanged components; raises WrongInput."""
+    if ics != "C" and not is_map(ics):
         forms_of(ics)
     return ics
 
@@ -312,7 +320,8 @@ class ContactTable(Section):
         ("A", "B", "Bhat", "C"),
         min_length=1,
         description=f"ICs to solve it with: C, {', '.join(VARIANTS)}, or one of these with components of "
-        "others: Bhat+sn:B is Bhat with sn of B, and ns by reciprocity",
+        "others: Bhat+sn:B is Bhat with sn of B, and ns by reciprocity; map:FILE is C from the file of a "
+        "campaign that kept matrix, without friction, on the grid of that",
     )
     friction: tuple[Annotated[float, Field(gt=0, le=1000)], ...] = Field(
         (0.2, 0.4, 0.6), min_length=1, description="coefficients of friction, each solved, 0 ... 1000"

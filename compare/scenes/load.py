@@ -133,6 +133,17 @@ def resolve_files(table: dict[str, Any], folder: Path) -> None:
         inner = of_body.get(keys[0], {}) if isinstance(of_body, dict) else {}
         if isinstance(inner, dict) and isinstance(inner.get(keys[1]), str):
             inner[keys[1]] = str(folder / inner[keys[1]])
+    contact = table.get("contact", {})
+    ics = contact.get("ics") if isinstance(contact, dict) else None
+    if isinstance(ics, list):
+        contact["ics"] = [_with_folder(name, folder) for name in ics]
+
+
+def _with_folder(ics: Any, folder: Path) -> Any:
+    """The name of ICs; of a map with its folder."""
+    if not (isinstance(ics, str) and files.is_map(ics)):
+        return ics
+    return files.MAP + str(folder / ics.removeprefix(files.MAP))
 
 
 def _files(scene: files.SceneFile) -> dict[str, Path]:

@@ -11,7 +11,8 @@ from femic.work.provenance import versions
 
 def write(folder: Path, study: str, numbers: dict[str, Any], **values: object) -> Path:
     """Write STUDY.json, with versions and code, and STUDY.html of the same; returns the path of the page."""
-    found = numbers | {"versions": versions(), "code": results_digest()}
+    module = f"compare.studies.{study}.page"
+    found = numbers | {"versions": versions(), "code": results_digest(module), "module": module}
     text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / f"{study}.json").write_text(text, encoding="utf-8")
     return write_page(folder / f"{study}.html", f"{study}.html.j2", found=found, **values)

@@ -58,13 +58,7 @@ class GridOperator:
     @classmethod
     def of_convolution(cls, convolution: Convolution) -> "GridOperator":
         """The same operator as a convolution along s, too; its products are faster on grids of few strips."""
-        (n_x, n_s), directions = convolution.shape, convolution.directions
-        lags = np.subtract.outer(np.arange(n_s), np.arange(n_s)) + n_s - 1
-        ics = np.zeros((n_x, n_s, n_s, len(directions), len(directions)))
-        for ((i, of_observer), (j, of_load)), kernel in convolution.kernels.items():
-            factors = np.outer(convolution.factors[of_observer], convolution.factors[of_load])
-            ics[..., directions.index(i), directions.index(j)] += factors * kernel[n_x - 1 :, lags]
-        return cls.of(ics, directions)
+        return cls.of(dense(convolution), convolution.directions)
 
     def __call__(self, tractions: Array) -> Array:
         """Displacements [mm] due to tractions [MPa], shape (n_x, n_s, m) each."""
@@ -154,6 +148,17 @@ class GridOperator:
             return self(tractions.reshape(self.n_x, -1, m)).ravel()
 
         return LinearOperator((size, size), dtype=float, matvec=applied)
+
+
+def dense(convolution: Convolution) -> Array:
+    """The ICs of a convolution [mm/MPa] at lags >= 0 between strips, shape (n_x, n_s, n_s, m, m)."""
+    (n_x, n_s), directions = convolution.shape, convolution.directions
+    lags = np.subtract.outer(np.arange(n_s), np.arange(n_s)) + n_s - 1
+    ics = np.zeros((n_x, n_s, n_s, len(directions), len(directions)))
+    for ((i, of_observer), (j, of_load)), kernel in convolution.kernels.items():
+        factors = np.outer(convolution.factors[of_observer], convolution.factors[of_load])
+        ics[..., directions.index(i), directions.index(j)] += factors * kernel[n_x - 1 :, lags]
+    return ics
 
 
 def _phases(directions: tuple[int, ...], dtype: DTypeLike) -> Complex:

@@ -3,7 +3,7 @@
 import ast
 import hashlib
 import platform
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -26,15 +26,24 @@ def code_digest() -> str:
 
 
 def digest_of(folders: Iterable[Path], *facts: object) -> str:
-    """Short digest of facts and of the Python files in folders: their names and their code.
+    """Short digest of facts and of the Python files in folders, as of `digest_of_files`."""
+    files = {
+        f"{folder.name}/{source.relative_to(folder).as_posix()}": source
+        for folder in folders
+        for source in sorted(folder.rglob("*.py"))
+    }
+    return digest_of_files(files, *facts)
+
+
+def digest_of_files(files: Mapping[str, Path], *facts: object) -> str:
+    """Short digest of facts and of Python files: their names and their code.
 
     Comments, docstrings and layout do not count.
     """
     digest = hashlib.sha256(repr(facts).encode())
-    for folder in folders:
-        for source in sorted(folder.rglob("*.py")):
-            digest.update(f"\n{folder.name}/{source.relative_to(folder).as_posix()}\n".encode())
-            digest.update(_meaning(source.read_text(encoding="utf-8")).encode())
+    for name, source in files.items():
+        digest.update(f"\n{name}\n".encode())
+        digest.update(_meaning(source.read_text(encoding="utf-8")).encode())
     return digest.hexdigest()[:12]
 
 

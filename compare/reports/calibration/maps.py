@@ -127,7 +127,7 @@ def _node_dataset(scene: Scene, axes: Axes, calibrations: Sequence[Calibrated]) 
             "scene": scene.text,
             "reference_length": scene.reference_length,
             "half_space": float(getattr(scene.pair.constants, scene.calibration.properties[0])),
-            "code": results_digest(),
+            "code": results_digest(__name__),
         },
     )
 

@@ -11,21 +11,33 @@ from compare.pages import views
 from compare.pages.html import write_page
 from compare.pages.styles import save, symbol_of
 from compare.reports.contact import figures, sensitivity
+from compare.reports.judge.page import over_angle
+from compare.reports.judge.page import summary as judge_summary
 from compare.results import folders
 from compare.results.contact.compute import ContactResults, reference_name
 from compare.results.contact.dataset import to_dataset, write
 from compare.results.contact.quantities import QUANTITIES
+from compare.results.judge.compute import kept_judged
+from compare.results.judge.dataset import FE
+from compare.results.judge.dataset import NUMBERS as KNOWN_TO_FE
+from femic.work.store import Store
 from geometries.patches import N
 
 RELIEF, LIFTED = 0.2, 0.02  # height of the largest pressure over the grid's width; of none, over that
+NOTHING_KEPT = Store()
 FAILS = 0.05  # deviation of the largest pressure from which the summary says that ICs fail
 
 
-def write_contact(results: ContactResults, out: Path) -> Path:
-    """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
+def write_contact(results: ContactResults, out: Path, store: Store = NOTHING_KEPT) -> Path:
+    """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page.
+
+    What finite elements without ICs have found of the same contacts stands beside, as far as the store has
+    it.
+    """
     folders.made(out)
     scene = results.scene
     dataset = to_dataset(results)
+    judged = kept_judged(scene, dataset, store)
     write(dataset, out / "contact.nc")
     (out / "figures").mkdir(exist_ok=True)
     drawn = [
@@ -38,15 +50,22 @@ def write_contact(results: ContactResults, out: Path) -> Path:
     ]
     if views.can_render():
         drawn += list(_drawn_in_3d(results, out / "figures"))
+    deviations = "" if judged is None else save(over_angle(judged), out / "figures" / "contact_judged.png")
     return write_page(
         out / "contact.html",
         "contact.html.j2",
+        judged="" if judged is None else judge_summary(judged),
+        judged_figures=[deviations] if deviations else [],
         title=str(dataset.attrs["title"]),
         summary=summary(dataset),
         reference=symbol_of(figures.reference_of(dataset)),
         quantities=QUANTITIES,
         tables=[
-            {"case": str(case), "rows": list(_rows(dataset.sel(case=case)))} for case in dataset.case.values
+            {
+                "case": str(case),
+                "rows": [*_rows(dataset.sel(case=case)), *_judged_row(dataset, judged, number)],
+            }
+            for number, case in enumerate(dataset.case.values)
         ],
         grids=list(_grids(results)),
         figures=drawn,
@@ -151,6 +170,30 @@ def _rows(case: xr.Dataset) -> Iterator[dict[str, object]]:
             "iterations": int(of_ics.iterations),
             "seconds": f"{float(of_ics.seconds):.2f}",
         }
+
+
+def _judged_row(dataset: xr.Dataset, judged: xr.Dataset | None, number: int) -> Iterator[dict[str, object]]:
+    """Yield the row of finite elements, where they have solved a case; they know some of the numbers."""
+    if judged is None or np.isnan(float(judged.a.isel(case=number).sel(ics=FE))):
+        return
+    reference = dataset.isel(case=number).sel(ics=figures.reference_of(dataset))
+    of_fe = judged.isel(case=number).sel(ics=FE)
+    unknown = {"text": "–", "below": ""}
+    yield {
+        "symbol": FE,
+        "cells": [
+            {
+                "text": f"{float(of_fe[key]):.5g}",
+                "below": f"± {float(of_fe[f'estimate_{key}']):.2g}; {float(of_fe[key] / reference[key]):.4f}",
+            }
+            if key in KNOWN_TO_FE
+            else unknown
+            for key in QUANTITIES
+        ],
+        "displaced": "–",
+        "iterations": "–",
+        "seconds": f"{float(judged.fe_seconds.isel(case=number).sum()):.0f}",
+    }
 
 
 def _grids(results: ContactResults) -> Iterator[dict[str, str]]:

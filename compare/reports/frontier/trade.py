@@ -192,7 +192,8 @@ def _dataset(
             "best": best_name,
             "points": len(results.points.x),
             "skipped": json.dumps(dict(skipped), ensure_ascii=False),
-            "code": results_digest(),
+            "code": results_digest(__name__),
+            "module": __name__,
             "versions": json.dumps(versions()),
         },
     )

@@ -15,6 +15,7 @@ from compare.results import folders
 from compare.results.contact.dataset import write
 from compare.results.contact.quantities import QUANTITIES
 from compare.results.judge.dataset import FE, NUMBERS, OF_PATCH
+from compare.results.judge.deviations import deviations, known
 
 SHARES = (0.01, 0.02, 0.05)  # deviations from which the angles are told
 DRAWN = ("p_max", "a", "b", "approach")
@@ -41,18 +42,6 @@ def write_judged(dataset: xr.Dataset, out: Path) -> Path:
         str(dataset.attrs["scene"]),
     )
     return page.write(out / "judge.html", "judge")
-
-
-def deviations(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """Ratios of a number by ICs to that by finite elements, less 1, by case and ICs."""
-    values = dataset[name].drop_attrs()
-    return values.drop_sel(ics=FE) / values.sel(ics=FE, drop=True) - 1
-
-
-def known(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """The estimated error of a number by finite elements as a share of it, by case."""
-    of_fe = dataset.sel(ics=FE, drop=True)
-    return abs(of_fe[f"estimate_{name}"] / of_fe[name]).drop_attrs()
 
 
 def good_to(dataset: xr.Dataset, ics: str, share: float) -> float:

@@ -62,7 +62,7 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, means: Means
 
 def key_of_scene(scene: Scene, strip: int) -> str:
     """The key of all that the results depend on: code, the scene's text and bodies, and the drawn strip."""
-    return Store().key("matrix", results_digest(), scene.text, dict(scene.bodies), strip)
+    return Store().key("matrix", results_digest(__name__), scene.text, dict(scene.bodies), strip)
 
 
 def _key_of(path: Path) -> str | None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from compare.results.dataset import ERRORS
+from compare.results.dataset import ERRORS, to_dataset
 from compare.results.provenance import results_digest
 from compare.scenes import file as files
 from compare.scenes.load import builtin_names, load_scene, parse
@@ -119,7 +119,8 @@ def up_to_date(source: Source) -> bool:
         return False
     written = (source.folder / "ics.nc").stat().st_mtime
     points_changed = any(path.stat().st_mtime > written for path in source.files)
-    same_code = all(dataset.attrs.get("code") == results_digest() for dataset in (ics, errors))
+    now = results_digest(to_dataset.__module__)
+    same_code = all(dataset.attrs.get("code") == now for dataset in (ics, errors))
     return ics.attrs.get("scene") == source.text and same_code and not points_changed
 
 

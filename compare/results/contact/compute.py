@@ -9,8 +9,10 @@ import numpy as np
 from approx.variants import needed
 from compare.results.contact.grids import Sizing
 from compare.results.contact.pairing import Case, Placed, placed_on
+from compare.results.maps.c_map import open_map
 from compare.results.matrix.compute import matrix_jobs
 from compare.scenes.errors import BadScene
+from compare.scenes.file import is_map
 from compare.scenes.scene import Scene
 from contact.edges import MARGIN
 from contact.normal import NormalContact, Operator, PotentialAreaTooSmall
@@ -56,6 +58,17 @@ class ReferenceICs:
 
 
 @dataclass(frozen=True, eq=False)
+class MapICs:
+    """C_nn of both bodies by a map: operator, and the same with all that it is known to added."""
+
+    operator: GridOperator
+    perturbed: GridOperator
+
+
+KnownICs = ReferenceICs | MapICs
+
+
+@dataclass(frozen=True, eq=False)
 class ContactResults:
     """The contacts of a scene, by case and ICs, in the order in which the scene gives them."""
 
@@ -73,18 +86,32 @@ def cases_of(scene: Scene) -> tuple[Case, ...]:
     cases = [Case(load, None) for load in wanted.loads] + [Case(None, zeta) for zeta in wanted.approaches]
     if not cases:
         raise BadScene(f"{scene.name}: [contact]: give loads = [...] in N, or approaches = [...] in mm")
-    approximations = [name for name in wanted.ics if name != C]
-    if "Bhat_prime" in needed(approximations) and not scene.pair.has_effective("combined"):
+    if "Bhat_prime" in needed(approximations_of(wanted.ics)) and not scene.pair.has_effective("combined"):
         raise BadScene(
             f"{scene.name}: contact.ics: Bhat_prime needs effective properties of both bodies: "
             "`femic calibrate` finds some"
         )
+    if maps_of(wanted.ics) and wanted.friction:
+        raise BadScene(
+            f"{scene.name}: contact.ics: {maps_of(wanted.ics)[0]}: maps of C know nn only, for "
+            "contact without friction; use C"
+        )
     return tuple(cases)
 
 
+def approximations_of(ics: Sequence[str]) -> list[str]:
+    """The names of approximations among those of ICs."""
+    return [name for name in ics if name != C and not is_map(name)]
+
+
+def maps_of(ics: Sequence[str]) -> list[str]:
+    """The names of maps of C among those of ICs."""
+    return [name for name in ics if is_map(name)]
+
+
 def reference_name(ics: Sequence[str]) -> str:
-    """The ICs that others are compared with: C, or where it is not there B-hat, or the last ones."""
-    return next((name for name in (C, "Bhat") if name in ics), ics[-1])
+    """The ICs that others are compared with: C, or where it is not there a map of it, B-hat, or the last."""
+    return next((name for name in (C, *maps_of(ics), "Bhat") if name in ics), ics[-1])
 
 
 def compute_contact(scene: Scene, means: Means = DEFAULT) -> ContactResults:
@@ -103,9 +130,13 @@ def compute_contact(scene: Scene, means: Means = DEFAULT) -> ContactResults:
 def grids_of(scene: Scene) -> list[tuple[Grid, list[Case]]]:
     """The grids and the cases on them: that of the scene, or automatic ones; raises as `cases_of`.
 
+    A map of C has a grid of its own, on which all is solved.
     With friction there is one, that of the largest load, which the steps to it share.
     """
-    cases, sizing = cases_of(scene), sizing_of(scene)
+    cases = cases_of(scene)
+    if maps := maps_of(scene.contact.ics):
+        return [(_grid_of(scene, maps), list(cases))]
+    sizing = sizing_of(scene)
     if not scene.contact.automatic:
         return [(scene.grid, list(cases))]
     if scene.contact.friction:
@@ -115,8 +146,15 @@ def grids_of(scene: Scene) -> list[tuple[Grid, list[Case]]]:
 
 
 def _large_enough(scene: Scene, grid: Grid, cases: Sequence[Case]) -> Grid:
-    approximations = [name for name in scene.contact.ics if name != C]
-    return sizing_of(scene).large_enough(grid, cases, approximations)
+    return sizing_of(scene).large_enough(grid, cases, approximations_of(scene.contact.ics))
+
+
+def _grid_of(scene: Scene, maps: Sequence[str]) -> Grid:
+    """The grid of maps of C; raises BadScene where they have several."""
+    grids = {name: open_map(name).grid for name in maps}
+    if len(set(grids.values())) > 1:
+        raise BadScene(f"{scene.name}: contact.ics: {', '.join(grids)} have different grids: name one")
+    return grids[maps[0]]
 
 
 def sizing_of(scene: Scene) -> Sizing:
@@ -136,28 +174,28 @@ def _on_grid(
     )
     contacts: dict[tuple[Case, str], SolvedContact] = {}
     for name in scene.contact.ics:
+        known: KnownICs | None = None
         if name == C:
-            reference = reference_ics(scene, placed, means)
+            known = reference = reference_ics(scene, placed, means)
+        elif is_map(name):
+            known = map_ics(scene, placed, name)
         for case in cases:
             try:
-                contacts[case, name] = _solved(scene, placed, case, name, reference)
+                contacts[case, name] = _solved(scene, placed, case, name, known)
             except PotentialAreaTooSmall as short:
-                if not scene.contact.automatic:
+                if not scene.contact.automatic or maps_of(scene.contact.ics):
                     raise Failure(f"contact at {case} with {name}: {short}") from short
                 return _on_grid(scene, sizing_of(scene).longer(grid, short, case), cases, means)
     return contacts, reference
 
 
-def _solved(
-    scene: Scene, placed: Placed, case: Case, name: str, reference: ReferenceICs | None
-) -> SolvedContact:
+def _solved(scene: Scene, placed: Placed, case: Case, name: str, known: KnownICs | None) -> SolvedContact:
     """One contact; C also with its estimate added, the reference also with the exact distance."""
     start, exact = perf_counter(), scene.contact.exact
-    c = reference if name == C else None
-    operator: Operator = c.operator if c else placed.operator(name)
+    operator: Operator = known.operator if known else placed.operator(name)
     normal = placed.contact(operator, case, exact=exact)
     seconds = perf_counter() - start
-    perturbed = placed.contact(c.perturbed, case, exact=exact) if c else None
+    perturbed = placed.contact(known.perturbed, case, exact=exact) if known else None
     try:
         wanted = name == reference_name(scene.contact.ics) and not exact
         displaced = placed.contact(operator, case, exact=True) if wanted else None
@@ -169,12 +207,7 @@ def _solved(
 def reference_ics(scene: Scene, placed: Placed, means: Means) -> ReferenceICs:
     """C_nn of both bodies on a grid; raises Failure where it is not positive for pressures without load."""
     start, grid = perf_counter(), placed.grid
-    solved = matrices(c_jobs(scene, placed), means, combined=True)
-    ic, estimate = np.empty((2, grid.n_x, grid.n_s, grid.n_s))
-    for strip in range(grid.n_s):
-        column = total([reference.column(strip) for reference in solved.values()])
-        ic[..., strip] = grid.area * column.ic[N, N]
-        estimate[..., strip] = grid.area * column.estimate[N, N]
+    ic, estimate = c_on(scene, placed, means)
     largest = float(np.max(np.abs(ic)))
     asymmetry = float(np.max(np.abs(ic - np.swapaxes(ic, 1, 2)))) / largest
     operator = _operator(ic)
@@ -195,6 +228,23 @@ def reference_ics(scene: Scene, placed: Placed, means: Means) -> ReferenceICs:
         of_load,
         perf_counter() - start,
     )
+
+
+def c_on(scene: Scene, placed: Placed, means: Means = DEFAULT) -> tuple[Array, Array]:
+    """C_nn of both bodies on a grid and its estimate [mm/MPa], (n_x, n_s, n_s) each."""
+    grid, solved = placed.grid, matrices(c_jobs(scene, placed), means, combined=True)
+    ic, estimate = np.empty((2, grid.n_x, grid.n_s, grid.n_s))
+    for strip in range(grid.n_s):
+        column = total([reference.column(strip) for reference in solved.values()])
+        ic[..., strip] = grid.area * column.ic[N, N]
+        estimate[..., strip] = grid.area * column.estimate[N, N]
+    return ic, estimate
+
+
+def map_ics(scene: Scene, placed: Placed, name: str) -> MapICs:
+    """C_nn of both bodies by a map; raises as `compare.results.maps.c_map.CMap.at`."""
+    ic, known_to = open_map(name).at(scene, placed)
+    return MapICs(_operator(ic), _operator(ic + known_to))
 
 
 def components_of(scene: Scene) -> tuple[str, ...]:

@@ -113,7 +113,7 @@ def _attributes(results: ContactResults) -> dict[str, str | float]:
         "title": f"Frictionless contact: {results.scene.title}",
         "meaning": "pressures of the upper on the lower body along its normals; x, s of the lower surface",
         "references": json.dumps(references),
-        **provenance(results.scene, results.seconds),
+        **provenance(results.scene, results.seconds, __name__),
     }
 
 
@@ -124,11 +124,11 @@ def write(dataset: xr.Dataset, path: Path) -> None:
     temporary.replace(path)
 
 
-def provenance(scene: Scene, seconds: float) -> dict[str, str | float]:
-    """Attributes that say what made a file of contacts."""
+def provenance(scene: Scene, seconds: float, module: str) -> dict[str, str | float]:
+    """Attributes that say what made a file of contacts: a module, with what it imports."""
     return {
         "scene": scene.text,
         "seconds": seconds,
-        "code": results_digest(),
+        "code": results_digest(module),
         "versions": json.dumps(versions()),
     }

@@ -25,7 +25,7 @@ def by_friction_and_ics(scene: Scene, means: Means, solve: Solve, title: str) ->
         "title": f"{title}: {scene.title}",
         "meaning": "tractions on the upper body along x, s, n of the lower surface; slip over that surface",
     }
-    return joined.assign_attrs(made | provenance(scene, perf_counter() - start))
+    return joined.assign_attrs(made | provenance(scene, perf_counter() - start, solve.__module__))
 
 
 def _joined(solver: Solver, solve: Solve) -> xr.Dataset:
@@ -42,7 +42,7 @@ def _joined(solver: Solver, solve: Solve) -> xr.Dataset:
 def _kept(solver: Solver, friction: float, name: str, solve: Solve) -> xr.Dataset:
     """What `solve` gives, from the store if it is there."""
     store = solver.means.store
-    key = store.key("friction", results_digest(), *_determined_by(solver, friction, name))
+    key = store.key("friction", results_digest(solve.__module__), *_determined_by(solver, friction, name))
     part = store.get(key)
     if part is None:
         part = solve(solver, friction, name).assign_attrs(solver.known_of(name))

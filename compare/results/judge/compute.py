@@ -5,8 +5,7 @@ from dataclasses import asdict, replace
 import numpy as np
 import xarray as xr
 
-from compare.results.contact.compute import cases_of, compute_contact
-from compare.results.contact.dataset import to_dataset
+from compare.results.contact.compute import cases_of
 from compare.results.contact.pairing import placed_on
 from compare.results.judge.dataset import beside
 from compare.results.provenance import results_digest
@@ -16,23 +15,24 @@ from contact.judge.judgement import CELLS, Judgement, Numbers, judge, require_en
 from contact.judge.levels import Bodies
 from femic.means import DEFAULT, Means
 from femic.solid.record import SOLID
+from femic.work.store import Store
 from geometries.bodies import Body, Domain
 from geometries.errors import Failure
 
 MODELS = ("lower", "upper")
 
 
-def compute_judged(scene: Scene, means: Means = DEFAULT, cells: float = CELLS) -> xr.Dataset:
-    """Numbers of the contacts by the ICs of a scene and by finite elements, `ics` = "FE", of all its loads.
+def compute_judged(
+    scene: Scene, contacts: xr.Dataset, means: Means = DEFAULT, cells: float = CELLS
+) -> xr.Dataset:
+    """Numbers of `contacts` by ICs, and by finite elements, `ics` = "FE", of all loads of a scene.
 
     `cells` of the finest mesh lie along the shorter half-length of the patch. Loads at which finite elements
     fail have no numbers; `left_out` says why. Raises BadScene for scenes with friction and without loads, and
-    WrongInput for too few cells, before any work; Failure as `compute_contact` does, and where finite
-    elements fail at all loads.
+    WrongInput for too few cells, before any work; Failure where finite elements fail at all loads.
     """
     require_judgeable(scene)
     require_enough(cells)
-    contacts = to_dataset(compute_contact(scene, means))
     judged: list[xr.Dataset | None] = []
     failed: list[str] = []
     for load in scene.contact.loads:
@@ -47,34 +47,63 @@ def compute_judged(scene: Scene, means: Means = DEFAULT, cells: float = CELLS) -
     return beside(contacts, judged, cells).assign_attrs(left_out="; ".join(failed))
 
 
+def kept_judged(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Dataset | None:
+    """What `compute_judged` gave for the loads that a store has, None where it has none of them."""
+    if unjudgeable(scene):
+        return None
+    judged = [store.get(_key(scene, load, CELLS, store)) for load in scene.contact.loads]
+    if not any(one is not None for one in judged):
+        return None
+    missing = [
+        f"{load:g} N (not kept)" for load, one in zip(scene.contact.loads, judged, strict=True) if one is None
+    ]
+    return beside(contacts, judged, CELLS).assign_attrs(left_out="; ".join(missing))
+
+
 def require_judgeable(scene: Scene) -> None:
     """Raise BadScene for what is not judged, before any work."""
     cases_of(scene)
+    for given, remedy in unjudgeable(scene):
+        raise BadScene(f"{scene.name}: {given}: finite elements do not judge that; {remedy}")
+
+
+def unjudgeable(scene: Scene) -> list[tuple[str, str]]:
+    """What finite elements do not judge in a scene, and what to do about it."""
     wanted = scene.contact
-    for judged, given, remedy in (
+    asked = (
         (wanted.friction is None, f"contact.motion = {wanted.motion!r}", "leave it out: it is frictionless"),
         (bool(wanted.loads), "contact.loads = []", "give loads [N] instead of approaches"),
         (not wanted.exact, "contact.gap = 'exact'", "use the linear one"),
         (not wanted.extra_gap, "contact.extra_gap", "leave it out"),
-    ):
-        if not judged:
-            raise BadScene(f"{scene.name}: {given}: finite elements do not judge that; {remedy}")
+    )
+    return [(given, remedy) for judged, given, remedy in asked if not judged]
 
 
 def _judged(scene: Scene, load: float, means: Means, cells: float) -> xr.Dataset:
     """The contact under a load [N] by finite elements, from the store if it is there."""
-    undeformed = placed_on(scene, scene.grid).undeformed
-    lower, upper = (_meshable(scene, name) for name in MODELS)
-    bodies = Bodies(lower, upper, undeformed.s_range, undeformed.shift)
-    key = means.store.key("judge", results_digest(), lower, upper, bodies.s_range, bodies.shift, load, cells)
+    key = _key(scene, load, cells, means.store)
     kept = means.store.get(key)
     if kept is None:
         means.watch.on_stage(f"  {load:g} N by finite elements")
-        kept = _labelled(judge(bodies, load, cells=cells))
+        kept = _labelled(judge(_bodies(scene), load, cells=cells))
         means.store.put(key, kept)
     seconds, unknowns = float(kept.seconds.sum()), int(kept.unknowns.max())
     means.watch.on_stage(f"  {load:g} N by finite elements: {unknowns:,} unknowns, {seconds:.0f} s")
     return kept
+
+
+def _key(scene: Scene, load: float, cells: float, store: Store) -> str:
+    """The key of a contact by finite elements in a store."""
+    of = _bodies(scene)
+    given = of.lower, of.upper, of.s_range, of.shift, load, cells
+    return store.key("judge", results_digest(__name__), *given)
+
+
+def _bodies(scene: Scene) -> Bodies:
+    """The bodies of a scene, as they are meshed and placed."""
+    undeformed = placed_on(scene, scene.grid).undeformed
+    lower, upper = (_meshable(scene, name) for name in MODELS)
+    return Bodies(lower, upper, undeformed.s_range, undeformed.shift)
 
 
 def _meshable(scene: Scene, name: str) -> Body:

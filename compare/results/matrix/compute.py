@@ -260,6 +260,6 @@ def _attributes(results: MatrixResults) -> dict[str, str | float]:
         "models": json.dumps(models),
         "seconds": results.seconds,
         "peak_memory": results.memory,
-        "code": results_digest(),
+        "code": results_digest(__name__),
         "versions": json.dumps(versions()),
     }

@@ -93,25 +93,29 @@ def local_cluster(size: Size) -> Iterator[Client]:
 @contextmanager
 def existing_cluster(address: str, timeout: float = CONNECTS_WITHIN) -> Iterator[Client]:
     """A client of the scheduler at an address; raises Failure where none answers, or has no workers."""
-    with _quiet(), catch_warnings():
-        simplefilter("ignore")  # other versions of Dask, of which the code digest decides
+    with _quiet(), _connected(address, timeout) as client:
         try:
-            client = Client(address, timeout=timeout, set_as_default=False)
+            client.wait_for_workers(1, timeout=WORKS_WITHIN)
+        except TimeoutError as error:
+            raise Failure(
+                f"the scheduler at {address} has no workers: start some, such as `dask worker {address} "
+                "--nthreads 1 --nworkers 8`"
+            ) from error
+        yield client
+
+
+def _connected(address: str, timeout: float) -> Client:
+    """A client of the scheduler at an address; raises Failure where none answers."""
+    with catch_warnings():
+        simplefilter("ignore")  # of other versions of Dask: the digest of the code decides
+        try:
+            return Client(address, timeout=timeout, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             raise Failure(
                 f"no scheduler answers at {address} within {timeout:g} s ({error or type(error).__name__}): "
                 "is `dask scheduler` running there, is the address right (tcp://HOST:8786), does a firewall "
                 "let it through? Without --scheduler the cores of this machine are used"
             ) from error
-        with client:
-            try:
-                client.wait_for_workers(1, timeout=WORKS_WITHIN)
-            except TimeoutError as error:
-                raise Failure(
-                    f"the scheduler at {address} has no workers: start some, such as `dask worker {address} "
-                    "--nthreads 1 --nworkers 8`"
-                ) from error
-            yield client
 
 
 def _kill(cluster: LocalCluster) -> None:
@@ -126,7 +130,8 @@ def _kill(cluster: LocalCluster) -> None:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """A context in which Dask logs errors of its own only."""
-    loggers = [logging.getLogger(name) for name in QUIET]
+    known = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in QUIET]
+    loggers = [logging.getLogger(name) for name in {*QUIET, *known}]  # some have levels of their own
     before = [logger.level for logger in loggers]
     for logger in loggers:
         logger.setLevel(logging.CRITICAL)

@@ -127,7 +127,8 @@ class _Run:
     @property
     def place(self) -> Place:
         location = str(self.store.location)
-        return Place(location if "://" in location else str(Path(location).absolute()), results_digest())
+        shared = location if "://" in location else str(Path(location).absolute())
+        return Place(shared, results_digest(SceneTask.__module__))
 
     def collect_finished(self) -> None:
         """Collect the scenes that are in the store, and note the others."""

@@ -10,8 +10,9 @@ Layout of `sweep.nc` (NetCDF 4; `sweep.zarr` where it would take more than `LARG
 - over these dims and its own: every variable of `compare.results.sweep.keeping`, NaN where it is not known.
   All are numbers. Dims of their own have labels (`variant`, `body`, `line`, ...), where all scenes have the
   same ones; otherwise "line 0", "line 1", ...
-- attributes: `title`, `campaign` (text of the file), `axes` (JSON: name, label, unit, keys with factors),
-  `keep` (JSON), `points` ("grid" or "samples"), `scenes`, `computed`, `failed`, `code`, `versions`.
+- attributes: `title`, `campaign` (text of the file), `table` (TOML of the scene without the axes), `axes`
+  (JSON: name, label, unit, keys with factors, logarithmic), `keep` (JSON), `points` ("grid" or "samples"),
+  `scenes`, `computed`, `failed`, `code`, `versions`.
 """
 
 import json
@@ -23,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomlkit
 import xarray as xr
 import zarr
 
@@ -170,13 +172,14 @@ class Collected:
         return {
             "title": campaign.title,
             "campaign": campaign.text,
+            "table": tomlkit.dumps(campaign.table),
             "axes": json.dumps([_described(axis) for axis in campaign.axes]),
             "keep": json.dumps(campaign.keep),
             "points": "grid" if campaign.is_grid else "samples",
             "scenes": campaign.size,
             "computed": len(self.seconds) - len(self.failures),
             "failed": len(self.failures),
-            "code": results_digest(),
+            "code": results_digest(__name__),
             "versions": json.dumps(versions()),
         }
 
@@ -264,7 +267,13 @@ def _values(values: Iterable[Any]) -> np.ndarray[Any, Any]:
 
 
 def _described(axis: Axis) -> dict[str, Any]:
-    return {"name": axis.name, "label": axis.label, "unit": axis.unit, "keys": dict(axis.factors)}
+    return {
+        "name": axis.name,
+        "label": axis.label,
+        "unit": axis.unit,
+        "keys": dict(axis.factors),
+        "logarithmic": axis.logarithmic,
+    }
 
 
 def _other_shape(first: xr.Dataset, dataset: xr.Dataset) -> str:

@@ -5,7 +5,7 @@ variables, because they may differ between scenes. The check by the other engine
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
@@ -15,23 +15,21 @@ import xarray as xr
 from compare.results import dataset as of_points
 from compare.results.calibration import Calibrated, calibrate, extended, require_calibration
 from compare.results.compute import Results, compute, jobs, reference_of, seconds_of
-from compare.results.contact.compute import C, c_jobs, cases_of, components_of, compute_contact
+from compare.results.contact.compute import C, c_jobs, cases_of, compute_contact
 from compare.results.contact.dataset import to_dataset as contact_dataset
 from compare.results.contact.pairing import placed_on
 from compare.results.contact.quantities import QUANTITIES
 from compare.results.friction.compression import compute_compression
 from compare.results.friction.rolling import compute_rolling
-from compare.results.matrix.compute import matrix_jobs
+from compare.results.maps.node import node
 from compare.results.shares import measure_of
+from compare.scenes.errors import BadScene
 from compare.scenes.scene import Scene
 from femic.accuracy import component_of
-from femic.estimate import total
 from femic.job import Job
 from femic.matrix.job import MatrixJob
-from femic.matrix.reference import matrices
 from femic.means import Means
 from geometries.arrays import Array
-from geometries.patches import places
 
 AS_CHEAP = 3.0  # times the fastest good ICs' seconds: faster ones count as equally cheap, as clocks vary
 OF_ERRORS = ("error", "rms", "weight", "vanishes", "estimate_refinement")
@@ -82,33 +80,6 @@ def kept_contact(scene: Scene, means: Means) -> xr.Dataset:
     solved = computed(scene, means).drop_vars(["C_seconds", "seconds"], errors="ignore")
     numbers = [name for name, variable in solved.data_vars.items() if not {"x", "s"} & set(variable.dims)]
     return solved[numbers].drop_vars(["x", "s", "direction", "tangential"], errors="ignore").astype(float)
-
-
-def kept_matrix(scene: Scene, means: Means) -> xr.Dataset:
-    """`c` and `c_estimate` (component, lag, observed, loaded) [mm/MPa] of both bodies on the scene's grid.
-
-    The components are those that contact needs: nn, or all nine with friction.
-    """
-    grid, solved = scene.grid, matrices(_matrix_jobs(scene), means, combined=True)
-    components = components_of(scene)
-    chosen = places(components)
-    columns = [total([one.column(strip) for one in solved.values()]) for strip in range(grid.n_s)]
-    dims, per_pressure = ("component", "lag", "observed", "loaded"), {"units": "mm/MPa"}
-    c, estimate = (
-        grid.area * np.stack([getattr(column, part)[chosen] for column in columns], axis=-1)
-        for part in ("ic", "estimate")
-    )
-    mm = {"units": "mm"}
-    return xr.Dataset(
-        {
-            "c": (dims, c, per_pressure | {"long_name": "C of both bodies after the discount"}),
-            "c_estimate": (dims, estimate.astype(np.float32), per_pressure | {"long_name": "its estimate"}),
-            "lag_x": ("lag", grid.lags, mm | {"long_name": "lag along x"}),
-            "observed_s": ("observed", grid.strips, mm | {"long_name": "arc length of a strip"}),
-            "loaded_s": ("loaded", grid.strips, mm | {"long_name": "arc length of a strip"}),
-        },
-        coords={"component": list(components)},
-    )
 
 
 def kept_advice(scene: Scene, means: Means) -> xr.Dataset:
@@ -219,7 +190,18 @@ def _worst_of_bhat(calibrated: Calibrated) -> Array:
 
 
 def _matrix_jobs(scene: Scene) -> dict[str, MatrixJob]:
-    return matrix_jobs(replace(scene, compared=("combined",)), components_of(scene))
+    """The jobs of C on the scene's grid, for contact without friction."""
+    return c_jobs(scene, placed_on(scene, scene.grid))
+
+
+def _require_frictionless(scene: Scene) -> None:
+    """Raise BadScene with friction: maps of C know nn only."""
+    if scene.contact.friction is not None:
+        raise BadScene(
+            f'{scene.name}: contact.motion = {scene.contact.motion!r}: "matrix" keeps C_nn, for contact '
+            "without friction; leave the motion out"
+        )
+    _matrix_jobs(scene)
 
 
 def _contact_jobs(scene: Scene) -> dict[str, MatrixJob]:
@@ -238,7 +220,7 @@ KEEPERS: Mapping[str, Keeper] = MappingProxyType(
         "errors": Keeper(kept_errors, jobs),
         "ics": Keeper(kept_ics, jobs),
         "contact": Keeper(kept_contact, _contact_jobs, cases_of),
-        "matrix": Keeper(kept_matrix, _matrix_jobs, _matrix_jobs),
+        "matrix": Keeper(node, _matrix_jobs, _require_frictionless),
         "advice": Keeper(kept_advice, jobs),
         "calibration": Keeper(kept_calibration, _calibration_jobs, require_calibration),
     }

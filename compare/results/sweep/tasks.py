@@ -19,9 +19,10 @@ import dask
 import xarray as xr
 
 from compare.results.provenance import results_digest
-from compare.results.sweep import kept
+from compare.results.sweep import keeping, kept
 from compare.results.sweep.keeping import KEEPERS, Jobs, kept_together
 from compare.results.sweep.kept import Kept
+from compare.scenes.file import MAP, is_map
 from compare.scenes.load import scene_from_table
 from compare.scenes.scene import Scene
 from femic.at_points import references
@@ -89,7 +90,8 @@ def scene_task(table: Mapping[str, Any], keep: tuple[str, ...], store: Store) ->
     """The task of a scene; keys are those of its table, of its files, and of the code."""
     facts = json.dumps(table, sort_keys=True, default=str), *_contents(table)
     return SceneTask(
-        table, {name: store.key(f"sweep-{name}", results_digest(), name, *facts) for name in keep}
+        table,
+        {name: store.key(f"sweep-{name}", results_digest(keeping.__name__), name, *facts) for name in keep},
     )
 
 
@@ -105,7 +107,7 @@ def model_tasks(task: SceneTask, store: Store) -> dict[str, ModelTask]:
             for body, job in KEEPERS[keep].jobs(scene).items():
                 request = job.request(Level())
                 tasks.setdefault(job.settings.engine.key(request, store), ModelTask(task, keep, body))
-    except (Failure, WrongInput):
+    except Exception:  # a scene that cannot be built must not end the others
         return {}
     return tasks
 
@@ -158,9 +160,9 @@ def finished(task: SceneTask, store: Store) -> Kept | None:
 
 def require_same_code(place: Place) -> None:
     """Raise Unusable where this process has other code than the one that asks."""
-    if results_digest() != place.digest:
+    if results_digest(__name__) != place.digest:
         raise Unusable(
-            f"a worker has other code or libraries (digest {results_digest()}) than this program "
+            f"a worker has other code or libraries (digest {results_digest(__name__)}) than this program "
             f"({place.digest}): install the same version of femic and of its libraries on all workers "
             "(pip install -c constraints.txt), and start them again"
         )
@@ -254,16 +256,21 @@ class _Work:
 
 
 def _contents(table: Mapping[str, Any]) -> Iterator[str]:
-    """Yield digests of the files that a scene names."""
-    for of_body in ("lower", "upper"):
-        contour = table.get(of_body, {}).get("contour", {})
-        if isinstance(contour, Mapping) and isinstance(contour.get("file"), str):
-            yield _digest(contour["file"])
-    if isinstance(gap := table.get("contact", {}).get("extra_gap"), str):
-        yield _digest(gap)
+    """Yield digests of the files that a scene names: contours, gaps, maps of C."""
+    contact = table.get("contact", {})
+    contours = [table.get(body, {}).get("contour", {}) for body in ("lower", "upper")]
+    maps = [str(name).removeprefix(MAP) for name in contact.get("ics", ()) if is_map(str(name))]
+    named = [*(contour.get("file") for contour in contours), contact.get("extra_gap"), *maps]
+    for name in named:
+        if isinstance(name, str) and (path := Path(name)).exists():
+            yield _digest(path, path.stat().st_mtime_ns)
 
 
 @cache
-def _digest(path: str) -> str:
-    """The digest of a file; "" where there is none."""
-    return sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else ""
+def _digest(path: Path, _changed: int) -> str:
+    """The digest of a file, or of all files in a folder, as it is since a time."""
+    files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
+    digest = sha256()
+    for file in files:
+        digest.update(file.read_bytes())
+    return digest.hexdigest()

@@ -4,10 +4,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import xarray as xr
+
 from approx.effective import EffectiveProperties
 from approx.variants import VARIANTS
 from compare.results.calibration import calibrate
 from compare.results.compute import Results, compute, with_approximations
+from compare.results.contact.compute import compute_contact
+from compare.results.contact.dataset import to_dataset
+from compare.results.judge.compute import compute_judged
 from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
 from femic.means import Means
@@ -28,6 +33,7 @@ class Runs:
     tolerance: float = TOLERANCE
     done: dict[str, Results] = field(default_factory=dict)
     fits: dict[str, Mapping[str, EffectiveProperties]] = field(default_factory=dict)
+    contacts: dict[str, xr.Dataset] = field(default_factory=dict)
 
     def geometry(self, name: str) -> Results:
         """The results of a geometry of the source [BVSV]."""
@@ -67,6 +73,15 @@ class Runs:
         changes = {"lower": arc, "upper": arc, "reference_length": 10.0}
         name = f"arcs of {NEARLY_PLANE / 1000:g} m"
         return self._once(name, lambda: self._compute(replace(self._scene("geometry1", changes), name=name)))
+
+    def judged(self, name: str, loads: tuple[float, ...]) -> xr.Dataset:
+        """Numbers of the contacts of a scene by ICs and by finite elements, at some loads [N]."""
+        if name not in self.contacts:
+            self.means.watch.on_stage(f"  {name}: contact by ICs and by finite elements")
+            scene = load_scene(name, {"contact": {"loads": list(loads)}})
+            by_ics = to_dataset(compute_contact(scene, self.means))
+            self.contacts[name] = compute_judged(scene, by_ics, self.means)
+        return self.contacts[name]
 
     def _once(self, name: str, make: Callable[[], Results]) -> Results:
         if name not in self.done:

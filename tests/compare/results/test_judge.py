@@ -6,13 +6,14 @@ The finite elements themselves are tested in tests/contact/judge; here others ar
 import numpy as np
 import pytest
 
+from compare.reports.contact.page import write_contact
 from compare.results.contact.compute import compute_contact
 from compare.results.contact.dataset import to_dataset
 from compare.results.judge import compute
-from compare.results.judge.compute import compute_judged, require_judgeable
+from compare.results.judge.compute import compute_judged, kept_judged, require_judgeable
 from compare.results.judge.dataset import FE
 from compare.scenes.errors import BadScene
-from contact.judge.judgement import Judgement, Numbers
+from contact.judge.judgement import CELLS, Judgement, Numbers
 from femic.means import Means
 from femic.work.store import Store
 from geometries.errors import Failure, WrongInput
@@ -21,6 +22,11 @@ from tests.compare.results.friction.scenes import scene
 LOADS = [2e3, 5e3, 1e4]
 COMPLIANCE = 3e-7  # mm/N
 KNOWN = 0.01
+NO_STORE = Means()
+
+
+def judged(of, means=NO_STORE, cells=CELLS):
+    return compute_judged(of, to_dataset(compute_contact(of)), means, cells)
 
 
 def pressed(**contact):
@@ -70,7 +76,7 @@ def asked(monkeypatch, by_bhat):
 
 
 def test_numbers_stand_beside_those_by_ics(asked, by_bhat):
-    dataset = compute_judged(pressed())
+    dataset = judged(pressed())
     assert list(dataset.ics.values) == ["A", "Bhat", FE]
     assert [load for load, _ in asked] == LOADS
     for name in ("a", "b", "p_max", "angle"):
@@ -81,14 +87,14 @@ def test_numbers_stand_beside_those_by_ics(asked, by_bhat):
 
 @pytest.mark.usefixtures("asked")
 def test_the_compliance_of_the_bodies_is_found_and_taken_from_approaches(by_bhat):
-    dataset = compute_judged(pressed())
+    dataset = judged(pressed())
     assert float(dataset.compliance) == pytest.approx(COMPLIANCE)
     np.testing.assert_allclose(dataset.approach.sel(ics=FE), by_bhat.approach)
 
 
 @pytest.mark.usefixtures("asked")
 def test_pressures_along_s_are_those_at_x_0(by_bhat):
-    dataset = compute_judged(pressed())
+    dataset = judged(pressed())
     s, p = dataset.s_fe_1.values, dataset.p_fe_1.values
     assert np.all(np.diff(s) > 0)
     assert len(s) == 5
@@ -98,13 +104,13 @@ def test_pressures_along_s_are_those_at_x_0(by_bhat):
 
 def test_finished_loads_are_kept_and_others_are_not_taken_for_them(asked, tmp_path):
     means = Means(store=Store(tmp_path))
-    first = compute_judged(pressed(loads=LOADS[:2]), means)
-    again = compute_judged(pressed(), means, 15.0)
+    first = judged(pressed(loads=LOADS[:2]), means)
+    again = judged(pressed(), means, 15.0)
     assert [load for load, _ in asked] == LOADS
     np.testing.assert_array_equal(first.a.sel(ics=FE), again.a.sel(ics=FE)[:2])
-    compute_judged(pressed(loads=LOADS[:1]), means, 20.0)
+    judged(pressed(loads=LOADS[:1]), means, 20.0)
     assert asked[3:] == [(LOADS[0], 20.0)]
-    compute_judged(scene(10.3, rolling_radius=401.0, loads=LOADS[:1], ics=["A"]), means)
+    judged(scene(10.3, rolling_radius=401.0, loads=LOADS[:1], ics=["A"]), means)
     assert len(asked) == 5
 
 
@@ -117,7 +123,7 @@ def test_loads_at_which_finite_elements_fail_are_left_out(asked, monkeypatch):
         return like_bhat(bodies, load, cells=cells)
 
     monkeypatch.setattr(compute, "judge", failing)
-    dataset = compute_judged(pressed())
+    dataset = judged(pressed())
     assert dataset.attrs["left_out"] == "5000 N: no mesh"
     assert list(np.isnan(dataset.a.sel(ics=FE))) == [False, True, False]
     assert not np.any(np.isnan(dataset.a.sel(ics="A")))
@@ -125,13 +131,27 @@ def test_loads_at_which_finite_elements_fail_are_left_out(asked, monkeypatch):
     assert "p_fe_1" not in dataset
     assert len(asked) == 2
     with pytest.raises(Failure, match="5000 N: no mesh"):
-        compute_judged(pressed(loads=LOADS[1:2]))
+        judged(pressed(loads=LOADS[1:2]))
 
 
-def test_too_few_cells_are_refused_before_any_work(monkeypatch):
-    monkeypatch.setattr(compute, "compute_contact", None)
+def test_too_few_cells_are_refused_before_any_work(asked, by_bhat):
     with pytest.raises(WrongInput, match=r"cells = 2\.0: at least"):
-        compute_judged(pressed(), cells=2.0)
+        compute_judged(pressed(), by_bhat, cells=2.0)
+    assert not asked
+
+
+def test_what_is_kept_is_found_without_work(asked, tmp_path):
+    """The first two loads have been judged; the third has no numbers."""
+    store = Store(tmp_path)
+    first = judged(pressed(loads=LOADS[:2]), Means(store=store))
+    contacts = to_dataset(compute_contact(pressed()))
+    kept = kept_judged(pressed(), contacts, store)
+    assert len(asked) == 2
+    np.testing.assert_array_equal(kept.a.sel(ics=FE)[:2], first.a.sel(ics=FE))
+    assert np.isnan(kept.a.sel(ics=FE)[2])
+    assert kept.attrs["left_out"] == "10000 N (not kept)"
+    assert kept_judged(pressed(), contacts, Store(tmp_path / "other")) is None
+    assert kept_judged(pressed(gap="exact"), contacts, store) is None
 
 
 @pytest.mark.parametrize(
@@ -145,3 +165,17 @@ def test_too_few_cells_are_refused_before_any_work(monkeypatch):
 def test_what_is_not_judged_is_said_before_any_work(keys, message):
     with pytest.raises(BadScene, match=message):
         require_judgeable(pressed(**keys))
+
+
+def test_the_page_of_contact_has_a_row_of_finite_elements_where_they_are_kept(asked, tmp_path):
+    """Its numbers, and a figure; nothing of that without them."""
+    store = Store(tmp_path / "store")
+    by_ics = compute_contact(pressed(loads=LOADS[:2]))
+    judged(pressed(loads=LOADS[:1]), Means(store=store))
+    page = write_contact(by_ics, tmp_path, store).read_text(encoding="utf-8")
+    assert page.count('<td class="name">FE</td>') == 1
+    assert "finite elements did not solve" in page.lower()
+    assert (tmp_path / "figures" / "contact_judged.png").is_file()
+    without = write_contact(by_ics, tmp_path / "without").read_text(encoding="utf-8")
+    assert '<td class="name">FE</td>' not in without
+    assert len(asked) == 1

@@ -81,51 +81,98 @@ def test_a_further_file_counts(tmp_path):
     assert digest_of([tmp_path / "package"]) != alone
 
 
+ERRORS, JUDGE = "compare.results.dataset", "compare.results.judge.compute"
+
+
 @pytest.fixture
 def copy(tmp_path, monkeypatch):
-    """A copy of `compare` in its place, whose digest is computed anew."""
-    for folder in provenance.FOLDERS:
-        shutil.copytree(folder, tmp_path / folder.name, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(provenance, "FOLDERS", [tmp_path / folder.name for folder in provenance.FOLDERS])
-    return tmp_path / "compare"
+    """A copy of what results depend on in its place, whose digests are computed anew."""
+    for name in provenance.FOLDERS:
+        shutil.copytree(provenance.ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(provenance, "ROOT", tmp_path)
+    return tmp_path
 
 
-def replace_in(path: Path, old: str, new: str) -> None:
-    text = path.read_text(encoding="utf-8")
-    assert old in text
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+def anew(*modules):
+    return results_digest.__wrapped__(*modules)
+
+
+def append_to(path: Path) -> None:
+    assert path.is_file()
+    with path.open("a", encoding="utf-8") as file:
+        file.write("\nMORE = 1\n")
 
 
 def test_a_measure_of_compare_changes_results_but_no_models(copy):
-    models, before = Store().key("harmonic", 1), results_digest.__wrapped__()
-    assert before == results_digest()
-    replace_in(copy / "results" / "measure.py", "KNOWN = 10.0", "KNOWN = 3.0")
-    assert results_digest.__wrapped__() != before
+    models, before = Store().key("harmonic", 1), anew(ERRORS)
+    assert before == results_digest(ERRORS)
+    append_to(copy / "compare/results/measure.py")
+    assert anew(ERRORS) != before
     assert code_digest.__wrapped__() == code_digest()
     assert Store().key("harmonic", 1) == models
 
 
+IMPORTED = {  # by what a module imports: a file that counts for it
+    "itself": (JUDGE, "compare/results/judge/compute.py"),
+    "module": (JUDGE, "contact/judge/judgement.py"),
+    "module of a module": (JUDGE, "contact/judge/overlap.py"),
+    "package of a module": (JUDGE, "contact/judge/__init__.py"),
+    "module from a package": ("compare.studies.validation.statements", "compare/studies/validation/sn.py"),
+    "readers of scenes": (ERRORS, "compare/scenes/load.py"),
+}
+OTHERS = {  # modules that others do not need
+    "friction, for the judge": (JUDGE, "contact/friction/coulomb.py"),
+    "contact, for ICs": (ERRORS, "contact/bounded.py"),
+    "pages": ("compare.reports.frontier.page", "compare/pages/styles.py"),
+    "commands": (ERRORS, "compare/cli/main.py"),
+}
+
+
+@pytest.mark.parametrize(("module", "file"), IMPORTED.values(), ids=IMPORTED)
+def test_what_a_module_imports_counts(copy, module, file):
+    before = anew(module)
+    append_to(copy / file)
+    assert anew(module) != before
+
+
+@pytest.mark.parametrize(("module", "file"), OTHERS.values(), ids=OTHERS)
+def test_what_it_does_not_import_does_not(copy, module, file):
+    before = anew(module)
+    append_to(copy / file)
+    assert anew(module) == before
+
+
+def test_a_module_that_imports_more_has_another_digest(copy):
+    before = anew(ERRORS)
+    path = copy / "compare/results/measure.py"
+    path.write_text(path.read_text(encoding="utf-8") + "\nimport contact.bounded\n", encoding="utf-8")
+    of_import = anew(ERRORS)
+    assert of_import != before
+    append_to(copy / "contact/bounded.py")
+    assert anew(ERRORS) != of_import
+
+
 def test_models_know_nothing_of_compare():
     assert "compare" not in PACKAGES
-    assert code_digest() != results_digest()
+    assert code_digest() != results_digest(ERRORS)
     assert code_digest.__wrapped__() == code_digest()
 
 
 def test_results_depend_on_the_code_of_models(monkeypatch):
-    before = results_digest()
+    before = results_digest(ERRORS)
     monkeypatch.setattr(provenance, "code_digest", lambda: "0123456789ab")
-    assert results_digest.__wrapped__() != before
+    assert anew(ERRORS) != before
 
 
 def test_results_depend_on_the_library_that_writes_them(monkeypatch):
-    before = results_digest()
+    before = results_digest(ERRORS)
     monkeypatch.setattr(provenance, "version", lambda _: "0.0")
-    assert results_digest.__wrapped__() != before
+    assert anew(ERRORS) != before
 
 
 def test_a_matrix_of_other_code_is_made_again(monkeypatch):
     scene = load_scene("geometry2")
     before = matrix_report.key_of_scene(scene, 1)
     assert matrix_report.key_of_scene(scene, 1) == before
-    monkeypatch.setattr(matrix_report, "results_digest", lambda: "0123456789ab")
+    monkeypatch.setattr(matrix_report, "results_digest", lambda *_: "0123456789ab")
     assert matrix_report.key_of_scene(scene, 1) != before

@@ -1,15 +1,19 @@
 """C, and runs of statements with it, made so that one measure of `femic validate` has a wanted number."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
+import xarray as xr
 
+from compare.results.judge.dataset import FE, NUMBERS
 from compare.studies.validation.curves import CONCAVE, CONVEX
 from compare.studies.validation.runs import GEOMETRIES
 from compare.studies.validation.sn import with_factor
 from geometries.patches import N, S, X
 from tests.compare.studies.handmade import Runs, by_body, by_geometry, runs_of, with_c, without_c
 
+KNOWN_TO_FE = 0.005  # estimate of finite elements
 NN, SS, XX, XS, XN, SN = (N, N), (S, S), (X, X), (X, S), (X, N), (S, N)
 
 
@@ -132,3 +136,15 @@ def plane(c, *, estimate=0.0, b=1.0):
 def estimates_away(number):
     """A, and so many estimates (of 0.01 of the largest A_nn)."""
     return lambda of: of.a + number * 0.01 * np.max(of.a[NN])
+
+
+def contacts(**apart):
+    """Contacts by C whose numbers are off by so much more than the estimate of finite elements."""
+    case = ["1 N", "2 N"]
+    numbers = {name: [[10 * (1 + apart.get(name, 0) + KNOWN_TO_FE), 10.0]] * 2 for name in NUMBERS}
+    estimates = {f"estimate_{name}": np.full((2, 2), 10 * KNOWN_TO_FE) for name in NUMBERS}
+    dataset = xr.Dataset(
+        {name: (("case", "ics"), values) for name, values in (numbers | estimates).items()},
+        coords={"case": case, "ics": ["C", FE]},
+    )
+    return lambda: SimpleNamespace(judged=lambda *_: dataset)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from compare.results.judge.dataset import OF_PATCH
 from compare.studies.validation.changes import CHANGES
 from compare.studies.validation.curves import ACROSS, BESIDE, CONVEX, THROUGH
 from compare.studies.validation.program import cylinder_errors
@@ -24,6 +25,7 @@ from tests.compare.studies.makers import (
     XX,
     beyond_factor,
     bumps,
+    contacts,
     engines,
     estimates_away,
     everywhere,
@@ -236,6 +238,8 @@ EXACT = {  # the threshold, and C for a value
     (19, "convex"): (0.50, lambda v: turned(v, v - 1)),
     (20, "B̂"): (1.0, nearer_to("Bhat", "B")),
     (21, "size"): (0.20, lambda v: term(1 + v)),
+    (22, "patch"): (0.02, lambda v: contacts(**dict.fromkeys(OF_PATCH, v))),
+    (22, "approach"): (0.02, lambda v: contacts(approach=v)),
 }
 
 

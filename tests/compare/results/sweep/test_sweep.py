@@ -4,15 +4,17 @@ import errno
 import os
 from pathlib import Path
 
+import dask
 import numpy as np
 import pytest
 import xarray as xr
+from distributed import KilledWorker, LocalCluster
 
 from compare.results.compute import compute
 from compare.results.dataset import errors, to_dataset
 from compare.results.sweep import cluster, kept, tasks
 from compare.results.sweep import compute as computing
-from compare.results.sweep.cluster import existing_cluster, local_cluster, size_for
+from compare.results.sweep.cluster import NO_DASHBOARD, existing_cluster, local_cluster, size_for
 from compare.results.sweep.compute import Options, Progress, compute_sweep
 from compare.results.sweep.dataset import Collected, open_sweep
 from compare.results.sweep.plan import planned
@@ -276,17 +278,33 @@ def test_the_check_by_the_other_engine_is_left_out(tmp_path):
 
 
 def test_what_is_kept_is_known_by_all_that_determines_it(tmp_path):
-    file = tmp_path / "rail.txt"
-    file.write_text("1 2\n", encoding="utf-8")
-    table = {"lower": {"contour": {"kind": "points", "file": str(file)}}, "upper": {"E": 1}}
-    store = Store(tmp_path)
-    (key,) = scene_task(table, ("errors",), store).keys.values()
-    assert scene_task(dict(table), ("errors",), store).keys == {"errors": key}
+    table, store = {"lower": {"E": 1.0}, "upper": {"E": 1}}, Store(tmp_path)
+    key = key_of(table, store)
+    assert key_of(dict(table), store) == key
     assert scene_task(table, ("ics",), store).keys["ics"] != key
-    assert scene_task(table | {"upper": {"E": 2}}, ("errors",), store).keys["errors"] != key
-    tasks._digest.cache_clear()
+    assert key_of(table | {"upper": {"E": 2}}, store) != key
+
+
+@pytest.mark.parametrize(
+    "named",
+    [
+        lambda file: {"lower": {"contour": {"kind": "points", "file": file}}},
+        lambda file: {"upper": {"contour": {"kind": "points", "file": file}}},
+        lambda file: {"contact": {"extra_gap": file}},
+        lambda file: {"contact": {"ics": ["A", f"map:{file}"]}},
+    ],
+)
+def test_what_is_in_files_counts(tmp_path, named):
+    store, file = Store(tmp_path / "store"), tmp_path / "file.txt"
+    file.write_text("1 2\n", encoding="utf-8")
+    before = key_of(named(str(file)), store)
+    assert key_of(named(str(file)), store) == before
     file.write_text("1 3\n", encoding="utf-8")
-    assert scene_task(table, ("errors",), store).keys["errors"] != key
+    assert key_of(named(str(file)), store) != before
+
+
+def key_of(table, store):
+    return scene_task(table, ("errors",), store).keys["errors"]
 
 
 # --- large datasets ----------------------------------------------------------------------------------
@@ -304,6 +322,7 @@ def test_a_large_dataset_is_the_same(client, tmp_path, monkeypatch, chunk):
     xr.testing.assert_equal(large.load().drop_vars("failure"), small.drop_vars("failure"))
     assert large.failure.values.tolist() == small.failure.values.tolist()
     assert large.attrs == small.attrs
+    assert float(large.powers.sel(E=3, nu=0.2, power="two")) == 9
 
 
 # --- what may go wrong -------------------------------------------------------------------------------
@@ -401,6 +420,39 @@ def test_the_time_left_is_that_of_scenes_not_computed_yet():
     assert Progress(10).seconds_left is None
     assert Progress(10, finished=4, found=4, seconds=1.0).seconds_left is None
     assert Progress(10, finished=6, found=4, seconds=8.0).seconds_left == pytest.approx(16.0)
+
+
+def test_a_worker_that_dies_again_and_again_fails_its_scene(tmp_path):
+    run = computing._Run(Collected(campaign_in(tmp_path, LIGHT), tmp_path), Store(tmp_path), Options())
+
+    class Killed:
+        def cancelled(self):
+            return False
+
+        def exception(self):
+            return KilledWorker("task", None, 3)
+
+    failure = run._receipt(Killed()).failure
+    assert failure.startswith("its worker died 4 times, most likely for memory: give fewer workers")
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_a_scheduler_that_goes_is_said_and_what_is_finished_is_kept(tmp_path):
+    campaign = campaign_in(tmp_path, LIGHT)
+    hasty = dask.config.set({"distributed.comm.timeouts.connect": "1s"})
+    one_thread = {"n_workers": 1, "threads_per_worker": 1, "processes": False}
+    with hasty, LocalCluster(**one_thread, scheduler_kwargs=NO_DASHBOARD) as own:
+
+        def go(progress):
+            if progress.finished == 3:
+                own.sync(own.scheduler.close)
+
+        with (
+            existing_cluster(own.scheduler_address, timeout=1.0) as client,
+            pytest.raises(Failure, match="the scheduler is gone; what is finished is kept"),
+        ):
+            swept(campaign, tmp_path, client, Options(go))
+    assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) >= 3
 
 
 # --- workers of their own ----------------------------------------------------------------------------

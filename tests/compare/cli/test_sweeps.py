@@ -1,0 +1,181 @@
+"""The command `sweep`: exit codes, what it prints, interruption, death."""
+
+import re
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from io import StringIO
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from compare.cli import sweeps
+from compare.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from compare.cli.progress import EVERY, CampaignLines, campaign_shown
+from compare.results.sweep import compute as computing
+from compare.results.sweep import tasks
+from compare.results.sweep.cluster import Size
+from compare.results.sweep.compute import Progress
+from compare.results.sweep.dataset import open_sweep
+from compare.scenes.load import load_scene
+from tests.compare.results.sweep.campaigns import LIGHT, LIGHT_KEEPERS, OF_UPPER, in_this_process
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture(scope="module")
+def client():
+    with in_this_process() as client:
+        yield client
+
+
+@pytest.fixture
+def femic(client, tmp_path, monkeypatch, capsys):
+    """A function that sweeps a campaign whose scenes are not computed: the exit code, what was printed."""
+
+    @contextmanager
+    def cluster(_size):
+        yield client
+
+    for module in (tasks, computing):
+        monkeypatch.setattr(module, "KEEPERS", LIGHT_KEEPERS)
+    monkeypatch.setattr(sweeps, "local_cluster", cluster)
+    monkeypatch.setattr(sweeps, "largest_memory", lambda _: 100.0)
+    monkeypatch.chdir(tmp_path)
+
+    def sweep(text, *options):
+        Path("mine.toml").write_text(text, encoding="utf-8")
+        code = exit_code(["sweep", "mine.toml", *options])
+        printed = capsys.readouterr()
+        return code, printed.out + printed.err
+
+    return sweep
+
+
+def test_scenes_that_fail_are_listed_and_do_not_stop_the_others(femic):
+    code, printed = femic(LIGHT)
+    assert code == DONE
+    assert "27 scenes: 24 computed, 3 failed (0 by earlier runs)." in printed
+    assert "failed: E=7,nu=0.1 and 2 more: seven" in printed
+    assert "Dataset: out/mine/sweep.nc" in printed
+    assert open_sweep(Path("out/mine")).attrs["failed"] == 3
+    code, printed = femic(LIGHT)
+    assert "(27 by earlier runs)" in printed
+
+
+def test_it_is_a_failure_where_all_fail(femic):
+    code, printed = femic(LIGHT.replace("from = 1\nto = 9\ncount = 9", "values = [7]"))
+    assert code == FAILED
+    assert "all 3 scenes failed" in printed
+
+
+def test_wrong_files_and_options_are_said(femic):
+    assert femic("scene = 1")[0] == WRONG_INPUT
+    code, printed = femic(LIGHT, "--scheduler", "tcp://127.0.0.1:9", "--workers", "2")
+    assert code == WRONG_INPUT
+    assert "--workers is of this machine's cores" in printed
+
+
+def test_the_scene_of_a_point_is_written_and_nothing_else_is_printed(femic):
+    code, printed = femic(LIGHT, "--write", "E=2.5,nu=0.3")
+    assert (code, printed) == (DONE, "out/mine/E=2.5,nu=0.3.toml\n")
+    scene = load_scene("out/mine/E=2.5,nu=0.3.toml")
+    assert scene.bodies["lower"].material.E == 2.5
+    assert scene.bodies["upper"].material.nu == 0.3
+    assert femic(LIGHT, "--write", "E=2.5")[0] == WRONG_INPUT
+    assert femic(LIGHT, "--write", "E=2.5,nu=7")[0] == WRONG_INPUT
+
+
+def test_a_note_says_why_there_are_fewer_workers(femic, monkeypatch):
+    monkeypatch.setattr(sweeps, "size_for", lambda *_: Size(1, 100.0, "1 instead of 2 workers: ..."))
+    assert "note: 1 instead of 2 workers" in femic(LIGHT)[1]
+
+
+def test_what_it_would_take_is_said_and_nothing_is_computed(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text(OF_UPPER, encoding="utf-8")
+    assert exit_code(["sweep", "mine.toml", "--plan", "--workers", "1"]) == DONE
+    printed = capsys.readouterr().out
+    assert re.search(r"2 scenes, 0 of them kept; the others have 3 different models", printed)
+    assert re.search(r"About \d+ s with 1 workers, \d+ MB each", printed)
+    assert not Path("out/mine/sweep.nc").exists()
+
+
+# --- progress ----------------------------------------------------------------------------------------
+
+
+def test_a_campaign_has_a_line_every_few_seconds_and_a_last_one():
+    written, clock = [], iter([0.0, 0.0, 1.0, EVERY, EVERY, EVERY + 1, EVERY + 1])
+    lines = CampaignLines(written.append, lambda: next(clock))
+    for finished in (1, 2, 3, 4):
+        lines.tell(Progress(4, finished=finished, found=0, models=5, models_found=2, seconds=60.0 * finished))
+    assert written == [
+        "  1 of 4 scenes (0 kept, 0 failed; models: 5 solved, 2 times kept), about 3 min left",
+        "  3 of 4 scenes (0 kept, 0 failed; models: 5 solved, 2 times kept), about 60 s left",
+        "  4 of 4 scenes (0 kept, 0 failed; models: 5 solved, 2 times kept)",
+    ]
+
+
+def test_on_a_terminal_there_is_a_bar():
+    console = Console(file=StringIO(), force_terminal=True, width=150)
+    with campaign_shown(console) as told:
+        told(Progress(10, finished=3, found=1, failed=1, models=5, seconds=20.0))
+    text = re.sub("\x1b\\[[0-9;?]*[A-Za-z]", "", console.file.getvalue())
+    assert "scenes (1 kept, 1 failed; models: 5 solved, 0 times kept)" in text
+    assert "3/10" in text
+    assert "about 70 s left" in text
+
+
+# --- processes ---------------------------------------------------------------------------------------
+
+
+@contextmanager
+def begun(folder):
+    """A campaign in a process of its own, of which a scene is finished, and the workers' process ids."""
+    (folder / "mine.toml").write_text(OF_UPPER.replace("1e5, 2e5", "1e5, 2e5, 3e5, 4e5"), encoding="utf-8")
+    log = folder / "log"
+    command = [sys.executable, "-m", "compare", "sweep", str(folder / "mine.toml"), "--workers", "2"]
+    with (
+        log.open("w") as output,
+        subprocess.Popen([*command, "--out", str(folder)], cwd=ROOT, stdout=output, stderr=output) as process,
+    ):
+        started = time.monotonic()
+        while " of 4 scenes" not in log.read_text():
+            assert process.poll() is None, log.read_text()
+            assert time.monotonic() - started < 120
+            time.sleep(0.05)
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        everywhere = Path(f"/proc/{process.pid}/task").glob("*/children")
+        assert children.exists()
+        yield process, [int(pid) for file in everywhere for pid in file.read_text().split()]
+
+
+def at_work(pids):
+    """Which processes still run; not those that have ended and that nobody has asked about."""
+    stats = [Path(f"/proc/{pid}/stat") for pid in pids]
+    return [path for path in stats if path.exists() and path.read_text().rpartition(")")[2].split()[0] != "Z"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_a_campaign_that_is_ended_leaves_no_worker_and_goes_on(tmp_path, end):
+    with begun(tmp_path) as (process, workers):
+        assert len(workers) >= 2
+        process.send_signal(end)
+        started = time.monotonic()
+        code = process.wait()
+        took = time.monotonic() - started
+    time.sleep(1.0)
+    assert not at_work(workers)
+    assert code == (INTERRUPTED if end == signal.SIGINT else -signal.SIGKILL)
+    assert took < 10
+    subprocess.run(
+        [sys.executable, "-m", "compare", "sweep", str(tmp_path / "mine.toml"), "--out", str(tmp_path)],
+        cwd=ROOT,
+        check=True,
+    )
+    assert open_sweep(tmp_path).attrs["computed"] == 4

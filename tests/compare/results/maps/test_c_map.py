@@ -1,0 +1,213 @@
+"""Maps of C. In these tests it is B-hat and a function of the swept keys: polynomials are found exactly."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.pages.styles import symbol_of
+from compare.results.contact import compute
+from compare.results.contact.compute import compute_contact, grids_of, reference_name
+from compare.results.contact.dataset import to_dataset
+from compare.results.contact.pairing import placed_on
+from compare.results.maps.c_map import bhat_nn, open_map
+from compare.results.maps.node import node
+from compare.results.sweep.dataset import Collected
+from compare.scenes.campaign import load_campaign
+from compare.scenes.errors import BadScene
+from compare.scenes.load import load_scene
+from geometries.errors import Failure, WrongInput
+
+BASE = """
+bodies = ["combined"]
+lower = { E = 210e3, nu = 0.28, contour = { kind = "arc", radius = 10.0, flank_inclination_deg = 60.0 } }
+patch = { a = 0.3, b = 0.3 }
+grid = { n_x = 20, n_s = 20, dx = 0.5, ds = 0.4 }
+contact = { loads = [1e3], grid = "scene", ics = ["Bhat", "C"] }
+[upper]
+E = 210e3
+nu = 0.28
+rolling_radius = 450
+contour = { kind = "arc", radius = 10.5, flank_inclination_deg = 60.0 }
+"""
+CAMPAIGN = """
+scene = "base.toml"
+keep = ["matrix"]
+[sweep.ratio]
+keys = { "upper.contour.radius" = 10 }
+values = [1.05, 1.1, 1.2, 1.3]
+[sweep.E]
+keys = ["lower.E", "upper.E"]
+spacing = "logarithmic"
+values = [1e5, 2e5, 4e5, 7e5, 1e6]
+"""
+ESTIMATE = 1e-9  # mm/MPa
+
+
+def polynomial(ratio, modulus):
+    return 0.2 * ratio**2 - 0.1 * ratio + 0.03 * np.log(modulus / 1e5) ** 3
+
+
+def steep(ratio, modulus):
+    return 0.004 * np.exp(2 * ratio) * np.log(modulus / 5e4) ** 4
+
+
+def c_of(scene, placed, f):
+    """B-hat, and f times a share of its own ICs that is largest at small lags and on equal strips."""
+    bhat, grid = bhat_nn(placed), placed.grid
+    near = np.exp(-np.abs(np.subtract.outer(grid.strips, grid.strips)))
+    shape = np.exp(-grid.lags)[:, None, None] * near
+    return bhat + f(*ratio_and_modulus(scene)) * bhat[0, 0, 0] * shape
+
+
+def ratio_and_modulus(scene):
+    upper, lower = scene.bodies["upper"], scene.bodies["lower"]
+    return abs(upper.contour.core.radius) / 10, lower.material.E
+
+
+@pytest.fixture
+def make(tmp_path, monkeypatch):
+    """Makes a map of C = f(ratio, modulus) times B-hat; returns its name."""
+
+    def made(f=polynomial, left_out=(), base=BASE, campaign=CAMPAIGN):
+        def c_on(scene, placed, _means=None):
+            c = c_of(scene, placed, f)
+            return c, np.full_like(c, ESTIMATE)
+
+        monkeypatch.setattr("compare.results.maps.node.c_on", c_on)
+        monkeypatch.setattr(compute, "c_on", c_on)
+        (tmp_path / "base.toml").write_text(base, encoding="utf-8")
+        (tmp_path / "campaign.toml").write_text(campaign, encoding="utf-8")
+        swept = load_campaign(tmp_path / "campaign.toml")
+        collected = Collected(swept, tmp_path / "out")
+        for number in range(swept.size):
+            if number in left_out:
+                collected.fail(number, "did not converge", 1.0)
+            else:
+                collected.add(number, node(swept.scene(swept.point(number))), 1.0)
+        return f"map:{collected.write()}"
+
+    return made
+
+
+def scene_at(folder, ratio, modulus, **changes):
+    keys = {
+        "lower": {"E": modulus},
+        "upper": {
+            "E": modulus,
+            "contour": {"kind": "arc", "radius": 10 * ratio, "flank_inclination_deg": 60.0},
+        },
+    }
+    return load_scene(str(folder / "base.toml"), keys | changes)
+
+
+def read(name, scene):
+    return open_map(name).at(scene, placed_on(scene, scene.grid))
+
+
+@pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.25, 1.5e5), (1.1, 8e5), (1.29, 9.9e5)])
+def test_polynomials_of_the_keys_are_exact(make, tmp_path, ratio, modulus):
+    name, scene = make(), scene_at(tmp_path, ratio, modulus)
+    ic, known_to = read(name, scene)
+    np.testing.assert_allclose(ic, c_of(scene, placed_on(scene, scene.grid), polynomial), rtol=1e-10)
+    np.testing.assert_allclose(known_to, ESTIMATE, rtol=1e-3)
+
+
+def test_nodes_are_c_to_rounding(make, tmp_path):
+    name, scene = make(steep), scene_at(tmp_path, 1.2, 4e5)
+    ic, _ = read(name, scene)
+    np.testing.assert_allclose(ic, c_of(scene, placed_on(scene, scene.grid), steep), rtol=1e-14)
+
+
+@pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.15, 1.4e5), (1.25, 8e5)])
+def test_the_error_on_left_out_nodes_covers_that_between_them(make, tmp_path, ratio, modulus):
+    """It is not that of exact values, and not ten times too large either."""
+    name, scene = make(steep), scene_at(tmp_path, ratio, modulus)
+    ic, known_to = read(name, scene)
+    error = np.abs(ic - c_of(scene, placed_on(scene, scene.grid), steep))
+    assert np.all(error <= known_to - ESTIMATE)
+    assert np.max(error) > 1e-4 * np.max(ic)
+    assert np.max(known_to - ESTIMATE) < 30 * np.max(error)
+
+
+def test_contact_by_a_map_is_that_by_c_and_known_to_its_error(make, tmp_path):
+    name = make(steep)
+    scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["Bhat", name, "C"]})
+    found = to_dataset(compute_contact(scene)).isel(case=0)
+    c, by_map = (found.sel(ics=one) for one in ("C", name))
+    for number in ("p_max", "approach", "a", "b"):
+        assert float(by_map[number]) == pytest.approx(float(c[number]), rel=1e-2)
+        assert abs(float(by_map[number] - c[number])) < float(by_map[f"estimate_{number}"])
+    assert float(by_map.approach) != float(c.approach)
+    assert float(by_map.estimate_approach) > float(c.estimate_approach)
+    assert abs(float(found.approach.sel(ics="Bhat") / c.approach) - 1) > 0.1
+
+
+def test_a_map_has_a_grid_of_its_own_on_which_all_is_solved(make, tmp_path):
+    name = make()
+    scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["A", name], "grid": "automatic"})
+    ((grid, _),) = grids_of(scene)
+    assert (grid.n_x, grid.n_s, grid.dx, grid.ds) == (20, 20, 0.5, 0.4)
+    small = scene_at(tmp_path, 1.05, 1e5, contact={"ics": [name], "loads": [1e6]})
+    with pytest.raises(Failure, match=r"contact at 1e\+06 N with map:"):
+        compute_contact(small)
+
+
+def test_the_reference_is_c_then_a_map_then_bhat():
+    assert reference_name(["A", "map:a", "Bhat", "C"]) == "C"
+    assert reference_name(["A", "Bhat", "map:a"]) == "map:a"
+    assert reference_name(["A", "Bhat", "mix"]) == "Bhat"
+    assert symbol_of("map:out/flanks/sweep.nc") == "C by flanks"
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"lower": {"nu": 0.3, "E": 3e5}}, "nu of the lower body: not as in"),
+        ({"upper": {"rolling_radius": 460.0}}, "rolling_radius of the upper body: not as in"),
+        ({"lower": {"contour": {"kind": "plane"}}}, "contour"),
+        ({"contact": {"shift": 0.1}}, r"contact\.shift"),
+        ({"rotation_reach": 15.0}, "rotation_reach"),
+        ({"lower": {"E": 4e5}}, r"lower\.E, upper\.E give E = .* the same"),
+    ],
+)
+def test_scenes_that_are_not_of_the_map_are_refused(make, tmp_path, changes, said):
+    name = make()
+    keys = {"lower": {"E": 3e5}, "upper": {"E": 3e5}}
+    scene = load_scene(
+        str(tmp_path / "base.toml"),
+        {k: keys.get(k, {}) | v if isinstance(v, dict) else v for k, v in (keys | changes).items()},
+    )
+    with pytest.raises(BadScene, match=said):
+        read(name, scene)
+
+
+def test_what_does_not_change_c_may_differ(make, tmp_path):
+    name = make()
+    scene = scene_at(tmp_path, 1.15, 3e5, engine={"tolerance": 0.1}, contact={"loads": [3e3]}, title="other")
+    read(name, scene)
+
+
+def test_nothing_is_extrapolated_and_missing_nodes_are_named(make, tmp_path):
+    name = make(left_out=(0,))
+    with pytest.raises(WrongInput, match=r"ratio = 1\.4: outside the map, 1\.05 \.\.\. 1\.3"):
+        read(name, scene_at(tmp_path, 1.4, 3e5))
+    with pytest.raises(Failure, match=r"no C at ratio = 1\.05, E = 100000: did not converge"):
+        read(name, scene_at(tmp_path, 1.07, 1.5e5))
+
+
+def test_other_files_are_refused(make, tmp_path):
+    for name, said in (("map:nowhere.nc", "no such file"), (f"map:{__file__}", "no file of a campaign")):
+        with pytest.raises(BadScene, match=said):
+            open_map(name)
+    xr.Dataset(attrs={"points": "grid"}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    with pytest.raises(BadScene, match="no map of C"):
+        open_map(f"map:{tmp_path / 'other.nc'}")
+    few = CAMPAIGN.replace("1.05, 1.1, 1.2, 1.3", "1.05, 1.1")
+    with pytest.raises(BadScene, match=r"axis ratio, 2 values: a map needs 3 or more"):
+        open_map(make(campaign=few))
+
+
+def test_friction_is_refused(make, tmp_path):
+    name = make()
+    with pytest.raises(BadScene, match="maps of C know nn only"):
+        compute.cases_of(scene_at(tmp_path, 1.1, 3e5, contact={"ics": [name], "motion": "compression"}))
