@@ -32,11 +32,12 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of numbers."""
+    """A table of numbers, or of text, which may have several lines."""
 
     caption: str
     columns: Sequence[str]
     rows: Sequence[Row]
+    is_text: bool = False
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,7 @@ class Page:
     below: str
     cost: str
     scene: str
+    of_text: str = "The scene"  # heading of the text at the end
 
     def write(self, path: Path, prefix: str) -> Path:
         """Write the page, and its figures PREFIX_NAME.png into `figures` beside it; returns its path."""
@@ -63,7 +65,9 @@ class Page:
             }
             for part in self.parts
         ]
-        values = {name: getattr(self, name) for name in ("title", "summary", "tables", "below", "cost")}
+        values = {
+            name: getattr(self, name) for name in ("title", "summary", "tables", "below", "cost", "of_text")
+        }
         return write_page(path, "parts.html.j2", **values, parts=shown, text=self.scene)
 
 

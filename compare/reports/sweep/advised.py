@@ -1,0 +1,156 @@
+"""Which ICs are advised over the axes of a campaign: categories as colours."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from compare.pages.styles import RC, with_further
+from compare.reports.sweep.axes import Axis, spread_out
+from compare.reports.sweep.clouds import MOST_POINTS
+from compare.reports.sweep.fields import body_of, label_of
+from compare.reports.sweep.maps import PANEL, Plane, draw_cells, of_gaps
+from compare.reports.sweep.scales import Scale
+from geometries.arrays import Mask
+
+NONE = "none is good enough"
+MOST_BESIDE = 4  # entries of a line of the legend
+PALE = 0.35  # share of white in colours
+
+
+@dataclass(frozen=True, eq=False)
+class Advice:
+    """Numbers of the advised ICs over the swept dims, by place in `names`; the last is `NONE`."""
+
+    numbers: xr.DataArray
+    names: tuple[str, ...]
+
+    @property
+    def labels(self) -> list[str]:
+        """The names as the page has them."""
+        return [name if name == NONE else label_of(name) for name in self.names]
+
+    @property
+    def colours(self) -> list[tuple[float, float, float]]:
+        """A colour for each name, that of its curves, paler."""
+        looks = with_further(name for name in self.names if name != NONE)
+        pure = ["0.95" if name == NONE else looks[name][1]["color"] for name in self.names]
+        return [_paler(to_rgb(colour)) for colour in pure]
+
+    @property
+    def scale(self) -> Scale:
+        """Colours of the numbers of names."""
+        count = len(self.names)
+        norm = BoundaryNorm(np.arange(count + 1) - 0.5, count)
+        return Scale(norm, ListedColormap(self.colours), (), None, "neither", "", False)
+
+    def at(self, **places: int) -> "Advice":
+        """The advice at some places of swept dims."""
+        return Advice(self.numbers.isel(places), self.names)
+
+    def counts(self) -> dict[str, int]:
+        """The numbers of scenes by what is advised."""
+        found = {label: int((self.numbers == k).sum()) for k, label in enumerate(self.labels)}
+        return {label: count for label, count in found.items() if count}
+
+
+def advice_of(dataset: xr.Dataset) -> Advice | None:
+    """The advice of a campaign that has kept it, of those ICs only that are advised anywhere."""
+    if "advised" not in dataset:
+        return None
+    numbers = dataset.advised.sel(body=body_of(dataset), drop=True).drop_attrs().load()
+    variants = [str(name) for name in dataset.variant.values]
+    used = [k for k in range(len(variants)) if (numbers == k).any()]
+    if not numbers.notnull().any():
+        return None
+    renumbered = xr.full_like(numbers, np.nan)
+    for place, k in enumerate([*used, -1]):
+        renumbered = renumbered.where(numbers != k, place)
+    return Advice(renumbered, (*(variants[k] for k in used), NONE))
+
+
+def advised_over(advice: Advice, plane: Plane, panels: Sequence[tuple[str, Advice, Plane]] = ()) -> Figure:
+    """Maps of what is advised over two axes, a panel per value of the third."""
+    drawn = list(panels) or [("", advice, plane)]
+    with mpl.rc_context(RC | {"axes.grid": False, "hatch.linewidth": 0.5}):
+        width, height = 1.25 * PANEL[0], 1.25 * PANEL[1]
+        size = max(width * len(drawn) + 0.6, 4.4), height + 0.9
+        figure = Figure(figsize=size, layout="constrained")
+        shown = []
+        for axes, (title, one, on) in zip(
+            figure.subplots(1, len(drawn), squeeze=False, sharey=True)[0], drawn, strict=True
+        ):
+            shown.append(np.asarray(one.numbers.transpose(on.across.name, on.up.name).values))
+            draw_cells(axes, shown[-1], on, advice.scale)
+            axes.set_title(title, fontsize=9)
+            axes.set_xlabel(on.across.heading)
+        figure.axes[0].set_ylabel(plane.up.heading)
+        _legend(figure, advice, of_gaps([on for *_, on in drawn], shown))
+        return figure
+
+
+def advised_along(advice: Advice, axis: Axis, failed: Mask) -> Figure:
+    """A strip of what is advised along one axis."""
+    strip = Axis("", "", np.array([""]))
+    plane = Plane(axis, strip, failed[:, None])
+    with mpl.rc_context(RC | {"axes.grid": False, "hatch.linewidth": 0.5}):
+        figure = Figure(figsize=(7.5, 1.6), layout="constrained")
+        axes = figure.subplots()
+        numbers = advice.numbers.values[:, None]
+        draw_cells(axes, numbers, plane, advice.scale)
+        axes.set(xlabel=axis.heading, yticks=[])
+        _legend(figure, advice, of_gaps([plane], [numbers]))
+        return figure
+
+
+def advised_points(advice: Advice, axes: Sequence[Axis]) -> Figure:
+    """Points of what is advised over the first two axes, or over the only one."""
+    first, second = axes[0], axes[1] if len(axes) > 1 else None
+    chosen = spread_out(len(first.values), MOST_POINTS)
+    with mpl.rc_context(RC | {"grid.alpha": 0.2}):
+        figure = Figure(figsize=(5.4, 4.2 if second else 1.8), layout="constrained")
+        panel: Axes = figure.subplots()
+        heights = second.at[chosen] if second else np.zeros(len(chosen))
+        numbers = advice.numbers.values[chosen]
+        for k, colour in enumerate(advice.colours):
+            of_name = numbers == k
+            panel.scatter(
+                first.at[chosen][of_name],
+                heights[of_name],
+                s=22,
+                color=[colour],
+                edgecolors="0.4",
+                linewidths=0.4,
+            )
+        first.scale(panel, "x")
+        panel.set_xlabel(first.heading)
+        if second:
+            second.scale(panel, "y")
+            panel.set_ylabel(second.heading)
+        else:
+            panel.set_yticks([])
+        _legend(figure, advice)
+        return figure
+
+
+def _legend(figure: Figure, advice: Advice, gaps: Sequence[Artist] = ()) -> None:
+    used = advice.counts()
+    handles: list[Artist] = [
+        Patch(facecolor=colour, edgecolor="0.4", label=label)
+        for label, colour in zip(advice.labels, advice.colours, strict=True)
+        if label in used
+    ]
+    handles += gaps
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), MOST_BESIDE))
+
+
+def _paler(colour: tuple[float, float, float]) -> tuple[float, float, float]:
+    red, green, blue = (PALE + (1 - PALE) * part for part in colour)
+    return red, green, blue

@@ -1,0 +1,161 @@
+"""The swept axes of a campaign as its page tells and draws them."""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+from compare.pages.parts import listed
+from geometries.arrays import Array
+
+LARGE = 1e8  # value from which on powers of ten are written
+LONG = 10.0  # largest over smallest value from which on a logarithmic axis is thought of
+MOST_TICKS = 9  # values of an axis that are its ticks, if not more
+MOST_DIGITS = 5  # of ticks of a logarithmic axis; larger numbers are powers of ten
+WORD = 9  # letters from which on a category is written upwards
+Names = Mapping[str, Any]  # values by the names of axes
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """A swept axis. `values` are those of a grid, or those of all scenes; text in the order of the file."""
+
+    name: str
+    heading: str  # label and unit
+    values: Array  # (n,) numbers or text
+
+    @property
+    def is_number(self) -> bool:
+        """Whether the values are numbers, not text."""
+        return self.values.dtype.kind == "f"
+
+    @property
+    def is_logarithmic(self) -> bool:
+        """Whether values look as if they were spread over powers: their median is nearer to such a middle."""
+        if not self.is_number or len(self.values) < 3 or np.min(self.values) <= 0:
+            return False
+        low, high, median = np.min(self.values), np.max(self.values), np.median(self.values)
+        middle = np.log(median / low) / np.log(high / low) if high > low else 0.0
+        linear = (median - low) / (high - low) if high > low else 0.0
+        return bool(high > LONG * low and abs(middle - 0.5) < abs(linear - 0.5))
+
+    @cached_property
+    def categories(self) -> list[str]:
+        """The texts of an axis without numbers, in the order of their first scenes."""
+        return list(dict.fromkeys(map(str, self.values)))
+
+    @property
+    def at(self) -> Array:
+        """Where the values are drawn, (n,): numbers at themselves, text at its number."""
+        if self.is_number:
+            return self.values
+        numbers = {text: float(k) for k, text in enumerate(self.categories)}
+        return np.array([numbers[str(value)] for value in self.values])
+
+    @property
+    def edges(self) -> Array:
+        """The edges of cells about the values of a grid, (n + 1,): half-way between, or so by ratio."""
+        at = np.log(self.at) if self.is_logarithmic else self.at
+        if len(at) == 1:
+            return np.array([at[0] - 0.5, at[0] + 0.5])
+        middles = (at[1:] + at[:-1]) / 2
+        edges = np.array([2 * at[0] - middles[0], *middles, 2 * at[-1] - middles[-1]])
+        return np.asarray(np.exp(edges) if self.is_logarithmic else edges)
+
+    def scale(self, axes: Axes, which: str) -> None:
+        """Give the x or y axis of a picture the scale and the ticks of this axis."""
+        ruler = axes.xaxis if which == "x" else axes.yaxis
+        set_scale = axes.set_xscale if which == "x" else axes.set_yscale
+        if not self.is_number:
+            places = np.arange(len(self.categories))
+            upwards = which == "x" and max(map(len, self.categories)) >= WORD
+            ruler.set_ticks(places, self.categories, rotation=30 if upwards else 0)
+            for label in ruler.get_ticklabels():
+                label.set_horizontalalignment("right" if upwards or which == "y" else "center")
+            return
+        if self.is_logarithmic:
+            set_scale("log")
+            if max(len(text_of(value)) for value in (np.min(self.values), np.max(self.values))) > MOST_DIGITS:
+                return
+            ruler.set_major_formatter(FuncFormatter(lambda value, _: text_of(value)))
+        if len(set(self.values)) <= MOST_TICKS and _spread(self):
+            ruler.set_major_locator(FixedLocator(sorted(set(self.values))))
+            ruler.set_major_formatter(FuncFormatter(lambda value, _: text_of(value)))
+            ruler.set_minor_locator(NullLocator())
+
+
+def axes_of(dataset: xr.Dataset) -> list[Axis]:
+    """All axes of a campaign, in the order of its file."""
+    return [_axis(dataset[described["name"]]) for described in json.loads(dataset.attrs["axes"])]
+
+
+def swept(axes: Iterable[Axis]) -> list[Axis]:
+    """The axes that have more than one value."""
+    return [axis for axis in axes if len(axis.values) > 1]
+
+
+def ordered(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset of a grid with the numbers of each axis in ascending order."""
+    numeric = [axis.name for axis in axes_of(dataset) if axis.is_number]
+    return dataset.sortby(numeric) if is_grid(dataset) and numeric else dataset
+
+
+def is_grid(dataset: xr.Dataset) -> bool:
+    """Whether the scenes are all combinations of values."""
+    return str(dataset.attrs["points"]) == "grid"
+
+
+def text_of(value: Any) -> str:
+    """A value of an axis as text."""
+    if isinstance(value, str):
+        return str(value)
+    short = f"{float(value):.4g}"
+    large = "e+" in short and abs(float(value)) < LARGE
+    return np.format_float_positional(float(short), trim="-") if large else short
+
+
+def named(values: Names) -> str:
+    """Values of axes as text: flank = 30, ratio = 1.1."""
+    return ", ".join(f"{name} = {text_of(value)}" for name, value in values.items())
+
+
+def spread_out(count: int, most: int) -> list[int]:
+    """Numbers of at most `most` of `count` things, the first and the last among them."""
+    return sorted({int(k) for k in np.round(np.linspace(0, count - 1, min(count, most)))})
+
+
+def point_of(dataset: xr.Dataset, place: Sequence[int]) -> str:
+    """The name of the scene at a place of the swept dims."""
+    dims = dataset["seconds"].dims
+    at = dict(zip(dims, place, strict=True))
+    return named(
+        {axis.name: dataset[axis.name].isel(at, missing_dims="ignore").item() for axis in axes_of(dataset)}
+    )
+
+
+def told_values(axis: Axis, values: Iterable[Any]) -> str:
+    """Some values of an axis: ratio = 1.05 and 1.2."""
+    return f"{axis.name} = {listed(text_of(value) for value in values)}"
+
+
+def _axis(values: xr.DataArray) -> Axis:
+    label = str(values.attrs.get("long_name") or values.name)
+    unit = values.attrs.get("units", "")
+    numbers = values.dtype.kind in "fiu"
+    return Axis(
+        str(values.name),
+        f"{label} [{unit}]" if unit else label,
+        values.values.astype(float) if numbers else values.values.astype(str),
+    )
+
+
+def _spread(axis: Axis) -> bool:
+    """Whether the values of an axis are far enough from each other for each to be a tick."""
+    at = np.unique(np.log(axis.values) if axis.is_logarithmic else axis.values)
+    return bool(len(at) < 2 or np.min(np.diff(at)) > 0.09 * (at[-1] - at[0]))
