@@ -5,7 +5,7 @@ READY := .venv/.ready
 FEMIC := $(BIN)/femic
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling judge calibrate compare frontier validate extremes docs mutations test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling judge sweep calibrate compare frontier validate extremes docs mutations test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -34,6 +34,9 @@ rolling: $(READY)  ## a wheel that rolls, and is pressed on, with friction, by A
 
 judge: $(READY)  ## contact of `tall` by finite elements, without ICs, beside that by ICs: out/tall/judge.html
 	$(FEMIC) judge tall
+
+sweep: $(READY)  ## a campaign: where does B-hat fail, over flank inclination and radius ratio? out/where_bhat_fails/sweep.html
+	$(FEMIC) sweep examples/where_bhat_fails.toml
 
 calibrate: $(READY)  ## B-hat-prime fitted to C of both geometries: out/geometry1_geometry2/calibration.html
 	$(FEMIC) calibrate geometry1 geometry2

@@ -14,10 +14,11 @@ from rich.console import Console
 
 from compare.cli import progress
 from compare.cli.work import DEFAULT_WORK, Work, kept
+from compare.reports.sweep.page import write_sweep
 from compare.results import folders
 from compare.results.sweep.cluster import existing_cluster, local_cluster, size_for
 from compare.results.sweep.compute import Options, Progress, compute_sweep, require_computable
-from compare.results.sweep.dataset import Collected
+from compare.results.sweep.dataset import Collected, open_sweep
 from compare.results.sweep.plan import largest_memory, planned
 from compare.scenes.campaign import Campaign, load_campaign, point_named
 from femic.work.store import Store
@@ -52,7 +53,7 @@ def sweep(
     asked: Asked = COMPUTED,
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Compute the scenes of a campaign; write sweep.nc (sweep.zarr where it is large).
+    """Compute the scenes of a campaign; write sweep.html and sweep.nc (sweep.zarr where it is large).
 
     Models that scenes share are solved once, and what is finished is kept: the same command goes on after an
     interruption. Scenes that fail are listed, and do not stop the others.
@@ -81,6 +82,7 @@ def sweep(
     _tell(collected, done, console)
     if len(collected.failures) == loaded.size:
         raise Failure(f"all {loaded.size} scenes failed")
+    console.print(f"Report: {write_sweep(open_sweep(collected.path), folder)}", markup=False, soft_wrap=True)
 
 
 @contextmanager
