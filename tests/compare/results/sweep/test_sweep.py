@@ -14,7 +14,7 @@ from compare.results.compute import compute
 from compare.results.dataset import errors, to_dataset
 from compare.results.sweep import cluster, kept, tasks
 from compare.results.sweep import compute as computing
-from compare.results.sweep.cluster import NO_DASHBOARD, existing_cluster, local_cluster, size_for
+from compare.results.sweep.cluster import NO_DASHBOARD, existing_cluster, size_for
 from compare.results.sweep.compute import Options, Progress, compute_sweep
 from compare.results.sweep.dataset import Collected, open_sweep
 from compare.results.sweep.plan import planned
@@ -28,7 +28,6 @@ from tests.compare.results.sweep.campaigns import (
     LIGHT_KEEPERS,
     OF_UPPER,
     campaign_in,
-    clusters_of,
     in_this_process,
     light,
     swept,
@@ -455,26 +454,3 @@ def test_a_scheduler_that_goes_is_said_and_what_is_finished_is_kept(tmp_path):
         ):
             swept(campaign, tmp_path, client, Options(go))
     assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) >= 3
-
-
-# --- workers of their own ----------------------------------------------------------------------------
-
-
-def test_a_killed_worker_costs_one_task(real, tmp_path):
-    """With one worker the task at hand is begun again; all others are what they were."""
-    campaign, _, before, dataset = real
-    killed = []
-    with local_cluster(size_for(1, 2, 400.0)) as client:
-
-        def kill(_: Progress) -> None:
-            if not killed:
-                (pid,) = client.run(os.getpid).values()
-                killed.append(pid)
-                os.kill(pid, 9)
-
-        store = Store(tmp_path / "store")
-        done = compute_sweep(Collected(campaign, tmp_path), store, clusters_of(client), Options(told=kill))
-    assert killed
-    assert (done.finished, done.failed) == (2, 0)
-    assert before.models <= done.models <= before.models + 1
-    xr.testing.assert_equal(open_sweep(tmp_path).drop_vars(CLOCKS), dataset.drop_vars(CLOCKS))
