@@ -135,7 +135,9 @@ def test_on_a_terminal_there_is_a_bar():
 @contextmanager
 def begun(folder):
     """A campaign in a process of its own, of which a scene is finished, and the workers' process ids."""
-    (folder / "mine.toml").write_text(OF_UPPER.replace("1e5, 2e5", "1e5, 2e5, 3e5, 4e5"), encoding="utf-8")
+    (folder / "mine.toml").write_text(
+        OF_UPPER.replace("11.0, 12.0", "11.0, 12.0, 13.0, 14.0"), encoding="utf-8"
+    )
     log = folder / "log"
     command = [sys.executable, "-m", "compare", "sweep", str(folder / "mine.toml"), "--workers", "2"]
     with (

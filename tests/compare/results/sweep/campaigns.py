@@ -28,10 +28,10 @@ engine = { check = false, tolerance = 0.2, far_radius = 100.0, smallest_cell = 1
 OF_UPPER = (
     CHEAP
     + """
-[sweep.E]
-keys = ["upper.E"]
-values = [1e5, 2e5]
-unit = "MPa"
+[sweep.R]
+keys = ["upper.contour.radius"]
+values = [11.0, 12.0]
+unit = "mm"
 """
 )
 LIGHT = """

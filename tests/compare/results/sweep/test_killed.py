@@ -1,0 +1,36 @@
+"""A worker that is killed in the middle of a campaign."""
+
+import os
+
+import numpy as np
+
+from compare.results.compute import compute
+from compare.results.dataset import errors, to_dataset
+from compare.results.sweep.cluster import local_cluster, size_for
+from compare.results.sweep.compute import Options, compute_sweep
+from compare.results.sweep.dataset import Collected, open_sweep
+from femic.means import Means
+from femic.work.store import Store
+from tests.compare.results.sweep.campaigns import OF_UPPER, campaign_in, clusters_of
+
+
+def test_a_killed_worker_costs_one_task(tmp_path):
+    """With one worker the task at hand is begun again; the results are those of a run by itself."""
+    campaign, killed = campaign_in(tmp_path, OF_UPPER), []
+    with local_cluster(size_for(1, 2, 400.0)) as client:
+
+        def kill(_):
+            if not killed:
+                (pid,) = client.run(os.getpid).values()
+                killed.append(pid)
+                os.kill(pid, 9)
+
+        collected, store = Collected(campaign, tmp_path), Store(tmp_path / "store")
+        done = compute_sweep(collected, store, clusters_of(client), Options(told=kill))
+    assert killed
+    assert (done.finished, done.failed) == (2, 0)
+    assert 3 <= done.models <= 4  # the lower body and two upper ones, one of them perhaps twice
+    results = compute(campaign.scene((12.0,)), Means(1, Store(tmp_path / "alone")))
+    found = open_sweep(tmp_path).sel(R=12).error
+    alone = errors(results, to_dataset(results)).error.transpose(*found.dims)
+    np.testing.assert_array_equal(found, alone)
