@@ -100,8 +100,8 @@ def _where(dataset: xr.Dataset, sizes: xr.DataArray) -> str:
     if len({text for text, _ in found}) == 1:
         return _along(axis, found[0][0])
     shortened = _shortened(found, rest[0].name)
-    first, *rest = [f"{text} at {names}" for text, names in grouped(shortened)]
-    return ", ".join([_along(axis, first), *rest])
+    first, *more = [f"{text} at {names}" for text, names in grouped(shortened)]
+    return ", ".join([_along(axis, first), *more])
 
 
 def _known(text: str, note: str) -> str:
