@@ -170,6 +170,14 @@ def test_the_sentences_answer_the_design_question(grid):
     assert told_all[3] == "B̂ is within 5 % in nn and sn everywhere."
 
 
+def test_where_nn_fails_is_told_beside_the_worst_component(curve):
+    much = curve.assign(error=10 * curve.error)
+    told_all = summary(much, fields_of(much), None).split("\n")
+    assert told_all[2] == (
+        "A is off by more than 5 % in nn from flank = 15.8 on; in sn from flank = 1.58 on, at most by 190 %."
+    )
+
+
 def test_values_that_are_not_in_order_are_put_in_order(grid):
     mixed = ordered(grid.isel(flank=[3, 0, 6, 1, 2, 5, 4], ratio=[2, 0, 1]))
     xr.testing.assert_identical(mixed, grid)
