@@ -19,7 +19,7 @@ from compare.reports.sweep.fields import COLUMN, LEVELS, ROW, Field, label_of
 from compare.reports.sweep.scales import share
 from geometries.arrays import Array
 
-MOST_POINTS = 2000  # of a picture
+MOST_POINTS = 800  # of a picture
 FEWEST = 4  # points of which a correlation is told
 COLUMNS = 5  # axes beside each other
 
