@@ -90,8 +90,8 @@ def advised_over(advice: Advice, plane: Plane, panels: Sequence[tuple[str, Advic
             shown.append(np.asarray(one.numbers.transpose(on.across.name, on.up.name).values))
             draw_cells(axes, shown[-1], on, advice.scale)
             axes.set_title(title, fontsize=9)
-            axes.set_xlabel(on.across.heading)
-        figure.axes[0].set_ylabel(plane.up.heading)
+            axes.set_xlabel(on.across.wrapped)
+        figure.axes[0].set_ylabel(plane.up.wrapped)
         _legend(figure, advice, of_gaps([on for *_, on in drawn], shown))
         return figure
 
@@ -133,7 +133,7 @@ def advised_points(advice: Advice, axes: Sequence[Axis]) -> Figure:
         panel.set_xlabel(first.heading)
         if second:
             second.scale(panel, "y")
-            panel.set_ylabel(second.heading)
+            panel.set_ylabel(second.wrapped)
         else:
             panel.set_yticks([])
         _legend(figure, advice)

@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ LARGE = 1e8  # value from which on powers of ten are written
 LONG = 10.0  # largest over smallest value from which on a logarithmic axis is thought of
 MOST_TICKS = 9  # values of an axis that are its ticks, if not more
 MOST_DIGITS = 5  # of ticks of a logarithmic axis; larger numbers are powers of ten
+WIDTH = 30  # letters of a line of a heading
 WORD = 9  # letters from which on a category is written upwards
 Names = Mapping[str, Any]  # values by the names of axes
 
@@ -29,6 +31,11 @@ class Axis:
     name: str
     heading: str  # label and unit
     values: Array  # (n,) numbers or text
+
+    @property
+    def wrapped(self) -> str:
+        """The heading in lines that fit below a picture."""
+        return fill(self.heading, WIDTH, break_long_words=False)
 
     @property
     def is_number(self) -> bool:

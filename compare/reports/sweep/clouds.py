@@ -19,7 +19,7 @@ from compare.reports.sweep.fields import COLUMN, LEVELS, ROW, Field, label_of
 from compare.reports.sweep.scales import share
 from geometries.arrays import Array
 
-MOST_POINTS = 2000  # of a picture
+MOST_POINTS = 800  # of a picture
 FEWEST = 4  # points of which a correlation is told
 COLUMNS = 5  # axes beside each other
 
@@ -78,7 +78,7 @@ def clouds(field: Field, axes: Sequence[Axis]) -> Figure:
             line[0].set_ylabel(label_of(name) if field.kind != "value" else f"{field.columns[0]}, {name}")
         for axes_, axis in zip(panels[-1], drawn, strict=True):
             axis.scale(axes_, "x")
-            axes_.set_xlabel(axis.heading)
+            axes_.set_xlabel(axis.wrapped)
         _bar(figure, panels, colour, norm)
         return figure
 

@@ -30,7 +30,7 @@ def curves(field: Field, axis: Axis) -> Figure:
         for axes, column in zip(panels, field.columns, strict=False):
             _draw(axes, field.of(columns=[column]), axis)
             axes.set_title(column, fontsize=9)
-            axes.set_xlabel(axis.heading)
+            axes.set_xlabel(axis.wrapped)
             axis.scale(axes, "x")
         for axes in panels[count:]:
             axes.remove()

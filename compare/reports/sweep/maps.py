@@ -71,14 +71,15 @@ def _figure(field: Field, rows: Sequence[tuple[str, Field, Plane]], columns: lis
         for line, (label, one, plane) in zip(panels, rows, strict=True):
             for axes, column in zip(line, columns, strict=True):
                 draw_map(axes, Shown(_values(one, column, plane), scales[column]), plane)
-            line[0].set_ylabel(f"{label}\n{plane.up.heading}")
+            line[0].set_ylabel(label)
         for column, axes in zip(columns, panels.T, strict=True):
             axes[0].set_title(column, fontsize=9)
-            axes[-1].set_xlabel(rows[-1][2].across.heading)
+            axes[-1].set_xlabel(rows[-1][2].across.wrapped)
             if not common:
                 _bar(figure, axes, scales[column])
         if common:
             _bar(figure, panels, scales[columns[0]])
+        figure.supylabel(rows[0][2].up.heading, fontsize=9)
         gaps = of_gaps([plane for *_, plane in rows], [_values(*of) for of in _each(rows, columns)])
         if gaps:
             figure.legend(handles=gaps, loc="outside lower left", ncols=2)

@@ -14,6 +14,7 @@ from compare.reports.sweep.fields import COLUMN, ROW, Field, label_of, plain
 from compare.reports.sweep.scales import share
 from compare.reports.sweep.tables import MOST_ALONG, TOLD, along, others
 
+FIRST = "nn"  # component of which it is told where it fails, even if another one is worse
 MEANINGS = {
     "ics": "the ICs themselves (`ic`, `estimate`, with their points `x`, `s`, `on_line`)",
     "matrix": "the IC matrices (`c`, `c_estimate`)",
@@ -73,12 +74,14 @@ def _failing(dataset: xr.Dataset, field: Field, row: str) -> str:
         return f"{name} is within {share(TOLD)} in {listed(map(plain, within))} everywhere."
     worst = max(over, key=lambda column: largest[column])
     where = _where(dataset, sizes.sel({COLUMN: worst}))
-    also = [plain(column) for column in over if column != worst]
+    first = over[0] if plain(over[0]) == FIRST and worst != over[0] else None
+    before = f"{plain(first)} {_where(dataset, sizes.sel({COLUMN: first}))}; in " if first else ""
+    also = [plain(column) for column in over if column not in (worst, first)]
     notes = [f"also in {listed(also)}"] if also else []
     notes += [f"in {listed(map(plain, within))} nowhere"] if within else []
     noted = f" ({'; '.join(notes)})" if notes else ""
     return (
-        f"{name} is off by more than {share(TOLD)} in {plain(worst)} {where}, at most by "
+        f"{name} is off by more than {share(TOLD)} in {before}{plain(worst)} {where}, at most by "
         f"{share(largest[worst])}{noted}."
     )
 
@@ -100,8 +103,8 @@ def _where(dataset: xr.Dataset, sizes: xr.DataArray) -> str:
     if len({text for text, _ in found}) == 1:
         return _along(axis, found[0][0])
     shortened = _shortened(found, rest[0].name)
-    first, *rest = [f"{text} at {names}" for text, names in grouped(shortened)]
-    return ", ".join([_along(axis, first), *rest])
+    first, *more = [f"{text} at {names}" for text, names in grouped(shortened)]
+    return ", ".join([_along(axis, first), *more])
 
 
 def _known(text: str, note: str) -> str:

@@ -1,0 +1,297 @@
+"""The page of a campaign: crossings of known functions, gaps, categories, random points, figures."""
+
+import json
+from itertools import product
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.reports.sweep.advised import NONE, advice_of
+from compare.reports.sweep.axes import Axis, axes_of, ordered
+from compare.reports.sweep.clouds import correlations
+from compare.reports.sweep.crossings import NOWHERE, exceeded, told
+from compare.reports.sweep.fields import COLUMN, ROW, fields_of
+from compare.reports.sweep.page import write_sweep
+from compare.reports.sweep.summary import summary
+from compare.reports.sweep.tables import MOST_FAILURES, crossing_tables, failure_table, worst_table
+
+VARIANTS = ["A", "Bhat", "C"]
+FLANKS, RATIOS = np.linspace(0.0, 60.0, 7), np.array([1.05, 1.2, 1.5])
+ESTIMATE = 0.002
+SHARES = {"A": 1.0, "Bhat": 0.25}
+# error = share * 0.19 * flank / 60 / (20 (ratio - 1)): linear in flank, so that crossings are exact
+
+
+def error(variant, flank, ratio=1.05):
+    return SHARES[variant] * 0.19 * flank / 60 / (20 * (ratio - 1))
+
+
+def crossing(variant, level, ratio=1.05):
+    return level * 60 * 20 * (ratio - 1) / (0.19 * SHARES[variant])
+
+
+def campaign(axes, flank, ratio, **attrs):
+    """A dataset of errors of sn (twice as large on the second line, as of `error`) and nn (a tenth)."""
+    is_grid = attrs.get("points", "grid") == "grid"
+    dims = tuple(axes) if is_grid else ("sample",)
+    flank, ratio = np.broadcast_arrays(flank, ratio)
+    errors = np.full((*flank.shape, 2, len(VARIANTS), 2, 3, 3), np.nan)
+    for k, name in enumerate(VARIANTS):
+        sn = np.full(flank.shape, ESTIMATE) if name == "C" else error(name, flank, ratio)
+        for line, (column, part) in product(range(2), ((1, 1.0), (2, 0.1))):
+            errors[..., 1, k, line, column, 2] = part * sn * (line + 1) / 2
+        errors[..., 1, k, :, 0, 1] = 1e-15  # xs vanishes by symmetry
+    errors[..., 0, :, :, :, :] = 7.0  # of another body
+    coords = {
+        name: (name if is_grid else "sample", values, {"long_name": f"the {name}", "units": "u"})
+        for name, values in axes.items()
+    }
+    return xr.Dataset(
+        {
+            "failure": (dims, np.full(flank.shape, "", dtype=object)),
+            "seconds": (dims, np.ones(flank.shape)),
+            "error": ((*dims, "body", "variant", "line", "i", "j"), errors),
+            "vanishes": ((*dims, "body", "i", "j"), np.zeros((*flank.shape, 2, 3, 3))),
+        },
+        coords=coords
+        | {
+            "body": ["lower", "combined"],
+            "variant": VARIANTS,
+            "line": ["x = 0", "s = 0"],
+            "i": list("xsn"),
+            "j": list("xsn"),
+        },
+        attrs={
+            "title": "a title",
+            "campaign": "the text of the campaign",
+            "axes": json.dumps([{"name": name} for name in axes]),
+            "keep": json.dumps(["errors"]),
+            "points": "grid",
+            "scenes": flank.size,
+            "computed": flank.size,
+            "failed": 0,
+        }
+        | attrs,
+    )
+
+
+def with_failures(dataset, failing):
+    """The dataset where some scenes, a mask over the swept dims, have failed."""
+    dims = dataset.seconds.dims
+    mask = xr.DataArray(failing, dims=dims)
+    failed = int(mask.sum())
+    broken = dataset.assign(
+        error=dataset.error.where(~mask),
+        vanishes=dataset.vanishes.where(~mask),
+        failure=(dims, np.where(failing, "not converged", "").astype(object)),
+    )
+    return broken.assign_attrs(computed=dataset.attrs["scenes"] - failed, failed=failed)
+
+
+@pytest.fixture
+def grid():
+    return campaign({"flank": FLANKS, "ratio": RATIOS}, FLANKS[:, None], RATIOS)
+
+
+@pytest.fixture
+def curve():
+    return campaign({"flank": FLANKS}, FLANKS, 1.05)
+
+
+@pytest.fixture
+def samples():
+    rng = np.random.default_rng(0)
+    flank, ratio = rng.uniform(0, 60, 200), rng.uniform(1.05, 1.5, 200)
+    return campaign({"flank": flank, "ratio": ratio}, flank, ratio, points="samples")
+
+
+def cells(table, row):
+    return [cell["text"] for one in table.rows if one.name == row for cell in one.cells]
+
+
+def pictures(page):
+    return page.read_text(encoding="utf-8").count("data:image/png;base64,")
+
+
+def test_ranges_in_which_a_level_is_exceeded_are_interpolated_linearly():
+    at = np.array([0.0, 1.0, 3.0, 4.0])
+
+    def ends(values, level):
+        return [(one.start, one.end) for one in exceeded(at, np.array(values), level)]
+
+    assert ends([0.0, 1.0, 3.0, 4.0], 2.0) == [(2.0, None)]
+    assert ends([4.0, 3.0, 1.0, 0.0], 2.0) == [(None, 2.0)]
+    assert ends([3.0, 1.0, 1.0, 4.0], 2.0) == [(None, 0.5), (pytest.approx(3 + 1 / 3), None)]
+    assert ends([1.0, 3.0, np.nan, 0.0], 2.0) == [(0.5, 2.0)]
+    assert ends([3.0, 3.0, 3.0, 3.0], 2.0) == [(None, None)]
+    assert ends([2.0, 2.0, 2.0, 2.0], 2.0) == []
+
+
+def test_a_level_that_is_exceeded_again_and_gaps_are_told():
+    axis = Axis("flank", "flank", np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
+    assert told(axis, np.array([0.0, 2.0, 0.0, 2.0, 0.0]), 1.0) == (
+        "from 0.5 to 1.5",
+        "again from 2.5 to 3.5",
+    )
+    assert told(axis, np.array([0.0, 0.5, np.nan, 0.5, np.nan]), 1.0) == (NOWHERE, "3 of 5 scenes")
+    assert told(axis, np.full(5, np.nan), 1.0) == ("not computed", "")
+
+
+def test_crossings_of_errors_are_those_of_the_function(grid):
+    (field,) = fields_of(grid)
+    for table in crossing_tables(field, axes_of(grid)):
+        level = float(table.caption.split()[2]) / 100
+        for ratio, k in product(RATIOS, range(2)):
+            expected = crossing(("A", "Bhat")[k], level, ratio)
+            text = cells(table, f"sn, ratio = {ratio:g}")[k]
+            assert text == (NOWHERE if expected >= 60 else f"from {float(f'{expected:.3g}'):g} on")
+
+
+def test_the_largest_error_over_lines_of_both_bodies_together_is_shown(grid):
+    (field,) = fields_of(grid)
+    assert field.rows == ["A", "Bhat"]
+    assert field.columns == ["nn", "sn"]  # xs vanishes by symmetry, others are not computed
+    at = field.values.sel({ROW: "A", "flank": 30.0, "ratio": 1.2})
+    assert float(at.sel({COLUMN: "sn"})) == pytest.approx(error("A", 30, 1.2))
+    np.testing.assert_allclose(field.floor.sel({COLUMN: "sn"}), ESTIMATE)
+    cell = worst_table(field, grid).rows[1].cells[1]  # of B-hat, sn
+    assert cell == {"text": "4.75 %", "below": "flank = 60, ratio = 1.05"}
+
+
+def test_the_sentences_answer_the_design_question(grid):
+    told_all = summary(grid, fields_of(grid), None).split("\n")
+    assert told_all[0] == "21 scenes over flank = 0 ... 60 and ratio = 1.05 ... 1.5: all computed."
+    assert told_all[1] == "C is known to 0.2 % or better."
+    assert told_all[2] == (
+        "A is off by more than 5 % in sn from flank = 15.8 on at ratio = 1.05, nowhere at 1.2 and 1.5, at "
+        "most by 19 % (in nn nowhere)."
+    )
+    assert told_all[3] == "B̂ is within 5 % in nn and sn everywhere."
+
+
+def test_where_nn_fails_is_told_beside_the_worst_component(curve):
+    much = curve.assign(error=10 * curve.error)
+    told_all = summary(much, fields_of(much), None).split("\n")
+    assert told_all[2] == (
+        "A is off by more than 5 % in nn from flank = 15.8 on; in sn from flank = 1.58 on, at most by 190 %."
+    )
+
+
+def test_values_that_are_not_in_order_are_put_in_order(grid):
+    mixed = ordered(grid.isel(flank=[3, 0, 6, 1, 2, 5, 4], ratio=[2, 0, 1]))
+    xr.testing.assert_identical(mixed, grid)
+
+
+def test_failed_and_missing_scenes_leave_gaps_that_are_told(grid, tmp_path):
+    failing = (FLANKS[:, None] > 35) & (RATIOS < 1.3)
+    broken = with_failures(grid, failing)
+    (field,) = fields_of(broken)
+    told_all = summary(broken, [field], None)
+    assert "15 computed, 6 failed." in told_all
+    assert "nowhere (of 4 of 7 scenes) at 1.2" in told_all
+    table = failure_table(broken)
+    assert [row.name for row in table.rows][:2] == ["flank = 40, ratio = 1.05", "flank = 40, ratio = 1.2"]
+    assert table.rows[0].cells[0]["text"] == "not converged"
+    page = write_sweep(broken, tmp_path)
+    assert pictures(page) == 1
+    assert "not converged" in page.read_text(encoding="utf-8")
+
+
+def test_of_many_failures_the_first_are_listed(samples):
+    broken = with_failures(samples, np.arange(200) < 50)
+    table = failure_table(broken)
+    assert len(table.rows) == MOST_FAILURES + 1
+    assert table.rows[-1].name == "and 30 more"
+
+
+def test_text_is_told_as_categories():
+    names = np.array(["steel", "bronze", "polyamide"])
+    axis = Axis("material", "material", names)
+    assert told(axis, np.array([2.0, 0.0, 2.0]), 1.0) == ("at steel and polyamide", "")
+    assert told(axis, np.array([2.0, 2.0, np.nan]), 1.0) == ("everywhere", "2 of 3 scenes")
+    np.testing.assert_array_equal(axis.edges, [-0.5, 0.5, 1.5, 2.5])
+    assert not axis.is_logarithmic
+
+
+def test_values_spread_over_powers_have_a_logarithmic_axis():
+    assert Axis("E", "E", np.geomspace(1e3, 1e6, 7)).is_logarithmic
+    assert not Axis("E", "E", np.linspace(1e3, 1e6, 7)).is_logarithmic
+    assert not Axis("flank", "flank", FLANKS).is_logarithmic
+    np.testing.assert_allclose(Axis("E", "E", np.array([1.0, 100, 10000])).edges, [0.1, 10, 1000, 1e5])
+
+
+def test_rank_correlations_see_order_only(samples):
+    (field,) = fields_of(samples)
+    found = correlations(field, axes_of(samples)).sel({ROW: "A", COLUMN: "sn"})
+    assert float(found.sel(axis="flank")) > 0.4
+    assert float(found.sel(axis="ratio")) < -0.4
+    same = xr.zeros_like(field.values) + samples.flank**3
+    of_order = type(field)("", "error", "", "", same)
+    np.testing.assert_allclose(correlations(of_order, axes_of(samples)).sel(axis="flank"), 1.0)
+
+
+def test_random_points_are_told_as_shares_of_scenes(samples, tmp_path):
+    over = np.mean(samples.error.sel(body="combined", variant="A", line="s = 0", i="s", j="n") > 0.05)
+    assert f"in {float(over):.0%} of the scenes" in summary(samples, fields_of(samples), None)
+    assert pictures(write_sweep(samples, tmp_path)) == 2  # nn and sn
+
+
+def test_contacts_are_compared_with_that_by_c(curve):
+    numbers = (
+        np.array([1.1, 0.98, 1.0])[None, None, :] * np.array([1.0, 2.0])[None, :, None] * np.ones((7, 1, 1))
+    )
+    numbers[:, 1, 0] *= np.linspace(1.0, 0.7, 7)  # of the second case, by A
+    by = ("flank", "case", "ics")
+    kept = curve.drop_vars(["error", "vanishes"]).assign(
+        p_max=(by, 100 * numbers), estimate_p_max=(by, numbers)
+    )
+    kept = kept.assign_coords(ics=["A", "Bhat", "C"]).assign_attrs(keep=json.dumps(["contact"]))
+    off, reference = fields_of(kept)
+    assert (off.kind, off.rows, off.columns) == ("deviation", ["A", "Bhat"], ["p_max"])
+    of_a = 1.1 * np.linspace(1.0, 0.7, 7) - 1
+    np.testing.assert_allclose(off.values.sel({ROW: "A"})[0], np.where(-of_a > 0.1, of_a, 0.1))
+    np.testing.assert_allclose(off.values.sel({ROW: "Bhat"})[0], -0.02)
+    np.testing.assert_allclose(off.floor[0], 0.01)
+    np.testing.assert_allclose(reference.values, 200.0)
+
+
+def test_advice_is_shown_by_symbol(curve, tmp_path):
+    advised = np.array([0.0, 0, 0, 1, 1, -1, np.nan])
+    kept = curve.drop_vars(["error", "vanishes"]).assign(
+        advised=(("flank", "body"), np.stack([np.zeros(7), advised], axis=-1)),
+    )
+    advice = advice_of(kept)
+    assert advice.labels == ["A", "B̂", NONE]
+    assert advice.counts() == {"A": 3, "B̂": 2, NONE: 1}
+    assert pictures(write_sweep(kept.assign_attrs(keep='["advice"]'), tmp_path)) == 1
+
+
+@pytest.mark.parametrize(("count", "drawn"), [(1, 0), (2, 1)])
+def test_one_scene_has_numbers_and_no_figures(curve, count, drawn, tmp_path):
+    one = curve.isel(flank=slice(5, 5 + count)).assign_attrs(scenes=count, computed=count)
+    page = write_sweep(one, tmp_path)
+    assert pictures(page) == drawn
+    assert ("16 %" if count == 1 else "19 %") in page.read_text(encoding="utf-8")
+
+
+def test_nothing_computed_is_told(grid, tmp_path):
+    empty = grid[["failure", "seconds"]].assign(seconds=grid.seconds * np.nan).assign_attrs(computed=0)
+    text = write_sweep(empty, tmp_path).read_text(encoding="utf-8")
+    assert "none computed, 21 not computed yet" in text
+    assert "Nothing is computed yet." in text
+
+
+@pytest.mark.parametrize("third", [np.arange(6.0), np.array(["steel", "bronze"])])
+def test_a_third_axis_has_small_multiples_and_old_figures_go(grid, third, tmp_path):
+    thick = grid.expand_dims(third=third).transpose("flank", "ratio", "third", ...)
+    thick = thick.assign_attrs(axes=json.dumps([{"name": name} for name in ("flank", "ratio", "third")]))
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "sweep_of_before.png").touch()
+    page = write_sweep(thick.assign(third=("third", third)), tmp_path)
+    names = sorted(path.name for path in (tmp_path / "figures").iterdir())
+    assert names == ["sweep_errors_0_0.png", "sweep_errors_1_0.png"]
+    text = page.read_text(encoding="utf-8")
+    assert "at the worst ratio and third" in text
+    assert ("4 of 6" in text) == (len(third) == 6)
+    assert "<h2>The campaign</h2>" in text
