@@ -57,6 +57,7 @@ class Progress:
         return self.seconds / computed * (self.scenes - self.finished) if computed else None
 
 
+Scheduled = tuple[int, SceneTask]  # the number of a point, and the task of its scene
 Told = Callable[[Progress], None]
 Cluster = Callable[[int], AbstractContextManager[Client]]  # for a number of scenes
 
@@ -89,11 +90,11 @@ def compute_sweep(
     """
     run = _Run(collected, store, options or Options())
     try:
-        run.collect_finished()
-        if run.waiting:
+        first = run.next_unfinished()
+        if first is not None:
             run.write()
-            with cluster(len(run.waiting)) as client:
-                run.compute_others(client)
+            with cluster(collected.campaign.size - collected.size) as client:
+                run.compute_others(client, first)
     finally:
         run.write()
     return run.progress
@@ -113,7 +114,9 @@ class _Run:
     store: Store
     options: Options
     progress: Progress = field(init=False)
-    waiting: list[tuple[int, SceneTask]] = field(default_factory=list)
+    todo: Iterator[Scheduled] = field(init=False)  # made as it goes: a million tasks are gigabytes
+    waiting: Scheduled | None = None  # the next one that is not in the store
+    keys: set[str] = field(init=False)  # of all that earlier runs have kept
     scenes: dict[Future, tuple[int, SceneTask]] = field(default_factory=dict)  # handed over
     models: dict[str, Future] = field(default_factory=dict)  # handed over, by key
     solved: dict[str, str] = field(default_factory=dict)  # models by key: "", or why there are none
@@ -122,7 +125,9 @@ class _Run:
     writing: float = 0.0  # seconds that it took
 
     def __post_init__(self) -> None:
-        self.progress = Progress(self.collected.campaign.size)
+        campaign = self.collected.campaign
+        self.progress, self.todo = Progress(campaign.size), tasks_of(campaign, self.store)
+        self.keys = kept.kept_keys(self.store)
 
     @property
     def place(self) -> Place:
@@ -130,21 +135,19 @@ class _Run:
         shared = location if "://" in location else str(Path(location).absolute())
         return Place(shared, results_digest(SceneTask.__module__))
 
-    def collect_finished(self) -> None:
-        """Collect the scenes that are in the store, and note the others."""
-        keys = kept.kept_keys(self.store)
-        for number, task in tasks_of(self.collected.campaign, self.store):
-            done = finished(task, self.store) if keys.intersection(task.keys.values()) else None
+    def next_unfinished(self) -> Scheduled | None:
+        """The next scene that is not in the store, None if there is none; those before it are collected."""
+        for number, task in self.todo:
+            done = finished(task, self.store) if self.keys.intersection(task.keys.values()) else None
             if done is None or (done.failure and self.options.retry):
-                self.waiting.append((number, replace(task, retry=self.options.retry)))
-            else:
-                self._collect(number, done, found=1)
-        self.waiting.reverse()
+                return number, replace(task, retry=self.options.retry)
+            self._collect(number, done, found=1)
+        return None
 
-    def compute_others(self, client: Client) -> None:
+    def compute_others(self, client: Client, first: Scheduled) -> None:
         """Hand the tasks to the cluster, a window of scenes at a time, and collect what they leave."""
         self._require_workers(client)
-        self.start = perf_counter()
+        self.start, self.waiting = perf_counter(), first
         finishing = as_completed(loop=client.loop, raise_errors=False)
         self._hand_over(client, finishing)
         for future in finishing:
@@ -184,8 +187,9 @@ class _Run:
     def _hand_over(self, client: Client, finishing: as_completed) -> None:
         """Submit scenes with the models that they are the first to need until the window is full."""
         window = SCENES_PER_WORKER * max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
-        while self.waiting and len(self.scenes) < window:
-            number, task = self.waiting.pop()
+        while self.waiting is not None and len(self.scenes) < window:
+            number, task = self.waiting
+            self.waiting = self.next_unfinished()
             needed = model_tasks(task, self.store)
             lost = [self.solved[key] for key in needed if self.solved.get(key)]
             if lost:

@@ -50,7 +50,7 @@ class Keeper:
 def kept_errors(scene: Scene, means: Means) -> xr.Dataset:
     """Errors of all ICs against C: `error`, `rms`, `weight` (body, variant, line, i, j) and what C took.
 
-    They are those of `errors.nc`. `vanishes` is 1 where a component does, else 0.
+    They are those of `errors.nc`, of the scene's components. `vanishes` is 1 where a component does, else 0.
     """
     return _errors(compute(scene, means))
 
@@ -139,9 +139,12 @@ def kept_calibration(scene: Scene, means: Means) -> xr.Dataset:
 
 
 def _errors(results: Results) -> xr.Dataset:
-    """Errors, and what the models of C took."""
+    """Errors of the components that the scene asks for, NaN of others, and what the models of C took."""
     ics = of_points.to_dataset(results)
-    errors = of_points.errors(results, ics).astype(float, keep_attrs=True)
+    asked = xr.zeros_like(ics.ic.isel(variant=0, body=0, point=0, drop=True), dtype=bool)
+    for component in results.scene.components:
+        asked.loc[{"i": component[0], "j": component[1]}] = True
+    errors = of_points.errors(results, ics).astype(float, keep_attrs=True).where(asked)
     costs = results.models
     errors["unknowns"] = (), float(max(cost.unknowns for cost in costs.values()))
     errors["unknowns"].attrs = {"units": "1", "long_name": "of the largest model"}

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from distributed import Client, LocalCluster
 
+from compare.results.dataset import errors, to_dataset
 from compare.results.sweep.cluster import NO_DASHBOARD
 from compare.results.sweep.compute import Options, compute_sweep
 from compare.results.sweep.dataset import Collected, open_sweep
@@ -95,3 +96,9 @@ def swept(campaign, folder, client, options=None, store=None):
     store = store or Store(folder / "store")
     done = compute_sweep(Collected(campaign, folder), store, clusters_of(client), options or Options())
     return done, open_sweep(folder)
+
+
+def errors_of(results):
+    """The errors of a run by itself, of the components that its scene asks for, as floats."""
+    asked = [[i + j in results.scene.components for j in "xsn"] for i in "xsn"]
+    return errors(results, to_dataset(results)).astype(float).where(xr.DataArray(asked, dims=("i", "j")))

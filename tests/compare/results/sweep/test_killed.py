@@ -5,13 +5,12 @@ import os
 import numpy as np
 
 from compare.results.compute import compute
-from compare.results.dataset import errors, to_dataset
 from compare.results.sweep.cluster import local_cluster, size_for
 from compare.results.sweep.compute import Options, compute_sweep
 from compare.results.sweep.dataset import Collected, open_sweep
 from femic.means import Means
 from femic.work.store import Store
-from tests.compare.results.sweep.campaigns import OF_UPPER, campaign_in, clusters_of
+from tests.compare.results.sweep.campaigns import OF_UPPER, campaign_in, clusters_of, errors_of
 
 
 def test_a_killed_worker_costs_one_task(tmp_path):
@@ -32,5 +31,4 @@ def test_a_killed_worker_costs_one_task(tmp_path):
     assert 3 <= done.models <= 4  # the lower body and two upper ones, one of them perhaps twice
     results = compute(campaign.scene((12.0,)), Means(1, Store(tmp_path / "alone")))
     found = open_sweep(tmp_path).sel(R=12).error
-    alone = errors(results, to_dataset(results)).error.transpose(*found.dims)
-    np.testing.assert_array_equal(found, alone)
+    np.testing.assert_array_equal(found, errors_of(results).error.transpose(*found.dims))
