@@ -1,9 +1,8 @@
-"""Campaigns: scenes of one campaign against single runs, overhead per task, workers, memory.
+"""Campaigns: scenes of one campaign against single runs, workers, memory, overhead.
 
 python benchmarks/campaign.py [share]   # of the 200 scenes that are also run one by one; default 1
 """
 
-import os
 import sys
 from contextlib import nullcontext
 from pathlib import Path
@@ -11,7 +10,6 @@ from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 
 import xarray as xr
-from distributed import as_completed
 
 from compare.results.compute import compute
 from compare.results.sweep import tasks
@@ -69,8 +67,6 @@ def main(share=1.0):
         swept(name, SCENES.format(**given), workers)
     single(share)
     light(2000)
-    for n in (10_000, 100_000):
-        bare(n)
 
 
 def campaign_in(folder, text):
@@ -130,21 +126,6 @@ def light(samples):
         computed(campaign, folder, client)
         seconds = perf_counter() - start
     print(f"nothing in {samples} scenes: {1e3 * seconds / samples:.1f} ms a scene", flush=True)
-
-
-def bare(n, window=8):
-    """Tasks that do nothing, through a window as of a campaign: what Dask takes."""
-    with local_cluster(Size(2, MEMORY)) as client:
-        start, left = perf_counter(), n
-        finishing = as_completed(loop=client.loop)
-        for _ in range(window):
-            finishing.add(client.submit(os.getpid, pure=False))
-            left -= 1
-        for _ in finishing:
-            if left:
-                finishing.add(client.submit(os.getpid, pure=False))
-                left -= 1
-        print(f"{n} bare tasks: {1e3 * (perf_counter() - start) / n:.2f} ms a task", flush=True)
 
 
 def _of_workers(client):

@@ -46,7 +46,7 @@ def script(name):
     return module
 
 
-LONG = {"flank_sweep", "cylinder_factor", "elliptic_wheel", "dissimilar_bodies"}
+LONG = {"custom_section", "flank_sweep", "cylinder_factor", "elliptic_wheel", "dissimilar_bodies"}
 KEYS = {"dissimilar_bodies": {"elements": FEW}}
 DRAWS = {"elliptic_wheel": (), "dissimilar_bodies": ("A", "Bhat", "mix", "Bhat_prime", "C")}
 
