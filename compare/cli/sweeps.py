@@ -18,7 +18,8 @@ from compare.reports.sweep.page import write_sweep
 from compare.results import folders
 from compare.results.sweep.cluster import existing_cluster, local_cluster, size_for
 from compare.results.sweep.compute import Options, Progress, compute_sweep, require_computable
-from compare.results.sweep.dataset import Collected, open_sweep
+from compare.results.sweep.dataset import Collected
+from compare.results.sweep.opened import open_sweep
 from compare.results.sweep.plan import largest_memory, planned
 from compare.scenes.campaign import Campaign, load_campaign, point_named
 from femic.work.store import Store

@@ -20,9 +20,9 @@ import numpy as np
 from compare.results.contact.pairing import Placed
 from compare.results.maps.between import Nodes, Stencil, combined
 from compare.results.maps.swept import Swept, open_swept
-from compare.scenes.campaign import key_of, set_key
 from compare.scenes.errors import BadScene
 from compare.scenes.file import MAP
+from compare.scenes.keys import key_of, set_key
 from compare.scenes.load import scene_from_table
 from compare.scenes.scene import Scene
 from contact.operators.dense import dense

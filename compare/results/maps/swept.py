@@ -12,9 +12,9 @@ import numpy as np
 import xarray as xr
 
 from compare.results.maps.between import Nodes, Stencil
-from compare.results.sweep.dataset import open_sweep
-from compare.scenes.campaign import set_key
+from compare.results.sweep.opened import open_sweep
 from compare.scenes.errors import BadScene
+from compare.scenes.keys import set_key
 from compare.scenes.load import scene_from_table
 from compare.scenes.scene import Scene
 from geometries.arrays import Array

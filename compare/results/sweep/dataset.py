@@ -41,17 +41,6 @@ LARGEST_BUFFER = 32e6  # bytes of finished scenes that wait for being written in
 CHUNK = 1e6  # bytes of a chunk of a variable, or one scene's
 
 
-def open_sweep(path: Path) -> xr.Dataset:
-    """The dataset of a campaign's folder, or of its file `sweep.nc` or `sweep.zarr`.
-
-    That of a large one is read as it is used. Raises FileNotFoundError where there is none.
-    """
-    zarr_path, file = path / "sweep.zarr", path / "sweep.nc"
-    if path.suffix == ".zarr" or (path.suffix != ".nc" and zarr_path.is_dir()):
-        return xr.open_zarr(path if path.suffix == ".zarr" else zarr_path, consolidated=False, chunks=None)
-    return xr.load_dataset(path if path.suffix == ".nc" else file, engine="h5netcdf")
-
-
 @dataclass(eq=False)
 class Collected:
     """The dataset of a campaign while its scenes are finished.

@@ -19,7 +19,7 @@ from compare.results.sweep import compute as computing
 from compare.results.sweep import tasks
 from compare.results.sweep.cluster import Size
 from compare.results.sweep.compute import Progress
-from compare.results.sweep.dataset import open_sweep
+from compare.results.sweep.opened import open_sweep
 from compare.scenes.load import load_scene
 from tests.compare.results.sweep.campaigns import LIGHT, LIGHT_KEEPERS, OF_UPPER, in_this_process
 

@@ -9,8 +9,9 @@ from distributed import Client, LocalCluster
 from compare.results.dataset import errors, to_dataset
 from compare.results.sweep.cluster import NO_DASHBOARD
 from compare.results.sweep.compute import Options, compute_sweep
-from compare.results.sweep.dataset import Collected, open_sweep
+from compare.results.sweep.dataset import Collected
 from compare.results.sweep.keeping import Keeper
+from compare.results.sweep.opened import open_sweep
 from compare.scenes.campaign import load_campaign
 from femic.work.store import Store
 from geometries.errors import Failure

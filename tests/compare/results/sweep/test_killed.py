@@ -7,7 +7,8 @@ import numpy as np
 from compare.results.compute import compute
 from compare.results.sweep.cluster import local_cluster, size_for
 from compare.results.sweep.compute import Options, compute_sweep
-from compare.results.sweep.dataset import Collected, open_sweep
+from compare.results.sweep.dataset import Collected
+from compare.results.sweep.opened import open_sweep
 from femic.means import Means
 from femic.work.store import Store
 from tests.compare.results.sweep.campaigns import OF_UPPER, campaign_in, clusters_of, errors_of

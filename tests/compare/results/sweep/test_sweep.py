@@ -15,7 +15,8 @@ from compare.results.sweep import cluster, kept, tasks
 from compare.results.sweep import compute as computing
 from compare.results.sweep.cluster import NO_DASHBOARD, existing_cluster, size_for
 from compare.results.sweep.compute import Options, Progress, compute_sweep
-from compare.results.sweep.dataset import Collected, open_sweep
+from compare.results.sweep.dataset import Collected
+from compare.results.sweep.opened import open_sweep
 from compare.results.sweep.plan import planned
 from compare.results.sweep.tasks import Place, Unusable, scene_task
 from compare.scenes.errors import BadScene
