@@ -15,16 +15,15 @@ from compare.results.sweep.keeping import KEEPERS
 from compare.results.sweep.kept import Kept
 from compare.results.sweep.tasks import (
     PROBE,
-    ModelTask,
     Place,
     Receipt,
     SceneTask,
     Unusable,
+    find_models,
     finished,
     full,
     look,
     make_scene,
-    model_tasks,
     scene_task,
     solve_models,
 )
@@ -33,6 +32,8 @@ from femic.work.store import Store
 from geometries.errors import Failure
 
 SCENES_PER_WORKER = 4  # that the scheduler has at a time: enough for no worker to wait for this process
+GONE = "the scheduler is gone; what is finished is kept: start it again, and run the same command"
+FIRST = 1  # priority of what others wait for
 WRITE_EVERY = 30.0  # least seconds from one writing of what is finished to the next
 WRITE_SHARE = 0.05  # largest share of the time that goes into it
 
@@ -106,6 +107,29 @@ def tasks_of(campaign: Campaign, store: Store) -> Iterator[tuple[int, SceneTask]
         yield number, scene_task(campaign.scene_table(campaign.point(number)), campaign.keep, store)
 
 
+@dataclass(frozen=True, eq=False)
+class _Crew:
+    """The workers of a cluster, and what they have been handed."""
+
+    client: Client
+    finishing: as_completed = field(init=False)  # yields futures as they end
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "finishing", as_completed(loop=self.client.loop, raise_errors=False))
+
+    @property
+    def window(self) -> int:
+        """The number of scenes that the scheduler should have; 0 where it is gone."""
+        workers = self.client.scheduler_info(n_workers=-1).get("workers")
+        return 0 if workers is None else SCENES_PER_WORKER * max(1, len(workers))
+
+    def submit(self, task: Callable[..., Receipt], *given: object, priority: int = 0) -> Future:
+        """Hand over a task."""
+        future = self.client.submit(task, *given, priority=priority, pure=False)
+        self.finishing.add(future)
+        return future
+
+
 @dataclass(eq=False)
 class _Run:
     """A campaign at work."""
@@ -117,7 +141,8 @@ class _Run:
     todo: Iterator[Scheduled] = field(init=False)  # made as it goes: a million tasks are gigabytes
     waiting: Scheduled | None = None  # the next one that is not in the store
     keys: set[str] = field(init=False)  # of all that earlier runs have kept
-    scenes: dict[Future, tuple[int, SceneTask]] = field(default_factory=dict)  # handed over
+    looked: dict[Future, Scheduled] = field(default_factory=dict)  # of which it is found out what they need
+    scenes: dict[Future, Scheduled] = field(default_factory=dict)  # handed over
     models: dict[str, Future] = field(default_factory=dict)  # handed over, by key
     solved: dict[str, str] = field(default_factory=dict)  # models by key: "", or why there are none
     start: float = field(default_factory=perf_counter)
@@ -148,17 +173,21 @@ class _Run:
         """Hand the tasks to the cluster, a window of scenes at a time, and collect what they leave."""
         self._require_workers(client)
         self.start, self.waiting = perf_counter(), first
-        finishing = as_completed(loop=client.loop, raise_errors=False)
-        self._hand_over(client, finishing)
-        for future in finishing:
+        crew = _Crew(client)
+        self._hand_over(crew)
+        for future in crew.finishing:
             receipt = self._receipt(future)
             self._count(receipt)
-            if future in self.scenes:
+            if future in self.looked:
+                self._hand_over_scene(crew, *self.looked.pop(future), receipt)
+            elif future in self.scenes:
                 self._finish_scene(*self.scenes.pop(future), receipt)
             else:
                 self._finish_model(future, receipt)
-            self._hand_over(client, finishing)
+            self._hand_over(crew)
             self._write_now_and_then()
+        if self.waiting is not None:
+            raise Failure(GONE)
 
     def _require_workers(self, client: Client) -> None:
         """Raise Failure where a worker has other code, or does not see the store."""
@@ -184,29 +213,23 @@ class _Run:
             self.written = perf_counter()
             self.writing = self.written - start
 
-    def _hand_over(self, client: Client, finishing: as_completed) -> None:
-        """Submit scenes with the models that they are the first to need until the window is full."""
-        window = SCENES_PER_WORKER * max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
-        while self.waiting is not None and len(self.scenes) < window:
-            number, task = self.waiting
+    def _hand_over(self, crew: "_Crew") -> None:
+        """Have it found out what scenes need, until the window is full."""
+        while self.waiting is not None and len(self.looked) + len(self.scenes) < crew.window:
+            self.looked[crew.submit(find_models, self.waiting[1], self.place, priority=FIRST)] = self.waiting
             self.waiting = self.next_unfinished()
-            needed = model_tasks(task, self.store)
-            lost = [self.solved[key] for key in needed if self.solved.get(key)]
-            if lost:
-                self._collect(number, Kept(failure=lost[0]))
-                continue
-            unsolved = {key: model for key, model in needed.items() if key not in self.solved}
-            models = [self._model(client, finishing, key, model) for key, model in unsolved.items()]
-            future = client.submit(make_scene, task, self.place, models, pure=False)
-            self.scenes[future] = number, task
-            finishing.add(future)
 
-    def _model(self, client: Client, finishing: as_completed, key: str, task: ModelTask) -> Future:
-        """The task of a model, handed over when it is needed for the first time."""
-        if key not in self.models:
-            self.models[key] = client.submit(solve_models, task, self.place, pure=False)
-            finishing.add(self.models[key])
-        return self.models[key]
+    def _hand_over_scene(self, crew: "_Crew", number: int, task: SceneTask, found: Receipt) -> None:
+        """Submit a scene, with the models that it is the first to need."""
+        lost = [self.solved[key] for key in found.needed if self.solved.get(key)]
+        if found.failure or lost:
+            self._collect(number, Kept(failure=found.failure or lost[0]))
+            return
+        unsolved = {key: model for key, model in found.needed.items() if key not in self.solved}
+        for key in unsolved.keys() - self.models.keys():
+            self.models[key] = crew.submit(solve_models, unsolved[key], self.place)
+        models = [self.models[key] for key in unsolved]
+        self.scenes[crew.submit(make_scene, task, self.place, models)] = number, task
 
     def _finish_model(self, future: Future, receipt: Receipt) -> None:
         """Note that a model is in the store; its task is not needed any more."""
@@ -226,9 +249,7 @@ class _Run:
     def _receipt(self, future: Future) -> Receipt:
         """The receipt of a task; raises Failure where the campaign cannot go on."""
         if future.cancelled():
-            raise Failure(
-                "the scheduler is gone; what is finished is kept: start it again, and run the same command"
-            )
+            raise Failure(GONE)
         error = future.exception()
         if error is None:
             receipt: Receipt = future.result()

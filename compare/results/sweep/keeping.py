@@ -15,7 +15,7 @@ import xarray as xr
 from compare.results import dataset as of_points
 from compare.results.calibration import Calibrated, calibrate, extended, require_calibration, unit_of
 from compare.results.compute import Results, compute, jobs, reference_of, seconds_of
-from compare.results.contact.compute import C, c_jobs, cases_of, compute_contact
+from compare.results.contact.compute import C, c_jobs, cases_of, compute_contact, grids_of
 from compare.results.contact.dataset import to_dataset as contact_dataset
 from compare.results.contact.pairing import placed_on
 from compare.results.contact.quantities import QUANTITIES
@@ -43,7 +43,7 @@ class Keeper:
     """How something is kept of a scene."""
 
     of: Callable[[Scene, Means], xr.Dataset]
-    jobs: Callable[[Scene], Jobs]  # what is solved for it as far as it is known before, by body
+    jobs: Callable[[Scene], list[Jobs]]  # what is solved for it as far as it is known before, by body
     require: Callable[[Scene], object] = lambda _: None  # raises BadScene where the scene does not have it
 
 
@@ -197,6 +197,11 @@ def _worst_of_bhat(calibrated: Calibrated) -> Array:
     return np.array([np.max(deviation, axis=-1) for deviation in deviations])
 
 
+def _on_lines(scene: Scene) -> list[Jobs]:
+    """The jobs of C on the lines of a scene."""
+    return [jobs(scene)]
+
+
 def _matrix_jobs(scene: Scene) -> dict[str, MatrixJob]:
     """The jobs of C on the scene's grid, for contact without friction."""
     return c_jobs(scene, placed_on(scene, scene.grid))
@@ -212,25 +217,24 @@ def _require_frictionless(scene: Scene) -> None:
     _matrix_jobs(scene)
 
 
-def _contact_jobs(scene: Scene) -> dict[str, MatrixJob]:
-    """The jobs of C on the scene's grid; none where grids follow from the contact or no C is wanted."""
-    if scene.contact.automatic or C not in scene.contact.ics:
-        return {}
-    return c_jobs(scene, placed_on(scene, scene.grid))
+def _contact_jobs(scene: Scene) -> list[Jobs]:
+    """The jobs of C on each grid of the contact; none where no C is wanted.
 
-
-def _calibration_jobs(scene: Scene) -> dict[str, Job]:
-    return jobs(extended(scene))
+    Grids that follow from the contact are found by approximations; C may make them longer.
+    """
+    if C not in scene.contact.ics:
+        return []
+    return [c_jobs(scene, placed_on(scene, grid)) for grid, _ in grids_of(scene)]
 
 
 KEEPERS: Mapping[str, Keeper] = MappingProxyType(
     {
-        "errors": Keeper(kept_errors, jobs),
-        "ics": Keeper(kept_ics, jobs),
+        "errors": Keeper(kept_errors, _on_lines),
+        "ics": Keeper(kept_ics, _on_lines),
         "contact": Keeper(kept_contact, _contact_jobs, cases_of),
-        "matrix": Keeper(node, _matrix_jobs, _require_frictionless),
-        "advice": Keeper(kept_advice, jobs),
-        "calibration": Keeper(kept_calibration, _calibration_jobs, require_calibration),
+        "matrix": Keeper(node, lambda scene: [_matrix_jobs(scene)], _require_frictionless),
+        "advice": Keeper(kept_advice, _on_lines),
+        "calibration": Keeper(kept_calibration, lambda scene: [jobs(extended(scene))], require_calibration),
     }
 )
 

@@ -4,15 +4,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 
-from compare.results.contact.compute import C, c_jobs, grids_of
-from compare.results.contact.pairing import placed_on
 from compare.results.plan import Step, steps_of
 from compare.results.sweep import kept
 from compare.results.sweep.compute import tasks_of
 from compare.results.sweep.keeping import KEEPERS
 from compare.results.sweep.tasks import SceneTask, finished, model_tasks
 from compare.scenes.campaign import Campaign
-from compare.scenes.scene import Scene
 from femic.models import BASE_MEMORY
 from femic.work.store import Store
 from geometries.errors import Failure, WrongInput
@@ -73,14 +70,7 @@ def _steps(tasks: list[SceneTask]) -> Iterator[Step]:
         try:
             scene = task.scene
             for keep in task.keys:
-                yield from _of_automatic_grids(scene) if keep == "contact" else ()
-                yield from steps_of(KEEPERS[keep].jobs(scene), 1)
+                for jobs in KEEPERS[keep].jobs(scene):
+                    yield from steps_of(jobs, 1)
         except (Failure, WrongInput):
             continue
-
-
-def _of_automatic_grids(scene: Scene) -> Iterator[Step]:
-    """Yield the models of contact on grids that follow from it."""
-    if scene.contact.automatic and C in scene.contact.ics:
-        for grid, _ in grids_of(scene):
-            yield from steps_of(c_jobs(scene, placed_on(scene, grid)), 1)

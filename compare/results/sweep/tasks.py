@@ -7,7 +7,7 @@ and by what is in the files that they name: campaigns that share a store share s
 
 import json
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
 from hashlib import sha256
@@ -20,7 +20,7 @@ import xarray as xr
 
 from compare.results.provenance import results_digest
 from compare.results.sweep import keeping, kept
-from compare.results.sweep.keeping import KEEPERS, Jobs, kept_together
+from compare.results.sweep.keeping import KEEPERS, kept_together
 from compare.results.sweep.kept import Kept
 from compare.scenes.file import MAP, is_map
 from compare.scenes.load import scene_from_table
@@ -68,11 +68,10 @@ class SceneTask:
 
 @dataclass(frozen=True)
 class ModelTask:
-    """The models of a body of a scene that something kept of it needs."""
+    """The models of a body that something kept of a scene needs."""
 
-    task: SceneTask
-    keep: str
     body: str
+    job: Job | MatrixJob
 
 
 @dataclass(frozen=True)
@@ -84,6 +83,7 @@ class Receipt:
     memory: float = 0.0  # peak of the process so far [MB]
     solved: int = 0  # number of models that it solved
     found: int = 0  # number of models that it found in the store
+    needed: Mapping[str, ModelTask] = field(default_factory=dict)  # models that a scene needs, by key
 
 
 def scene_task(table: Mapping[str, Any], keep: tuple[str, ...], store: Store) -> SceneTask:
@@ -103,13 +103,20 @@ def model_tasks(task: SceneTask, store: Store) -> dict[str, ModelTask]:
     tasks: dict[str, ModelTask] = {}
     try:
         scene = task.scene
-        for keep in task.keys:
-            for body, job in KEEPERS[keep].jobs(scene).items():
-                request = job.request(Level())
-                tasks.setdefault(job.settings.engine.key(request, store), ModelTask(task, keep, body))
+        wanted = [jobs for keep in task.keys for jobs in KEEPERS[keep].jobs(scene)]
+        for body, job in (item for jobs in wanted for item in jobs.items()):
+            key = job.settings.engine.key(job.request(Level()), store)
+            tasks.setdefault(key, ModelTask(body, job))
     except Exception:  # a scene that cannot be built must not end the others
         return {}
     return tasks
+
+
+def find_models(task: SceneTask, place: Place) -> Receipt:
+    """Find out which models a scene needs: those that scenes share are solved once. Raises Unusable."""
+    work = _Work.begun(place)
+    with _alone():
+        return replace(work.receipt(), needed=model_tasks(task, work.store))
 
 
 def solve_models(task: ModelTask, place: Place) -> Receipt:
@@ -118,12 +125,8 @@ def solve_models(task: ModelTask, place: Place) -> Receipt:
     That they cannot be is no failure here: the task of a scene finds out by itself. Raises Unusable.
     """
     work = _Work.begun(place)
-    with _alone():
-        try:
-            jobs: Jobs = KEEPERS[task.keep].jobs(task.task.scene)
-            _solve(task.body, jobs[task.body], work.means)
-        except (Failure, WrongInput):
-            pass
+    with _alone(), suppress(Failure, WrongInput):
+        _solve(task.body, task.job, work.means)
     return work.receipt()
 
 
