@@ -15,6 +15,7 @@ ABOUT = {
     "c_estimate": "its estimated error",
     "bhat": "B-hat_nn of both bodies",
 }
+OF_NODE = frozenset({*DIMS, *ABOUT, "lag_x", "observed_s", "loaded_s"})
 
 
 def node(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:

@@ -10,7 +10,7 @@ from distributed import Client, Future, KilledWorker, as_completed
 
 from compare.results.provenance import results_digest
 from compare.results.sweep import kept
-from compare.results.sweep.dataset import Collected
+from compare.results.sweep.dataset import Collected, require_other_names
 from compare.results.sweep.keeping import KEEPERS
 from compare.results.sweep.kept import Kept
 from compare.results.sweep.tasks import (
@@ -21,11 +21,13 @@ from compare.results.sweep.tasks import (
     Unusable,
     find_models,
     finished,
+    found_of,
     full,
     look,
     make_scene,
     scene_task,
     solve_models,
+    together,
 )
 from compare.scenes.campaign import Campaign
 from femic.work.store import Store
@@ -73,10 +75,14 @@ class Options:
 
 
 def require_computable(campaign: Campaign) -> None:
-    """Raise BadScene where the first scene of a campaign does not have what is to be kept."""
+    """Raise BadScene where the first scene of a campaign does not have what is to be kept.
+
+    And where an axis has the name of something kept.
+    """
     scene = campaign.scene(campaign.point(campaign.order[0]))
     for keep in campaign.keep:
         KEEPERS[keep].require(scene)
+        require_other_names(campaign, KEEPERS[keep].names)
 
 
 def compute_sweep(
@@ -94,7 +100,7 @@ def compute_sweep(
         first = run.next_unfinished()
         if first is not None:
             run.write()
-            with cluster(collected.campaign.size - collected.size) as client:
+            with cluster(collected.campaign.size - run.progress.finished) as client:
                 run.compute_others(client, first)
     finally:
         run.write()
@@ -152,6 +158,7 @@ class _Run:
     def __post_init__(self) -> None:
         campaign = self.collected.campaign
         self.progress, self.todo = Progress(campaign.size), tasks_of(campaign, self.store)
+        self.collected.begin()
         self.keys = kept.kept_keys(self.store)
 
     @property
@@ -163,10 +170,14 @@ class _Run:
     def next_unfinished(self) -> Scheduled | None:
         """The next scene that is not in the store, None if there is none; those before it are collected."""
         for number, task in self.todo:
+            retry = self.options.retry
+            if self.collected.has(number, task.digest) and not (retry and number in self.collected.failures):
+                self._tell(found=1)
+                continue
             done = finished(task, self.store) if self.keys.intersection(task.keys.values()) else None
-            if done is None or (done.failure and self.options.retry):
-                return number, replace(task, retry=self.options.retry)
-            self._collect(number, done, found=1)
+            if done is None or (done.failure and retry):
+                return number, replace(task, retry=retry)
+            self._collect(number, done, task.digest, found=1)
         return None
 
     def compute_others(self, client: Client, first: Scheduled) -> None:
@@ -207,7 +218,7 @@ class _Run:
 
     def write(self) -> None:
         """Write the dataset."""
-        if self.collected.size:
+        if self.progress.finished:
             start = perf_counter()
             self.collected.write()
             self.written = perf_counter()
@@ -238,13 +249,13 @@ class _Run:
         self.solved[key] = receipt.failure
 
     def _finish_scene(self, number: int, task: SceneTask, receipt: Receipt) -> None:
-        """Collect the scene of a task that has ended."""
-        found = finished(task, self.store)
-        if receipt.failure and (found is None or found.failure != receipt.failure):
-            found = Kept(failure=receipt.failure, seconds=receipt.seconds)
-        if found is None:
+        """Collect the scene of a task that has ended, with what is known of it where it failed."""
+        parts = found_of(task, self.store)
+        done = together(parts)
+        if len(parts) < len(task.keys) and not receipt.failure:
             raise Unusable(f"the store {self.store.location} has lost what a task left there: run again")
-        self._collect(number, found)
+        lasts = len(parts) == len(task.keys) and receipt.failure == done.failure
+        self._collect(number, replace(done, failure=receipt.failure), task.digest if lasts else 0)
 
     def _receipt(self, future: Future) -> Receipt:
         """The receipt of a task; raises Failure where the campaign cannot go on."""
@@ -272,15 +283,16 @@ class _Run:
             memory=max(progress.memory, receipt.memory),
         )
 
-    def _collect(self, number: int, done: Kept, found: int = 0) -> None:
+    def _collect(self, number: int, done: Kept, digest: int = 0, found: int = 0) -> None:
         """Put a finished scene into the dataset, and tell."""
-        if done.failure:
-            self.collected.fail(number, done.failure, done.seconds)
-        else:
-            self.collected.add(number, done.dataset, done.seconds)
+        self.collected.add(number, done, digest)
+        self._tell(found)
+
+    def _tell(self, found: int = 0) -> None:
+        """Tell that a scene more is in the dataset."""
         self.progress = replace(
             self.progress,
-            finished=self.collected.size,
+            finished=self.progress.finished + 1,
             found=self.progress.found + found,
             failed=len(self.collected.failures),
             seconds=perf_counter() - self.start,

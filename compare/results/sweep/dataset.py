@@ -5,8 +5,9 @@ Layout of `sweep.nc` (NetCDF 4; `sweep.zarr` where it would take more than `LARG
 - dims of a grid: the names of the axes, in the order of the file. Each has a coordinate with the values,
   `units` and `long_name`; values that are not all numbers are text.
 - dim of random points and of tables: `sample`. The values of the axes are coordinates along it.
-- over these dims: `failure` (text, "" where there is none or where nothing is computed yet) and `seconds`
-  (what was made of the scene, without models that other scenes have made; NaN: not computed yet).
+- over these dims: `failure` (text, "" where there is none or where nothing is computed yet), `seconds` (what
+  was made of the scene, without models that other scenes have made; NaN: not computed yet) and the coordinate
+  `digest` (of all that the scene's results rest on; 0: not computed yet, or to be tried again).
 - over these dims and its own: every variable of `compare.results.sweep.keeping`, NaN where it is not known.
   All are numbers. Dims of their own have labels (`variant`, `body`, `line`, ...), where all scenes have the
   same ones; otherwise "line 0", "line 1", ...
@@ -17,143 +18,210 @@ Layout of `sweep.nc` (NetCDF 4; `sweep.zarr` where it would take more than `LARG
 
 import json
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tomlkit
 import xarray as xr
-import zarr
 
 from compare.results.provenance import results_digest
+from compare.results.sweep import keeping
+from compare.results.sweep.arrays import Arrays, InMemory, InZarr, in_zarr
+from compare.results.sweep.kept import Kept
+from compare.results.sweep.opened import open_sweep
 from compare.scenes.campaign import Axis, Campaign
 from compare.scenes.campaign_file import is_number
 from compare.scenes.errors import BadScene
 from femic.work.provenance import versions
 
 SAMPLE = "sample"
-OF_SCENES = ("failure", "seconds")  # variables over the swept dims only
+FILE, ZARR = "sweep.nc", "sweep.zarr"
+OF_SCENES = ("failure", "seconds", "digest")  # variables over the swept dims only
 LARGEST_FILE = 200e6  # bytes of a dataset that is held in memory and written as one file
-LARGEST_BUFFER = 32e6  # bytes of finished scenes that wait for being written into a larger one
-CHUNK = 1e6  # bytes of a chunk of a variable, or one scene's
 
 
 @dataclass(eq=False)
 class Collected:
     """The dataset of a campaign while its scenes are finished.
 
-    The first scene with results decides which variables there are, and their dims. A small dataset is held in
-    memory; a large one is a zarr store in `folder`, into which scenes are written chunk by chunk.
+    Scenes say by their results which variables there are, and their dims. A small dataset is held in memory;
+    a large one is a zarr store in `folder`, into which scenes are written chunk by chunk.
     """
 
     campaign: Campaign
     folder: Path
-    first: xr.Dataset | None = None
+    template: xr.Dataset = field(default_factory=xr.Dataset)  # variables and labels of one scene
     failures: dict[int, str] = field(default_factory=dict)  # by number of the point
-    seconds: dict[int, float] = field(default_factory=dict)
-    _values: dict[str, Any] = field(default_factory=dict)  # by variable: an array of NumPy or zarr
-    _buffer: dict[int, xr.Dataset] = field(default_factory=dict)
+    seconds: np.ndarray[Any, Any] = field(init=False)  # by number of the point
+    digests: np.ndarray[Any, Any] = field(init=False)
+    _arrays: Arrays | None = None
     _other_labels: set[str] = field(default_factory=set)  # dims whose labels differ between scenes
 
-    @property
-    def is_large(self) -> bool:
-        """Whether the dataset is a zarr store."""
-        return self.first is not None and self.first.nbytes * self.campaign.size > LARGEST_FILE
+    def __post_init__(self) -> None:
+        self.seconds = np.full(self.campaign.size, np.nan)
+        self.digests = np.zeros(self.campaign.size, dtype=np.uint64)
 
     @property
     def path(self) -> Path:
         """Where the dataset is written to."""
-        return self.folder / ("sweep.zarr" if self.is_large else "sweep.nc")
+        return self.folder / (ZARR if isinstance(self._arrays, InZarr) else FILE)
 
-    @property
-    def size(self) -> int:
-        """The number of scenes that are finished, failed ones included."""
-        return len(self.seconds)
+    def begin(self) -> None:
+        """Go on with the zarr store of an earlier run, if it is one of this campaign and code.
 
-    def add(self, number: int, dataset: xr.Dataset, seconds: float) -> None:
-        """Add what is kept of a scene; one whose arrays have other shapes than the first's has failed.
-
-        Raises BadScene where an axis has the name of a result.
+        Axes may have become longer since: scenes are appended. Otherwise the dataset is made anew.
         """
-        if self.first is None:
-            self._begin(dataset)
-        other = _other_shape(self.first or dataset, dataset)
-        if other:
-            self.fail(number, f"its results have other shapes than those of scenes before: {other}", seconds)
-            return
-        self._note_labels(dataset)
-        self.seconds[number] = seconds
-        if not self.is_large:
-            self._write({number: dataset})
-            return
-        self._buffer[number] = dataset
-        if sum(one.nbytes for one in self._buffer.values()) > LARGEST_BUFFER:
-            self._flush()
+        path = self.folder / ZARR
+        earlier = xr.Dataset()
+        with suppress(OSError, ValueError):  # there is none
+            earlier = open_sweep(path)
+        if self._continues(earlier):
+            self._take(path, earlier)
 
-    def fail(self, number: int, message: str, seconds: float) -> None:
-        """Note why a scene has no results."""
-        self.failures[number], self.seconds[number] = message, seconds
+    def has(self, number: int, digest: int) -> bool:
+        """Whether a scene is there; one whose results rested on something else is removed."""
+        known = int(self.digests[number])
+        if known not in (0, digest):
+            self._put(number, Kept(seconds=np.nan), 0)
+        return known == digest
+
+    def add(self, number: int, done: Kept, digest: int = 0) -> None:
+        """Add what is kept of a scene; one whose arrays have other shapes than those before has failed.
+
+        The digest is 0 where the scene may have other results the next time.
+        """
+        other = _other_shape(self.template, done)
+        if other:
+            message = f"its results have other shapes than those of scenes before: {other}"
+            done = Kept(failure=message, seconds=done.seconds)
+        self._make_room(done.dataset)
+        self._put(number, done, digest)
 
     def write(self) -> Path:
         """Write what is finished so far, completely or not at all; a large dataset is brought up to date."""
         self.folder.mkdir(parents=True, exist_ok=True)
-        if self.is_large:
-            self._flush()
-            small = _with_free_text(self._frame().assign_attrs(self._attributes()))
-            small.to_zarr(self.path, mode="a", consolidated=False)
-        else:
-            temporary = self.path.with_suffix(".part")
-            self.dataset().to_netcdf(temporary, engine="h5netcdf")
-            temporary.replace(self.path)
+        if isinstance(self._arrays, InZarr):
+            self._arrays.flush()
+            frame = _with_free_text(self._frame().assign_attrs(self._attributes()))
+            for part in (frame.drop_vars("digest"), frame[["digest"]]):  # which says that all else is there
+                part.to_zarr(self.path, mode="a", consolidated=False)
+            (self.folder / FILE).unlink(missing_ok=True)
+            return self.path
+        temporary = self.path.with_suffix(".part")
+        self.dataset().to_netcdf(temporary, engine="h5netcdf")
+        temporary.replace(self.path)
+        shutil.rmtree(self.folder / ZARR, ignore_errors=True)
         return self.path
 
     def dataset(self) -> xr.Dataset:
         """The dataset as it is; of a large one only what is in memory."""
         frame = self._frame()
-        if self.first is not None and not self.is_large:
-            swept = swept_dims(self.campaign)
+        if isinstance(self._arrays, InMemory):
+            swept, values = swept_dims(self.campaign), self._arrays.values
             frame = frame.assign(
                 {
-                    name: ((*swept, *variable.dims), self._values[str(name)], variable.attrs)
-                    for name, variable in self.first.data_vars.items()
+                    name: ((*swept, *variable.dims), values[str(name)], variable.attrs)
+                    for name, variable in self.template.data_vars.items()
                 }
             )
         return frame.assign_attrs(self._attributes())
 
+    def _continues(self, earlier: xr.Dataset) -> bool:
+        """Whether an earlier dataset is of this campaign and code, with the first values of each axis."""
+        now, coords = self._attributes(), xr.Dataset(coords=swept_coords(self.campaign))
+        return (
+            {*OF_SCENES} <= {*earlier.variables}
+            and all(earlier.attrs[name] == now[name] for name in ("table", "keep", "points", "code"))
+            and _keys_of(earlier.attrs["axes"]) == _keys_of(str(now["axes"]))
+            and all(
+                np.array_equal(earlier[axis.name].values, coords[axis.name].values[: earlier[axis.name].size])
+                for axis in self.campaign.axes
+            )
+        )
+
+    def _take(self, path: Path, earlier: xr.Dataset) -> None:
+        """Take the scenes of an earlier zarr store."""
+        shape, swept = self.campaign.shape, swept_dims(self.campaign)
+        there = tuple(slice(earlier.sizes[dim]) for dim in swept)
+        failures = np.full(shape, "", dtype=object)
+        failures[there] = earlier.failure.values
+        self.failures = {int(n): str(failures.flat[n]) for n in np.flatnonzero(failures.ravel() != "")}
+        self.seconds.reshape(shape)[there] = earlier.seconds.values
+        self.digests.reshape(shape)[there] = earlier.digest.values
+        self.template = earlier.drop_vars(OF_SCENES).isel(dict.fromkeys(swept, 0), drop=True).load()
+        self._other_labels = {
+            str(dim)
+            for dim, labels in self.template.coords.items()
+            if list(labels.values) == _numbered(str(dim), labels.size)
+        }
+        self._arrays = InZarr.appended(path, shape, swept, map(str, self.template.data_vars))
+
+    def _make_room(self, dataset: xr.Dataset) -> None:
+        """Make room for variables of all scenes that none had before, and note labels that differ."""
+        for dim, labels in dataset.coords.items():
+            if dim in self.template and not np.array_equal(labels.values, self.template[dim].values):
+                self._other_labels.add(str(dim))
+        new = [str(name) for name in dataset.data_vars if name not in self.template]
+        if not new:
+            return
+        labels = {dim: values for dim, values in dataset.coords.items() if dim not in self.template}
+        self.template = self.template.assign_coords(labels)
+        self.template = self.template.assign({name: dataset[name].variable for name in new})
+        arrays = self._fitting_arrays()
+        for name in new:
+            arrays.make_room(name, dataset[name].variable)
+        self._arrays = arrays
+
+    def _fitting_arrays(self) -> Arrays:
+        """The arrays so far, in a zarr store where the dataset is large."""
+        campaign = self.campaign
+        arrays = self._arrays or InMemory(campaign.shape)
+        if isinstance(arrays, InMemory) and self.template.nbytes * campaign.size > LARGEST_FILE:
+            new = InZarr.new(self.folder / ZARR, campaign.shape, swept_dims(campaign))
+            return in_zarr(arrays, self.template, new)
+        return arrays
+
+    def _put(self, number: int, done: Kept, digest: int) -> None:
+        """Put a scene at its place."""
+        self.failures.pop(number, None)
+        if done.failure:
+            self.failures[number] = done.failure
+        self.seconds[number], self.digests[number] = done.seconds, digest
+        if self._arrays is not None:
+            self._arrays.put(number, done.dataset)
+
     def _frame(self) -> xr.Dataset:
         """Coordinates, failures and seconds."""
-        campaign = self.campaign
+        campaign, swept = self.campaign, swept_dims(self.campaign)
         failure = np.full(campaign.size, "", dtype=object)
-        seconds = np.full(campaign.size, np.nan)
         failure[list(self.failures)] = list(self.failures.values())
-        seconds[list(self.seconds)] = list(self.seconds.values())
-        swept = swept_dims(campaign)
-        return xr.Dataset(
-            {
-                "failure": (
-                    swept,
-                    failure.reshape(campaign.shape),
-                    {"long_name": "why there are no results"},
-                ),
-                "seconds": (
-                    swept,
-                    seconds.reshape(campaign.shape),
-                    {"units": "s", "long_name": "what was made of the scene; NaN: not computed yet"},
-                ),
-            },
-            coords=swept_coords(campaign) | self._labels(),
-        )
+        described = {
+            "failure": (failure, {"long_name": "why there are no results"}),
+            "seconds": (
+                self.seconds,
+                {"units": "s", "long_name": "what was made of the scene; NaN: not computed yet"},
+            ),
+            "digest": (
+                self.digests,
+                {"long_name": "of all that results rest on; 0: not computed yet, or to be tried again"},
+            ),
+        }
+        of_scenes = {
+            name: (swept, values.reshape(campaign.shape), attrs)
+            for name, (values, attrs) in described.items()
+        }
+        frame = xr.Dataset(of_scenes, coords=swept_coords(campaign) | self._labels())
+        return frame.set_coords("digest")
 
     def _labels(self) -> dict[str, Any]:
         """The coordinates of the dims that scenes have by themselves."""
-        if self.first is None:
-            return {}
         return {
-            str(dim): [f"{dim} {k}" for k in range(labels.size)] if dim in self._other_labels else labels
-            for dim, labels in self.first.coords.items()
+            str(dim): _numbered(str(dim), labels.size) if dim in self._other_labels else labels
+            for dim, labels in self.template.coords.items()
         }
 
     def _attributes(self) -> dict[str, str | int]:
@@ -166,49 +234,11 @@ class Collected:
             "keep": json.dumps(campaign.keep),
             "points": "grid" if campaign.is_grid else "samples",
             "scenes": campaign.size,
-            "computed": len(self.seconds) - len(self.failures),
+            "computed": int(np.sum(~np.isnan(self.seconds))) - len(self.failures),
             "failed": len(self.failures),
-            "code": results_digest(__name__),
+            "code": results_digest(__name__, keeping.__name__),
             "versions": json.dumps(versions()),
         }
-
-    def _begin(self, first: xr.Dataset) -> None:
-        """Make room for the results of all scenes."""
-        require_other_names(self.campaign, first)
-        self.first = first
-        if self.is_large:
-            self._values = dict(_zarr_arrays(self.campaign, first, self.path))
-            return
-        self._values = {
-            str(name): np.full((*self.campaign.shape, *variable.shape), np.nan, dtype=variable.dtype)
-            for name, variable in first.data_vars.items()
-        }
-
-    def _note_labels(self, dataset: xr.Dataset) -> None:
-        """Note dims whose labels are not those of the first scene."""
-        for dim, labels in (self.first or dataset).coords.items():
-            if not np.array_equal(labels.values, dataset[dim].values):
-                self._other_labels.add(str(dim))
-
-    def _write(self, datasets: Mapping[int, xr.Dataset]) -> None:
-        for number, dataset in datasets.items():
-            place = np.unravel_index(number, self.campaign.shape)
-            for name, values in self._values.items():
-                values[place] = dataset[name].values
-
-    def _flush(self) -> None:
-        """Write the scenes of the buffer, those of a chunk at once."""
-        for name, values in self._values.items():
-            swept = len(self.campaign.shape)
-            chunk = values.chunks[:swept]
-            for box, numbers in _by_chunk(self._buffer, self.campaign.shape, chunk):
-                part = np.array(values[box])
-                for number in numbers:
-                    place = np.unravel_index(number, self.campaign.shape)
-                    inside = tuple(k - along.start for k, along in zip(place, box, strict=True))
-                    part[inside] = self._buffer[number][name].values
-                values[box] = part
-        self._buffer.clear()
 
 
 def _with_free_text(dataset: xr.Dataset) -> xr.Dataset:
@@ -238,14 +268,14 @@ def swept_coords(campaign: Campaign) -> dict[str, Any]:
     }
 
 
-def require_other_names(campaign: Campaign, results: xr.Dataset) -> None:
+def require_other_names(campaign: Campaign, names: Iterable[str]) -> None:
     """Raise BadScene where an axis has the name of a result or of one of its dims."""
-    taken = {*map(str, results.variables), *map(str, results.dims), *OF_SCENES, SAMPLE}
+    taken = {*names, *OF_SCENES, SAMPLE}
     for axis in campaign.axes:
         if axis.name in taken:
             raise BadScene(
                 f"sweep.{axis.name}: results have something of that name, too: rename the axis, such as "
-                f"{axis.name}_swept; what is finished is kept"
+                f"{axis.name}_swept"
             )
 
 
@@ -265,51 +295,24 @@ def _described(axis: Axis) -> dict[str, Any]:
     }
 
 
-def _other_shape(first: xr.Dataset, dataset: xr.Dataset) -> str:
-    """What has another shape in a dataset than in the first one; "" if nothing has."""
-    for name, variable in first.data_vars.items():
+def _keys_of(axes: str) -> list[tuple[str, dict[str, float | None]]]:
+    """Names and keys of axes, as attributes have them."""
+    return [(axis["name"], axis["keys"]) for axis in json.loads(axes)]
+
+
+def _numbered(dim: str, size: int) -> list[str]:
+    """Labels of a dim without labels of its own."""
+    return [f"{dim} {number}" for number in range(size)]
+
+
+def _other_shape(template: xr.Dataset, done: Kept) -> str:
+    """What has another shape than before in what is kept of a scene; "" if nothing has."""
+    dataset = done.dataset
+    for name, variable in template.data_vars.items():
         found = dict(dataset[name].sizes) if name in dataset else "nothing"
-        if found != dict(variable.sizes):
+        if found != dict(variable.sizes) and not (done.failure and found == "nothing"):
             return f"{name} has {found}, not {dict(variable.sizes)}"
+    for dim, size in dataset.sizes.items():
+        if size != template.sizes.get(dim, size):
+            return f"there are {size} along {dim}, not {template.sizes[dim]}"
     return ""
-
-
-def _zarr_arrays(campaign: Campaign, first: xr.Dataset, path: Path) -> Iterable[tuple[str, Any]]:
-    """Yield empty arrays of a new zarr store by variable; an older store there is removed."""
-    if path.exists():
-        shutil.rmtree(path)
-    group = zarr.open_group(path, mode="w")
-    for name, variable in first.data_vars.items():
-        array = group.create_array(
-            str(name),
-            shape=(*campaign.shape, *variable.shape),
-            chunks=(*_chunk(campaign.shape, variable.nbytes), *variable.shape),
-            dtype=variable.dtype,
-            fill_value=np.nan,
-            dimension_names=(*swept_dims(campaign), *map(str, variable.dims)),
-            attributes=dict(variable.attrs),
-        )
-        yield str(name), array
-
-
-def _chunk(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
-    """Scenes of a chunk along the swept dims, the last ones first, where each has some bytes."""
-    room, along = max(1, int(CHUNK // max(size, 1))), []
-    for count in reversed(shape):
-        along.append(min(count, room))
-        room = max(1, room // count)
-    return tuple(reversed(along))
-
-
-def _by_chunk(
-    numbers: Iterable[int], shape: tuple[int, ...], chunk: tuple[int, ...]
-) -> Iterable[tuple[tuple[slice, ...], list[int]]]:
-    """Yield the places of chunks and the numbers of points in them."""
-
-    def corner(number: int) -> tuple[int, ...]:
-        places = np.unravel_index(number, shape)
-        return tuple(int(place) // size for place, size in zip(places, chunk, strict=True))
-
-    for found, members in groupby(sorted(numbers, key=corner), key=corner):
-        ends = zip(found, chunk, shape, strict=True)
-        yield tuple(slice(k * size, min((k + 1) * size, end)) for k, size, end in ends), list(members)

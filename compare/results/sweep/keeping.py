@@ -20,8 +20,9 @@ from compare.results.contact.dataset import to_dataset as contact_dataset
 from compare.results.contact.pairing import placed_on
 from compare.results.contact.quantities import QUANTITIES
 from compare.results.friction.compression import compute_compression
-from compare.results.friction.rolling import compute_rolling
-from compare.results.maps.node import node
+from compare.results.friction.quantities import OF_PATCH, OF_ROLLING
+from compare.results.friction.rolling import OF_FREE, compute_rolling
+from compare.results.maps.node import OF_NODE, node
 from compare.results.shares import measure_of
 from compare.scenes.errors import BadScene
 from compare.scenes.scene import Scene
@@ -32,6 +33,7 @@ from femic.means import Means
 from geometries.arrays import Array
 
 AS_CHEAP = 3.0  # times the fastest good ICs' seconds: faster ones count as equally cheap, as clocks vary
+COSTS = ("unknowns", "model_seconds", "ic_seconds")
 OF_ERRORS = ("error", "rms", "weight", "vanishes", "estimate_refinement")
 SHARE = {"units": "1"}
 
@@ -45,6 +47,7 @@ class Keeper:
     of: Callable[[Scene, Means], xr.Dataset]
     jobs: Callable[[Scene], list[Jobs]]  # what is solved for it as far as it is known before, by body
     require: Callable[[Scene], object] = lambda _: None  # raises BadScene where the scene does not have it
+    names: frozenset[str] = frozenset()  # of all variables and dims
 
 
 def kept_errors(scene: Scene, means: Means) -> xr.Dataset:
@@ -227,14 +230,31 @@ def _contact_jobs(scene: Scene) -> list[Jobs]:
     return [c_jobs(scene, placed_on(scene, grid)) for grid, _ in grids_of(scene)]
 
 
+def _names_of_contact() -> frozenset[str]:
+    """The names in all that is kept of contacts, without friction or with it."""
+    numbers = {*QUANTITIES, *OF_PATCH, *OF_ROLLING, *OF_FREE}
+    return frozenset({*numbers, *(f"estimate_{name}" for name in numbers), *OF_CONTACT})
+
+
+OF_CONTACT = ("case", "ics", "friction", "load", "xi", "rms", "simplified")
+ON_LINES = frozenset({*OF_ERRORS, *("variant", "body", "line", "i", "j"), *COSTS})
+AT_POINTS = ON_LINES | {"ic", "estimate", "point", "on_line", "x", "s"}
+OF_ADVICE = frozenset({"variant", "body", "known_error", "ic_seconds", "advised"})
+OF_FITS = frozenset(
+    {"fit_value", "fit_rms", "fit_worst", "fit_c", "Bhat_worst"}
+    | {"fitted_body", "parameter", "fitted_component", "fit_point"}
+)
+
 KEEPERS: Mapping[str, Keeper] = MappingProxyType(
     {
-        "errors": Keeper(kept_errors, _on_lines),
-        "ics": Keeper(kept_ics, _on_lines),
-        "contact": Keeper(kept_contact, _contact_jobs, cases_of),
-        "matrix": Keeper(node, lambda scene: [_matrix_jobs(scene)], _require_frictionless),
-        "advice": Keeper(kept_advice, _on_lines),
-        "calibration": Keeper(kept_calibration, lambda scene: [jobs(extended(scene))], require_calibration),
+        "errors": Keeper(kept_errors, _on_lines, names=ON_LINES),
+        "ics": Keeper(kept_ics, _on_lines, names=AT_POINTS),
+        "contact": Keeper(kept_contact, _contact_jobs, cases_of, _names_of_contact()),
+        "matrix": Keeper(node, lambda scene: [_matrix_jobs(scene)], _require_frictionless, OF_NODE),
+        "advice": Keeper(kept_advice, _on_lines, names=OF_ADVICE),
+        "calibration": Keeper(
+            kept_calibration, lambda scene: [jobs(extended(scene))], require_calibration, OF_FITS
+        ),
     }
 )
 

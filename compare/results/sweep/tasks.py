@@ -61,6 +61,11 @@ class SceneTask:
     retry: bool = False  # whether it is tried where it failed before
 
     @property
+    def digest(self) -> int:
+        """A number of 64 bits, not 0, of all that the scene's results rest on."""
+        return int.from_bytes(sha256("".join(self.keys.values()).encode()).digest()[:8]) or 1
+
+    @property
     def scene(self) -> Scene:
         """The scene, without the check by the other engine; raises BadScene."""
         return replace(scene_from_table(dict(self.table), NAME), check=None)
@@ -88,7 +93,8 @@ class Receipt:
 
 def scene_task(table: Mapping[str, Any], keep: tuple[str, ...], store: Store) -> SceneTask:
     """The task of a scene; keys are those of its table, of its files, and of the code."""
-    facts = json.dumps(table, sort_keys=True, default=str), *_contents(table)
+    plain = json.loads(json.dumps(table, default=str), parse_int=float)  # 1 and 1.0 are the same
+    facts = json.dumps(plain, sort_keys=True), *_contents(table)
     return SceneTask(
         table,
         {name: store.key(f"sweep-{name}", results_digest(keeping.__name__), name, *facts) for name in keep},
@@ -137,28 +143,34 @@ def make_scene(task: SceneTask, place: Place, _models: object = None) -> Receipt
     """
     work = _Work.begun(place)
     with _alone():
-        for keep, key in task.keys.items():
-            part = kept.get(work.store, key)
-            if part is None or (part.failure and task.retry):
-                part = _made(task, keep, work)
-            if part.failure:
-                return work.receipt(part.failure)
-    return work.receipt()
+        parts = {keep: _part(task, keep, work) for keep in task.keys}
+    return work.receipt(together(parts).failure)
+
+
+def found_of(task: SceneTask, store: Store) -> dict[str, Kept]:
+    """What the store has of a scene, by name."""
+    parts = {keep: kept.get(store, key) for keep, key in task.keys.items()}
+    return {keep: part for keep, part in parts.items() if part is not None}
 
 
 def finished(task: SceneTask, store: Store) -> Kept | None:
-    """What is kept of a scene, all parts together, None where one is missing; one that failed is enough."""
-    parts: dict[str, xr.Dataset] = {}
-    seconds = 0.0
-    for keep, key in task.keys.items():
-        part = kept.get(store, key)
-        if part is None:
-            return None
-        seconds += part.seconds
+    """What is kept of a scene, all parts together, None where one is missing."""
+    parts = found_of(task, store)
+    return together(parts) if len(parts) == len(task.keys) else None
+
+
+def together(parts: Mapping[str, Kept]) -> Kept:
+    """All parts of a scene as one; where some failed, it has the others, and says why."""
+    failures: dict[str, list[str]] = {}
+    for keep, part in parts.items():
         if part.failure:
-            return Kept(failure=part.failure, seconds=seconds)
-        parts[keep] = part.dataset
-    return Kept(kept_together(parts), seconds=seconds)
+            failures.setdefault(part.failure, []).append(keep)
+    everything = len(parts) == len(next(iter(failures.values()), ()))
+    messages = [
+        message if everything else f"{', '.join(names)}: {message}" for message, names in failures.items()
+    ]
+    datasets = {keep: part.dataset for keep, part in parts.items() if not part.failure}
+    return Kept(kept_together(datasets), "; ".join(messages), sum(part.seconds for part in parts.values()))
 
 
 def require_same_code(place: Place) -> None:
@@ -200,6 +212,12 @@ def _alone() -> Iterator[None]:
     """A context with one BLAS thread, in which xarray locks files without asking the cluster."""
     with one_blas_thread(), dask.config.set(scheduler="synchronous"):
         yield
+
+
+def _part(task: SceneTask, keep: str, work: "_Work") -> Kept:
+    """What is kept of a scene by a name, made if it is not there, or tried again."""
+    part = kept.get(work.store, task.keys[keep])
+    return _made(task, keep, work) if part is None or (part.failure and task.retry) else part
 
 
 def _made(task: SceneTask, keep: str, work: "_Work") -> Kept:

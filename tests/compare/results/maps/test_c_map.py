@@ -12,6 +12,7 @@ from compare.results.contact.pairing import placed_on
 from compare.results.maps.c_map import bhat_nn, open_map
 from compare.results.maps.node import node
 from compare.results.sweep.dataset import Collected
+from compare.results.sweep.kept import Kept
 from compare.scenes.campaign import load_campaign
 from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene
@@ -81,9 +82,9 @@ def make(tmp_path, monkeypatch):
         collected = Collected(swept, tmp_path / "out")
         for number in range(swept.size):
             if number in left_out:
-                collected.fail(number, "did not converge", 1.0)
+                collected.add(number, Kept(failure="did not converge"))
             else:
-                collected.add(number, node(swept.scene(swept.point(number))), 1.0)
+                collected.add(number, Kept(node(swept.scene(swept.point(number)))))
         return f"map:{collected.write()}"
 
     return made

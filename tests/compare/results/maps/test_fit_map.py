@@ -13,6 +13,7 @@ from compare.results.maps.fit_map import fit_at, left_out, open_fits
 from compare.results.sweep import keeping
 from compare.results.sweep.dataset import Collected
 from compare.results.sweep.keeping import kept_calibration
+from compare.results.sweep.kept import Kept
 from compare.scenes.campaign import load_campaign
 from compare.scenes.errors import BadScene
 from femic.means import Means
@@ -55,7 +56,7 @@ def fits(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(keeping, "calibrate", smooth)
         for number in range(campaign.size):
-            collected.add(number, kept_calibration(campaign.scene(campaign.point(number)), Means()), 1.0)
+            collected.add(number, Kept(kept_calibration(campaign.scene(campaign.point(number)), Means())))
     return open_fits(collected.write())
 
 

@@ -67,7 +67,7 @@ def light(scene, means):
     )
 
 
-LIGHT_KEEPERS = {"errors": Keeper(light, lambda _: {})}
+LIGHT_KEEPERS = {"errors": Keeper(light, lambda _: [])}
 
 
 def clusters_of(client):

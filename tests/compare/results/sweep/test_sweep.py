@@ -14,8 +14,9 @@ from compare.results.compute import compute
 from compare.results.sweep import cluster, kept, tasks
 from compare.results.sweep import compute as computing
 from compare.results.sweep.cluster import NO_DASHBOARD, existing_cluster, size_for
-from compare.results.sweep.compute import Options, Progress, compute_sweep
+from compare.results.sweep.compute import Options, Progress, compute_sweep, require_computable
 from compare.results.sweep.dataset import Collected
+from compare.results.sweep.keeping import Keeper
 from compare.results.sweep.opened import open_sweep
 from compare.results.sweep.plan import planned
 from compare.results.sweep.tasks import Place, Unusable, scene_task
@@ -25,7 +26,6 @@ from femic.work.store import Store
 from geometries.errors import Failure
 from tests.compare.results.sweep.campaigns import (
     LIGHT,
-    LIGHT_KEEPERS,
     OF_UPPER,
     campaign_in,
     errors_of,
@@ -34,7 +34,7 @@ from tests.compare.results.sweep.campaigns import (
     swept,
 )
 
-CLOCKS = ["seconds", "model_seconds", "ic_seconds"]
+OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest"]
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def light_scenes(monkeypatch):
         made.append((scene.bodies["lower"].material.E, scene.bodies["upper"].material.nu))
         return light(scene, means)
 
-    keepers = {"errors": type(LIGHT_KEEPERS["errors"])(noted, lambda _: {})}
+    keepers = {"errors": Keeper(noted, lambda _: [])}
     for module in (tasks, computing):
         monkeypatch.setattr(module, "KEEPERS", keepers)
     return made
@@ -102,7 +102,7 @@ def test_a_campaign_in_the_same_store_begins_with_what_is_there(real, client, tm
     assert (done.models, done.found) == (0, 0)
     same = {"variant": ["A", "C"]}
     xr.testing.assert_equal(
-        found.drop_vars(CLOCKS).sel(same).isel(R=0), dataset.drop_vars(CLOCKS).sel(same).sel(R=12)
+        found.drop_vars(OF_THE_RUN).sel(same).isel(R=0), dataset.drop_vars(OF_THE_RUN).sel(same).sel(R=12)
     )
     again = campaign_in(tmp_path, OF_UPPER.replace("[sweep.R]", "[sweep.other]"), "third")
     done, found = swept(again, tmp_path / "third", client, store=Store(folder / "store"))
@@ -169,9 +169,7 @@ def test_failures_are_tried_again_when_asked(light_scenes, client, tmp_path):
 @pytest.mark.usefixtures("light_scenes")
 def test_errors_of_the_program_are_recorded_but_tried_again(client, tmp_path, monkeypatch):
     campaign = campaign_in(tmp_path, LIGHT)
-    monkeypatch.setattr(
-        tasks, "KEEPERS", {"errors": type(LIGHT_KEEPERS["errors"])(lambda *_: 1 / 0, lambda _: {})}
-    )
+    monkeypatch.setattr(tasks, "KEEPERS", {"errors": Keeper(lambda *_: 1 / 0, lambda _: [])})
     _, dataset = swept(campaign, tmp_path, client)
     assert set(dataset.failure.values.ravel()) == {"ZeroDivisionError: division by zero"}
     monkeypatch.undo()
@@ -243,7 +241,7 @@ def test_a_scene_of_another_shape_has_failed(client, tmp_path, monkeypatch):
         n = 3 if scene.bodies["lower"].material.E == 3 else 2
         return xr.Dataset({"y": ("k", np.ones(n))}, coords={"k": np.arange(n)})
 
-    monkeypatch.setattr(tasks, "KEEPERS", {"errors": type(LIGHT_KEEPERS["errors"])(longer, lambda _: {})})
+    monkeypatch.setattr(tasks, "KEEPERS", {"errors": Keeper(longer, lambda _: [])})
     done, dataset = swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
     assert done.failed == 3
     assert "other shapes than those of scenes before: y has {'k': 3}" in str(
@@ -259,17 +257,18 @@ def test_labels_that_differ_are_numbered(client, tmp_path, monkeypatch):
             coords={"line": [f"s = {scene.bodies['lower'].material.E:g} mm"], "k": ["a", "b"]},
         )
 
-    monkeypatch.setattr(tasks, "KEEPERS", {"errors": type(LIGHT_KEEPERS["errors"])(named, lambda _: {})})
+    monkeypatch.setattr(tasks, "KEEPERS", {"errors": Keeper(named, lambda _: [])})
     _, dataset = swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
     assert list(dataset.line.values) == ["line 0"]
     assert list(dataset.k.values) == ["a", "b"]
 
 
-@pytest.mark.usefixtures("light_scenes")
-def test_an_axis_may_not_have_the_name_of_a_result(client, tmp_path):
-    campaign = campaign_in(tmp_path, LIGHT.replace("[sweep.nu]", "[sweep.power]"))
-    with pytest.raises(BadScene, match=r"sweep\.power: .*rename the axis"):
-        swept(campaign, tmp_path, client)
+@pytest.mark.parametrize("name", ["seconds", "variant", "digest", "sample"])
+def test_an_axis_may_not_have_the_name_of_a_result(tmp_path, name):
+    """That is said before any work."""
+    campaign = campaign_in(tmp_path, LIGHT.replace("[sweep.nu]", f"[sweep.{name}]"))
+    with pytest.raises(BadScene, match=rf"sweep\.{name}: .*rename the axis"):
+        require_computable(campaign)
 
 
 def test_the_check_by_the_other_engine_is_left_out(tmp_path):
@@ -310,6 +309,47 @@ def key_of(table, store):
     return scene_task(table, ("errors",), store).keys["errors"]
 
 
+# --- several parts of a scene ------------------------------------------------------------------------
+
+
+def of_parts(monkeypatch, **parts):
+    """What is kept by two names."""
+    keepers = {name: Keeper(of, lambda _: []) for name, of in parts.items()}
+    for module in (tasks, computing):
+        monkeypatch.setattr(module, "KEEPERS", keepers)
+
+
+def test_a_part_that_fails_leaves_the_others(client, tmp_path, monkeypatch):
+    """The first scenes in the order are among those that fail."""
+
+    def not_below_six(scene, _means):
+        e = scene.bodies["lower"].material.E
+        if e < 6:
+            raise Failure(f"{e:g} is too soft")
+        return xr.Dataset({"hard": ((), e)})
+
+    of_parts(monkeypatch, errors=light, advice=not_below_six)
+    campaign = campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT)
+    done, dataset = swept(campaign, tmp_path, client)
+    assert done.failed == 18  # 1 ... 5, and 7
+    soft, both = dataset.sel(E=2), dataset.sel(E=8)
+    assert set(soft.failure.values) == {"advice: 2 is too soft"}
+    assert set(dataset.failure.sel(E=7).values) == {"errors: seven"}
+    assert soft.hard.isnull().all()
+    assert dataset["sum"].sel(E=7).isnull().all()
+    np.testing.assert_array_equal(soft["sum"], 2 + soft.nu)
+    np.testing.assert_array_equal(dataset.hard.sel(E=7), 7)
+    np.testing.assert_array_equal(both.hard, 8)
+    assert set(both.failure.values) == {""}
+
+
+def test_parts_that_fail_alike_say_so_once(client, tmp_path, monkeypatch):
+    of_parts(monkeypatch, errors=light, advice=light)
+    campaign = campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT)
+    _, dataset = swept(campaign, tmp_path, client)
+    assert set(dataset.failure.sel(E=7).values) == {"seven"}
+
+
 # --- large datasets ----------------------------------------------------------------------------------
 
 
@@ -318,14 +358,128 @@ def key_of(table, store):
 def test_a_large_dataset_is_the_same(client, tmp_path, monkeypatch, chunk):
     campaign, store = campaign_in(tmp_path, LIGHT), Store(tmp_path / "store")
     _, small = swept(campaign, tmp_path / "small", client, store=store)
-    for name, value in {"LARGEST_FILE": 1, "LARGEST_BUFFER": 200, "CHUNK": chunk}.items():
-        monkeypatch.setattr(f"compare.results.sweep.dataset.{name}", value)
+    all_are_large(monkeypatch, chunk)
     _, large = swept(campaign, tmp_path / "large", client, store=store)
     assert (tmp_path / "large" / "sweep.zarr").is_dir()
     xr.testing.assert_equal(large.load().drop_vars("failure"), small.drop_vars("failure"))
     assert large.failure.values.tolist() == small.failure.values.tolist()
     assert large.attrs == small.attrs
     assert float(large.powers.sel(E=3, nu=0.2, power="two")) == 9
+
+
+def all_are_large(monkeypatch, chunk=50.0):
+    monkeypatch.setattr("compare.results.sweep.dataset.LARGEST_FILE", 1)
+    for name, value in {"LARGEST_BUFFER": 200, "CHUNK": chunk}.items():
+        monkeypatch.setattr(f"compare.results.sweep.arrays.{name}", value)
+
+
+def none_is_read_back(monkeypatch):
+    def read(*_):
+        raise AssertionError("a finished scene was read from the store")
+
+    monkeypatch.setattr(computing, "finished", read)
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_a_large_dataset_is_gone_on_with_as_it_is(client, tmp_path, monkeypatch):
+    all_are_large(monkeypatch)
+    campaign = campaign_in(tmp_path, LIGHT)
+    _, first = swept(campaign, tmp_path, client)
+    first.load()
+    none_is_read_back(monkeypatch)
+    done, again = swept(campaign, tmp_path, client)
+    assert (done.found, done.failed) == (27, 3)
+    xr.testing.assert_identical(again.load(), first)
+
+
+def test_scenes_are_appended_to_a_large_dataset(light_scenes, client, tmp_path, monkeypatch):
+    """More values at the end of both axes; nothing that is there is read back or computed."""
+    all_are_large(monkeypatch)
+    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    del light_scenes[:]
+    none_is_read_back(monkeypatch)
+    longer = LIGHT.replace("from = 1\nto = 9\ncount = 9", f"values = {[*range(1, 11)]}")
+    longer = longer.replace("0.3]", "0.3, 0.4]")
+    monkeypatch.setattr(tasks.Store, "part_names", lambda *_: [])  # as if the store had been emptied
+    done, dataset = swept(campaign_in(tmp_path, longer), tmp_path, client)
+    assert set(light_scenes) == {(10, nu) for nu in (0.1, 0.2, 0.3, 0.4)} | {(e, 0.4) for e in range(1, 11)}
+    assert (done.found, done.failed, dict(dataset.sizes)) == (27, 4, {"E": 10, "nu": 4, "power": 2})
+    ok = dataset.drop_sel(E=7)
+    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
+    assert set(dataset.failure.sel(E=7).values) == {"seven"}
+
+
+def test_random_points_are_appended_to_a_large_dataset(light_scenes, client, tmp_path, monkeypatch):
+    all_are_large(monkeypatch)
+    text = LIGHT.replace("count = 9", "").replace("values = [0.1, 0.2, 0.3]", "from = 0.1\nto = 0.3")
+    swept(campaign_in(tmp_path, 'points = "random"\nsamples = 6\n' + text), tmp_path, client)
+    none_is_read_back(monkeypatch)
+    campaign = campaign_in(tmp_path, 'points = "random"\nsamples = 11\n' + text)
+    done, dataset = swept(campaign, tmp_path, client)
+    assert (done.found, len(light_scenes), dataset.sizes["sample"]) == (6, 11, 11)
+    np.testing.assert_array_equal(np.column_stack([dataset.E, dataset.nu]), campaign.listed)
+    np.testing.assert_array_equal(dataset["sum"], dataset.E + dataset.nu)
+
+
+def test_a_large_dataset_with_values_between_is_made_anew(light_scenes, client, tmp_path, monkeypatch):
+    all_are_large(monkeypatch)
+    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    between = campaign_in(tmp_path, LIGHT.replace("0.2, 0.3", "0.15, 0.2, 0.3"))
+    done, dataset = swept(between, tmp_path, client)
+    assert (done.found, len(light_scenes)) == (27, 36)
+    ok = dataset.drop_sel(E=7)
+    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_a_scene_whose_files_changed_is_removed_from_a_large_dataset(client, tmp_path, monkeypatch):
+    all_are_large(monkeypatch)
+    campaign = campaign_in(tmp_path, LIGHT)
+    swept(campaign, tmp_path, client)
+    collected = Collected(campaign, tmp_path)
+    collected.begin()
+    digest = int(collected.digests[4])
+    assert collected.has(4, digest)
+    assert not collected.has(4, digest + 1)
+    found = open_sweep(collected.write())
+    assert np.isnan(found["sum"].values.ravel()[4])
+    assert np.isnan(found.seconds.values.ravel()[4])
+    assert int(found["sum"].isnull().sum()) == 3 + 1
+    assert found.attrs["computed"] == 27 - 3 - 1
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_a_campaign_that_is_not_large_any_more_leaves_one_dataset(client, tmp_path, monkeypatch):
+    """And one that becomes large."""
+    campaign = campaign_in(tmp_path, LIGHT)
+    shorter = campaign_in(tmp_path, LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1]"), "shorter")
+    _, small = swept(shorter, tmp_path, client)
+    monkeypatch.setattr("compare.results.sweep.dataset.LARGEST_FILE", 800)  # 48 bytes a scene
+    _, large = swept(campaign, tmp_path, client)
+    assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.zarr"]
+    np.testing.assert_array_equal(large.powers.sel(nu=[0.1]), small.powers)
+    _, again = swept(shorter, tmp_path, client)
+    assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.nc"]
+    xr.testing.assert_identical(again, small)
+
+
+def test_a_dataset_that_turns_out_to_be_large_keeps_what_it_has(client, tmp_path, monkeypatch):
+    """The first scenes lack what makes it large."""
+
+    def large(scene, _means):
+        e = scene.bodies["lower"].material.E
+        if e in (1, 5, 9):
+            raise Failure("not one of the first")
+        return xr.Dataset({"many": ("k", np.full(1000, e))})
+
+    monkeypatch.setattr("compare.results.sweep.dataset.LARGEST_FILE", 27 * 900)
+    of_parts(monkeypatch, errors=light, advice=large)
+    _, dataset = swept(campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT), tmp_path, client)
+    assert (tmp_path / "sweep.zarr").is_dir()
+    ok = dataset.sel(E=[2, 3, 4, 6, 8])
+    np.testing.assert_array_equal(ok.many, np.broadcast_to(ok.E, (3, 1000, 5)).transpose(2, 0, 1))
+    np.testing.assert_array_equal(dataset["sum"].sel(E=5), 5 + dataset.nu)
+    assert dataset.many.sel(E=5).isnull().all()
 
 
 # --- what may go wrong -------------------------------------------------------------------------------
