@@ -7,6 +7,7 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from compare.cli import plan as planning
+from compare.cli import points
 from compare.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, StoreAt, Work, Workers
 from compare.reports.frontier.choice import AUTO, choose, question_of
 from compare.reports.overlay import curves as overlay
@@ -48,7 +49,8 @@ def compare(
     *scene: Annotated[
         str,
         Parameter(
-            help="built-in name (see `femic scenes`), TOML file, or folder with results of `femic run`"
+            help="built-in name (see `femic scenes`), TOML file, folder with results of `femic run`, or "
+            "scenes of a campaign, such as CAMPAIGN.toml@flank=30"
         ),
     ],
     results: Annotated[Path, Parameter(help="folder that has the results of each scene in SCENE/")] = Path(
@@ -62,14 +64,17 @@ def compare(
 
     Scenes without results, or with results of another text or femic, are computed first, as by `femic run`.
     """
-    scene_sources = overlay_sources.sources(scene, results)
+    stores: dict[str, str | None] = {}
+    for argument in scene:
+        stores |= points.scenes_of(argument, results)
+    scene_sources = overlay_sources.sources(tuple(stores), results)
     overlay_sources.common(scene_sources)  # raises before any work starts
     folder = overlay_page.folder_of(scene_sources, out, results)
     console = Console()
-    for source in scene_sources:
+    for source, kept_at in zip(scene_sources, stores.values(), strict=True):
         if source.scene is not None and not overlay_sources.up_to_date(source):
             console.print(f"{source.name}: no results of it by this femic yet, computing", markup=False)
-            work = Work(source.folder, workers, store)
+            work = Work(source.folder, workers, store or kept_at)
             _computed(source.scene, source.folder, work, console)
     report = overlay_page.write(overlay.load(scene_sources), folder)
     console.print(f"Report: {report}", soft_wrap=True)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import tomlkit
 from cyclopts import Parameter
 from distributed import Client
 from rich.console import Console
 
 from compare.cli import progress
+from compare.cli.points import written
 from compare.cli.work import DEFAULT_WORK, Work, kept
 from compare.reports.sweep.page import write_sweep
 from compare.results import folders
@@ -21,7 +21,7 @@ from compare.results.sweep.compute import Options, Progress, compute_sweep, requ
 from compare.results.sweep.dataset import Collected
 from compare.results.sweep.opened import open_sweep
 from compare.results.sweep.plan import largest_memory, planned
-from compare.scenes.campaign import Campaign, load_campaign, point_named
+from compare.scenes.campaign import Campaign, load_campaign
 from femic.work.store import Store
 from geometries.errors import Failure, WrongInput
 
@@ -37,7 +37,10 @@ class Asked:
     retry: Annotated[bool, Parameter(negative="", help="try scenes again that failed before")] = False
     write: Annotated[
         str | None,
-        Parameter(help="such as flank=30,ratio=1.1: write the scene of this point as a file, print its path"),
+        Parameter(
+            help="such as flank=30,ratio=1.1, or flank=30 for all ratios: write the scenes of these points "
+            "as files, print their paths"
+        ),
     ] = None
 
 
@@ -64,7 +67,8 @@ def sweep(
         raise WrongInput("--workers is of this machine's cores: leave it out, or --scheduler")
     folder = folders.checked(work.out or Path("out") / loaded.name)
     if asked.write is not None:
-        console.print(str(_written(loaded, asked.write, folder)), markup=False, soft_wrap=True)
+        for path in written(loaded, asked.write, folder):
+            console.print(str(path), markup=False, soft_wrap=True)
         return
     require_computable(loaded)
     store = kept(work.store, folder)
@@ -94,15 +98,6 @@ def _local(campaign: Campaign, scenes: int, workers: int | None, console: Consol
         console.print(f"note: {size.note}", markup=False, soft_wrap=True)
     with local_cluster(size) as client:
         yield client
-
-
-def _written(campaign: Campaign, name: str, folder: Path) -> Path:
-    """The file of the scene at a point, in the campaign's folder; raises BadScene."""
-    point = point_named(campaign, name)
-    campaign.scene(point)
-    path = folders.made(folder) / f"{campaign.named(point).replace('/', '_')}.toml"
-    path.write_text(tomlkit.dumps(campaign.scene_table(point)), encoding="utf-8")
-    return path
 
 
 def _show_plan(campaign: Campaign, store: Store, workers: int, console: Console) -> None:

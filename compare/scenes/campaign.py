@@ -163,14 +163,29 @@ def load_campaign(path: Path) -> Campaign:
     return campaign
 
 
-def point_named(campaign: Campaign, name: str) -> Point:
-    """The values that a name such as flank=30,ratio=1.1 gives the axes; raises BadScene."""
-    given = dict(part.split("=", 1) for part in name.split(",") if "=" in part)
+def points_named(campaign: Campaign, name: str) -> list[Point]:
+    """The points that a name such as flank=30,ratio=1.1 stands for; raises BadScene.
+
+    It is a single one, of the campaign or not, where all axes have a value; else all of the campaign's with
+    these values.
+    """
+    parts = [part.partition("=") for part in name.split(",")]
+    given = {axis: _value(value) for axis, _, value in parts}
     names = [axis.name for axis in campaign.axes]
-    if sorted(given) != sorted(names) or name.count(",") != len(names) - 1:
+    if not all(sign for _, sign, _ in parts) or not given.keys() <= {*names} or len(given) < len(parts):
         wanted = ",".join(f"{axis}=..." for axis in names)
-        raise BadScene(f"{campaign.name}: point {name!r}: give a value of each axis, {wanted}")
-    return tuple(_value(given[axis]) for axis in names)
+        raise BadScene(f"{campaign.name}: point {name!r}: give {wanted}, or some of them")
+    if len(given) == len(names):
+        return [tuple(given[axis] for axis in names)]
+    places = {names.index(axis): _text(value) for axis, value in given.items()}
+    points = [campaign.point(number) for number in range(campaign.size)]
+    found = [point for point in points if all(_text(point[k]) == value for k, value in places.items())]
+    if not found:
+        known = "; ".join(
+            f"{names[k]}: {', '.join(dict.fromkeys(_text(point[k]) for point in points))}" for k in places
+        )
+        raise BadScene(f"{campaign.name}: no points with {name}; there are {known}")
+    return found
 
 
 def _parsed(given: dict[str, Any], path: Path) -> CampaignFile:

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from compare.cli import sweeps
+from compare.cli import scenes, sweeps
 from compare.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from compare.cli.progress import EVERY, CampaignLines, campaign_shown
 from compare.results.sweep import compute as computing
@@ -21,6 +22,7 @@ from compare.results.sweep.cluster import Size
 from compare.results.sweep.compute import Progress
 from compare.results.sweep.opened import open_sweep
 from compare.scenes.load import load_scene
+from geometries.errors import Failure
 from tests.compare.results.sweep.campaigns import LIGHT, LIGHT_KEEPERS, OF_UPPER, in_this_process
 
 ROOT = Path(__file__).parents[3]
@@ -86,7 +88,32 @@ def test_the_scene_of_a_point_is_written_and_nothing_else_is_printed(femic):
     assert scene.bodies["lower"].material.E == 2.5
     assert scene.bodies["upper"].material.nu == 0.3
     assert femic(LIGHT, "--write", "E=2.5")[0] == WRONG_INPUT
+    _, printed = femic(LIGHT, "--write", "E=2")
+    assert printed.split() == [f"out/mine/E=2,nu={nu}.toml" for nu in (0.1, 0.2, 0.3)]
     assert femic(LIGHT, "--write", "E=2.5,nu=7")[0] == WRONG_INPUT
+
+
+def test_scenes_of_a_campaign_are_compared_with_the_models_that_it_has_kept(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text(OF_UPPER, encoding="utf-8")
+    computed = []
+
+    def compute(scene, folder, work, _):
+        computed.append(
+            (scene.name, tomllib.loads(scene.text)["upper"]["contour"]["radius"], folder, work.store)
+        )
+        if len(computed) == 2:
+            raise Failure("enough")
+
+    monkeypatch.setattr(scenes, "_computed", compute)
+    Path("out/mine/store").mkdir(parents=True)
+    assert exit_code(["compare", "mine.toml@R=11", "mine.toml@R=12"]) == FAILED
+    store = "out/mine/store"
+    assert computed == [
+        ("R=11", 11.0, Path("out/R=11"), store),
+        ("R=12", 12.0, Path("out/R=12"), store),
+    ]
+    assert exit_code(["compare", "mine.toml@R=13,x=1", "mine.toml@R=12"]) == WRONG_INPUT
 
 
 def test_a_note_says_why_there_are_fewer_workers(femic, monkeypatch):

@@ -6,7 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from compare.scenes.campaign import load_campaign, point_named
+from compare.scenes.campaign import load_campaign, points_named
 from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene
 
@@ -246,15 +246,28 @@ def test_no_file_is_said(tmp_path):
 def test_a_point_is_found_by_its_name(campaign, tmp_path):
     grid = campaign(GRID)
     for number in range(grid.size):
-        assert point_named(grid, grid.named(grid.point(number))) == grid.point(number)
-    assert point_named(grid, "ratio=1.1,flank=33") == (33, 1.1)  # of any values
+        assert points_named(grid, grid.named(grid.point(number))) == [grid.point(number)]
+    assert points_named(grid, "ratio=1.1,flank=33") == [(33, 1.1)]  # of any values
     (tmp_path / "points.csv").write_text("kind,E\nharmonic,1e5\n", encoding="utf-8")
-    assert point_named(campaign(TABLE), "E=1e5,kind=solid") == (1e5, "solid")
+    assert points_named(campaign(TABLE), "E=1e5,kind=solid") == [(1e5, "solid")]
+
+
+def test_a_name_of_some_axes_is_all_points_with_these_values(campaign, tmp_path):
+    grid = campaign(GRID)
+    assert points_named(grid, "flank=30") == [(30, 1.05), (30, 1.2), (30, 1.5)]
+    assert points_named(grid, "ratio=1.2") == [(flank, 1.2) for flank in range(0, 61, 10)]
+    (tmp_path / "points.csv").write_text("kind,E\nharmonic,1e5\nsolid,1e5\nsolid,2e5\n", encoding="utf-8")
+    assert points_named(campaign(TABLE), "kind=solid") == [(1e5, "solid"), (2e5, "solid")]
+
+
+def test_values_that_no_point_has_are_said_with_those_that_there_are(campaign):
+    with pytest.raises(BadScene, match=r"no points with ratio=1\.1; there are ratio: 1\.05, 1\.2, 1\.5"):
+        points_named(campaign(GRID), "ratio=1.1")
 
 
 @pytest.mark.parametrize(
-    "name", ["flank=30", "flank=30,ratio=1,x=2", "flank,ratio", "flank=1,flank=2,ratio=3", ""]
+    "name", ["flank=30,ratio=1,x=2", "flank,ratio", "flank=1,flank=2,ratio=3", "", "x=3"]
 )
 def test_a_name_that_does_not_fit_says_what_would(campaign, name):
-    with pytest.raises(BadScene, match=r"give a value of each axis, flank=\.\.\.,ratio=\.\.\."):
-        point_named(campaign(GRID), name)
+    with pytest.raises(BadScene, match=r"give flank=\.\.\.,ratio=\.\.\., or some of them"):
+        points_named(campaign(GRID), name)

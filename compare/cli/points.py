@@ -1,0 +1,39 @@
+"""Scenes of a campaign as files, for commands that take scenes."""
+
+from pathlib import Path
+
+import tomlkit
+
+from compare.results import folders
+from compare.scenes.campaign import Campaign, load_campaign, points_named
+
+AT = "@"  # between a campaign and points of it
+
+
+def written(campaign: Campaign, name: str, folder: Path) -> list[Path]:
+    """The files of the scenes at some points, in a folder; raises BadScene before any is written."""
+    points = points_named(campaign, name)
+    for point in points:
+        campaign.scene(point)
+    return [_written(campaign.scene_table(point), folder, campaign.named(point)) for point in points]
+
+
+def scenes_of(argument: str, results: Path) -> dict[str, str | None]:
+    """The scenes that an argument stands for, and where models of each are kept; None: nowhere yet.
+
+    They are itself, or files of points of a campaign such as CAMPAIGN.toml@flank=30, of whose models the
+    campaign has kept some.
+    """
+    file, at, name = argument.rpartition(AT)
+    if not at or Path(argument).exists():
+        return {argument: None}
+    campaign = load_campaign(Path(file))
+    folder = results / campaign.name
+    store = str(folder / "store") if (folder / "store").is_dir() else None
+    return {str(path): store for path in written(campaign, name, folder)}
+
+
+def _written(table: dict[str, object], folder: Path, name: str) -> Path:
+    path = folders.made(folder) / f"{name.replace('/', '_')}.toml"
+    path.write_text(tomlkit.dumps(table), encoding="utf-8")
+    return path
