@@ -7,12 +7,14 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
+from fsspec.core import url_to_fs
 from rich.console import Console
 
 from compare.cli import progress
 from compare.scenes.scene import Scene
 from femic.means import Means, cores
 from femic.work.store import Store
+from geometries.errors import WrongInput
 
 TABLE_WIDTH = 130  # characters
 
@@ -50,8 +52,24 @@ class Work:
 
 
 def kept(location: str | None, folder: Path) -> Store:
-    """The store at a location, or else that in a folder, without models that other code left there."""
+    """The store at a location, or else that in a folder, without models that other code left there.
+
+    Raises WrongInput for a location of a kind that there is no library for, or that cannot be looked at.
+    """
     if location is not None:
+        try:
+            system, path = url_to_fs(location)
+            system.exists(path)
+        except (ImportError, ValueError) as error:
+            raise WrongInput(
+                f"--store {location}: {error}: give a folder, or a URL of a kind that fsspec knows; for "
+                "object stores install its library into .venv (s3fs, gcsfs, adlfs)"
+            ) from error
+        except Exception as error:  # each kind has its own
+            raise WrongInput(
+                f"--store {location}: cannot be looked at ({type(error).__name__}: {error}): is it right, and "
+                "are there credentials for it (for S3: AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY)?"
+            ) from error
         return Store(location)
     store = Store(folder / "store")
     store.forget_other_code()

@@ -12,6 +12,7 @@ from compare.scenes.load import load_scene
 from compare.scenes.scene import common_extent
 from femic.means import cores
 from femic.work.provenance import code_digest
+from geometries.errors import WrongInput
 
 
 def test_results_go_to_a_folder_of_the_scene_unless_one_is_named():
@@ -23,6 +24,18 @@ def test_results_go_to_a_folder_of_the_scene_unless_one_is_named():
 def test_a_worker_per_core_unless_some_are_named():
     assert Work().threads == cores()
     assert Work(workers=3).threads == 3
+
+
+def test_a_store_of_an_unknown_kind_or_without_access_is_said(tmp_path, monkeypatch):
+    with pytest.raises(WrongInput, match=r"--store foo://x: Protocol not known: foo: give a folder, or"):
+        kept("foo://x", tmp_path)
+
+    def no_access(*_):
+        raise RuntimeError("no credentials")
+
+    monkeypatch.setattr("fsspec.implementations.memory.MemoryFileSystem.exists", no_access)
+    with pytest.raises(WrongInput, match=r"memory://x: cannot be looked at \(RuntimeError: no credentials\)"):
+        kept("memory://x", tmp_path)
 
 
 def test_models_are_kept_in_the_folder_of_the_results_unless_a_place_is_named(tmp_path):
