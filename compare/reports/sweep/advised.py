@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from compare.pages.styles import RC, with_further
-from compare.reports.sweep.axes import Axis, spread_out
+from compare.reports.sweep.axes import ShownAxis, spread_out
 from compare.reports.sweep.clouds import MOST_POINTS
 from compare.reports.sweep.fields import body_of, label_of
 from compare.reports.sweep.maps import PANEL, Plane, draw_cells, of_gaps
@@ -96,9 +96,9 @@ def advised_over(advice: Advice, plane: Plane, panels: Sequence[tuple[str, Advic
         return figure
 
 
-def advised_along(advice: Advice, axis: Axis, failed: Mask) -> Figure:
+def advised_along(advice: Advice, axis: ShownAxis, failed: Mask) -> Figure:
     """A strip of what is advised along one axis."""
-    strip = Axis("", "", np.array([""]))
+    strip = ShownAxis("", "", np.array([""]))
     plane = Plane(axis, strip, failed[:, None])
     with mpl.rc_context(RC | {"axes.grid": False, "hatch.linewidth": 0.5}):
         figure = Figure(figsize=(7.5, 1.6), layout="constrained")
@@ -110,7 +110,7 @@ def advised_along(advice: Advice, axis: Axis, failed: Mask) -> Figure:
         return figure
 
 
-def advised_points(advice: Advice, axes: Sequence[Axis]) -> Figure:
+def advised_points(advice: Advice, axes: Sequence[ShownAxis]) -> Figure:
     """Points of what is advised over the first two axes, or over the only one."""
     first, second = axes[0], axes[1] if len(axes) > 1 else None
     chosen = spread_out(len(first.values), MOST_POINTS)

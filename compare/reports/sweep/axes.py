@@ -25,7 +25,7 @@ Names = Mapping[str, Any]  # values by the names of axes
 
 
 @dataclass(frozen=True, eq=False)
-class Axis:
+class ShownAxis:
     """A swept axis. `values` are those of a grid, or those of all scenes; text in the order of the file."""
 
     name: str
@@ -97,12 +97,12 @@ class Axis:
             ruler.set_minor_locator(NullLocator())
 
 
-def axes_of(dataset: xr.Dataset) -> list[Axis]:
+def axes_of(dataset: xr.Dataset) -> list[ShownAxis]:
     """All axes of a campaign, in the order of its file."""
     return [_axis(dataset[described["name"]]) for described in json.loads(dataset.attrs["axes"])]
 
 
-def swept(axes: Iterable[Axis]) -> list[Axis]:
+def swept(axes: Iterable[ShownAxis]) -> list[ShownAxis]:
     """The axes that have more than one value."""
     return [axis for axis in axes if len(axis.values) > 1]
 
@@ -146,23 +146,23 @@ def point_of(dataset: xr.Dataset, place: Sequence[int]) -> str:
     )
 
 
-def told_values(axis: Axis, values: Iterable[Any]) -> str:
+def told_values(axis: ShownAxis, values: Iterable[Any]) -> str:
     """Some values of an axis: ratio = 1.05 and 1.2."""
     return f"{axis.name} = {listed(text_of(value) for value in values)}"
 
 
-def _axis(values: xr.DataArray) -> Axis:
+def _axis(values: xr.DataArray) -> ShownAxis:
     label = str(values.attrs.get("long_name") or values.name)
     unit = values.attrs.get("units", "")
     numbers = values.dtype.kind in "fiu"
-    return Axis(
+    return ShownAxis(
         str(values.name),
         f"{label} [{unit}]" if unit else label,
         values.values.astype(float) if numbers else values.values.astype(str),
     )
 
 
-def _spread(axis: Axis) -> bool:
+def _spread(axis: ShownAxis) -> bool:
     """Whether the values of an axis are far enough from each other for each to be a tick."""
     at = np.unique(np.log(axis.values) if axis.is_logarithmic else axis.values)
     return bool(len(at) < 2 or np.min(np.diff(at)) > 0.09 * (at[-1] - at[0]))

@@ -13,7 +13,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator
 from scipy.stats import rankdata
 
 from compare.pages.styles import RC
-from compare.reports.sweep.axes import Axis, spread_out
+from compare.reports.sweep.axes import ShownAxis, spread_out
 from compare.reports.sweep.curves import LOWEST
 from compare.reports.sweep.fields import COLUMN, LEVELS, ROW, Field, label_of
 from compare.reports.sweep.scales import share
@@ -24,7 +24,7 @@ FEWEST = 4  # points of which a correlation is told
 COLUMNS = 5  # axes beside each other
 
 
-def rank_correlation(axis: Axis, values: Array) -> float:
+def rank_correlation(axis: ShownAxis, values: Array) -> float:
     """Spearman's rank correlation of values (n,) with those of an axis; NaN for text and few points."""
     known = np.isfinite(values)
     if not axis.is_number or np.sum(known) < FEWEST:
@@ -35,7 +35,7 @@ def rank_correlation(axis: Axis, values: Array) -> float:
     return float(np.corrcoef(*ranks)[0, 1])
 
 
-def correlations(field: Field, axes: Sequence[Axis]) -> xr.DataArray:
+def correlations(field: Field, axes: Sequence[ShownAxis]) -> xr.DataArray:
     """Rank correlations of the sizes of numbers with the axes, by row, column and "axis"."""
     return xr.concat(
         [
@@ -51,13 +51,13 @@ def correlations(field: Field, axes: Sequence[Axis]) -> xr.DataArray:
     )
 
 
-def strongest(field: Field, axes: Sequence[Axis]) -> Axis:
+def strongest(field: Field, axes: Sequence[ShownAxis]) -> ShownAxis:
     """The axis that numbers go with most, on the average of rows and columns."""
     mean = abs(correlations(field, axes)).mean((ROW, COLUMN)).fillna(0.0)
     return axes[int(np.argmax(mean.values))]
 
 
-def clouds(field: Field, axes: Sequence[Axis]) -> Figure:
+def clouds(field: Field, axes: Sequence[ShownAxis]) -> Figure:
     """Points of one column of a field, a row of panels per row, a panel per axis.
 
     The colour of a point is its value of the axis that numbers go with most.
@@ -116,12 +116,12 @@ def _scale(line: np.ndarray, field: Field, values: Array) -> None:
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: share(value)))
 
 
-def _norm(axis: Axis) -> Normalize:
+def _norm(axis: ShownAxis) -> Normalize:
     low, high = float(np.min(axis.at)), float(np.max(axis.at))
     return LogNorm(low, high) if axis.is_logarithmic else Normalize(low, high)
 
 
-def _bar(figure: Figure, panels: np.ndarray, axis: Axis, norm: Normalize) -> None:
+def _bar(figure: Figure, panels: np.ndarray, axis: ShownAxis, norm: Normalize) -> None:
     rows = len(panels)
     bar = figure.colorbar(
         ScalarMappable(norm, "viridis"),

@@ -7,7 +7,7 @@ from itertools import groupby
 import numpy as np
 
 from compare.pages.parts import listed
-from compare.reports.sweep.axes import Axis
+from compare.reports.sweep.axes import ShownAxis
 from geometries.arrays import Array
 
 NOWHERE, EVERYWHERE, UNKNOWN = "nowhere", "everywhere", "not computed"
@@ -57,7 +57,7 @@ def _rounded(value: float, span: float) -> str:
     return np.format_float_positional(float(f"{value:.{3 + further}g}"), trim="-")
 
 
-def told(axis: Axis, values: Array, level: float) -> tuple[str, str]:
+def told(axis: ShownAxis, values: Array, level: float) -> tuple[str, str]:
     """Where values (n,) along an axis exceed a level, and what there is to add.
 
     That is a second range, and how many values are not known.

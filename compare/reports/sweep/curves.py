@@ -10,7 +10,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from compare.pages.panels import add_legend
 from compare.pages.styles import RC, Style, with_further
-from compare.reports.sweep.axes import Axis
+from compare.reports.sweep.axes import ShownAxis
 from compare.reports.sweep.fields import COLUMN, LEVELS, ROW, C, Field, label_of
 from compare.reports.sweep.scales import share
 
@@ -19,7 +19,7 @@ LOWEST = 1e-4  # smallest error drawn
 FEW = 15  # values up to which each has a marker
 
 
-def curves(field: Field, axis: Axis) -> Figure:
+def curves(field: Field, axis: ShownAxis) -> Figure:
     """Curves of all rows over an axis, a panel per column; errors are drawn on a common logarithmic scale."""
     count = len(field.columns)
     rows = -(-count // COLUMNS)
@@ -42,7 +42,7 @@ def curves(field: Field, axis: Axis) -> Figure:
         return figure
 
 
-def _draw(axes: Axes, field: Field, axis: Axis) -> None:
+def _draw(axes: Axes, field: Field, axis: ShownAxis) -> None:
     looks = with_further(field.rows)
     marked = len(axis.values) <= FEW
     floor = None if field.floor is None else field.floor.isel({COLUMN: 0}).values
@@ -58,7 +58,7 @@ def _draw(axes: Axes, field: Field, axis: Axis) -> None:
         axes.plot(axis.at[known], values[known], label=label_of(name), **_look(style, marker, axis, marked))
 
 
-def _look(style: Style, marker: str, axis: Axis, marked: bool) -> dict[str, Any]:
+def _look(style: Style, marker: str, axis: ShownAxis, marked: bool) -> dict[str, Any]:
     look = dict(style) | ({"marker": marker, "markersize": 4} if marked else {})
     return look if axis.is_number else look | {"linestyle": "none", "marker": marker, "markersize": 6}
 

@@ -9,7 +9,7 @@ import xarray as xr
 from compare.pages.parts import Part, listed
 from compare.reports.sweep import advised
 from compare.reports.sweep.advised import Advice
-from compare.reports.sweep.axes import Axis, axes_of, is_grid, named, spread_out, swept
+from compare.reports.sweep.axes import ShownAxis, axes_of, is_grid, named, spread_out, swept
 from compare.reports.sweep.clouds import MOST_POINTS, clouds, strongest
 from compare.reports.sweep.curves import curves
 from compare.reports.sweep.fields import Field, label_of, plain, swept_dims
@@ -35,7 +35,7 @@ def parts(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None) -
         yield from of_field
 
 
-def _of_field(dataset: xr.Dataset, field: Field, axes: Sequence[Axis]) -> Iterator[Part]:
+def _of_field(dataset: xr.Dataset, field: Field, axes: Sequence[ShownAxis]) -> Iterator[Part]:
     """Yield the figures of a field: curves over one axis, maps over two, points of random scenes."""
     if not is_grid(dataset) and len(axes) == 1:
         order = np.argsort(axes[0].at, kind="stable")[spread_out(len(axes[0].at), MOST_POINTS)]
@@ -49,14 +49,14 @@ def _of_field(dataset: xr.Dataset, field: Field, axes: Sequence[Axis]) -> Iterat
         yield from _map_parts(dataset, field, axes)
 
 
-def _curve_part(field: Field, axis: Axis) -> Part:
+def _curve_part(field: Field, axis: ShownAxis) -> Part:
     text = field.text
     if field.kind != "value":
         text += " Dotted: 1, 2, 5 and 10 %."
     return Part(_headed(field, [axis]), text, field.name, curves(field, axis))
 
 
-def _map_parts(dataset: xr.Dataset, field: Field, axes: Sequence[Axis]) -> Iterator[Part]:
+def _map_parts(dataset: xr.Dataset, field: Field, axes: Sequence[ShownAxis]) -> Iterator[Part]:
     """Yield maps over the first two axes; over a third one, those of each row by themselves."""
     first, second, *further = axes
     field = _squeezed(field, dataset, axes)
@@ -87,11 +87,11 @@ def _map_parts(dataset: xr.Dataset, field: Field, axes: Sequence[Axis]) -> Itera
             yield Part(heading, text if number == k == 0 else "", f"{field.name}_{number}_{k}", figure)
 
 
-def _has_lines(axes: Sequence[Axis]) -> bool:
+def _has_lines(axes: Sequence[ShownAxis]) -> bool:
     return all(axis.is_number for axis in axes[:2])
 
 
-def _reduced(field: Field, third: Axis, rest: Sequence[Axis], shown: int) -> str:
+def _reduced(field: Field, third: ShownAxis, rest: Sequence[ShownAxis], shown: int) -> str:
     """What figures of three axes and more leave out."""
     told_third = f" A row per value of {third.name}"
     told_third += "." if shown == len(third.values) else f", {shown} of {len(third.values)}."
@@ -103,7 +103,7 @@ def _reduced(field: Field, third: Axis, rest: Sequence[Axis], shown: int) -> str
     return f"{told_third} The worst over {over}."
 
 
-def _cloud_parts(field: Field, axes: Sequence[Axis]) -> Iterator[Part]:
+def _cloud_parts(field: Field, axes: Sequence[ShownAxis]) -> Iterator[Part]:
     count = field.values.sizes["sample"]
     text = field.text
     if field.kind != "value":
@@ -119,7 +119,7 @@ def _cloud_parts(field: Field, axes: Sequence[Axis]) -> Iterator[Part]:
         text = ""
 
 
-def _advice_part(dataset: xr.Dataset, advice: Advice, axes: Sequence[Axis]) -> Part:
+def _advice_part(dataset: xr.Dataset, advice: Advice, axes: Sequence[ShownAxis]) -> Part:
     """Which ICs are advised, over one axis, two or three, or as points."""
     text = "The cheapest ICs whose error, with the estimate of C, is at most `ics_tolerance`."
     heading = "Which ICs are good enough"
@@ -152,13 +152,13 @@ def _advice_part(dataset: xr.Dataset, advice: Advice, axes: Sequence[Axis]) -> P
     return Part(heading, text, "advice", advised.advised_over(advice, panels[0][2], panels))
 
 
-def _squeezed(field: Field, dataset: xr.Dataset, axes: Sequence[Axis]) -> Field:
+def _squeezed(field: Field, dataset: xr.Dataset, axes: Sequence[ShownAxis]) -> Field:
     """The field without swept dims of one value."""
     names = [axis.name for axis in axes]
     return field.at(**{dim: 0 for dim in swept_dims(dataset) if dim not in names})
 
 
-def _failed(dataset: xr.Dataset, axes: Sequence[Axis], over: Sequence[str] = ()) -> xr.DataArray:
+def _failed(dataset: xr.Dataset, axes: Sequence[ShownAxis], over: Sequence[str] = ()) -> xr.DataArray:
     """Where scenes have failed, over the axes in their order; over some of them: where all have."""
     failed = dataset["failure"].astype(str) != ""
     names = [axis.name for axis in axes]
@@ -166,6 +166,6 @@ def _failed(dataset: xr.Dataset, axes: Sequence[Axis], over: Sequence[str] = ())
     return failed.isel(single, drop=True).transpose(*names).all(list(over))
 
 
-def _headed(field: Field, axes: Sequence[Axis], k: int = 0) -> str:
+def _headed(field: Field, axes: Sequence[ShownAxis], k: int = 0) -> str:
     more = ", continued" if k else ""
     return f"{field.what[0].upper()}{field.what[1:]} over {listed(axis.name for axis in axes)}{more}"

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from compare.pages.styles import RC
-from compare.reports.sweep.axes import Axis
+from compare.reports.sweep.axes import ShownAxis
 from compare.reports.sweep.crossings import exceeded
 from compare.reports.sweep.fields import COLUMN, ROW, Field, label_of
 from compare.reports.sweep.scales import Scale, scale_of
@@ -32,8 +32,8 @@ STRONG = 0.05  # level whose line is thicker
 class Plane:
     """The two axes of maps, and where scenes have failed, (n_across, n_up)."""
 
-    across: Axis
-    up: Axis
+    across: ShownAxis
+    up: ShownAxis
     failed: Mask
 
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 from compare.pages.parts import listed
 from compare.reports.sweep.advised import Advice
-from compare.reports.sweep.axes import Axis, axes_of, is_grid, swept, text_of
+from compare.reports.sweep.axes import ShownAxis, axes_of, is_grid, swept, text_of
 from compare.reports.sweep.crossings import NOWHERE, grouped, told
 from compare.reports.sweep.fields import COLUMN, ROW, Field, label_of, plain
 from compare.reports.sweep.scales import share
@@ -55,7 +55,7 @@ def _counted(dataset: xr.Dataset) -> str:
     return f"{scenes} scene{'s' if scenes > 1 else ''} over {ranges}: {state}."
 
 
-def _range(axis: Axis) -> str:
+def _range(axis: ShownAxis) -> str:
     values = axis.values if axis.is_number else np.array(axis.categories)
     if not axis.is_number or len(values) <= 2:
         return f"{axis.name} = {listed(text_of(value) for value in values[:MOST_ALONG])}" + (
@@ -112,7 +112,7 @@ def _known(text: str, note: str) -> str:
     return f"{text} (of {note})" if text == NOWHERE and note else text
 
 
-def _along(axis: Axis, text: str) -> str:
+def _along(axis: ShownAxis, text: str) -> str:
     """A range with the name of its axis: from flank = 32 on."""
     for word in ("from ", "up to ", "at "):
         if text.startswith(word):

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from compare.pages.parts import Row, Table
-from compare.reports.sweep.axes import Axis, named, point_of, spread_out, swept, text_of
+from compare.reports.sweep.axes import ShownAxis, named, point_of, spread_out, swept, text_of
 from compare.reports.sweep.clouds import correlations
 from compare.reports.sweep.crossings import told
 from compare.reports.sweep.fields import COLUMN, LEVELS, ROW, Field, label_of, swept_dims
@@ -26,12 +26,12 @@ def _cell(text: str, below: str = "") -> Cell:
     return {"text": text, "below": below}
 
 
-def along(axes: Sequence[Axis]) -> Axis:
+def along(axes: Sequence[ShownAxis]) -> ShownAxis:
     """The axis along which crossings are told: of numbers, with the most values."""
     return max(swept(axes), key=lambda axis: (axis.is_number, len(axis.values)))
 
 
-def others(axes: Sequence[Axis], axis: Axis) -> Iterator[tuple[str, Place]]:
+def others(axes: Sequence[ShownAxis], axis: ShownAxis) -> Iterator[tuple[str, Place]]:
     """Yield places of the other axes, some of them where there are many, and their names."""
     rest = [one for one in axes if one.name != axis.name]
     shown = {one.name: spread_out(len(one.values), MOST_ALONG) for one in rest}
@@ -40,7 +40,7 @@ def others(axes: Sequence[Axis], axis: Axis) -> Iterator[tuple[str, Place]]:
         yield named({one.name: one.values[at[one.name]] for one in swept(rest)}), at
 
 
-def crossing_tables(field: Field, axes: Sequence[Axis]) -> Iterator[Table]:
+def crossing_tables(field: Field, axes: Sequence[ShownAxis]) -> Iterator[Table]:
     """Yield a table per level: where along an axis numbers exceed it, by column and other axes, by row."""
     axis = along(axes)
     for level in sorted(LEVELS, key=lambda level: (level != TOLD, level)):
@@ -74,7 +74,7 @@ def share_table(field: Field) -> Table:
     return Table("Share of the scenes", [label_of(row) for row in field.rows], rows)
 
 
-def correlation_table(field: Field, axes: Sequence[Axis]) -> Table:
+def correlation_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
     """Rank correlations with the axes, by row and column."""
     found = correlations(field, axes)
     rows = []

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from compare.reports.sweep.advised import NONE, advice_of
-from compare.reports.sweep.axes import Axis, axes_of, ordered
+from compare.reports.sweep.axes import ShownAxis, axes_of, ordered
 from compare.reports.sweep.clouds import correlations
 from compare.reports.sweep.crossings import NOWHERE, exceeded, told
 from compare.reports.sweep.fields import COLUMN, ROW, fields_of
@@ -129,7 +129,7 @@ def test_ranges_in_which_a_level_is_exceeded_are_interpolated_linearly():
 
 
 def test_a_level_that_is_exceeded_again_and_gaps_are_told():
-    axis = Axis("flank", "flank", np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
+    axis = ShownAxis("flank", "flank", np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
     assert told(axis, np.array([0.0, 2.0, 0.0, 2.0, 0.0]), 1.0) == (
         "from 0.5 to 1.5",
         "again from 2.5 to 3.5",
@@ -207,7 +207,7 @@ def test_of_many_failures_the_first_are_listed(samples):
 
 def test_text_is_told_as_categories():
     names = np.array(["steel", "bronze", "polyamide"])
-    axis = Axis("material", "material", names)
+    axis = ShownAxis("material", "material", names)
     assert told(axis, np.array([2.0, 0.0, 2.0]), 1.0) == ("at steel and polyamide", "")
     assert told(axis, np.array([2.0, 2.0, np.nan]), 1.0) == ("everywhere", "2 of 3 scenes")
     np.testing.assert_array_equal(axis.edges, [-0.5, 0.5, 1.5, 2.5])
@@ -215,10 +215,10 @@ def test_text_is_told_as_categories():
 
 
 def test_values_spread_over_powers_have_a_logarithmic_axis():
-    assert Axis("E", "E", np.geomspace(1e3, 1e6, 7)).is_logarithmic
-    assert not Axis("E", "E", np.linspace(1e3, 1e6, 7)).is_logarithmic
-    assert not Axis("flank", "flank", FLANKS).is_logarithmic
-    np.testing.assert_allclose(Axis("E", "E", np.array([1.0, 100, 10000])).edges, [0.1, 10, 1000, 1e5])
+    assert ShownAxis("E", "E", np.geomspace(1e3, 1e6, 7)).is_logarithmic
+    assert not ShownAxis("E", "E", np.linspace(1e3, 1e6, 7)).is_logarithmic
+    assert not ShownAxis("flank", "flank", FLANKS).is_logarithmic
+    np.testing.assert_allclose(ShownAxis("E", "E", np.array([1.0, 100, 10000])).edges, [0.1, 10, 1000, 1e5])
 
 
 def test_rank_correlations_see_order_only(samples):
