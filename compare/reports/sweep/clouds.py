@@ -1,4 +1,4 @@
-"""Random points and tables of a campaign: numbers over each axis as points, and rank correlations."""
+"""Numbers of random points and of tables over each axis of a campaign, and their rank correlations."""
 
 from collections.abc import Sequence
 
@@ -9,18 +9,16 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator
 from scipy.stats import rankdata
 
 from compare.pages.styles import RC
 from compare.reports.sweep.axes import ShownAxis, spread_out
-from compare.reports.sweep.curves import LOWEST
-from compare.reports.sweep.fields import COLUMN, LEVELS, ROW, Field, label_of
-from compare.reports.sweep.scales import share
+from compare.reports.sweep.fields import COLUMN, ROW, Field, label_of
+from compare.reports.sweep.scales import draw_levels
 from geometries.arrays import Array
 
 MOST_POINTS = 800  # of a picture
-FEWEST = 4  # points of which a correlation is told
+FEWEST = 8  # points of which a correlation is told
 COLUMNS = 5  # axes beside each other
 
 
@@ -62,9 +60,9 @@ def clouds(field: Field, axes: Sequence[ShownAxis]) -> Figure:
 
     The colour of a point is its value of the axis that numbers go with most.
     """
-    drawn, colour = list(axes)[:COLUMNS], strongest(field, axes)
+    drawn, colour = axes[:COLUMNS], strongest(field, axes)
     chosen = spread_out(field.values.sizes["sample"], MOST_POINTS)
-    norm = _norm(colour)
+    norm = (LogNorm if colour.is_logarithmic else Normalize)(np.min(colour.at), np.max(colour.at))
     with mpl.rc_context(RC | {"grid.alpha": 0.2}):
         rows = len(field.rows)
         size = 2.5 * len(drawn) + 1.2, 1.9 * rows + 0.5
@@ -74,8 +72,8 @@ def clouds(field: Field, axes: Sequence[ShownAxis]) -> Figure:
             values = field.values.sel({ROW: name}).isel({COLUMN: 0}).values
             for axes_, axis in zip(line, drawn, strict=True):
                 _points(axes_, axis.at[chosen], values[chosen], (colour.at[chosen], norm))
-            _scale(line, field, values)
-            line[0].set_ylabel(label_of(name) if field.kind != "value" else f"{field.columns[0]}, {name}")
+            draw_levels(line, field.kind, values)
+            line[0].set_ylabel(label_of(name) if field.is_judged else f"{field.columns[0]}, {name}")
         for axes_, axis in zip(panels[-1], drawn, strict=True):
             axis.scale(axes_, "x")
             axes_.set_xlabel(axis.wrapped)
@@ -85,7 +83,7 @@ def clouds(field: Field, axes: Sequence[ShownAxis]) -> Figure:
 
 def _points(axes: Axes, at: Array, values: Array, colours: tuple[Array, Normalize]) -> None:
     shown = np.isfinite(values)
-    size = float(np.clip(2500 / max(np.sum(shown), 1), 3, 18))
+    size = float(np.clip(2500 / max(np.sum(shown), 1), 3, 30))
     axes.scatter(
         at[shown],
         values[shown],
@@ -97,28 +95,6 @@ def _points(axes: Axes, at: Array, values: Array, colours: tuple[Array, Normaliz
         alpha=0.8,
         rasterized=True,
     )
-
-
-def _scale(line: np.ndarray, field: Field, values: Array) -> None:
-    """Scale, ticks and levels of a row of panels."""
-    if field.kind == "value" or not np.any(np.isfinite(values)):
-        return
-    levels = LEVELS if field.kind == "error" else (*LEVELS, 0.0, *(-level for level in LEVELS))
-    for axes in line:
-        for level in levels:
-            axes.axhline(level, color="grey", linewidth=0.7, linestyle=":", zorder=0)
-        if field.kind == "error" and np.any(values > 0):
-            low, high = np.nanmin(values[values > 0]), np.nanmax(values)
-            axes.set(yscale="log", ylim=(max(LOWEST, low / 1.3), max(high, 2 * LOWEST) * 1.3))
-            subs = (1.0,) if high > 100 * low else (1.0, 2.0, 5.0)
-            axes.yaxis.set_major_locator(LogLocator(subs=subs))
-            axes.minorticks_off()
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: share(value)))
-
-
-def _norm(axis: ShownAxis) -> Normalize:
-    low, high = float(np.min(axis.at)), float(np.max(axis.at))
-    return LogNorm(low, high) if axis.is_logarithmic else Normalize(low, high)
 
 
 def _bar(figure: Figure, panels: np.ndarray, axis: ShownAxis, norm: Normalize) -> None:
