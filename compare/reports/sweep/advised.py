@@ -96,8 +96,6 @@ def advised_over(panels: Sequence[tuple[str, Advice, Plane]]) -> Figure:
             draw_cells(axes, values, on, advice.scale)
             axes.set_title(title, fontsize=9)
             axes.set_xlabel(on.across.heading if is_strip else on.across.wrapped)
-        if is_strip:
-            drawn[0].set_yticks([])
         drawn[0].set_ylabel(plane.up.wrapped)
         _legend(figure, advice, of_gaps([on for *_, on in panels], shown))
         return figure
@@ -105,30 +103,19 @@ def advised_over(panels: Sequence[tuple[str, Advice, Plane]]) -> Figure:
 
 def advised_points(advice: Advice, axes: Sequence[ShownAxis]) -> Figure:
     """Points of what is advised over the first two axes, or over the only one."""
-    first, second = axes[0], axes[1] if len(axes) > 1 else None
-    chosen = spread_out(len(first.values), MOST_POINTS)
+    across, up = axes[0], axes[1] if len(axes) > 1 else STRIP
+    chosen = spread_out(len(across.values), MOST_POINTS)
+    heights = np.zeros(len(chosen)) if up is STRIP else up.at[chosen]
     with mpl.rc_context(RC | {"grid.alpha": 0.2}):
-        figure = Figure(figsize=(5.4, 4.2 if second else 1.8), layout="constrained")
+        figure = Figure(figsize=(5.4, 1.8 if up is STRIP else 4.2), layout="constrained")
         panel: Axes = figure.subplots()
-        heights = second.at[chosen] if second else np.zeros(len(chosen))
-        numbers = advice.numbers.values[chosen]
         for k, colour in enumerate(advice.colours):
-            of_name = numbers == k
-            panel.scatter(
-                first.at[chosen][of_name],
-                heights[of_name],
-                s=22,
-                color=[colour],
-                edgecolors="0.4",
-                linewidths=0.4,
-            )
-        first.scale(panel, "x")
-        panel.set_xlabel(first.heading)
-        if second:
-            second.scale(panel, "y")
-            panel.set_ylabel(second.wrapped)
-        else:
-            panel.set_yticks([])
+            of_name = advice.numbers.values[chosen] == k
+            places = across.at[chosen][of_name], heights[of_name]
+            panel.scatter(*places, s=22, color=[colour], edgecolors="0.4", linewidths=0.4)
+        across.scale(panel, "x")
+        up.scale(panel, "y")
+        panel.set(xlabel=across.heading, ylabel=up.wrapped)
         _legend(figure, advice)
         return figure
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
 from geometries.arrays import Array
 
@@ -92,10 +92,17 @@ class ShownAxis:
             return
         if self.is_logarithmic:
             set_scale("log")
+        elif (room := self._room(which)) * MOST_TICKS > 1:
+            ruler.set_major_locator(MaxNLocator(max(2, int(1 / room))))
         if len(set(self.values)) <= MOST_TICKS:
             ruler.set_major_locator(FixedLocator(self._ticks(which)))
             ruler.set_major_formatter(FuncFormatter(lambda value, _: text_of(value)))
             ruler.set_minor_locator(NullLocator())
+
+    def _room(self, which: str) -> float:
+        """The room of a tick of an x or y axis, over the length of the axis."""
+        ends = np.min(self.values), np.max(self.values)
+        return max(len(text_of(value)) + 1 for value in ends) * LETTER if which == "x" else LINE
 
     def _ticks(self, which: str) -> list[float]:
         """Values that are ticks of an x or y axis: every one, or every second, ... as there is room.
@@ -104,7 +111,7 @@ class ShownAxis:
         """
         values = np.unique(self.values)
         at, last = np.log(values) if self.is_logarithmic else values, len(values) - 1
-        room = max(len(text_of(value)) + 1 for value in values) * LETTER if which == "x" else LINE
+        room = self._room(which)
         for stride in range(1, last + 1):
             if last % stride == 0 and np.min(np.diff(at[::stride])) >= room * np.ptp(at):
                 return [float(value) for value in values[::stride]]

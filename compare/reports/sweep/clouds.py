@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
-from scipy.stats import rankdata
+from scipy.stats import spearmanr
 
 from compare.pages.styles import RC
 from compare.reports.sweep.axes import ShownAxis, spread_out
@@ -27,10 +27,8 @@ def rank_correlation(axis: ShownAxis, values: Array) -> float:
     known = np.isfinite(values)
     if not axis.is_number or np.sum(known) < FEWEST:
         return np.nan
-    ranks = rankdata(axis.values[known]), rankdata(values[known])
-    if min(np.ptp(of) for of in ranks) == 0:
-        return np.nan
-    return float(np.corrcoef(*ranks)[0, 1])
+    at, of = axis.values[known], values[known]
+    return float(spearmanr(at, of).statistic) if np.ptp(at) and np.ptp(of) else np.nan
 
 
 def correlations(field: Field, axes: Sequence[ShownAxis]) -> xr.DataArray:
@@ -49,10 +47,10 @@ def correlations(field: Field, axes: Sequence[ShownAxis]) -> xr.DataArray:
     )
 
 
-def strongest(field: Field, axes: Sequence[ShownAxis]) -> ShownAxis:
-    """The axis that numbers go with most, on the average of rows and columns."""
-    mean = abs(correlations(field, axes)).mean((ROW, COLUMN)).fillna(0.0)
-    return axes[int(np.argmax(mean.values))]
+def strongest(field: Field, axes: Sequence[ShownAxis]) -> tuple[ShownAxis, float]:
+    """The axis that numbers go with most, and by which correlation, on the average of rows and columns."""
+    mean = abs(correlations(field, axes)).mean((ROW, COLUMN)).fillna(0.0).values
+    return axes[int(np.argmax(mean))], float(np.max(mean))
 
 
 def clouds(field: Field, axes: Sequence[ShownAxis]) -> Figure:
@@ -60,7 +58,7 @@ def clouds(field: Field, axes: Sequence[ShownAxis]) -> Figure:
 
     The colour of a point is its value of the axis that numbers go with most.
     """
-    drawn, colour = axes[:COLUMNS], strongest(field, axes)
+    drawn, (colour, _) = axes[:COLUMNS], strongest(field, axes)
     chosen = spread_out(field.values.sizes["sample"], MOST_POINTS)
     norm = (LogNorm if colour.is_logarithmic else Normalize)(np.min(colour.at), np.max(colour.at))
     with mpl.rc_context(RC | {"grid.alpha": 0.2}):

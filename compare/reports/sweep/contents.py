@@ -1,7 +1,7 @@
 """What the dataset of a campaign has to show: errors of ICs, numbers of contacts, fits; as fields."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -108,40 +108,38 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
         return
     ics = [str(name) for name in dataset.ics.values]
     reference = reference_name(ics)
-    by, others = label_of(reference), [name for name in ics if name != reference]
     own = sorted({str(dim) for name in numbers for dim in _own_dims(dataset, name)})
     several = listed([DIMS.get(dim, dim) for dim in own if dataset.sizes[dim] > 1] or [""])
-    notes = [MEANINGS[name] for name in numbers if name in MEANINGS]
-    notes += [BY_PLACE] if LAST in ics else []
-    if others:
-        off, known = zip(*(_off(dataset, name, reference) for name in numbers), strict=True)
-        labels = xr.Variable(COLUMN, [_symbol(name) for name in numbers])
-        yield Field(
-            "contact",
-            "deviation",
-            "numbers of the contact",
-            f"Numbers of the contact by each of the ICs over those by {by}, less 1"
-            f"{f', the furthest over {several}' if several else ''}.{''.join(notes)}",
-            xr.concat(off, labels).rename(ics=ROW).sel({ROW: others}),
-            xr.concat(known, labels),
-            by,
-        )
+    if len(ics) > 1:
+        yield _deviations(dataset, numbers, reference, f", the furthest over {several}" if several else "")
     shown = [name for name in numbers if name != "rms"]
     heads = [f"{_symbol(name)} [{dataset[name].attrs.get('units', '1')}]" for name in shown]
-    values = [
-        dataset[name]
-        .sel(ics=[reference])
-        .isel(dict.fromkeys(own, -1), missing_dims="ignore", drop=True)
-        .drop_attrs()
-        for name in shown
-    ]
+    at_last = dataset[shown].isel(dict.fromkeys(own, -1), drop=True).sel(ics=[reference]).drop_attrs()
+    labels = xr.Variable(COLUMN, heads)
     yield Field(
         "reference",
         "value",
         "the contact",
-        f"Numbers of the contact by {by}{f', at the last {several}' if several else ''}.",
-        xr.concat(values, xr.Variable(COLUMN, heads), coords="minimal", compat="override").rename(ics=ROW),
-        reference=by,
+        f"Numbers of the contact by {label_of(reference)}{f', at the last {several}' if several else ''}.",
+        xr.concat([at_last[name] for name in shown], labels, coords="minimal").rename(ics=ROW),
+        reference=label_of(reference),
+    )
+
+
+def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, over: str) -> Field:
+    """Numbers of the contact by other ICs than the reference over those by it."""
+    off, known = zip(*(_off(dataset, name, reference) for name in numbers), strict=True)
+    labels, by = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), label_of(reference)
+    values = xr.concat(off, labels).rename(ics=ROW)
+    notes = [MEANINGS[name] for name in numbers if name in MEANINGS] + [BY_PLACE] * (reference == LAST)
+    return Field(
+        "contact",
+        "deviation",
+        "deviations of the contact",
+        f"Numbers of the contact by each of the ICs over those by {by}, less 1{over}.{''.join(notes)}",
+        values.sel({ROW: [name for name in map(str, values[ROW].values) if name != reference]}),
+        xr.concat(known, labels),
+        by,
     )
 
 

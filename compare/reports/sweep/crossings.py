@@ -92,7 +92,8 @@ class Line:
 
     def found(self, level: float) -> Found:
         """Where the sizes exceed a level."""
-        place, known = named(self.place), np.isfinite(self.sizes)
+        place = listed([named({name: value}) for name, value in self.place.items()] or [""])
+        known = np.isfinite(self.sizes)
         if not self.axis.is_number:
             over = self.axis.values[known & (self.sizes > level)]
             if len(over) in (0, np.sum(known)):
@@ -110,10 +111,11 @@ class Line:
         at = self.axis.at[known]
         if not self.axis.is_number or np.ptp(at) == 0:
             return float(np.mean(self.sizes[known] > level))
-        ends = [(at[0], at[-1])]
+        covered = 0.0
         for one in exceeded(self.axis.at, self.sizes, level):
-            ends.append((at[0] if one.start is None else one.start, at[-1] if one.end is None else one.end))
-        return sum(end - start for start, end in ends[1:]) / (at[-1] - at[0])
+            covered += at[-1] if one.end is None else one.end
+            covered -= at[0] if one.start is None else one.start
+        return covered / float(np.ptp(at))
 
 
 @dataclass(frozen=True, eq=False)

@@ -63,10 +63,8 @@ class Field:
 
     def worst_over(self, dim: str) -> "Field":
         """The field with the numbers that are furthest from zero along a dim; values: at its first place."""
-        if self.kind == "value":
-            return replace(self, values=self.values.isel({dim: 0}, drop=True), floor=None)
-        floor = None if self.floor is None else self.floor.max(dim)
-        return replace(self, values=furthest_along(self.values, dim), floor=floor)
+        values = furthest_along(self.values, dim) if self.is_judged else self.values.isel({dim: 0}, drop=True)
+        return replace(self, values=values, floor=None)
 
     def of(self, *, rows: list[str] | None = None, columns: list[str] | None = None) -> "Field":
         """The field with some rows and columns only."""

@@ -122,7 +122,8 @@ def _cloud_parts(field: Field, axes: Sequence[ShownAxis]) -> Iterator[Part]:
         text += f" Not drawn: {listed(left_out)}; they are in the tables, and in the file of the campaign."
     for k, column in enumerate(field.columns[:most]):
         one = field.of(columns=[column])
-        note = f" Colours: {strongest(one, axes).name}, with which they go most."
+        axis, correlation = strongest(one, axes)
+        note = f" Colours: {axis.name}{', with which they go most' if correlation else ''}."
         heading = f"{plain(column)}: {_headed(field, axes)}"
         yield Part(heading, text + note, f"{field.name}_{k}", clouds(one, axes))
         text = ""

@@ -75,7 +75,7 @@ def below(dataset: xr.Dataset, fields: Sequence[Field]) -> str:
     if not axes:
         return "One scene."
     if not is_grid(dataset):
-        return "Rank correlations by Spearman: +1 where the one always grows with the other, 0 without order."
+        return "Rank correlations (Spearman) of sizes: +1 where both always grow together, 0 without order."
     if not _has_crossings(dataset, fields):
         return "Small: at which scene."
     texts = [f"Places along {along(axes).name} are interpolated linearly between scenes. Small: "]

@@ -42,11 +42,9 @@ def judgement(dataset: xr.Dataset, field: Field) -> Iterator[str]:
         if field.kind == "error":
             yield f"{field.reference} is known to {share(float(largest.max()))} or better."
         else:
-            known = [
-                f"{plain(name)} to {share(float(largest.sel({COLUMN: name})))}" for name in field.columns
-            ]
-            known = [text for text in known if "nan" not in text]
-            yield f"By {field.reference} are known, at the worst scene: {listed(known)}."
+            by_column = {plain(name): float(largest.sel({COLUMN: name})) for name in field.columns}
+            known = [f"{share(size)} ({name})" for name, size in by_column.items() if np.isfinite(size)]
+            yield f"The numbers by {field.reference} are known, at the worst scene, to {listed(known)}."
     told: dict[str, list[str]] = {}
     for row in field.rows:
         if np.any(field.values.sel({ROW: row}).notnull()):
@@ -83,7 +81,7 @@ def _failing(dataset: xr.Dataset, field: Field) -> str:
     over = [column for column, size in largest.items() if size > TOLD]
     within = [plain(column) for column, size in largest.items() if size <= TOLD]
     if not over:
-        where = f"in all {known} that are known" if known else "everywhere"
+        where = f"wherever they are known ({known})" if known else "everywhere"
         return f"within {share(TOLD)} in {listed(within)} {where}."
     worst = max(over, key=lambda column: largest[column])
     where = _where(dataset, sizes.sel({COLUMN: worst}))

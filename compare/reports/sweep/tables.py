@@ -84,8 +84,7 @@ def correlation_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
         cells = [float(found.sel({"axis": axis.name, ROW: name, COLUMN: column})) for axis in axes]
         texts = ["–" if np.isnan(one) else f"{one:+.2f}" for one in cells]
         rows.append(Row(f"{column}, {label_of(name)}", [_cell(text) for text in texts]))
-    of = "sizes of " if field.kind == "deviation" else ""
-    return Table(f"Rank correlation of {of}{field.what} with", [axis.name for axis in axes], rows)
+    return Table(f"Rank correlation of {field.what} with", [axis.name for axis in axes], rows)
 
 
 def worst_table(field: Field, dataset: xr.Dataset) -> Table:

@@ -221,7 +221,7 @@ def test_failed_and_missing_scenes_leave_gaps_that_are_told(grid, tmp_path):
     told_all = summary(broken, [field], None)
     assert "15 computed, 6 failed." in told_all
     assert "(in nn nowhere; 15 of 21 scenes are known)" in told_all
-    assert "B̂ is within 5 % in nn and sn in all 15 of 21 scenes that are known." in told_all
+    assert "B̂ is within 5 % in nn and sn wherever they are known (15 of 21 scenes)." in told_all
     assert "everywhere" not in told_all
     table = failure_table(broken)
     assert [row.name for row in table.rows][:2] == ["flank = 40, ratio = 1.05", "flank = 40, ratio = 1.2"]
@@ -312,7 +312,7 @@ def test_contacts_with_friction_have_shares_as_differences_and_name_their_refere
     assert reference.columns == ["p_max [1]", "sliding [1]"]
     np.testing.assert_allclose(reference.values.sel({COLUMN: "sliding [1]"}), 1.0)
     told_all = summary(kept, [off, reference], None).split("\n")
-    assert told_all[1] == "By B̂ are known, at the worst scene: p_max to 3 %."
+    assert told_all[1] == "The numbers by B̂ are known, at the worst scene, to 3 % (p_max)."
     assert told_all[2] == (
         "A is off by more than 5 % in p_max everywhere; in sliding everywhere, at most by 30 % (also in "
         "F_x(ξ))."
