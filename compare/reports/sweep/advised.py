@@ -18,7 +18,6 @@ from compare.reports.sweep.clouds import MOST_POINTS
 from compare.reports.sweep.fields import body_of, label_of
 from compare.reports.sweep.maps import PANEL, STRIP, Plane, draw_cells, of_gaps
 from compare.reports.sweep.scales import Scale
-from geometries.arrays import Array
 
 NONE = "none is good enough"
 MOST_BESIDE = 4  # entries of a line of the legend
@@ -55,12 +54,6 @@ class Advice:
         """The advice at some places of swept dims."""
         return Advice(self.numbers.isel(places), self.names)
 
-    def over(self, plane: Plane) -> Array:
-        """The numbers over a plane, (n_across, n_up)."""
-        if plane.up is STRIP:
-            return np.asarray(self.numbers.values[:, None])
-        return np.asarray(self.numbers.transpose(plane.across.name, plane.up.name).values)
-
     def counts(self) -> dict[str, int]:
         """The numbers of scenes by what is advised."""
         found = {label: int((self.numbers == k).sum()) for k, label in enumerate(self.labels)}
@@ -90,7 +83,7 @@ def advised_over(panels: Sequence[tuple[str, Advice, Plane]]) -> Figure:
         width, height = 1.25 * PANEL[0], 1.25 * PANEL[1]
         size = (7.5, 1.6) if is_strip else (max(width * len(panels) + 0.6, 4.4), height + 0.9)
         figure = Figure(figsize=size, layout="constrained")
-        shown = [one.over(on) for _, one, on in panels]
+        shown = [on.over(one.numbers) for _, one, on in panels]
         drawn = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
         for axes, values, (title, _, on) in zip(drawn, shown, panels, strict=True):
             draw_cells(axes, values, on, advice.scale)

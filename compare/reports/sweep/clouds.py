@@ -67,7 +67,7 @@ def clouds(field: Field, axes: Sequence[ShownAxis]) -> Figure:
         figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(rows, len(drawn), squeeze=False, sharey="row", sharex="col")
         for line, name in zip(panels, field.rows, strict=True):
-            values = field.values.sel({ROW: name}).isel({COLUMN: 0}).values
+            values = field.drawn.sel({ROW: name}).isel({COLUMN: 0}).values
             for axes_, axis in zip(line, drawn, strict=True):
                 _points(axes_, axis.at[chosen], values[chosen], (colour.at[chosen], norm))
             draw_levels(line, field.kind, values)

@@ -1,6 +1,6 @@
 """Where along a swept axis something exceeds a level, and how that is told."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -162,10 +162,3 @@ def known_of(sizes: xr.DataArray) -> str:
     """How many scenes are known, where these are not all."""
     known = int(np.sum(np.isfinite(sizes.values)))
     return "" if known == sizes.size else f"{known} of {sizes.size} scenes"
-
-
-def crossings(lines: Lines, level: float) -> Iterator[tuple[Names, Range]]:
-    """Yield all ranges in which a level is exceeded, and the places of the other axes."""
-    for line in lines.known:
-        for one in exceeded(lines.axis.values, line.sizes, level):
-            yield line.place, one

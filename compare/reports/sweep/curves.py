@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from compare.pages.panels import add_legend
 from compare.pages.styles import RC, Style, with_further
 from compare.reports.sweep.axes import ShownAxis
-from compare.reports.sweep.fields import COLUMN, ROW, Field, label_of
-from compare.reports.sweep.scales import LOWEST, draw_levels
+from compare.reports.sweep.fields import COLUMN, LOWEST, ROW, Field, label_of
+from compare.reports.sweep.scales import draw_levels
 
 COLUMNS = 4  # panels beside each other
 FEW = 15  # values up to which each has a marker
@@ -50,7 +50,7 @@ def _draw(axes: Axes, field: Field, axis: ShownAxis) -> None:
         label = f"estimate of {field.reference}"
         axes.fill_between(at, low, high, color="black", alpha=0.15, linewidth=0, label=label)
     for name in field.rows:
-        values = field.values.sel({ROW: name}).isel({COLUMN: 0}).values
+        values = field.drawn.sel({ROW: name}).isel({COLUMN: 0}).values
         known = np.isfinite(values)
         marker, style = looks[name]
         axes.plot(axis.at[known], values[known], label=label_of(name), **_look(style, marker, axis, marked))

@@ -11,6 +11,7 @@ from compare.pages.styles import SYMBOLS, symbol_of
 ROW, COLUMN = "(row)", "(column)"  # dims that no axis can have the name of
 C = "C"
 LEVELS = (0.01, 0.02, 0.05, 0.1)  # errors and deviations whose places are told and drawn
+LOWEST = 1e-4  # smallest error of curves and points; those below are drawn there
 VANISHES = " †"
 Kind = Literal["error", "deviation", "value"]
 
@@ -55,6 +56,11 @@ class Field:
         """The row whose numbers are the smallest ones on the average of all scenes and columns."""
         means = self.sizes.mean([dim for dim in self.sizes.dims if dim != ROW])
         return self.rows[int(np.argmin(means.values))]
+
+    @property
+    def drawn(self) -> xr.DataArray:
+        """The numbers as curves and points have them: errors below `LOWEST` at that."""
+        return self.values.clip(min=LOWEST) if self.kind == "error" else self.values
 
     @property
     def sizes(self) -> xr.DataArray:

@@ -11,7 +11,7 @@ from compare.reports.sweep.advised import Advice, advised_over, advised_points
 from compare.reports.sweep.axes import Names, ShownAxis, axes_of, named, spread_out, swept
 from compare.reports.sweep.clouds import MOST_POINTS, clouds, strongest
 from compare.reports.sweep.curves import curves
-from compare.reports.sweep.fields import Field, label_of, plain
+from compare.reports.sweep.fields import LOWEST, Field, label_of, plain
 from compare.reports.sweep.maps import STRONG, MapRow, Plane, maps
 from compare.reports.sweep.scales import share
 from compare.reports.sweep.summary import judgement
@@ -102,12 +102,11 @@ def _left_out(field: Field, axes: Sequence[ShownAxis]) -> str:
     """What figures of three axes and more leave out."""
     third, *rest = axes[2:]
     shown = len(spread_out(len(third.values), MOST_MULTIPLES))
-    texts = [f"A row per value of {third.name}"]
-    texts[0] += "." if shown == len(third.values) else f", {shown} of {len(third.values)}."
+    text = f"A row per value of {third.name}, {shown} of {len(third.values)}; the file has all."
     if rest:
         over = listed(axis.name for axis in rest)
-        texts.append(f"The worst over {over}." if field.is_judged else f"At the first value of {over}.")
-    return " ".join([*texts, "All others are in the file of the campaign."])
+        text += f" The worst over {over}." if field.is_judged else f" At the first value of {over}."
+    return text
 
 
 def _cloud_parts(field: Field, axes: Sequence[ShownAxis]) -> Iterator[Part]:
@@ -148,7 +147,10 @@ def _advice_part(advice: Advice, axes: Sequence[ShownAxis], failed: xr.DataArray
 
 
 def _levels(field: Field, what: str) -> str:
-    return f" {what}: 1, 2, 5 and 10 %." if field.is_judged else ""
+    text = f" {what}: 1, 2, 5 and 10 %." if field.is_judged else ""
+    if what == "Dotted" and field.kind == "error" and np.any(field.values < LOWEST):
+        text += f" Errors below {share(LOWEST)} are drawn there."
+    return text
 
 
 def _headed(field: Field, axes: Sequence[ShownAxis]) -> str:

@@ -35,19 +35,27 @@ STRIP = ShownAxis("", "", np.array([""]))  # up, where there is one axis only
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """The two axes of maps, and where scenes have failed, (n_across, n_up)."""
+    """The two axes of maps, or the only one and `STRIP`, and where scenes have failed."""
 
     across: ShownAxis
     up: ShownAxis
-    failed: Mask
+    failing: xr.DataArray
 
     @classmethod
     def of(cls, axes: Sequence[ShownAxis], failed: xr.DataArray) -> "Plane":
-        """The plane of the first two axes, or of the only one; failed: at all places of further axes."""
-        across, up = axes[0], axes[1] if len(axes) > 1 else STRIP
-        names = [axis.name for axis in axes[:2]]
-        mask = failed.all([dim for dim in failed.dims if dim not in names]).transpose(*names).values
-        return cls(across, up, mask.reshape(len(across.values), len(up.values)))
+        """The plane of the first axes; failed: at all places of further ones."""
+        further = [axis.name for axis in axes[2:] if axis.name in failed.dims]
+        return cls(axes[0], axes[1] if len(axes) > 1 else STRIP, failed.all(further))
+
+    @property
+    def failed(self) -> Mask:
+        """Where scenes have failed, (n_across, n_up)."""
+        return np.asarray(self.over(self.failing), dtype=bool)
+
+    def over(self, values: xr.DataArray) -> Array:
+        """Numbers over the plane, (n_across, n_up)."""
+        in_order = values.transpose(self.across.name, *([] if self.up is STRIP else [self.up.name]))
+        return np.asarray(in_order.values.reshape(len(self.across.values), len(self.up.values)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +68,7 @@ class MapRow:
 
     def values(self, column: str) -> Array:
         """The numbers of a map, (n_across, n_up)."""
-        values = self.field.values.sel({COLUMN: column}).isel({ROW: 0})
-        return np.asarray(values.transpose(self.plane.across.name, self.plane.up.name).values)
+        return self.plane.over(self.field.values.sel({COLUMN: column}).isel({ROW: 0}))
 
 
 def maps(rows: Sequence[MapRow]) -> Iterator[Figure]:

@@ -9,13 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, Colormap, Normalize
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 
-from compare.reports.sweep.fields import LEVELS, Kind
+from compare.reports.sweep.fields import LEVELS, LOWEST, Kind
 from geometries.arrays import Array
 
 STEPS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)  # between colours of errors
 SIGNED = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)  # likewise of deviations, above and below zero
 CONTOURS = 5  # of values, about
-LOWEST = 1e-4  # smallest error drawn
 MOST_RATIO = 1e4  # of the ends of a logarithmic scale that has ticks at 1, 2, 5
 
 
@@ -27,7 +26,11 @@ class Scale:
     colours: Colormap
     contours: Sequence[float] = ()
     ticks: Sequence[float] = ()
-    is_share: bool = False
+
+    @property
+    def is_share(self) -> bool:
+        """Whether the numbers are errors or deviations."""
+        return bool(self.ticks)
 
     def text(self, value: float) -> str:
         """A number as it stands in a picture."""
@@ -43,15 +46,15 @@ def scale_of(kind: Kind, values: Array) -> Scale:
     colours, steps = ("RdYlBu_r", STEPS) if kind == "error" else ("RdBu_r", _with_negative(SIGNED))
     norm = BoundaryNorm(steps, len(steps) + 1, extend="both")
     levels = LEVELS if kind == "error" else _with_negative(LEVELS)
-    return Scale(norm, mpl.colormaps[colours].resampled(len(steps) + 1), levels, steps, is_share=True)
+    return Scale(norm, mpl.colormaps[colours].resampled(len(steps) + 1), levels, steps)
 
 
 def draw_levels(panels: Iterable[Axes], kind: Kind, values: Array) -> None:
     """Draw dotted lines at the levels into panels of numbers, in percent; errors on logarithmic scales."""
     if kind == "value":
         return
-    known = values[values > 0]
-    low = max(LOWEST, float(np.min(known, initial=LEVELS[0])) / 1.5)
+    known = np.maximum(values[np.isfinite(values)], LOWEST)
+    low = float(np.min(known, initial=LEVELS[0])) / 1.5
     high = 1.5 * float(np.max(known, initial=0.8 * LEVELS[-1]))
     for axes in panels:
         for level in LEVELS if kind == "error" else (0.0, *_with_negative(LEVELS)):

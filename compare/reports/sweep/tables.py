@@ -1,7 +1,7 @@
 """Tables of the page of a campaign: what fails where, worst numbers, correlations, failed scenes."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import xarray as xr
 from compare.pages.parts import Row, Table
 from compare.reports.sweep.axes import ShownAxis, point_of, text_of
 from compare.reports.sweep.clouds import correlations
-from compare.reports.sweep.crossings import Found, Lines, along, crossings
+from compare.reports.sweep.crossings import Found, Lines, along, exceeded
 from compare.reports.sweep.fields import COLUMN, LEVELS, ROW, Field, label_of, plain, swept_dims
 from compare.reports.sweep.scales import share
 
@@ -27,8 +27,7 @@ def _cell(text: str, below: str = "") -> Cell:
 def crossing_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
     """Where along an axis numbers exceed levels, by column and row; the other axes by their extremes."""
     rows = []
-    for column, row in product(field.columns, field.rows):
-        lines = Lines.of(field.sizes.sel({COLUMN: column, ROW: row}), axes)
+    for column, row, lines in _lines(field, axes):
         cells = [_crossing_cell(lines.found(level)) for level in LEVELS]
         rows.append(Row(f"{column}, {label_of(row)}", [*cells, _cell(lines.known_of or "all")]))
     heads = [*(f"more than {share(level)}" for level in LEVELS), "known"]
@@ -56,12 +55,17 @@ def write_crossings(fields: Sequence[Field], axes: Sequence[ShownAxis], path: Pa
         rows = csv.writer(file)
         rows.writerow(["of", "number", "ics", "more_than", *rest, f"{axis.name}_from", f"{axis.name}_to"])
         for field in fields:
-            for column, row in product(field.columns, field.rows):
-                lines = Lines.of(field.sizes.sel({COLUMN: column, ROW: row}), axes)
-                for level in LEVELS:
-                    for place, one in crossings(lines, level):
+            for (column, row, lines), level in product(_lines(field, axes), LEVELS):
+                for line in lines.all:
+                    for one in exceeded(axis.values, line.sizes, level):
                         ends = ["" if end is None else f"{end:.6g}" for end in (one.start, one.end)]
-                        rows.writerow([field.name, plain(column), row, level, *place.values(), *ends])
+                        place = line.place.values()
+                        rows.writerow([field.name, plain(column), row, level, *place, *ends])
+
+
+def _lines(field: Field, axes: Sequence[ShownAxis]) -> Iterator[tuple[str, str, Lines]]:
+    for column, row in product(field.columns, field.rows):
+        yield column, row, Lines.of(field.sizes.sel({COLUMN: column, ROW: row}), axes)
 
 
 def share_table(field: Field) -> Table:
@@ -101,21 +105,14 @@ def worst_table(field: Field, dataset: xr.Dataset) -> Table:
     return Table(f"{heading} {field.what}", field.columns, rows)
 
 
-def worst_place(values: xr.DataArray) -> tuple[int, ...] | None:
-    """The place of the largest number over the swept dims; None where none is known."""
-    if not np.any(np.isfinite(values)):
-        return None
-    return tuple(int(k) for k in np.unravel_index(int(np.nanargmax(values.values)), values.shape))
-
-
 def _worst_cell(field: Field, dataset: xr.Dataset, row: str, column: str) -> Cell:
     values = field.values.sel({ROW: row, COLUMN: column}).transpose(*swept_dims(dataset))
-    place = worst_place(abs(values))
-    if place is None:
+    if not np.any(np.isfinite(values)):
         return _cell("–")
     if field.kind == "value":
         low, high = float(values.min()), float(values.max())
         return _cell(text_of(low) if low == high else f"{text_of(low)} ... {text_of(high)}")
+    place = tuple(int(k) for k in np.unravel_index(int(np.nanargmax(abs(values.values))), values.shape))
     worst = float(values.values[place])
     text = share(worst) if field.kind == "error" else f"{'+' if worst > 0 else ''}{share(worst)}"
     return _cell(text, point_of(dataset, place) if values.size > 1 else "")

@@ -363,6 +363,17 @@ def test_what_is_left_out_of_many_panels_is_told(samples):
     assert sorted([*names, *re.split(", | and ", left_out)]) == sorted(map("".join, product("xsn", repeat=2)))
 
 
+def test_errors_of_zero_are_drawn_at_the_lower_end(curve):
+    exact = curve.assign(error=curve.error.where((curve.variant != "A") | (curve.j != "n"), 0.0))
+    (part,) = parts(exact, fields_of(exact), None)
+    assert "Errors below 0.01 % are drawn there." in part.text
+    for panel in part.figure.axes:
+        (of_a,) = (line for line in panel.get_lines() if line.get_label() == "A")
+        low, high = panel.get_ylim()
+        assert len(of_a.get_ydata()) == 7
+        assert np.all((of_a.get_ydata() > low) & (of_a.get_ydata() < high))
+
+
 def test_the_estimate_is_drawn_where_it_is_known(curve):
     gap = np.arange(7) == 3
     broken = with_failures(curve, gap)
