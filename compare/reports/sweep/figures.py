@@ -147,7 +147,11 @@ def _advice_part(advice: Advice, axes: Sequence[ShownAxis], failed: xr.DataArray
 
 
 def _levels(field: Field, what: str) -> str:
-    text = f" {what}: 1, 2, 5 and 10 %." if field.is_judged else ""
+    if not field.is_judged:
+        return ""
+    text = f" {what}: 1, 2, 5 and 10 %."
+    if what == "Lines" and np.any(np.isnan(field.values)):
+        text = f"{text.removesuffix('.')}, where most scenes are known."
     if what == "Dotted" and field.kind == "error" and np.any(field.values < LOWEST):
         text += f" Errors below {share(LOWEST)} are drawn there."
     return text

@@ -228,6 +228,7 @@ def test_failed_and_missing_scenes_leave_gaps_that_are_told(grid, tmp_path):
     assert table.rows[0].cells[0]["text"] == "not converged"
     page = write_sweep(broken, tmp_path)
     assert pictures(page) == 1
+    assert "Lines: 1, 2, 5 and 10 %, where most scenes are known." in page.read_text(encoding="utf-8")
     assert "not converged" in page.read_text(encoding="utf-8")
 
 
