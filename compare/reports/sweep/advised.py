@@ -13,12 +13,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from compare.pages.styles import RC, with_further
-from compare.reports.sweep.axes import Axis, spread_out
+from compare.reports.sweep.axes import ShownAxis, spread_out
 from compare.reports.sweep.clouds import MOST_POINTS
 from compare.reports.sweep.fields import body_of, label_of
-from compare.reports.sweep.maps import PANEL, Plane, draw_cells, of_gaps
+from compare.reports.sweep.maps import PANEL, STRIP, Plane, draw_cells, of_gaps
 from compare.reports.sweep.scales import Scale
-from geometries.arrays import Mask
 
 NONE = "none is good enough"
 MOST_BESIDE = 4  # entries of a line of the legend
@@ -27,7 +26,7 @@ PALE = 0.35  # share of white in colours
 
 @dataclass(frozen=True, eq=False)
 class Advice:
-    """Numbers of the advised ICs over the swept dims, by place in `names`; the last is `NONE`."""
+    """Numbers of the advised ICs over the swept dims, by place in `names`, which may have `NONE`."""
 
     numbers: xr.DataArray
     names: tuple[str, ...]
@@ -49,7 +48,7 @@ class Advice:
         """Colours of the numbers of names."""
         count = len(self.names)
         norm = BoundaryNorm(np.arange(count + 1) - 0.5, count)
-        return Scale(norm, ListedColormap(self.colours), (), None, "neither", "", False)
+        return Scale(norm, ListedColormap(self.colours))
 
     def at(self, **places: int) -> "Advice":
         """The advice at some places of swept dims."""
@@ -67,85 +66,57 @@ def advice_of(dataset: xr.Dataset) -> Advice | None:
         return None
     numbers = dataset.advised.sel(body=body_of(dataset), drop=True).drop_attrs().load()
     variants = [str(name) for name in dataset.variant.values]
-    used = [k for k in range(len(variants)) if (numbers == k).any()]
+    used = [k for k in (*range(len(variants)), -1) if (numbers == k).any()]
     if not numbers.notnull().any():
         return None
     renumbered = xr.full_like(numbers, np.nan)
-    for place, k in enumerate([*used, -1]):
+    for place, k in enumerate(used):
         renumbered = renumbered.where(numbers != k, place)
-    return Advice(renumbered, (*(variants[k] for k in used), NONE))
+    return Advice(renumbered, tuple(NONE if k == -1 else variants[k] for k in used))
 
 
-def advised_over(advice: Advice, plane: Plane, panels: Sequence[tuple[str, Advice, Plane]] = ()) -> Figure:
-    """Maps of what is advised over two axes, a panel per value of the third."""
-    drawn = list(panels) or [("", advice, plane)]
+def advised_over(panels: Sequence[tuple[str, Advice, Plane]]) -> Figure:
+    """Maps of what is advised over two axes beside each other, with their titles; a strip over one axis."""
+    _, advice, plane = panels[0]
+    is_strip = plane.up is STRIP
     with mpl.rc_context(RC | {"axes.grid": False, "hatch.linewidth": 0.5}):
         width, height = 1.25 * PANEL[0], 1.25 * PANEL[1]
-        size = max(width * len(drawn) + 0.6, 4.4), height + 0.9
+        size = (7.5, 1.6) if is_strip else (max(width * len(panels) + 0.6, 4.4), height + 0.9)
         figure = Figure(figsize=size, layout="constrained")
-        shown = []
-        for axes, (title, one, on) in zip(
-            figure.subplots(1, len(drawn), squeeze=False, sharey=True)[0], drawn, strict=True
-        ):
-            shown.append(np.asarray(one.numbers.transpose(on.across.name, on.up.name).values))
-            draw_cells(axes, shown[-1], on, advice.scale)
+        shown = [on.over(one.numbers) for _, one, on in panels]
+        drawn = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
+        for axes, values, (title, _, on) in zip(drawn, shown, panels, strict=True):
+            draw_cells(axes, values, on, advice.scale)
             axes.set_title(title, fontsize=9)
-            axes.set_xlabel(on.across.wrapped)
-        figure.axes[0].set_ylabel(plane.up.wrapped)
-        _legend(figure, advice, of_gaps([on for *_, on in drawn], shown))
+            axes.set_xlabel(on.across.heading if is_strip else on.across.wrapped)
+        drawn[0].set_ylabel(plane.up.wrapped)
+        _legend(figure, advice, of_gaps([on for *_, on in panels], shown))
         return figure
 
 
-def advised_along(advice: Advice, axis: Axis, failed: Mask) -> Figure:
-    """A strip of what is advised along one axis."""
-    strip = Axis("", "", np.array([""]))
-    plane = Plane(axis, strip, failed[:, None])
-    with mpl.rc_context(RC | {"axes.grid": False, "hatch.linewidth": 0.5}):
-        figure = Figure(figsize=(7.5, 1.6), layout="constrained")
-        axes = figure.subplots()
-        numbers = advice.numbers.values[:, None]
-        draw_cells(axes, numbers, plane, advice.scale)
-        axes.set(xlabel=axis.heading, yticks=[])
-        _legend(figure, advice, of_gaps([plane], [numbers]))
-        return figure
-
-
-def advised_points(advice: Advice, axes: Sequence[Axis]) -> Figure:
+def advised_points(advice: Advice, axes: Sequence[ShownAxis]) -> Figure:
     """Points of what is advised over the first two axes, or over the only one."""
-    first, second = axes[0], axes[1] if len(axes) > 1 else None
-    chosen = spread_out(len(first.values), MOST_POINTS)
+    across, up = axes[0], axes[1] if len(axes) > 1 else STRIP
+    chosen = spread_out(len(across.values), MOST_POINTS)
+    heights = np.zeros(len(chosen)) if up is STRIP else up.at[chosen]
     with mpl.rc_context(RC | {"grid.alpha": 0.2}):
-        figure = Figure(figsize=(5.4, 4.2 if second else 1.8), layout="constrained")
+        figure = Figure(figsize=(5.4, 1.8 if up is STRIP else 4.2), layout="constrained")
         panel: Axes = figure.subplots()
-        heights = second.at[chosen] if second else np.zeros(len(chosen))
-        numbers = advice.numbers.values[chosen]
         for k, colour in enumerate(advice.colours):
-            of_name = numbers == k
-            panel.scatter(
-                first.at[chosen][of_name],
-                heights[of_name],
-                s=22,
-                color=[colour],
-                edgecolors="0.4",
-                linewidths=0.4,
-            )
-        first.scale(panel, "x")
-        panel.set_xlabel(first.heading)
-        if second:
-            second.scale(panel, "y")
-            panel.set_ylabel(second.wrapped)
-        else:
-            panel.set_yticks([])
+            of_name = advice.numbers.values[chosen] == k
+            places = across.at[chosen][of_name], heights[of_name]
+            panel.scatter(*places, s=22, color=[colour], edgecolors="0.4", linewidths=0.4)
+        across.scale(panel, "x")
+        up.scale(panel, "y")
+        panel.set(xlabel=across.heading, ylabel=up.wrapped)
         _legend(figure, advice)
         return figure
 
 
 def _legend(figure: Figure, advice: Advice, gaps: Sequence[Artist] = ()) -> None:
-    used = advice.counts()
     handles: list[Artist] = [
         Patch(facecolor=colour, edgecolor="0.4", label=label)
         for label, colour in zip(advice.labels, advice.colours, strict=True)
-        if label in used
     ]
     handles += gaps
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), MOST_BESIDE))

@@ -10,27 +10,29 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
-from compare.pages.parts import listed
 from geometries.arrays import Array
 
 LARGE = 1e8  # value from which on powers of ten are written
 LONG = 10.0  # largest over smallest value from which on a logarithmic axis is thought of
 MOST_TICKS = 9  # values of an axis that are its ticks, if not more
-MOST_DIGITS = 5  # of ticks of a logarithmic axis; larger numbers are powers of ten
+LETTER, LINE = 0.035, 0.1  # room of a letter and of a line of ticks, over the length of the axis
 WIDTH = 30  # letters of a line of a heading
 WORD = 9  # letters from which on a category is written upwards
+QUOTES = str.maketrans("", "", "'\"")  # that text of a list has
+ICS, LAST = "ICs", "the last ICs"  # names where lists of ICs differ between scenes
 Names = Mapping[str, Any]  # values by the names of axes
 
 
 @dataclass(frozen=True, eq=False)
-class Axis:
+class ShownAxis:
     """A swept axis. `values` are those of a grid, or those of all scenes; text in the order of the file."""
 
     name: str
     heading: str  # label and unit
     values: Array  # (n,) numbers or text
+    spacing: str = "linear"  # how the file has spread them: "linear", "logarithmic"
 
     @property
     def wrapped(self) -> str:
@@ -44,9 +46,11 @@ class Axis:
 
     @property
     def is_logarithmic(self) -> bool:
-        """Whether values look as if they were spread over powers: their median is nearer to such a middle."""
+        """Whether values are spread over powers, or look so: their median is nearer to such a middle."""
         if not self.is_number or len(self.values) < 3 or np.min(self.values) <= 0:
             return False
+        if self.spacing == "logarithmic":
+            return True
         low, high, median = np.min(self.values), np.max(self.values), np.median(self.values)
         middle = np.log(median / low) / np.log(high / low) if high > low else 0.0
         linear = (median - low) / (high - low) if high > low else 0.0
@@ -55,7 +59,7 @@ class Axis:
     @cached_property
     def categories(self) -> list[str]:
         """The texts of an axis without numbers, in the order of their first scenes."""
-        return list(dict.fromkeys(map(str, self.values)))
+        return list(dict.fromkeys(map(text_of, self.values)))
 
     @property
     def at(self) -> Array:
@@ -63,7 +67,7 @@ class Axis:
         if self.is_number:
             return self.values
         numbers = {text: float(k) for k, text in enumerate(self.categories)}
-        return np.array([numbers[str(value)] for value in self.values])
+        return np.array([numbers[text_of(value)] for value in self.values])
 
     @property
     def edges(self) -> Array:
@@ -88,29 +92,60 @@ class Axis:
             return
         if self.is_logarithmic:
             set_scale("log")
-            if max(len(text_of(value)) for value in (np.min(self.values), np.max(self.values))) > MOST_DIGITS:
-                return
-            ruler.set_major_formatter(FuncFormatter(lambda value, _: text_of(value)))
-        if len(set(self.values)) <= MOST_TICKS and _spread(self):
-            ruler.set_major_locator(FixedLocator(sorted(set(self.values))))
+        elif (room := self._room(which)) * MOST_TICKS > 1:
+            ruler.set_major_locator(MaxNLocator(max(2, int(1 / room))))
+        if len(set(self.values)) <= MOST_TICKS:
+            ruler.set_major_locator(FixedLocator(self._ticks(which)))
             ruler.set_major_formatter(FuncFormatter(lambda value, _: text_of(value)))
             ruler.set_minor_locator(NullLocator())
 
+    def _room(self, which: str) -> float:
+        """The room of a tick of an x or y axis, over the length of the axis."""
+        ends = np.min(self.values), np.max(self.values)
+        return max(len(text_of(value)) + 1 for value in ends) * LETTER if which == "x" else LINE
 
-def axes_of(dataset: xr.Dataset) -> list[Axis]:
+    def _ticks(self, which: str) -> list[float]:
+        """Values that are ticks of an x or y axis: every one, or every second, ... as there is room.
+
+        Else the outermost ones.
+        """
+        values = np.unique(self.values)
+        at, last = np.log(values) if self.is_logarithmic else values, len(values) - 1
+        room = self._room(which)
+        for stride in range(1, last + 1):
+            if last % stride == 0 and np.min(np.diff(at[::stride])) >= room * np.ptp(at):
+                return [float(value) for value in values[::stride]]
+        return [float(values[0]), float(values[-1])]
+
+
+def axes_of(dataset: xr.Dataset) -> list[ShownAxis]:
     """All axes of a campaign, in the order of its file."""
-    return [_axis(dataset[described["name"]]) for described in json.loads(dataset.attrs["axes"])]
+    return [
+        _axis(dataset[described["name"]], described.get("spacing", "linear"))
+        for described in json.loads(dataset.attrs["axes"])
+    ]
 
 
-def swept(axes: Iterable[Axis]) -> list[Axis]:
+def swept(axes: Iterable[ShownAxis]) -> list[ShownAxis]:
     """The axes that have more than one value."""
     return [axis for axis in axes if len(axis.values) > 1]
 
 
-def ordered(dataset: xr.Dataset) -> xr.Dataset:
-    """The dataset of a grid with the numbers of each axis in ascending order."""
-    numeric = [axis.name for axis in axes_of(dataset) if axis.is_number]
-    return dataset.sortby(numeric) if is_grid(dataset) and numeric else dataset
+def prepared(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset with the numbers of each axis of a grid in ascending order, without dims of one value.
+
+    ICs of lists that differ between scenes have the names of their places, the last one that of C.
+    """
+    for dim in ("variant", "ics"):
+        if dim in dataset.coords and str(dataset[dim].values[0]) == f"{dim} 0":
+            count = dataset.sizes[dim]
+            last = "C" if dim == "variant" else LAST
+            dataset = dataset.assign_coords({dim: [*(f"{ICS} {k}" for k in range(1, count)), last]})
+    if not is_grid(dataset):
+        return dataset
+    axes = axes_of(dataset)
+    dataset = dataset.sortby([axis.name for axis in axes if axis.is_number])
+    return dataset.squeeze([axis.name for axis in axes if len(axis.values) == 1])
 
 
 def is_grid(dataset: xr.Dataset) -> bool:
@@ -121,7 +156,8 @@ def is_grid(dataset: xr.Dataset) -> bool:
 def text_of(value: Any) -> str:
     """A value of an axis as text."""
     if isinstance(value, str):
-        return str(value)
+        bare = value.translate(QUOTES)
+        return bare if "," in bare else bare.strip("[]")
     short = f"{float(value):.4g}"
     large = "e+" in short and abs(float(value)) < LARGE
     return np.format_float_positional(float(short), trim="-") if large else short
@@ -146,23 +182,13 @@ def point_of(dataset: xr.Dataset, place: Sequence[int]) -> str:
     )
 
 
-def told_values(axis: Axis, values: Iterable[Any]) -> str:
-    """Some values of an axis: ratio = 1.05 and 1.2."""
-    return f"{axis.name} = {listed(text_of(value) for value in values)}"
-
-
-def _axis(values: xr.DataArray) -> Axis:
+def _axis(values: xr.DataArray, spacing: str) -> ShownAxis:
     label = str(values.attrs.get("long_name") or values.name)
     unit = values.attrs.get("units", "")
-    numbers = values.dtype.kind in "fiu"
-    return Axis(
+    is_number = values.dtype.kind in "fiu"
+    return ShownAxis(
         str(values.name),
         f"{label} [{unit}]" if unit else label,
-        values.values.astype(float) if numbers else values.values.astype(str),
+        np.atleast_1d(values.values.astype(float if is_number else str)),
+        spacing,
     )
-
-
-def _spread(axis: Axis) -> bool:
-    """Whether the values of an axis are far enough from each other for each to be a tick."""
-    at = np.unique(np.log(axis.values) if axis.is_logarithmic else axis.values)
-    return bool(len(at) < 2 or np.min(np.diff(at)) > 0.09 * (at[-1] - at[0]))

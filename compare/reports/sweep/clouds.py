@@ -1,4 +1,4 @@
-"""Random points and tables of a campaign: numbers over each axis as points, and rank correlations."""
+"""Numbers of random points and of tables over each axis of a campaign, and their rank correlations."""
 
 from collections.abc import Sequence
 
@@ -9,33 +9,29 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator
-from scipy.stats import rankdata
+from scipy.stats import spearmanr
 
 from compare.pages.styles import RC
-from compare.reports.sweep.axes import Axis, spread_out
-from compare.reports.sweep.curves import LOWEST
-from compare.reports.sweep.fields import COLUMN, LEVELS, ROW, Field, label_of
-from compare.reports.sweep.scales import share
+from compare.reports.sweep.axes import ShownAxis, spread_out
+from compare.reports.sweep.fields import COLUMN, ROW, Field, label_of
+from compare.reports.sweep.scales import draw_levels
 from geometries.arrays import Array
 
 MOST_POINTS = 800  # of a picture
-FEWEST = 4  # points of which a correlation is told
+FEWEST = 8  # points of which a correlation is told
 COLUMNS = 5  # axes beside each other
 
 
-def rank_correlation(axis: Axis, values: Array) -> float:
+def rank_correlation(axis: ShownAxis, values: Array) -> float:
     """Spearman's rank correlation of values (n,) with those of an axis; NaN for text and few points."""
     known = np.isfinite(values)
     if not axis.is_number or np.sum(known) < FEWEST:
         return np.nan
-    ranks = rankdata(axis.values[known]), rankdata(values[known])
-    if min(np.ptp(of) for of in ranks) == 0:
-        return np.nan
-    return float(np.corrcoef(*ranks)[0, 1])
+    at, of = axis.values[known], values[known]
+    return float(spearmanr(at, of).statistic) if np.ptp(at) and np.ptp(of) else np.nan
 
 
-def correlations(field: Field, axes: Sequence[Axis]) -> xr.DataArray:
+def correlations(field: Field, axes: Sequence[ShownAxis]) -> xr.DataArray:
     """Rank correlations of the sizes of numbers with the axes, by row, column and "axis"."""
     return xr.concat(
         [
@@ -51,31 +47,31 @@ def correlations(field: Field, axes: Sequence[Axis]) -> xr.DataArray:
     )
 
 
-def strongest(field: Field, axes: Sequence[Axis]) -> Axis:
-    """The axis that numbers go with most, on the average of rows and columns."""
-    mean = abs(correlations(field, axes)).mean((ROW, COLUMN)).fillna(0.0)
-    return axes[int(np.argmax(mean.values))]
+def strongest(field: Field, axes: Sequence[ShownAxis]) -> tuple[ShownAxis, float]:
+    """The axis that numbers go with most, and by which correlation, on the average of rows and columns."""
+    mean = abs(correlations(field, axes)).mean((ROW, COLUMN)).fillna(0.0).values
+    return axes[int(np.argmax(mean))], float(np.max(mean))
 
 
-def clouds(field: Field, axes: Sequence[Axis]) -> Figure:
+def clouds(field: Field, axes: Sequence[ShownAxis]) -> Figure:
     """Points of one column of a field, a row of panels per row, a panel per axis.
 
     The colour of a point is its value of the axis that numbers go with most.
     """
-    drawn, colour = list(axes)[:COLUMNS], strongest(field, axes)
+    drawn, (colour, _) = axes[:COLUMNS], strongest(field, axes)
     chosen = spread_out(field.values.sizes["sample"], MOST_POINTS)
-    norm = _norm(colour)
+    norm = (LogNorm if colour.is_logarithmic else Normalize)(np.min(colour.at), np.max(colour.at))
     with mpl.rc_context(RC | {"grid.alpha": 0.2}):
         rows = len(field.rows)
         size = 2.5 * len(drawn) + 1.2, 1.9 * rows + 0.5
         figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(rows, len(drawn), squeeze=False, sharey="row", sharex="col")
         for line, name in zip(panels, field.rows, strict=True):
-            values = field.values.sel({ROW: name}).isel({COLUMN: 0}).values
+            values = field.drawn.sel({ROW: name}).isel({COLUMN: 0}).values
             for axes_, axis in zip(line, drawn, strict=True):
                 _points(axes_, axis.at[chosen], values[chosen], (colour.at[chosen], norm))
-            _scale(line, field, values)
-            line[0].set_ylabel(label_of(name) if field.kind != "value" else f"{field.columns[0]}, {name}")
+            draw_levels(line, field.kind, values)
+            line[0].set_ylabel(label_of(name) if field.is_judged else f"{field.columns[0]}, {name}")
         for axes_, axis in zip(panels[-1], drawn, strict=True):
             axis.scale(axes_, "x")
             axes_.set_xlabel(axis.wrapped)
@@ -85,7 +81,7 @@ def clouds(field: Field, axes: Sequence[Axis]) -> Figure:
 
 def _points(axes: Axes, at: Array, values: Array, colours: tuple[Array, Normalize]) -> None:
     shown = np.isfinite(values)
-    size = float(np.clip(2500 / max(np.sum(shown), 1), 3, 18))
+    size = float(np.clip(2500 / max(np.sum(shown), 1), 3, 30))
     axes.scatter(
         at[shown],
         values[shown],
@@ -99,29 +95,7 @@ def _points(axes: Axes, at: Array, values: Array, colours: tuple[Array, Normaliz
     )
 
 
-def _scale(line: np.ndarray, field: Field, values: Array) -> None:
-    """Scale, ticks and levels of a row of panels."""
-    if field.kind == "value" or not np.any(np.isfinite(values)):
-        return
-    levels = LEVELS if field.kind == "error" else (*LEVELS, 0.0, *(-level for level in LEVELS))
-    for axes in line:
-        for level in levels:
-            axes.axhline(level, color="grey", linewidth=0.7, linestyle=":", zorder=0)
-        if field.kind == "error" and np.any(values > 0):
-            low, high = np.nanmin(values[values > 0]), np.nanmax(values)
-            axes.set(yscale="log", ylim=(max(LOWEST, low / 1.3), max(high, 2 * LOWEST) * 1.3))
-            subs = (1.0,) if high > 100 * low else (1.0, 2.0, 5.0)
-            axes.yaxis.set_major_locator(LogLocator(subs=subs))
-            axes.minorticks_off()
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: share(value)))
-
-
-def _norm(axis: Axis) -> Normalize:
-    low, high = float(np.min(axis.at)), float(np.max(axis.at))
-    return LogNorm(low, high) if axis.is_logarithmic else Normalize(low, high)
-
-
-def _bar(figure: Figure, panels: np.ndarray, axis: Axis, norm: Normalize) -> None:
+def _bar(figure: Figure, panels: np.ndarray, axis: ShownAxis, norm: Normalize) -> None:
     rows = len(panels)
     bar = figure.colorbar(
         ScalarMappable(norm, "viridis"),

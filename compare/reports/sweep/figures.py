@@ -7,16 +7,17 @@ import numpy as np
 import xarray as xr
 
 from compare.pages.parts import Part, listed
-from compare.reports.sweep import advised
-from compare.reports.sweep.advised import Advice
-from compare.reports.sweep.axes import Axis, axes_of, is_grid, named, spread_out, swept
+from compare.reports.sweep.advised import Advice, advised_over, advised_points
+from compare.reports.sweep.axes import Names, ShownAxis, axes_of, named, spread_out, swept
 from compare.reports.sweep.clouds import MOST_POINTS, clouds, strongest
 from compare.reports.sweep.curves import curves
-from compare.reports.sweep.fields import Field, label_of, plain, swept_dims
-from compare.reports.sweep.maps import Plane, maps
+from compare.reports.sweep.fields import LOWEST, Field, label_of, plain
+from compare.reports.sweep.maps import STRONG, MapRow, Plane, maps
+from compare.reports.sweep.scales import share
 from compare.reports.sweep.summary import judgement
 
 MOST_MULTIPLES = 4  # values of the third axis
+MOST_PANELS = 60  # of all figures of random points of a field
 
 
 def parts(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None) -> Iterator[Part]:
@@ -24,148 +25,137 @@ def parts(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None) -
     axes = swept(axes_of(dataset))
     if not axes:
         return
+    failed = dataset["failure"].astype(str) != ""
     if advice is not None:
-        yield _advice_part(dataset, advice, axes)
-    judged = [field for field in fields if field.kind != "value"]
+        yield _advice_part(advice, axes, failed)
+    judged = [field for field in fields if field.is_judged]
     for field in fields:
-        of_field = _of_field(dataset, field, axes)
+        of_field = _of_field(field, axes, failed)
         if field in judged[1:]:  # what the first one shows, the page begins with
             first = next(of_field)
             yield replace(first, text=f"{first.text} {' '.join(judgement(dataset, field))}")
         yield from of_field
 
 
-def _of_field(dataset: xr.Dataset, field: Field, axes: Sequence[Axis]) -> Iterator[Part]:
+def _of_field(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[Part]:
     """Yield the figures of a field: curves over one axis, maps over two, points of random scenes."""
-    if not is_grid(dataset) and len(axes) == 1:
-        order = np.argsort(axes[0].at, kind="stable")[spread_out(len(axes[0].at), MOST_POINTS)]
-        along = replace(axes[0], values=axes[0].values[order])
-        yield _curve_part(field.at(sample=order), along)
-    elif not is_grid(dataset):
+    are_samples = "sample" in failed.dims
+    if len(axes) == 1:
+        (axis,) = axes
+        if are_samples:
+            order = np.argsort(axis.at, kind="stable")[spread_out(len(axis.at), MOST_POINTS)]
+            axis, field = replace(axis, values=axis.values[order]), field.at(sample=order)
+        yield Part(
+            _headed(field, axes), field.text + _levels(field, "Dotted"), field.name, curves(field, axis)
+        )
+    elif are_samples:
         yield from _cloud_parts(field, axes)
-    elif len(axes) == 1:
-        yield _curve_part(_squeezed(field, dataset, axes), axes[0])
     else:
-        yield from _map_parts(dataset, field, axes)
+        yield from _map_parts(field, axes, failed)
 
 
-def _curve_part(field: Field, axis: Axis) -> Part:
-    text = field.text
-    if field.kind != "value":
-        text += " Dotted: 1, 2, 5 and 10 %."
-    return Part(_headed(field, [axis]), text, field.name, curves(field, axis))
-
-
-def _map_parts(dataset: xr.Dataset, field: Field, axes: Sequence[Axis]) -> Iterator[Part]:
-    """Yield maps over the first two axes; over a third one, those of each row by themselves."""
+def _map_parts(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[Part]:
+    """Yield maps over the first two axes, the worst over others; then of the closest row over the third."""
     first, second, *further = axes
-    field = _squeezed(field, dataset, axes)
-    text = field.text + (" Lines: 1, 2, 5 and 10 %." if field.kind != "value" and _has_lines(axes) else "")
+    text, name = field.text, field.name
+    if first.is_number and second.is_number:
+        text += _levels(field, "Lines")
+    elif field.is_judged and (first.is_number or second.is_number):
+        text += f" Lines: {share(STRONG)}."
+    if field.is_judged or not further:
+        worst = field
+        for axis in further:
+            worst = worst.worst_over(axis.name)
+        over = f" The worst over {listed(axis.name for axis in further)}." if further else ""
+        plane = Plane.of(axes, failed)
+        rows = [MapRow(label_of(row), worst.of(rows=[row]), plane) for row in field.rows]
+        yield from _mapped(rows, _headed(field, axes[:2]), text + over, name)
     if not further:
-        plane = Plane(first, second, _failed(dataset, axes).values)
-        for k, figure in enumerate(maps(field, plane)):
-            yield Part(_headed(field, axes, k), text if k == 0 else "", f"{field.name}_{k}", figure)
         return
-    third, *rest = further
-    for axis in rest:
-        field = field.worst_over(axis.name)
-    failed = _failed(dataset, axes, [axis.name for axis in rest])
-    places = spread_out(len(third.values), MOST_MULTIPLES)
-    text += _reduced(field, third, rest, len(places))
-    for number, row in enumerate(field.rows):
-        of_row = field.of(rows=[row])
-        by_row = [
-            (
-                named({third.name: third.values[k]}),
-                of_row.at(**{third.name: k}),
-                Plane(first, second, failed.isel({third.name: k}).values),
-            )
-            for k in places
-        ]
-        for k, figure in enumerate(maps(of_row, by_row[0][2], by_row)):
-            heading = f"{label_of(row)}: {_headed(field, axes[:3], k)}"
-            yield Part(heading, text if number == k == 0 else "", f"{field.name}_{number}_{k}", figure)
+    for number, row in enumerate([field.closest] if field.is_judged else field.rows):
+        of_row, note = field.of(rows=[row]), ""
+        for axis in further[1:]:
+            of_row = of_row.worst_over(axis.name)
+        rows = [MapRow(title, of_row.at(**at), plane) for title, at, plane in _by_third(axes, failed)]
+        if field.is_judged and len(field.rows) > 1:
+            note = f"{label_of(row)} only, which is the closest on the average. "
+        heading = f"{label_of(row)}: {_headed(field, axes[:3])}"
+        yield from _mapped(
+            rows, heading, note + _left_out(field, axes), f"{name}_by_{further[0].name}_{number}"
+        )
 
 
-def _has_lines(axes: Sequence[Axis]) -> bool:
-    return all(axis.is_number for axis in axes[:2])
+def _mapped(rows: Sequence[MapRow], heading: str, text: str, name: str) -> Iterator[Part]:
+    for k, figure in enumerate(maps(rows)):
+        yield Part(f"{heading}, continued" if k else heading, "" if k else text, f"{name}_{k}", figure)
 
 
-def _reduced(field: Field, third: Axis, rest: Sequence[Axis], shown: int) -> str:
+def _by_third(axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[tuple[str, Names, Plane]]:
+    """Yield titles of some values of the third axis, their places, and the planes of the first two axes."""
+    third = axes[2]
+    for k in spread_out(len(third.values), MOST_MULTIPLES):
+        at = {third.name: k}
+        yield named({third.name: third.values[k]}), at, Plane.of(axes, failed.isel(at))
+
+
+def _left_out(field: Field, axes: Sequence[ShownAxis]) -> str:
     """What figures of three axes and more leave out."""
-    told_third = f" A row per value of {third.name}"
-    told_third += "." if shown == len(third.values) else f", {shown} of {len(third.values)}."
-    if not rest:
-        return told_third
-    over = listed(axis.name for axis in rest)
-    if field.kind == "value":
-        return f"{told_third} At the first value of {over}."
-    return f"{told_third} The worst over {over}."
+    third, *rest = axes[2:]
+    shown = len(spread_out(len(third.values), MOST_MULTIPLES))
+    text = f"A row per value of {third.name}, {shown} of {len(third.values)}; the file has all."
+    if rest:
+        over = listed(axis.name for axis in rest)
+        text += f" The worst over {over}." if field.is_judged else f" At the first value of {over}."
+    return text
 
 
-def _cloud_parts(field: Field, axes: Sequence[Axis]) -> Iterator[Part]:
+def _cloud_parts(field: Field, axes: Sequence[ShownAxis]) -> Iterator[Part]:
+    """Yield points over each axis, a figure for each column, as far as these are not too many."""
     count = field.values.sizes["sample"]
-    text = field.text
-    if field.kind != "value":
-        text += " Dotted: 1, 2, 5 and 10 %."
+    text = field.text + _levels(field, "Dotted")
     if count > MOST_POINTS:
         text += f" {MOST_POINTS} of {count} scenes are drawn."
-    for k, column in enumerate(field.columns):
+    most = max(1, MOST_PANELS // (len(field.rows) * len(axes)))
+    left_out = [plain(column) for column in field.columns[most:]]
+    if left_out:
+        text += f" Not drawn: {listed(left_out)}; they are in the tables, and in the file of the campaign."
+    for k, column in enumerate(field.columns[:most]):
         one = field.of(columns=[column])
-        note = f" Colours: {strongest(one, axes).name}, with which they go most."
-        yield Part(
-            f"{plain(column)}: {_headed(field, axes)}", text + note, f"{field.name}_{k}", clouds(one, axes)
-        )
+        axis, correlation = strongest(one, axes)
+        note = f" Colours: {axis.name}{', with which they go most' if correlation else ''}."
+        heading = f"{plain(column)}: {_headed(field, axes)}"
+        yield Part(heading, text + note, f"{field.name}_{k}", clouds(one, axes))
         text = ""
 
 
-def _advice_part(dataset: xr.Dataset, advice: Advice, axes: Sequence[Axis]) -> Part:
+def _advice_part(advice: Advice, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Part:
     """Which ICs are advised, over one axis, two or three, or as points."""
-    text = "The cheapest ICs whose error, with the estimate of C, is at most `ics_tolerance`."
     heading = "Which ICs are good enough"
-    if not is_grid(dataset):
-        return Part(heading, text, "advice", advised.advised_points(advice, axes))
-    single = {axis.name: 0 for axis in axes_of(dataset) if axis not in axes and len(axis.values) == 1}
-    advice = advice.at(**single)
-    if len(axes) == 1:
-        return Part(
-            heading, text, "advice", advised.advised_along(advice, axes[0], _failed(dataset, axes).values)
-        )
-    first, second, *further = axes
-    rest = {axis.name: 0 for axis in further[1:]}
+    text = "The cheapest ICs whose error, with the estimate of C, is at most `ics_tolerance`."
+    if "sample" in failed.dims:
+        if len(axes) > 2:
+            text += f" Over two of {len(axes)} axes."
+        return Part(heading, text, "advice", advised_points(advice, axes))
+    if len(axes) <= 2:
+        return Part(heading, text, "advice", advised_over([("", advice, Plane.of(axes, failed))]))
+    rest = {axis.name: 0 for axis in axes[3:]}
     if rest:
-        advice = advice.at(**rest)
         text += f" At the first value of {listed(rest)}."
-    if not further:
-        plane = Plane(first, second, _failed(dataset, axes).values)
-        return Part(heading, text, "advice", advised.advised_over(advice, plane))
-    third = further[0]
-    failed = _failed(dataset, axes, list(rest))
-    panels = [
-        (
-            named({third.name: third.values[k]}),
-            advice.at(**{third.name: k}),
-            Plane(first, second, failed.isel({third.name: k}).values),
-        )
-        for k in spread_out(len(third.values), MOST_MULTIPLES)
-    ]
-    return Part(heading, text, "advice", advised.advised_over(advice, panels[0][2], panels))
+        advice, failed = advice.at(**rest), failed.isel(rest)
+    panels = [(title, advice.at(**at), plane) for title, at, plane in _by_third(axes, failed)]
+    return Part(heading, text, "advice", advised_over(panels))
 
 
-def _squeezed(field: Field, dataset: xr.Dataset, axes: Sequence[Axis]) -> Field:
-    """The field without swept dims of one value."""
-    names = [axis.name for axis in axes]
-    return field.at(**{dim: 0 for dim in swept_dims(dataset) if dim not in names})
+def _levels(field: Field, what: str) -> str:
+    if not field.is_judged:
+        return ""
+    text = f" {what}: 1, 2, 5 and 10 %."
+    if what == "Lines" and np.any(np.isnan(field.values)):
+        text = f"{text.removesuffix('.')}, where most scenes are known."
+    if what == "Dotted" and field.kind == "error" and np.any(field.values < LOWEST):
+        text += f" Errors below {share(LOWEST)} are drawn there."
+    return text
 
 
-def _failed(dataset: xr.Dataset, axes: Sequence[Axis], over: Sequence[str] = ()) -> xr.DataArray:
-    """Where scenes have failed, over the axes in their order; over some of them: where all have."""
-    failed = dataset["failure"].astype(str) != ""
-    names = [axis.name for axis in axes]
-    single = {dim: 0 for dim in swept_dims(dataset) if dim not in names}
-    return failed.isel(single, drop=True).transpose(*names).all(list(over))
-
-
-def _headed(field: Field, axes: Sequence[Axis], k: int = 0) -> str:
-    more = ", continued" if k else ""
-    return f"{field.what[0].upper()}{field.what[1:]} over {listed(axis.name for axis in axes)}{more}"
+def _headed(field: Field, axes: Sequence[ShownAxis]) -> str:
+    return f"{field.title} over {listed(axis.name for axis in axes)}"

@@ -2,9 +2,11 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from textwrap import fill
 
 import matplotlib as mpl
 import numpy as np
+import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -14,93 +16,106 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from compare.pages.styles import RC
-from compare.reports.sweep.axes import Axis
+from compare.reports.sweep.axes import ShownAxis
 from compare.reports.sweep.crossings import exceeded
-from compare.reports.sweep.fields import COLUMN, ROW, Field, label_of
+from compare.reports.sweep.fields import COLUMN, ROW, Field
 from compare.reports.sweep.scales import Scale, scale_of
 from geometries.arrays import Array, Mask
 
 COLUMNS = 5  # maps beside each other
 PANEL = (2.55, 2.1)  # inches
+LETTERS = 26  # letters along the height of a map
 MOST_NUMBERS = 25  # cells of a map of two axes of text that have their number written in
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.0, foreground="white")]
 BAR = 4.0  # height of a bar of colours, inches
+MOST = 0.7  # share of known scenes from which on lines are drawn
 STRONG = 0.05  # level whose line is thicker
+STRIP = ShownAxis("", "", np.array([""]))  # up, where there is one axis only
 
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """The two axes of maps, and where scenes have failed, (n_across, n_up)."""
+    """The two axes of maps, or the only one and `STRIP`, and where scenes have failed."""
 
-    across: Axis
-    up: Axis
-    failed: Mask
+    across: ShownAxis
+    up: ShownAxis
+    failing: xr.DataArray
+
+    @classmethod
+    def of(cls, axes: Sequence[ShownAxis], failed: xr.DataArray) -> "Plane":
+        """The plane of the first axes; failed: at all places of further ones."""
+        further = [axis.name for axis in axes[2:] if axis.name in failed.dims]
+        return cls(axes[0], axes[1] if len(axes) > 1 else STRIP, failed.all(further))
+
+    @property
+    def failed(self) -> Mask:
+        """Where scenes have failed, (n_across, n_up)."""
+        return np.asarray(self.over(self.failing), dtype=bool)
+
+    def over(self, values: xr.DataArray) -> Array:
+        """Numbers over the plane, (n_across, n_up)."""
+        in_order = values.transpose(self.across.name, *([] if self.up is STRIP else [self.up.name]))
+        return np.asarray(in_order.values.reshape(len(self.across.values), len(self.up.values)))
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
-    """The numbers of a map, (n_across, n_up), its scale, and whether contour lines are drawn."""
+class MapRow:
+    """A row of maps: its label, a field of one row, a map for each of its columns, and their plane."""
 
-    values: Array
-    scale: Scale
+    label: str
+    field: Field
+    plane: Plane
 
-
-def maps(
-    field: Field, plane: Plane, by_row: Sequence[tuple[str, Field, Plane]] | None = None
-) -> Iterator[Figure]:
-    """Yield figures of maps, a row for each row of a field, or for each of `by_row`; a column per column.
-
-    A field with many columns has several figures.
-    """
-    rows = list(by_row or [(label_of(name), field.of(rows=[name]), plane) for name in field.rows])
-    for columns in _parted(field.columns):
-        yield _figure(field.of(columns=columns), rows, columns)
+    def values(self, column: str) -> Array:
+        """The numbers of a map, (n_across, n_up)."""
+        return self.plane.over(self.field.values.sel({COLUMN: column}).isel({ROW: 0}))
 
 
-def _figure(field: Field, rows: Sequence[tuple[str, Field, Plane]], columns: list[str]) -> Figure:
+def maps(rows: Sequence[MapRow]) -> Iterator[Figure]:
+    """Yield figures of maps, row by row; several ones where there are many columns."""
+    for columns in _parted(rows[0].field.columns):
+        yield _figure(rows, columns)
+
+
+def _figure(rows: Sequence[MapRow], columns: list[str]) -> Figure:
     """One figure; values have a scale per column, other numbers a common one."""
-    common = field.kind != "value"
+    first = rows[0]
+    common = first.field.is_judged
     scales = {
-        column: scale_of(field.kind, np.array([_values(one, column, plane) for _, one, plane in rows]))
+        column: scale_of(first.field.kind, np.array([row.values(column) for row in rows]))
         for column in columns
     }
     with mpl.rc_context(RC | {"axes.grid": False, "hatch.linewidth": 0.5}):
         size = (PANEL[0] * len(columns) + 1.1, PANEL[1] * len(rows) + (0.6 if common else 1.1))
         figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(len(rows), len(columns), squeeze=False, sharex=True, sharey=True)
-        for line, (label, one, plane) in zip(panels, rows, strict=True):
+        for line, row in zip(panels, rows, strict=True):
             for axes, column in zip(line, columns, strict=True):
-                draw_map(axes, Shown(_values(one, column, plane), scales[column]), plane)
-            line[0].set_ylabel(label)
+                draw_map(axes, row.values(column), row.plane, scales[column])
+            line[0].set_ylabel(row.label)
         for column, axes in zip(columns, panels.T, strict=True):
             axes[0].set_title(column, fontsize=9)
-            axes[-1].set_xlabel(rows[-1][2].across.wrapped)
+            axes[-1].set_xlabel(first.plane.across.wrapped)
             if not common:
                 _bar(figure, axes, scales[column])
         if common:
-            _bar(figure, panels, scales[columns[0]])
-        figure.supylabel(rows[0][2].up.heading, fontsize=9)
-        gaps = of_gaps([plane for *_, plane in rows], [_values(*of) for of in _each(rows, columns)])
+            _bar(figure, panels, scales[columns[0]], first.field.kind)
+        figure.supylabel(fill(first.plane.up.heading, int(LETTERS * len(rows))), fontsize=9)
+        gaps = of_gaps([row.plane for row in rows], [row.values(name) for row in rows for name in columns])
         if gaps:
             figure.legend(handles=gaps, loc="outside lower left", ncols=2)
         return figure
 
 
-def _each(rows: Sequence[tuple[str, Field, Plane]], columns: list[str]) -> Iterator[tuple[Field, str, Plane]]:
-    for _, one, plane in rows:
-        for column in columns:
-            yield one, column, plane
-
-
-def draw_map(axes: Axes, shown: Shown, plane: Plane) -> None:
+def draw_map(axes: Axes, values: Array, plane: Plane, scale: Scale) -> None:
     """Draw a map: a cell for each scene, lines where levels are exceeded; numbers if both axes are text."""
-    scale, values = shown.scale, shown.values
     draw_cells(axes, values, plane, scale)
     across, up = plane.across, plane.up
     if across.is_number and up.is_number and min(values.shape) > 1:
-        _contours(axes, shown, plane)
+        _contours(axes, values, plane, scale)
     elif across.is_number or up.is_number:
-        _marks(axes, shown, plane)
+        if scale.is_share:
+            _marks(axes, values, plane)
     elif values.size <= MOST_NUMBERS:
         for (k, m), value in np.ndenumerate(values):
             if np.isfinite(value):
@@ -109,18 +124,15 @@ def draw_map(axes: Axes, shown: Shown, plane: Plane) -> None:
                 text.set_path_effects(HALO)
 
 
-def _marks(axes: Axes, shown: Shown, plane: Plane) -> None:
-    """Draw, for each category of the one axis, where levels are exceeded along the other one."""
-    along_across = plane.across.is_number
-    axis, categories = (plane.across, plane.up) if along_across else (plane.up, plane.across)
-    lines = shown.values.T if along_across else shown.values
-    draw = axes.vlines if along_across else axes.hlines
-    for place, values in zip(categories.at, lines, strict=True):
-        for level in shown.scale.contours:
-            ends = [end for one in exceeded(axis.at, values, level) for end in (one.start, one.end)]
-            found = [end for end in ends if end is not None]
-            width = 1.7 if abs(level) == STRONG else 0.8
-            draw(found, place - 0.5, place + 0.5, colors="black", linewidths=width)
+def _marks(axes: Axes, numbers: Array, plane: Plane) -> None:
+    """Draw, for each category of the one axis, where `STRONG` is exceeded along the other one."""
+    across, up = plane.across, plane.up
+    axis, categories = (across, up) if across.is_number else (up, across)
+    lines, draw = (numbers.T, axes.vlines) if across.is_number else (numbers, axes.hlines)
+    for place, values in zip(categories.at, abs(lines), strict=True):
+        ends = [end for one in exceeded(axis.at, values, STRONG) for end in (one.start, one.end)]
+        found = [end for end in ends if end is not None]
+        draw(found, place - 0.5, place + 0.5, colors="black", linewidths=1.7)
 
 
 def draw_cells(axes: Axes, values: Array, plane: Plane, scale: Scale) -> None:
@@ -145,14 +157,13 @@ def draw_cells(axes: Axes, values: Array, plane: Plane, scale: Scale) -> None:
         axes.plot(across.at[k], up.at[m], "x", color="black", markersize=size, clip_on=False, zorder=5)
 
 
-def _contours(axes: Axes, shown: Shown, plane: Plane) -> None:
-    values = np.ma.masked_invalid(shown.values)
-    if values.count() < 4:
+def _contours(axes: Axes, numbers: Array, plane: Plane, scale: Scale) -> None:
+    """Draw contour lines where most scenes are known."""
+    values = np.ma.masked_invalid(numbers)
+    if values.count() < max(4, MOST * values.size):
         return
-    margin = 0 if shown.scale.is_share else 0.03 * np.ptp(values)
-    inside = [
-        level for level in shown.scale.contours if values.min() + margin < level < values.max() - margin
-    ]
+    margin = 0 if scale.is_share else 0.03 * np.ptp(values)
+    inside = [level for level in scale.contours if values.min() + margin < level < values.max() - margin]
     if not inside:
         return
     widths = [1.7 if abs(level) == STRONG else 0.8 for level in inside]
@@ -165,23 +176,23 @@ def _contours(axes: Axes, shown: Shown, plane: Plane) -> None:
         linewidths=widths,
         linestyles="-",
     )
-    for text in axes.clabel(lines, fmt=shown.scale.text, fontsize=7, inline_spacing=2):
+    for text in axes.clabel(lines, fmt=scale.text, fontsize=7, inline_spacing=2):
         text.set_path_effects(HALO)
 
 
-def _bar(figure: Figure, panels: np.ndarray, scale: Scale) -> None:
+def _bar(figure: Figure, panels: np.ndarray, scale: Scale, label: str = "") -> None:
     where = "right" if scale.is_share else "bottom"
     bar = figure.colorbar(
         ScalarMappable(scale.norm, scale.colours),
         ax=panels,
         location=where,
-        extend=scale.extend,
+        extend="both" if scale.is_share else "neither",
         shrink=min(0.95, BAR / (PANEL[1] * len(panels))) if scale.is_share else 0.9,
         aspect=25,
-        ticks=scale.ticks,
-        label=scale.label,
+        ticks=scale.ticks or None,
+        label=label,
     )
-    if scale.ticks is not None:
+    if scale.ticks:
         bar.ax.set_yticks(scale.ticks, [scale.text(tick) for tick in scale.ticks])
 
 
@@ -191,14 +202,8 @@ def of_gaps(planes: Sequence[Plane], shown: Sequence[Array]) -> list[Artist]:
     if any(np.any(plane.failed) for plane in planes):
         handles.append(Line2D([], [], marker="x", color="black", linestyle="none", label="failed"))
     if any(np.any(np.isnan(values)) for values in shown):
-        handles.append(Patch(facecolor="white", edgecolor="0.6", hatch="/////", label="no number"))
+        handles.append(Patch(facecolor="white", edgecolor="0.6", hatch="/////", label="not known"))
     return handles
-
-
-def _values(field: Field, column: str, plane: Plane) -> Array:
-    """The numbers of a column of a field that has one row, (n_across, n_up)."""
-    values = field.values.sel({COLUMN: column}).isel({ROW: 0})
-    return np.asarray(values.transpose(plane.across.name, plane.up.name).values)
 
 
 def _parted(columns: list[str]) -> list[list[str]]:

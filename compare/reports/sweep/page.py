@@ -8,29 +8,38 @@ import xarray as xr
 
 from compare.pages.parts import Page, Table
 from compare.reports.sweep.advised import advice_of
-from compare.reports.sweep.axes import axes_of, is_grid, ordered, swept
-from compare.reports.sweep.fields import Field, fields_of
+from compare.reports.sweep.axes import axes_of, is_grid, prepared, swept
+from compare.reports.sweep.contents import fields_of
+from compare.reports.sweep.crossings import along
+from compare.reports.sweep.fields import Field
 from compare.reports.sweep.figures import parts
 from compare.reports.sweep.summary import summary
 from compare.reports.sweep.tables import (
-    along,
     correlation_table,
-    crossing_tables,
+    crossing_table,
     failure_table,
     share_table,
     slowest,
     worst_table,
+    write_crossings,
 )
 from compare.results import folders
 
+CROSSINGS = "sweep_crossings.csv"
+
 
 def write_sweep(dataset: xr.Dataset, out: Path) -> Path:
-    """Write `sweep.html` and figures of a campaign's dataset into a folder; returns the path of the page."""
+    """Write `sweep.html` of a campaign's dataset into a folder, with figures and a table of crossings.
+
+    Returns the path of the page.
+    """
     folders.made(out)
-    for old in (out / "figures").glob("sweep_*.png"):
+    for old in [*(out / "figures").glob("sweep_*.png"), *out.glob(CROSSINGS)]:
         old.unlink()
-    dataset = ordered(dataset)
+    dataset = prepared(dataset)
     fields, advice = fields_of(dataset), advice_of(dataset)
+    if _has_crossings(dataset, fields):
+        write_crossings([field for field in fields if field.is_judged], axes_of(dataset), out / CROSSINGS)
     page = Page(
         str(dataset.attrs["title"]),
         summary(dataset, fields, advice),
@@ -46,13 +55,11 @@ def write_sweep(dataset: xr.Dataset, out: Path) -> Path:
 
 def tables(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Table]:
     """Yield all tables: where numbers exceed levels, largest numbers, failed scenes."""
-    axes = swept(axes_of(dataset))
+    axes = axes_of(dataset)
     for field in fields:
-        if axes and field.kind != "value" and is_grid(dataset):
-            yield from crossing_tables(field, axes_of(dataset))
-        elif axes and not is_grid(dataset):
-            if field.kind != "value":
-                yield share_table(field)
+        if swept(axes) and field.is_judged:
+            yield crossing_table(field, axes) if is_grid(dataset) else share_table(field)
+        if swept(axes) and not is_grid(dataset):
             yield correlation_table(field, axes)
         yield worst_table(field, dataset)
     failures = failure_table(dataset)
@@ -68,14 +75,21 @@ def below(dataset: xr.Dataset, fields: Sequence[Field]) -> str:
     if not axes:
         return "One scene."
     if not is_grid(dataset):
-        return "Rank correlations by Spearman: +1 where the one always grows with the other, 0 without order."
-    axis = along(axes)
-    if not axis.is_number:
+        return "Rank correlations (Spearman) of sizes: +1 where both always grow together, 0 without order."
+    if not _has_crossings(dataset, fields):
         return "Small: at which scene."
-    return (
-        f"Places along {axis.name} are interpolated linearly between scenes. Small: where a level"
-        " is exceeded again, how many scenes are known; of largest numbers, at which scene."
-    )
+    texts = [f"Places along {along(axes).name} are interpolated linearly between scenes. Small: "]
+    if len(axes) > 1:
+        texts += ["where a level is exceeded most, then where least; "]
+    texts += [f"of largest numbers, at which scene. All places: `{CROSSINGS}`."]
+    return "".join(texts)
+
+
+def _has_crossings(dataset: xr.Dataset, fields: Sequence[Field]) -> bool:
+    """Whether levels are exceeded along an axis of numbers."""
+    axes = swept(axes_of(dataset))
+    judged = any(field.is_judged for field in fields)
+    return judged and bool(axes) and is_grid(dataset) and along(axes).is_number
 
 
 def cost(dataset: xr.Dataset) -> str:

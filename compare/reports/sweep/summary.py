@@ -8,13 +8,13 @@ import xarray as xr
 
 from compare.pages.parts import listed
 from compare.reports.sweep.advised import Advice
-from compare.reports.sweep.axes import Axis, axes_of, is_grid, swept, text_of
-from compare.reports.sweep.crossings import NOWHERE, grouped, told
+from compare.reports.sweep.axes import ShownAxis, axes_of, is_grid, swept, text_of
+from compare.reports.sweep.crossings import TOLD, Lines, known_of
 from compare.reports.sweep.fields import COLUMN, ROW, Field, label_of, plain
 from compare.reports.sweep.scales import share
-from compare.reports.sweep.tables import MOST_ALONG, TOLD, along, others
 
-FIRST = "nn"  # component of which it is told where it fails, even if another one is worse
+FIRST = ("nn", "p_max")  # columns of which it is told where they fail, even if another one is worse
+MOST_CATEGORIES = 4
 MEANINGS = {
     "ics": "the ICs themselves (`ic`, `estimate`, with their points `x`, `s`, `on_line`)",
     "matrix": "the IC matrices (`c`, `c_estimate`)",
@@ -24,7 +24,7 @@ MEANINGS = {
 def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None) -> str:
     """Sentences computed from the numbers: what there is, what fails where, what is advised."""
     sentences = [_counted(dataset)]
-    judged = [field for field in fields if field.kind != "value"]
+    judged = [field for field in fields if field.is_judged]
     sentences += [sentence for field in judged[:1] for sentence in judgement(dataset, field)]
     if advice is not None:
         told_counts = listed(f"{name} in {count}" for name, count in advice.counts().items())
@@ -38,10 +38,19 @@ def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None)
 def judgement(dataset: xr.Dataset, field: Field) -> Iterator[str]:
     """Yield sentences on errors or deviations: what is known, and where each row of them is too large."""
     if field.floor is not None and np.any(np.isfinite(field.floor)):
-        yield f"C is known to {share(float(field.floor.max()))} or better."
+        largest = field.floor.max([dim for dim in field.floor.dims if dim != COLUMN])
+        if field.kind == "error":
+            yield f"{field.reference} is known to {share(float(largest.max()))} or better."
+        else:
+            by_column = {plain(name): float(largest.sel({COLUMN: name})) for name in field.columns}
+            known = [f"{share(size)} ({name})" for name, size in by_column.items() if np.isfinite(size)]
+            yield f"The numbers by {field.reference} are known, at the worst scene, to {listed(known)}."
+    told: dict[str, list[str]] = {}
     for row in field.rows:
-        if np.any(_of_row(field, row).notnull()):
-            yield _failing(dataset, field, row)
+        if np.any(field.values.sel({ROW: row}).notnull()):
+            told.setdefault(_failing(dataset, field.of(rows=[row])), []).append(label_of(row))
+    for text, rows in told.items():
+        yield f"{listed(rows)} {'is' if len(rows) == 1 else 'are'} {text}"
 
 
 def _counted(dataset: xr.Dataset) -> str:
@@ -55,77 +64,46 @@ def _counted(dataset: xr.Dataset) -> str:
     return f"{scenes} scene{'s' if scenes > 1 else ''} over {ranges}: {state}."
 
 
-def _range(axis: Axis) -> str:
-    values = axis.values if axis.is_number else np.array(axis.categories)
-    if not axis.is_number or len(values) <= 2:
-        return f"{axis.name} = {listed(text_of(value) for value in values[:MOST_ALONG])}" + (
-            f" and {len(values) - MOST_ALONG} more" if len(values) > MOST_ALONG else ""
-        )
-    return f"{axis.name} = {text_of(np.min(values))} ... {text_of(np.max(values))}"
+def _range(axis: ShownAxis) -> str:
+    values = axis.values if axis.is_number else axis.categories
+    if axis.is_number and len(values) > 2:
+        return f"{axis.name} = {text_of(np.min(values))} ... {text_of(np.max(values))}"
+    more = len(values) - MOST_CATEGORIES
+    texts = [text_of(value) for value in values[:MOST_CATEGORIES]] + ([f"{more} more"] if more > 0 else [])
+    return f"{axis.name} = {listed(texts)}"
 
 
-def _failing(dataset: xr.Dataset, field: Field, row: str) -> str:
-    """In which columns numbers of a row exceed `TOLD`; where, for the worst of these."""
-    sizes, name = abs(_of_row(field, row)), label_of(row)
+def _failing(dataset: xr.Dataset, field: Field) -> str:
+    """In which columns numbers of the only row exceed `TOLD`; where, for the worst of these."""
+    sizes = field.sizes.isel({ROW: 0})
+    known = known_of(sizes.max(COLUMN))
     largest = {column: float(sizes.sel({COLUMN: column}).max()) for column in field.columns}
     over = [column for column, size in largest.items() if size > TOLD]
-    within = [column for column, size in largest.items() if size <= TOLD]
+    within = [plain(column) for column, size in largest.items() if size <= TOLD]
     if not over:
-        return f"{name} is within {share(TOLD)} in {listed(map(plain, within))} everywhere."
+        where = f"wherever they are known ({known})" if known else "everywhere"
+        return f"within {share(TOLD)} in {listed(within)} {where}."
     worst = max(over, key=lambda column: largest[column])
     where = _where(dataset, sizes.sel({COLUMN: worst}))
-    first = over[0] if plain(over[0]) == FIRST and worst != over[0] else None
+    first = over[0] if plain(over[0]) in FIRST and worst != over[0] else None
     before = f"{plain(first)} {_where(dataset, sizes.sel({COLUMN: first}))}; in " if first else ""
     also = [plain(column) for column in over if column not in (worst, first)]
     notes = [f"also in {listed(also)}"] if also else []
-    notes += [f"in {listed(map(plain, within))} nowhere"] if within else []
+    notes += [f"in {listed(within)} nowhere"] if within else []
+    notes += [f"{known} are known"] if known else []
     noted = f" ({'; '.join(notes)})" if notes else ""
     return (
-        f"{name} is off by more than {share(TOLD)} in {before}{plain(worst)} {where}, at most by "
+        f"off by more than {share(TOLD)} in {before}{plain(worst)} {where}, at most by "
         f"{share(largest[worst])}{noted}."
     )
 
 
 def _where(dataset: xr.Dataset, sizes: xr.DataArray) -> str:
-    """Where the numbers of a row and column exceed `TOLD`."""
+    """Where the numbers of a row and column exceed `TOLD`; along an axis, at the most and least of others."""
     axes = axes_of(dataset)
     if not swept(axes):
         return "there"
     if not is_grid(dataset):
-        known = sizes.values[np.isfinite(sizes.values)]
-        return f"in {np.mean(known > TOLD):.0%} of the scenes"
-    axis = along(axes)
-    rest = [one for one in swept(axes) if one.name != axis.name]
-    if len(rest) > 1:
-        text = _known(*told(axis, sizes.max([one.name for one in axes if one is not axis]).values, TOLD))
-        return f"{_along(axis, text)} at the worst {listed(one.name for one in rest)}"
-    found = [(_known(*told(axis, sizes.isel(at).values, TOLD)), name) for name, at in others(axes, axis)]
-    if len({text for text, _ in found}) == 1:
-        return _along(axis, found[0][0])
-    shortened = _shortened(found, rest[0].name)
-    first, *more = [f"{text} at {names}" for text, names in grouped(shortened)]
-    return ", ".join([_along(axis, first), *more])
-
-
-def _known(text: str, note: str) -> str:
-    """Where something is exceeded, and of how many scenes that is known if not of all."""
-    return f"{text} (of {note})" if text == NOWHERE and note else text
-
-
-def _along(axis: Axis, text: str) -> str:
-    """A range with the name of its axis: from flank = 32 on."""
-    for word in ("from ", "up to ", "at "):
-        if text.startswith(word):
-            return f"{word}{axis.name} = {text.removeprefix(word)}"
-    return text
-
-
-def _shortened(found: Sequence[tuple[str, str]], name: str) -> list[tuple[str, str]]:
-    """The same with the name of the only other axis once: at ratio = 1.05, 1.2."""
-    return [
-        (text, place if k == 0 else place.removeprefix(f"{name} = ")) for k, (text, place) in enumerate(found)
-    ]
-
-
-def _of_row(field: Field, row: str) -> xr.DataArray:
-    return field.values.sel({ROW: row})
+        return f"in {np.mean(sizes.values[np.isfinite(sizes.values)] > TOLD):.0%} of the scenes"
+    lines = Lines.of(sizes, axes)
+    return ", ".join(found.along(lines.axis) for found in lines.found(TOLD))

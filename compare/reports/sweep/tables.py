@@ -1,93 +1,94 @@
 """Tables of the page of a campaign: what fails where, worst numbers, correlations, failed scenes."""
 
+import csv
 from collections.abc import Iterator, Sequence
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from compare.pages.parts import Row, Table
-from compare.reports.sweep.axes import Axis, named, point_of, spread_out, swept, text_of
+from compare.reports.sweep.axes import ShownAxis, point_of, text_of
 from compare.reports.sweep.clouds import correlations
-from compare.reports.sweep.crossings import told
-from compare.reports.sweep.fields import COLUMN, LEVELS, ROW, Field, label_of, swept_dims
+from compare.reports.sweep.crossings import Found, Lines, along, exceeded
+from compare.reports.sweep.fields import COLUMN, LEVELS, ROW, Field, label_of, plain, swept_dims
 from compare.reports.sweep.scales import share
 
-MOST_ALONG = 4  # values of each other axis that tables of crossings have
-MOST_ROWS = 60  # of a table of crossings
 MOST_FAILURES = 20
-TOLD = 0.05  # the level whose places come first
 
 Cell = dict[str, str]
-Place = dict[str, int]  # places along the other axes
 
 
 def _cell(text: str, below: str = "") -> Cell:
     return {"text": text, "below": below}
 
 
-def along(axes: Sequence[Axis]) -> Axis:
-    """The axis along which crossings are told: of numbers, with the most values."""
-    return max(swept(axes), key=lambda axis: (axis.is_number, len(axis.values)))
+def crossing_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
+    """Where along an axis numbers exceed levels, by column and row; the other axes by their extremes."""
+    rows = []
+    for column, row, lines in _lines(field, axes):
+        cells = [_crossing_cell(lines.found(level)) for level in LEVELS]
+        rows.append(Row(f"{column}, {label_of(row)}", [*cells, _cell(lines.known_of or "all")]))
+    heads = [*(f"more than {share(level)}" for level in LEVELS), "known"]
+    return Table(f"{field.title}: where along {along(axes).name}", heads, rows)
 
 
-def others(axes: Sequence[Axis], axis: Axis) -> Iterator[tuple[str, Place]]:
-    """Yield places of the other axes, some of them where there are many, and their names."""
-    rest = [one for one in axes if one.name != axis.name]
-    shown = {one.name: spread_out(len(one.values), MOST_ALONG) for one in rest}
-    for places in product(*shown.values()):
-        at = dict(zip(shown, places, strict=True))
-        yield named({one.name: one.values[at[one.name]] for one in swept(rest)}), at
+def _crossing_cell(found: Sequence[Found]) -> Cell:
+    if not found:
+        return _cell("–")
+    most, *least = found
+    notes = [most.more, *(f"at {one.place}" for one in found if one.place)]
+    if least:
+        notes[-1] = f"{least[0].text} {notes[-1]}"
+    return _cell(most.text, "; ".join(filter(None, notes)))
 
 
-def crossing_tables(field: Field, axes: Sequence[Axis]) -> Iterator[Table]:
-    """Yield a table per level: where along an axis numbers exceed it, by column and other axes, by row."""
+def write_crossings(fields: Sequence[Field], axes: Sequence[ShownAxis], path: Path) -> None:
+    """Write all ranges in which numbers exceed levels along the axis of `crossing_table` as CSV.
+
+    An empty start or end: the level is exceeded from the first, or up to the last scene that is known.
+    """
     axis = along(axes)
-    for level in sorted(LEVELS, key=lambda level: (level != TOLD, level)):
-        rows: list[Row] = []
-        for column, (name, at) in product(field.columns, others(axes, axis)):
-            values = field.sizes.sel({COLUMN: column}).isel(at)
-            cells = [told(axis, values.sel({ROW: row}).values, level) for row in field.rows]
-            if len(rows) < MOST_ROWS:
-                rows.append(
-                    Row(
-                        f"{column}, {name}" if name else column,
-                        [_cell(text, below) for text, below in cells],
-                    )
-                )
-        yield Table(
-            f"More than {share(level)} along {axis.name}", [label_of(row) for row in field.rows], rows
-        )
+    rest = [one.name for one in axes if len(one.values) > 1 and one is not axis]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(["of", "number", "ics", "more_than", *rest, f"{axis.name}_from", f"{axis.name}_to"])
+        for field in fields:
+            for (column, row, lines), level in product(_lines(field, axes), LEVELS):
+                for line in lines.all:
+                    for one in exceeded(axis.values, line.sizes, level):
+                        ends = ["" if end is None else f"{end:.6g}" for end in (one.start, one.end)]
+                        place = line.place.values()
+                        rows.writerow([field.name, plain(column), row, level, *place, *ends])
+
+
+def _lines(field: Field, axes: Sequence[ShownAxis]) -> Iterator[tuple[str, str, Lines]]:
+    for column, row in product(field.columns, field.rows):
+        yield column, row, Lines.of(field.sizes.sel({COLUMN: column, ROW: row}), axes)
 
 
 def share_table(field: Field) -> Table:
-    """In which share of the scenes numbers exceed the levels, by column and level, by row."""
+    """In which share of the scenes numbers exceed levels, by column and row."""
     rows = []
-    for column, level in product(field.columns, LEVELS):
-        values = field.sizes.sel({COLUMN: column})
-        cells = []
-        for name in field.rows:
-            known = values.sel({ROW: name}).values
-            known = known[np.isfinite(known)]
-            cells.append(_cell(f"{np.mean(known > level):.0%}" if known.size else "–"))
-        rows.append(Row(f"{column}, more than {share(level)}", cells))
-    return Table("Share of the scenes", [label_of(row) for row in field.rows], rows)
+    for column, row in product(field.columns, field.rows):
+        sizes = field.sizes.sel({COLUMN: column, ROW: row})
+        known = sizes.values[np.isfinite(sizes.values)]
+        cells = [_cell(f"{np.mean(known > level):.0%}" if known.size else "–") for level in LEVELS]
+        rows.append(Row(f"{column}, {label_of(row)}", [*cells, _cell(str(known.size))]))
+    heads = [*(f"more than {share(level)}" for level in LEVELS), "scenes known"]
+    return Table(f"{field.title}: share of the scenes", heads, rows)
 
 
-def correlation_table(field: Field, axes: Sequence[Axis]) -> Table:
+def correlation_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
     """Rank correlations with the axes, by row and column."""
     found = correlations(field, axes)
     rows = []
-    for name, column in product(field.rows, field.columns):
+    for column, name in product(field.columns, field.rows):
         cells = [float(found.sel({"axis": axis.name, ROW: name, COLUMN: column})) for axis in axes]
-        rows.append(
-            Row(
-                f"{label_of(name)}, {column}",
-                [_cell("–" if np.isnan(one) else f"{one:+.2f}") for one in cells],
-            )
-        )
-    of = "sizes of " if field.kind == "deviation" else ""
-    return Table(f"Rank correlation of {of}{field.what} with", [axis.name for axis in axes], rows)
+        texts = ["–" if np.isnan(one) else f"{one:+.2f}" for one in cells]
+        rows.append(Row(f"{column}, {label_of(name)}", [_cell(text) for text in texts]))
+    return Table(f"Rank correlation of {field.what} with", [axis.name for axis in axes], rows)
 
 
 def worst_table(field: Field, dataset: xr.Dataset) -> Table:
@@ -98,27 +99,20 @@ def worst_table(field: Field, dataset: xr.Dataset) -> Table:
     ]
     if field.floor is not None and np.any(np.isfinite(field.floor)):
         known = field.floor.max(swept_dims(dataset))
-        cells = [float(known.sel({COLUMN: column})) for column in field.columns]
-        rows.append(Row("estimate of C", [_cell("–" if np.isnan(one) else share(one)) for one in cells]))
+        texts = ["–" if np.isnan(one) else share(float(one)) for one in known.sel({COLUMN: field.columns})]
+        rows.append(Row(f"estimate of {field.reference}", [_cell(text) for text in texts]))
     heading = "Range of" if field.kind == "value" else "Largest"
     return Table(f"{heading} {field.what}", field.columns, rows)
 
 
-def worst_place(values: xr.DataArray) -> tuple[int, ...] | None:
-    """The place of the largest number over the swept dims; None where none is known."""
-    if not np.any(np.isfinite(values)):
-        return None
-    return tuple(int(k) for k in np.unravel_index(int(np.nanargmax(values.values)), values.shape))
-
-
 def _worst_cell(field: Field, dataset: xr.Dataset, row: str, column: str) -> Cell:
     values = field.values.sel({ROW: row, COLUMN: column}).transpose(*swept_dims(dataset))
-    place = worst_place(abs(values))
-    if place is None:
+    if not np.any(np.isfinite(values)):
         return _cell("–")
     if field.kind == "value":
         low, high = float(values.min()), float(values.max())
-        return _cell(f"{low:.4g}" if low == high else f"{low:.4g} ... {high:.4g}")
+        return _cell(text_of(low) if low == high else f"{text_of(low)} ... {text_of(high)}")
+    place = tuple(int(k) for k in np.unravel_index(int(np.nanargmax(abs(values.values))), values.shape))
     worst = float(values.values[place])
     text = share(worst) if field.kind == "error" else f"{'+' if worst > 0 else ''}{share(worst)}"
     return _cell(text, point_of(dataset, place) if values.size > 1 else "")

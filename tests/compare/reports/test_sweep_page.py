@@ -1,20 +1,25 @@
 """The page of a campaign: crossings of known functions, gaps, categories, random points, figures."""
 
+import csv
 import json
+import re
 from itertools import product
 
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 from compare.reports.sweep.advised import NONE, advice_of
-from compare.reports.sweep.axes import Axis, axes_of, ordered
+from compare.reports.sweep.axes import ShownAxis, axes_of, prepared
 from compare.reports.sweep.clouds import correlations
-from compare.reports.sweep.crossings import NOWHERE, exceeded, told
-from compare.reports.sweep.fields import COLUMN, ROW, fields_of
-from compare.reports.sweep.page import write_sweep
+from compare.reports.sweep.contents import fields_of
+from compare.reports.sweep.crossings import EVERYWHERE, NOWHERE, Found, Line, Lines, exceeded
+from compare.reports.sweep.fields import COLUMN, LEVELS, ROW
+from compare.reports.sweep.figures import MOST_PANELS, parts
+from compare.reports.sweep.page import CROSSINGS, write_sweep
 from compare.reports.sweep.summary import summary
-from compare.reports.sweep.tables import MOST_FAILURES, crossing_tables, failure_table, worst_table
+from compare.reports.sweep.tables import MOST_FAILURES, crossing_table, failure_table, worst_table
 
 VARIANTS = ["A", "Bhat", "C"]
 FLANKS, RATIOS = np.linspace(0.0, 60.0, 7), np.array([1.05, 1.2, 1.5])
@@ -129,23 +134,49 @@ def test_ranges_in_which_a_level_is_exceeded_are_interpolated_linearly():
 
 
 def test_a_level_that_is_exceeded_again_and_gaps_are_told():
-    axis = Axis("flank", "flank", np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
-    assert told(axis, np.array([0.0, 2.0, 0.0, 2.0, 0.0]), 1.0) == (
-        "from 0.5 to 1.5",
-        "again from 2.5 to 3.5",
-    )
-    assert told(axis, np.array([0.0, 0.5, np.nan, 0.5, np.nan]), 1.0) == (NOWHERE, "3 of 5 scenes")
-    assert told(axis, np.full(5, np.nan), 1.0) == ("not computed", "")
+    axis = ShownAxis("flank", "flank", np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
+    again = Line(axis, {}, np.array([0.0, 2.0, 0.0, 2.0, 0.0]))
+    assert again.found(1.0) == Found("from 0.5 to 1.5", more="again from 2.5 to 3.5")
+    assert again.extent(1.0) == 0.5
+    sizes = xr.DataArray([0.0, 0.5, np.nan, 0.5, np.nan], dims="flank")
+    lines = Lines.of(sizes, [axis])
+    assert (lines.found(1.0), lines.known_of) == ([Found(NOWHERE)], "3 of 5 scenes")
+    assert Lines.of(sizes * np.nan, [axis]).found(1.0) == []
 
 
-def test_crossings_of_errors_are_those_of_the_function(grid):
+def test_small_values_have_the_digits_of_the_span():
+    axis = ShownAxis("spin", "spin", np.array([0.0, 0.002]))
+    low = 6.0345e-5
+    sizes = np.array([0.0, 0.002]) - low
+    assert Line(axis, {}, sizes).found(0.0).text == "from 0.00006 on"
+
+
+def shown(place):
+    return f"from {float(f'{place:.3g}'):g} on" if place < 60 else NOWHERE
+
+
+def test_crossings_of_errors_are_those_of_the_function_where_most_and_where_least(grid):
     (field,) = fields_of(grid)
-    for table in crossing_tables(field, axes_of(grid)):
-        level = float(table.caption.split()[2]) / 100
-        for ratio, k in product(RATIOS, range(2)):
-            expected = crossing(("A", "Bhat")[k], level, ratio)
-            text = cells(table, f"sn, ratio = {ratio:g}")[k]
-            assert text == (NOWHERE if expected >= 60 else f"from {float(f'{expected:.3g}'):g} on")
+    table = crossing_table(field, axes_of(grid))
+    for k, level in enumerate(LEVELS):
+        for variant, symbol in (("A", "A"), ("Bhat", "B̂")):
+            (row,) = (row for row in table.rows if row.name == f"sn, {symbol}")
+            most, least = (shown(crossing(variant, level, ratio)) for ratio in (RATIOS[0], RATIOS[-1]))
+            more = f"at ratio = 1.05; {least} at ratio = 1.5"
+            assert row.cells[k] == {"text": most, "below": more if most != least else ""}
+
+
+def test_all_crossings_are_in_a_file(grid, tmp_path):
+    write_sweep(grid, tmp_path)
+    with (tmp_path / CROSSINGS).open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    found = {(row["number"], row["ics"], float(row["more_than"]), float(row["ratio"])): row for row in rows}
+    for variant, level, ratio in product(SHARES, LEVELS, RATIOS):
+        expected, row = crossing(variant, level, ratio), found.get(("sn", variant, level, ratio))
+        if expected >= 60:
+            assert row is None
+        else:
+            assert (float(row["flank_from"]), row["flank_to"]) == (pytest.approx(expected, rel=1e-5), "")
 
 
 def test_the_largest_error_over_lines_of_both_bodies_together_is_shown(grid):
@@ -164,7 +195,7 @@ def test_the_sentences_answer_the_design_question(grid):
     assert told_all[0] == "21 scenes over flank = 0 ... 60 and ratio = 1.05 ... 1.5: all computed."
     assert told_all[1] == "C is known to 0.2 % or better."
     assert told_all[2] == (
-        "A is off by more than 5 % in sn from flank = 15.8 on at ratio = 1.05, nowhere at 1.2 and 1.5, at "
+        "A is off by more than 5 % in sn from flank = 15.8 on at ratio = 1.05, nowhere at ratio = 1.5, at "
         "most by 19 % (in nn nowhere)."
     )
     assert told_all[3] == "B̂ is within 5 % in nn and sn everywhere."
@@ -179,7 +210,7 @@ def test_where_nn_fails_is_told_beside_the_worst_component(curve):
 
 
 def test_values_that_are_not_in_order_are_put_in_order(grid):
-    mixed = ordered(grid.isel(flank=[3, 0, 6, 1, 2, 5, 4], ratio=[2, 0, 1]))
+    mixed = prepared(grid.isel(flank=[3, 0, 6, 1, 2, 5, 4], ratio=[2, 0, 1]))
     xr.testing.assert_identical(mixed, grid)
 
 
@@ -189,12 +220,15 @@ def test_failed_and_missing_scenes_leave_gaps_that_are_told(grid, tmp_path):
     (field,) = fields_of(broken)
     told_all = summary(broken, [field], None)
     assert "15 computed, 6 failed." in told_all
-    assert "nowhere (of 4 of 7 scenes) at 1.2" in told_all
+    assert "(in nn nowhere; 15 of 21 scenes are known)" in told_all
+    assert "B̂ is within 5 % in nn and sn wherever they are known (15 of 21 scenes)." in told_all
+    assert "everywhere" not in told_all
     table = failure_table(broken)
     assert [row.name for row in table.rows][:2] == ["flank = 40, ratio = 1.05", "flank = 40, ratio = 1.2"]
     assert table.rows[0].cells[0]["text"] == "not converged"
     page = write_sweep(broken, tmp_path)
     assert pictures(page) == 1
+    assert "Lines: 1, 2, 5 and 10 %, where most scenes are known." in page.read_text(encoding="utf-8")
     assert "not converged" in page.read_text(encoding="utf-8")
 
 
@@ -207,18 +241,20 @@ def test_of_many_failures_the_first_are_listed(samples):
 
 def test_text_is_told_as_categories():
     names = np.array(["steel", "bronze", "polyamide"])
-    axis = Axis("material", "material", names)
-    assert told(axis, np.array([2.0, 0.0, 2.0]), 1.0) == ("at steel and polyamide", "")
-    assert told(axis, np.array([2.0, 2.0, np.nan]), 1.0) == ("everywhere", "2 of 3 scenes")
+    axis = ShownAxis("material", "material", names)
+    assert Line(axis, {}, np.array([2.0, 0.0, 2.0])).found(1.0) == Found("at steel and polyamide")
+    assert Line(axis, {}, np.array([2.0, 2.0, np.nan])).found(1.0) == Found(EVERYWHERE)
+    assert Found("at steel", "ratio = 1.2").along(axis) == "at material = steel at ratio = 1.2"
     np.testing.assert_array_equal(axis.edges, [-0.5, 0.5, 1.5, 2.5])
     assert not axis.is_logarithmic
 
 
 def test_values_spread_over_powers_have_a_logarithmic_axis():
-    assert Axis("E", "E", np.geomspace(1e3, 1e6, 7)).is_logarithmic
-    assert not Axis("E", "E", np.linspace(1e3, 1e6, 7)).is_logarithmic
-    assert not Axis("flank", "flank", FLANKS).is_logarithmic
-    np.testing.assert_allclose(Axis("E", "E", np.array([1.0, 100, 10000])).edges, [0.1, 10, 1000, 1e5])
+    assert ShownAxis("E", "E", np.geomspace(1e3, 1e6, 7)).is_logarithmic
+    assert not ShownAxis("E", "E", np.linspace(1e3, 1e6, 7)).is_logarithmic
+    assert not ShownAxis("flank", "flank", FLANKS).is_logarithmic
+    assert ShownAxis("P", "P", np.geomspace(1e4, 1e5, 4), "logarithmic").is_logarithmic
+    np.testing.assert_allclose(ShownAxis("E", "E", np.array([1.0, 100, 10000])).edges, [0.1, 10, 1000, 1e5])
 
 
 def test_rank_correlations_see_order_only(samples):
@@ -256,6 +292,98 @@ def test_contacts_are_compared_with_that_by_c(curve):
     np.testing.assert_allclose(reference.values, 200.0)
 
 
+def of_friction(curve, **numbers):
+    """A campaign of contacts with friction: numbers over the flanks, one friction, ICs and two creepages."""
+    by = ("flank", "friction", "ics", "xi")
+    kept = curve.drop_vars(["error", "vanishes"]).assign(
+        {name: (by, np.broadcast_to(values, (7, 1, 2, 2)).copy()) for name, values in numbers.items()}
+    )
+    kept = kept.assign_coords(ics=["A", "Bhat"], friction=[0.3], xi=[0.0, 0.01])
+    return kept.assign_attrs(keep=json.dumps(["contact"]))
+
+
+def test_contacts_with_friction_have_shares_as_differences_and_name_their_reference(curve, tmp_path):
+    sliding = np.array([[0.2, 0.9], [0.5, 1.0]])  # by ICs and creepage
+    kept = of_friction(curve, p_max=np.array([[110.0], [100.0]]), sliding_share=sliding)
+    kept = kept.assign(rms=(("flank", "friction", "ics"), np.broadcast_to([0.07, 0.0], (7, 1, 2)).copy()))
+    kept = kept.assign(estimate_p_max=xr.full_like(kept.p_max, 3.0))
+    off, reference = fields_of(kept)
+    assert (off.rows, off.columns) == (["A"], ["p_max", "F_x(ξ)", "sliding"])
+    np.testing.assert_allclose(off.values.sel({ROW: "A"}).isel(flank=0), [0.1, 0.07, -0.3])
+    assert reference.columns == ["p_max [1]", "sliding [1]"]
+    np.testing.assert_allclose(reference.values.sel({COLUMN: "sliding [1]"}), 1.0)
+    told_all = summary(kept, [off, reference], None).split("\n")
+    assert told_all[1] == "The numbers by B̂ are known, at the worst scene, to 3 % (p_max)."
+    assert told_all[2] == (
+        "A is off by more than 5 % in p_max everywhere; in sliding everywhere, at most by 30 % (also in "
+        "F_x(ξ))."
+    )
+    text = write_sweep(kept, tmp_path).read_text(encoding="utf-8")
+    assert "estimate of B̂" in text
+    assert "estimate of C" not in text
+
+
+def test_ics_that_differ_between_scenes_are_called_by_their_places(curve):
+    mixed = prepared(curve.assign_coords(variant=["variant 0", "variant 1", "variant 2"]))
+    (field,) = fields_of(mixed)
+    assert field.rows == ["ICs 1", "ICs 2"]
+    np.testing.assert_array_equal(
+        field.values.sel({ROW: "ICs 1"}), fields_of(curve)[0].values.sel({ROW: "A"})
+    )
+    np.testing.assert_allclose(field.floor.sel({COLUMN: "sn"}), ESTIMATE)
+
+
+def test_lists_are_told_without_quotes():
+    assert ShownAxis("ics", "ics", np.array(["['A', 'C']", "['C']"])).categories == ["[A, C]", "C"]
+
+
+def ticks(axis):
+    panel = Figure().subplots()
+    axis.scale(panel, "x")
+    return list(panel.xaxis.get_major_locator()())
+
+
+def test_ticks_that_would_lie_on_each_other_are_left_out():
+    assert ticks(ShownAxis("n", "n", np.array([0.0, 1, 2, 3, 4]))) == [0, 1, 2, 3, 4]
+    assert ticks(ShownAxis("n", "n", np.linspace(0, 0.0008, 9))) == pytest.approx(
+        [0, 0.0002, 0.0004, 0.0006, 0.0008]
+    )
+    assert ticks(ShownAxis("n", "n", np.array([1e4, 1.1e4, 5e4]))) == [1e4, 5e4]
+
+
+def test_what_is_left_out_of_many_panels_is_told(samples):
+    rng = np.random.default_rng(0)
+    many = samples.assign(error=xr.zeros_like(samples.error) + rng.uniform(0.1, 1, (200, 2, 3, 2, 3, 3)))
+    many = many.isel(variant=[0, 0, 0, 0, 1, 1, 1, 2])
+    many = many.assign_coords(variant=[*(f"variant {k}" for k in range(7)), "C"])
+    drawn = list(parts(many, fields_of(many), None))
+    panels = sum(len(part.figure.axes) - 1 for part in drawn)  # less bars of colours
+    assert 0 < panels <= MOST_PANELS
+    names = [part.heading.split(":")[0] for part in drawn]
+    (left_out,) = re.findall(r"Not drawn: (.*?);", drawn[0].text)
+    assert sorted([*names, *re.split(", | and ", left_out)]) == sorted(map("".join, product("xsn", repeat=2)))
+
+
+def test_errors_of_zero_are_drawn_at_the_lower_end(curve):
+    exact = curve.assign(error=curve.error.where((curve.variant != "A") | (curve.j != "n"), 0.0))
+    (part,) = parts(exact, fields_of(exact), None)
+    assert "Errors below 0.01 % are drawn there." in part.text
+    for panel in part.figure.axes:
+        (of_a,) = (line for line in panel.get_lines() if line.get_label() == "A")
+        low, high = panel.get_ylim()
+        assert len(of_a.get_ydata()) == 7
+        assert np.all((of_a.get_ydata() > low) & (of_a.get_ydata() < high))
+
+
+def test_the_estimate_is_drawn_where_it_is_known(curve):
+    gap = np.arange(7) == 3
+    broken = with_failures(curve, gap)
+    (part,) = parts(broken, fields_of(broken), None)
+    (band, *_) = part.figure.axes[0].collections
+    at = band.get_paths()[0].vertices[:, 0]
+    np.testing.assert_allclose(np.unique(at), FLANKS[~gap])
+
+
 def test_advice_is_shown_by_symbol(curve, tmp_path):
     advised = np.array([0.0, 0, 0, 1, 1, -1, np.nan])
     kept = curve.drop_vars(["error", "vanishes"]).assign(
@@ -265,6 +393,7 @@ def test_advice_is_shown_by_symbol(curve, tmp_path):
     assert advice.labels == ["A", "B̂", NONE]
     assert advice.counts() == {"A": 3, "B̂": 2, NONE: 1}
     assert pictures(write_sweep(kept.assign_attrs(keep='["advice"]'), tmp_path)) == 1
+    assert advice_of(kept.isel(flank=slice(0, 5))).labels == ["A", "B̂"]
 
 
 @pytest.mark.parametrize(("count", "drawn"), [(1, 0), (2, 1)])
@@ -290,8 +419,10 @@ def test_a_third_axis_has_small_multiples_and_old_figures_go(grid, third, tmp_pa
     (tmp_path / "figures" / "sweep_of_before.png").touch()
     page = write_sweep(thick.assign(third=("third", third)), tmp_path)
     names = sorted(path.name for path in (tmp_path / "figures").iterdir())
-    assert names == ["sweep_errors_0_0.png", "sweep_errors_1_0.png"]
+    assert names == ["sweep_errors_0.png", "sweep_errors_by_third_0_0.png"]
     text = page.read_text(encoding="utf-8")
-    assert "at the worst ratio and third" in text
+    assert "The worst over third." in text
+    assert "<h2>B̂: Errors over flank, ratio and third</h2>" in text
+    assert "<h2>A: Errors" not in text
     assert ("4 of 6" in text) == (len(third) == 6)
     assert "<h2>The campaign</h2>" in text
