@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+import xarray as xr
 from cyclopts import Parameter
 from distributed import Client
 from rich.console import Console
@@ -34,6 +35,9 @@ class Asked:
     """What is asked for of a campaign, besides computing it."""
 
     plan: Annotated[bool, Parameter(negative="", help="say what it would take, and compute nothing")] = False
+    page: Annotated[
+        bool, Parameter(negative="", help="write the page of what is finished so far, and compute nothing")
+    ] = False
     retry: Annotated[bool, Parameter(negative="", help="try scenes again that failed before")] = False
     write: Annotated[
         str | None,
@@ -70,6 +74,12 @@ def sweep(
         for path in written(loaded, asked.write, folder):
             console.print(str(path), markup=False, soft_wrap=True)
         return
+    if asked.page:
+        try:
+            _show(open_sweep(folder), folder, console)
+        except FileNotFoundError as error:
+            raise Failure(f"{folder}: nothing is finished yet: leave out --page to begin") from error
+        return
     require_computable(loaded)
     store = kept(work.store, folder)
     if asked.plan:
@@ -87,7 +97,12 @@ def sweep(
     _tell(collected, done, console)
     if len(collected.failures) == loaded.size:
         raise Failure(f"all {loaded.size} scenes failed")
-    console.print(f"Report: {write_sweep(open_sweep(collected.path), folder)}", markup=False, soft_wrap=True)
+    _show(open_sweep(collected.path), folder, console)
+
+
+def _show(dataset: xr.Dataset, folder: Path, console: Console) -> None:
+    """Write the page of a dataset."""
+    console.print(f"Report: {write_sweep(dataset, folder)}", markup=False, soft_wrap=True)
 
 
 @contextmanager

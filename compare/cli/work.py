@@ -67,8 +67,8 @@ def kept(location: str | None, folder: Path) -> Store:
             ) from error
         except Exception as error:  # each kind has its own
             raise WrongInput(
-                f"--store {location}: cannot be looked at ({type(error).__name__}: {error}): is it right, and "
-                "are there credentials for it (for S3: AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY)?"
+                f"--store {location}: cannot be looked at ({type(error).__name__}: {error}): is it right, "
+                "and are there credentials for it (for S3: AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY)?"
             ) from error
         return Store(location)
     store = Store(folder / "store")

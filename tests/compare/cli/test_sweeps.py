@@ -116,6 +116,17 @@ def test_scenes_of_a_campaign_are_compared_with_the_models_that_it_has_kept(tmp_
     assert exit_code(["compare", "mine.toml@R=13,x=1", "mine.toml@R=12"]) == WRONG_INPUT
 
 
+def test_the_page_of_what_is_there_is_written_without_computing(femic, monkeypatch):
+    code, printed = femic(LIGHT, "--page")
+    assert code == FAILED
+    assert "out/mine: nothing is finished yet" in printed
+    femic(LIGHT)
+    Path("out/mine/sweep.html").unlink()
+    monkeypatch.setattr(sweeps, "compute_sweep", None)
+    assert femic(LIGHT, "--page") == (DONE, "Report: out/mine/sweep.html\n")
+    assert Path("out/mine/sweep.html").is_file()
+
+
 def test_a_note_says_why_there_are_fewer_workers(femic, monkeypatch):
     monkeypatch.setattr(sweeps, "size_for", lambda *_: Size(1, 100.0, "1 instead of 2 workers: ..."))
     assert "note: 1 instead of 2 workers" in femic(LIGHT)[1]
