@@ -9,14 +9,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 
-import xarray as xr
-
 from compare.results.compute import compute
 from compare.results.sweep import tasks
 from compare.results.sweep.cluster import Size, local_cluster
 from compare.results.sweep.compute import compute_sweep
 from compare.results.sweep.dataset import Collected
-from compare.results.sweep.keeping import Keeper
 from compare.scenes.campaign import load_campaign
 from femic.means import Means
 from femic.models import peak_memory
@@ -44,15 +41,6 @@ values = {ratios}
 keys = {{ "lower.E" = 210e3 }}
 values = {e_ratios}
 """
-LIGHT = """
-scene = "geometry1"
-points = "random"
-samples = {samples}
-[sweep.E]
-keys = ["lower.E"]
-from = 1e3
-to = 1e5
-"""
 ALL = {
     "flanks": 5,
     "ratios": [1.02, 1.05, 1.1, 1.2, 1.5],
@@ -66,7 +54,6 @@ def main(share=1.0):
     for name, given, workers in (("all", ALL, 2), ("some", SOME, 1), ("some", SOME, 2)):
         swept(name, SCENES.format(**given), workers)
     single(share)
-    light(2000)
 
 
 def campaign_in(folder, text):
@@ -117,28 +104,9 @@ def single(share):
     )
 
 
-def light(samples):
-    """Scenes of which nothing is computed: what the campaign itself takes."""
-    with TemporaryDirectory() as folder, local_cluster(Size(2, MEMORY)) as client:
-        client.run(_nothing_is_kept)
-        _nothing_is_kept()
-        campaign, start = campaign_in(folder, LIGHT.format(samples=samples)), perf_counter()
-        computed(campaign, folder, client)
-        seconds = perf_counter() - start
-    print(f"nothing in {samples} scenes: {1e3 * seconds / samples:.1f} ms a scene", flush=True)
-
-
 def _of_workers(client):
     """Seconds of cores that all workers have used."""
     return sum(client.run(process_time).values())
-
-
-def _nothing_is_kept():
-    tasks.KEEPERS = {"errors": Keeper(_nothing, lambda _: {})}
-
-
-def _nothing(_scene, _means):
-    return xr.Dataset({"nothing": ((), 0.0)})
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
-"""Limits of campaigns: tasks of the scheduler, files of the store, a slow store, scenes of this process.
+"""Limits of campaigns: scenes that take nothing, tasks of the scheduler, files of the store, a slow store.
 
-python benchmarks/campaign_limits.py [tasks] [files]   # numbers of each; default 100000 and 100000
+python benchmarks/campaign_limits.py [tasks] [files] [scenes]   # default 100000, 100000 and 20000
 """
 
 import os
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time, sleep
@@ -13,9 +14,11 @@ import numpy as np
 import xarray as xr
 from distributed import as_completed
 
-from compare.results.sweep import kept
+from compare.results.sweep import kept, tasks
 from compare.results.sweep.cluster import Size, local_cluster
-from compare.results.sweep.compute import tasks_of
+from compare.results.sweep.compute import compute_sweep, tasks_of
+from compare.results.sweep.dataset import Collected
+from compare.results.sweep.keeping import Keeper
 from compare.results.sweep.kept import Kept
 from compare.scenes.campaign import load_campaign
 from femic.models import peak_memory
@@ -39,7 +42,9 @@ to = 2
 """
 
 
-def main(n_tasks=100_000, n_files=100_000):
+def main(n_tasks=100_000, n_files=100_000, n_scenes=20_000):
+    for n in (n_scenes // 10, n_scenes):
+        campaign(n)
     for n in (n_tasks // 10, n_tasks):
         scheduled(n)
     for n in (n_files // 10, n_files):
@@ -130,13 +135,44 @@ def slow():
     )
 
 
+def campaign(n):
+    """A whole campaign of scenes of which nothing is computed, but as much is kept; then once more."""
+    with TemporaryDirectory() as folder, local_cluster(Size(2, MEMORY)) as client:
+        client.run(_nothing_is_computed)
+        _nothing_is_computed()
+        told = [_seconds_a_scene(folder, n, client) for _ in range(2)]
+        dataset = max(Path(folder, "out").glob("sweep.*"), key=lambda path: path.suffix)
+    for what, (wall, cpu) in zip(("first", "again"), told, strict=True):
+        print(
+            f"{n} scenes that take nothing, {what}: {1e3 * wall:.1f} ms a scene, {1e3 * cpu:.1f} ms of "
+            f"a core for client and scheduler; {dataset.name}, {peak_memory():.0f} MB",
+            flush=True,
+        )
+
+
+def _seconds_a_scene(folder, n, client):
+    swept = campaign_in(folder, CAMPAIGN.format(n=n))
+    collected, store = Collected(swept, Path(folder, "out")), Store(f"{folder}/store")
+    start, begun = perf_counter(), process_time()
+    compute_sweep(collected, store, lambda _: nullcontext(client))
+    return (perf_counter() - start) / n, (process_time() - begun) / n
+
+
+def _nothing_is_computed():
+    tasks.KEEPERS = {"errors": Keeper(lambda *_: errors(), lambda _: [])}
+
+
+def campaign_in(folder, text):
+    path = Path(folder) / "campaign.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_campaign(path)
+
+
 def listed(n):
     """The tasks of a campaign, made one after the other by this process."""
     with TemporaryDirectory() as folder:
-        path = Path(folder) / "campaign.toml"
-        path.write_text(CAMPAIGN.format(n=n), encoding="utf-8")
-        campaign, start = load_campaign(path), process_time()
-        count = sum(1 for _ in tasks_of(campaign, Store(folder)))
+        swept, start = campaign_in(folder, CAMPAIGN.format(n=n)), process_time()
+        count = sum(1 for _ in tasks_of(swept, Store(folder)))
         print(f"tasks of scenes: {1e3 * (process_time() - start) / count:.2f} ms of a core each", flush=True)
 
 
