@@ -16,9 +16,9 @@ from femic.solid.record import SOLID
 COARSE_ENGINE = """
 [engine]
 kind = "solid"
-smallest_cell = 0.15
-growth = 0.4
-line_growth = 0.3
+smallest_cell = 0.1
+growth = 0.3
+line_growth = 0.2
 far_radius = 60.0
 half_length = 60.0
 tolerance = 0.5

@@ -18,7 +18,7 @@ from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import COARSE, UNSYMMETRIC, request_for
 
 HERE, THERE = -1.5, 2.5
-CELLS = replace(COARSE, smallest=0.08, growth=0.25, line_growth=0.15)
+CELLS = replace(COARSE, smallest=0.1, growth=0.3, line_growth=0.2)
 LATERAL = ("ss", "sn", "ns", "nn")
 BODIES = {"rail": (LOWER, np.inf), "wheel": (UPPER, 80.0)}
 
