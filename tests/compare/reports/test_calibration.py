@@ -22,7 +22,7 @@ from geometries.errors import WrongInput
 from tests.compare.conftest import scene_text
 
 CALIBRATION = "\n[calibration]\npoints = 40\nx_max = 12.0\n"
-HARMONIC = "[engine]\ntolerance = 0.1\ncheck = true\n" + CALIBRATION
+HARMONIC = "[engine]\nfar_radius = 80.0\ntolerance = 0.5\ncheck = true\n" + CALIBRATION
 
 
 @pytest.fixture(scope="module")

@@ -30,13 +30,13 @@ COMPONENTS = ("nn", "xn", "sn")
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A scene of unlike bodies, its frontier by the harmonic engine to 1e-3: path, store, dataset."""
+    """A scene of unlike bodies, its frontier by the harmonic engine to 1e-2: path, store, dataset."""
     folder = tmp_path_factory.mktemp("frontier")
     path = folder / "mine.toml"
     top = 'components = ["nn", "xn", "sn"]\nbodies = ["combined", "lower"]\n'
     path.write_text(scene_text(top, engine=HARMONIC, upper_E=70e3), encoding="utf-8")
     store = Store(folder / "store")
-    return path, store, compute_frontier(str(path), FrontierRequest(tuple(harmonic(1e-3))), Means(2, store))
+    return path, store, compute_frontier(str(path), FrontierRequest(tuple(harmonic(1e-2))), Means(2, store))
 
 
 points = st.tuples(st.integers(0, 6), st.integers(0, 6))
@@ -56,7 +56,7 @@ def test_all_ways_are_there_with_what_they_took(made):
     _, _, found = made
     assert list(found.way.values) == [
         *("A", "B", "Bbar", "Bhat", "mix"),
-        *("harmonic 0.1", "harmonic 0.01", "harmonic 0.001"),
+        *("harmonic 0.1", "harmonic 0.01"),
     ]
     worst = found.estimate.max(["body", "component"])
     assert worst.sel(way=found.attrs["best"]) == worst.where(found.kind == "harmonic").min()
@@ -91,7 +91,7 @@ def test_errors_are_those_of_a_run_against_the_best_c(made):
 
 def test_c_is_as_close_to_the_best_c_as_its_tolerance_says(made):
     _, _, found = made
-    for way in harmonic(1e-3):
+    for way in harmonic(1e-2):
         assert np.all(found.error.sel(way=way.name) <= way.engine["tolerance"])
         assert np.all(found.estimate.sel(way=way.name) <= way.engine["tolerance"])
     assert np.all(found.estimate.sel(way=["A", "mix"]) == 0)
@@ -117,7 +117,7 @@ def test_advice_keeps_its_promise_and_is_the_cheapest_that_does(made, tolerance,
 
 def test_what_no_way_meets_is_a_failure(made):
     _, _, found = made
-    with pytest.raises(Failure, match=r"no way meets 1e-07: the best, harmonic 0\.0.*1, is known to"):
+    with pytest.raises(Failure, match=r"no way meets 1e-07: the best, harmonic 0\.0?1, is known to"):
         advise(found, Question("combined", COMPONENTS, 1e-7))
 
 
@@ -143,16 +143,16 @@ def test_only_what_the_advice_needs_is_tried():
 def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
     """Ways that are predicted to take longer are not begun."""
     path, store, _ = made
-    predicted = {"harmonic 0.1": 1.0, "harmonic 0.01": 2.0, "harmonic 0.001": 1e5}
+    predicted = {"harmonic 0.1": 1.0, "harmonic 0.01": 1e5}
     steps = iter(predicted.values())
     monkeypatch.setattr(frontier.plan, "run_steps", lambda *_: [])
     monkeypatch.setattr(frontier.plan, "seconds", lambda *_: next(steps))
     found = compute_frontier(
-        str(path), FrontierRequest(tuple(harmonic(1e-3)), budget=1000.0), Means(2, store)
+        str(path), FrontierRequest(tuple(harmonic(1e-2)), budget=1000.0), Means(2, store)
     )
-    assert "harmonic 0.001" not in found.way.values
-    assert found.attrs["best"] in {"harmonic 0.1", "harmonic 0.01"}
-    assert "about 100000 s" in json.loads(found.attrs["skipped"])["harmonic 0.001"]
+    assert "harmonic 0.01" not in found.way.values
+    assert found.attrs["best"] == "harmonic 0.1"
+    assert "about 100000 s" in json.loads(found.attrs["skipped"])["harmonic 0.01"]
 
 
 def test_without_a_reference_there_is_no_frontier(made):
@@ -197,7 +197,7 @@ def test_what_an_engine_cannot_do_is_listed(made, tmp_path):
 def test_the_commands_write_a_report_and_solve_nothing_twice(made, tmp_path, monkeypatch, capsys):
     path, store, _ = made
     monkeypatch.setattr(harmonic_engine, "build_section", lambda *_: pytest.fail("a mesh was made"))
-    monkeypatch.setitem(frontier.ways.TOLERANCES, "harmonic", (1e-1, 1e-2, 1e-3))
+    monkeypatch.setitem(frontier.ways.TOLERANCES, "harmonic", (1e-1, 1e-2))
     monkeypatch.setitem(frontier.ways.TOLERANCES, "solid", ())
     out = tmp_path / "out"
     place = ["--out", str(out), "--store", str(store.location)]
@@ -206,7 +206,7 @@ def test_the_commands_write_a_report_and_solve_nothing_twice(made, tmp_path, mon
     assert html.count("data:image/png") == 2
     assert "://" not in html
     with xr.open_dataset(out / "frontier.nc", engine="h5netcdf") as kept:
-        assert kept.sizes == {"way": 8, "body": 2, "component": 3}
+        assert kept.sizes == {"way": 7, "body": 2, "component": 3}
     capsys.readouterr()
 
 

@@ -92,6 +92,7 @@ def test_supports_carry_the_load(model):
 def test_observers_in_front_and_behind_see_mirror_images(model):
     asked = harmonic(job(40.0, 1.0)).request(Level())
     x, s = np.array([1.5, -1.5]), np.array([0.8, 0.8])
-    u = raw_ics(replace(asked, body=model.section.body, loads=LOADS[:3], points=Points(x, s), cells=BARE)).u
+    rough = replace(asked, cells=BARE, accuracy=100 * asked.accuracy)
+    u = raw_ics(replace(rough, body=model.section.body, loads=LOADS[:3], points=Points(x, s))).u
     signs = np.outer([-1, 1, 1], [-1, 1, 1])  # load, displacement
     np.testing.assert_allclose(u[..., 1], signs * u[..., 0], rtol=0, atol=1e-12 * np.max(np.abs(u)))

@@ -39,16 +39,22 @@ def solved(job, store):
     return matrices({"body": job}, Means(2, store))["body"]
 
 
+@pytest.fixture(scope="module")
+def of_nn():
+    """Models that were solved for nn alone."""
+    return Store("memory://nn alone")
+
+
 @pytest.fixture(
     scope="module", params=["wheel", pytest.param("rail without symmetry", marks=pytest.mark.slow)]
 )
-def both(request):
+def both(request, of_nn):
     """The matrix of all components, that of nn alone, and that of nn by the model of all."""
     job = of_all(request.param)
     store = Store(f"memory://components of a {request.param}")
     whole = solved(job, store)
     alone = replace(job, components=NN)
-    return whole, solved(alone, Store()), solved(alone, store)
+    return whole, solved(alone, of_nn), solved(alone, store)
 
 
 def test_c_asked_alone_is_that_of_all_components_within_both_estimates(both):
@@ -168,15 +174,13 @@ def test_nn_alone_is_accurate_on_cells_on_which_other_components_are_not():
 # --- store and plan ------------------------------------------------------------------------------------
 
 
-def test_a_model_of_nn_does_not_serve_other_components():
-    store, job = Store("memory://nn alone"), replace(of_all("wheel"), components=NN)
-    nothing = kept(job.request(Level()), store)
-    solved(job, store)
-    assert nothing is None
-    assert kept(job.request(Level()), store) is not None
+def test_a_model_of_nn_does_not_serve_other_components(both, of_nn):
+    _, alone, _ = both
+    assert kept(alone.job.request(Level()), Store("memory://nothing")) is None
+    assert kept(alone.job.request(Level()), of_nn) is not None
     for components in (COMPONENTS, ("ss",), ("xn",)):
-        other = replace(job, components=components)
-        assert kept(other.request(Level()), store) is None
+        other = replace(alone.job, components=components)
+        assert kept(other.request(Level()), of_nn) is None
 
 
 def test_a_plan_counts_the_fields_that_are_solved():

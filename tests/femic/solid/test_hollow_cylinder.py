@@ -5,6 +5,7 @@ it, and everything behind the mesher is the engine's.
 """
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -106,9 +107,17 @@ def with_estimate(outer, factor, load):
     return fine, SAFETY * np.abs(fine - coarse) / (COARSER**ESTIMATE_ORDER - 1)
 
 
-@pytest.mark.parametrize("outer", OUTER)
-@pytest.mark.parametrize("factor", MESHES)
-def test_internal_pressure(outer, factor):
+QUICK = (MESHES[0], OUTER[0]), (MESHES[1], OUTER[1])
+
+
+@pytest.mark.parametrize(
+    ("factor", "outer"),
+    [
+        case if case in QUICK else pytest.param(*case, marks=pytest.mark.slow)
+        for case in product(MESHES, OUTER)
+    ],
+)
+def test_internal_pressure(factor, outer):
     """A unit load on all of the inner surface: pressure 1 / (4 a b)."""
     everywhere = Patch(THICKNESS, np.pi * INNER)
     fine, estimate = with_estimate(outer, factor, Load(everywhere, 2))

@@ -18,17 +18,18 @@ from geometries.surfaces import LOWER, UPPER
 from tests.femic.conftest import COARSE, UNSYMMETRIC, request_for
 
 HERE, THERE = -1.5, 2.5
-CELLS = replace(COARSE, smallest=0.08, growth=0.25, line_growth=0.15)
+CELLS = replace(COARSE, smallest=0.1)
+FINER = replace(COARSE, smallest=0.08, growth=0.25, line_growth=0.15)
 LATERAL = ("ss", "sn", "ns", "nn")
-BODIES = {"rail": (LOWER, np.inf), "wheel": (UPPER, 80.0)}
+BODIES = {"rail": (LOWER, np.inf, CELLS), "wheel": (UPPER, 80.0, FINER)}
 
 
-def solved(body, s_load, s_observer, x=0.0):
+def solved(body, cells, s_load, s_observer, x=0.0):
     """Reference ICs at one observer, with their estimate."""
     points = Points(np.array([x]), np.array([s_observer]))
     lines = {"point": slice(0, 1)}
     rule = {"rotation_reach": 5.0, "moment_arm": 2.0}
-    job = Job(body, Patch(0.2, 0.2, s_load), LATERAL, points, lines, Settings(SOLID, cells=CELLS, **rule))
+    job = Job(body, Patch(0.2, 0.2, s_load), LATERAL, points, lines, Settings(SOLID, cells=cells, **rule))
     models = {level: raw_ics(job.request(level)) for level in Level().models(MODELS).values()}
     return job, combine(job, Level(), models)
 
@@ -45,9 +46,9 @@ def after_discount(reference):
     scope="module", params=[BODIES["rail"], pytest.param(BODIES["wheel"], marks=pytest.mark.slow)], ids=BODIES
 )
 def both_ways(request):
-    side, radius = request.param
+    side, radius, cells = request.param
     body = request_for(UNSYMMETRIC, side=side, rolling_radius=radius).body
-    return solved(body, HERE, THERE), solved(body, THERE, HERE)
+    return solved(body, cells, HERE, THERE), solved(body, cells, THERE, HERE)
 
 
 def test_loads_on_both_sides_of_the_crown_are_reciprocal_before_and_after_the_discount(both_ways):
@@ -76,12 +77,14 @@ def test_the_discount_itself_is_reciprocal(both_ways):
 
 @pytest.mark.slow
 def test_a_load_at_s_is_the_mirrored_load_at_minus_s_on_the_mirrored_section():
-    side, radius = BODIES["wheel"]
+    side, radius, cells = BODIES["wheel"]
     y = np.linspace(-12, 12, 41)
     z = -(y**2) / 30 - 0.03 * y - 0.0005 * y**3
     sections = through_points(y, z), through_points(y, z[::-1])
     (_, one), (_, other) = (
-        solved(request_for(section, side=side, rolling_radius=radius).body, sign * THERE, sign * HERE, 1.5)
+        solved(
+            request_for(section, side=side, rolling_radius=radius).body, cells, sign * THERE, sign * HERE, 1.5
+        )
         for section, sign in zip(sections, (1, -1), strict=True)
     )
     lateral, signs = slice(1, 3), np.array([[1, -1], [-1, 1]])

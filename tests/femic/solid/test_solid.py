@@ -119,7 +119,7 @@ def test_half_and_quarter_models_agree(s):
     """A flank steeper by nothing to speak of needs the half model: a second route to the same ICs."""
     nearly = arc(10.0, np.radians(25.5), np.radians(25.5) + 1e-6)
     domain, points = Domain(20.0, 20.0), Points(np.array([1.5, 3.0, 2.0]), np.array([0.8, -2.0, 0.0]))
-    fine = replace(request_for(SYMMETRIC).cells, smallest=0.1, growth=0.2, line_growth=0.1)
+    fine = replace(request_for(SYMMETRIC).cells, smallest=0.12, growth=0.25, line_growth=0.15)
     quarter, half = (
         raw_ics(
             request_for(
