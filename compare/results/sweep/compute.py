@@ -5,7 +5,9 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
+import numpy as np
 from distributed import Client, Future, KilledWorker, as_completed
 
 from compare.results.provenance import results_digest
@@ -36,6 +38,7 @@ from geometries.errors import Failure
 SCENES_PER_WORKER = 4  # that the scheduler has at a time: enough for no worker to wait for this process
 GONE = "the scheduler is gone; what is finished is kept: start it again, and run the same command"
 FIRST = 1  # priority of what others wait for
+COUNT_EVERY = 1.0  # s between countings of workers
 WRITE_EVERY = 30.0  # least seconds from one writing of what is finished to the next
 WRITE_SHARE = 0.05  # largest share of the time that goes into it
 
@@ -113,21 +116,27 @@ def tasks_of(campaign: Campaign, store: Store) -> Iterator[tuple[int, SceneTask]
         yield number, scene_task(campaign.scene_table(campaign.point(number)), campaign.keep, store)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class _Crew:
     """The workers of a cluster, and what they have been handed."""
 
     client: Client
-    finishing: as_completed = field(init=False)  # yields futures as they end
+    finishing: as_completed = field(init=False)  # yields futures as they end, and what they return
+    _window: int = 0
+    _counted: float = -np.inf  # when workers were counted
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "finishing", as_completed(loop=self.client.loop, raise_errors=False))
+        self.finishing = as_completed(loop=self.client.loop, raise_errors=False, with_results=True)
 
     @property
     def window(self) -> int:
         """The number of scenes that the scheduler should have; 0 where it is gone."""
-        workers = self.client.scheduler_info(n_workers=-1).get("workers")
-        return 0 if workers is None else SCENES_PER_WORKER * max(1, len(workers))
+        if self.client.status != "running":
+            return 0
+        if perf_counter() - self._counted > COUNT_EVERY:
+            workers = self.client.scheduler_info(n_workers=-1).get("workers", ())
+            self._window, self._counted = SCENES_PER_WORKER * max(1, len(workers)), perf_counter()
+        return self._window
 
     def submit(self, task: Callable[..., Receipt], *given: object, priority: int = 0) -> Future:
         """Hand over a task."""
@@ -186,8 +195,8 @@ class _Run:
         self.start, self.waiting = perf_counter(), first
         crew = _Crew(client)
         self._hand_over(crew)
-        for future in crew.finishing:
-            receipt = self._receipt(future)
+        for future, outcome in crew.finishing:
+            receipt = self._receipt(future, outcome)
             self._count(receipt)
             if future in self.looked:
                 self._hand_over_scene(crew, *self.looked.pop(future), receipt)
@@ -257,14 +266,13 @@ class _Run:
         lasts = len(parts) == len(task.keys) and receipt.failure == done.failure
         self._collect(number, replace(done, failure=receipt.failure), task.digest if lasts else 0)
 
-    def _receipt(self, future: Future) -> Receipt:
+    def _receipt(self, future: Future, outcome: Any) -> Receipt:
         """The receipt of a task; raises Failure where the campaign cannot go on."""
         if future.cancelled():
             raise Failure(GONE)
-        error = future.exception()
-        if error is None:
-            receipt: Receipt = future.result()
-            return receipt
+        if isinstance(outcome, Receipt):
+            return outcome
+        error = outcome[1]  # of its kind, itself, and where it was raised
         if isinstance(error, KilledWorker):
             return Receipt(
                 f"its worker died {error.allowed_failures + 1} times, most likely for memory: give fewer "

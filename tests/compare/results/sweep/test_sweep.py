@@ -582,14 +582,12 @@ def test_the_time_left_is_that_of_scenes_not_computed_yet():
 def test_a_worker_that_dies_again_and_again_fails_its_scene(tmp_path):
     run = computing._Run(Collected(campaign_in(tmp_path, LIGHT), tmp_path), Store(tmp_path), Options())
 
-    class Killed:
+    class Ended:
         def cancelled(self):
             return False
 
-        def exception(self):
-            return KilledWorker("task", None, 3)
-
-    failure = run._receipt(Killed()).failure
+    error = KilledWorker("task", None, 3)
+    failure = run._receipt(Ended(), (KilledWorker, error, None)).failure
     assert failure.startswith("its worker died 4 times, most likely for memory: give fewer workers")
 
 
