@@ -7,6 +7,8 @@ import xarray as xr
 from distributed import Client, LocalCluster
 
 from compare.results.dataset import errors, to_dataset
+from compare.results.sweep import compute as computing
+from compare.results.sweep import tasks
 from compare.results.sweep.cluster import NO_DASHBOARD
 from compare.results.sweep.compute import Options, compute_sweep
 from compare.results.sweep.dataset import Collected
@@ -68,6 +70,13 @@ def light(scene, means):
 
 
 LIGHT_KEEPERS = {"errors": Keeper(light, lambda _: [])}
+
+
+def of_parts(monkeypatch, **parts):
+    """What is kept by two names."""
+    keepers = {name: Keeper(of, lambda _: []) for name, of in parts.items()}
+    for module in (tasks, computing):
+        monkeypatch.setattr(module, "KEEPERS", keepers)
 
 
 def clusters_of(client):

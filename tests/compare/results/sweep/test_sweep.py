@@ -29,33 +29,12 @@ from tests.compare.results.sweep.campaigns import (
     OF_UPPER,
     campaign_in,
     errors_of,
-    in_this_process,
     light,
+    of_parts,
     swept,
 )
 
 OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest"]
-
-
-@pytest.fixture(scope="module")
-def client():
-    with in_this_process() as client:
-        yield client
-
-
-@pytest.fixture
-def light_scenes(monkeypatch):
-    """Scenes are not computed, only their names are added up; who was computed is listed."""
-    made = []
-
-    def noted(scene, means):
-        made.append((scene.bodies["lower"].material.E, scene.bodies["upper"].material.nu))
-        return light(scene, means)
-
-    keepers = {"errors": Keeper(noted, lambda _: [])}
-    for module in (tasks, computing):
-        monkeypatch.setattr(module, "KEEPERS", keepers)
-    return made
 
 
 # --- real scenes -------------------------------------------------------------------------------------
@@ -312,13 +291,6 @@ def key_of(table, store):
 # --- several parts of a scene ------------------------------------------------------------------------
 
 
-def of_parts(monkeypatch, **parts):
-    """What is kept by two names."""
-    keepers = {name: Keeper(of, lambda _: []) for name, of in parts.items()}
-    for module in (tasks, computing):
-        monkeypatch.setattr(module, "KEEPERS", keepers)
-
-
 def test_a_part_that_fails_leaves_the_others(client, tmp_path, monkeypatch):
     """The first scenes in the order are among those that fail."""
 
@@ -348,138 +320,6 @@ def test_parts_that_fail_alike_say_so_once(client, tmp_path, monkeypatch):
     campaign = campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT)
     _, dataset = swept(campaign, tmp_path, client)
     assert set(dataset.failure.sel(E=7).values) == {"seven"}
-
-
-# --- large datasets ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("chunk", [1, 50, 1e6])
-@pytest.mark.usefixtures("light_scenes")
-def test_a_large_dataset_is_the_same(client, tmp_path, monkeypatch, chunk):
-    campaign, store = campaign_in(tmp_path, LIGHT), Store(tmp_path / "store")
-    _, small = swept(campaign, tmp_path / "small", client, store=store)
-    all_are_large(monkeypatch, chunk)
-    _, large = swept(campaign, tmp_path / "large", client, store=store)
-    assert (tmp_path / "large" / "sweep.zarr").is_dir()
-    xr.testing.assert_equal(large.load().drop_vars("failure"), small.drop_vars("failure"))
-    assert large.failure.values.tolist() == small.failure.values.tolist()
-    assert large.attrs == small.attrs
-    assert float(large.powers.sel(E=3, nu=0.2, power="two")) == 9
-
-
-def all_are_large(monkeypatch, chunk=50.0):
-    monkeypatch.setattr("compare.results.sweep.dataset.LARGEST_FILE", 1)
-    for name, value in {"LARGEST_BUFFER": 200, "CHUNK": chunk}.items():
-        monkeypatch.setattr(f"compare.results.sweep.arrays.{name}", value)
-
-
-def none_is_read_back(monkeypatch):
-    def read(*_):
-        raise AssertionError("a finished scene was read from the store")
-
-    monkeypatch.setattr(computing, "finished", read)
-
-
-@pytest.mark.usefixtures("light_scenes")
-def test_a_large_dataset_is_gone_on_with_as_it_is(client, tmp_path, monkeypatch):
-    all_are_large(monkeypatch)
-    campaign = campaign_in(tmp_path, LIGHT)
-    _, first = swept(campaign, tmp_path, client)
-    first.load()
-    none_is_read_back(monkeypatch)
-    done, again = swept(campaign, tmp_path, client)
-    assert (done.found, done.failed) == (27, 3)
-    xr.testing.assert_identical(again.load(), first)
-
-
-def test_scenes_are_appended_to_a_large_dataset(light_scenes, client, tmp_path, monkeypatch):
-    """More values at the end of both axes; nothing that is there is read back or computed."""
-    all_are_large(monkeypatch)
-    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
-    del light_scenes[:]
-    none_is_read_back(monkeypatch)
-    longer = LIGHT.replace("from = 1\nto = 9\ncount = 9", f"values = {[*range(1, 11)]}")
-    longer = longer.replace("0.3]", "0.3, 0.4]")
-    monkeypatch.setattr(tasks.Store, "part_names", lambda *_: [])  # as if the store had been emptied
-    done, dataset = swept(campaign_in(tmp_path, longer), tmp_path, client)
-    assert set(light_scenes) == {(10, nu) for nu in (0.1, 0.2, 0.3, 0.4)} | {(e, 0.4) for e in range(1, 11)}
-    assert (done.found, done.failed, dict(dataset.sizes)) == (27, 4, {"E": 10, "nu": 4, "power": 2})
-    ok = dataset.drop_sel(E=7)
-    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
-    assert set(dataset.failure.sel(E=7).values) == {"seven"}
-
-
-def test_random_points_are_appended_to_a_large_dataset(light_scenes, client, tmp_path, monkeypatch):
-    all_are_large(monkeypatch)
-    text = LIGHT.replace("count = 9", "").replace("values = [0.1, 0.2, 0.3]", "from = 0.1\nto = 0.3")
-    swept(campaign_in(tmp_path, 'points = "random"\nsamples = 6\n' + text), tmp_path, client)
-    none_is_read_back(monkeypatch)
-    campaign = campaign_in(tmp_path, 'points = "random"\nsamples = 11\n' + text)
-    done, dataset = swept(campaign, tmp_path, client)
-    assert (done.found, len(light_scenes), dataset.sizes["sample"]) == (6, 11, 11)
-    np.testing.assert_array_equal(np.column_stack([dataset.E, dataset.nu]), campaign.listed)
-    np.testing.assert_array_equal(dataset["sum"], dataset.E + dataset.nu)
-
-
-def test_a_large_dataset_with_values_between_is_made_anew(light_scenes, client, tmp_path, monkeypatch):
-    all_are_large(monkeypatch)
-    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
-    between = campaign_in(tmp_path, LIGHT.replace("0.2, 0.3", "0.15, 0.2, 0.3"))
-    done, dataset = swept(between, tmp_path, client)
-    assert (done.found, len(light_scenes)) == (27, 36)
-    ok = dataset.drop_sel(E=7)
-    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
-
-
-@pytest.mark.usefixtures("light_scenes")
-def test_a_scene_whose_files_changed_is_removed_from_a_large_dataset(client, tmp_path, monkeypatch):
-    all_are_large(monkeypatch)
-    campaign = campaign_in(tmp_path, LIGHT)
-    swept(campaign, tmp_path, client)
-    collected = Collected(campaign, tmp_path)
-    collected.begin()
-    digest = int(collected.digests[4])
-    assert collected.has(4, digest)
-    assert not collected.has(4, digest + 1)
-    found = open_sweep(collected.write())
-    assert np.isnan(found["sum"].values.ravel()[4])
-    assert np.isnan(found.seconds.values.ravel()[4])
-    assert int(found["sum"].isnull().sum()) == 3 + 1
-    assert found.attrs["computed"] == 27 - 3 - 1
-
-
-@pytest.mark.usefixtures("light_scenes")
-def test_a_campaign_that_is_not_large_any_more_leaves_one_dataset(client, tmp_path, monkeypatch):
-    """And one that becomes large."""
-    campaign = campaign_in(tmp_path, LIGHT)
-    shorter = campaign_in(tmp_path, LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1]"), "shorter")
-    _, small = swept(shorter, tmp_path, client)
-    monkeypatch.setattr("compare.results.sweep.dataset.LARGEST_FILE", 800)  # 48 bytes a scene
-    _, large = swept(campaign, tmp_path, client)
-    assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.zarr"]
-    np.testing.assert_array_equal(large.powers.sel(nu=[0.1]), small.powers)
-    _, again = swept(shorter, tmp_path, client)
-    assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.nc"]
-    xr.testing.assert_identical(again, small)
-
-
-def test_a_dataset_that_turns_out_to_be_large_keeps_what_it_has(client, tmp_path, monkeypatch):
-    """The first scenes lack what makes it large."""
-
-    def large(scene, _means):
-        e = scene.bodies["lower"].material.E
-        if e in (1, 5, 9):
-            raise Failure("not one of the first")
-        return xr.Dataset({"many": ("k", np.full(1000, e))})
-
-    monkeypatch.setattr("compare.results.sweep.dataset.LARGEST_FILE", 27 * 900)
-    of_parts(monkeypatch, errors=light, advice=large)
-    _, dataset = swept(campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT), tmp_path, client)
-    assert (tmp_path / "sweep.zarr").is_dir()
-    ok = dataset.sel(E=[2, 3, 4, 6, 8])
-    np.testing.assert_array_equal(ok.many, np.broadcast_to(ok.E, (3, 1000, 5)).transpose(2, 0, 1))
-    np.testing.assert_array_equal(dataset["sum"].sel(E=5), 5 + dataset.nu)
-    assert dataset.many.sel(E=5).isnull().all()
 
 
 # --- what may go wrong -------------------------------------------------------------------------------
