@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
+from time import perf_counter
 
 from compare.results.plan import Step, steps_of
 from compare.results.sweep import kept
@@ -16,6 +17,7 @@ from geometries.errors import Failure, WrongInput
 
 SAMPLED = 8  # scenes whose models are planned: the first ones of the order lie far apart
 COUNTED = 1000  # scenes whose models are counted
+LONGEST = 10.0  # s until no more scenes are looked at: those of contact on grids of its own take seconds each
 SECONDS_OF_SCENE = 1.0  # besides its models: approximations, errors
 
 
@@ -33,23 +35,25 @@ class SweepPlan:
 
 def planned(campaign: Campaign, store: Store) -> SweepPlan:
     """The plan of a campaign: its scenes and models counted, and some of them planned."""
-    keys, unfinished, found = kept.kept_keys(store), [], 0
+    keys, first, found = kept.kept_keys(store), list[SceneTask](), 0
     for _, task in tasks_of(campaign, store):
         if keys.intersection(task.keys.values()) and finished(task, store):
             found += 1
-        else:
-            unfinished.append(task)
-    counted = unfinished[:COUNTED]
-    models = {key for task in counted for key in model_tasks(task, store)}
-    steps = list(_steps(unfinished[:SAMPLED]))
+        elif len(first) < COUNTED:
+            first.append(task)
+    models, counted, left = set[str](), 0, campaign.size - found
+    for task in _for_a_while(first):
+        models.update(model_tasks(task, store))
+        counted += 1
+    steps = list(_steps(first[:SAMPLED]))
     per_model = sum(step.takes.seconds for step in steps) / max(1, len(steps))
-    all_models = len(models) * len(unfinished) / max(1, len(counted))
+    all_models = len(models) * left / max(1, counted)
     return SweepPlan(
         campaign.size,
         found,
-        len(counted),
+        counted,
         len(models),
-        all_models * per_model + SECONDS_OF_SCENE * len(unfinished),
+        all_models * per_model + SECONDS_OF_SCENE * left,
         _largest(steps),
     )
 
@@ -66,7 +70,7 @@ def _largest(steps: list[Step]) -> float:
 
 def _steps(tasks: list[SceneTask]) -> Iterator[Step]:
     """Yield the models of scenes, each model of a scene once; none of those that cannot be built."""
-    for task in tasks:
+    for task in _for_a_while(tasks):
         try:
             scene = task.scene
             for keep in task.keys:
@@ -74,3 +78,12 @@ def _steps(tasks: list[SceneTask]) -> Iterator[Step]:
                     yield from steps_of(jobs, 1)
         except (Failure, WrongInput):
             continue
+
+
+def _for_a_while(tasks: list[SceneTask]) -> Iterator[SceneTask]:
+    """Yield the tasks, at least one, until it takes too long."""
+    start = perf_counter()
+    for task in tasks:
+        yield task
+        if perf_counter() - start > LONGEST:
+            return

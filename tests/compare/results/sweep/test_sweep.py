@@ -13,6 +13,7 @@ from distributed import KilledWorker, LocalCluster
 from compare.results.compute import compute
 from compare.results.sweep import cluster, kept, tasks
 from compare.results.sweep import compute as computing
+from compare.results.sweep import plan as planning
 from compare.results.sweep.cluster import NO_DASHBOARD, existing_cluster, size_for
 from compare.results.sweep.compute import Options, Progress, compute_sweep, require_computable
 from compare.results.sweep.dataset import Collected
@@ -97,6 +98,13 @@ def test_the_plan_counts_models_and_what_is_kept(real, tmp_path):
     assert 200 < plan.memory < 1000
     plan = planned(campaign, Store(folder / "store"))
     assert (plan.scenes, plan.found, plan.models) == (2, 2, 0)
+
+
+def test_models_are_counted_for_a_while_only(real, tmp_path, monkeypatch):
+    """Those of contact on grids of its own take seconds a scene; at least those of one scene are."""
+    monkeypatch.setattr(planning, "LONGEST", 0.0)
+    plan = planned(real[0], Store(tmp_path))
+    assert (plan.counted, plan.models) == (1, 2)
 
 
 # --- tasks and what they leave -----------------------------------------------------------------------
