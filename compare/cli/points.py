@@ -1,12 +1,16 @@
 """Scenes of a campaign as files, for commands that take scenes."""
 
+from hashlib import sha256
 from pathlib import Path
 
 import tomlkit
 
+from compare.reports.overlay.sources import MOST_SCENES
 from compare.results import folders
 from compare.scenes.campaign import Campaign, load_campaign, points_named
+from geometries.errors import WrongInput
 
+LONGEST_NAME = 100  # of a file
 AT = "@"  # between a campaign and points of it
 
 
@@ -28,12 +32,16 @@ def scenes_of(argument: str, results: Path) -> dict[str, str | None]:
     if not at or Path(argument).exists():
         return {argument: None}
     campaign = load_campaign(Path(file))
+    if (count := len(points_named(campaign, name))) > MOST_SCENES:
+        raise WrongInput(f"{argument}: {count} scenes; at most {MOST_SCENES} are compared: name another axis")
     folder = results / campaign.name
     store = str(folder / "store") if (folder / "store").is_dir() else None
     return {str(path): store for path in written(campaign, name, folder)}
 
 
 def _written(table: dict[str, object], folder: Path, name: str) -> Path:
+    if len(name) > LONGEST_NAME:
+        name = f"{name[:LONGEST_NAME]}_{sha256(name.encode()).hexdigest()[:8]}"
     path = folders.made(folder) / f"{name.replace('/', '_')}.toml"
     path.write_text(tomlkit.dumps(table), encoding="utf-8")
     return path

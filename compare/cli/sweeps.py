@@ -95,7 +95,7 @@ def sweep(
     with progress.campaign_shown(console) as told:
         done = compute_sweep(collected, store, cluster, Options(told, asked.retry, console.print))
     _tell(collected, done, console)
-    if len(collected.failures) == loaded.size:
+    if len(collected.failures) == loaded.size and not collected.template.data_vars:
         raise Failure(f"all {loaded.size} scenes failed")
     _show(open_sweep(collected.path), folder, console)
 

@@ -21,8 +21,10 @@ early ones tell most: coarse over the ranges first.
 """
 
 import csv
+import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -43,6 +45,7 @@ from compare.scenes.scene import Scene
 
 Value = bool | int | float | str | list[Any]
 Point = tuple[Value, ...]  # a value of each axis
+SEPARATOR = re.compile(r",(?=\s*[^\s,=]+=)")  # of the axes in the name of a point; lists have commas, too
 DIGITS = 12  # significant, of values between the ends of a range
 
 
@@ -65,6 +68,8 @@ class Axis:
     def entries(self, value: Value) -> Iterator[tuple[str, Value]]:
         """Yield the keys of this axis, and what they have at a value."""
         for key, factor in self.factors.items():
+            if factor is not None and not is_number(value):
+                raise BadScene(f"sweep.{self.name}: {value!r}: is no number, and {key} has a factor")
             yield key, value if factor is None else factor * float(value)  # type: ignore[arg-type]
 
 
@@ -79,6 +84,7 @@ class Campaign:
     table: Mapping[str, Any] = field(repr=False)  # of the scene, with what all scenes have
     axes: tuple[Axis, ...] = ()
     listed: tuple[Point, ...] = ()  # points that are not a grid
+    folder: Path = Path()  # where names of files that are swept begin
 
     @property
     def is_grid(self) -> bool:
@@ -123,7 +129,8 @@ class Campaign:
         table = deepcopy(dict(self.table))
         for axis, value in zip(self.axes, point, strict=True):
             for key, entry in axis.entries(value):
-                set_key(table, key, entry, axis.name)
+                set_key(table, key, deepcopy(entry), axis.name)
+        resolve_files(table, self.folder)
         return table
 
     def scene(self, point: Point) -> Scene:
@@ -154,6 +161,7 @@ def load_campaign(path: Path) -> Campaign:
         merged(table, changes),
         tuple(_axis(name, axis, is_grid=parsed.points == "all") for name, axis in parsed.sweep.items()),
         tuple(_listed(parsed, path)),
+        path.parent.absolute(),
     )
     for point in _tried(campaign):
         try:
@@ -169,7 +177,7 @@ def points_named(campaign: Campaign, name: str) -> list[Point]:
     It is a single one, of the campaign or not, where all axes have a value; else all of the campaign's with
     these values.
     """
-    parts = [part.partition("=") for part in name.split(",")]
+    parts = [part.strip().partition("=") for part in SEPARATOR.split(name)]
     given = {axis: _value(value) for axis, _, value in parts}
     names = [axis.name for axis in campaign.axes]
     if not all(sign for _, sign, _ in parts) or not given.keys() <= {*names} or len(given) < len(parts):
@@ -240,7 +248,7 @@ def _random(parsed: CampaignFile) -> list[Point]:
 
 def _rows(parsed: CampaignFile, table: Path, path: Path) -> list[Point]:
     """The points of a table in CSV; raises BadScene where a column is missing."""
-    with table.open(newline="", encoding="utf-8") as file:
+    with table.open(newline="", encoding="utf-8-sig") as file:
         rows = list(csv.DictReader(file, skipinitialspace=True))
     missing = [name for name in parsed.sweep if not rows or any(not row.get(name) for row in rows)]
     if missing:
@@ -278,8 +286,18 @@ def _text(value: Value) -> str:
 
 def _value(text: str) -> Value:
     """A value of a table in CSV or of a name, as TOML has it; other text is text."""
-    try:
-        value = tomllib.loads(f"value = {text.strip()}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text.strip()
-    return value if isinstance(value, bool | int | float | str | list) else text.strip()
+    value = _read(text.strip())
+    if isinstance(value, float) and not np.isfinite(value):
+        raise BadScene(f"{text.strip()}: is no finite number")
+    return value
+
+
+def _read(text: str) -> Value:
+    """A value as TOML has it, or as others write numbers (.5, 05); other text is text."""
+    with suppress(tomllib.TOMLDecodeError):
+        value = tomllib.loads(f"value = {text}")["value"]
+        if isinstance(value, bool | int | float | str | list):
+            return value
+    with suppress(ValueError):
+        return float(text)
+    return text

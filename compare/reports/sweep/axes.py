@@ -21,6 +21,7 @@ LETTER, LINE = 0.035, 0.1  # room of a letter and of a line of ticks, over the l
 WIDTH = 30  # letters of a line of a heading
 WORD = 9  # letters from which on a category is written upwards
 QUOTES = str.maketrans("", "", "'\"")  # that text of a list has
+ZARRS_TEXT = "T"  # kind of the dtype of text of any length
 ICS, LAST = "ICs", "the last ICs"  # names where lists of ICs differ between scenes
 Names = Mapping[str, Any]  # values by the names of axes
 
@@ -134,8 +135,12 @@ def swept(axes: Iterable[ShownAxis]) -> list[ShownAxis]:
 def prepared(dataset: xr.Dataset) -> xr.Dataset:
     """The dataset with the numbers of each axis of a grid in ascending order, without dims of one value.
 
-    ICs of lists that differ between scenes have the names of their places, the last one that of C.
+    Text is as in NetCDF: NumPy cannot cast that of zarr to text. ICs of lists that differ between scenes have the names of their places, the last one that of C.
     """
+    dataset = dataset.copy()
+    for name, variable in dataset.variables.items():
+        if variable.dtype.kind == ZARRS_TEXT:
+            dataset[name] = variable.dims, variable.values.astype(object).astype(str), variable.attrs
     for dim in ("variant", "ics"):
         if dim in dataset.coords and str(dataset[dim].values[0]) == f"{dim} 0":
             count = dataset.sizes[dim]

@@ -12,6 +12,7 @@ import xarray as xr
 import zarr
 
 LARGEST_BUFFER = 32e6  # bytes of finished scenes that wait for being written into a zarr store
+DIGEST = "digest"  # the variable of digests
 CHUNK = 1e6  # bytes of a chunk of a variable, or one scene's
 
 Shape = tuple[int, ...]
@@ -53,7 +54,11 @@ class InMemory:
 
 @dataclass(eq=False)
 class InZarr:
-    """Arrays in a zarr store; finished scenes wait until there are enough for whole chunks."""
+    """Arrays in a zarr store; finished scenes wait until there are enough for whole chunks.
+
+    A scene that has a digest in the store has its values there: digests are written last, and removed before
+    values change.
+    """
 
     group: zarr.Group
     shape: Shape  # of the scenes
@@ -61,6 +66,7 @@ class InZarr:
     values: dict[str, zarr.Array] = field(default_factory=dict)
     _buffer: dict[int, xr.Dataset] = field(default_factory=dict)
     _buffered: int = 0  # bytes
+    _sealed: set[int] = field(default_factory=set)  # scenes whose digests are in the store
 
     @classmethod
     def new(cls, path: Path, shape: Shape, dims: tuple[str, ...]) -> "InZarr":
@@ -73,7 +79,7 @@ class InZarr:
     def appended(cls, path: Path, shape: Shape, dims: tuple[str, ...], names: Iterable[str]) -> "InZarr":
         """Those of an older store with some names, and room for more scenes; others are removed.
 
-        What is there keeps its place: axes may only have become longer.
+        What is there keeps its place: axes may only have become longer. Digests are to be written at once.
         """
         group = zarr.open_group(path, mode="a")
         values = {name: group[name] for name in names}
@@ -104,6 +110,7 @@ class InZarr:
 
     def flush(self) -> None:
         """Write the scenes that wait, those of a chunk at once."""
+        self._unseal(self._sealed.intersection(self._buffer))
         for name, values in self.values.items():
             for box, numbers in _by_chunk(self._buffer, self.shape, values.chunks[: len(self.shape)]):
                 part = np.array(values[box])
@@ -114,6 +121,23 @@ class InZarr:
                 values[box] = part
         self._buffer.clear()
         self._buffered = 0
+
+    def write(self, frame: xr.Dataset) -> None:
+        """Write the scenes that wait, then what is said of all scenes (`frame`), at last their digests."""
+        self.flush()
+        for name, labels in frame.coords.items():
+            if name in self.group and not np.array_equal(self.group[name][...], labels.values):
+                del self.group[name]  # it may have been of numbers, and have become text
+        for part in (frame.drop_vars(DIGEST), frame[[DIGEST]]):
+            part.to_zarr(self.group.store, mode="a", consolidated=False)
+        self._sealed = {*map(int, np.flatnonzero(frame[DIGEST]))}
+
+    def _unseal(self, numbers: set[int]) -> None:
+        """Remove the digests of scenes whose values are about to change."""
+        if numbers:
+            places = np.unravel_index(sorted(numbers), self.shape)
+            self.group[DIGEST].set_coordinate_selection(places, np.zeros(len(numbers), dtype=np.uint64))
+            self._sealed -= numbers
 
 
 def in_zarr(arrays: InMemory, template: xr.Dataset, new: InZarr) -> InZarr:

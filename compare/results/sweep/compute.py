@@ -1,20 +1,20 @@
 """Computes a campaign: tasks are handed to a cluster a few at a time, and what they leave is collected."""
 
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from time import perf_counter
-from typing import Any
 
-import numpy as np
-from distributed import Client, Future, KilledWorker, as_completed
+from distributed import CancelledError, Client, Future, KilledWorker
 
 from compare.results.provenance import results_digest
 from compare.results.sweep import kept
 from compare.results.sweep.dataset import Collected, require_other_names
 from compare.results.sweep.keeping import KEEPERS
 from compare.results.sweep.kept import Kept
+from compare.results.sweep.lock import only_run_in
 from compare.results.sweep.tasks import (
     PROBE,
     Place,
@@ -39,6 +39,7 @@ SCENES_PER_WORKER = 4  # that the scheduler has at a time: enough for no worker 
 GONE = "the scheduler is gone; what is finished is kept: start it again, and run the same command"
 FIRST = 1  # priority of what others wait for
 COUNT_EVERY = 1.0  # s between countings of workers
+ANSWERS_WITHIN = 60.0  # s of the scheduler, when it is asked for a receipt
 WRITE_EVERY = 30.0  # least seconds from one writing of what is finished to the next
 WRITE_SHARE = 0.05  # largest share of the time that goes into it
 
@@ -98,14 +99,18 @@ def compute_sweep(
     where the store is full, and where the scheduler is gone; what is finished is in the store and in the
     dataset.
     """
-    run = _Run(collected, store, options or Options())
-    try:
-        first = run.next_unfinished()
-        if first is not None:
-            run.write()
-            with cluster(collected.campaign.size - run.progress.finished) as client:
-                run.compute_others(client, first)
-    finally:
+    with only_run_in(collected.folder):
+        run = _Run(collected, store, options or Options())
+        try:
+            first = run.next_unfinished()
+            if first is not None:
+                run.write()
+                with cluster(collected.campaign.size - run.progress.finished) as client:
+                    run.compute_others(client, first)
+        except BaseException:
+            with suppress(OSError):  # what ended the run is told
+                run.write()
+            raise
         run.write()
     return run.progress
 
@@ -113,7 +118,11 @@ def compute_sweep(
 def tasks_of(campaign: Campaign, store: Store) -> Iterator[tuple[int, SceneTask]]:
     """Yield the numbers and tasks of all scenes of a campaign, in its order."""
     for number in campaign.order:
-        yield number, scene_task(campaign.scene_table(campaign.point(number)), campaign.keep, store)
+        yield number, _task_of(campaign, number, store)
+
+
+def _task_of(campaign: Campaign, number: int, store: Store) -> SceneTask:
+    return scene_task(campaign.scene_table(campaign.point(number)), campaign.keep, store)
 
 
 @dataclass(eq=False)
@@ -121,28 +130,46 @@ class _Crew:
     """The workers of a cluster, and what they have been handed."""
 
     client: Client
-    finishing: as_completed = field(init=False)  # yields futures as they end, and what they return
-    _window: int = 0
-    _counted: float = -np.inf  # when workers were counted
+    note: Callable[[str], None]
+    open: set[Future] = field(default_factory=set)  # handed over, and not ended
+    ended: SimpleQueue[Future] = field(default_factory=SimpleQueue)
+    workers: int = 0
 
     def __post_init__(self) -> None:
-        self.finishing = as_completed(loop=self.client.loop, raise_errors=False, with_results=True)
+        self.count()
 
     @property
     def window(self) -> int:
-        """The number of scenes that the scheduler should have; 0 where it is gone."""
-        if self.client.status != "running":
-            return 0
-        if perf_counter() - self._counted > COUNT_EVERY:
-            workers = self.client.scheduler_info(n_workers=-1).get("workers", ())
-            self._window, self._counted = SCENES_PER_WORKER * max(1, len(workers)), perf_counter()
-        return self._window
+        """The number of scenes that the scheduler should have."""
+        return SCENES_PER_WORKER * max(1, self.workers)
 
     def submit(self, task: Callable[..., Receipt], *given: object, priority: int = 0) -> Future:
         """Hand over a task."""
         future = self.client.submit(task, *given, priority=priority, pure=False)
-        self.finishing.add(future)
+        self.open.add(future)
+        future.add_done_callback(self.ended.put)
         return future
+
+    def endings(self) -> Iterator[Future]:
+        """Yield what ends, until nothing is left; raises Failure where the scheduler is gone."""
+        counted = perf_counter()
+        while self.open:
+            if perf_counter() - counted > COUNT_EVERY:
+                self.count()
+                counted = perf_counter()
+            with suppress(Empty):
+                future = self.ended.get(timeout=COUNT_EVERY)
+                self.open.remove(future)
+                yield future
+
+    def count(self) -> None:
+        """Count the workers; raises Failure where the scheduler is gone."""
+        workers = self.client.scheduler_info(n_workers=-1).get("workers")
+        if workers is None or self.client.status != "running":
+            raise Failure(GONE)
+        if self.workers and not workers:
+            self.note("there are no workers any more; waiting for others (Ctrl-C: go on another time)")
+        self.workers = len(workers)
 
 
 @dataclass(eq=False)
@@ -167,7 +194,7 @@ class _Run:
     def __post_init__(self) -> None:
         campaign = self.collected.campaign
         self.progress, self.todo = Progress(campaign.size), tasks_of(campaign, self.store)
-        self.collected.begin()
+        self.collected.begin(lambda number: _task_of(campaign, number, self.store).digest)
         self.keys = kept.kept_keys(self.store)
 
     @property
@@ -183,6 +210,7 @@ class _Run:
             if self.collected.has(number, task.digest) and not (retry and number in self.collected.failures):
                 self._tell(found=1)
                 continue
+            self.collected.remove(number)
             done = finished(task, self.store) if self.keys.intersection(task.keys.values()) else None
             if done is None or (done.failure and retry):
                 return number, replace(task, retry=retry)
@@ -193,10 +221,10 @@ class _Run:
         """Hand the tasks to the cluster, a window of scenes at a time, and collect what they leave."""
         self._require_workers(client)
         self.start, self.waiting = perf_counter(), first
-        crew = _Crew(client)
+        crew = _Crew(client, self.options.note)
         self._hand_over(crew)
-        for future, outcome in crew.finishing:
-            receipt = self._receipt(future, outcome)
+        for future in crew.endings():
+            receipt = _receipt(future)
             self._count(receipt)
             if future in self.looked:
                 self._hand_over_scene(crew, *self.looked.pop(future), receipt)
@@ -206,8 +234,6 @@ class _Run:
                 self._finish_model(future, receipt)
             self._hand_over(crew)
             self._write_now_and_then()
-        if self.waiting is not None:
-            raise Failure(GONE)
 
     def _require_workers(self, client: Client) -> None:
         """Raise Failure where a worker has other code, or does not see the store."""
@@ -243,7 +269,7 @@ class _Run:
         """Submit a scene, with the models that it is the first to need."""
         lost = [self.solved[key] for key in found.needed if self.solved.get(key)]
         if found.failure or lost:
-            self._collect(number, Kept(failure=found.failure or lost[0]))
+            self._collect_failed(number, task, found.failure or lost[0])
             return
         unsolved = {key: model for key, model in found.needed.items() if key not in self.solved}
         for key in unsolved.keys() - self.models.keys():
@@ -258,29 +284,18 @@ class _Run:
         self.solved[key] = receipt.failure
 
     def _finish_scene(self, number: int, task: SceneTask, receipt: Receipt) -> None:
-        """Collect the scene of a task that has ended, with what is known of it where it failed."""
-        parts = found_of(task, self.store)
-        done = together(parts)
-        if len(parts) < len(task.keys) and not receipt.failure:
+        """Collect the scene of a task that has ended."""
+        done = finished(task, self.store)
+        if done is not None and done.failure == receipt.failure:
+            self._collect(number, done, task.digest)
+        elif receipt.failure:
+            self._collect_failed(number, task, receipt.failure)
+        else:
             raise Unusable(f"the store {self.store.location} has lost what a task left there: run again")
-        lasts = len(parts) == len(task.keys) and receipt.failure == done.failure
-        self._collect(number, replace(done, failure=receipt.failure), task.digest if lasts else 0)
 
-    def _receipt(self, future: Future, outcome: Any) -> Receipt:
-        """The receipt of a task; raises Failure where the campaign cannot go on."""
-        if future.cancelled():
-            raise Failure(GONE)
-        if isinstance(outcome, Receipt):
-            return outcome
-        error = outcome[1]  # of its kind, itself, and where it was raised
-        if isinstance(error, KilledWorker):
-            return Receipt(
-                f"its worker died {error.allowed_failures + 1} times, most likely for memory: give fewer "
-                "workers (--workers), larger cells or a larger tolerance; run again to try again"
-            )
-        if isinstance(error, Unusable):
-            raise error
-        return Receipt(f"{type(error).__name__}: {error}")
+    def _collect_failed(self, number: int, task: SceneTask, failure: str) -> None:
+        """Collect what is there of a scene that failed, but may not the next time."""
+        self._collect(number, replace(together(found_of(task, self.store)), failure=failure))
 
     def _count(self, receipt: Receipt) -> None:
         progress = self.progress
@@ -293,7 +308,13 @@ class _Run:
 
     def _collect(self, number: int, done: Kept, digest: int = 0, found: int = 0) -> None:
         """Put a finished scene into the dataset, and tell."""
-        self.collected.add(number, done, digest)
+        try:
+            self.collected.add(number, done, digest)
+        except OSError as error:
+            raise Failure(
+                f"{self.collected.path} cannot be written ({error}): make room, or give another folder "
+                "(--out); what is finished is in the store: run the same command to go on"
+            ) from error
         self._tell(found)
 
     def _tell(self, found: int = 0) -> None:
@@ -316,3 +337,21 @@ class _Run:
         except OSError as error:
             self.options.note(f"the dataset cannot be written now ({error}); the campaign goes on")
             self.written = perf_counter()
+
+
+def _receipt(future: Future) -> Receipt:
+    """The receipt of a task; raises Failure where the campaign cannot go on."""
+    try:
+        receipt: Receipt = future.result(timeout=ANSWERS_WITHIN)
+    except CancelledError as error:
+        raise Failure(GONE) from error
+    except KilledWorker as error:
+        return Receipt(
+            f"its worker died {error.allowed_failures + 1} times, most likely for memory: give fewer workers "
+            "(--workers), larger cells or a larger tolerance; run again to try again"
+        )
+    except Unusable:
+        raise
+    except Exception as error:  # one scene must not end the others
+        return Receipt(f"{type(error).__name__}: {error}")
+    return receipt

@@ -18,7 +18,7 @@ Layout of `sweep.nc` (NetCDF 4; `sweep.zarr` where it would take more than `LARG
 
 import json
 import shutil
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -30,7 +30,7 @@ import xarray as xr
 
 from compare.results.provenance import results_digest
 from compare.results.sweep import keeping
-from compare.results.sweep.arrays import Arrays, InMemory, InZarr, in_zarr
+from compare.results.sweep.arrays import DIGEST, Arrays, InMemory, InZarr, in_zarr
 from compare.results.sweep.kept import Kept
 from compare.results.sweep.opened import open_sweep
 from compare.scenes.campaign import Axis, Campaign
@@ -40,7 +40,8 @@ from femic.work.provenance import versions
 
 SAMPLE = "sample"
 FILE, ZARR = "sweep.nc", "sweep.zarr"
-OF_SCENES = ("failure", "seconds", "digest")  # variables over the swept dims only
+OF_SCENES = ("failure", "seconds", DIGEST)  # variables over the swept dims only
+TRIED = 10  # scenes of an earlier dataset whose digests are tried
 LARGEST_FILE = 200e6  # bytes of a dataset that is held in memory and written as one file
 
 
@@ -70,10 +71,11 @@ class Collected:
         """Where the dataset is written to."""
         return self.folder / (ZARR if isinstance(self._arrays, InZarr) else FILE)
 
-    def begin(self) -> None:
+    def begin(self, digest_of: Callable[[int], int]) -> None:
         """Go on with the zarr store of an earlier run, if it is one of this campaign and code.
 
-        Axes may have become longer since: scenes are appended. Otherwise the dataset is made anew.
+        Axes may have become longer since: scenes are appended. Otherwise the dataset is made anew, also where
+        none of some scenes has the digest that it would have now: files that all read have changed.
         """
         path = self.folder / ZARR
         earlier = xr.Dataset()
@@ -81,13 +83,19 @@ class Collected:
             earlier = open_sweep(path)
         if self._continues(earlier):
             self._take(path, earlier)
+            known = np.flatnonzero(self.digests)
+            some = known[:: max(1, len(known) // TRIED)]
+            if not any(digest_of(int(number)) == self.digests[number] for number in some):
+                self._forget()
 
     def has(self, number: int, digest: int) -> bool:
-        """Whether a scene is there; one whose results rested on something else is removed."""
-        known = int(self.digests[number])
-        if known not in (0, digest):
+        """Whether a scene is there, by all that its results rest on."""
+        return bool(self.digests[number] == digest)
+
+    def remove(self, number: int) -> None:
+        """Remove what is there of a scene, if anything is."""
+        if not np.isnan(self.seconds[number]):
             self._put(number, Kept(seconds=np.nan), 0)
-        return known == digest
 
     def add(self, number: int, done: Kept, digest: int = 0) -> None:
         """Add what is kept of a scene; one whose arrays have other shapes than those before has failed.
@@ -105,10 +113,7 @@ class Collected:
         """Write what is finished so far, completely or not at all; a large dataset is brought up to date."""
         self.folder.mkdir(parents=True, exist_ok=True)
         if isinstance(self._arrays, InZarr):
-            self._arrays.flush()
-            frame = _with_free_text(self._frame().assign_attrs(self._attributes()))
-            for part in (frame.drop_vars("digest"), frame[["digest"]]):  # which says that all else is there
-                part.to_zarr(self.path, mode="a", consolidated=False)
+            self._arrays.write(_with_free_text(self._frame().assign_attrs(self._attributes())))
             (self.folder / FILE).unlink(missing_ok=True)
             return self.path
         temporary = self.path.with_suffix(".part")
@@ -159,6 +164,12 @@ class Collected:
             if list(labels.values) == _numbered(str(dim), labels.size)
         }
         self._arrays = InZarr.appended(path, shape, swept, map(str, self.template.data_vars))
+        self.write()
+
+    def _forget(self) -> None:
+        """Forget all scenes."""
+        self.template, self.failures, self._other_labels, self._arrays = xr.Dataset(), {}, set(), None
+        self.seconds[:], self.digests[:] = np.nan, 0
 
     def _make_room(self, dataset: xr.Dataset) -> None:
         """Make room for variables of all scenes that none had before, and note labels that differ."""
@@ -187,12 +198,12 @@ class Collected:
 
     def _put(self, number: int, done: Kept, digest: int) -> None:
         """Put a scene at its place."""
+        if self._arrays is not None:
+            self._arrays.put(number, done.dataset)
         self.failures.pop(number, None)
         if done.failure:
             self.failures[number] = done.failure
         self.seconds[number], self.digests[number] = done.seconds, digest
-        if self._arrays is not None:
-            self._arrays.put(number, done.dataset)
 
     def _frame(self) -> xr.Dataset:
         """Coordinates, failures and seconds."""
@@ -205,7 +216,7 @@ class Collected:
                 self.seconds,
                 {"units": "s", "long_name": "what was made of the scene; NaN: not computed yet"},
             ),
-            "digest": (
+            DIGEST: (
                 self.digests,
                 {"long_name": "of all that results rest on; 0: not computed yet, or to be tried again"},
             ),
@@ -215,7 +226,7 @@ class Collected:
             for name, (values, attrs) in described.items()
         }
         frame = xr.Dataset(of_scenes, coords=swept_coords(campaign) | self._labels())
-        return frame.set_coords("digest")
+        return frame.set_coords(DIGEST)
 
     def _labels(self) -> dict[str, Any]:
         """The coordinates of the dims that scenes have by themselves."""

@@ -170,7 +170,11 @@ def together(parts: Mapping[str, Kept]) -> Kept:
         message if everything else f"{', '.join(names)}: {message}" for message, names in failures.items()
     ]
     datasets = {keep: part.dataset for keep, part in parts.items() if not part.failure}
-    return Kept(kept_together(datasets), "; ".join(messages), sum(part.seconds for part in parts.values()))
+    try:
+        joined = kept_together(datasets)
+    except ValueError as error:
+        joined, messages = xr.Dataset(), [*messages, f"what is kept does not fit together: {error}"]
+    return Kept(joined, "; ".join(messages), sum(part.seconds for part in parts.values()))
 
 
 def require_same_code(place: Place) -> None:
@@ -232,6 +236,9 @@ def _made(task: SceneTask, keep: str, work: "_Work") -> Kept:
         failure = str(error)
     except Exception as error:  # one scene must not end the others
         failure, lasting = f"{type(error).__name__}: {error}", False
+    if scene_task(task.table, (keep,), work.store).keys[keep] != task.keys[keep]:
+        dataset, lasting = xr.Dataset(), False
+        failure = "a file that the scene names was changed meanwhile: run again"
     made = Kept(dataset, failure, perf_counter() - start)
     if lasting:
         kept.put(work.store, task.keys[keep], made)
@@ -278,20 +285,26 @@ class _Work:
 
 def _contents(table: Mapping[str, Any]) -> Iterator[str]:
     """Yield digests of the files that a scene names: contours, gaps, maps of C."""
-    contact = table.get("contact", {})
-    contours = [table.get(body, {}).get("contour", {}) for body in ("lower", "upper")]
-    maps = [str(name).removeprefix(MAP) for name in contact.get("ics", ()) if is_map(str(name))]
-    named = [*(contour.get("file") for contour in contours), contact.get("extra_gap"), *maps]
-    for name in named:
+    contact = _table(table, "contact")
+    contours = [_table(_table(table, body), "contour") for body in ("lower", "upper")]
+    ics = contact.get("ics")
+    maps = [name.removeprefix(MAP) for name in ics if is_map(str(name))] if isinstance(ics, list) else []
+    for name in (*(contour.get("file") for contour in contours), contact.get("extra_gap"), *maps):
         if isinstance(name, str) and (path := Path(name)).exists():
-            yield _digest(path, path.stat().st_mtime_ns)
+            files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
+            yield _digest(tuple((file, file.stat().st_mtime_ns) for file in files))
+
+
+def _table(table: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """A table in a table, empty where there is none; whether it should be one is said by others."""
+    found = table.get(name)
+    return found if isinstance(found, Mapping) else {}
 
 
 @cache
-def _digest(path: Path, _changed: int) -> str:
-    """The digest of a file, or of all files in a folder, as it is since a time."""
-    files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
+def _digest(files: tuple[tuple[Path, int], ...]) -> str:
+    """The digest of files as they are since some times."""
     digest = sha256()
-    for file in files:
+    for file, _ in files:
         digest.update(file.read_bytes())
     return digest.hexdigest()

@@ -127,6 +127,22 @@ def test_the_page_of_what_is_there_is_written_without_computing(femic, monkeypat
     assert Path("out/mine/sweep.html").is_file()
 
 
+def test_a_large_campaign_has_a_page(femic, monkeypatch):
+    monkeypatch.setattr("compare.results.sweep.dataset.LARGEST_FILE", 1)
+    code, printed = femic(LIGHT)
+    assert code == DONE
+    assert "Dataset: out/mine/sweep.zarr" in printed
+    assert "seven" in Path("out/mine/sweep.html").read_text(encoding="utf-8")
+
+
+def test_no_more_scenes_are_written_than_can_be_compared(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text(LIGHT, encoding="utf-8")
+    assert exit_code(["compare", "mine.toml@nu=0.1"]) == WRONG_INPUT
+    assert "mine.toml@nu=0.1: 9 scenes; at most 5 are compared" in capsys.readouterr().err
+    assert not Path("out").exists()
+
+
 def test_a_note_says_why_there_are_fewer_workers(femic, monkeypatch):
     monkeypatch.setattr(sweeps, "size_for", lambda *_: Size(1, 100.0, "1 instead of 2 workers: ..."))
     assert "note: 1 instead of 2 workers" in femic(LIGHT)[1]

@@ -305,7 +305,9 @@ def of_friction(curve, **numbers):
 def test_contacts_with_friction_have_shares_as_differences_and_name_their_reference(curve, tmp_path):
     sliding = np.array([[0.2, 0.9], [0.5, 1.0]])  # by ICs and creepage
     kept = of_friction(curve, p_max=np.array([[110.0], [100.0]]), sliding_share=sliding)
-    kept = kept.assign(rms=(("flank", "friction", "ics"), np.broadcast_to([0.07, 0.0], (7, 1, 2)).copy()))
+    kept = kept.assign(
+        rms_of_curve=(("flank", "friction", "ics"), np.broadcast_to([0.07, 0.0], (7, 1, 2)).copy())
+    )
     kept = kept.assign(estimate_p_max=xr.full_like(kept.p_max, 3.0))
     off, reference = fields_of(kept)
     assert (off.rows, off.columns) == (["A"], ["p_max", "F_x(ξ)", "sliding"])

@@ -271,3 +271,30 @@ def test_values_that_no_point_has_are_said_with_those_that_there_are(campaign):
 def test_a_name_that_does_not_fit_says_what_would(campaign, name):
     with pytest.raises(BadScene, match=r"give flank=\.\.\.,ratio=\.\.\., or some of them"):
         points_named(campaign(GRID), name)
+
+
+def test_a_name_may_have_spaces_and_lists(campaign, tmp_path):
+    (tmp_path / "points.csv").write_text("kind,E\nharmonic,1e5\n", encoding="utf-8")
+    assert points_named(campaign(TABLE), "E=1e5, kind=[1, 2]") == [(1e5, [1, 2])]
+
+
+def test_text_where_a_factor_needs_a_number_is_said(campaign):
+    grid = campaign(GRID)
+    with pytest.raises(BadScene, match=r"sweep\.ratio: 'abc': is no number, and upper\.contour\.radius has"):
+        grid.scene_table((30, "abc"))
+
+
+def test_numbers_in_tables_are_read_as_others_write_them(campaign, tmp_path):
+    """Also after the mark that some programs put at the beginning of a file."""
+    (tmp_path / "points.csv").write_text("kind,E\nharmonic,.5e5\nharmonic,05\nharmonic,1.\n", "utf-8-sig")
+    assert [point[0] for point in campaign(TABLE).listed] == [0.5e5, 5.0, 1.0]
+    (tmp_path / "points.csv").write_text("kind,E\nharmonic,nan\n", encoding="utf-8")
+    with pytest.raises(BadScene, match="nan: is no finite number"):
+        campaign(TABLE)
+
+
+def test_files_that_are_swept_begin_beside_the_campaign(campaign, tmp_path):
+    gap = '[sweep.gap]\nkeys = ["contact.extra_gap"]\nvalues = ["g.txt"]\n'
+    (tmp_path / "g.txt").write_text("0 0 0\n1 0 0\n0 1 0\n", encoding="utf-8")
+    made = campaign(GRID + gap)
+    assert made.scene_table((30, 1.2, "g.txt"))["contact"]["extra_gap"] == str(tmp_path / "g.txt")

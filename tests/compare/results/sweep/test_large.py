@@ -1,11 +1,14 @@
 """Large datasets of campaigns: zarr stores that are written by chunks, gone on with, appended to."""
 
+import errno
+import os
+import shutil
+
 import numpy as np
 import pytest
 import xarray as xr
 
 from compare.results.sweep import compute as computing
-from compare.results.sweep import tasks
 from compare.results.sweep.dataset import Collected
 from compare.results.sweep.opened import open_sweep
 from femic.work.store import Store
@@ -33,22 +36,14 @@ def all_are_large(monkeypatch, chunk=50.0):
         monkeypatch.setattr(f"compare.results.sweep.arrays.{name}", value)
 
 
-def none_is_read_back(monkeypatch):
-    def read(*_):
-        raise AssertionError("a finished scene was read from the store")
-
-    monkeypatch.setattr(computing, "finished", read)
-
-
-@pytest.mark.usefixtures("light_scenes")
-def test_a_large_dataset_is_gone_on_with_as_it_is(client, tmp_path, monkeypatch):
+def test_a_large_dataset_is_gone_on_with_as_it_is(light_scenes, client, tmp_path, monkeypatch):
     all_are_large(monkeypatch)
     campaign = campaign_in(tmp_path, LIGHT)
     _, first = swept(campaign, tmp_path, client)
     first.load()
-    none_is_read_back(monkeypatch)
+    shutil.rmtree(tmp_path / "store")
     done, again = swept(campaign, tmp_path, client)
-    assert (done.found, done.failed) == (27, 3)
+    assert (done.found, done.failed, len(light_scenes)) == (27, 3, 27)
     xr.testing.assert_identical(again.load(), first)
 
 
@@ -57,10 +52,9 @@ def test_scenes_are_appended_to_a_large_dataset(light_scenes, client, tmp_path, 
     all_are_large(monkeypatch)
     swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
     del light_scenes[:]
-    none_is_read_back(monkeypatch)
+    shutil.rmtree(tmp_path / "store")
     longer = LIGHT.replace("from = 1\nto = 9\ncount = 9", f"values = {[*range(1, 11)]}")
     longer = longer.replace("0.3]", "0.3, 0.4]")
-    monkeypatch.setattr(tasks.Store, "part_names", lambda *_: [])  # as if the store had been emptied
     done, dataset = swept(campaign_in(tmp_path, longer), tmp_path, client)
     assert set(light_scenes) == {(10, nu) for nu in (0.1, 0.2, 0.3, 0.4)} | {(e, 0.4) for e in range(1, 11)}
     assert (done.found, done.failed, dict(dataset.sizes)) == (27, 4, {"E": 10, "nu": 4, "power": 2})
@@ -73,7 +67,7 @@ def test_random_points_are_appended_to_a_large_dataset(light_scenes, client, tmp
     all_are_large(monkeypatch)
     text = LIGHT.replace("count = 9", "").replace("values = [0.1, 0.2, 0.3]", "from = 0.1\nto = 0.3")
     swept(campaign_in(tmp_path, 'points = "random"\nsamples = 6\n' + text), tmp_path, client)
-    none_is_read_back(monkeypatch)
+    shutil.rmtree(tmp_path / "store")
     campaign = campaign_in(tmp_path, 'points = "random"\nsamples = 11\n' + text)
     done, dataset = swept(campaign, tmp_path, client)
     assert (done.found, len(light_scenes), dataset.sizes["sample"]) == (6, 11, 11)
@@ -91,21 +85,77 @@ def test_a_large_dataset_with_values_between_is_made_anew(light_scenes, client, 
     np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
 
 
-@pytest.mark.usefixtures("light_scenes")
-def test_a_scene_whose_files_changed_is_removed_from_a_large_dataset(client, tmp_path, monkeypatch):
+@pytest.fixture
+def taken(light_scenes, client, tmp_path, monkeypatch):  # noqa: ARG001
+    """What a second run begins with: all 27 scenes of a large dataset."""
     all_are_large(monkeypatch)
     campaign = campaign_in(tmp_path, LIGHT)
     swept(campaign, tmp_path, client)
     collected = Collected(campaign, tmp_path)
-    collected.begin()
-    digest = int(collected.digests[4])
-    assert collected.has(4, digest)
-    assert not collected.has(4, digest + 1)
-    found = open_sweep(collected.write())
+    collected.begin(digests_in(campaign, tmp_path))
+    return collected
+
+
+def digests_in(campaign, folder):
+    return lambda number: computing._task_of(campaign, number, Store(folder / "store")).digest
+
+
+def test_a_scene_that_is_removed_is_not_there_any_more(taken):
+    digest = int(taken.digests[4])
+    assert taken.has(4, digest)
+    assert not taken.has(4, digest + 1)
+    taken.remove(4)
+    found = open_sweep(taken.write())
     assert np.isnan(found["sum"].values.ravel()[4])
     assert np.isnan(found.seconds.values.ravel()[4])
     assert int(found["sum"].isnull().sum()) == 3 + 1
     assert found.attrs["computed"] == 27 - 3 - 1
+
+
+def test_a_digest_goes_before_its_values_change(taken, tmp_path):
+    """A run that is killed between leaves no scene with a digest and values of something else."""
+    taken.remove(4)
+    taken._arrays.flush()
+    digests = open_sweep(tmp_path).digest.values.ravel()
+    assert list(np.flatnonzero(digests == 0)) == [4]
+
+
+def test_a_run_that_is_killed_at_its_beginning_loses_nothing(taken, tmp_path):
+    found = open_sweep(tmp_path)
+    assert np.all(found.digest.values.ravel() == taken.digests)
+    assert int((found.failure == "seven").sum()) == 3
+
+
+def test_a_large_dataset_of_other_files_is_made_anew(taken, tmp_path):
+    """Its variables may have had other shapes."""
+    collected = Collected(taken.campaign, tmp_path)
+    collected.begin(lambda number: 1 + number)
+    assert not collected.template.data_vars
+    assert np.all(np.isnan(collected.seconds))
+
+
+def test_labels_that_differ_are_numbered_in_a_large_dataset_too(client, tmp_path, monkeypatch):
+    """Also where they are numbers."""
+
+    def loaded(scene, _means):
+        return xr.Dataset({"y": ("load", [1.0])}, coords={"load": [scene.bodies["lower"].material.E]})
+
+    all_are_large(monkeypatch)
+    of_parts(monkeypatch, errors=loaded)
+    _, dataset = swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    assert list(dataset["load"].values) == ["load 0"]
+    assert np.all(dataset.y == 1)
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_a_full_disk_under_a_large_dataset_is_said(client, tmp_path, monkeypatch):
+    def full(_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    all_are_large(monkeypatch)
+    monkeypatch.setattr("compare.results.sweep.arrays.InZarr.flush", full)
+    with pytest.raises(Failure, match=r"sweep\.zarr cannot be written .*No space left.*make room"):
+        swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
 
 
 @pytest.mark.usefixtures("light_scenes")

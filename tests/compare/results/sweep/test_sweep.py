@@ -17,10 +17,11 @@ from compare.results.sweep import plan as planning
 from compare.results.sweep.cluster import NO_DASHBOARD, existing_cluster, size_for
 from compare.results.sweep.compute import Options, Progress, compute_sweep, require_computable
 from compare.results.sweep.dataset import Collected
-from compare.results.sweep.keeping import Keeper
+from compare.results.sweep.keeping import KEEPERS, Keeper
+from compare.results.sweep.lock import only_run_in
 from compare.results.sweep.opened import open_sweep
 from compare.results.sweep.plan import planned
-from compare.results.sweep.tasks import Place, Unusable, scene_task
+from compare.results.sweep.tasks import Place, Receipt, Unusable, scene_task
 from compare.scenes.errors import BadScene
 from femic.means import Means
 from femic.work.store import Store
@@ -330,6 +331,27 @@ def test_parts_that_fail_alike_say_so_once(client, tmp_path, monkeypatch):
     assert set(dataset.failure.sel(E=7).values) == {"seven"}
 
 
+def test_a_model_that_kills_workers_leaves_what_needs_none(client, tmp_path, monkeypatch):
+    def killed(*_):
+        return Receipt("its worker died 4 times")
+
+    of_parts(monkeypatch, errors=light, advice=light)
+    campaign = campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT)
+    swept(campaign_in(tmp_path, LIGHT), tmp_path / "first", client, store=Store(tmp_path / "store"))
+    monkeypatch.setattr(computing, "find_models", killed)
+    done, dataset = swept(campaign, tmp_path, client)
+    assert done.failed == 27
+    assert set(dataset.failure.values.ravel()) == {"its worker died 4 times"}
+    np.testing.assert_array_equal(dataset["sum"].sel(E=5), 5 + dataset.nu)
+    assert not dataset.digest.any()  # it is tried again
+
+
+def test_names_of_contacts_are_those_of_nothing_else():
+    """Parts of a scene are one dataset."""
+    others = [keeper.names for keep, keeper in KEEPERS.items() if keep != "contact"]
+    assert not any(KEEPERS["contact"].names & names for names in others)
+
+
 # --- what may go wrong -------------------------------------------------------------------------------
 
 
@@ -427,15 +449,12 @@ def test_the_time_left_is_that_of_scenes_not_computed_yet():
     assert Progress(10, finished=6, found=4, seconds=8.0).seconds_left == pytest.approx(16.0)
 
 
-def test_a_worker_that_dies_again_and_again_fails_its_scene(tmp_path):
-    run = computing._Run(Collected(campaign_in(tmp_path, LIGHT), tmp_path), Store(tmp_path), Options())
-
+def test_a_worker_that_dies_again_and_again_fails_its_scene():
     class Ended:
-        def cancelled(self):
-            return False
+        def result(self, **_):
+            raise KilledWorker("task", None, 3)
 
-    error = KilledWorker("task", None, 3)
-    failure = run._receipt(Ended(), (KilledWorker, error, None)).failure
+    failure = computing._receipt(Ended()).failure
     assert failure.startswith("its worker died 4 times, most likely for memory: give fewer workers")
 
 
@@ -456,3 +475,45 @@ def test_a_scheduler_that_goes_is_said_and_what_is_finished_is_kept(tmp_path):
         ):
             swept(campaign, tmp_path, client, Options(go))
     assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) >= 3
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_two_runs_do_not_write_into_the_same_folder(client, tmp_path):
+    campaign = campaign_in(tmp_path, LIGHT)
+    with only_run_in(tmp_path), pytest.raises(Failure, match="another run of this campaign writes there"):
+        swept(campaign, tmp_path, client)
+    done, _ = swept(campaign, tmp_path, client)
+    assert done.finished == 27
+
+
+def test_what_is_made_while_a_file_changes_is_not_kept(client, tmp_path, monkeypatch):
+    file, points = tmp_path / "gap.txt", "0 0 0\n1 0 0\n0 1 {}\n"
+    file.write_text(points.format(0), encoding="utf-8")
+
+    def changing(scene, _means):
+        if scene.bodies["lower"].material.E == 5:
+            file.write_text(points.format(scene.bodies["upper"].material.nu), encoding="utf-8")
+        return xr.Dataset({"y": ((), 1.0)})
+
+    of_parts(monkeypatch, errors=changing)
+    _, dataset = swept(
+        campaign_in(tmp_path, LIGHT + '[set.contact]\nextra_gap = "gap.txt"\n'), tmp_path, client
+    )
+    message = "a file that the scene names was changed meanwhile: run again"
+    assert set(dataset.failure.sel(E=5).values) == {message}
+    assert not dataset.digest.values[dataset.failure.values == message].any()
+    assert len(kept.kept_keys(Store(tmp_path / "store"))) - 1 == int((dataset.failure == "").sum())
+
+
+def test_where_no_workers_are_left_that_is_said(client, monkeypatch):
+    notes = []
+    crew = computing._Crew(client, notes.append)
+    assert (crew.workers, crew.window) == (1, computing.SCENES_PER_WORKER)
+    monkeypatch.setattr(client, "scheduler_info", lambda **_: {"workers": {}})
+    crew.count()
+    crew.count()
+    assert len(notes) == 1
+    assert notes[0].startswith("there are no workers any more")
+    monkeypatch.setattr(client, "scheduler_info", lambda **_: {})
+    with pytest.raises(Failure, match="the scheduler is gone"):
+        crew.count()
