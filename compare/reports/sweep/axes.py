@@ -135,7 +135,8 @@ def swept(axes: Iterable[ShownAxis]) -> list[ShownAxis]:
 def prepared(dataset: xr.Dataset) -> xr.Dataset:
     """The dataset with the numbers of each axis of a grid in ascending order, without dims of one value.
 
-    Text is as in NetCDF: NumPy cannot cast that of zarr to text. ICs of lists that differ between scenes have the names of their places, the last one that of C.
+    Text is as in NetCDF: NumPy cannot cast that of zarr to text. ICs of lists that differ between scenes have
+    the names of their places, the last one that of C.
     """
     dataset = dataset.copy()
     for name, variable in dataset.variables.items():
