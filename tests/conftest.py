@@ -1,4 +1,4 @@
-"""Settings of the whole test run: one BLAS thread for each of its processes, examples that are repeatable."""
+"""Settings of the whole run: one BLAS thread per process, repeatable examples, dear files first."""
 
 import os
 
@@ -10,3 +10,20 @@ from hypothesis import settings  # noqa: E402
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
+
+# A file is run by one process. What starts last should be short, or the other processes wait for it.
+DEAR = (
+    "tests/femic/harmonic/test_harmonic.py",
+    "tests/femic/matrix/test_matrix.py",
+    "tests/test_docs.py",
+    "tests/test_examples.py",
+    "tests/compare/reports/test_geometry1.py",
+    "tests/compare/reports/test_overlay.py",
+    "tests/femic/harmonic/test_expected.py",
+    "tests/femic/work/test_store.py",
+)
+
+
+def pytest_collection_modifyitems(items):
+    """The dear files first, all others in their own order."""
+    items.sort(key=lambda item: not item.nodeid.startswith(DEAR))

@@ -1,21 +1,36 @@
 """The command line: exit codes, files, messages."""
 
 import json
+from contextlib import redirect_stdout
+from io import StringIO
 
 import pytest
 import xarray as xr
 
 from compare.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.solid import engine as solid
-from tests.compare.conftest import COARSE_ENGINE
+from tests.compare.conftest import COARSE_ENGINE, scene_text
 
 ONE = 'bodies = ["lower"]\ncomponents = ["nn"]\nvariants = ["A", "Bhat"]'
 
 
-def test_a_run_writes_data_figures_and_report(write_scene, tmp_path, capsys):
-    out = tmp_path / "results"
-    assert exit_code(["run", str(write_scene(ONE)), "--out", str(out), "--workers", "1"]) == DONE
-    assert str(out / "report.html") in capsys.readouterr().out.replace("\n", "")
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """A run: its folder, what it says, and directions of loads and sides of bodies in 3D that it solves."""
+    folder, directions, sides = tmp_path_factory.mktemp("cli"), [], []
+    scene, out = folder / "mine.toml", folder / "results"
+    scene.write_text(scene_text(ONE), encoding="utf-8")
+    load, assemble = solid.patch_load, solid.assemble
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(StringIO()) as said:
+        patch.setattr(solid, "patch_load", lambda *a: directions.append(a[1].direction) or load(*a))
+        patch.setattr(solid, "assemble", lambda s: sides.append(s.body.side) or assemble(s))
+        assert exit_code(["run", str(scene), "--out", str(out), "--workers", "1"]) == DONE
+    return out, said.getvalue(), directions, sides
+
+
+def test_a_run_writes_data_figures_and_report(ran):
+    out, said, *_ = ran
+    assert str(out / "report.html") in said.replace("\n", "")
     names = {path.name for path in out.iterdir()}
     assert {"ics.nc", "errors.nc", "report.html", "scene.toml", "figures", "curves_s1.6mm.csv"} <= names
     with xr.open_dataset(out / "ics.nc", engine="h5netcdf") as dataset:
@@ -31,15 +46,10 @@ def test_a_run_writes_data_figures_and_report(write_scene, tmp_path, capsys):
 HARMONIC = "[engine]\nfar_radius = 60.0\ntolerance = 0.5\n"
 
 
-def test_nn_of_one_body_solves_one_load_per_model(write_scene, tmp_path, monkeypatch):
-    loads, bodies = [], []
-    load, assemble = solid.patch_load, solid.assemble
-    monkeypatch.setattr(solid, "patch_load", lambda *a: loads.append(a[1].direction) or load(*a))
-    monkeypatch.setattr(solid, "assemble", lambda s: bodies.append(s.body.side) or assemble(s))
-    path = write_scene(ONE)
-    assert exit_code(["run", str(path), "--out", str(tmp_path / "o"), "--workers", "1"]) == DONE
-    assert loads == [2, 2, 2]  # the normal load on the fine, the coarse and the small model
-    assert bodies == [-1, -1, -1]
+def test_nn_of_one_body_solves_one_load_per_model(ran):
+    *_, directions, sides = ran
+    assert directions == [2, 2, 2]  # the normal load on the fine, the coarse and the small model
+    assert sides == [-1, -1, -1]
 
 
 def test_the_harmonic_engine_needs_no_model_in_3d_and_its_report_says_what_it_did(

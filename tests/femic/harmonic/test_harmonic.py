@@ -46,7 +46,7 @@ def reference(asked):
 
 def test_coarser_cells_at_some_wavenumbers_show_what_they_show_at_all():
     """The change is interpolated: it differs by less than 2 % from that of a whole model."""
-    request = harmonic(job(40.0, 1.0)).request(Level())
+    request = harmonic(job(40.0, 1.0), 2.0).request(Level())
     model, coarser = raw_ics(request), raw_ics(request.coarser)
     change = model.perturbed["coarser"] - model.u
     assert coarser.cost.unknowns < model.cost.unknowns
@@ -61,7 +61,7 @@ def test_coarser_cells_at_some_wavenumbers_show_what_they_show_at_all():
 def test_all_nine_components_are_the_half_space_also_on_the_element(side):
     """1e-3 of the line's scale four elements away and more, 5e-3 of the local value nearer."""
     near = np.array([0.0, 0.1, 0.4, 0.8, 1.2, 2.0])
-    asked = harmonic(job(1280.0, 1.0, side=side))
+    asked = harmonic(job(1280.0, 1.0, side=side), 1.6)
     own = Points(np.append(asked.points.x, near), np.append(asked.points.s, 0 * near))
     asked = replace(asked, points=own)
     model = raw_ics(asked.request(Level()))
@@ -105,7 +105,7 @@ def test_error_falls_about_like_the_square_of_the_domain():
 @pytest.mark.parametrize("nu", [0.0, 0.4999])
 def test_poisson_s_ratio_may_come_close_to_one_half(nu):
     """No locking: as accurate as the truncation lets it be."""
-    asked = harmonic(job(2560.0, 1.0, material=Material(210e3, nu)))
+    asked = harmonic(job(2560.0, 1.0, material=Material(210e3, nu)), 1.3)
     model = raw_ics(asked.request(Level()))
     a = halfspace(asked)
     assert np.max(shares(discounted(asked, model.u)[0] - a, a)) < 1e-3
@@ -117,9 +117,9 @@ def test_poisson_s_ratio_may_come_close_to_one_half(nu):
 )
 def test_slender_patches(a, b):
     patch = Patch(a, b)
-    base = harmonic(job(1280.0, 1.0))
+    base = harmonic(job(640.0, 1.0))
     asked = replace(base, patch=patch, points=Points(base.points.x, base.points.s))
-    asked = changed(asked, cells=Cells(b / 10, 0.4, 0.4))
+    asked = changed(asked, cells=Cells(b / 5, 0.4, 0.4), tolerance=5e-3)
     found, exact = reference(asked), halfspace(asked)
     assert np.all(shares(found.c.ic - exact, exact) <= shares(found.c.estimate, exact))
     assert np.max(shares(found.c.estimate, exact)) < 5e-3
@@ -151,7 +151,7 @@ def test_estimates_bound_the_errors_and_are_at_most_ten_times_them():
 
 @pytest.mark.parametrize(("side", "s"), [(UPPER, 0.0), pytest.param(LOWER, 40.0, marks=pytest.mark.slow)])
 def test_the_ball_is_known_to_the_estimate(side, s):
-    asked = harmonic(sphere.ball(160.0, 1.0, side, s=s))
+    asked = harmonic(sphere.ball(160.0, 1.0, side, s=s), 2.2)
     truth, found = sphere.exact(asked), reference(asked)
     error, estimate = (
         np.max([line_errors(d[..., p], truth[..., p], truth[2, 2, p]) for p in LINES], axis=0)
@@ -177,8 +177,12 @@ def test_a_wheel_s_longitudinal_curvature_shows_in_xn_as_b_hat_has_it():
     Both alike, as reciprocity demands: C_nx = -C_xn on the line of the load.
     """
     x = np.array([1.0, 2.0, 5.0, 10.0])
-    plane_one = harmonic(job(1280.0, 1.0, side=UPPER))
-    plane_one = replace(plane_one, points=Points(x, 0 * x), lines={"x": slice(None)})
+    plane_one = replace(
+        harmonic(job(640.0, 1.0, side=UPPER), 2.0),
+        points=Points(x, 0 * x),
+        lines={"x": slice(None)},
+        components=("xn", "nx"),
+    )
     wheel = replace(plane_one, body=replace(plane_one.body, rolling_radius=500.0))
     on_plane, on_wheel = (discounted(j, raw_ics(j.request(Level())).u)[0] for j in (plane_one, wheel))
     half_space = HalfSpace(one_body(STEEL, UPPER))
@@ -197,7 +201,7 @@ def test_components_of_a_wheel_do_not_depend_on_what_else_is_asked_for():
     x = np.array([-16.0, 8.0, 16.0, 25.0])
     crown = {"side": UPPER, "contour": arc(10.0, 0.4, 0.4), "rolling_radius": 500.0}
     asked = replace(
-        harmonic(job(320.0, 1.0, **crown), 2.0), points=Points(x, 0 * x), lines={"x": slice(None)}
+        harmonic(job(320.0, 1.0, **crown), 3.0), points=Points(x, 0 * x), lines={"x": slice(None)}
     )
     of = [("xn",), ("nx",), ("xx", "xn", "nx", "nn")]
     xn, nx, all_four = (reference(replace(asked, components=components)).c for components in of)
@@ -236,11 +240,11 @@ SLOW = ("roller", "unsymmetric")
 )
 def test_both_engines_agree_within_their_estimates(changes):
     """The same section; that of the solid is clamped at its ends too, which its estimate contains."""
-    solid = job(80.0, 2.4, **changes)
+    solid = job(80.0, 2.8, **changes)
     found = combine(
         solid, Level(), {m: solid_raw_ics(solid.request(m)) for m in Level().models(MODELS).values()}
     )
-    other = reference(harmonic(solid))
+    other = reference(harmonic(solid, 2.0))
     scale = found.c.ic
     off, known = (shares(v, scale) for v in (found.c.ic - other.c.ic, found.c.estimate + other.c.estimate))
     assert np.all(off <= known), off / known
@@ -256,7 +260,7 @@ def test_halves_of_a_section_give_what_the_whole_gives(side):
     loads = [Load(Patch(0.3, 0.4, s), direction) for s in (0.0, 0.3, -2.0, 2.0) for direction in range(3)]
     s = np.array([-3.0, -0.2, 0.0, 0.7, 2.0])
     strips = np.array([[-0.4, 0.4], [-0.1, 0.7], [-2.4, -1.6]])
-    fine = Cells(0.05, 0.3, 0.3)
+    fine = Cells(0.1, 0.4, 0.4)
     whole, half = (
         Respond(section_mesh(body, SectionSize(fine, strips), half_section=h), loads, s, (1.0, 0.5))
         for h in (False, True)
@@ -269,7 +273,7 @@ def test_halves_of_a_section_give_what_the_whole_gives(side):
 
 
 def test_what_vanishes_by_symmetry_vanishes():
-    asked = harmonic(job(40.0, 1.0, contour=arc(10.0, 0.6, 0.6)), 1.5)
+    asked = harmonic(job(40.0, 1.0, contour=arc(10.0, 0.6, 0.6)), 3.0)
     u = raw_ics(asked.request(Level())).u[:3, :, : len(asked.points.x)]
     on_plane = asked.points.s == 0
     across = asked.points.x == 0
@@ -279,12 +283,11 @@ def test_what_vanishes_by_symmetry_vanishes():
         assert np.all(np.abs(u[j, i][across]) < 1e-12 * np.max(np.abs(u))), (i, j)
 
 
-@pytest.mark.parametrize("workers", [2, 3])
-def test_threads_do_not_change_the_result(workers):
-    asked = harmonic(job(40.0, 1.0), 1.5).request(Level())
+def test_threads_do_not_change_the_result():
+    asked = harmonic(job(40.0, 1.0), 3.0).request(Level())
     counted = []
     alone = raw_ics(asked)
-    together = raw_ics(asked, workers=workers, progress=counted.append)
+    together = raw_ics(asked, workers=3, progress=counted.append)
     np.testing.assert_allclose(together.u, alone.u, rtol=0, atol=1e-12 * np.max(np.abs(alone.u)))
     assert counted == list(range(len(counted)))  # 0: assembled
     n = int(together.cost.solver.split(", ")[1].split()[0])

@@ -37,7 +37,7 @@ from tests.femic.harmonic.fields import fields
 
 GRID = Grid(10, 8, 0.4, 0.4)
 REACH, ARM = 12.0, 3.0
-ROUGH = 0.01  # tolerance of C where nothing is said of its error
+ROUGH = 0.03  # tolerance of C where nothing is said of its error
 
 
 def matrix_job(side, contour, grid=GRID, radius=np.inf, tolerance=1e-3):
@@ -101,8 +101,8 @@ def test_on_a_plane_it_is_the_half_space_for_all_lags_and_strips(on_plane):
 @pytest.mark.parametrize("radius", [np.inf, 300.0, 25.0])
 def test_lags_are_points(radius):
     """The interpolation between radii against the sum at each point, to 1e-9 of the element's own."""
-    job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), Grid(6, 5, 1.0, 1.0), radius, ROUGH)
-    model = solve(job.request(Level(cells=-1)), workers=2)
+    job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), Grid(4, 4, 1.0, 1.0), radius, ROUGH)
+    model = solve(job.request(Level(cells=-3)), workers=2)
     x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))
     for name, by_lag in syntheses(model, job.grid, COMPONENTS).items():
         for strip in (0, 2, 3):

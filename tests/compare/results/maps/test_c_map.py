@@ -65,8 +65,34 @@ def ratio_and_modulus(scene):
     return abs(upper.contour.core.radius) / 10, lower.material.E
 
 
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """Collects the nodes of a campaign, once for all tests that ask for the same; returns the file."""
+    files = {}
+
+    def collected(f, *asked):
+        if (f, *asked) not in files:
+            files[f, *asked] = collect(tmp_path_factory.mktemp("map"), *asked)
+        return files[f, *asked]
+
+    return collected
+
+
+def collect(folder, left_out, base, campaign):
+    (folder / "base.toml").write_text(base, encoding="utf-8")
+    (folder / "campaign.toml").write_text(campaign, encoding="utf-8")
+    swept = load_campaign(folder / "campaign.toml")
+    collected = Collected(swept, folder / "out")
+    for number in range(swept.size):
+        if number in left_out:
+            collected.add(number, Kept(failure="did not converge"))
+        else:
+            collected.add(number, Kept(node(swept.scene(swept.point(number)))))
+    return collected.write()
+
+
 @pytest.fixture
-def make(tmp_path, monkeypatch):
+def make(kept, tmp_path, monkeypatch):
     """Makes a map of C = f(ratio, modulus) times B-hat; returns its name."""
 
     def made(f=polynomial, left_out=(), base=BASE, campaign=CAMPAIGN):
@@ -77,15 +103,7 @@ def make(tmp_path, monkeypatch):
         monkeypatch.setattr("compare.results.maps.node.c_on", c_on)
         monkeypatch.setattr(compute, "c_on", c_on)
         (tmp_path / "base.toml").write_text(base, encoding="utf-8")
-        (tmp_path / "campaign.toml").write_text(campaign, encoding="utf-8")
-        swept = load_campaign(tmp_path / "campaign.toml")
-        collected = Collected(swept, tmp_path / "out")
-        for number in range(swept.size):
-            if number in left_out:
-                collected.add(number, Kept(failure="did not converge"))
-            else:
-                collected.add(number, Kept(node(swept.scene(swept.point(number)))))
-        return f"map:{collected.write()}"
+        return f"map:{kept(f, left_out, base, campaign)}"
 
     return made
 
