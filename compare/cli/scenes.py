@@ -64,14 +64,12 @@ def compare(
 
     Scenes without results, or with results of another text or femic, are computed first, as by `femic run`.
     """
-    stores: dict[str, str | None] = {}
-    for argument in scene:
-        stores |= points.scenes_of(argument, results)
-    scene_sources = overlay_sources.sources(tuple(stores), results)
+    found = [item for argument in scene for item in points.scenes_of(argument, results).items()]
+    scene_sources = overlay_sources.sources([path for path, _ in found], results)
     overlay_sources.common(scene_sources)  # raises before any work starts
     folder = overlay_page.folder_of(scene_sources, out, results)
     console = Console()
-    for source, kept_at in zip(scene_sources, stores.values(), strict=True):
+    for source, (_, kept_at) in zip(scene_sources, found, strict=True):
         if source.scene is not None and not overlay_sources.up_to_date(source):
             console.print(f"{source.name}: no results of it by this femic yet, computing", markup=False)
             work = Work(source.folder, workers, store or kept_at)
