@@ -26,6 +26,12 @@ from geometries.errors import Failure
 from tests.compare.results.sweep.campaigns import LIGHT, LIGHT_KEEPERS, OF_UPPER, in_this_process
 
 ROOT = Path(__file__).parents[3]
+INTERRUPTIBLE = """
+import signal
+from compare.cli.main import main
+signal.signal(signal.SIGINT, signal.default_int_handler)  # shells have it ignored in the background
+main()
+"""
 
 
 @pytest.fixture(scope="module")
@@ -193,7 +199,7 @@ def begun(folder):
         OF_UPPER.replace("11.0, 12.0", "11.0, 12.0, 13.0, 14.0"), encoding="utf-8"
     )
     log = folder / "log"
-    command = [sys.executable, "-m", "compare", "sweep", str(folder / "mine.toml"), "--workers", "2"]
+    command = [sys.executable, "-c", INTERRUPTIBLE, "sweep", str(folder / "mine.toml"), "--workers", "2"]
     with (
         log.open("w") as output,
         subprocess.Popen([*command, "--out", str(folder)], cwd=ROOT, stdout=output, stderr=output) as process,
