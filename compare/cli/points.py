@@ -2,6 +2,7 @@
 
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import tomlkit
 
@@ -15,11 +16,22 @@ AT = "@"  # between a campaign and points of it
 
 
 def written(campaign: Campaign, name: str, folder: Path) -> list[Path]:
-    """The files of the scenes at some points, in a folder; raises BadScene before any is written."""
+    """The files of the scenes at some points, in a folder; raises BadScene before any is written.
+
+    They are as the campaign computes them, without the check by the other engine.
+    """
     points = points_named(campaign, name)
     for point in points:
         campaign.scene(point)
-    return [_written(campaign.scene_table(point), folder, campaign.named(point)) for point in points]
+    return [
+        _written(_unchecked(campaign.scene_table(point)), folder, campaign.named(point)) for point in points
+    ]
+
+
+def _unchecked(table: dict[str, Any]) -> dict[str, Any]:
+    """The table of a scene without the check by the other engine."""
+    engine = table.get("engine", {})
+    return table | {"engine": engine | {"check": False}} if engine.get("check") else table
 
 
 def scenes_of(argument: str, results: Path) -> dict[str, str | None]:
@@ -39,7 +51,7 @@ def scenes_of(argument: str, results: Path) -> dict[str, str | None]:
     return {str(path): store for path in written(campaign, name, folder)}
 
 
-def _written(table: dict[str, object], folder: Path, name: str) -> Path:
+def _written(table: dict[str, Any], folder: Path, name: str) -> Path:
     if len(name) > LONGEST_NAME:
         name = f"{name[:LONGEST_NAME]}_{sha256(name.encode()).hexdigest()[:8]}"
     path = folders.made(folder) / f"{name.replace('/', '_')}.toml"

@@ -133,6 +133,13 @@ def test_the_page_of_what_is_there_is_written_without_computing(femic, monkeypat
     assert Path("out/mine/sweep.html").is_file()
 
 
+def test_the_scene_of_a_point_is_that_of_the_campaign_without_a_check(femic):
+    checked = LIGHT.replace("[sweep.E]", "[set.engine]\ncheck = true\n[sweep.E]")
+    _, printed = femic(checked, "--write", "E=2,nu=0.1")
+    engine = tomllib.loads(Path(printed.strip()).read_text(encoding="utf-8"))["engine"]
+    assert engine["check"] is False
+
+
 def test_a_large_campaign_has_a_page(femic, monkeypatch):
     monkeypatch.setattr("compare.results.sweep.dataset.LARGEST_FILE", 1)
     code, printed = femic(LIGHT)
