@@ -93,9 +93,8 @@ class Collected:
         return bool(self.digests[number] == digest)
 
     def remove(self, number: int) -> None:
-        """Remove what is there of a scene, if anything is."""
-        if not np.isnan(self.seconds[number]):
-            self._put(number, Kept(seconds=np.nan), 0)
+        """Remove what is there of a scene, also values that a killed run has left without a digest."""
+        self._put(number, Kept(seconds=np.nan), 0)
 
     def add(self, number: int, done: Kept, digest: int = 0) -> None:
         """Add what is kept of a scene; one whose arrays have other shapes than those before has failed.

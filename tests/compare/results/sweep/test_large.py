@@ -121,6 +121,13 @@ def test_a_digest_goes_before_its_values_change(taken, tmp_path):
     assert list(np.flatnonzero(digests == 0)) == [4]
 
 
+def test_values_without_a_digest_are_removed_too(taken):
+    """Those that a run wrote before it was killed, of files that may have changed since."""
+    taken.seconds[4], taken.digests[4] = np.nan, 0
+    taken.remove(4)
+    assert np.isnan(open_sweep(taken.write())["sum"].values.ravel()[4])
+
+
 def test_a_run_that_is_killed_at_its_beginning_loses_nothing(taken, tmp_path):
     found = open_sweep(tmp_path)
     assert np.all(found.digest.values.ravel() == taken.digests)
