@@ -34,6 +34,7 @@ class ShownAxis:
     heading: str  # label and unit
     values: Array  # (n,) numbers or text
     spacing: str = "linear"  # how the file has spread them: "linear", "logarithmic"
+    unit: str = ""
 
     @property
     def wrapped(self) -> str:
@@ -197,4 +198,5 @@ def _axis(values: xr.DataArray, spacing: str) -> ShownAxis:
         f"{label} [{unit}]" if unit else label,
         np.atleast_1d(values.values.astype(float if is_number else str)),
         spacing,
+        str(unit),
     )

@@ -67,10 +67,10 @@ def _counted(dataset: xr.Dataset) -> str:
 def _range(axis: ShownAxis) -> str:
     values = axis.values if axis.is_number else axis.categories
     if axis.is_number and len(values) > 2:
-        return f"{axis.name} = {text_of(np.min(values))} ... {text_of(np.max(values))}"
+        return f"{axis.name} = {text_of(np.min(values))} ... {text_of(np.max(values))} {axis.unit}".rstrip()
     more = len(values) - MOST_CATEGORIES
     texts = [text_of(value) for value in values[:MOST_CATEGORIES]] + ([f"{more} more"] if more > 0 else [])
-    return f"{axis.name} = {listed(texts)}"
+    return f"{axis.name} = {listed(texts)} {axis.unit}".rstrip()
 
 
 def _failing(dataset: xr.Dataset, field: Field) -> str:

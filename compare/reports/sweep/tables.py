@@ -31,7 +31,7 @@ def crossing_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
         cells = [_crossing_cell(lines.found(level)) for level in LEVELS]
         rows.append(Row(f"{column}, {label_of(row)}", [*cells, _cell(lines.known_of or "all")]))
     heads = [*(f"more than {share(level)}" for level in LEVELS), "known"]
-    return Table(f"{field.title}: where along {along(axes).name}", heads, rows)
+    return Table(f"{field.title}: where along {along(axes).name} ({along(axes).heading})", heads, rows)
 
 
 def _crossing_cell(found: Sequence[Found]) -> Cell:

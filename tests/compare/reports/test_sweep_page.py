@@ -192,7 +192,7 @@ def test_the_largest_error_over_lines_of_both_bodies_together_is_shown(grid):
 
 def test_the_sentences_answer_the_design_question(grid):
     told_all = summary(grid, fields_of(grid), None).split("\n")
-    assert told_all[0] == "21 scenes over flank = 0 ... 60 and ratio = 1.05 ... 1.5: all computed."
+    assert told_all[0] == "21 scenes over flank = 0 ... 60 u and ratio = 1.05 ... 1.5 u: all computed."
     assert told_all[1] == "C is known to 0.2 % or better."
     assert told_all[2] == (
         "A is off by more than 5 % in sn from flank = 15.8 on at ratio = 1.05, nowhere at ratio = 1.5, at "
