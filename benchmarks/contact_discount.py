@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from approx.matrix import matrix
-from compare.reports.matrix.export import raw_matrix, read_matrix
+from compare.reports.matrix.export import discounted_matrix, read_matrix
 from compare.results.matrix.compute import compute_matrix
 from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
@@ -91,7 +91,7 @@ def main(approaches: list[float]) -> None:
         compute_matrix(scene, path, Means(1, store))
         found = {
             "C": read_matrix(path, "combined"),
-            "raw C": raw_matrix(scene, Means(1, store)),
+            "raw C": discounted_matrix(scene, "none", Means(1, store)),
             **{name: matrix(name, scene.pair, scene.grid) for name in ("A", "Bhat")},
         }
     print("| approach, mm | ICs | load, N | contact, mm | largest pressure, MPa | at an edge, MPa |")

@@ -18,62 +18,23 @@ reciprocal, or loads at the contact centre would depend on phi-phi. Source: [BVS
 4.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from approx.pair import Solid
 from femic.models import Points
 from geometries.arrays import Array
 from geometries.bodies import Body
-from geometries.patches import Load, N, Patch, S, X
+from geometries.patches import Load, X
 
 FX, FY, FZ, MOMENT = range(4)  # rows and columns of M; the first generalized forces
 TURN, SPIN = 4, 5  # further generalized forces: a moment about z, a moment about the axle
 # entries of M that are not always 0
 ENTRIES = (FX, FX), (FY, FY), (FZ, FZ), (FY, MOMENT), (FY, FZ), (MOMENT, MOMENT), (FZ, MOMENT)
 AXES = ("x", "y", "z", "phi")
-ELEMENTS_AWAY = 3  # distance in elements, centre to centre, at which C_jj must equal A_jj
-Z = 2  # number of the global axis z
-NEAR, RIGHT, LEFT = range(3)  # the first points of `DiscountRule.points`
-BESIDE_LOAD = {+1: (3, 4), -1: (5, 6)}  # the points on both sides of the moment load at +-moment_arm
-
-
-@dataclass(frozen=True)
-class DiscountRule:
-    """Where M is fitted [mm]: loads at s = 0 and +-moment_arm, observers up to s = +-rotation_reach.
-
-    Observers beside moment loads lie up to s = +-(moment_arm + rotation_reach). Loads are uniform over
-    patches of half-sides a, b [mm].
-    """
-
-    a: float
-    b: float
-    rotation_reach: float
-    moment_arm: float
-
-    def load(self, direction: int, s: float = 0.0) -> Load:
-        """The unit load in a direction at arc length s [mm]."""
-        return Load(Patch(self.a, self.b, s), direction)
-
-    def moment_load(self, side: int = 1) -> Load:
-        """The normal load at s = side * moment_arm, which turns the body about x."""
-        return self.load(N, side * self.moment_arm)
-
-    def points(self, body: Body) -> Points:
-        """The observers: 3 elements away along x, at s = +-rotation_reach, beside both moment loads.
-
-        The last ones lie `rotation_reach` from the moment loads, or less where the contour ends earlier.
-        """
-        low, high = body.contour.extent
-        distance = min(self.rotation_reach, high - self.moment_arm, -low - self.moment_arm)
-        beside_loads = [side * self.moment_arm + d for side in (1, -1) for d in (distance, -distance)]
-        s = np.array([0.0, self.rotation_reach, -self.rotation_reach, *beside_loads])
-        x = np.zeros_like(s)
-        x[NEAR] = ELEMENTS_AWAY * 2 * self.a
-        return Points(x, s)
 
 
 @dataclass(frozen=True)
@@ -84,6 +45,22 @@ class Condition:
     loads: tuple[Load, ...]
     measure: Callable[..., float]
     target: float
+
+
+class Rule(Protocol):
+    """What is subtracted: the observers and conditions that determine M (`femic.discount_rules`)."""
+
+    def points(self, body: Body) -> Points:
+        """All observers that conditions may read."""
+        ...
+
+    def conditions(self, body: Body, loads: Sequence[Load]) -> list[Condition]:
+        """The conditions that determine the entries of M which concern the given loads."""
+        ...
+
+    def observers(self, body: Body, fit: Sequence[Condition]) -> Points:
+        """The first of `points`, as many as the given conditions read."""
+        ...
 
 
 def rigid_part(m: Array, body: Body, points: Points, load: Load) -> Array:
@@ -181,48 +158,7 @@ def _in_own_section(body: Body, s: Array) -> _InSection:
     return _InSection(forces[MOMENT], forces[FZ], lever)
 
 
-def conditions(body: Body, rule: DiscountRule, loads: tuple[Load, ...]) -> list[Condition]:
-    """The conditions that determine the entries of M which concern the given loads.
-
-    - C_jj = A_jj three elements away along x.
-    - Under the lateral load u_z(reach) - u_z(-reach) equals that of A_ns on a plane.
-    - Off-centre loads need all entries, also phi-phi: under a normal load at the moment arm, the part of
-      C_nn that is antisymmetric about the load equals that of B-hat.
-    - Sections without symmetry couple s and n. There u_z(reach) - u_z(-reach) vanishes under the normal load,
-      C_sn + C_ns vanishes three elements away, and phi-phi is fitted to moment loads on both sides.
-
-    A load along x moves a prismatic body along x only; from another position on a wheel this is also a motion
-    along z.
-    """
-    directions = {load.direction for load in loads}
-    section_directions = directions if np.isfinite(body.rolling_radius) else directions - {X}
-    off_centre = any(load.patch.s != 0 and load.direction in section_directions for load in loads)
-    coupled = not body.contour.symmetric and bool(section_directions)
-    lateral = S in directions or coupled or off_centre
-    normal = bool(section_directions - {S}) or coupled or off_centre
-    needed: list[Condition] = []
-    if X in directions:
-        needed.append(_near(body, rule, X))
-    if lateral:
-        needed += [_near(body, rule, S), _tilt_under_lateral_load(body, rule)]
-    if normal:
-        needed.append(_near(body, rule, N))
-    if coupled:
-        needed += [_tilt_under_normal_load(body, rule), _coupling(rule)]
-    if off_centre:
-        needed.append(_turning(body, rule))
-    return needed
-
-
-def observers(body: Body, rule: DiscountRule, fit: list[Condition]) -> Points:
-    """The points of the rule that the conditions read; those beside moment loads only where they are used."""
-    points = rule.points(body)
-    turning = any(condition.entry == (MOMENT, MOMENT) for condition in fit)
-    used = slice(None if turning else len((NEAR, RIGHT, LEFT)))
-    return Points(points.x[used], points.s[used])
-
-
-def fit_discount(body: Body, rule: DiscountRule, fit: list[Condition], u: Mapping[Load, Array]) -> Array:
+def fit_discount(body: Body, rule: Rule, fit: Sequence[Condition], u: Mapping[Load, Array]) -> Array:
     """M [mm/N, 1/N, 1/(N mm)], shape (4, 4), from displacements (3, n) [mm/N] at the observers.
 
     Entries that no condition determines are 0.
@@ -242,64 +178,6 @@ def fit_discount(body: Body, rule: DiscountRule, fit: list[Condition], u: Mappin
         condition.measure(*(u[load] for load in condition.loads)) - condition.target for condition in fit
     ]
     return np.asarray(np.tensordot(np.linalg.solve(matrix, defects), entry_matrices, axes=1))
-
-
-def _near(body: Body, rule: DiscountRule, j: int) -> Condition:
-    """C_jj = A_jj three elements away; j = 0, 1, 2 determines the entry xx, yy, zz."""
-    a = _half_space("A", body, rule.load(j).patch, rule.points(body))
-    return Condition((j, j), (rule.load(j),), lambda u: float(u[j, NEAR]), float(a[j, j, NEAR]))
-
-
-def _tilt_under_lateral_load(body: Body, rule: DiscountRule) -> Condition:
-    """Under the lateral load u_z(reach) - u_z(-reach) equals that of A_ns on a plane."""
-    a = _half_space("A", body, rule.load(S).patch, rule.points(body))
-    target = float(a[N, S, RIGHT] - a[N, S, LEFT])
-    return Condition((FY, MOMENT), (rule.load(S),), lambda u: _tilt(body, rule, u), target)
-
-
-def _tilt_under_normal_load(body: Body, rule: DiscountRule) -> Condition:
-    """Under the normal load u_z(reach) - u_z(-reach) vanishes."""
-    return Condition((FZ, MOMENT), (rule.load(N),), lambda u: _tilt(body, rule, u), 0.0)
-
-
-def _tilt(body: Body, rule: DiscountRule, u: Array) -> float:
-    """u_z(reach) - u_z(-reach) at x = 0, of displacements u (3, n_points) at the observers."""
-    ends = [RIGHT, LEFT]
-    to_vertical = body.surface.axes(0.0, rule.points(body).s[ends])[:, Z]  # (3 directions, 2)
-    right, left = np.sum(to_vertical * u[:, ends], axis=0)
-    return float(right - left)
-
-
-def _coupling(rule: DiscountRule) -> Condition:
-    """C_sn + C_ns vanishes three elements away."""
-
-    def measure(u_n: Array, u_s: Array) -> float:
-        return float(u_n[S, NEAR] + u_s[N, NEAR])
-
-    return Condition((FY, FZ), (rule.load(N), rule.load(S)), measure, 0.0)
-
-
-def _turning(body: Body, rule: DiscountRule) -> Condition:
-    """Under moment loads the part of C_nn that is antisymmetric about the load equals that of B-hat."""
-    sides = (1,) if body.contour.symmetric else (1, -1)
-    loads = tuple(rule.moment_load(side) for side in sides)
-
-    def antisymmetric(*u: Array) -> float:
-        """C_nn further out minus C_nn further in, summed over the loads."""
-        return float(
-            sum(
-                side * (displacements[N, BESIDE_LOAD[side][0]] - displacements[N, BESIDE_LOAD[side][1]])
-                for side, displacements in zip(sides, u, strict=True)
-            )
-        )
-
-    b_hat = [_half_space("Bhat", body, load.patch, rule.points(body))[:, N] for load in loads]
-    return Condition((MOMENT, MOMENT), loads, antisymmetric, antisymmetric(*b_hat))
-
-
-def _half_space(variant: str, body: Body, patch: Patch, points: Points) -> Array:
-    """ICs [mm/N] of an approximation at points, shape (3, 3, n)."""
-    return Solid(body.material, body.surface).approximate(variant, patch, (points.x, points.s)) / patch.area
 
 
 def _symmetric_entry(entry: tuple[int, int]) -> Array:

@@ -80,16 +80,18 @@ def estimated(
 ) -> Estimated:
     """ICs (3, 3, ...) [mm/N] with estimates of their error, from less accurate ICs of the same shape.
 
-    `perturbed` has those with "coarser" cells, with "nearer" boundaries and, by the harmonic engine, with
-    "sparser" and "lower" wavenumbers. `safety` is the factor on the part from the mesh.
+    `perturbed` has those with "coarser" cells, with "nearer" boundaries, unless these are a part of the body,
+    and, by the harmonic engine, with "sparser" and "lower" wavenumbers. `safety` is the factor on the part
+    from the mesh.
     """
+    nearer = perturbed.get("nearer", ic)
     waves = [
         np.abs(ic - perturbed[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in perturbed
     ]
     return Estimated(
         ic,
         pooled(safety * np.abs(ic - perturbed["coarser"]) / (COARSER**orders.mesh - 1)),
-        SAFETY * np.abs(ic - perturbed["nearer"]) / (LARGER**orders.truncation - 1),
+        SAFETY * np.abs(ic - nearer) / (LARGER**orders.truncation - 1),
         SAFETY * np.sum([np.zeros_like(ic), *waves], axis=0),
     )
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from approx.pair import Solid
 from femic.accuracy import FLOOR
-from femic.discount import Condition, DiscountRule, conditions, observers
+from femic.discount import Condition
+from femic.discount_rules import SourceRule
 from femic.engine import Engine, Specification
 from femic.level import Level, factors
 from femic.meshing.cell_size import Cells
@@ -20,7 +21,7 @@ from geometries.patches import Load, N, Patch, indices
 
 @dataclass(frozen=True)
 class Settings:
-    """How C is computed: the engine, the accuracy, and where M is fitted (`femic.discount`) [mm].
+    """How C is computed: the engine, the accuracy, and where M is fitted (`femic.discount_rules`) [mm].
 
     `cells` are those of the first model, by default those that the tolerance needs. No model may have more
     than `most_unknowns`. `solver` is that of the solid engine.
@@ -32,11 +33,12 @@ class Settings:
     most_unknowns: int = 1_000_000
     rotation_reach: float = 20.0
     moment_arm: float = 5.0
+    approach_side: float = 0.2
     solver: SolverChoice = "auto"
 
-    def rule(self, a: float, b: float) -> DiscountRule:
-        """The rule by which M is fitted, with loads on patches of half-sides a, b [mm]."""
-        return DiscountRule(a, b, self.rotation_reach, self.moment_arm)
+    def source_rule(self, a: float, b: float) -> SourceRule:
+        """The rule of [BVSV] for M, with loads on patches of half-sides a, b [mm]."""
+        return SourceRule(a, b, self.rotation_reach, self.moment_arm)
 
     def solved(self, components: Iterable[str]) -> tuple[str, ...]:
         """The components that are solved for those that are asked for; by some engines C_ji with C_ij.
@@ -80,9 +82,9 @@ class Job:
         return tuple(Load(self.patch, direction) for direction in directions_of(solved))
 
     @property
-    def rule(self) -> DiscountRule:
-        """The rule by which M is fitted."""
-        return self.settings.rule(self.patch.a, self.patch.b)
+    def rule(self) -> SourceRule:
+        """The rule by which M is fitted: C of single loads is compared with ICs of half-spaces."""
+        return self.settings.source_rule(self.patch.a, self.patch.b)
 
     @property
     def half_space_nn(self) -> Array:
@@ -93,7 +95,7 @@ class Job:
     @property
     def fit(self) -> list[Condition]:
         """The conditions that determine M."""
-        return conditions(self.body, self.rule, self.loads)
+        return self.rule.conditions(self.body, self.loads)
 
     @property
     def solved_loads(self) -> tuple[Load, ...]:
@@ -107,7 +109,7 @@ class Job:
 
     def specification(self, level: Level) -> Specification:
         """The model at a level: the points of the job come first, then those where M is fitted."""
-        fit_points = observers(self.body, self.rule, self.fit)
+        fit_points = self.rule.observers(self.body, self.fit)
         cells, domain = factors(level)
         a_nn = self.half_space_nn
         return Specification(

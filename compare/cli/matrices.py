@@ -13,6 +13,7 @@ from compare.reports.matrix.export import Wanted
 from compare.reports.matrix.page import write_matrix
 from compare.scenes.file import ICName
 from compare.scenes.load import load_scene
+from femic.matrix.job import Discount
 from geometries.patches import COMPONENTS
 
 
@@ -45,9 +46,12 @@ def export(
         Parameter(help="C, an approximation, or auto: the cheapest good enough; default: the scene's"),
     ] = None,
     discount: Annotated[
-        exporting.Discount,
-        Parameter(help="rule: C without the far body's rigid give; none: raw C, clamped far away"),
-    ] = "rule",
+        Discount | None,
+        Parameter(
+            help="what is taken from C for rigid: approach, M_zz alone, as in contact; source: as [BVSV]; "
+            "none; default: the scene's"
+        ),
+    ] = None,
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Write the IC matrix of both bodies on the scene's grid as a file that a contact program reads."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compare.results.compute import jobs
-from compare.results.matrix.compute import matrix_jobs
+from compare.results.matrix.compute import COMPARED, matrix_jobs
 from compare.scenes.scene import Scene
 from femic.engine import Engine
 from femic.job import Job
@@ -35,7 +35,7 @@ def run_steps(scene: Scene, workers: int) -> list[Step]:
 
 def matrix_steps(scene: Scene, workers: int) -> list[Step]:
     """The models that `femic matrix` solves in its first round; raises BadScene as `matrix_jobs` does."""
-    return list(steps_of(matrix_jobs(scene), workers))
+    return list(steps_of(matrix_jobs(scene, further=COMPARED), workers))
 
 
 def steps_of(

@@ -419,6 +419,13 @@ class SceneFile(Section):
         description="s of the normal load that fixes M in rotation [mm], needed if patch.s is not 0; "
         "default: reference_length / 2",
     )
+    discount: Literal["approach", "source", "none"] = Field(
+        "approach",
+        description="what femic matrix, contact and export take away from C. approach: the rigid part of "
+        "the normal approach alone; source: all that [BVSV] discounts to compare single loads with "
+        "half-spaces, bending of the section included; none: nothing, so that approaches depend on the "
+        "supports, too",
+    )
     ics: ICName = Field(
         "C",
         description="ICs to use where one has to be chosen (femic export): C, an approximation, or auto: the "

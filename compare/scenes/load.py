@@ -23,6 +23,7 @@ from compare.scenes.messages import messages
 from compare.scenes.scene import Calibration, ContactWanted, FrictionWanted, Scene, common_extent
 from femic.engine import Engine
 from femic.engines import ENGINES
+from femic.harmonic.tuned import FAR_RADIUS
 from femic.job import Settings
 from femic.meshing.cell_size import Cells
 from femic.solid.record import SOLID
@@ -36,6 +37,7 @@ from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
 from geometries.surfaces import LOWER, UPPER
 
 FLAT_REFERENCE_LENGTH = 10.0  # mm
+APPROACH_SHARE = 50.0  # reference length over the half-side of the load at which the approach is matched
 CHECK_ENGINE, CHECK_TOLERANCE = SOLID, 0.01  # the engine that checks others; its tightest tolerance for that
 
 
@@ -186,6 +188,8 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         grid=_grid(scene.grid, patch),
         checked_strips=scene.grid.check,
         contact=_contact(scene.contact),
+        discount=scene.discount,
+        support_radius=table.far_radius or FAR_RADIUS,
         settings=Settings(
             engine,
             table.tolerance,
@@ -193,6 +197,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
             table.most_unknowns,
             scene.rotation_reach or min(2 * reference_length, room),
             scene.moment_arm or min(reference_length / 2, room / 2),
+            reference_length / APPROACH_SHARE,
             table.solver,
         ),
         reference_length=reference_length,

@@ -7,6 +7,7 @@ from pathlib import Path
 from approx.effective import EffectiveProperties
 from approx.pair import Pair, Solid
 from femic.job import Settings
+from femic.matrix.job import Discount
 from femic.meshing.cell_size import Cells
 from geometries.bodies import Body
 from geometries.grids import Grid
@@ -81,6 +82,8 @@ class Scene:
     grid: Grid
     checked_strips: int  # how many columns of its IC matrix the solid engine computes, too
     contact: ContactWanted
+    discount: Discount  # of IC matrices and contact
+    support_radius: float  # of the far arc of the bodies of these [mm]
     settings: Settings  # of C
     reference_length: float  # mm
     fields: bool  # whether displacements and stresses are written

@@ -24,7 +24,6 @@ from femic.harmonic.section_response import Respond
 from femic.harmonic.section_size import Finer, SectionSize
 from femic.harmonic.synthesis import Responses, displacements, odd_in_k
 from femic.harmonic.wavenumbers import Sampled, sampled
-from femic.meshing.cell_size import Cells
 from femic.models import Cost, RawICs, peak_memory
 from femic.work.threads import one_blas_thread
 from geometries.arrays import Array
@@ -56,18 +55,20 @@ def build_section(request: HarmonicRequest) -> SectionMesh:
     wave_cell = WAVE_CELLS * cells.growth / request.k_max
     if request.even_strips:
         wave_cell = min(cells.smallest, CENTRE_WAVE_CELLS * cells.growth / request.k_max)
-    size = SectionSize(
-        cells, strips(load.patch for load in request.loads), wave_cell, _finer(request.fit_patches, cells)
-    )
+    size = SectionSize(cells, strips(load.patch for load in request.loads), wave_cell, _finer(request))
     return section_mesh(request.body, size, half_section=half_section)
 
 
-def _finer(fit_patches: Sequence[Patch], cells: Cells) -> Finer | None:
-    """The cells round the patches where M is fitted, if there are any."""
-    if not fit_patches:
+def _finer(request: HarmonicRequest) -> Finer | None:
+    """The cells round the patches where M is fitted, if there are any: finer than under strips as wide."""
+    if not request.fit_patches:
         return None
-    behind = FINER_BEHIND * max(patch.b for patch in fit_patches)
-    return Finer(strips(fit_patches), cells.smallest / FINER, FINER_GROWTH * cells.growth, behind)
+    b = min(patch.b for patch in request.fit_patches)
+    of_strips = [load.patch.b for load in request.loads if load.patch not in request.fit_patches]
+    smallest = request.cells.smallest * b / min(of_strips, default=b)
+    behind = FINER_BEHIND * max(patch.b for patch in request.fit_patches)
+    growth = FINER_GROWTH * request.cells.growth
+    return Finer(strips(request.fit_patches), min(smallest, b) / FINER, growth, behind)
 
 
 def strips(patches: Iterable[Patch]) -> Array:

@@ -128,7 +128,7 @@ class Outline:
         apart = SAME_PLACE * min(patch.b for patch in patches)
         asked_cells, cells = request.cells, Cells(*self.cells.tolist())
         return bool(
-            ROUNDING * self.far_radius >= request.body.domain.far_radius
+            self._has_domain(request)
             and ROUNDING * self.k_max >= request.k_max
             and self.accuracy <= AS_ACCURATE * np.min(request.accuracy)
             and np.min(self.strips[:, 0]) <= ROUNDING * min(patch.a for patch in patches)
@@ -137,6 +137,13 @@ class Outline:
             and np.all(np.min(np.abs(self.s[:, None] - request.wanted_s), axis=0) < apart)
             and self._has(request)
         )
+
+    def _has_domain(self, request: HarmonicRequest) -> bool:
+        """Whether the far arc lies where a request has it, or farther away, where that is only better."""
+        asked = request.body.domain.far_radius
+        if request.given_domain:
+            return bool(asked / ROUNDING <= self.far_radius <= ROUNDING * asked)
+        return bool(ROUNDING * self.far_radius >= asked)
 
     def _has(self, request: HarmonicRequest) -> bool:
         """Whether the wanted loads are made up of those of the model; those that M is fitted to, of one each.

@@ -27,7 +27,8 @@ class HarmonicRequest(Request):
     times smaller. `accuracy` [mm/N], a number or an array (load, 1, observer), is that of the interpolation
     between wavenumbers. `highest` is the largest wavenumber times the least half-side of the loads.
 
-    Spare loads and arc lengths are among the others, but only for later requests (`nesting`).
+    Spare loads and arc lengths are among the others, but only for later requests (`nesting`). With
+    `given_domain` the far arc is a part of the body, so that no model with a larger one serves.
     """
 
     accuracy: Array | float
@@ -36,6 +37,7 @@ class HarmonicRequest(Request):
     fit_patches: tuple[Patch, ...] = ()
     spare_loads: tuple[Load, ...] = ()
     spare_s: tuple[float, ...] = ()
+    given_domain: bool = False
 
     @property
     def wanted_loads(self) -> tuple[Load, ...]:

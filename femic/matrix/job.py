@@ -1,15 +1,17 @@
 """The job of an IC matrix: a body, a grid, and the accuracy that is asked for."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from approx.pair import Solid
 from femic.accuracy import FLOOR
-from femic.discount import Condition, DiscountRule, conditions, observers
+from femic.discount import Condition, Rule
+from femic.discount_rules import ApproachRule, NoRule
 from femic.engine import Tuned
 from femic.harmonic.record import HARMONIC
 from femic.harmonic.request import HarmonicRequest
@@ -36,6 +38,7 @@ def _cells(patch: Patch) -> Cells:
     return Cells(patch.b / CELLS_PER_HALF_STRIP, GROWTH_OF_CELLS, GROWTH_OF_CELLS)
 
 
+Discount = Literal["approach", "source", "none"]  # the rules of `femic.discount_rules`
 MATRIX_TUNED = Tuned(tolerance=0.001, cells=_cells, coarsest=1.25)
 
 
@@ -50,13 +53,17 @@ def far_radius_for(tolerance: float, grid: Grid) -> float:
 class MatrixJob:
     """The IC matrix of one body by the harmonic engine; its scale of refinement: `femic.matrix.columns`.
 
-    Only loads of the directions that `components` need are solved, and those that M needs for them.
+    Only loads of the directions that `components` need are solved, and those that M needs for them. C is
+    what is left after the first of the `discounts`; the same model gives it after the others, too. With
+    "source" the far arc stands for a body without end, and C is enlarged until it does not matter. With
+    "approach" and "none" the supports are those of the body, and part of C.
     """
 
     body: Body
     grid: Grid
     settings: Settings
     components: tuple[str, ...] = COMPONENTS
+    discounts: tuple[Discount, ...] = ("approach",)
 
     def __post_init__(self) -> None:
         """Raise WrongInput for another engine."""
@@ -83,25 +90,38 @@ class MatrixJob:
         patches = [self.grid.patch(strip) for strip in range(self.grid.n_s)]
         return tuple(Load(patch, direction) for patch in patches for direction in directions_of(self.solved))
 
-    @property
-    def rule(self) -> DiscountRule:
-        """The rule by which M is fitted."""
-        return self.settings.rule(self.grid.dx / 2, self.grid.ds / 2)
+    @cached_property
+    def rules(self) -> Mapping[Discount, Rule]:
+        """The rules by which M is fitted, by discount."""
+        return self._rules(1)
+
+    def _rules(self, merged: int) -> dict[Discount, Rule]:
+        """The rules of a grid whose elements are this number of times as long and as wide."""
+        a, b = merged * self.grid.dx / 2, merged * self.grid.ds / 2
+        every: dict[Discount, Rule] = {
+            "approach": ApproachRule(self.settings.approach_side),
+            "source": self.settings.source_rule(a, b),
+            "none": NoRule(),
+        }
+        return {name: every[name] for name in self.discounts}
 
     @cached_property
-    def fit(self) -> list[Condition]:
-        """The conditions that determine M."""
-        return conditions(self.body, self.rule, self.strip_loads)
+    def fits(self) -> Mapping[Discount, list[Condition]]:
+        """The conditions that determine M, by discount."""
+        return self._fits(1)
+
+    def _fits(self, merged: int) -> dict[Discount, list[Condition]]:
+        rules = self._rules(merged)
+        return {name: rule.conditions(self.body, self.strip_loads) for name, rule in rules.items()}
 
     @property
     def fit_loads(self) -> tuple[Load, ...]:
         """The loads of these conditions."""
-        return tuple(dict.fromkeys(load for condition in self.fit for load in condition.loads))
+        return _loads_of(self.fits)
 
-    @property
-    def fit_points(self) -> Points:
-        """The points at which these conditions read displacements."""
-        return observers(self.body, self.rule, self.fit)
+    def fit_points(self, discount: Discount) -> Points:
+        """The points at which the conditions of a discount read displacements."""
+        return self.rules[discount].observers(self.body, self.fits[discount])
 
     @property
     def merged_strips(self) -> Array:
@@ -112,9 +132,12 @@ class MatrixJob:
     @property
     def merged_fit_loads(self) -> tuple[Load, ...]:
         """The loads that determine M where strips and their lengths are `MERGED` times as large."""
-        rule = self.settings.rule(MERGED * self.grid.dx / 2, MERGED * self.grid.ds / 2)
-        fit = conditions(self.body, rule, self.strip_loads)
-        return tuple(dict.fromkeys(load for condition in fit for load in condition.loads))
+        return _loads_of(self._fits(MERGED))
+
+    @property
+    def given_domain(self) -> bool:
+        """Whether the far arc of the body is a part of C, and not an approximation of a body without end."""
+        return self.discounts[0] != "source"
 
     def request(self, level: Level) -> HarmonicRequest:
         """The model at a level, with all strips as loads and observers, and with what M needs.
@@ -122,11 +145,12 @@ class MatrixJob:
         It serves later grids of strips `MERGED` times as wide, too (`femic.harmonic.nesting`).
         """
         cells, domain = factors(level)
-        strips, fit_points = self.grid.strips, self.fit_points
-        merged = self.merged_strips
+        strips, merged = self.grid.strips, self.merged_strips
         s = np.concatenate([strips, merged])
+        fitted = [self.fit_points(name) for name in self.discounts]
         points = Points(
-            np.append(np.full_like(s, self.grid.lags[-1]), fit_points.x), np.append(s, fit_points.s)
+            np.concatenate([np.full_like(s, self.grid.lags[-1]), *(at.x for at in fitted)]),
+            np.concatenate([s, *(at.s for at in fitted)]),
         )
         wanted = dict.fromkeys([*self.strip_loads, *self.fit_loads])
         loads = tuple(dict.fromkeys([*wanted, *self.merged_fit_loads]))
@@ -141,8 +165,14 @@ class MatrixJob:
             even_strips=True,
             fit_patches=tuple(dict.fromkeys(load.patch for load in self.fit_loads)),
             spare_loads=loads[len(wanted) :],
-            spare_s=tuple(np.setdiff1d(merged, np.append(strips, fit_points.s)).tolist()),
+            spare_s=tuple(np.setdiff1d(merged, [*strips, *self._fit_s]).tolist()),
+            given_domain=self.given_domain,
         )
+
+    @property
+    def _fit_s(self) -> Array:
+        """Arc lengths [mm] at which conditions read displacements."""
+        return np.concatenate([self.fit_points(name).s for name in self.discounts])
 
     @cached_property
     def half_space_column(self) -> Array:
@@ -163,6 +193,13 @@ class MatrixJob:
         scales = FLOOR * self.half_space_nn(0.0, s - load_s[:, None])
         fit_loads = {*self.fit_loads, *self.merged_fit_loads}
         is_fit_load = np.array([load in fit_loads for load in loads])
-        fitted = np.ix_(is_fit_load, np.isin(s, self.fit_points.s))
+        fitted = np.ix_(is_fit_load, np.isin(s, self._fit_s))
         scales[fitted] = np.min(scales) / FLOOR
         return scales[:, None]
+
+
+def _loads_of(fits: Mapping[Discount, Sequence[Condition]]) -> tuple[Load, ...]:
+    """The loads of conditions, each once."""
+    return tuple(
+        dict.fromkeys(load for fit in fits.values() for condition in fit for load in condition.loads)
+    )

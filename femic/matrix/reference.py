@@ -2,7 +2,7 @@
 
 One model serves all strips: the wavenumbers are solved once, with every strip as a load. Displacements at the
 lags are computed from the responses strip by strip, when they are asked for, so that no more than one loaded
-strip of a large matrix is in memory. The discount is that of `femic.discount`: one matrix M per body.
+strip of a large matrix is in memory. The discount takes one matrix M per body (`femic.discount_rules`).
 """
 
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ from femic.harmonic.record import HARMONIC
 from femic.harmonic.synthesis import Responses, displacements
 from femic.level import Level, factors
 from femic.matrix.columns import column_scale, column_shares, worst_of
-from femic.matrix.job import MatrixJob
+from femic.matrix.job import Discount, MatrixJob
 from femic.means import DEFAULT, Means, Solved
 from femic.meshing.cell_size import Cells
 from femic.models import Cost, Points
@@ -47,28 +47,33 @@ class MatrixReference:
     solved: Responses
 
     @cached_property
-    def _syntheses_and_m(self) -> dict[str, tuple[LagSynthesis, Array]]:
-        """The synthesis at the lags, and M: of the model (""), and of its variations."""
-        u = displacements(self.solved, self.job.fit_loads, self.job.fit_points)
-        fit_displacements = {"": u.u, **u.perturbed}
-        return {
-            name: (synthesis, self._m(fit_displacements[name]))
-            for name, synthesis in syntheses(self.solved, self.job.grid, self.job.solved).items()
-        }
+    def _syntheses(self) -> dict[str, LagSynthesis]:
+        """The synthesis at the lags: of the model (""), and of its variations."""
+        return syntheses(self.solved, self.job.grid, self.job.solved)
 
-    def _m(self, u: Array) -> Array:
-        """M of displacements (load, 3, n) [mm/N] at the points of its conditions, shape (4, 4)."""
-        of_load = dict(zip(self.job.fit_loads, u, strict=True))
-        return fit_discount(self.job.body, self.job.rule, self.job.fit, of_load)
+    @cached_property
+    def _compliances(self) -> dict[Discount, dict[str, Array]]:
+        """M (4, 4) by discount: of the model (""), and of its variations."""
+        return {name: self._fitted(name) for name in self.job.discounts}
+
+    def _fitted(self, name: Discount) -> dict[str, Array]:
+        job = self.job
+        u = displacements(self.solved, job.fit_loads, job.fit_points(name))
+        return {
+            variation: fit_discount(
+                job.body, job.rules[name], job.fits[name], dict(zip(job.fit_loads, of_loads, strict=True))
+            )
+            for variation, of_loads in {"": u.u, **u.perturbed}.items()
+        }
 
     @property
     def discount(self) -> Array:
-        """M [mm/N, 1/N, 1/(N mm)], shape (4, 4)."""
-        return self._syntheses_and_m[""][1]
+        """M of the first discount [mm/N, 1/N, 1/(N mm)], shape (4, 4)."""
+        return self._compliances[self.job.discounts[0]][""]
 
     def raw_column(self, strip: int) -> Array:
         """C before the discount [mm/N] due to unit total loads on one strip, shape (3, 3, n_x, n_s)."""
-        return self._syntheses_and_m[""][0].column(strip)
+        return self._syntheses[""].column(strip)
 
     @cached_property
     def _columns(self) -> list[Estimated] | None:
@@ -76,24 +81,38 @@ class MatrixReference:
         n_x, n_s = self.job.grid.n_x, self.job.grid.n_s
         if 9 * n_x * n_s**2 > REMEMBERED_ENTRIES:
             return None
-        return [self._column(strip) for strip in range(n_s)]
+        return [self._column(strip, self.job.discounts[0]) for strip in range(n_s)]
 
-    def column(self, strip: int) -> Estimated:
-        """C [mm/N] due to unit total loads on one strip; its arrays have the shape (3, 3, n_x, n_s)."""
-        return self._column(strip) if self._columns is None else self._columns[strip]
+    def column(self, strip: int, discount: Discount | None = None) -> Estimated:
+        """C [mm/N] due to unit total loads on one strip; its arrays have the shape (3, 3, n_x, n_s).
 
-    def _column(self, strip: int) -> Estimated:
-        """C [mm/N] due to unit total loads on one strip, after the discount, with its estimate."""
-        grid = self.job.grid
-        elements = Points(grid.lags[:, None], grid.strips[None])
-        unit_motions = motions(self.job.body, elements, float(grid.strips[strip]))
+        It is C after the first discount of the job, or after another one of them.
+        """
+        if discount in (None, self.job.discounts[0]) and self._columns is not None:
+            return self._columns[strip]
+        return self._column(strip, discount or self.job.discounts[0])
+
+    def _column(self, strip: int, name: Discount) -> Estimated:
+        """C [mm/N] due to unit total loads on one strip, after a discount, with its estimate."""
         by_variation = {
-            name: synthesis.column(strip) - discount(m, unit_motions)
-            for name, (synthesis, m) in self._syntheses_and_m.items()
+            variation: self._varied(strip, name, variation)
+            for variation in self._syntheses
+            if variation != "nearer" or name == "source"  # elsewhere the far arc is a part of the body
         }
         column = estimated(by_variation.pop(""), by_variation, safety=HARMONIC.safety)
         errors = column.mesh_error, column.truncation_error, column.waves_error
         return Estimated(column.ic, *(cast(Array, error.astype(np.float32)) for error in errors))
+
+    def nearer_column(self, strip: int) -> Array:
+        """C [mm/N] of the same body with a far arc of half the radius, shape (3, 3, n_x, n_s)."""
+        return self._varied(strip, self.job.discounts[0], "nearer")
+
+    def _varied(self, strip: int, name: Discount, variation: str) -> Array:
+        """A variation of C [mm/N] after a discount, shape (3, 3, n_x, n_s)."""
+        elements = Points(self.job.grid.lags[:, None], self.job.grid.strips[None])
+        unit_motions = motions(self.job.body, elements, float(self.job.grid.strips[strip]))
+        rigid = discount(self._compliances[name][variation], unit_motions)
+        return np.asarray(self._syntheses[variation].column(strip) - rigid)
 
 
 def matrices(

@@ -7,15 +7,8 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from approx.variants import approximate
-from femic.discount import (
-    DiscountRule,
-    conditions,
-    fit_discount,
-    generalized,
-    motions,
-    observers,
-    rigid_part,
-)
+from femic.discount import fit_discount, generalized, motions, rigid_part
+from femic.discount_rules import SourceRule
 from femic.models import Points
 from femic.solid.engine import raw_ics
 from geometries.contours import through_points
@@ -26,7 +19,7 @@ from tests.femic.conftest import COARSE, PATCH, STEEL, SYMMETRIC, UNSYMMETRIC, r
 
 REACH, ARM = 9.0, 4.0
 ROUGH = COARSE.scaled(2.0)  # what is fitted holds to rounding, however wrong the model is
-RULE = DiscountRule(PATCH.a, PATCH.b, REACH, ARM)
+RULE = SourceRule(PATCH.a, PATCH.b, REACH, ARM)
 CENTRAL = tuple(Load(PATCH, j) for j in range(3))
 OFF_CENTRE = tuple(Load(Patch(PATCH.a, PATCH.b, 2.5), j) for j in range(3))
 RNG = np.random.default_rng(7)
@@ -45,7 +38,7 @@ class Fit:
 
     def __init__(self, contour, side, loads, **changes):
         self.body = request_for(contour, side=side, **changes).body
-        self.conditions = conditions(self.body, RULE, loads)
+        self.conditions = RULE.conditions(self.body, loads)
         self.points = RULE.points(self.body)
         needed = tuple(dict.fromkeys([*loads, *(load for c in self.conditions for load in c.loads)]))
         request = request_for(contour, side=side, points=self.points, cells=ROUGH, **changes)
@@ -313,9 +306,9 @@ def test_entries_of_m_do_not_depend_on_what_else_is_asked(radius, contour):
     """Each entry that two questions determine is the same, whatever else they ask."""
     body = wheel(radius, UPPER, contour)
     points, u = some_displacements(body)
-    of_all = fit_discount(body, RULE, conditions(body, RULE, (*CENTRAL, *OFF_CENTRE)), u)
+    of_all = fit_discount(body, RULE, RULE.conditions(body, (*CENTRAL, *OFF_CENTRE)), u)
     for asked in (CENTRAL[:1], CENTRAL[1:2], CENTRAL[2:], CENTRAL, OFF_CENTRE[2:], OFF_CENTRE[:1]):
-        m = fit_discount(body, RULE, conditions(body, RULE, asked), u)
+        m = fit_discount(body, RULE, RULE.conditions(body, asked), u)
         determined = m != 0
         np.testing.assert_allclose(m[determined], of_all[determined], rtol=1e-9)
         for load in asked:  # and nothing else matters for these loads
@@ -328,7 +321,7 @@ def test_on_a_wheel_xn_and_nx_asked_alone_are_reciprocal():
     _, u = some_displacements(body)
     points = Points(np.array([8.0, 16.0, 25.0]), np.zeros(3))
     of_n, of_x = (
-        rigid_part(fit_discount(body, RULE, conditions(body, RULE, (load,)), u), body, points, load)
+        rigid_part(fit_discount(body, RULE, RULE.conditions(body, (load,)), u), body, points, load)
         for load in (CENTRAL[2], CENTRAL[0])
     )
     np.testing.assert_allclose(of_n[0], -of_x[2], rtol=1e-12)
@@ -363,10 +356,10 @@ LOADS_NEEDED_ON_WHEELS = [
 )
 def test_no_more_loads_are_solved_for_m_than_it_needs(contour, asked, needed, radius):
     body = wheel(radius, UPPER, contour)
-    fit = conditions(body, RULE, (asked,))
+    fit = RULE.conditions(body, (asked,))
     assert {load for c in fit for load in c.loads} == needed
     beside_moment_loads = any(load.patch.s == ARM for load in needed)
-    assert len(observers(body, RULE, fit).x) == (7 if beside_moment_loads else 3)
+    assert len(RULE.observers(body, fit).x) == (7 if beside_moment_loads else 3)
 
 
 def test_points_may_be_given_in_whole_millimetres_or_as_a_grid():

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
 
 import h5netcdf
 import numpy as np
@@ -16,29 +15,33 @@ from compare.results.matrix.compute import matrix_jobs
 from compare.scenes.checks import grid_misfits
 from compare.scenes.errors import require_none
 from compare.scenes.scene import Scene
+from femic.estimate import total
+from femic.matrix.job import Discount
 from femic.matrix.reference import matrices
 from femic.means import DEFAULT, Means
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
 SAME_ICS = 1e-12  # of the largest IC: below this difference, ICs of strips depend on their offset only
-RAW = "; raw: with the rigid give of both bodies up to their clamped far arcs, without an estimate"
-
-
-Discount = Literal["rule", "none"]
+RAW = "; raw: with the rigid give of both bodies up to their clamped far arcs"
+SUFFIXES: dict[Discount, str] = {"approach": "", "source": "_source", "none": "_raw"}
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """The ICs that a file is to have: C, after the rigid-body discount or before it, or an approximation."""
+    """The ICs that a file is to have: C after a discount, the scene's if None, or an approximation."""
 
     ics: str
-    discount: Discount = "rule"
+    discount: Discount | None = None
 
     @property
     def name(self) -> str:
         """The name of the file."""
-        return f"contact_{self.ics}{'_raw' if self.discount == 'none' else ''}.txt"
+        return f"contact_{self.ics}{SUFFIXES[self.discount] if self.discount else ''}.txt"
+
+    def of(self, scene: Scene) -> "Wanted":
+        """The same with the discount that C has, None for approximations."""
+        return replace(self, discount=(self.discount or scene.discount) if self.ics == "C" else None)
 
 
 @dataclass(frozen=True)
@@ -55,10 +58,10 @@ def require_exportable(scene: Scene, wanted: Wanted) -> None:
     """Raise BadScene if the grid does not fit, WrongInput if the ICs of both bodies are not available."""
     if "combined" not in scene.compared:
         raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
-    if wanted.discount == "none" and wanted.ics != "C":
+    if wanted.discount and wanted.ics != "C":
         raise WrongInput(
-            f"discount = none, ics = {wanted.ics}: only C is raw before it is discounted, approximations "
-            "have no discount: leave --discount out, or give --ics C"
+            f"discount = {wanted.discount}, ics = {wanted.ics}: approximations have no discount: leave "
+            "--discount out, or give --ics C"
         )
     if wanted.ics == "Bhat_prime" and not scene.pair.has_effective("combined"):
         raise WrongInput("ics = Bhat_prime: the scene has no effective properties; see femic calibrate")
@@ -68,9 +71,11 @@ def require_exportable(scene: Scene, wanted: Wanted) -> None:
 def export(scene: Scene, wanted: Wanted, out: Path, means: Means = DEFAULT) -> Exported:
     """Write `contact_ICS.txt`: the ICs of both bodies by C, computed if it is missing, or an approximation.
 
-    C without the discount is written to `contact_C_raw.txt`. Raises as `require_exportable` does.
+    C after the source's discount is written to `contact_C_source.txt`, without any to `contact_C_raw.txt`.
+    Raises as `require_exportable` does.
     """
     require_exportable(scene, wanted)
+    wanted = wanted.of(scene)
     folders.made(out)
     file = _file_content(scene, wanted, out, means)
     path = out / wanted.name
@@ -80,10 +85,10 @@ def export(scene: Scene, wanted: Wanted, out: Path, means: Means = DEFAULT) -> E
 
 
 def _file_content(scene: Scene, wanted: Wanted, out: Path, means: Means) -> ContactFile:
-    if wanted.ics != "C":
+    if wanted.discount is None:
         return approximated(scene, wanted.ics)
-    if wanted.discount == "none":
-        return to_contact(scene, raw_matrix(scene, means))
+    if wanted.discount != scene.discount:
+        return to_contact(scene, discounted_matrix(scene, wanted.discount, means))
     write_matrix(scene, out, means=means)
     return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
 
@@ -136,17 +141,14 @@ def _scaled(scene: Scene, values: Array) -> ContactFile:
     return ContactFile(values, scene.grid.dx, scene.grid.ds, convex_body(scene))
 
 
-def raw_matrix(scene: Scene, means: Means) -> Array:
-    """C of both bodies before the discount [mm/MPa], (n_x, n_s, n_s, 3, 3).
+def discounted_matrix(scene: Scene, discount: Discount, means: Means) -> Array:
+    """C of both bodies after a discount that is not the scene's [mm/MPa], (n_x, n_s, n_s, 3, 3).
 
-    Models are solved unless they are kept. These ICs contain the rigid give of both bodies up to their
-    clamped far arcs; their error is not estimated.
+    Models are solved unless they are kept.
     """
-    body_matrices = matrices(matrix_jobs(scene), means, combined=True)
-    columns = [
-        np.sum([body_matrix.raw_column(strip) for body_matrix in body_matrices.values()], axis=0)
-        for strip in range(scene.grid.n_s)
-    ]
+    jobs = matrix_jobs(replace(scene, discount=discount))
+    solved = matrices(jobs, means, combined=True).values()
+    columns = [total([reference.column(strip) for reference in solved]).ic for strip in range(scene.grid.n_s)]
     return scene.grid.area * np.moveaxis(np.stack(columns), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))
 
 

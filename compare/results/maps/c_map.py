@@ -158,5 +158,8 @@ def _c_rests_on(scene: Scene, name: str) -> dict[str, object]:
         "hub_radius": body.hub_radius,
         "rotation_reach": settings.rotation_reach,
         "moment_arm": settings.moment_arm,
+        "discount": scene.discount,
+        "engine.far_radius": scene.support_radius,
+        "reference_length": settings.approach_side,
         "contact.shift": scene.contact.shift,
     }

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compare.results.compute import seconds_of
-from compare.results.matrix.compute import MatrixResults
+from compare.results.matrix.compute import SOURCE, MatrixResults
 from compare.results.measure import Measure, far_from
 from compare.scenes.load import CHECK_ENGINE, CHECK_TOLERANCE
 from compare.scenes.scene import Scene
@@ -85,7 +85,7 @@ def _compared(
 ) -> Iterator[Checked]:
     observed_strips = _observed_strips(results, strip)
     for name, job in jobs.items():
-        column, single = results.matrices[name].column(strip), solved[name].c
+        column, single = results.matrices[name].column(strip, SOURCE), solved[name].c
         ic, estimate = (
             part[:, :, 1:, observed_strips].reshape(3, 3, -1) for part in (column.ic, column.estimate)
         )

@@ -24,7 +24,7 @@ from femic.discount import AXES
 from femic.estimate import Estimated, total
 from femic.harmonic.record import HARMONIC
 from femic.matrix.columns import column_scale, column_shares, half_spaces_nn, is_far, worst_of
-from femic.matrix.job import MatrixJob, far_radius_for
+from femic.matrix.job import Discount, MatrixJob, far_radius_for
 from femic.matrix.reference import MatrixReference, matrices
 from femic.means import DEFAULT, Means
 from femic.models import peak_memory
@@ -34,6 +34,8 @@ from geometries.bodies import Domain
 from geometries.patches import COMPONENTS, DIRECTIONS
 
 DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
+SOURCE: Discount = "source"  # the discount after which C is compared with ICs of half-spaces
+COMPARED = (SOURCE,)
 LARGEST_WHOLE_MATRIX = 40_000_000  # entries of a matrix held as a whole, for reciprocity and eigenvalues
 VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated error of C"))
 
@@ -47,7 +49,7 @@ class MatrixResults:
     errors: Mapping[str, Shares]  # largest estimated error, by body compared
     reciprocity: Mapping[str, Reciprocity]  # defect of the raw matrix, by solved body
     eigenvalues: Mapping[str, float]  # smallest of the symmetric part, over the element's own ICs
-    approximations: Mapping[tuple[str, str], Deviation]  # by (variant, body)
+    approximations: Mapping[tuple[str, str], Deviation]  # from C after the source's discount
     known: Mapping[str, Deviation]  # estimated deviation of C itself, by body
     seconds: float
     memory: float  # peak of the process [MB]
@@ -61,24 +63,46 @@ class MatrixResults:
         return total([self.matrices[name].column(strip) for name in parts_of(body)])
 
 
-def matrix_jobs(scene: Scene, components: tuple[str, ...] = COMPONENTS) -> dict[str, MatrixJob]:
+def matrix_jobs(
+    scene: Scene, components: tuple[str, ...] = COMPONENTS, further: tuple[Discount, ...] = ()
+) -> dict[str, MatrixJob]:
     """The jobs of the bodies that the comparison needs; raises BadScene where the grid does not fit.
 
     Contact asks for the `components` that it needs; matrices of a scene have all nine, whatever it compares.
+    C is that after the discount of the scene; `further` ones may be asked of the same models.
     """
     require_none(scene.name, grid_misfits(scene))
-    least_far_radius = far_radius_for(scene.settings.tolerance, scene.grid)
+    domain = Domain(_far_radius(scene), np.inf)
     settings = replace(scene.settings, engine=HARMONIC, cells=None)
     return {
         name: MatrixJob(
-            replace(body, domain=Domain(max(least_far_radius, body.domain.far_radius), np.inf)),
+            replace(body, domain=domain),
             scene.grid,
             settings,
             components,
+            tuple(dict.fromkeys((scene.discount, *further))),
         )
         for name, body in scene.bodies.items()
         if name in scene.solved
     }
+
+
+def _far_radius(scene: Scene) -> float:
+    """Radius [mm] of the far arc: a support of the bodies, but for the source's discount a body without end.
+
+    As a support it depends neither on the grid nor on the tolerance.
+    """
+    if scene.discount != "source":
+        return scene.support_radius
+    least = far_radius_for(scene.settings.tolerance, scene.grid)
+    return max(least, *(body.domain.far_radius for body in scene.bodies.values()))
+
+
+def supports(scene: Scene) -> str:
+    """A sentence on what holds the bodies of IC matrices and of contact."""
+    hubs = [name for name, body in scene.bodies.items() if np.isfinite(body.rolling_radius)]
+    at_hub = f", that of the {' and '.join(hubs)} body at its hub, too" if hubs else ""
+    return f"The sections are clamped at a far arc of {_far_radius(scene):g} mm{at_hub}."
 
 
 def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixResults:
@@ -87,7 +111,7 @@ def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixRe
     Raises BadScene where the grid does not fit, and NotConverged as `femic.at_points.references` does.
     """
     start = perf_counter()
-    jobs, combined = matrix_jobs(scene), "combined" in scene.compared
+    jobs, combined = matrix_jobs(scene, further=COMPARED), "combined" in scene.compared
     matrix_references = matrices(jobs, means, combined=combined)
     means.watch.on_stage("  writing, checking")
     collected = _Collected.of(scene, jobs)
@@ -100,12 +124,17 @@ def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixRe
             compared_columns = {
                 name: total([columns[part] for part in parts_of(name)]) for name in scene.compared
             }
+            like_half_spaces = {
+                name: total([matrix_references[part].column(strip, SOURCE) for part in parts_of(name)])
+                for name in scene.compared
+            }
             for b, c in enumerate(compared_columns.values()):
                 file["ic"][b, :, :, strip] = scene.grid.area * _directions_last(c.ic)
                 file["estimate"][b, :, :, strip] = scene.grid.area * _directions_last(c.estimate)
             collected.add(
                 strip,
                 compared_columns,
+                like_half_spaces,
                 {name: reference.raw_column(strip) for name, reference in matrix_references.items()},
             )
     results = MatrixResults(
@@ -161,8 +190,14 @@ class _Collected:
             {name: Deviation.none(scene.grid.n_s) for name in scene.compared},
         )
 
-    def add(self, strip: int, compared: Mapping[str, Estimated], raw: Mapping[str, Array]) -> None:
-        """Add the columns of one more loaded strip."""
+    def add(
+        self,
+        strip: int,
+        compared: Mapping[str, Estimated],
+        like_half_spaces: Mapping[str, Estimated],
+        raw: Mapping[str, Array],
+    ) -> None:
+        """Add the columns of one more loaded strip: C, C after the source's discount, and before any."""
         grid = self.scene.grid
         for name, matrix in self.raw.items():
             matrix[:, :, strip] = _directions_last(raw[name])
@@ -171,6 +206,8 @@ class _Collected:
         for name, c in compared.items():
             jobs = [self.jobs[part] for part in parts_of(name)]
             self.errors[name].append(column_shares(strip, c, column_scale(strip, c.ic, jobs)))
+        for name, c in like_half_spaces.items():
+            jobs = [self.jobs[part] for part in parts_of(name)]
             column = Column(c, is_far(strip, grid), half_spaces_nn(strip, jobs))
             self.known[name] = self.known[name].with_column(c.estimate, column)
             variants = [variant for variant, compared_name in self.deviations if compared_name == name]
@@ -252,6 +289,8 @@ def _attributes(results: MatrixResults) -> dict[str, str | float]:
         "dx": scene.grid.dx,
         "ds": scene.grid.ds,
         "tolerance": scene.settings.tolerance,
+        "discounted": scene.discount,
+        "far_radius": _far_radius(scene),
         "estimated_error": json.dumps({name: asdict(shares) for name, shares in results.errors.items()}),
         "reciprocity_defect": json.dumps(
             {name: asdict(defect) for name, defect in results.reciprocity.items()}

@@ -171,7 +171,7 @@ def test_wavenumbers_are_as_dense_as_the_least_scale_of_each_pair_of_strips_need
     """At lag 0, where A_nn is largest: 0.05 A_nn of the strips' distance."""
     of_strips, strips = job(), GRID.strips
     loads = of_strips.strip_loads[3 * STRIP : 3 * STRIP + 3]
-    no_fit_points = strips[~np.isin(strips, of_strips.fit_points.s)]
+    no_fit_points = strips[~np.isin(strips, of_strips.fit_points("approach").s)]
     found = of_strips._least_scales(loads, no_fit_points)
     near = np.isin(strips, no_fit_points)
     expected = 0.05 * a_nn(STEEL, LOWER)[0, near]

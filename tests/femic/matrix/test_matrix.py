@@ -41,8 +41,10 @@ ROUGH = 0.03  # tolerance of C where nothing is said of its error
 
 
 def matrix_job(side, contour, grid=GRID, radius=np.inf, tolerance=1e-3):
+    """After the source's discount C is comparable with ICs of half-spaces, and with single loads."""
     body = Body(side, contour, STEEL, Domain(far_radius_for(tolerance, grid), np.inf), radius)
-    return MatrixJob(body, grid, Settings(HARMONIC, tolerance, rotation_reach=REACH, moment_arm=ARM))
+    settings = Settings(HARMONIC, tolerance, rotation_reach=REACH, moment_arm=ARM)
+    return MatrixJob(body, grid, settings, discounts=("source", "approach"))
 
 
 def solved(jobs, *, combined=False):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femic.accuracy import line_errors
-from femic.discount import conditions, fit_discount, rigid_part
+from femic.discount import fit_discount, rigid_part
 from femic.level import MODELS, Level
 from femic.reference import combine
 from femic.solid.engine import raw_ics
@@ -26,7 +26,7 @@ def ball(size, factor, side, *, s=0.0, right_flank=1.2):
 
 def exact(asked):
     """The sphere's ICs with the same discount; its load is balanced far away, not at the far arc."""
-    body, rule, fit = asked.body, asked.rule, conditions(asked.body, asked.rule, asked.loads)
+    body, rule, fit = asked.body, asked.rule, asked.fit
     at_fit_points = {load: displacements(body, load, rule.points(body)) for c in fit for load in c.loads}
     m = fit_discount(body, rule, fit, at_fit_points)
     columns = [
