@@ -14,6 +14,7 @@ from compare.reports.friction.compression import write_compression
 from compare.reports.friction.rolling import write_rolling
 from compare.results import folders
 from compare.results.contact.compute import cases_of, compute_contact
+from compare.results.contact.supports import changed_supports
 from compare.results.friction.compression import compute_compression
 from compare.results.friction.rolling import compute_rolling
 from compare.scenes import plausibility
@@ -62,8 +63,9 @@ def contact(
         folder = folders.checked(work.folder(loaded))
         with work.means(folder, console) as means:
             if loaded.contact.friction is None:
-                contacts[loaded.name] = compute_contact(loaded, means)
-                report = write_contact(contacts[loaded.name], folder, means.store)
+                solved = contacts[loaded.name] = compute_contact(loaded, means)
+                supports = changed_supports(solved, means)
+                report = write_contact(solved, folder, means.store, supports)
             else:
                 report = WITH_FRICTION[loaded.contact.motion](loaded, folder, means)
         console.print(f"Report: {report}", soft_wrap=True)

@@ -303,6 +303,7 @@ OF_MOTIONS = {  # keys that only some motions have
     "approaches": ("none",),
     "gap": ("none",),
     "shape_load": ("none",),
+    "lateral_force": ("none", "rolling"),
 }
 
 
@@ -358,6 +359,16 @@ class ContactTable(Section):
     )
     grid: Literal["automatic", "scene"] = Field(
         "automatic", description="automatic: as large as the patches; scene: that of [grid], centred at x = 0"
+    )
+    lateral_force: Finite | None = Field(
+        None,
+        description="lateral force F_y on the upper body [N]. Without motion its lateral position follows, "
+        "and `shift` is where it is sought first; rolling: the lateral creepage follows, from `lateral` on",
+    )
+    supports: bool = Field(
+        True,
+        description="whether the page shows what supports do to the contact by C: far arc of half the radius "
+        "and, where the contact is not symmetric, flanks 5 degrees flatter (C once more)",
     )
     shape_load: Positive | None = Field(
         None,

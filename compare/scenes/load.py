@@ -323,6 +323,8 @@ def _contact(table: files.ContactTable) -> ContactWanted:
         table.elements,
         table.grid == "automatic",
         table.shape_load,
+        table.lateral_force,
+        table.supports,
         None if table.motion == "none" else _friction(table),
     )
 

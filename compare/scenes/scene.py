@@ -54,6 +54,8 @@ class ContactWanted:
     elements: int  # across the smallest patch on an automatic grid
     automatic: bool  # whether the grid is; otherwise it is that of the scene
     shape_load: float | None  # load whose pressures are mapped onto all patches [N]
+    lateral_force: float | None = None  # on the upper body [N]; None: its position is given
+    supports: bool = True  # whether what supports do to the contact is computed
     friction: FrictionWanted | None = None  # None: without friction
 
     @property

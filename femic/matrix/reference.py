@@ -58,6 +58,8 @@ class MatrixReference:
 
     def _fitted(self, name: Discount) -> dict[str, Array]:
         job = self.job
+        if not job.fits[name]:
+            return dict.fromkeys(self._syntheses, np.zeros((4, 4)))
         u = displacements(self.solved, job.fit_loads, job.fit_points(name))
         return {
             variation: fit_discount(

@@ -3,19 +3,22 @@
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import xarray as xr
 
 from compare.pages import views
 from compare.pages.html import write_page
+from compare.pages.parts import listed
 from compare.pages.styles import save, symbol_of
 from compare.reports.contact import figures, sensitivity
 from compare.reports.judge.page import over_angle
 from compare.reports.judge.page import summary as judge_summary
+from compare.reports.matrix.page import discounted
 from compare.results import folders
 from compare.results.contact.compute import ContactResults, reference_name
-from compare.results.contact.dataset import to_dataset, write
+from compare.results.contact.dataset import to_dataset, with_supports, write
 from compare.results.contact.quantities import QUANTITIES
 from compare.results.judge.compute import kept_judged
 from compare.results.judge.dataset import FE
@@ -25,18 +28,25 @@ from geometries.patches import N
 
 RELIEF, LIFTED = 0.2, 0.02  # height of the largest pressure over the grid's width; of none, over that
 NOTHING_KEPT = Store()
+NO_OTHERS: Mapping[str, Mapping[str, float]] = MappingProxyType({})
+SIDEWAYS = 1e-3  # lateral force over load from which the summary speaks of it
 FAILS = 0.05  # deviation of the largest pressure from which the summary says that ICs fail
 
 
-def write_contact(results: ContactResults, out: Path, store: Store = NOTHING_KEPT) -> Path:
+def write_contact(
+    results: ContactResults,
+    out: Path,
+    store: Store = NOTHING_KEPT,
+    supports: Mapping[str, Mapping[str, float]] = NO_OTHERS,
+) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page.
 
     What finite elements without ICs have found of the same contacts stands beside, as far as the store has
-    it.
+    it; so do the numbers of the largest contact with other `supports`, by what is other.
     """
     folders.made(out)
     scene = results.scene
-    dataset = to_dataset(results)
+    dataset = with_supports(to_dataset(results), supports)
     judged = kept_judged(scene, dataset, store)
     write(dataset, out / "contact.nc")
     (out / "figures").mkdir(exist_ok=True)
@@ -68,6 +78,8 @@ def write_contact(results: ContactResults, out: Path, store: Store = NOTHING_KEP
             for number, case in enumerate(dataset.case.values)
         ],
         grids=list(_grids(results)),
+        discounted=discounted(scene),
+        supports=list(_support_rows(dataset)),
         figures=drawn,
         seconds=f"{results.seconds:.1f}",
         text=scene.text,
@@ -133,6 +145,7 @@ def summary(dataset: xr.Dataset) -> str:
             f"{symbol_of(name)}: p_max {worst['p_max']:+.1%}, b {worst['b']:+.1%}, approach "
             f"{worst['approach']:+.1%} of {symbol_of(reference)}'s at worst{fails}."
         )
+    sentences += _beside_the_crown(dataset)
     seconds = dataset.seconds.values
     sentences.append(
         f"Pressures took {seconds.min():.2g} ... {seconds.max():.2g} s a case"
@@ -145,6 +158,26 @@ def summary(dataset: xr.Dataset) -> str:
             f"{float(displaced.max()):.1%}."
         )
     return " ".join(sentences)
+
+
+def _beside_the_crown(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield what the ICs say of the lateral force, where the contact is not symmetric."""
+    share = (dataset.F_y / dataset["load"]).transpose("case", "ics")
+    reference = figures.reference_of(dataset)
+    of_reference = share.sel(ics=reference)
+    worst = int(np.argmax(np.abs(of_reference.values)))
+    if abs(float(of_reference[worst])) < SIDEWAYS:
+        return
+    others = listed(
+        f"{float(share.sel(ics=name)[worst]):+.3f} by {symbol_of(str(name))}"
+        for name in dataset.ics.values
+        if name != reference
+    )
+    yield (
+        f"The lateral force on the upper body is {float(of_reference[worst]):+.3f} of the load by "
+        f"{symbol_of(reference)} at {dataset.case.values[worst]}"
+        + (f", {others}: approximations lack the bending of the sections." if others else ".")
+    )
 
 
 def _seconds_of_c(dataset: xr.Dataset) -> float:
@@ -169,6 +202,25 @@ def _rows(case: xr.Dataset) -> Iterator[dict[str, object]]:
             "displaced": f"{float(of_ics.displaced_p_max):.5g}" if of_ics.displaced_p_max.notnull() else "–",
             "iterations": int(of_ics.iterations),
             "seconds": f"{float(of_ics.seconds):.2f}",
+        }
+
+
+def _support_rows(dataset: xr.Dataset) -> Iterator[dict[str, object]]:
+    """Yield what other supports change of the largest contact by C, a row per change."""
+    if "supports" not in dataset.coords:
+        return
+    by_c = dataset.sel(ics="C").isel(case=int(dataset.attrs["supported_case"]))
+    for name in dataset.supports.values:
+        other = dataset.sel(supports=name)
+        yield {
+            "name": str(name),
+            "cells": [
+                {
+                    "text": f"{float(other[f'supported_{key}'] - by_c[key]):+.2g}",
+                    "below": f"of {float(by_c[key]):.4g} ± {float(by_c[f'estimate_{key}']):.2g}",
+                }
+                for key in QUANTITIES
+            ],
         }
 
 
@@ -206,6 +258,5 @@ def _grids(results: ContactResults) -> Iterator[dict[str, str]]:
             "estimate": f"{c.estimate:.2%}" if c else "–",
             "asymmetry": f"{c.asymmetry:.1e}" if c else "–",
             "eigenvalue": f"{c.eigenvalue:.3f}" if c else "–",
-            "of_load": f"{c.eigenvalue_of_load:.3f}" if c else "–",
             "seconds": f"{c.seconds:.1f}" if c else "–",
         }

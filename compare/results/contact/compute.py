@@ -1,6 +1,6 @@
 """Solves the contact of a scene's bodies with several ICs: grids, matrices of C, pressures, their errors."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from approx.variants import needed
 from compare.results.contact.grids import Sizing
-from compare.results.contact.pairing import Case, Placed, placed_on
+from compare.results.contact.pairing import Case, Placed, Settled, placed_on
 from compare.results.maps.c_map import open_map
 from compare.results.matrix.compute import matrix_jobs
 from compare.scenes.errors import BadScene
@@ -17,9 +17,8 @@ from compare.scenes.scene import Scene
 from contact.edges import MARGIN
 from contact.normal import NormalContact, Operator, PotentialAreaTooSmall
 from contact.operators.dense import GridOperator
-from femic.estimate import total
 from femic.matrix.job import MatrixJob
-from femic.matrix.reference import matrices
+from femic.matrix.reference import MatrixReference, matrices
 from femic.means import DEFAULT, Means
 from geometries.arrays import Array
 from geometries.errors import Failure
@@ -28,6 +27,7 @@ from geometries.patches import COMPONENTS, N
 
 C = "C"
 COARSE_MARGIN = 2 * MARGIN + 1  # elements beside a patch, so that elements twice as large have a margin
+SAME = 1e-6  # difference of mirrored ICs over the largest, to which they are the same
 FRICTIONLESS = ("nn",)  # the components of C that contact without friction needs
 
 
@@ -37,11 +37,20 @@ class SolvedContact:
 
     case: Case
     ics: str
-    placed: Placed
-    normal: NormalContact
-    perturbed: NormalContact | None
-    displaced: NormalContact | None  # by the reference with the exact distance, where it is found on the grid
+    settled: Settled
+    perturbed: Settled | None
+    displaced: Settled | None  # by the reference with the exact distance, where it is found on the grid
     seconds: float
+
+    @property
+    def placed(self) -> Placed:
+        """The bodies on the grid."""
+        return self.settled.placed
+
+    @property
+    def normal(self) -> NormalContact:
+        """The contact."""
+        return self.settled.normal
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +61,7 @@ class ReferenceICs:
     perturbed: GridOperator
     estimate: float  # largest estimated error over the largest C_nn
     asymmetry: float  # largest |C(I, J) - C(J, I)| over the largest C_nn, before their mean was taken
-    eigenvalue: float  # smallest, over the least IC of an element on itself, of pressures without resultant
-    eigenvalue_of_load: float  # the same of pressures without vertical load
+    eigenvalue: float  # smallest of C_nn over the least IC of an element on itself (`require_positive`)
     seconds: float
 
 
@@ -83,7 +91,9 @@ class ContactResults:
 def cases_of(scene: Scene) -> tuple[Case, ...]:
     """The loads or approaches of a scene; raises BadScene where there are none."""
     wanted = scene.contact
-    cases = [Case(load, None) for load in wanted.loads] + [Case(None, zeta) for zeta in wanted.approaches]
+    side = wanted.lateral_force
+    cases = [Case(load, None, side) for load in wanted.loads]
+    cases += [Case(None, zeta, side) for zeta in wanted.approaches]
     if not cases:
         raise BadScene(f"{scene.name}: [contact]: give loads = [...] in N, or approaches = [...] in mm")
     if "Bhat_prime" in needed(approximations_of(wanted.ics)) and not scene.pair.has_effective("combined"):
@@ -193,52 +203,94 @@ def _solved(scene: Scene, placed: Placed, case: Case, name: str, known: KnownICs
     """One contact; C also with its estimate added, the reference also with the exact distance."""
     start, exact = perf_counter(), scene.contact.exact
     operator: Operator = known.operator if known else placed.operator(name)
-    normal = placed.contact(operator, case, exact=exact)
+    settled = placed.settled(operator, case, exact=exact)
     seconds = perf_counter() - start
-    perturbed = placed.contact(known.perturbed, case, exact=exact) if known else None
+    perturbed = placed.settled(known.perturbed, case, exact=exact) if known else None
     try:
         wanted = name == reference_name(scene.contact.ics) and not exact
-        displaced = placed.contact(operator, case, exact=True) if wanted else None
+        displaced = placed.settled(operator, case, exact=True) if wanted else None
     except Failure:  # it is larger than the grid, or there is none: the contact itself stands
         displaced = None
-    return SolvedContact(case, name, placed, normal, perturbed, displaced, seconds)
+    return SolvedContact(case, name, settled, perturbed, displaced, seconds)
 
 
 def reference_ics(scene: Scene, placed: Placed, means: Means) -> ReferenceICs:
-    """C_nn of both bodies on a grid; raises Failure where it is not positive for pressures without load."""
-    start, grid = perf_counter(), placed.grid
+    """C_nn of both bodies on a grid; raises Failure as `require_positive`."""
+    start = perf_counter()
     ic, estimate = c_on(scene, placed, means)
     largest = float(np.max(np.abs(ic)))
     asymmetry = float(np.max(np.abs(ic - np.swapaxes(ic, 1, 2)))) / largest
-    operator = _operator(ic)
-    motions = placed.motions
-    eigenvalue, of_load = (_smallest_eigenvalue(ic, freed) for freed in (motions, motions[:1]))
-    if not eigenvalue > 0:
-        raise Failure(
-            f"C on {grid.n_x} x {grid.n_s} elements: its smallest eigenvalue is {eigenvalue:.2g} of the "
-            "least IC of an element on itself: pressures without resultant would do negative work; give a "
-            "smaller engine.tolerance, or larger elements"
-        )
     return ReferenceICs(
-        operator,
+        _operator(ic),
         _operator(ic + estimate),
         float(np.max(estimate)) / largest,
         asymmetry,
-        eigenvalue,
-        of_load,
+        require_positive(scene, placed, ic),
         perf_counter() - start,
+    )
+
+
+def require_positive(scene: Scene, placed: Placed, ic: Array) -> float:
+    """The smallest eigenvalue of C_nn (n_x, n_s, n_s) for the pressures that a contact may have.
+
+    It is divided by the least IC of an element on itself. Where loads are given these pressures are all those
+    without vertical load, by which solutions may differ; where all is symmetric they are symmetric. Raises
+    Failure where the eigenvalue is not positive: then no solution is the only one, nor stable.
+    """
+    freed = placed.cosine[None] if scene.contact.loads else np.zeros((0, placed.grid.n_s))
+    symmetric = placed.symmetric and np.allclose(
+        ic, ic[:, ::-1, ::-1], rtol=0, atol=SAME * np.max(np.abs(ic))
+    )
+    eigenvalue = smallest_eigenvalue(ic, freed, symmetric=symmetric)
+    if eigenvalue > 0:
+        return eigenvalue
+    raise Failure(
+        f"C_nn on {placed.grid.n_x} x {placed.grid.n_s} elements, discount = {scene.discount!r}: its "
+        f"smallest eigenvalue is {eigenvalue:.2g} of the least IC of an element on itself: some pressures"
+        f"{' without vertical load' if len(freed) else ''} would do negative work. " + _remedy(scene)
+    )
+
+
+def _remedy(scene: Scene) -> str:
+    if scene.discount == "source":
+        return (
+            "This discount takes the bending of the sections from C, more than the bodies have at long "
+            "distances; use discount = 'approach'"
+        )
+    return "Give a smaller engine.tolerance, or larger elements" + (
+        "" if scene.contact.loads else "; or loads instead of approaches"
     )
 
 
 def c_on(scene: Scene, placed: Placed, means: Means = DEFAULT) -> tuple[Array, Array]:
     """C_nn of both bodies on a grid and its estimate [mm/MPa], (n_x, n_s, n_s) each."""
-    grid, solved = placed.grid, matrices(c_jobs(scene, placed), means, combined=True)
-    ic, estimate = np.empty((2, grid.n_x, grid.n_s, grid.n_s))
-    for strip in range(grid.n_s):
-        column = total([reference.column(strip) for reference in solved.values()])
-        ic[..., strip] = grid.area * column.ic[N, N]
-        estimate[..., strip] = grid.area * column.estimate[N, N]
-    return ic, estimate
+    solved = matrices(c_jobs(scene, placed), means, combined=True)
+    return _sum_nn(solved, placed.grid, _ic), _sum_nn(solved, placed.grid, _estimate)
+
+
+def nn_operator(solved: Mapping[str, MatrixReference], placed: Placed, variation: str = "") -> GridOperator:
+    """The operator of C_nn of both bodies; `variation` "nearer": with far arcs of half the radius."""
+    column = MatrixReference.nearer_column if variation else _ic
+    return _operator(_sum_nn(solved, placed.grid, column))
+
+
+def _ic(reference: MatrixReference, strip: int) -> Array:
+    return reference.column(strip).ic
+
+
+def _estimate(reference: MatrixReference, strip: int) -> Array:
+    return reference.column(strip).estimate
+
+
+def _sum_nn(
+    solved: Mapping[str, MatrixReference], grid: Grid, column: Callable[[MatrixReference, int], Array]
+) -> Array:
+    """The sum of bodies' nn columns [mm/MPa], shape (n_x, n_s, n_s)."""
+    values = np.zeros((grid.n_x, grid.n_s, grid.n_s))
+    for reference in solved.values():
+        for strip in range(grid.n_s):
+            values[..., strip] += grid.area * column(reference, strip)[N, N]
+    return values
 
 
 def map_ics(scene: Scene, placed: Placed, name: str) -> MapICs:
@@ -263,12 +315,24 @@ def _operator(ic: Array) -> GridOperator:
     return GridOperator.of((ic + np.swapaxes(ic, 1, 2))[..., None, None] / 2, (N,))
 
 
-def _smallest_eigenvalue(ic: Array, motions: Array) -> float:
-    """The smallest eigenvalue over the least IC of an element on itself, of pressures that move no body.
+def smallest_eigenvalue(ic: Array, freed: Array, *, symmetric: bool = False) -> float:
+    """The smallest eigenvalue of nn ICs (n_x, n_s, n_s) over the least IC of an element on itself.
 
-    A give in the rigid `motions` (n, n_s) is added, as large as the largest IC: so it does not matter how
-    much of it the discount has taken away.
+    It is that of pressures without resultant along the motions `freed` (n, n_s): a give in these is added, as
+    large as the largest IC. `symmetric`: of pressures that are symmetric about the middle of the grid.
     """
     own = float(np.min(np.diagonal(ic[0])))
-    give = float(np.max(np.abs(ic))) * motions.T @ motions
-    return _operator(ic + give).smallest_eigenvalue() / own
+    give = float(np.max(np.abs(ic))) * freed.T @ freed
+    constrained = ic + give
+    return _operator(_folded(constrained) if symmetric else constrained).smallest_eigenvalue() / own
+
+
+def _folded(ic: Array) -> Array:
+    """The same for symmetric pressures: those on the strips of one half, and of the middle one."""
+    n_s = ic.shape[1]
+    half = (n_s + 1) // 2
+    folded = ic[:, :half, :half] + ic[:, :half, ::-1][..., :half]
+    if n_s % 2:  # the middle strip is its own mirror image; its pressures count once
+        folded[..., -1] /= np.sqrt(2)
+        folded[:, -1] /= np.sqrt(2)
+    return np.asarray(folded)

@@ -1,7 +1,7 @@
 """The labelled arrays of contacts, `contact.nc`: numbers with their estimates, pressures and gaps."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from femic.work.provenance import versions
 NUMBERS = ("case", "ics")
 OF_EDGES = ("a", "b", "aspect", "angle", "area", "stiffness")  # numbers that rest on where edges lie
 OF_ALL = ("approach", "p_max")  # numbers that rest on all pressures
+OF_PLACE = ("F_y", "M_x", "s_centre")  # numbers that vanish where all is symmetric
 NONE = dict.fromkeys(QUANTITIES, np.nan)
 
 
@@ -55,12 +56,30 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
     return dataset.merge(xr.merge([_fields(number, row) for number, row in enumerate(solved)]))
 
 
+def with_supports(dataset: xr.Dataset, supports: Mapping[str, Mapping[str, float]]) -> xr.Dataset:
+    """The arrays with `supported_NAME` (supports): numbers of the largest contact by C with others."""
+    if not supports:
+        return dataset
+    loads = dataset["load"].sel(ics="C").values
+    numbers_by_name = {
+        f"supported_{name}": (
+            "supports",
+            [of_supports[name] for of_supports in supports.values()],
+            {"units": quantity.unit, "long_name": f"{quantity.meaning}, with other supports"},
+        )
+        for name, quantity in QUANTITIES.items()
+    }
+    found = xr.Dataset(numbers_by_name, coords={"supports": list(supports)})
+    return dataset.merge(found).assign_attrs(dataset.attrs | {"supported_case": int(np.argmax(loads))})
+
+
 def _numbers(contact: SolvedContact) -> dict[str, float]:
     return numbers(contact.placed, contact.normal)
 
 
 def _displaced(contact: SolvedContact) -> dict[str, float]:
-    return NONE if contact.displaced is None else numbers(contact.placed, contact.displaced)
+    displaced = contact.displaced
+    return NONE if displaced is None else numbers(displaced.placed, displaced.normal)
 
 
 def _estimates(contact: SolvedContact) -> dict[str, float]:
@@ -69,14 +88,18 @@ def _estimates(contact: SolvedContact) -> dict[str, float]:
     if normal.coarser is None:
         return NONE
     coarse = numbers(replace(contact.placed, grid=normal.coarser.problem.grid), normal.coarser)
-    perturbed = values if contact.perturbed is None else numbers(contact.placed, contact.perturbed)
-    changes = {name: abs(coarse[name] / value - 1) for name, value in values.items()}
+    other = contact.perturbed
+    perturbed = values if other is None else numbers(other.placed, other.normal)
+    changes = {name: abs(coarse[name] / values[name] - 1) for name in (*OF_EDGES, *OF_ALL, "load")}
     patch, grid = main_patch(normal), contact.placed.grid
     readings = patch.accuracy_x * grid.dx / values["a"] + patch.accuracy_s * grid.ds / values["b"]
     of_edges = max(changes[name] for name in OF_EDGES) + readings
     of_all = max(changes[name] for name in OF_ALL)
     shares = dict.fromkeys(OF_EDGES, of_edges) | dict.fromkeys(OF_ALL, of_all) | {"load": changes["load"]}
-    return {name: abs(value) * shares[name] + abs(value - perturbed[name]) for name, value in values.items()}
+    parts = {name: abs(values[name]) * share for name, share in shares.items()}
+    parts |= {name: abs(values[name] - coarse[name]) for name in OF_PLACE}
+    parts["position"] = parts["F_y"] / contact.settled.stiffness
+    return {name: part + abs(values[name] - perturbed[name]) for name, part in parts.items()}
 
 
 def _fields(number: int, row: Sequence[SolvedContact]) -> xr.Dataset:
@@ -104,7 +127,6 @@ def _attributes(results: ContactResults) -> dict[str, str | float]:
             "estimate": c.estimate,
             "asymmetry": c.asymmetry,
             "smallest_eigenvalue": c.eigenvalue,
-            "smallest_eigenvalue_without_load": c.eigenvalue_of_load,
             "seconds": c.seconds,
         }
         for grid, c in results.references.items()

@@ -83,7 +83,7 @@ class Sizing:
             for _ in range(MOST_TRIES):
                 placed = replace(self.bodies, grid=grid)
                 try:
-                    placed.contact(placed.operator(variant), case)
+                    placed.settled(placed.operator(variant), case)
                     break
                 except PotentialAreaTooSmall as short:
                     grid = self.longer(grid, short, case)
@@ -113,7 +113,7 @@ class Sizing:
             grid = Grid(TRIED, n_s, 2 * half_x / TRIED, (high - low) / n_s, (low + high) / 2)
             placed = replace(self.bodies, grid=grid)
             try:
-                contact = placed.contact(placed.operator(SIZING), case)
+                contact = placed.settled(placed.operator(SIZING), case).normal
             except PotentialAreaTooSmall as short:
                 if self._at_ends(short, (low, high)):
                     n_s *= 2

@@ -8,9 +8,11 @@ from scipy.interpolate import griddata
 
 from approx.pair import Pair
 from compare.scenes.scene import Scene
+from contact.lateral import at_lateral_force
 from contact.normal import NormalContact, NormalProblem, Operator, solve
 from contact.operators.convolution import Convolution
 from contact.operators.turned import turned
+from contact.resultants import Resultant, resultant
 from contact.undeformed import Undeformed
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
@@ -19,15 +21,18 @@ from geometries.patches import N
 
 EXACT_TOLERANCE = 1e-6  # of the approach where the distance is that of the displaced body, as a share of it
 EXACT_STEPS = 30  # largest number
+SYMMETRY = 1e-6  # relative difference of mirrored distances that are the same
+FIRST_STEP, POSITION = 0.05, 1e-6  # of a lateral movement, and the accuracy of a position, in strips
 NEARLY = 0.01  # of a strip: offsets that small are none
 
 
 @dataclass(frozen=True)
 class Case:
-    """What is given: a vertical load [N], or an approach [mm]."""
+    """What is given: a vertical load [N], or an approach [mm]; a lateral force [N], or no such force."""
 
     load: float | None
     approach: float | None
+    lateral_force: float | None = None
 
     def __str__(self) -> str:
         return f"{self.load:g} N" if self.load is not None else f"{self.approach:g} mm"
@@ -38,12 +43,14 @@ class Placed:
     """The undeformed distance of two bodies on a grid, and all that ICs do not change.
 
     `extra_gap` are points x, s and the gap [mm] that is added to their distance there, linear between them.
+    `paired` is where the upper body is as far as ICs are concerned, None: where it is.
     """
 
     pair: Pair
     undeformed: Undeformed
     grid: Grid
     extra_gap: tuple[tuple[float, ...], ...] = ()
+    paired: Undeformed | None = None
 
     @property
     def x(self) -> Array:
@@ -56,16 +63,17 @@ class Placed:
         """cos(delta) of the strips, shape (n_s,)."""
         return np.cos(self.undeformed.lower.contour.inclination(self.grid.strips))
 
-    @property
-    def motions(self) -> Array:
-        """Normal components of rigid motions: along z, along y, and about the contact centre, (3, n_s).
+    def resultant(self, tractions: Array) -> Resultant:
+        """Force and moment on the upper body of tractions on the grid [MPa], shape (n_x, n_s, 3)."""
+        grid = self.grid
+        return resultant(tractions, self.undeformed.lower.contour, self.x, grid.strips, grid.area)
 
-        That of the rotation is the distance over the largest one.
-        """
-        sin, cos = self.undeformed.lower.contour.normal(self.grid.strips)
-        y, z = self.undeformed.lower.contour.position(self.grid.strips)
-        turned = z * sin - y * cos
-        return np.stack([cos, sin, turned / max(float(np.max(np.abs(turned))), 1e-300)])
+    @property
+    def symmetric(self) -> bool:
+        """Whether distance and inclination are symmetric about the middle of the grid, to rounding."""
+        even = self.distance, self.cosine
+        pairs = [(values, values[..., ::-1]) for values in even]
+        return all(np.allclose(one, mirrored, rtol=SYMMETRY, atol=0.0) for one, mirrored in pairs)
 
     @cached_property
     def distance(self) -> Array:
@@ -105,7 +113,7 @@ class Placed:
     @property
     def offset(self) -> float:
         """Arc lengths [mm] of the upper contour less those of the lower one opposite; 0 if nearly so."""
-        offset = self.undeformed.upper_offset
+        offset = (self.paired or self.undeformed).upper_offset
         return offset if abs(offset) > NEARLY * self.grid.ds else 0.0
 
     @property
@@ -113,10 +121,35 @@ class Placed:
         """The strips opposite, on the upper contour."""
         return replace(self.grid, s=self.grid.s + self.offset)
 
+    def moved_to(self, shift: float) -> "Placed":
+        """The upper body moved along y to another position [mm], with the ICs of this one."""
+        undeformed = replace(self.undeformed, shift=shift)
+        return replace(self, undeformed=undeformed, paired=self.paired or self.undeformed)
+
+    def settled(self, operator: Operator, case: Case, *, exact: bool = False) -> "Settled":
+        """The contact where it has the lateral force of the case, if that has one; raises as `contact`."""
+        if case.lateral_force is None:
+            return Settled(self, self.contact(operator, case, exact=exact))
+
+        def contact_at(shift: float) -> tuple[float, Settled]:
+            placed = self.moved_to(shift)
+            settled = Settled(placed, placed.contact(operator, case, exact=exact))
+            return settled.lateral_force, settled
+
+        found = at_lateral_force(
+            contact_at,
+            case.lateral_force,
+            start=self.undeformed.shift,
+            step=FIRST_STEP * self.grid.ds,
+            accuracy=POSITION * self.grid.ds,
+        )
+        return replace(found.contact, stiffness=found.stiffness)
+
     def contact(self, operator: Operator, case: Case, *, exact: bool = False) -> NormalContact:
         """The contact with nn ICs; `exact`: with the distance of the displaced upper body, not linearised.
 
-        Raises as `contact.normal.solve`, and WrongInput where the bodies do not touch.
+        The upper body stays where it is. Raises as `contact.normal.solve`, and WrongInput where the bodies do
+        not touch.
         """
         problem = NormalProblem(self.grid, operator, self.flat, self.distance, self.cosine)
         contact = solve(problem, load=case.load, approach=case.approach)
@@ -140,6 +173,23 @@ class Placed:
             f"contact at {case}: the approach with the exact distance does not settle "
             f"({before:g}, then {contact.approach:g} mm); use the linearised distance"
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """A contact and where its bodies are.
+
+    `stiffness` [N/mm] is that against lateral movements, known where a lateral force was given.
+    """
+
+    placed: Placed
+    normal: NormalContact
+    stiffness: float = np.inf
+
+    @property
+    def lateral_force(self) -> float:
+        """Lateral force on the upper body [N]."""
+        return float(self.placed.resultant(self.normal.p[..., None] * [0.0, 0.0, 1.0]).force[1])
 
 
 def placed_on(scene: Scene, grid: Grid) -> Placed:

@@ -10,6 +10,7 @@ import numpy as np
 from compare.results.contact.pairing import Placed
 from contact.edges import Extent
 from contact.normal import NormalContact
+from contact.resultants import Resultant, centre_of_pressure
 from geometries.arrays import Array
 
 
@@ -76,12 +77,37 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
         "p_max": Quantity("p_max", "MPa", "largest pressure", lambda _, contact: float(np.max(contact.p))),
         "approach": Quantity("ζ", "mm", "vertical approach", lambda _, contact: contact.approach),
         "load": Quantity("N", "N", "vertical load", lambda _, contact: contact.load),
+        "position": Quantity(
+            "y_u",
+            "mm",
+            "lateral position of the upper body",
+            lambda placed, _: placed.undeformed.shift,
+        ),
+        "F_y": Quantity(
+            "F_y", "N", "lateral force on the upper body", lambda *of: float(_resultant(*of).force[1])
+        ),
+        "M_x": Quantity(
+            "M_x",
+            "N mm",
+            "moment on the upper body about the x axis through the contact centre",
+            lambda *of: float(_resultant(*of).moment[0]),
+        ),
+        "s_centre": Quantity(
+            "s_c",
+            "mm",
+            "centre of pressure along s",
+            lambda placed, contact: centre_of_pressure(contact.p, placed.grid.strips),
+        ),
         "area": Quantity("area", "mm2", "contact area on the lower surface", lambda _, contact: contact.area),
         "stiffness": Quantity(
             "dN/dζ", "N/mm", "derivative of the load by the approach", lambda _, contact: contact.stiffness
         ),
     }
 )
+
+
+def _resultant(placed: Placed, contact: NormalContact) -> Resultant:
+    return placed.resultant(contact.p[..., None] * [0.0, 0.0, 1.0])
 
 
 def numbers(placed: Placed, contact: NormalContact) -> dict[str, float]:

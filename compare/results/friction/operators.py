@@ -6,7 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
-from compare.results.contact.compute import c_jobs
+from compare.results.contact.compute import c_jobs, require_positive
 from compare.results.contact.pairing import Placed
 from compare.scenes.scene import Scene
 from contact.frictional import FullOperator
@@ -56,6 +56,7 @@ def full_reference_ics(scene: Scene, placed: Placed, means: Means) -> FullRefere
     start, bodies = perf_counter(), body_ics(scene, placed, means)
     total = total_ics(scene, placed, {name: body.ics for name, body in bodies.items()})
     estimates = sum(body.estimate for body in bodies.values())
+    require_positive(scene, placed, total[..., 2, 2])
     largest = float(np.max(np.abs(total[..., 2, 2])))
     return FullReferenceICs(
         GridOperator.of(total),

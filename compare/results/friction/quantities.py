@@ -47,17 +47,25 @@ class _Pressures:
         return self.contact.patches
 
 
-def _spin(placed: Placed, contact: FrictionalContact) -> float:
-    """Moment about z at the contact centre [N mm], of the tractions on the upper body."""
-    along_x = contact.p[..., 0]
-    sin, cos = placed.undeformed.lower.contour.normal(placed.grid.strips)
-    along_y = contact.p[..., 1] * cos + contact.p[..., 2] * sin
-    y, _ = placed.undeformed.lower.contour.position(placed.grid.strips)
-    return float(np.sum(placed.x[:, None] * along_y - y * along_x) * placed.grid.area)
+def _force(axis: int) -> Callable[[Placed, FrictionalContact], float]:
+    """The force [N] on the upper body along a global axis."""
+    return lambda placed, contact: float(placed.resultant(contact.p).force[axis])
+
+
+def _moment(axis: int) -> Callable[[Placed, FrictionalContact], float]:
+    """The moment [N mm] on the upper body about a global axis through the contact centre."""
+    return lambda placed, contact: float(placed.resultant(contact.p).moment[axis])
 
 
 OF_PATCH: Mapping[str, Quantity] = MappingProxyType(
     {
+        "F_y": Quantity("N", "lateral force on the upper body", "F_y", _force(1)),
+        "M_x": Quantity(
+            "N mm", "moment on the upper body about the x axis through the contact centre", "M_x", _moment(0)
+        ),
+        "M_z": Quantity(
+            "N mm", "moment on the upper body about the contact centre's vertical", "M_z", _moment(2)
+        ),
         "approach": Quantity("mm", "vertical approach", "ζ", lambda _, contact: contact.approach),
         "p_max": Quantity(
             "MPa", "largest pressure", "p_max", lambda _, contact: float(np.max(contact.p[..., N]))
@@ -88,13 +96,7 @@ OF_PATCH: Mapping[str, Quantity] = MappingProxyType(
 )
 OF_ROLLING: Mapping[str, Quantity] = MappingProxyType(
     {
-        "F_x": Quantity(
-            "N", "longitudinal force on the upper body", "F_x", lambda _, contact: float(contact.force[0])
-        ),
-        "F_y": Quantity(
-            "N", "lateral force on the upper body", "F_y", lambda _, contact: float(contact.force[1])
-        ),
-        "M_z": Quantity("N mm", "moment on the upper body about the contact centre's vertical", "M_z", _spin),
+        "F_x": Quantity("N", "longitudinal force on the upper body", "F_x", _force(0)),
         "dissipation": Quantity(
             "N",
             "work of friction per unit of rolled distance",

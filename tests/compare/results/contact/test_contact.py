@@ -1,15 +1,18 @@
 """Contact of scenes: grids that fit, Hertz at small loads, what ICs change, estimates, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from approx.matrix import matrix
 from compare.results.contact.compute import (
     ReferenceICs,
-    _smallest_eigenvalue,
     compute_contact,
     grids_of,
     reference_ics,
+    require_positive,
+    smallest_eigenvalue,
 )
 from compare.results.contact.dataset import to_dataset
 from compare.results.contact.grids import MOST_STRIPS, Sizing
@@ -109,7 +112,7 @@ def test_scenes_with_the_exact_distance_solve_with_it():
     linear, exact = (compute_contact(scene(10.2, loads=[2e4], gap=gap)) for gap in ("linear", "exact"))
     (case,) = linear.cases
     displaced = linear.contacts[case, "Bhat"].displaced
-    assert exact.contacts[case, "Bhat"].normal.approach == pytest.approx(displaced.approach, rel=1e-4)
+    assert exact.contacts[case, "Bhat"].normal.approach == pytest.approx(displaced.normal.approach, rel=1e-4)
 
 
 # --- grids ----------------------------------------------------------------------------------------------
@@ -204,9 +207,43 @@ def test_a_rigid_give_along_z_changes_the_approach_alone():
     plain, given = (placed.contact(GridOperator.of(ics[..., None, None], (N,)), case) for ics in (nn, moved))
     np.testing.assert_allclose(given.p, plain.p, atol=1e-5 * plain.p.max())
     assert given.approach - plain.approach == pytest.approx(give / grid.area * 2e3, rel=1e-6)
-    assert _smallest_eigenvalue(nn, placed.motions[:1]) == pytest.approx(
-        _smallest_eigenvalue(moved, placed.motions[:1]), rel=0.1
-    )
+    of_load = placed.cosine[None]
+    assert smallest_eigenvalue(nn, of_load) == pytest.approx(smallest_eigenvalue(moved, of_load), rel=0.1)
+
+
+def without_a_turn(placed, nn):
+    """ICs from which a turn is taken: antisymmetric pressures do negative work."""
+    turn = np.sin(placed.undeformed.lower.contour.inclination(placed.grid.strips))
+    return nn - 2e-6 * placed.grid.area * np.outer(turn, turn)
+
+
+def test_c_that_is_not_positive_for_the_pressures_of_a_contact_is_refused_before_it_is_solved():
+    """Symmetric contact has no antisymmetric pressures, which alone do negative work here."""
+    of = scene(10.2, loads=[2e3])
+    ((grid, _),) = sizing(of).grids([Case(2e3, None)])
+    placed = placed_on(of, grid)
+    nn = without_a_turn(placed, matrix("Bhat", of.pair, grid)[..., N, N])
+    assert smallest_eigenvalue(nn, placed.cosine[None]) < 0
+    assert placed.symmetric
+    assert require_positive(of, placed, nn) > 0.1
+    moved = replace(placed, undeformed=replace(placed.undeformed, shift=0.05))
+    assert not moved.symmetric
+    with pytest.raises(Failure, match=r"'approach'.* without vertical load would do negative work"):
+        require_positive(of, moved, nn)
+    with pytest.raises(Failure, match="use discount = 'approach'"):
+        require_positive(replace(of, discount="source"), moved, nn)
+
+
+@pytest.mark.parametrize("n_s", [6, 7])
+def test_symmetric_pressures_have_the_eigenvalues_of_symmetric_eigenvectors(n_s):
+    """Against all eigenvectors of a dense matrix of random symmetric ICs of one element along x."""
+    rng = np.random.default_rng(n_s)
+    half = rng.standard_normal((n_s, n_s))
+    whole = half @ half.T + (half @ half.T)[::-1, ::-1]
+    values, vectors = np.linalg.eigh(whole)
+    even = [v for v, w in zip(values, vectors.T, strict=True) if np.allclose(w, w[::-1], atol=1e-8)]
+    found = smallest_eigenvalue(whole[None], np.zeros((0, n_s)), symmetric=True)
+    assert found == pytest.approx(min(even) / whole.diagonal().min(), rel=1e-2, abs=0.04)
 
 
 # --- what a scene may add -------------------------------------------------------------------------------
