@@ -100,10 +100,16 @@ def test_on_a_plane_it_is_the_half_space_for_all_lags_and_strips(on_plane):
 # --- lags, single loads --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("radius", [np.inf, 300.0, 25.0])
-def test_lags_are_points(radius):
+SQUARE = Grid(4, 4, 1.0, 1.0)
+NARROW = Grid(2, 4, 0.2, 0.636)  # the half-space reaches one or two strips, as the radius of the load is
+
+
+@pytest.mark.parametrize(
+    ("grid", "radius"), [(SQUARE, np.inf), (SQUARE, 300.0), (SQUARE, 25.0), (NARROW, 20.0)]
+)
+def test_lags_are_points(grid, radius):
     """The interpolation between radii against the sum at each point, to 1e-9 of the element's own."""
-    job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), Grid(4, 4, 1.0, 1.0), radius, ROUGH)
+    job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), grid, radius, ROUGH)
     model = solve(job.request(Level(cells=-3)), workers=2)
     x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))
     for name, by_lag in syntheses(model, job.grid, COMPONENTS).items():

@@ -332,3 +332,41 @@ def test_c_of_the_upper_body_lies_opposite_that_of_the_lower(monkeypatch):
     assert abs(asked["upper"].grid.s - asked["lower"].grid.s) > 0.5
     assert asked["upper"].grid.n_s == asked["lower"].grid.n_s == 6
     assert {job.components for job in asked.values()} == {("nn",)}  # and no loads of other directions
+
+
+# --- beside the crown -------------------------------------------------------------------------------------
+
+
+def sideways(upper_radius=10.3, **contact):
+    """Numbers of a contact by B-hat."""
+    results = compute_contact(scene(upper_radius, loads=[2e4], elements=12, **contact))
+    return to_dataset(results).sel(ics="Bhat").isel(case=0)
+
+
+def test_a_mirrored_contact_has_mirrored_forces_and_the_estimates_cover_what_is_left():
+    right, left = sideways(shift=0.04), sideways(shift=-0.04)
+    assert float(right.F_y) < -0.03 * float(right["load"])
+    for name in ("F_y", "M_x", "s_centre", "position"):
+        assert float(left[name]) == pytest.approx(-float(right[name]), rel=1e-4)
+    assert float(right.M_x) == pytest.approx(RADIUS * float(right.F_y), rel=1e-9)
+    assert float(left.p_max) == pytest.approx(float(right.p_max), rel=1e-4)
+
+
+def test_the_position_follows_a_lateral_force_wherever_it_is_sought_from():
+    """The force that a shift gives puts the body there, to the pairing of strips, from there and from 0."""
+    shifted = sideways(shift=0.04)
+    for start in (0.0, 0.04):
+        found = sideways(shift=start, lateral_force=float(shifted.F_y))
+        assert float(found.F_y) == pytest.approx(float(shifted.F_y), rel=1e-6)
+        assert float(found.position) == pytest.approx(0.04, rel=2e-2)
+        assert float(found.p_max) == pytest.approx(float(shifted.p_max), rel=2e-3)
+        assert 0 < float(found.estimate_position) < 0.1 * 0.04
+
+
+def test_without_a_lateral_force_a_shifted_body_slides_back():
+    assert float(sideways(shift=0.04, lateral_force=0.0).position) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_lateral_force_that_the_contours_cannot_bear_is_refused():
+    with pytest.raises(Failure, match=r"reaches the end of a contour|lateral force: not reached|no grid"):
+        sideways(lateral_force=-5e5)
