@@ -8,10 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from compare.results.judge.dataset import OF_PATCH
 from compare.studies.validation.changes import CHANGES
 from compare.studies.validation.curves import ACROSS, BESIDE, CONVEX, THROUGH
+from compare.studies.validation.elements import ELEMENTS
+from compare.studies.validation.elements import NUMBERS as ELEMENT_NUMBERS
 from compare.studies.validation.program import cylinder_errors
 from compare.studies.validation.runs import GEOMETRIES
 from compare.studies.validation.statements import STATEMENTS
@@ -185,6 +188,25 @@ def mixed(v):
     return lambda: with_variants(runs(), lambda variant: 1 + 0.1 * (v if variant == "mix" else 1))
 
 
+class OnElements:
+    """Contacts on three grids: a number by C that changes by the same share from grid to grid."""
+
+    def __init__(self, name, share):
+        self.name, self.share = name, share
+
+    def contact(self, _, changes):
+        steps = np.log2(ELEMENTS[-1] / changes["elements"])
+        numbers = {name: 1.0 for name in ELEMENT_NUMBERS} | {f"estimate_{n}": 0.0 for n in ELEMENT_NUMBERS}
+        numbers[self.name] = (1 + self.share) ** steps
+        return xr.Dataset(
+            {n: (("case", "ics"), [[v, v]], {"units": "1"}) for n, v in numbers.items()}
+        ).assign_coords(ics=["Bhat", "C"])
+
+
+def on_grids(name):
+    return lambda v: lambda: OnElements(name, v)
+
+
 EXACT = {  # the threshold, and C for a value
     (1, "A departs"): (0.10, missed_by("A", NN)),
     (1, "with distance"): (0.0, growing),
@@ -240,6 +262,7 @@ EXACT = {  # the threshold, and C for a value
     (21, "size"): (0.20, lambda v: term(1 + v)),
     (22, "patch"): (0.02, lambda v: contacts(**dict.fromkeys(OF_PATCH, v))),
     (22, "approach"): (0.02, lambda v: contacts(approach=v)),
+    **{(24, name): (0.002, on_grids(name)) for name in ELEMENT_NUMBERS},
 }
 
 
