@@ -196,7 +196,8 @@ class OnElements:
 
     def contact(self, _, changes):
         steps = np.log2(ELEMENTS[-1] / changes["elements"])
-        numbers = {name: 1.0 for name in ELEMENT_NUMBERS} | {f"estimate_{n}": 0.0 for n in ELEMENT_NUMBERS}
+        zeros = dict.fromkeys((f"estimate_{name}" for name in ELEMENT_NUMBERS), 0.0)
+        numbers = dict.fromkeys(ELEMENT_NUMBERS, 1.0) | zeros
         numbers[self.name] = (1 + self.share) ** steps
         return xr.Dataset(
             {n: (("case", "ics"), [[v, v]], {"units": "1"}) for n, v in numbers.items()}
