@@ -92,10 +92,10 @@ def test_the_page_of_compression_says_how_much_slides(pressed, tmp_path):
 def test_what_c_took_and_is_known_to_is_told(rolled):
     dataset = rolled.copy()
     assert "C on this grid" not in cost(dataset)
-    dataset.attrs |= {"C_seconds": 12.3, "C_estimate": 0.012, "C_asymmetry": 3e-3}
-    assert "C on this grid took 12 s; its largest estimated error is 1.20% of the largest C_nn" in cost(
-        dataset
-    )
+    dataset.attrs |= {"C_seconds": 12.3, "C_estimate": 0.012, "C_asymmetry": 0.061, "C_asymmetry_component": "sn"}
+    told = cost(dataset)
+    assert "C on this grid took 12 s; its largest estimated error is 1.20% of the largest C_nn" in told
+    assert "both differ by up to 6.1% of the largest C_sn" in told
 
 
 def test_words_are_listed_with_commas_and_and():
