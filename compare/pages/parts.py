@@ -83,6 +83,26 @@ def listed(words: Iterable[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
+def onset(angles: Sequence[float], beyond: Sequence[bool]) -> str:
+    """From which angle [deg] on something is so, as far as solved cases say: an interval between two of them.
+
+    "" where it never is. Cases may come in any order.
+    """
+    order = np.argsort(angles)
+    at, is_so = np.asarray(angles)[order], np.asarray(beyond)[order]
+    if not is_so.any():
+        return ""
+    first = int(np.argmax(is_so))
+    where = f"between {at[first - 1]:.0f} and {at[first]:.0f} degrees" if first else f"{at[0]:.0f} degrees"
+    not_again = [f"{angle:.0f}" for angle in at[first:][~is_so[first:]]]
+    return " ".join(
+        [
+            f"from {where} on" if first else f"already at {where}, the least that was solved",
+            *([f"(not at {listed(not_again)})"] if not_again else []),
+        ]
+    )
+
+
 def furthest(values: xr.DataArray) -> float:
     """The value that is furthest from zero."""
     return float(values.values.ravel()[np.argmax(np.abs(values.values))])

@@ -42,7 +42,15 @@ def test_the_summary_says_how_far_a_is_off_and_from_which_angle_on(results):
     assert f"A: p_max {float(off.max()):+.1%}" in summary(dataset)
     first = float(dataset.angle.sel(ics="Bhat").min())
     assert float(off.min()) > 0.05
-    assert f"p_max is off by more than 5% from {first:.0f} degrees on" in summary(dataset)
+    assert f"p_max is off by more than 5% already at {first:.0f} degrees, the least" in summary(dataset)
+
+
+def test_where_a_fails_lies_between_the_last_case_within_and_the_first_one_beyond(results):
+    dataset = to_dataset(results["tall"])
+    within = dataset.assign(p_max=dataset.p_max.copy(data=[[1.04, 1.0], [1.3, 1.0]]))
+    low, high = sorted(dataset.angle.sel(ics="Bhat").values)
+    told = summary(within)
+    assert f"p_max is off by more than 5% from between {low:.0f} and {high:.0f} degrees on" in told
 
 
 def test_pressures_mapped_onto_their_own_patch_are_the_same(results):
