@@ -27,14 +27,14 @@ OF_FREE = {  # what describes a curve, besides its points
 def compute_rolling(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
     """Numbers by friction, ICs and creepage `xi`, each with `estimate_NAME`, and maps at equal force.
 
-    `simplified` marks contacts that are found in the less accurate form only, and `rms` are distances of
-    curves to the reference's. Raises BadScene for what cannot be solved, and Failure as `contact`.
+    `simplified` marks contacts that are found in the less accurate form only; `rms` and `largest` are
+    distances of curves to the reference's. Raises BadScene for what cannot be solved, and Failure as `contact`.
     """
     dataset = by_friction_and_ics(scene, means, _solved, "Rolling with friction")
     wanted = scene.contact.friction
     dataset.attrs["load"] = scene.contact.loads[0]
     dataset.attrs["equal_force"] = wanted.equal_force if wanted else 0.0
-    return dataset.assign(rms=_rms(dataset))
+    return dataset.assign(rms=_rms(dataset), largest=_largest(dataset))
 
 
 def scaled_force(dataset: xr.Dataset, name: str = "F_x") -> xr.DataArray:
@@ -44,12 +44,24 @@ def scaled_force(dataset: xr.Dataset, name: str = "F_x") -> xr.DataArray:
 
 def _rms(dataset: xr.Dataset) -> xr.DataArray:
     """Root mean square distance of curves to the reference's, over friction times load."""
-    force = scaled_force(dataset)
-    reference = force.sel(ics=reference_name([str(name) for name in dataset.ics.values]))
-    away = ((force - reference) ** 2).mean("xi") ** 0.5
+    away = (_away(dataset) ** 2).mean("xi") ** 0.5
     return away.assign_attrs(
         units="1", long_name="root mean square distance to the reference's curve over friction times load"
     )
+
+
+def _largest(dataset: xr.Dataset) -> xr.DataArray:
+    """Largest distance of curves to the reference's at any creepage, over friction times load."""
+    largest = abs(_away(dataset)).max("xi")
+    return largest.assign_attrs(
+        units="1", long_name="largest distance to the reference's curve over friction times load"
+    )
+
+
+def _away(dataset: xr.Dataset) -> xr.DataArray:
+    """Longitudinal forces less those by the reference, over friction times load."""
+    force = scaled_force(dataset)
+    return force - force.sel(ics=reference_name([str(name) for name in dataset.ics.values]))
 
 
 def _solved(solver: Solver, friction: float, name: str) -> xr.Dataset:
