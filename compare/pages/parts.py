@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from compare.pages.html import write_page
 from compare.pages.styles import save
@@ -83,13 +84,13 @@ def listed(words: Iterable[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
-def onset(angles: Sequence[float], beyond: Sequence[bool]) -> str:
+def onset(angles: ArrayLike, beyond: ArrayLike) -> str:
     """From which angle [deg] on something is so, as far as solved cases say: an interval between two of them.
 
     "" where it never is. Cases may come in any order.
     """
     order = np.argsort(angles)
-    at, is_so = np.asarray(angles)[order], np.asarray(beyond)[order]
+    at, is_so = np.asarray(angles, dtype=float)[order], np.asarray(beyond, dtype=bool)[order]
     if not is_so.any():
         return ""
     first = int(np.argmax(is_so))

@@ -1,7 +1,7 @@
 """How a rigid wheel that rolls on a rail moves over it, per unit of rolled distance.
 
-Rolling is towards +x. Velocities are those of the upper surface over the lower one, in the local directions x,
-s, n of the latter; those along x and s are the rigid slip.
+Rolling is towards +x. Velocities are those of the upper surface over the lower one, in the local directions
+x, s, n of the latter; those along x and s are the rigid slip.
 Source: design section 6; Kalker (1990), Three-dimensional elastic bodies in rolling contact, section 1.3.
 """
 

@@ -132,7 +132,7 @@ SIZES = 16, 32  # elements along x; on 64 it goes on as fast
 
 
 def moved_as_it_rolls(wheel, creepages):
-    """The same with a wheel whose distance changes along x by minus the rigid velocity along n, so by a yaw, too.
+    """The same, its distance changing along x by minus the rigid velocity along n, so by a yaw, too.
 
     That velocity is linear in x.
     """
@@ -155,8 +155,8 @@ def lost_of(wheel, creepages, *, climbs):
 def test_friction_takes_the_work_on_the_rigid_motion(yawed):
     """Of a wheel moved aside, with all creepages, both ways through K, to nearly the second order.
 
-    What a zero yaw leaves out of the distance is `climbing`: 40 % of the work here. Tangential tractions alone
-    would be off by 9 % on any grid.
+    What a zero yaw leaves out of the distance is `climbing`: 40 % of the work here. Tangential tractions
+    alone would be off by 9 % on any grid.
     """
     creepages, lost = Creepages(-3e-4, -4e-4, 5e-5), []
     for n in SIZES:

@@ -43,7 +43,8 @@ def summary(dataset: xr.Dataset) -> str:
         sentences.append(
             f"{symbol_of(name)}: its creep-force curve is up to {float(worst.largest.sel(ics=name)):.1%} of "
             f"friction times load from that by {symbol} (root mean square over the creepages at most "
-            f"{float(worst.rms.sel(ics=name)):.1%}); creepage without force {shift:+.2g}, slope {steeper:+.1%}."
+            f"{float(worst.rms.sel(ics=name)):.1%}); creepage without force {shift:+.2g}, "
+            f"slope {steeper:+.1%}."
         )
     return " ".join([*sentences, _verdict(dataset), *_simplified(dataset)])
 

@@ -28,7 +28,9 @@ def compute_rolling(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
     """Numbers by friction, ICs and creepage `xi`, each with `estimate_NAME`, and maps at equal force.
 
     `simplified` marks contacts that are found in the less accurate form only; `rms` and `largest` are
-    distances of curves to the reference's. Raises BadScene for what cannot be solved, and Failure as `contact`.
+    distances of curves to the reference's.
+
+    Raises BadScene for what cannot be solved, and Failure as `contact`.
     """
     dataset = by_friction_and_ics(scene, means, _solved, "Rolling with friction")
     wanted = scene.contact.friction

@@ -49,8 +49,8 @@ def reciprocity(ics: Array, contour: Contour, grid: Grid) -> Reciprocity:
 def described(defect: Reciprocity, grid: Grid) -> str:
     """Text for the report: the largest defect, where it is, and the largest without joints."""
     first, second = sorted(defect.strips)
-    where = f"{defect.worst:.1e} of {defect.component} (strips {first} and {second}, s = {grid.strips[first]:.3g}, "
-    where += f"{grid.strips[second]:.3g} mm)"
+    where = f"{defect.worst:.1e} of {defect.component} (strips {first} and {second}, "
+    where += f"s = {grid.strips[first]:.3g}, {grid.strips[second]:.3g} mm)"
     if not defect.at_joints:
         return where
     elsewhere = "" if defect.elsewhere is None else f"; {defect.elsewhere:.1e} without these"
