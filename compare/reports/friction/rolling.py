@@ -14,6 +14,7 @@ from compare.pages.styles import RC, symbol_of
 from compare.reports.contact.figures import reference_of
 from compare.reports.friction import maps
 from compare.reports.friction.page import band_of, curves, names, write_contact_page
+from compare.results.friction.displaced import PREFIX
 from compare.results.friction.quantities import OF_ROLLING
 from compare.results.friction.rolling import OF_FREE, scaled_force
 
@@ -46,7 +47,7 @@ def summary(dataset: xr.Dataset) -> str:
             f"{float(worst.rms.sel(ics=name)):.1%}); creepage without force {shift:+.2g}, "
             f"slope {steeper:+.1%}."
         )
-    return " ".join([*sentences, _verdict(dataset), *_simplified(dataset)])
+    return " ".join([*sentences, _verdict(dataset), *_displaced(dataset), *_simplified(dataset)])
 
 
 def _others(dataset: xr.Dataset) -> list[str]:
@@ -108,6 +109,21 @@ def _known(dataset: xr.Dataset, name: str) -> float:
         of_curves = scaled_force(dataset, "estimate_F_x").max(["xi", "friction"])
         known = of_curves.sel(ics=name) + of_curves.sel(ics=reference_of(dataset))
     return float(known.fillna(0.0))
+
+
+def _displaced(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield what the distance of the displaced wheel changes, by the reference."""
+    of_reference = dataset.sel(ics=reference_of(dataset))
+    found = of_reference.isel(friction=of_reference[f"{PREFIX}zero_creepage"].notnull())
+    if found.sizes["friction"]:
+        zero = found[f"{PREFIX}zero_creepage"] - found.zero_creepage
+        linearised = found.p_max.sel(xi=found[f"{PREFIX}xi"])
+        p_max = found[f"{PREFIX}p_max"] / linearised - 1
+        yield (
+            "The distance of the displaced wheel instead of the linearised one would move the creepage "
+            f"without force by {furthest(zero):+.1g} and change p_max by {furthest(p_max):+.1%}, by "
+            f"{symbol_of(reference_of(dataset))}."
+        )
 
 
 def _simplified(dataset: xr.Dataset) -> Iterator[str]:
@@ -201,6 +217,7 @@ def _free(dataset: xr.Dataset) -> Table:
             f"friction {float(friction):g}, {symbol_of(name)}",
             [
                 *(cell(one[key], one[f"estimate_{key}"]) for key in OF_FREE),
+                cell(one[f"{PREFIX}zero_creepage"]),
                 *({"text": f"{float(one[key]):.2%}", "below": ""} for key in ("largest", "rms")),
                 cell(one.seconds, digits=3),
             ],
@@ -209,6 +226,7 @@ def _free(dataset: xr.Dataset) -> Table:
         for name in names(dataset)
         for one in [dataset.sel(friction=friction, ics=name)]
     ]
+    columns.append("creepage without longitudinal force, distance of the displaced wheel")
     away = f"curve less that by {symbol} [friction load]"
     return Table("free rolling", [*columns, f"{away}, largest", f"{away}, root mean square", "s"], rows)
 

@@ -9,6 +9,7 @@ from compare.results.contact.compute import C, reference_name
 from compare.results.friction.bodies import Solver
 from compare.results.friction.curve import Curve, Numbers, Path
 from compare.results.friction.dataset import differences, maps, scalars, tables
+from compare.results.friction.displaced import DISPLACED, PREFIX, displaced_numbers
 from compare.results.friction.parts import by_friction_and_ics
 from compare.results.friction.quantities import OF_ROLLING, Described
 from compare.scenes.scene import Scene
@@ -28,7 +29,8 @@ def compute_rolling(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
     """Numbers by friction, ICs and creepage `xi`, each with `estimate_NAME`, and maps at equal force.
 
     `simplified` marks contacts that are found in the less accurate form only; `rms` and `largest` are
-    distances of curves to the reference's.
+    distances of curves to the reference's. `displaced_NAME` is a number at the creepage nearest 0 with the
+    distance of the displaced wheel, which is linearised otherwise.
 
     Raises BadScene for what cannot be solved, and Failure as `contact`.
     """
@@ -76,7 +78,8 @@ def _solved(solver: Solver, friction: float, name: str) -> xr.Dataset:
     solver.means.watch.on_stage(f"  {path.label}: {len(curve.points)} creepages, {seconds:.1f} s")
     coarse = _coarse(solver, problem.coarsened, f"{path.label}, larger elements")
     change = _change(path, curve) if name == C else None
-    return _labelled(solver, curve, coarse, change).assign(seconds=((), seconds, {"units": "s"}))
+    found = _labelled(solver, curve, coarse, change).assign(seconds=((), seconds, {"units": "s"}))
+    return found.assign(scalars(DISPLACED, {PREFIX: displaced_numbers(path, curve)}))
 
 
 def _coarse(solver: Solver, problem: FrictionalProblem, label: str) -> Curve | None:

@@ -20,6 +20,7 @@ from compare.results.contact.dataset import to_dataset as contact_dataset
 from compare.results.contact.pairing import placed_on
 from compare.results.contact.quantities import QUANTITIES
 from compare.results.friction.compression import compute_compression
+from compare.results.friction.displaced import PREFIX
 from compare.results.friction.quantities import OF_PATCH, OF_ROLLING
 from compare.results.friction.rolling import OF_FREE, compute_rolling
 from compare.results.maps.node import OF_NODE, node
@@ -84,7 +85,11 @@ def kept_contact(scene: Scene, means: Means) -> xr.Dataset:
         return solved[names].assign_coords(case=np.arange(solved.sizes["case"], dtype=float))
     computed = {"rolling": compute_rolling, "compression": compute_compression}[scene.contact.motion]
     solved = computed(scene, means).drop_vars(["C_seconds", "seconds"], errors="ignore")
-    numbers = [name for name, variable in solved.data_vars.items() if not {"x", "s"} & set(variable.dims)]
+    numbers = [
+        name
+        for name, variable in solved.data_vars.items()
+        if not ({"x", "s"} & set(variable.dims) or str(name).startswith(PREFIX))
+    ]
     numbers_only = solved[numbers].drop_vars(["x", "s", "direction", "tangential"], errors="ignore")
     distances = {name: name + OF_CURVE for name in OF_CURVES if name in numbers}
     return numbers_only.astype(float).rename(distances)

@@ -95,7 +95,19 @@ def test_the_summary_says_which_contacts_are_less_accurate(rolled):
 
 def test_one_ics_alone_have_a_page_too(rolled):
     alone = rolled.sel(ics=["A"])
-    assert rolling.summary(alone).endswith("No other ICs than A are compared.")
+    assert "No other ICs than A are compared." in rolling.summary(alone)
+
+
+def test_what_the_linearised_distance_changes_is_told_where_it_is_known(rolled):
+    moved = rolled.assign(
+        displaced_zero_creepage=rolled.zero_creepage - 3e-5, displaced_p_max=0.97 * rolled.p_max.sel(xi=0.0)
+    )
+    assert (
+        "would move the creepage without force by -3e-05 and change p_max by -3.0%, by B̂."
+        in rolling.summary(moved)
+    )
+    unknown = rolled.assign(displaced_zero_creepage=np.nan * rolled.zero_creepage)
+    assert "displaced wheel" not in rolling.summary(unknown)
 
 
 def test_ics_with_an_exchanged_component_are_solved_drawn_and_named(tmp_path):
