@@ -6,6 +6,7 @@ import xarray as xr
 
 from compare.reports.contact.page import summary, write_contact, write_sensitivity
 from compare.reports.contact.sensitivity import mapped, sensitivities, shape_of
+from compare.reports.contact.sensitivity import summary as sensitivity_summary
 from compare.results.contact.compute import compute_contact
 from compare.results.contact.dataset import to_dataset
 from compare.scenes.load import load_scene
@@ -72,3 +73,13 @@ def test_maps_show_the_displacement_by_a_less_that_by_bhat(results, tmp_path):
     u_a, u_bhat = (own.placed.operator(ics)(own.normal.p[..., None])[..., 0] for ics in ("A", "Bhat"))
     np.testing.assert_allclose(maps[3].difference, (u_a - u_bhat) / u_bhat.max(), atol=1e-9)
     assert write_sensitivity(results, tmp_path).stat().st_size > 1e4
+
+
+def test_it_is_said_which_pressures_are_worst_on_each_patch(results):
+    """Those of `wide`, which are spread, on both, as [BVSV] says."""
+    largest = {(one.shape, one.scene): np.max(np.abs(one.inside)) for one in sensitivities(results)}
+    told = sensitivity_summary(results)
+    for scene in results:
+        worst = max(results, key=lambda shape: largest[shape, scene])
+        assert worst == "wide"
+        assert f"On the patch of {scene} A is furthest off under the pressures of {worst}." in told
