@@ -177,7 +177,8 @@ class FrictionalContact:
     def dissipation(self) -> Array:
         """Work of friction per area: - p . slip [MPa times the unit of slip], (n_x, n_s), not negative.
 
-        In steady rolling its sum tends to the work of the rigid slip, with smaller elements.
+        In steady rolling its sum tends, with smaller elements, to the work of the tractions on the rigid
+        motion, the pressures' included (`contact.rolling`).
         """
         return np.asarray(-np.sum(self.p[..., :2] * self.slip, axis=-1))
 

@@ -9,6 +9,7 @@ from compare.results.contact.compute import C, reference_name
 from compare.results.friction.bodies import Solver
 from compare.results.friction.curve import Curve, Numbers, Path
 from compare.results.friction.dataset import differences, maps, scalars, tables
+from compare.results.friction.displaced import DISPLACED, PREFIX, displaced_numbers
 from compare.results.friction.parts import by_friction_and_ics
 from compare.results.friction.quantities import OF_ROLLING, Described
 from compare.scenes.scene import Scene
@@ -27,14 +28,17 @@ OF_FREE = {  # what describes a curve, besides its points
 def compute_rolling(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
     """Numbers by friction, ICs and creepage `xi`, each with `estimate_NAME`, and maps at equal force.
 
-    `simplified` marks contacts that are found in the less accurate form only, and `rms` are distances of
-    curves to the reference's. Raises BadScene for what cannot be solved, and Failure as `contact`.
+    `simplified` marks contacts that are found in the less accurate form only; `rms` and `largest` are
+    distances of curves to the reference's. `displaced_NAME` is a number at the creepage nearest 0 with the
+    distance of the displaced wheel, which is linearised otherwise.
+
+    Raises BadScene for what cannot be solved, and Failure as `contact`.
     """
     dataset = by_friction_and_ics(scene, means, _solved, "Rolling with friction")
     wanted = scene.contact.friction
     dataset.attrs["load"] = scene.contact.loads[0]
     dataset.attrs["equal_force"] = wanted.equal_force if wanted else 0.0
-    return dataset.assign(rms=_rms(dataset))
+    return dataset.assign(rms=_rms(dataset), largest=_largest(dataset))
 
 
 def scaled_force(dataset: xr.Dataset, name: str = "F_x") -> xr.DataArray:
@@ -44,12 +48,24 @@ def scaled_force(dataset: xr.Dataset, name: str = "F_x") -> xr.DataArray:
 
 def _rms(dataset: xr.Dataset) -> xr.DataArray:
     """Root mean square distance of curves to the reference's, over friction times load."""
-    force = scaled_force(dataset)
-    reference = force.sel(ics=reference_name([str(name) for name in dataset.ics.values]))
-    away = ((force - reference) ** 2).mean("xi") ** 0.5
+    away = (_away(dataset) ** 2).mean("xi") ** 0.5
     return away.assign_attrs(
         units="1", long_name="root mean square distance to the reference's curve over friction times load"
     )
+
+
+def _largest(dataset: xr.Dataset) -> xr.DataArray:
+    """Largest distance of curves to the reference's at any creepage, over friction times load."""
+    largest = abs(_away(dataset)).max("xi")
+    return largest.assign_attrs(
+        units="1", long_name="largest distance to the reference's curve over friction times load"
+    )
+
+
+def _away(dataset: xr.Dataset) -> xr.DataArray:
+    """Longitudinal forces less those by the reference, over friction times load."""
+    force = scaled_force(dataset)
+    return force - force.sel(ics=reference_name([str(name) for name in dataset.ics.values]))
 
 
 def _solved(solver: Solver, friction: float, name: str) -> xr.Dataset:
@@ -62,7 +78,8 @@ def _solved(solver: Solver, friction: float, name: str) -> xr.Dataset:
     solver.means.watch.on_stage(f"  {path.label}: {len(curve.points)} creepages, {seconds:.1f} s")
     coarse = _coarse(solver, problem.coarsened, f"{path.label}, larger elements")
     change = _change(path, curve) if name == C else None
-    return _labelled(solver, curve, coarse, change).assign(seconds=((), seconds, {"units": "s"}))
+    found = _labelled(solver, curve, coarse, change).assign(seconds=((), seconds, {"units": "s"}))
+    return found.assign(scalars(DISPLACED, {PREFIX: displaced_numbers(path, curve)}))
 
 
 def _coarse(solver: Solver, problem: FrictionalProblem, label: str) -> Curve | None:

@@ -18,7 +18,7 @@ LOAD, SHIFT = 1e3, 0.09
 TEXT = f"""
 patch = {{ a = 0.25, b = 0.35 }}
 lower = {{ E = 210e3, nu = 0.3, contour = {{ kind = "arc", radius = 10.0, flank_inclination_deg = 50 }} }}
-upper = {{ E = 70e3, nu = 0.2, contour = {{ kind = "arc", radius = 10.9, flank_inclination_deg = 40 }}, rolling_radius = 100 }}
+upper = {{ E = 70e3, nu = 0.2, rolling_radius = 100, contour = {{ kind = "arc", radius = 10.9, FLANK }} }}
 grid = {{ n_x = 24, n_s = 14, s = -0.9 }}
 contact = {{ loads = [{LOAD}], shift = {SHIFT}, grid = "scene", ics = ["ICS"], supports = false }}
 engine = {{ tolerance = 0.1, far_radius = 200 }}
@@ -45,7 +45,7 @@ def by_file(path, folder, ics):
 @pytest.mark.parametrize("ics", [pytest.param("C", marks=pytest.mark.slow), "Bhat"])
 def test_the_file_gives_the_contact_of_the_program_beside_the_crown(ics, tmp_path):
     path = tmp_path / "shifted.toml"
-    path.write_text(TEXT.replace("ICS", ics), encoding="utf-8")
+    path.write_text(TEXT.replace("ICS", ics).replace("FLANK", "flank_inclination_deg = 40"), encoding="utf-8")
     results = compute_contact(load_scene(str(path)), Means(2, Store(tmp_path / "store")))
     own = results.contacts[results.cases[0], ics].settled
     contact, lateral = by_file(path, tmp_path, ics)

@@ -181,17 +181,22 @@ def test_forces_and_displacements_averaged_over_strips_are_reciprocal_to_roundin
 
 
 def test_reciprocity_of_the_raw_matrix_and_of_the_discounted_one(on_plane, on_arcs):
-    """On a plane within the estimate. On arcs, observed at centres, also by the curvature across a strip."""
+    """On a plane within the estimate. On arcs, observed at centres, also by the curvature across a strip.
+
+    Shares are those of each component's own largest value.
+    """
     estimate = max(np.max(on_plane.column(m).estimate) for m in range(GRID.n_s))
     raw, discounted = (all_columns(on_plane, raw=raw) for raw in (True, False))
     assert reciprocity_defects(raw).max() <= 2 * estimate / np.max(raw)
     for found in (on_plane, *on_arcs.values()):
         raw, discounted = (all_columns(found, raw=raw) for raw in (True, False))
-        assert reciprocity_defects(raw).max() < 2e-3
+        defects = reciprocity_defects(raw).max(axis=(0, 1))
+        assert np.diag(defects).max() < 2e-3
+        assert defects.max() < 2e-2  # of sn, which is ten times smaller than ss and nn: joints lie in strips
         rigid = raw - discounted
-        assert reciprocity_defects(rigid).max() < 1e-10 * np.max(np.abs(rigid)) / np.max(
-            np.abs(rigid[..., 2, 2])
-        )
+        sizes = np.max(np.abs(rigid), axis=(0, 1, 2))
+        rounding = 1e-10 * np.max(sizes) / np.where(sizes > 1e-9 * np.max(sizes), sizes, np.inf)
+        assert np.all(reciprocity_defects(rigid).max(axis=(0, 1)) <= np.maximum(rounding, rounding.T))
 
 
 def test_tractions_always_do_work(on_arcs):
