@@ -9,30 +9,29 @@ import numpy as np
 import xarray as xr
 
 from compare.results.contact.compute import ContactResults, SolvedContact
-from compare.results.contact.quantities import QUANTITIES, main_patch, numbers
+from compare.results.contact.quantities import QUANTITIES, kinds, measured, numbers
 from compare.results.provenance import results_digest
 from compare.scenes.scene import Scene
+from contact.estimates import changes, estimates, summed
+from contact.normal import NormalContact
 from femic.work.provenance import versions
 
 NUMBERS = ("case", "ics")
-OF_EDGES = ("a", "b", "aspect", "angle", "area", "stiffness")  # numbers that rest on where edges lie
-OF_ALL = ("approach", "p_max")  # numbers that rest on all pressures
 NONE = dict.fromkeys(QUANTITIES, np.nan)
 
 
 def to_dataset(results: ContactResults) -> xr.Dataset:
     """Numbers by case and ICs, and pressures [MPa] and gaps [mm] of each case on its own grid.
 
-    `estimate_NAME` is the estimated error of NAME: the difference to elements twice as large (the largest of
-    those of related numbers, because one alone may be small by luck, and the accuracy of edges) and, of C,
-    that to C plus its estimated error. `displaced_NAME` is the number with the exact distance of the
-    displaced body; NaN where it is not known.
+    `estimate_NAME` is the estimated error of NAME: from elements twice and four times as large
+    (`contact.estimates`), and, of C, the change with C plus its estimated error. `displaced_NAME` is the
+    number with the exact distance of the displaced body; NaN where it is not known.
     """
     solved = [[results.contacts[case, name] for name in results.ics] for case in results.cases]
     tables = {
-        "": [[_numbers(contact) for contact in row] for row in solved],
+        "": [[_numbers(contact, contact.normal) for contact in row] for row in solved],
         "estimate_": [[_estimates(contact) for contact in row] for row in solved],
-        "displaced_": [[_displaced(contact) for contact in row] for row in solved],
+        "displaced_": [[_numbers(contact, contact.displaced) for contact in row] for row in solved],
     }
     dataset = xr.Dataset(
         {
@@ -55,28 +54,25 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
     return dataset.merge(xr.merge([_fields(number, row) for number, row in enumerate(solved)]))
 
 
-def _numbers(contact: SolvedContact) -> dict[str, float]:
-    return numbers(contact.placed, contact.normal)
-
-
-def _displaced(contact: SolvedContact) -> dict[str, float]:
-    return NONE if contact.displaced is None else numbers(contact.placed, contact.displaced)
+def _numbers(contact: SolvedContact, found: NormalContact | None) -> dict[str, float]:
+    """The numbers of a contact that was found; NaN where none was."""
+    return NONE if found is None else numbers(contact.placed, found)
 
 
 def _estimates(contact: SolvedContact) -> dict[str, float]:
     """Estimated errors of the numbers; NaN where the grid is too small for one of larger elements."""
-    normal, values = contact.normal, _numbers(contact)
+    normal, found, of_all = contact.normal, measured(contact.placed, contact.normal), kinds()
     if normal.coarser is None:
         return NONE
-    coarse = numbers(replace(contact.placed, grid=normal.coarser.problem.grid), normal.coarser)
-    perturbed = values if contact.perturbed is None else numbers(contact.placed, contact.perturbed)
-    changes = {name: abs(coarse[name] / value - 1) for name, value in values.items()}
-    patch, grid = main_patch(normal), contact.placed.grid
-    readings = patch.accuracy_x * grid.dx / values["a"] + patch.accuracy_s * grid.ds / values["b"]
-    of_edges = max(changes[name] for name in OF_EDGES) + readings
-    of_all = max(changes[name] for name in OF_ALL)
-    shares = dict.fromkeys(OF_EDGES, of_edges) | dict.fromkeys(OF_ALL, of_all) | {"load": changes["load"]}
-    return {name: abs(value) * shares[name] + abs(value - perturbed[name]) for name, value in values.items()}
+    larger = [
+        numbers(replace(contact.placed, grid=one.problem.grid), one)
+        for one in (normal.coarser, normal.coarser.coarser)
+        if one is not None
+    ]
+    parts = [estimates(found, of_all, *larger)]
+    if contact.perturbed is not None:
+        parts.append(changes(found, of_all, _numbers(contact, contact.perturbed)))
+    return summed(parts)
 
 
 def _fields(number: int, row: Sequence[SolvedContact]) -> xr.Dataset:

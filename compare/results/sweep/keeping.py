@@ -84,7 +84,9 @@ def kept_contact(scene: Scene, means: Means) -> xr.Dataset:
     solved = computed(scene, means).drop_vars(["C_seconds", "seconds"], errors="ignore")
     numbers = [name for name, variable in solved.data_vars.items() if not {"x", "s"} & set(variable.dims)]
     numbers_only = solved[numbers].drop_vars(["x", "s", "direction", "tangential"], errors="ignore")
-    return numbers_only.astype(float).rename({"rms": CURVES_RMS} if "rms" in numbers else {})
+    return numbers_only.astype(float).rename(
+        {f"{prefix}rms": f"{prefix}{CURVES_RMS}" for prefix in ("", "estimate_") if "rms" in numbers}
+    )
 
 
 def kept_advice(scene: Scene, means: Means) -> xr.Dataset:
@@ -234,11 +236,11 @@ def _contact_jobs(scene: Scene) -> list[Jobs]:
 
 def _names_of_contact() -> frozenset[str]:
     """The names in all that is kept of contacts, without friction or with it."""
-    numbers = {*QUANTITIES, *OF_PATCH, *OF_ROLLING, *OF_FREE}
+    numbers = {*QUANTITIES, *OF_PATCH, *OF_ROLLING, *OF_FREE, CURVES_RMS, "largest"}
     return frozenset({*numbers, *(f"estimate_{name}" for name in numbers), *OF_CONTACT})
 
 
-OF_CONTACT = ("case", "ics", "friction", "load", "xi", CURVES_RMS, "simplified")
+OF_CONTACT = ("case", "ics", "friction", "load", "xi", "simplified")
 ON_LINES = frozenset({*OF_ERRORS, *("variant", "body", "line", "i", "j"), *COSTS})
 AT_POINTS = ON_LINES | {"ic", "estimate", "point", "on_line", "x", "s"}
 OF_ADVICE = frozenset({"variant", "body", "known_error", "ic_seconds", "advised"})
