@@ -65,7 +65,7 @@ LONGITUDINAL, LATERAL, ABOUT_X, ABOUT_Z, CENTRE = (
     Kind("force", scale, (_FORCE,), ("force",), exact=True)
     for scale in ("longitudinal", "lateral", "about_x", "about_z", "centre")
 )
-WORK = Kind("work", "work", (_FORCE,), ("force",))
+WORK = Kind("work", "work", (_FORCE,), ("work",))
 SLIDING = Kind("sliding", SHARE, floors=("sliding",))
 CREEPAGE = Kind("creepage", "creepage", (("creepage", RELATED),), ("force",))
 SLOPE = Kind("slope", floors=("slope",))

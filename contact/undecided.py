@@ -15,8 +15,8 @@ from contact.estimates import Scale
 from geometries.arrays import Array, Mask
 from geometries.patches import N
 
-OF_STATE, OF_EDGE = 0.06, 0.05  # part of tractions on open elements that a force may lack
-OF_SLIDING, OF_TURNING = 0.15, 0.5  # part of the area of open elements that may be in another state
+OF_STATE, OF_WORK, OF_EDGE = 0.1, 0.15, 0.05  # part of tractions on open elements that a force may lack
+OF_SLIDING, OF_TURNING = 0.2, 0.5  # part of the area of open elements that may be in another state
 OF_AREA = 0.15  # part of the area of elements at the edge that may not be in contact
 OF_READING = 2.0  # errors of edges over the accuracy of their readings
 NEIGHBOURS = ((1, 0), (-1, 0), (0, 1), (0, -1))
@@ -79,6 +79,7 @@ def floors(tractions: Tractions) -> dict[str, float]:
     at_edge = tractions.at_edge
     return {
         "force": rests_on_state + OF_EDGE * of_load(at_edge),
+        "work": OF_WORK * rests_on_state / OF_STATE + OF_EDGE * of_load(at_edge),
         "sliding": OF_SLIDING * part(tractions.open) + OF_TURNING * part(tractions.turning),
         "area": OF_AREA * part(at_edge),
         "stiffness": OF_AREA / 2 * part(at_edge),  # it grows like the square root of the area
