@@ -8,15 +8,17 @@ import pytest
 import xarray as xr
 
 from approx.matrix import matrix
+from compare.results.contact.compute import reference_ics
 from compare.results.contact.pairing import placed_on
 from compare.results.contact.quantities import main_patch
 from compare.results.friction.compression import compute_compression
-from compare.results.friction.operators import FullReferenceICs
+from compare.results.friction.operators import BodyICs, FullReferenceICs, full_reference_ics
 from compare.results.friction.quantities import OF_PATCH, OF_ROLLING, _spin
 from compare.results.friction.rolling import OF_FREE, _away, between, compute_rolling, deciding
 from contact.edges import extents
 from contact.estimates import Measured
 from contact.operators.dense import GridOperator
+from femic.means import Means
 from geometries.grids import Grid
 from tests.compare.results.friction.scenes import scene
 
@@ -169,3 +171,33 @@ def test_the_main_patch_is_the_one_that_carries_most():
     assert main_patch(contact).s[0] > 10
     mirrored = SimpleNamespace(p=p[:, ::-1], patches=extents(p[:, ::-1], np.where(p > 0, 0.0, gap)[:, ::-1]))
     assert main_patch(mirrored).s[1] < 9
+
+
+# --- C plus its estimate --------------------------------------------------------------------------------
+
+
+def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
+    """Products with tractions differ by those of the sum of the estimates, and the largest is what is said."""
+    of, grid = scene(10.3, motion="rolling", loads=[1e3]), Grid(6, 4, 0.4, 0.5)
+    placed, random = placed_on(of, grid), np.random.default_rng(4)
+    size = matrix("Bhat", of.pair, grid)
+    estimates = {name: 0.01 * random.random(size.shape) * np.max(size) for name in ("lower", "upper")}
+    made = {name: BodyICs(size / 2, estimate, 0.0) for name, estimate in estimates.items()}
+    monkeypatch.setattr("compare.results.friction.operators.body_ics", lambda *_: made)
+    c, p = full_reference_ics(of, placed, Means()), random.random((6, 4, 3))
+    total = estimates["lower"] + estimates["upper"]
+    np.testing.assert_allclose(
+        c.perturbed(p) - c.operator(p), GridOperator.of(total)(p), rtol=1e-6, atol=1e-12
+    )
+    assert c.estimate == pytest.approx(np.max(total) / np.max(np.abs(size[..., 2, 2])), rel=1e-6)
+
+
+def test_c_nn_is_perturbed_by_its_estimate(monkeypatch):
+    of, grid = scene(10.3, loads=[1e3]), Grid(6, 4, 0.4, 0.5)
+    placed = placed_on(of, grid)
+    nn = matrix("Bhat", of.pair, grid)[..., 2, 2]
+    estimate = 0.01 * nn
+    monkeypatch.setattr("compare.results.contact.compute.c_on", lambda *_: (nn, estimate))
+    c, p = reference_ics(of, placed, Means()), np.random.default_rng(4).random((6, 4, 1))
+    np.testing.assert_allclose(c.perturbed(p), 1.01 * c.operator(p))
+    assert c.estimate == pytest.approx(0.01)
