@@ -7,14 +7,15 @@ import numpy as np
 
 from compare.results.friction.curve import Curve, Path
 from compare.results.friction.quantities import OF_ROLLING, Described
+from contact.estimates import CREEPAGE
 from contact.rolling import RollingContact
 from geometries.errors import Failure
 
 PREFIX = "displaced_"  # of the names of numbers with the distance of the displaced wheel
 DISPLACED = {
     **OF_ROLLING,
-    "zero_creepage": Described("1", "creepage without longitudinal force"),
-    "xi": Described("1", "creepage of these numbers"),
+    "zero_creepage": Described("1", "creepage without longitudinal force", kind=CREEPAGE),
+    "xi": Described("1", "creepage of these numbers", kind=CREEPAGE),
 }
 STEPS = 10  # largest number of contacts
 TOLERANCE = 1e-4  # of the approach: of a change of the distance that is itself small
@@ -31,8 +32,8 @@ def displaced_numbers(path: Path, curve: Curve) -> Mapping[str, float]:
     except Failure:  # the patch is larger than the grid, or not found: the curve itself stands
         return dict.fromkeys(DISPLACED, np.nan)
     changed = float(found.contact.force[0] - first.contact.force[0])
-    moved = curve.zero_creepage - changed / curve.slope
-    return {**path.numbers(found), "zero_creepage": moved, "xi": found.creepages.longitudinal}
+    moved = curve.free.numbers["zero_creepage"] - changed / curve.free.numbers["slope"]
+    return {**path.measured(found).numbers, "zero_creepage": moved, "xi": found.creepages.longitudinal}
 
 
 def displaced(path: Path, contact: RollingContact) -> RollingContact:

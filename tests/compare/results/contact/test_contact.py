@@ -17,6 +17,7 @@ from compare.results.contact.compute import (
 from compare.results.contact.dataset import to_dataset
 from compare.results.contact.grids import MOST_STRIPS, Sizing
 from compare.results.contact.pairing import Case, placed_on, undeformed_of
+from compare.results.contact.quantities import numbers
 from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene, scene_from_table
 from contact.edges import MARGIN
@@ -113,6 +114,27 @@ def test_scenes_with_the_exact_distance_solve_with_it():
     (case,) = linear.cases
     displaced = linear.contacts[case, "Bhat"].displaced
     assert exact.contacts[case, "Bhat"].normal.approach == pytest.approx(displaced.normal.approach, rel=1e-4)
+
+
+def test_the_estimate_of_c_is_added_to_what_elements_change(monkeypatch):
+    """Not the larger of both: ICs larger by 4 % change the approach by 2.4 % or more, and p_max."""
+
+    def known(of, placed, _):
+        nn = matrix("Bhat", of.pair, placed.grid)[..., 2:, 2:]
+        return ReferenceICs(*[GridOperator.of(f * nn, (N,)) for f in (1.0, 1.04)], 0.0, 0.0, 1.0, 1.0, 0.0)
+
+    monkeypatch.setattr("compare.results.contact.compute.reference_ics", known)
+    results = compute_contact(scene(10.2, loads=[3e3], ics=["C"], elements=12))
+    (contact,) = results.contacts.values()
+    assert contact.perturbed.approach > 1.02 * contact.normal.approach
+    exact = replace(results, contacts={at: replace(c, perturbed=None) for at, c in results.contacts.items()})
+    both, of_elements = (to_dataset(one).isel(case=0, ics=0) for one in (results, exact))
+    changed = numbers(contact.placed, contact.perturbed)
+    for name, value in changed.items():
+        added = float(both[f"estimate_{name}"] - of_elements[f"estimate_{name}"])
+        assert added >= 0.999 * abs(value - float(both[name])), name
+        assert float(of_elements[f"estimate_{name}"]) > 0, name
+    assert float(both.estimate_approach - of_elements.estimate_approach) < 0.05 * float(both.approach)
 
 
 # --- grids ----------------------------------------------------------------------------------------------
