@@ -121,7 +121,7 @@ def test_the_estimate_of_c_is_added_to_what_elements_change(monkeypatch):
 
     def known(of, placed, _):
         nn = matrix("Bhat", of.pair, placed.grid)[..., 2:, 2:]
-        return ReferenceICs(*[GridOperator.of(f * nn, (N,)) for f in (1.0, 1.04)], 0.0, 0.0, 1.0, 1.0, 0.0)
+        return ReferenceICs(*[GridOperator.of(f * nn, (N,)) for f in (1.0, 1.04)], 0.0, 0.0, 1.0, 0.0)
 
     monkeypatch.setattr("compare.results.contact.compute.reference_ics", known)
     results = compute_contact(scene(10.2, loads=[3e3], ics=["C"], elements=12))
