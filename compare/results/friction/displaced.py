@@ -24,12 +24,16 @@ TOLERANCE = 1e-4  # of the approach: of a change of the distance that is itself 
 def displaced_numbers(path: Path, curve: Curve) -> Mapping[str, float]:
     """The numbers of `DISPLACED` at the creepage nearest 0; NaN where there is no such contact on the grid.
 
-    The creepage without force is moved by the change of the force over the slope.
+    They are NaN, too, where one of both contacts is found in a less accurate form than the other: that would
+    change more than the distance does. The creepage without force is moved by the change of the force over
+    the slope.
     """
     try:
         first = path.at(min(path.xi, key=abs), curve.equal)
         found = displaced(path, first)
     except Failure:  # the patch is larger than the grid, or not found: the curve itself stands
+        return dict.fromkeys(DISPLACED, np.nan)
+    if found.contact.motion.depth != first.contact.motion.depth:
         return dict.fromkeys(DISPLACED, np.nan)
     changed = float(found.contact.force[0] - first.contact.force[0])
     moved = curve.free.numbers["zero_creepage"] - changed / curve.free.numbers["slope"]

@@ -7,8 +7,8 @@ import pytest
 
 from compare.results.contact.pairing import Case, placed_on
 from compare.results.friction.bodies import Solver
-from compare.results.friction.curve import Path
-from compare.results.friction.displaced import displaced
+from compare.results.friction.curve import Curve, Path
+from compare.results.friction.displaced import displaced, displaced_numbers
 from compare.results.friction.operators import approximation
 from compare.results.friction.rolling import compute_rolling
 from compare.scenes.load import load_scene
@@ -75,6 +75,20 @@ def test_the_file_has_what_it_changes():
     moved = float(dataset.displaced_zero_creepage - dataset.zero_creepage)
     assert moved == pytest.approx(-changed / float(dataset.slope), rel=1e-3)
     assert moved != 0.0
+
+
+@pytest.mark.parametrize("followers", [2, 1])
+def test_contacts_of_different_forms_are_not_compared(followers, monkeypatch):
+    """What fewer elements at the leading edge change is not what the distance changes."""
+    path = path_of(0.3)
+    first = path.solved(0.0, None)
+    curve = Curve([], [], -1e-3, 1e7, first)
+    simpler = replace(first.contact, motion=replace(first.contact.motion, followers=followers))
+    monkeypatch.setattr(
+        "compare.results.friction.displaced.displaced", lambda *_: replace(first, contact=simpler)
+    )
+    known = displaced_numbers(path, curve)
+    assert np.isnan(known["zero_creepage"]) == np.isnan(known["p_max"]) == (followers != 2)
 
 
 def steps(dataset):
