@@ -177,7 +177,7 @@ def test_the_main_patch_is_the_one_that_carries_most():
 
 
 def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
-    """Products with tractions differ by those of the sum of the estimates, and the largest is what is said."""
+    """Products with tractions differ by those of the sum of estimates, whose largest is what is said."""
     of, grid = scene(10.3, motion="rolling", loads=[1e3]), Grid(6, 4, 0.4, 0.5)
     placed, random = placed_on(of, grid), np.random.default_rng(4)
     size = matrix("Bhat", of.pair, grid)
