@@ -4,8 +4,8 @@
 
 Prints for each number how often its error is within its estimate, the worst ratio of error and estimate, and
 the median of the opposite ratio, which says how much too large estimates are; the same for the difference to
-elements twice as large. Contacts of seed 1 were used to find the shares in `contact.undecided`; others check
-them. On arcs and ellipses, unsymmetric and often off the crown, with 8 to 20 elements across the patch.
+elements twice as large. The shares in `contact.undecided` were found with contacts of seeds 1 and 2; others
+check them. On arcs and ellipses, unsymmetric and often off the crown, with 8 to 20 elements across the patch.
 """
 
 import argparse

@@ -13,7 +13,7 @@ from compare.results.contact.pairing import placed_on
 from compare.results.contact.quantities import main_patch
 from compare.results.friction.compression import compute_compression
 from compare.results.friction.operators import BodyICs, FullReferenceICs, full_reference_ics
-from compare.results.friction.quantities import OF_PATCH, OF_ROLLING, _spin
+from compare.results.friction.quantities import OF_PATCH, OF_ROLLING
 from compare.results.friction.rolling import OF_FREE, _away, between, compute_rolling, deciding
 from contact.edges import extents
 from contact.estimates import Measured
@@ -157,9 +157,11 @@ def test_the_moment_is_that_of_all_tractions_on_inclined_places():
             directions = np.array([[1, 0, 0], [0, cos, -sin], [0, sin, cos]])
             y, z = (float(v[0]) for v in contour.position(np.array([s])))
             moment += np.cross([x, y, z], p[i, j] @ directions) * placed.grid.area
-    assert _spin(placed, SimpleNamespace(p=p)) == pytest.approx(moment[2])
+    m_z = OF_PATCH["M_z"].of
+    assert m_z(placed, SimpleNamespace(p=p)) == pytest.approx(moment[2])
+    assert OF_PATCH["M_x"].of(placed, SimpleNamespace(p=p)) == pytest.approx(moment[0])
     level = replace(placed, grid=Grid(4, 5, 0.7, 0.9, 0.0))
-    assert _spin(placed, SimpleNamespace(p=p)) != pytest.approx(_spin(level, SimpleNamespace(p=p)), rel=0.01)
+    assert m_z(placed, SimpleNamespace(p=p)) != pytest.approx(m_z(level, SimpleNamespace(p=p)), rel=0.01)
 
 
 def test_the_main_patch_is_the_one_that_carries_most():
