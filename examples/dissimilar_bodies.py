@@ -26,7 +26,7 @@ from compare.pages.styles import MARKERS, STYLES, SYMBOLS
 from compare.results.calibration import calibrate
 from compare.results.contact.compute import grids_of
 from compare.results.contact.pairing import Placed, placed_on
-from compare.results.friction.operators import body_ics, total_ics
+from compare.results.friction.operators import BodyICs, body_ics, total_ics
 from compare.results.friction.quantities import OF_PATCH, numbers
 from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
@@ -37,7 +37,6 @@ from contact.operators.turned import turned
 from contact.rolling import RollingContact, RollingProblem
 from femic.means import Means
 from femic.work.store import Store
-from geometries.arrays import Array
 from geometries.materials import Material
 
 RATIOS = (0.1, 0.3, 1.0, 3.0, 10.0)
@@ -58,7 +57,7 @@ class Bodies:
 
     scene: Scene
     placed: Placed
-    c: Mapping[str, Array]
+    c: Mapping[str, BodyICs]
     fits: Mapping[str, EffectiveProperties]
 
     @classmethod
@@ -66,7 +65,7 @@ class Bodies:
         """Solve and fit C of both bodies on the grid that fits the scene's contact."""
         ((grid, _),) = grids_of(scene)
         placed = placed_on(scene, grid)
-        c = {name: body.ics for name, body in body_ics(scene, placed, means).items()}
+        c = body_ics(scene, placed, means)
         fits = {name: fit.effective for name, fit in calibrate(scene, means).fits.items()}
         return cls(scene, placed, c, fits)
 
@@ -90,7 +89,7 @@ class Bodies:
         if ics != "C":
             return GridOperator.of(matrix(ics, self.pair(ratio), self.placed.grid))
         scaled = {
-            name: self.scene.bodies[name].material.E / E * self.c[name]
+            name: self.c[name].scaled(self.scene.bodies[name].material.E / E)
             for name, E in self.moduli(ratio).items()
         }
         return GridOperator.of(total_ics(self.scene, self.placed, scaled))

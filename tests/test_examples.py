@@ -181,7 +181,7 @@ def test_c_scaled_by_the_modulus_is_c_of_the_body_of_that_modulus(dissimilar):
         for name, body in scene.bodies.items()
     }
     anew = body_ics(replace(scene, bodies=stiffer), bodies.placed, Means())
-    expected = total_ics(scene, bodies.placed, {name: body.ics for name, body in anew.items()})
+    expected = total_ics(scene, bodies.placed, anew)
     expected = GridOperator.of(expected).transformed
     scaled = bodies.operator("C", 10.0).transformed
     np.testing.assert_allclose(scaled, expected, rtol=0, atol=1e-9 * np.max(expected))

@@ -13,7 +13,7 @@ from typing import cast
 import numpy as np
 
 from femic.accuracy import Shares
-from femic.discount import discount, fit_discount, motions
+from femic.discount import FZ, discount, fit_discount, motions
 from femic.estimate import Estimated, estimated, total
 from femic.harmonic.lags import LagSynthesis, syntheses
 from femic.harmonic.record import HARMONIC
@@ -75,7 +75,7 @@ class MatrixReference:
 
     def raw_column(self, strip: int) -> Array:
         """C before the discount [mm/N] due to unit total loads on one strip, shape (3, 3, n_x, n_s)."""
-        return self._syntheses[""].column(strip)
+        return self._raw(strip, "")
 
     @cached_property
     def _columns(self) -> list[Estimated] | None:
@@ -105,16 +105,29 @@ class MatrixReference:
         errors = column.mesh_error, column.truncation_error, column.waves_error
         return Estimated(column.ic, *(cast(Array, error.astype(np.float32)) for error in errors))
 
-    def nearer_column(self, strip: int) -> Array:
-        """C [mm/N] of the same body with a far arc of half the radius, shape (3, 3, n_x, n_s)."""
-        return self._varied(strip, self.job.discounts[0], "nearer")
+    def paired_column(self, strip: int, variation: str = "") -> Array:
+        """C [mm/N] as a pair of bodies takes it, before its approach is subtracted, shape (3, 3, n_x, n_s).
+
+        Of each body's own discount this is what is no approach: all of "source", nothing of the others.
+        `variation` is that of the model: "nearer" has a far arc of half the radius.
+        """
+        name = self.job.discounts[0]
+        return self._varied(strip, name, variation) if name == "source" else self._raw(strip, variation)
+
+    def approach(self, variation: str = "") -> float:
+        """M_zz [mm/N], which is subtracted from the approach of a pair; 0 for other discounts."""
+        name = self.job.discounts[0]
+        return float(self._compliances[name][variation][FZ, FZ]) if name == "approach" else 0.0
+
+    def _raw(self, strip: int, variation: str) -> Array:
+        return self._syntheses[variation].column(strip)
 
     def _varied(self, strip: int, name: Discount, variation: str) -> Array:
         """A variation of C [mm/N] after a discount, shape (3, 3, n_x, n_s)."""
         elements = Points(self.job.grid.lags[:, None], self.job.grid.strips[None])
         unit_motions = motions(self.job.body, elements, float(self.job.grid.strips[strip]))
         rigid = discount(self._compliances[name][variation], unit_motions)
-        return np.asarray(self._syntheses[variation].column(strip) - rigid)
+        return np.asarray(self._raw(strip, variation) - rigid)
 
 
 def matrices(

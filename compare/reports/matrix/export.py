@@ -18,8 +18,8 @@ from compare.scenes.errors import require_none
 from compare.scenes.scene import Scene
 from contact.operators.dense import dense
 from contact.operators.turned import turned
-from femic.estimate import total
 from femic.matrix.job import Discount
+from femic.matrix.pair import pair_column
 from femic.matrix.reference import matrices
 from femic.means import DEFAULT, Means
 from geometries.arrays import Array
@@ -156,8 +156,8 @@ def discounted_matrix(scene: Scene, discount: Discount, means: Means) -> Array:
     kept.
     """
     jobs = c_jobs(replace(scene, discount=discount), placed_on(scene, scene.grid), COMPONENTS)
-    solved = matrices(jobs, means, combined=True).values()
-    columns = [total([reference.column(strip) for reference in solved]).ic for strip in range(scene.grid.n_s)]
+    solved, contour = matrices(jobs, means, combined=True), scene.bodies["lower"].contour
+    columns = [pair_column(solved, contour, strip).ic for strip in range(scene.grid.n_s)]
     return scene.grid.area * np.moveaxis(np.stack(columns), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))
 
 

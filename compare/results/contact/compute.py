@@ -265,21 +265,25 @@ def _remedy(scene: Scene) -> str:
 def c_on(scene: Scene, placed: Placed, means: Means = DEFAULT) -> tuple[Array, Array]:
     """C_nn of both bodies on a grid and its estimate [mm/MPa], (n_x, n_s, n_s) each."""
     solved = matrices(c_jobs(scene, placed), means, combined=True)
-    return _sum_nn(solved, placed.grid, _ic), _sum_nn(solved, placed.grid, _estimate)
+    estimate = _sum_nn(solved, placed.grid, lambda reference, strip: reference.column(strip).estimate)
+    return nn_of(solved, placed), estimate
 
 
 def nn_operator(solved: Mapping[str, MatrixReference], placed: Placed, variation: str = "") -> GridOperator:
     """The operator of C_nn of both bodies; `variation` "nearer": with far arcs of half the radius."""
-    column = MatrixReference.nearer_column if variation else _ic
-    return _operator(_sum_nn(solved, placed.grid, column))
+    return _operator(nn_of(solved, placed, variation))
 
 
-def _ic(reference: MatrixReference, strip: int) -> Array:
-    return reference.column(strip).ic
+def nn_of(solved: Mapping[str, MatrixReference], placed: Placed, variation: str = "") -> Array:
+    """C_nn of both bodies [mm/MPa], shape (n_x, n_s, n_s).
 
-
-def _estimate(reference: MatrixReference, strip: int) -> Array:
-    return reference.column(strip).estimate
+    The approach that is subtracted moves the bodies as that of a contact does, along the lower normals: so
+    pressures do not depend on it. (Each body's own would not cancel where contours differ: the bodies' M_zz
+    are large and of opposite signs, and normals at equal arc lengths are not parallel.)
+    """
+    raw = _sum_nn(solved, placed.grid, lambda reference, strip: reference.paired_column(strip, variation))
+    approach = placed.grid.area * sum(reference.approach(variation) for reference in solved.values())
+    return raw - approach * np.outer(placed.cosine, placed.cosine)
 
 
 def _sum_nn(

@@ -14,6 +14,7 @@ from contact.operators.dense import PARITY, Asymmetry, GridOperator
 from contact.operators.rolled import rolled
 from contact.operators.turned import turned
 from femic.estimate import Estimated
+from femic.matrix.pair import vertical
 from femic.matrix.reference import matrices
 from femic.means import Means
 from geometries.arrays import Array
@@ -25,11 +26,19 @@ MOST_DENSE = 96  # strips up to which products of others are 3 to 10 times faste
 
 @dataclass(frozen=True, eq=False)
 class BodyICs:
-    """C of a body on a grid, reciprocal, and its estimate [mm/MPa], shape (n_x, n_s, n_s, 3, 3) each."""
+    """C of a body on a grid, reciprocal, and its estimate [mm/MPa], shape (n_x, n_s, n_s, 3, 3) each.
+
+    `approach` [mm/MPa] is what is subtracted from the approach of the pair per vertical traction.
+    """
 
     ics: Array
     estimate: Array
     asymmetry: Asymmetry  # before the mean of C(I, J) and C(J, I)^T was taken
+    approach: float = 0.0
+
+    def scaled(self, factor: float) -> "BodyICs":
+        """C of the same body with a modulus that is smaller by a factor."""
+        return BodyICs(factor * self.ics, factor * self.estimate, self.asymmetry, factor * self.approach)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +63,7 @@ def approximation(placed: Placed, variant: str) -> FullOperator:
 def full_reference_ics(scene: Scene, placed: Placed, means: Means) -> FullReferenceICs:
     """C of both bodies: each made reciprocal, that of a rolling wheel for the slip of rolling, then added."""
     start, bodies = perf_counter(), body_ics(scene, placed, means)
-    total = total_ics(scene, placed, {name: body.ics for name, body in bodies.items()})
+    total = total_ics(scene, placed, bodies)
     estimates = sum(body.estimate for body in bodies.values())
     require_positive(scene, placed, total[..., 2, 2])
     largest = float(np.max(np.abs(total[..., 2, 2])))
@@ -71,21 +80,25 @@ def body_ics(scene: Scene, placed: Placed, means: Means) -> dict[str, BodyICs]:
     """C of both bodies; it goes like 1 / E. Raises NotConverged as `femic.matrix.reference.matrices`."""
     solved, found = matrices(c_jobs(scene, placed), means, combined=True), {}
     for name, reference in solved.items():
-        columns = [reference.column(strip) for strip in range(placed.grid.n_s)]
-        ics, estimate = (
-            _matrix([part(column) for column in columns], placed.grid)
-            for part in (lambda column: column.ic, _estimate)
-        )
-        found[name] = BodyICs(_reciprocal(ics), estimate, Asymmetry.of(ics))
+        strips, grid = range(placed.grid.n_s), placed.grid
+        ics = _matrix([reference.paired_column(strip) for strip in strips], grid)
+        estimate = _matrix([_estimate(reference.column(strip)) for strip in strips], grid)
+        approach = grid.area * reference.approach()
+        found[name] = BodyICs(_reciprocal(ics), estimate, Asymmetry.of(ics), approach)
     return found
 
 
-def total_ics(scene: Scene, placed: Placed, ics: Mapping[str, Array]) -> Array:
-    """The sum of the ICs of both bodies (n_x, n_s, n_s, 3, 3) [mm/MPa], as the motion sees them."""
-    lower, upper = ics["lower"], ics["upper"]
+def total_ics(scene: Scene, placed: Placed, bodies: Mapping[str, BodyICs]) -> Array:
+    """The sum of the ICs of both bodies (n_x, n_s, n_s, 3, 3) [mm/MPa], as the motion sees them.
+
+    The approach that is subtracted is that of a contact, along z without a turn: it changes no traction.
+    """
+    lower, upper = bodies["lower"].ics, bodies["upper"].ics
     if scene.contact.motion == "rolling":
         upper = rolled(upper, scene.bodies["upper"].surface, placed.upper_grid)
-    return np.asarray(lower + upper)
+    moved = vertical(placed.undeformed.lower.contour, placed.grid.strips)
+    approach = sum(body.approach for body in bodies.values())
+    return np.asarray(lower + upper - approach * np.einsum("ai,bj->abij", moved, moved))
 
 
 def _reciprocal(ics: Array) -> Array:

@@ -25,6 +25,7 @@ from femic.estimate import Estimated, total
 from femic.harmonic.record import HARMONIC
 from femic.matrix.columns import column_scale, column_shares, half_spaces_nn, is_far, worst_of
 from femic.matrix.job import Discount, MatrixJob, far_radius_for
+from femic.matrix.pair import pair_column
 from femic.matrix.reference import MatrixReference, matrices
 from femic.means import DEFAULT, Means
 from femic.models import peak_memory
@@ -60,7 +61,9 @@ class MatrixResults:
 
     def column(self, body: str, strip: int) -> Estimated:
         """C of a body, or of both, due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
-        return total([self.matrices[name].column(strip) for name in parts_of(body)])
+        if body in self.matrices:
+            return self.matrices[body].column(strip)
+        return pair_column(self.matrices, self.scene.bodies["lower"].contour, strip)
 
 
 def matrix_jobs(
@@ -121,8 +124,10 @@ def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixRe
         _create_variables(file, scene)
         for strip in range(scene.grid.n_s):
             columns = {name: reference.column(strip) for name, reference in matrix_references.items()}
+            contour = scene.bodies["lower"].contour
             compared_columns = {
-                name: total([columns[part] for part in parts_of(name)]) for name in scene.compared
+                name: columns[name] if name in columns else pair_column(matrix_references, contour, strip)
+                for name in scene.compared
             }
             like_half_spaces = {
                 name: total([matrix_references[part].column(strip, SOURCE) for part in parts_of(name)])

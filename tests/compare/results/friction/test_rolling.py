@@ -9,6 +9,7 @@ from compare.results.friction import bodies, rolling
 from compare.results.friction.bodies import Solver
 from compare.results.friction.curve import Path
 from compare.results.friction.operators import (
+    BodyICs,
     FullReferenceICs,
     _reciprocal,
     approximation,
@@ -193,12 +194,13 @@ def test_only_a_rolling_wheel_is_seen_as_rolling():
     of = rolls(10.3)
     grid = Grid(6, 4, 0.2, 0.2)
     placed = placed_on(of, grid)
-    ics = {name: np.random.default_rng(0).standard_normal((6, 4, 4, 3, 3)) for name in ("lower", "upper")}
+    random = np.random.default_rng(0)
+    ics = {name: BodyICs(random.standard_normal((6, 4, 4, 3, 3)), None, None) for name in ("lower", "upper")}
     pressed_on = scene(10.3, motion="compression", loads=[1.0])
     rolled, pressed = (total_ics(one, placed, ics) for one in (of, pressed_on))
     np.testing.assert_array_equal(rolled[..., 1:, :], pressed[..., 1:, :])
     assert np.max(np.abs(rolled[1:, ..., 0, :] - pressed[1:, ..., 0, :])) > 0
-    np.testing.assert_array_equal(pressed, ics["lower"] + ics["upper"])
+    np.testing.assert_array_equal(pressed, ics["lower"].ics + ics["upper"].ics)
 
 
 @pytest.mark.slow  # two models by finite elements
