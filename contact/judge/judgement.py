@@ -30,13 +30,16 @@ LEAST_CURVATURE = 1e-6  # 1/mm, of surfaces that fit each other
 
 @dataclass(frozen=True)
 class Numbers:
-    """The numbers of a contact; mm, rad, MPa."""
+    """The numbers of a contact; mm, rad, MPa, N. The last three vanish where all is symmetric."""
 
     a: float  # half-length along x
     b: float  # half-width along s, on the arc
     angle: float  # range of the inclination over the patch
     p_max: float
-    approach: float
+    approach: float  # of the far arcs: the compliance of the whole bodies is in it
+    F_y: float  # lateral force on the upper body
+    M_x: float  # moment on it about the x axis through the contact centre [N mm]
+    s_centre: float  # centre of pressure along s
 
     def estimate(self, coarser: "Numbers", reading: float) -> "Numbers":
         """Estimates of the errors of all numbers from coarser ones, and from that of reading an edge [mm]."""
@@ -98,7 +101,16 @@ def numbers_of(level: Level) -> Numbers:
     """The numbers of a contact on one pair of meshes."""
     s = np.array(level.s_range)
     angle = float(np.ptp(level.bodies.lower.contour.inclination(s)))
-    return Numbers(level.a, float(np.ptp(s)) / 2, angle, float(level.p.max()), level.settled.state.approach)
+    return Numbers(
+        level.a,
+        float(np.ptp(s)) / 2,
+        angle,
+        float(level.p.max()),
+        level.settled.state.approach,
+        level.lateral_force,
+        level.moment,
+        level.centre_of_pressure,
+    )
 
 
 def _judgement(fine: Level, coarse: Level, seconds_of_patch: float) -> Judgement:
