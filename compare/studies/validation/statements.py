@@ -1,4 +1,4 @@
-"""All statements by number: 1 to 13 and 16 to 21 are those of [BVSV], 14, 15 and 22 are about this program.
+"""All statements by number: 1 to 13 and 16 to 21 are those of [BVSV], the others are about this program.
 
 Thresholds were set before the first run and have not been changed since; `changes` lists what was changed
 in claims and criteria. The report says where a number misses its threshold. Errors are those of design
