@@ -120,8 +120,12 @@ class Level:
         return -self._end(-self.zone.s, self.zone.x, symmetric=True), high
 
     def _end(self, along: Array, across: Array, *, symmetric: bool) -> float:
-        smooth = self._on_smooth_surfaces
-        return extent.end(along[smooth], across[smooth], self.gap[smooth], self.spacing, symmetric=symmetric)
+        """Where the patch ends along a coordinate, from gaps beyond a joint only if there are no others."""
+        smooth, gap = self._on_smooth_surfaces, self.gap
+        try:
+            return extent.end(along[smooth], across[smooth], gap[smooth], self.spacing, symmetric=symmetric)
+        except Failure:
+            return extent.end(along, across, gap, self.spacing, symmetric=symmetric)
 
     @property
     def _on_smooth_surfaces(self) -> Mask:
