@@ -29,7 +29,7 @@ matrix: $(READY)  ## the IC matrix of Geometry 2 on a grid; the report is out/ge
 contact: $(READY)  ## frictionless contact of two pairs with A, B, B-hat and C: out/wide/contact.html, out/tall/contact.html
 	$(FEMIC) contact wide tall
 
-rolling: $(READY)  ## a wheel that rolls, and is pressed on, with friction, by A, B-hat, B-hat-prime, mix and C: out/rolling/contact.html, out/compression/contact.html
+rolling: $(READY)  ## a wheel that rolls, and is pressed on, with friction, by A, B-hat, B-hat-prime, mix and C (pressed on, by B, too): out/rolling/contact.html, out/compression/contact.html
 	$(FEMIC) contact rolling compression
 
 judge: $(READY)  ## contact of `tall` by finite elements, without ICs, beside that by ICs: out/tall/judge.html

@@ -37,14 +37,14 @@ class Extent:
     accuracy_s: float
 
 
-def near_ends(in_contact: Mask) -> tuple[str, ...]:
-    """The ends of a grid, of `ENDS`, that a contact comes nearer to than `MARGIN` elements."""
+def near_ends(in_contact: Mask, margin: int = MARGIN) -> tuple[str, ...]:
+    """The ends of a grid, of `ENDS`, that a contact comes nearer to than `margin` elements."""
     along_x, along_s = (np.flatnonzero(in_contact.any(axis=axis)) for axis in (1, 0))
     if not len(along_x):
         return ()
     n_x, n_s = in_contact.shape
     rooms = along_x[0], n_x - 1 - along_x[-1], along_s[0], n_s - 1 - along_s[-1]
-    return tuple(end for end, room in zip(ENDS, rooms, strict=True) if room < MARGIN)
+    return tuple(end for end, room in zip(ENDS, rooms, strict=True) if room < margin)
 
 
 def extents(p: Array, gap: Array) -> list[Extent]:

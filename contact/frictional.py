@@ -14,7 +14,7 @@ from typing import Protocol, Self
 import numpy as np
 
 from contact.bounded import pressures
-from contact.edges import Extent, extents, near_ends
+from contact.edges import MARGIN, Extent, extents, near_ends
 from contact.friction import coulomb
 from contact.friction.borne import NotBorne
 from contact.friction.coulomb import Coulomb, FreeAmplitudes, Tangential
@@ -53,7 +53,8 @@ class FrictionalProblem:
     """Two bodies on a grid, with friction: their ICs in all directions, distance, and how surfaces incline.
 
     `distance` [mm], (n_x, n_s), as in `NormalProblem`; `inclination` [rad], (n_s,); `flat` are the ICs of
-    half-spaces, whose inverse is a preconditioner; `friction` is the coefficient, zero or more.
+    half-spaces, whose inverse is a preconditioner; `friction` is the coefficient, zero or more. Beside the
+    contact `margin` elements are needed.
     """
 
     grid: Grid
@@ -62,6 +63,7 @@ class FrictionalProblem:
     distance: Array
     inclination: Array
     friction: float
+    margin: int = MARGIN
 
     def __post_init__(self) -> None:
         if not 0 <= self.friction < np.inf:
@@ -83,9 +85,18 @@ class FrictionalProblem:
         """The ICs of tangential tractions and displacements."""
         return self.operator.restricted(TANGENTIAL)
 
+    @property
+    def has_coarser(self) -> bool:
+        """Whether the grid can be made of elements twice as large."""
+        return self.grid.n_x % 2 == 0 and self.grid.n_s % 2 == 0
+
     @cached_property
     def coarsened(self) -> "FrictionalProblem":
-        """The problem on elements twice as large, the same tractions on four at a time."""
+        """The problem on elements twice as large, the same tractions on four at a time.
+
+        One element beside its contact is enough: the area is the same, and ends of fewer elements only make
+        a reading of the edges less accurate.
+        """
         normal = self.normal.coarsened
         inclination = self.inclination.reshape(-1, 2).mean(axis=1)
         return FrictionalProblem(
@@ -95,6 +106,7 @@ class FrictionalProblem:
             normal.distance,
             inclination,
             self.friction,
+            margin=1,
         )
 
 
@@ -177,7 +189,8 @@ class FrictionalContact:
     def dissipation(self) -> Array:
         """Work of friction per area: - p . slip [MPa times the unit of slip], (n_x, n_s), not negative.
 
-        In steady rolling its sum tends to the work of the rigid slip, with smaller elements.
+        In steady rolling its sum tends, with smaller elements, to the work of the tractions on the rigid
+        motion, the pressures' included (`contact.rolling`).
         """
         return np.asarray(-np.sum(self.p[..., :2] * self.slip, axis=-1))
 
@@ -204,7 +217,7 @@ def solve(
     do not agree after `MOST_TURNS`, and where the contact comes too near to an end of the grid.
     """
     contact = _Turns(problem, motion, pressing, tolerance).from_start(start)
-    if ends := near_ends(contact.in_contact):
+    if ends := near_ends(contact.in_contact, problem.margin):
         raise PotentialAreaTooSmall(ends)
     return contact
 

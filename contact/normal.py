@@ -19,7 +19,7 @@ from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
 
-COARSEST = 8  # elements along x or s below which pressures are not sought on a coarser grid first
+COARSEST = 4  # elements along x or s below which pressures are not sought on a coarser grid first
 
 
 class PotentialAreaTooSmall(Failure):

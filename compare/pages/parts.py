@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from compare.pages.html import write_page
 from compare.pages.styles import save
@@ -81,6 +82,26 @@ def listed(words: Iterable[str]) -> str:
     """Words with commas and "and" between them."""
     *first, last = words
     return f"{', '.join(first)} and {last}" if first else last
+
+
+def onset(angles: ArrayLike, beyond: ArrayLike) -> str:
+    """From which angle [deg] on something is so, as far as solved cases say: an interval between two of them.
+
+    "" where it never is. Cases may come in any order.
+    """
+    order = np.argsort(angles)
+    at, is_so = np.asarray(angles, dtype=float)[order], np.asarray(beyond, dtype=bool)[order]
+    if not is_so.any():
+        return ""
+    first = int(np.argmax(is_so))
+    where = f"between {at[first - 1]:.0f} and {at[first]:.0f} degrees" if first else f"{at[0]:.0f} degrees"
+    not_again = [f"{angle:.0f}" for angle in at[first:][~is_so[first:]]]
+    return " ".join(
+        [
+            f"from {where} on" if first else f"already at {where}, the least that was solved",
+            *([f"(not at {listed(not_again)})"] if not_again else []),
+        ]
+    )
 
 
 def furthest(values: xr.DataArray) -> float:

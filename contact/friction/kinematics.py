@@ -1,6 +1,7 @@
-"""Rigid slip of a wheel that rolls on a rail, per unit of rolled distance.
+"""How a rigid wheel that rolls on a rail moves over it, per unit of rolled distance.
 
-Rolling is towards +x. Slip is that of the upper surface over the lower one, in the local directions x and s.
+Rolling is towards +x. Velocities are those of the upper surface over the lower one, in the local directions
+x, s, n of the latter; those along x and s are the rigid slip.
 Source: design section 6; Kalker (1990), Three-dimensional elastic bodies in rolling contact, section 1.3.
 """
 
@@ -11,6 +12,7 @@ import numpy as np
 from geometries.arrays import Array
 from geometries.contours import Contour
 from geometries.errors import WrongInput
+from geometries.patches import N
 
 
 @dataclass(frozen=True)
@@ -49,15 +51,24 @@ class Rolling:
     s: Array
     height: Array
 
-    def rigid_slip(self, creepages: Creepages) -> Array:
-        """Rigid slip per unit of rolled distance, shape (n_x, n_s, 2)."""
+    def rigid_velocity(self, creepages: Creepages) -> Array:
+        """Velocity along x, s, n of the rigid wheel over the rail, over V, shape (n_x, n_s, 3).
+
+        Along n the wheel comes down ahead of the contact and rises behind it; its lateral velocity and spin
+        move it along the normals of inclined places, too.
+        """
         xi, upsilon, phi = creepages.longitudinal, creepages.lateral, creepages.spin
         y, _ = self.contour.position(self.s)
         sin, cos = self.contour.normal(self.s)
         x = self.x[:, None]
         along_x = -xi + (1 + xi) * self.height / self.radius - phi * y
-        along_s = upsilon * cos + (1 + xi) * x * sin / self.radius + phi * x * cos
-        return np.stack(np.broadcast_arrays(along_x, along_s), axis=-1)
+        aside, up = upsilon + phi * x, -(1 + xi) * x / self.radius
+        along = along_x, aside * cos - up * sin, aside * sin + up * cos
+        return np.stack(np.broadcast_arrays(*along), axis=-1)
+
+    def rigid_slip(self, creepages: Creepages) -> Array:
+        """Rigid slip per unit of rolled distance, shape (n_x, n_s, 2)."""
+        return self.rigid_velocity(creepages)[..., :N]
 
     def per_creepage(self, name: str) -> Array:
         """The rigid slip that a creepage of 1 adds, shape (n_x, n_s, 2): it is linear in each of them."""

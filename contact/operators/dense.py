@@ -15,7 +15,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh, lobpcg
 
 from contact.operators.convolution import Convolution, merged
 from geometries.arrays import Array, Indices
-from geometries.patches import N, S, X, mirror_signs
+from geometries.patches import DIRECTIONS, N, S, X, mirror_signs
 
 Real = NDArray[np.floating[Any]]
 Complex = NDArray[np.complexfloating[Any, Any]]
@@ -24,6 +24,7 @@ PARITY = mirror_signs(X)  # parity in x of the components (i, j): -1 odd
 EIGENVALUE_ACCURACY = 0.03  # accuracy of the smallest eigenvalue over the least IC of an element on itself
 PRECONDITIONER_SHIFT = 0.1  # smallest eigenvalue of the preconditioner's inverse over that IC
 ALL_BELOW, EVERY = 6, 6  # frequencies of the preconditioner: all below a number, then every sixth
+VANISHES = 1e-9  # size of a component over the largest one up to which it is zero by symmetry
 MOST_ITERATIONS = 100  # of the search for the smallest eigenvalue
 
 
@@ -174,10 +175,29 @@ def _frequencies(n: int) -> tuple[Indices, Indices]:
 
 
 def reciprocity_defects(ics: Array) -> Array:
-    """Largest |C(I, J) - C(J, I)^T| per pair of strips, over the largest |C_nn|, shape (n_s, n_s), symmetric.
+    """Largest |C(I, J) - C(J, I)^T| per pair of strips and component, shape (n_s, n_s, 3, 3).
 
-    `ics` has the shape (n_x, n_s, n_s, 3, 3). ICs of curved bodies that are observed at centres, and not
-    averaged over elements, are not quite reciprocal.
+    Each is a share of the component's own largest value: what is little beside C_nn may be much of C_sn. Of
+    components that vanish it is 0. `ics` has the shape (n_x, n_s, n_s, 3, 3). ICs of curved bodies that are
+    observed at centres, and not averaged over elements, are not quite reciprocal.
     """
     exchanged = PARITY.astype(ics.dtype) * np.swapaxes(np.swapaxes(ics, 1, 2), 3, 4)
-    return np.asarray(np.max(np.abs(ics - exchanged), axis=(0, 3, 4)) / np.max(np.abs(ics[..., 2, 2])))
+    sizes = np.max(np.abs(ics), axis=(0, 1, 2))
+    sizes = np.maximum(sizes, sizes.T)  # ij and ji are the same ICs, seen from both ends
+    there = sizes > VANISHES * np.max(sizes)
+    return np.asarray(np.max(np.abs(ics - exchanged), axis=0) / np.where(there, sizes, np.inf))
+
+
+@dataclass(frozen=True)
+class Asymmetry:
+    """The largest of the reciprocity defects, and the component that has it."""
+
+    share: float  # of the component's largest value
+    component: str
+
+    @classmethod
+    def of(cls, ics: Array) -> "Asymmetry":
+        """That of ICs (n_x, n_s, n_s, 3, 3)."""
+        worst = np.max(reciprocity_defects(ics), axis=(0, 1))
+        i, j = divmod(int(np.argmax(np.triu(worst))), len(DIRECTIONS))
+        return cls(float(worst[i, j]), DIRECTIONS[i] + DIRECTIONS[j])

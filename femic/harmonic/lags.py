@@ -122,18 +122,24 @@ def syntheses(solved: Responses, grid: Grid, components: Sequence[str]) -> dict[
         ]
         shape = (len(nodes.points), len(samples.k), len(nodes.points), grid.n_x)
         even, odd = (np.stack(w).reshape(shape) for w in zip(*weights, strict=True))
-        tails = np.stack([_tails(half_space, grid, float(wavenumbers.k_max * t)) for t in nodes.stretch])
+        largest = wavenumbers.k_max * nodes.stretch
+        m = _reach(grid, float(np.min(largest)))
+        tails = np.stack([_tails(half_space, grid, float(k), m) for k in largest])
         found[name] = LagSynthesis(grid, heights, nodes, even, odd, tails, samples, observers, wanted, loads)
     return found
 
 
+def _reach(grid: Grid, k_max: float) -> int:
+    """The number of strips apart up to which the half-space has a share."""
+    return min(int(np.ceil((grid.ds / 2 + WAVE_REACH / k_max) / grid.ds)), grid.n_s - 1)
+
+
 @lru_cache(maxsize=64)
-def _tails(half_space: HalfSpace, grid: Grid, k_max: float) -> Array:
+def _tails(half_space: HalfSpace, grid: Grid, k_max: float, m: int) -> Array:
     """The half-space's share of displacements [mm/N], shape (3, 3, n_x, 2 m + 1).
 
     The last axis counts the strips apart, from -m to m.
     """
-    m = min(int(np.ceil((grid.ds / 2 + WAVE_REACH / k_max) / grid.ds)), grid.n_s - 1)
     patch = Patch(grid.dx / 2, grid.ds / 2)
     ahead = np.stack([tail(half_space, patch, k_max, grid.lags, grid.ds * n) for n in range(m + 1)], axis=-1)
     behind = S_MIRROR[..., None, None] * ahead[..., :0:-1]

@@ -41,7 +41,7 @@ def body_of(side, contour, radius, nu=NU, far=FAR):
 def above_half_space(name, half_side, nu=NU):
     """C_nn - A_nn [mm/N] at the centre of a load on a body of `BODIES`, before any discount."""
     body, load = body_of(*BODIES[name][0], nu), Load(Patch(half_side, half_side), N)
-    request = HarmonicRequest(body, (load,), CENTRE, cells(load.patch).scaled(3.0), 1e-10)
+    request = HarmonicRequest(body, (load,), CENTRE, cells(load.patch).scaled(2.0), 3e-11)
     a = Solid(body.material, body.surface).approximate("A", load.patch, (CENTRE.x, CENTRE.s))
     return float(raw_ics(request).u[0, N, 0] - a[N, N, 0] / load.patch.area)
 
@@ -110,7 +110,7 @@ def test_the_far_arc_is_a_part_of_the_body_but_for_the_source_and_the_approach_h
     """A body clamped at half the distance gives way less as a whole, and as much near the contact."""
     grid = Grid(4, 4, 0.6, 0.9)
     given = found_on(grid, ("approach", "none"))
-    assert given.column(1).truncation_error.max() == 0.0
+    assert given.column(1).truncation_error[N, N].max() == 0.0
     assert found_on(grid, ("source",)).column(1).truncation_error[N, N].max() > 0.0
     nearer = found_on(grid, ("approach",), far=FAR / 2)
     own = given.column(1).ic[N, N, 0, 1]

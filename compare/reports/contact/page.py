@@ -10,7 +10,7 @@ import xarray as xr
 
 from compare.pages import views
 from compare.pages.html import write_page
-from compare.pages.parts import listed
+from compare.pages.parts import listed, onset
 from compare.pages.styles import save, symbol_of
 from compare.reports.contact import figures, sensitivity
 from compare.reports.judge.page import of_approaches, over_angle
@@ -136,10 +136,10 @@ def summary(dataset: xr.Dataset) -> str:
         worst = {
             key: float(values.values[np.argmax(np.abs(values.values))]) for key, values in deviations.items()
         }
-        failing = angle.where(abs(deviations["p_max"]) > FAILS).min()
+        failing = onset(angle.values, (abs(deviations["p_max"]) > FAILS).values)
         fails = (
-            f"; p_max is off by more than {FAILS:.0%} from {float(failing):.0f} degrees on"
-            if failing.notnull()
+            f"; p_max is off by more than {FAILS:.0%} {failing}"
+            if failing
             else f"; p_max is within {FAILS:.0%} everywhere"
         )
         sentences.append(

@@ -27,6 +27,16 @@ class Sensitivity:
     in_patch: Array  # pressures, 0 beside the patch, (n_x, n_s)
     difference: Array  # (n_x, n_s)
 
+    @property
+    def inside(self) -> Array:
+        """The differences on the patch, (n,)."""
+        return np.asarray(self.difference[self.in_patch > 0])
+
+    @property
+    def largest(self) -> float:
+        """The largest difference on the patch."""
+        return float(np.max(np.abs(self.inside)))
+
 
 def sensitivities(results: Mapping[str, ContactResults]) -> Iterator[Sensitivity]:
     """Yield the maps of all pressures on all patches."""
@@ -79,14 +89,16 @@ def _normalised(contact: SolvedContact) -> Array:
 
 
 def summary(results: Mapping[str, ContactResults]) -> str:
-    """How much A and B-hat differ within each patch, at least and at most."""
-    sentences = []
-    for one in sensitivities(results):
-        inside = one.difference[one.in_patch > 0]
-        sentences.append(
-            f"Pressures of {one.shape} on {one.scene}: A is off by {np.min(inside):+.1%} ... "
-            f"{np.max(inside):+.1%} of the largest displacement by B̂."
-        )
+    """How much A and B-hat differ within each patch, at least and at most, and by which pressures most."""
+    found = list(sensitivities(results))
+    sentences = [
+        f"Pressures of {one.shape} on {one.scene}: A is off by {np.min(one.inside):+.1%} ... "
+        f"{np.max(one.inside):+.1%} of the largest displacement by B̂."
+        for one in found
+    ]
+    for scene in results:
+        worst = max((one for one in found if one.scene == scene), key=lambda one: one.largest)
+        sentences.append(f"On the patch of {scene} A is furthest off under the pressures of {worst.shape}.")
     return " ".join(sentences)
 
 
@@ -94,7 +106,7 @@ def maps(results: Mapping[str, ContactResults]) -> Figure:
     """Draw the maps, a row per shape, a column per scene."""
     drawn = list(sensitivities(results))
     n = round(np.sqrt(len(drawn)))
-    largest = max(float(np.max(np.abs(one.difference[one.in_patch > 0]))) for one in drawn)
+    largest = max(one.largest for one in drawn)
     with mpl.rc_context(RC | {"axes.grid": False}):
         figure = Figure(figsize=(4.6 * n, 3.4 * n), layout="constrained")
         for axes, one in zip(figure.subplots(n, n, squeeze=False).ravel(), drawn, strict=True):

@@ -51,8 +51,9 @@ def cost(dataset: xr.Dataset) -> str:
     if "C_seconds" in dataset.attrs:
         of_c = (
             f" C on this grid took {dataset.attrs['C_seconds']:.0f} s; its largest estimated error is "
-            f"{dataset.attrs['C_estimate']:.2%} of the largest C_nn, and before the mean of C(I, J) and "
-            f"C(J, I) is taken both differ by up to {dataset.attrs['C_asymmetry']:.1e} of it."
+            f"{dataset.attrs['C_estimate']:.2%} of the largest C_nn. Before the mean of C(I, J) and "
+            f"C(J, I)^T is taken both differ by up to {dataset.attrs['C_asymmetry']:.1%} of the largest "
+            f"C_{dataset.attrs['C_asymmetry_component']}, and less of other components."
         )
     return f"Grid: {grid}. Contact: {each}.{of_c} All in all {dataset.attrs['seconds']:.0f} s."
 

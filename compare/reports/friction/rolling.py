@@ -14,11 +14,12 @@ from compare.pages.styles import RC, symbol_of
 from compare.reports.contact.figures import reference_of
 from compare.reports.friction import maps
 from compare.reports.friction.page import band_of, curves, names, write_contact_page
+from compare.results.friction.displaced import PREFIX
 from compare.results.friction.quantities import OF_ROLLING
 from compare.results.friction.rolling import OF_FREE, scaled_force
 
 WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel
-SUFFICES = 0.02  # distance of curves, over friction times load, up to which ICs are said to suffice
+SUFFICES = 0.02  # largest distance of curves over friction times load up to which ICs are said to suffice
 
 
 def write_rolling(dataset: xr.Dataset, out: Path) -> Path:
@@ -29,7 +30,7 @@ def write_rolling(dataset: xr.Dataset, out: Path) -> Path:
 def summary(dataset: xr.Dataset) -> str:
     """Sentences computed from the numbers: which ICs suffice, by which number."""
     reference, others = reference_of(dataset), _others(dataset)
-    symbol, worst = symbol_of(reference), dataset.rms.max("friction")
+    symbol, worst = symbol_of(reference), dataset[["largest", "rms"]].max("friction")
     sentences = [
         f"{dataset.attrs['load']:g} N, friction {listed(f'{f:g}' for f in dataset.friction.values)}: without "
         f"longitudinal force the wheel rolls at a creepage of {_range(dataset.zero_creepage, reference)} by "
@@ -41,11 +42,12 @@ def summary(dataset: xr.Dataset) -> str:
         shift = furthest(zero - dataset.zero_creepage.sel(ics=reference))
         steeper = furthest(slope / dataset.slope.sel(ics=reference) - 1)
         sentences.append(
-            f"{symbol_of(name)}: its creep-force curve is {float(worst.sel(ics=name)):.1%} of friction times "
-            f"load (root mean square) from that by {symbol} at worst; creepage without force {shift:+.2g}, "
+            f"{symbol_of(name)}: its creep-force curve is up to {float(worst.largest.sel(ics=name)):.1%} of "
+            f"friction times load from that by {symbol} (root mean square over the creepages at most "
+            f"{float(worst.rms.sel(ics=name)):.1%}); creepage without force {shift:+.2g}, "
             f"slope {steeper:+.1%}."
         )
-    return " ".join([*sentences, _verdict(dataset), *_simplified(dataset)])
+    return " ".join([*sentences, _verdict(dataset), *_displaced(dataset), *_simplified(dataset)])
 
 
 def _others(dataset: xr.Dataset) -> list[str]:
@@ -59,20 +61,69 @@ def _range(values: xr.DataArray, name: str) -> str:
 
 
 def _verdict(dataset: xr.Dataset) -> str:
-    """Which ICs have curves near enough to those of the reference."""
-    worst, others = dataset.rms.max("friction"), _others(dataset)
-    symbol = symbol_of(reference_of(dataset))
+    """Which ICs have curves near enough to those of the reference at all creepages."""
+    others, symbol = _others(dataset), symbol_of(reference_of(dataset))
     if not others:
         return f"No other ICs than {symbol} are compared."
-    enough = [name for name in others if float(worst.sel(ics=name)) <= SUFFICES]
-    if not enough:
-        best = min(others, key=lambda name: float(worst.sel(ics=name)))
-        return (
-            f"None of them is within {SUFFICES:.0%} of {symbol}; {symbol_of(best)} is the nearest, with "
-            f"{float(worst.sel(ics=best)):.1%}."
+    worst = {name: float(dataset.largest.sel(ics=name).max()) for name in others}
+    known = {name: _known(dataset, name) for name in others}
+    best = min(others, key=worst.__getitem__)
+    tie = [name for name in others if abs(worst[name] - worst[best]) <= max(known[name], known[best])]
+    unsure = [name for name in others if abs(worst[name] - SUFFICES) < known[name]]
+    enough = [name for name in others if name not in unsure and worst[name] <= SUFFICES]
+    sentences = [*_sufficing(enough, symbol), *_undecided(unsure, symbol)] or [
+        f"None of them is within {SUFFICES:.0%} of friction times load from {symbol} at all creepages; "
+        f"{symbol_of(best)} is the nearest, with {worst[best]:.1%}."
+    ]
+    if len(tie) > 1:
+        sentences.append(f"{listed(map(symbol_of, tie))} tie: they differ by less than their estimates.")
+    return " ".join(sentences)
+
+
+def _sufficing(enough: list[str], symbol: str) -> Iterator[str]:
+    if enough:
+        suffice = "suffices" if len(enough) == 1 else "suffice"
+        yield (
+            f"Within {SUFFICES:.0%} of friction times load from {symbol} at all creepages, "
+            f"{listed(map(symbol_of, enough))} {suffice}."
         )
-    suffice = "suffices" if len(enough) == 1 else "suffice"
-    return f"Within {SUFFICES:.0%} of {symbol}, {listed(symbol_of(name) for name in enough)} {suffice}."
+
+
+def _undecided(unsure: list[str], symbol: str) -> Iterator[str]:
+    if unsure:
+        are = "is" if len(unsure) == 1 else "are"
+        yield (
+            f"Whether {listed(map(symbol_of, unsure))} {are} within {SUFFICES:.0%} from {symbol} at all "
+            "creepages, estimates leave open."
+        )
+
+
+def _known(dataset: xr.Dataset, name: str) -> float:
+    """The estimated error of the largest distance of a curve over friction times load; 0 if none is known.
+
+    Without an estimate of its own it is the sum of those of both curves.
+    """
+    if "estimate_largest" in dataset:
+        known = dataset.estimate_largest.sel(ics=name).max()
+    else:
+        of_curves = scaled_force(dataset, "estimate_F_x").max(["xi", "friction"])
+        known = of_curves.sel(ics=name) + of_curves.sel(ics=reference_of(dataset))
+    return float(known.fillna(0.0))
+
+
+def _displaced(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield what the distance of the displaced wheel changes, by the reference."""
+    of_reference = dataset.sel(ics=reference_of(dataset))
+    found = of_reference.isel(friction=of_reference[f"{PREFIX}zero_creepage"].notnull())
+    if found.sizes["friction"]:
+        zero = found[f"{PREFIX}zero_creepage"] - found.zero_creepage
+        linearised = found.p_max.sel(xi=found[f"{PREFIX}xi"])
+        p_max = found[f"{PREFIX}p_max"] / linearised - 1
+        yield (
+            "The distance of the displaced wheel instead of the linearised one would move the creepage "
+            f"without force by {furthest(zero):+.1g} and change p_max by {furthest(p_max):+.1%}, by "
+            f"{symbol_of(reference_of(dataset))}."
+        )
 
 
 def _simplified(dataset: xr.Dataset) -> Iterator[str]:
@@ -166,7 +217,8 @@ def _free(dataset: xr.Dataset) -> Table:
             f"friction {float(friction):g}, {symbol_of(name)}",
             [
                 *(cell(one[key], one[f"estimate_{key}"]) for key in OF_FREE),
-                {"text": f"{float(one.rms):.2%}", "below": ""},
+                cell(one[f"{PREFIX}zero_creepage"]),
+                *({"text": f"{float(one[key]):.2%}", "below": ""} for key in ("largest", "rms")),
                 cell(one.seconds, digits=3),
             ],
         )
@@ -174,7 +226,9 @@ def _free(dataset: xr.Dataset) -> Table:
         for name in names(dataset)
         for one in [dataset.sel(friction=friction, ics=name)]
     ]
-    return Table("free rolling", [*columns, f"curve less that by {symbol} [friction load]", "s"], rows)
+    columns.append("creepage without longitudinal force, distance of the displaced wheel")
+    away = f"curve less that by {symbol} [friction load]"
+    return Table("free rolling", [*columns, f"{away}, largest", f"{away}, root mean square", "s"], rows)
 
 
 def _points(dataset: xr.Dataset, number: int) -> Table:

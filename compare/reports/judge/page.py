@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.pages.panels import add_legend
-from compare.pages.parts import Page, Part, Row, Table, furthest, listed
+from compare.pages.parts import Page, Part, Row, Table, furthest, listed, onset
 from compare.pages.styles import RC, symbol_of, with_further
 from compare.results import folders
 from compare.results.contact.dataset import write
@@ -58,17 +58,12 @@ def of_approaches(dataset: xr.Dataset) -> str:
     return OF_APPROACHES if float(dataset.rigid_compliance) else RAW
 
 
-def good_to(dataset: xr.Dataset, ics: str, share: float) -> float:
-    """The smallest angle [deg] at which a number of the patch is off by more than a share and the estimate.
-
-    Infinite where none is.
-    """
-    beyond = xr.concat(
+def off_by(dataset: xr.Dataset, ics: str, share: float) -> xr.DataArray:
+    """In which cases a number of the patch is off by more than a share and the estimate."""
+    return xr.concat(
         [abs(deviations(dataset, name).sel(ics=ics)) > share + known(dataset, name) for name in OF_PATCH],
         "quantity",
     ).any("quantity")
-    angles = dataset.angle.sel(ics=FE).values[beyond.values]
-    return float(angles.min()) if angles.size else np.inf
 
 
 def summary(dataset: xr.Dataset) -> str:
@@ -112,12 +107,9 @@ def _beside_the_crown(dataset: xr.Dataset) -> Iterator[str]:
 
 def _from_where(dataset: xr.Dataset, ics: str) -> str:
     """From which angles on ICs are further from finite elements than some shares and the estimate."""
-    found = {share: good_to(dataset, ics, share) for share in SHARES}
-    told = [
-        f"more than {share:.0%} from {angle:.0f} degrees on"
-        for share, angle in found.items()
-        if angle < np.inf
-    ]
+    angles = dataset.angle.sel(ics=FE).values
+    found = {share: onset(angles, off_by(dataset, ics, share).values) for share in SHARES}
+    told = [f"more than {share:.0%} {where}" for share, where in found.items() if where]
     return (
         f"beyond the estimate, off by {listed(told)}" if told else f"within {SHARES[0]:.0%} and the estimate"
     )

@@ -11,16 +11,20 @@ from compare.reports.matrix import contact_file
 from compare.reports.matrix.contact_file import ContactFile
 from compare.reports.matrix.page import write_matrix
 from compare.results import folders
-from compare.results.matrix.compute import matrix_jobs
+from compare.results.contact.compute import c_jobs
+from compare.results.contact.pairing import placed_on
 from compare.scenes.checks import grid_misfits
 from compare.scenes.errors import require_none
 from compare.scenes.scene import Scene
+from contact.operators.dense import dense
+from contact.operators.turned import turned
 from femic.estimate import total
 from femic.matrix.job import Discount
 from femic.matrix.reference import matrices
 from femic.means import DEFAULT, Means
 from geometries.arrays import Array
 from geometries.errors import WrongInput
+from geometries.patches import COMPONENTS
 
 SAME_ICS = 1e-12  # of the largest IC: below this difference, ICs of strips depend on their offset only
 RAW = "; raw: with the rigid give of both bodies up to their clamped far arcs"
@@ -85,9 +89,13 @@ def export(scene: Scene, wanted: Wanted, out: Path, means: Means = DEFAULT) -> E
 
 
 def _file_content(scene: Scene, wanted: Wanted, out: Path, means: Means) -> ContactFile:
+    placed = placed_on(scene, scene.grid)
+    if wanted.discount is None and placed.offset:
+        paired = turned(wanted.ics, scene.pair, scene.grid, upper_offset=placed.offset)
+        return to_contact(scene, dense(paired))
     if wanted.discount is None:
         return approximated(scene, wanted.ics)
-    if wanted.discount != scene.discount:
+    if wanted.discount != scene.discount or placed.offset:
         return to_contact(scene, discounted_matrix(scene, wanted.discount, means))
     write_matrix(scene, out, means=means)
     return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
@@ -142,11 +150,12 @@ def _scaled(scene: Scene, values: Array) -> ContactFile:
 
 
 def discounted_matrix(scene: Scene, discount: Discount, means: Means) -> Array:
-    """C of both bodies after a discount that is not the scene's [mm/MPa], (n_x, n_s, n_s, 3, 3).
+    """C of both bodies after a discount [mm/MPa], (n_x, n_s, n_s, 3, 3), as contact takes it.
 
-    Models are solved unless they are kept.
+    Strips of the upper body are those opposite, where it is moved along y. Models are solved unless they are
+    kept.
     """
-    jobs = matrix_jobs(replace(scene, discount=discount))
+    jobs = c_jobs(replace(scene, discount=discount), placed_on(scene, scene.grid), COMPONENTS)
     solved = matrices(jobs, means, combined=True).values()
     columns = [total([reference.column(strip) for reference in solved]).ic for strip in range(scene.grid.n_s)]
     return scene.grid.area * np.moveaxis(np.stack(columns), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))

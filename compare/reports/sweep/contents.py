@@ -22,14 +22,14 @@ from compare.reports.sweep.fields import (
 from compare.results.contact.compute import reference_name
 from compare.results.contact.quantities import QUANTITIES
 from compare.results.measure import ROUNDING
-from compare.results.sweep.keeping import CURVES_RMS
+from compare.results.sweep.keeping import CURVES_LARGEST
 
 RATIOS = ("p_max", "a", "b", "approach", "angle", "slope")  # numbers of contacts, compared as ratios
-SHARES = (CURVES_RMS, "sliding_share")  # numbers that are shares: compared as they are
-SYMBOLS = {"slope": "dF_x/dξ", CURVES_RMS: "F_x(ξ)", "sliding_share": "sliding"}
+SHARES = (CURVES_LARGEST, "sliding_share")  # numbers that are shares: compared as they are
+SYMBOLS = {"slope": "dF_x/dξ", CURVES_LARGEST: "F_x(ξ)", "sliding_share": "sliding"}
 MEANINGS = {
     "slope": " dF_x/dξ: slope of the creep-force curve where it has no force.",
-    CURVES_RMS: " F_x(ξ): root mean square distance of creep-force curves, share of friction times load.",
+    CURVES_LARGEST: " F_x(ξ): largest distance of creep-force curves, share of friction times load.",
     "sliding_share": " Sliding: share of the patch that slides, the difference.",
 }
 DIMS = {"case": "load", "load": "load", "friction": "friction", "xi": "creepage"}  # dims of contacts, as told
@@ -113,7 +113,7 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
     several = listed([DIMS.get(dim, dim) for dim in own if dataset.sizes[dim] > 1] or [""])
     if len(ics) > 1:
         yield _deviations(dataset, numbers, reference, f", the furthest over {several}" if several else "")
-    shown = [name for name in numbers if name != CURVES_RMS]
+    shown = [name for name in numbers if name != CURVES_LARGEST]
     heads = [f"{_symbol(name)} [{dataset[name].attrs.get('units', '1')}]" for name in shown]
     at_last = dataset[shown].isel(dict.fromkeys(own, -1), drop=True).sel(ics=[reference]).drop_attrs()
     labels = xr.Variable(COLUMN, heads)

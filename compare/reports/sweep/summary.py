@@ -9,7 +9,7 @@ import xarray as xr
 from compare.pages.parts import listed
 from compare.reports.sweep.advised import Advice
 from compare.reports.sweep.axes import ShownAxis, axes_of, is_grid, swept, text_of
-from compare.reports.sweep.crossings import TOLD, Lines, known_of
+from compare.reports.sweep.crossings import TOLD, Lines, along, known_of
 from compare.reports.sweep.fields import COLUMN, ROW, Field, label_of, plain
 from compare.reports.sweep.scales import share
 
@@ -26,6 +26,7 @@ def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None)
     sentences = [_counted(dataset)]
     judged = [field for field in fields if field.is_judged]
     sentences += [sentence for field in judged[:1] for sentence in judgement(dataset, field)]
+    sentences += list(_interpolated(dataset, sentences))
     if advice is not None:
         told_counts = listed(f"{name} in {count}" for name, count in advice.counts().items())
         sentences.append(f"The cheapest ICs that are good enough (scenes): {told_counts}.")
@@ -33,6 +34,16 @@ def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None)
     if kept:
         sentences.append(f"The file of the campaign has {listed(kept)}, too.")
     return "\n".join(sentences)
+
+
+def _interpolated(dataset: xr.Dataset, sentences: Sequence[str]) -> Iterator[str]:
+    """Yield that places are between scenes, if any of the sentences tells of such."""
+    axes = swept(axes_of(dataset))
+    if not (axes and is_grid(dataset) and along(axes).is_number):
+        return
+    name = along(axes).name
+    if any(f"{word} {name} = " in sentence for word in ("from", "up to") for sentence in sentences):
+        yield f"These values of {name} are interpolated linearly between scenes."
 
 
 def judgement(dataset: xr.Dataset, field: Field) -> Iterator[str]:

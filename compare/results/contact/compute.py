@@ -304,9 +304,13 @@ def components_of(scene: Scene) -> tuple[str, ...]:
     return COMPONENTS if scene.contact.friction else FRICTIONLESS
 
 
-def c_jobs(scene: Scene, placed: Placed) -> dict[str, MatrixJob]:
-    """What C of both bodies on a grid asks for; strips of the upper body lie opposite, on its own contour."""
-    jobs = matrix_jobs(replace(scene, grid=placed.grid, compared=("combined",)), components_of(scene))
+def c_jobs(scene: Scene, placed: Placed, components: tuple[str, ...] | None = None) -> dict[str, MatrixJob]:
+    """What C of both bodies on a grid asks for; strips of the upper body lie opposite, on its own contour.
+
+    Its `components` are by default those that the contact of the scene needs.
+    """
+    on_grid = replace(scene, grid=placed.grid, compared=("combined",))
+    jobs = matrix_jobs(on_grid, components or components_of(scene))
     return jobs | {"upper": replace(jobs["upper"], grid=placed.upper_grid)}
 
 

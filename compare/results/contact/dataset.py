@@ -9,31 +9,29 @@ import numpy as np
 import xarray as xr
 
 from compare.results.contact.compute import ContactResults, SolvedContact
-from compare.results.contact.quantities import QUANTITIES, main_patch, numbers
+from compare.results.contact.pairing import Settled
+from compare.results.contact.quantities import QUANTITIES, kinds, measured, numbers
 from compare.results.provenance import results_digest
 from compare.scenes.scene import Scene
+from contact.estimates import changes, estimates, summed
 from femic.work.provenance import versions
 
 NUMBERS = ("case", "ics")
-OF_EDGES = ("a", "b", "aspect", "angle", "area", "stiffness")  # numbers that rest on where edges lie
-OF_ALL = ("approach", "p_max")  # numbers that rest on all pressures
-OF_PLACE = ("F_y", "M_x", "s_centre")  # numbers that vanish where all is symmetric
 NONE = dict.fromkeys(QUANTITIES, np.nan)
 
 
 def to_dataset(results: ContactResults) -> xr.Dataset:
     """Numbers by case and ICs, and pressures [MPa] and gaps [mm] of each case on its own grid.
 
-    `estimate_NAME` is the estimated error of NAME: the difference to elements twice as large (the largest of
-    those of related numbers, because one alone may be small by luck, and the accuracy of edges) and, of C,
-    that to C plus its estimated error. `displaced_NAME` is the number with the exact distance of the
-    displaced body; NaN where it is not known.
+    `estimate_NAME` is the estimated error of NAME: from elements twice and four times as large
+    (`contact.estimates`), and, of C, the change with C plus its estimated error. `displaced_NAME` is the
+    number with the exact distance of the displaced body; NaN where it is not known.
     """
     solved = [[results.contacts[case, name] for name in results.ics] for case in results.cases]
     tables = {
-        "": [[_numbers(contact) for contact in row] for row in solved],
+        "": [[_numbers(contact.settled) for contact in row] for row in solved],
         "estimate_": [[_estimates(contact) for contact in row] for row in solved],
-        "displaced_": [[_displaced(contact) for contact in row] for row in solved],
+        "displaced_": [[_numbers(contact.displaced) for contact in row] for row in solved],
     }
     dataset = xr.Dataset(
         {
@@ -73,33 +71,28 @@ def with_supports(dataset: xr.Dataset, supports: Mapping[str, Mapping[str, float
     return dataset.merge(found).assign_attrs(dataset.attrs | {"supported_case": int(np.argmax(loads))})
 
 
-def _numbers(contact: SolvedContact) -> dict[str, float]:
-    return numbers(contact.placed, contact.normal)
-
-
-def _displaced(contact: SolvedContact) -> dict[str, float]:
-    displaced = contact.displaced
-    return NONE if displaced is None else numbers(displaced.placed, displaced.normal)
+def _numbers(found: Settled | None) -> dict[str, float]:
+    """The numbers of a contact that was found; NaN where none was."""
+    return NONE if found is None else numbers(found.placed, found.normal)
 
 
 def _estimates(contact: SolvedContact) -> dict[str, float]:
     """Estimated errors of the numbers; NaN where the grid is too small for one of larger elements."""
-    normal, values = contact.normal, _numbers(contact)
+    normal, found, of_all = contact.normal, measured(contact.placed, contact.normal), kinds()
     if normal.coarser is None:
         return NONE
-    coarse = numbers(replace(contact.placed, grid=normal.coarser.problem.grid), normal.coarser)
-    other = contact.perturbed
-    perturbed = values if other is None else numbers(other.placed, other.normal)
-    changes = {name: abs(coarse[name] / values[name] - 1) for name in (*OF_EDGES, *OF_ALL, "load")}
-    patch, grid = main_patch(normal), contact.placed.grid
-    readings = patch.accuracy_x * grid.dx / values["a"] + patch.accuracy_s * grid.ds / values["b"]
-    of_edges = max(changes[name] for name in OF_EDGES) + readings
-    of_all = max(changes[name] for name in OF_ALL)
-    shares = dict.fromkeys(OF_EDGES, of_edges) | dict.fromkeys(OF_ALL, of_all) | {"load": changes["load"]}
-    parts = {name: abs(values[name]) * share for name, share in shares.items()}
-    parts |= {name: abs(values[name] - coarse[name]) for name in OF_PLACE}
-    parts["position"] = parts["F_y"] / contact.settled.stiffness
-    return {name: part + abs(values[name] - perturbed[name]) for name, part in parts.items()}
+    larger = [
+        numbers(replace(contact.placed, grid=one.problem.grid), one)
+        for one in (normal.coarser, normal.coarser.coarser)
+        if one is not None
+    ]
+    parts = [estimates(found, of_all, *larger)]
+    if contact.perturbed is not None:
+        parts.append(changes(found, of_all, _numbers(contact.perturbed)))
+    known = summed(parts)
+    if np.isfinite(contact.settled.stiffness):  # the lateral force is given, and the position follows
+        known["position"] += known["F_y"] / contact.settled.stiffness
+    return known
 
 
 def _fields(number: int, row: Sequence[SolvedContact]) -> xr.Dataset:

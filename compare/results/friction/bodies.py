@@ -42,12 +42,17 @@ class Solver:
         """The ICs of a name."""
         return self.reference.operator if name == C else approximation(self.placed, name)
 
-    def known_of(self, name: str) -> dict[str, float]:
+    def known_of(self, name: str) -> dict[str, float | str]:
         """What is known of C on the grid; nothing of other ICs."""
         if name != C:
             return {}
         c = self.reference
-        return {"C_estimate": c.estimate, "C_asymmetry": c.asymmetry, "C_seconds": c.seconds}
+        return {
+            "C_estimate": c.estimate,
+            "C_asymmetry": c.asymmetry.share,
+            "C_asymmetry_component": c.asymmetry.component,
+            "C_seconds": c.seconds,
+        }
 
     def problem(self, operator: FullOperator, friction: float) -> FrictionalProblem:
         """The contact with some ICs and a coefficient of friction."""

@@ -7,15 +7,18 @@ import xarray as xr
 
 from compare.results.contact.compute import C
 from compare.results.friction.bodies import Solver
-from compare.results.friction.dataset import Numbers, maps, tables
+from compare.results.friction.dataset import Numbers, errors, maps, tables
 from compare.results.friction.parts import by_friction_and_ics
-from compare.results.friction.quantities import OF_PATCH, numbers
+from compare.results.friction.quantities import OF_PATCH, kinds, measured
 from compare.scenes.scene import Scene
 from contact.compression import compressed
+from contact.estimates import SAFETY, Measured, changes
 from contact.frictional import FrictionalContact, FrictionalProblem, Pressing
 from contact.normal import PotentialAreaTooSmall
 from femic.means import DEFAULT, Means
 from geometries.errors import Failure
+
+Steps = Sequence[Measured]  # after each load
 
 
 def compute_compression(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
@@ -41,12 +44,13 @@ def _solved(solver: Solver, friction: float, name: str) -> xr.Dataset:
     steps, last = _in_steps(solver, problem, loads, label)
     seconds = perf_counter() - start
     solver.means.watch.on_stage(f"  {label}: {len(steps)} loads, {seconds:.1f} s")
-    others = [
-        _in_steps(solver, problem.coarsened, loads, f"{label}, larger elements")[0],
+    estimates = _estimates(
+        steps,
+        _on_larger(solver, problem, loads, label),
         _in_steps(solver, problem, loads, f"{label}, larger steps", halves=False)[0],
-        *([_with_estimate(solver, friction, label)] if name == C else []),
-    ]
-    rows = {"": steps, "estimate_": _estimates(steps, others)}
+        _with_estimate(solver, friction, label) if name == C else None,
+    )
+    rows: dict[str, Sequence[Numbers]] = {"": [one.numbers for one in steps], "estimate_": estimates}
     found = xr.Dataset(tables(OF_PATCH, "load", rows), coords={"load": ("load", list(loads), {"units": "N"})})
     return found.merge(maps(solver, last)).assign(seconds=((), seconds, {"units": "s"}))
 
@@ -57,7 +61,7 @@ def in_halves(loads: Sequence[float]) -> list[float]:
     return [step for low, load in zip(before, loads, strict=True) for step in ((low + load) / 2, load)]
 
 
-def _with_estimate(solver: Solver, friction: float, label: str) -> list[dict[str, float]]:
+def _with_estimate(solver: Solver, friction: float, label: str) -> Steps:
     """The numbers by C plus its estimated error."""
     problem = solver.problem(solver.reference.perturbed, friction)
     return _in_steps(solver, problem, solver.scene.contact.loads, f"{label} plus its estimate")[0]
@@ -65,12 +69,12 @@ def _with_estimate(solver: Solver, friction: float, label: str) -> list[dict[str
 
 def _in_steps(
     solver: Solver, problem: FrictionalProblem, loads: Sequence[float], label: str, *, halves: bool = True
-) -> tuple[list[dict[str, float]], FrictionalContact]:
+) -> tuple[Steps, FrictionalContact]:
     """The numbers after each load, and the last contact; in steps from load to load, or half as large."""
-    steps, found = in_halves(loads) if halves else loads, []
+    steps, found = in_halves(loads) if halves else loads, list[Measured]()
     try:
         for contact in compressed(problem, [Pressing(load=load) for load in steps]):
-            found.append(numbers(OF_PATCH, solver.placed, contact))
+            found.append(measured(OF_PATCH, solver.placed, contact))
     except PotentialAreaTooSmall:
         raise
     except Failure as failure:
@@ -78,9 +82,38 @@ def _in_steps(
     return found[1::2] if halves else found, contact
 
 
-def _estimates(steps: Sequence[Numbers], others: Sequence[Sequence[Numbers]]) -> list[dict[str, float]]:
-    """Sums of the differences to other ways: larger elements, larger steps of load, C plus its estimate."""
-    return [
-        {name: sum(abs(value - other[name]) for other in row) for name, value in fine.items()}
-        for fine, *row in zip(steps, *others, strict=True)
-    ]
+def _on_larger(
+    solver: Solver, problem: FrictionalProblem, loads: Sequence[float], label: str
+) -> list[Steps | None]:
+    """The numbers on elements twice and four times as large, None where they are not found."""
+    found: list[Steps | None] = []
+    for words in ("larger elements", "still larger elements"):
+        if not problem.has_coarser:
+            break
+        problem = problem.coarsened
+        try:
+            found.append(_in_steps(solver, problem, loads, f"{label}, {words}")[0])
+        except PotentialAreaTooSmall:
+            raise
+        except Failure as failure:
+            solver.means.watch.on_stage(f"  not in estimates: {failure}")
+            found.append(None)
+    return found
+
+
+def _estimates(
+    steps: Steps, on_larger: Sequence[Steps | None], larger_steps: Steps, perturbed: Steps | None
+) -> list[dict[str, float]]:
+    """Sums of what larger elements, larger steps of load, and C plus its estimate change.
+
+    Steps twice as large have twice the error, with the safety factor of elements.
+    """
+    of_patch, found = kinds(OF_PATCH), []
+    for number, fine in enumerate(steps):
+        by_steps = changes(fine, of_patch, larger_steps[number].numbers)
+        others = [{name: SAFETY * value for name, value in by_steps.items()}]
+        if perturbed is not None:
+            others.append(changes(fine, of_patch, perturbed[number].numbers))
+        larger = [one[number] if one else None for one in on_larger]
+        found.append(errors(OF_PATCH, fine, larger, others))
+    return found

@@ -7,7 +7,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from compare.results.friction.bodies import Solver
-from compare.results.friction.quantities import OF_ROLLING, numbers
+from compare.results.friction.quantities import OF_ROLLING, measured
+from contact.estimates import Measured, Scale
 from contact.friction.kinematics import Creepages, Rolling
 from contact.frictional import FrictionalProblem, Pressing
 from contact.normal import PotentialAreaTooSmall
@@ -17,22 +18,15 @@ from geometries.errors import Failure
 MOST_HALVINGS = 2  # of a step of creepage that fails
 ACCURACY = 1e-9  # of creepages that are searched for
 AROUND_ZERO = 0.02  # forces over friction times load between which the slope at no force is taken
-UNKNOWN = dict.fromkeys(OF_ROLLING, np.nan)  # numbers where there is no contact
-
-Numbers = Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A creep-force curve on one grid: numbers by creepage, NaN where none is found, and certain forces.
+    """A creep-force curve on one grid: what is found at creepages, and at certain forces."""
 
-    `simplified` are the creepages whose contacts are found in the less accurate form only.
-    """
-
-    points: Sequence[Numbers]
-    simplified: Sequence[bool]
-    zero_creepage: float  # without longitudinal force
-    slope: float  # dF_x / dxi there [N]
+    contacts: Mapping[float, RollingContact]
+    points: Mapping[float, Measured]  # by creepage, as contacts
+    free: Measured  # what `OF_FREE` names
     equal: RollingContact  # with the force at which ICs are compared
 
 
@@ -66,18 +60,25 @@ class Path:
     def curve(self) -> Curve:
         """The contacts at all creepages, each from its neighbour, and those at prescribed forces."""
         contacts = self.contacts()
+        free, equal = self.free(list(contacts.values()))
+        return Curve(contacts, {xi: self.measured(one) for xi, one in contacts.items()}, free, equal)
+
+    def free(self, contacts: Sequence[RollingContact]) -> tuple[Measured, RollingContact]:
+        """What `OF_FREE` names, near a curve of `contacts`, and the contact at which ICs are compared."""
         zero, below, above, equal = (
-            self.with_force(share * self.largest, list(contacts.values()))
+            self.with_force(share * self.largest, contacts)
             for share in (0.0, -AROUND_ZERO, AROUND_ZERO, self.solver.wanted.equal_force)
         )
-        rise = above.creepages.longitudinal - below.creepages.longitudinal
-        return Curve(
-            [self.numbers(contacts[xi]) if xi in contacts else UNKNOWN for xi in self.xi],
-            [xi in contacts and contacts[xi].simplified for xi in self.xi],
-            float(zero.creepages.longitudinal),
-            2 * AROUND_ZERO * self.largest / float(rise),
-            equal,
-        )
+        rise = float(above.creepages.longitudinal - below.creepages.longitudinal)
+        slope = 2 * AROUND_ZERO * self.largest / rise
+        numbers = {
+            "zero_creepage": float(zero.creepages.longitudinal),
+            "slope": slope,
+            "equal_creepage": float(equal.creepages.longitudinal),
+        }
+        saturated = abs(self.largest / slope)  # the creepage at which the slope reaches friction times load
+        scales = {"creepage": Scale(saturated, saturated)}
+        return Measured(numbers, scales, self.measured(zero).floors), equal
 
     def contacts(self) -> dict[float, RollingContact]:
         """The contacts by creepage, growing; without those that have no solution."""
@@ -154,6 +155,6 @@ class Path:
             start=None if before is None else before.contact,
         )
 
-    def numbers(self, rolling: RollingContact) -> dict[str, float]:
-        """The numbers of a contact."""
-        return numbers(OF_ROLLING, self.solver.placed, rolling.contact)
+    def measured(self, rolling: RollingContact) -> Measured:
+        """The numbers of a contact, with what estimates need."""
+        return measured(OF_ROLLING, self.solver.placed, rolling.contact)

@@ -6,7 +6,8 @@ import numpy as np
 import xarray as xr
 
 from compare.results.friction.bodies import Solver
-from compare.results.friction.quantities import Described
+from compare.results.friction.quantities import Described, kinds
+from contact.estimates import Measured, estimates, summed
 from contact.frictional import FrictionalContact
 from geometries.patches import DIRECTIONS
 
@@ -38,16 +39,23 @@ def _variables(
     }
 
 
-def differences(fine: Numbers, coarse: Numbers | None, change: Numbers | None) -> dict[str, float]:
-    """Estimated errors: differences to elements twice as large, and changes by the estimate of C.
+def errors(
+    quantities: Mapping[str, Described],
+    fine: Measured | None,
+    larger: Sequence[Measured | None],
+    others: Sequence[Numbers] = (),
+) -> dict[str, float]:
+    """Estimated errors from elements twice and four times as large, and other parts that are added.
 
-    NaN where nothing is known of larger elements.
+    NaN where nothing is known of the contact, or of elements twice as large.
     """
-    if coarse is None:
-        return dict.fromkeys(fine, np.nan)
-    return {
-        name: abs(value - coarse[name]) + (change[name] if change else 0.0) for name, value in fine.items()
-    }
+    coarse, coarser = (*larger, None, None)[:2]
+    if fine is None or coarse is None:
+        return dict.fromkeys(quantities, np.nan)
+    of_grids = estimates(
+        fine, kinds(quantities), coarse.numbers, None if coarser is None else coarser.numbers
+    )
+    return summed([of_grids, *others])
 
 
 def maps(solver: Solver, contact: FrictionalContact) -> xr.Dataset:

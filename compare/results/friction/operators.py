@@ -10,7 +10,7 @@ from compare.results.contact.compute import c_jobs, require_positive
 from compare.results.contact.pairing import Placed
 from compare.scenes.scene import Scene
 from contact.frictional import FullOperator
-from contact.operators.dense import PARITY, GridOperator, reciprocity_defects
+from contact.operators.dense import PARITY, Asymmetry, GridOperator
 from contact.operators.rolled import rolled
 from contact.operators.turned import turned
 from femic.estimate import Estimated
@@ -29,7 +29,7 @@ class BodyICs:
 
     ics: Array
     estimate: Array
-    asymmetry: float  # largest |C(I, J) - C(J, I)^T| over the largest C_nn, before the mean was taken
+    asymmetry: Asymmetry  # before the mean of C(I, J) and C(J, I)^T was taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class FullReferenceICs:
     operator: GridOperator
     perturbed: GridOperator
     estimate: float  # largest estimated error over the largest C_nn, of both bodies
-    asymmetry: float  # largest |C(I, J) - C(J, I)^T| over the largest C_nn of a body, before the mean
+    asymmetry: Asymmetry  # the larger one of both bodies, before the mean of C(I, J) and C(J, I)^T was taken
     seconds: float
 
 
@@ -62,7 +62,7 @@ def full_reference_ics(scene: Scene, placed: Placed, means: Means) -> FullRefere
         GridOperator.of(total),
         GridOperator.of(total + estimates),
         float(np.max(estimates)) / largest,
-        max(body.asymmetry for body in bodies.values()),
+        max((body.asymmetry for body in bodies.values()), key=lambda one: one.share),
         perf_counter() - start,
     )
 
@@ -76,7 +76,7 @@ def body_ics(scene: Scene, placed: Placed, means: Means) -> dict[str, BodyICs]:
             _matrix([part(column) for column in columns], placed.grid)
             for part in (lambda column: column.ic, _estimate)
         )
-        found[name] = BodyICs(_reciprocal(ics), estimate, float(np.max(reciprocity_defects(ics))))
+        found[name] = BodyICs(_reciprocal(ics), estimate, Asymmetry.of(ics))
     return found
 
 

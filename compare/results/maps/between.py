@@ -1,9 +1,11 @@
 """Interpolation between the nodes of a grid with several axes, and its error on nodes that are left out.
 
 Along each axis a polynomial goes through the nearest four nodes (cubic), so that a place needs few nodes of
-a large map. The error is measured where it can be: a node next to the place is left out, and predicted from
-the others of its line. There the nodes are twice as far apart, so that a smooth function is predicted about
-seven times worse than half way between nodes.
+a large map. The error is measured where it can be: each inner one of these nodes is left out, and predicted
+from the others of its line. There the nodes are twice as far apart, so that a smooth function is predicted
+about seven times worse than half way between nodes. A function with a kink is not: with one half way between
+two nodes the polynomial errs by 3/8 there, and by 1/6 at each of the two when it is left out (slopes -1 and
+1, nodes at distance 1). So the largest error of all these nodes counts `KINK` times.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,6 +19,7 @@ from geometries.arrays import Array, Indices
 from geometries.errors import WrongInput
 
 NEAREST = 4  # nodes along an axis through which a polynomial goes
+KINK = (3 / 8) / (1 / 6)  # error at a kink half way between nodes over that on left-out nodes beside it
 SPACINGS: Mapping[str, Callable[[Array], Array]] = MappingProxyType(
     {"linear": np.asarray, "logarithmic": np.log, "inverse": lambda values: -1 / values}
 )
@@ -67,11 +70,21 @@ class Nodes:
         return self._through(np.arange(len(self.values)), float(self._places(np.array(value))))
 
     def left_out(self, value: float) -> list[tuple[int, Stencil]]:
-        """The inner nodes next to a value, each with the others that predict it."""
-        places = self.places
-        below = int(np.searchsorted(places, float(self._places(np.array(value))), "right")) - 1
-        inner = {min(max(node, 1), len(places) - 2) for node in (below, below + 1)}
-        return [(node, self.without(node)) for node in sorted(inner)]
+        """The inner ones of the nodes nearest to a value, each with the others that predict it."""
+        everywhere, place = np.arange(len(self.values)), float(self._places(np.array(value)))
+        nearest = self._through(everywhere, place).nodes
+        return [(int(node), self.without(int(node))) for node in nearest if 0 < node < len(everywhere) - 1]
+
+    def beside(self, value: float) -> list[Stencil]:
+        """The nodes on both sides of a value, each by itself."""
+        place = float(self._places(np.array(value)))
+        below = int(np.searchsorted(self.places, place, "right")) - 1
+        low = min(max(below, 0), len(self.values) - 2)
+        return [self.itself(node) for node in (low, low + 1)]
+
+    def itself(self, node: int) -> Stencil:
+        """A node by itself."""
+        return Stencil(np.array([node]), np.ones(1))
 
     def without(self, node: int) -> Stencil:
         """The other nodes that predict an inner one."""

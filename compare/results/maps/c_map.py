@@ -2,8 +2,8 @@
 
 C less B-hat is interpolated between the nodes, as a share of the mean B-hat of an element on itself: it is
 smaller and smoother than C, and does not depend on the size of the moduli. B-hat itself is exact. At a node
-the map is C to rounding. What is known of it: the estimate of C at the nodes around, and the error on
-left-out nodes next to the place, along each axis.
+the map is C to rounding. What is known of it: the estimate of C at the nodes around, and the largest
+error on left-out nodes around the place, along each axis.
 """
 
 import json
@@ -11,6 +11,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ import joblib
 import numpy as np
 
 from compare.results.contact.pairing import Placed
-from compare.results.maps.between import Nodes, Stencil, combined
+from compare.results.maps.between import KINK, Nodes, Stencil, combined
 from compare.results.maps.swept import Swept, open_swept
 from compare.scenes.errors import BadScene
 from compare.scenes.file import MAP
@@ -102,21 +103,27 @@ class CMap:
         return (self.swept.at_nodes("c", stencils) - bhat) / _own(bhat)[..., None, None, None]
 
     def _error(self, point: tuple[float, ...]) -> Array:
-        """Errors of corrections on left-out nodes next to a point [-], the largest along each axis, added."""
-        nearest = [
-            Stencil(np.array([int(np.argmin(np.abs(np.array(axis.values) - value)))]), np.ones(1))
-            for axis, value in zip(self.swept.axes, point, strict=True)
-        ]
+        """Errors of corrections near a point [-]: the largest on left-out nodes along each axis, added.
+
+        These lie on the lines through all nodes around the point: a kink may lie elsewhere on each.
+        """
+        around = [axis.beside(value) for axis, value in zip(self.swept.axes, point, strict=True)]
         errors = []
         for k, (axis, value) in enumerate(zip(self.swept.axes, point, strict=True)):
-            along = []
-            for node, others in axis.left_out(value):
-                line = [*nearest[:k], others, *nearest[k + 1 :]]
-                itself = [*nearest[:k], Stencil(np.array([node]), np.ones(1)), *nearest[k + 1 :]]
-                predicted, known = (combined(self._corrections(of), of) for of in (line, itself))
-                along.append(np.abs(predicted - known))
-            errors.append(np.max(along, axis=0))
+            along = [
+                self._missed(
+                    [*beside[:k], others, *beside[k:]], [*beside[:k], axis.itself(node), *beside[k:]]
+                )
+                for beside in product(*around[:k], *around[k + 1 :])
+                for node, others in axis.left_out(value)
+            ]
+            errors.append(KINK * np.max(along, axis=0))
         return np.asarray(np.sum(errors, axis=0))
+
+    def _missed(self, others: list[Stencil], itself: list[Stencil]) -> Array:
+        """By how much corrections from other nodes differ from those at a node itself [-]."""
+        predicted, known = (combined(self._corrections(of), of) for of in (others, itself))
+        return np.abs(predicted - known)
 
 
 def open_map(name: str) -> CMap:

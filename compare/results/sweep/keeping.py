@@ -20,6 +20,7 @@ from compare.results.contact.dataset import to_dataset as contact_dataset
 from compare.results.contact.pairing import placed_on
 from compare.results.contact.quantities import QUANTITIES
 from compare.results.friction.compression import compute_compression
+from compare.results.friction.displaced import PREFIX
 from compare.results.friction.quantities import OF_PATCH, OF_ROLLING
 from compare.results.friction.rolling import OF_FREE, compute_rolling
 from compare.results.maps.node import OF_NODE, node
@@ -32,7 +33,9 @@ from femic.matrix.job import MatrixJob
 from femic.means import Means
 from geometries.arrays import Array
 
-CURVES_RMS = "rms_of_curve"  # of creep-force curves; errors have an rms, too
+OF_CURVES = ("rms", "largest", "estimate_rms", "estimate_largest")  # distances of creep-force curves
+OF_CURVE = "_of_curve"  # the end of their names in campaigns: errors have an rms, too
+CURVES_LARGEST = f"largest{OF_CURVE}"
 AS_CHEAP = 3.0  # times the fastest good ICs' seconds: faster ones count as equally cheap, as clocks vary
 COSTS = ("unknowns", "model_seconds", "ic_seconds")
 OF_ERRORS = ("error", "rms", "weight", "vanishes", "estimate_refinement")
@@ -82,9 +85,14 @@ def kept_contact(scene: Scene, means: Means) -> xr.Dataset:
         return solved[names].assign_coords(case=np.arange(solved.sizes["case"], dtype=float))
     computed = {"rolling": compute_rolling, "compression": compute_compression}[scene.contact.motion]
     solved = computed(scene, means).drop_vars(["C_seconds", "seconds"], errors="ignore")
-    numbers = [name for name, variable in solved.data_vars.items() if not {"x", "s"} & set(variable.dims)]
+    numbers = [
+        name
+        for name, variable in solved.data_vars.items()
+        if not ({"x", "s"} & set(variable.dims) or str(name).startswith(PREFIX))
+    ]
     numbers_only = solved[numbers].drop_vars(["x", "s", "direction", "tangential"], errors="ignore")
-    return numbers_only.astype(float).rename({"rms": CURVES_RMS} if "rms" in numbers else {})
+    distances = {name: name + OF_CURVE for name in OF_CURVES if name in numbers}
+    return numbers_only.astype(float).rename(distances)
 
 
 def kept_advice(scene: Scene, means: Means) -> xr.Dataset:
@@ -238,7 +246,7 @@ def _names_of_contact() -> frozenset[str]:
     return frozenset({*numbers, *(f"estimate_{name}" for name in numbers), *OF_CONTACT})
 
 
-OF_CONTACT = ("case", "ics", "friction", "load", "xi", CURVES_RMS, "simplified")
+OF_CONTACT = ("case", "ics", "friction", "load", "xi", *(name + OF_CURVE for name in OF_CURVES), "simplified")
 ON_LINES = frozenset({*OF_ERRORS, *("variant", "body", "line", "i", "j"), *COSTS})
 AT_POINTS = ON_LINES | {"ic", "estimate", "point", "on_line", "x", "s"}
 OF_ADVICE = frozenset({"variant", "body", "known_error", "ic_seconds", "advised"})

@@ -90,6 +90,15 @@ class Runs:
             self.contacts[key] = compute_judged(scene, by_ics, self.means, cells)
         return self.contacts[key]
 
+    def contact(self, name: str, changes: Mapping[str, Any]) -> xr.Dataset:
+        """Numbers of the contacts of a scene with some keys of [contact] changed."""
+        key = f"{name}, {dict(changes)}"
+        if key not in self.contacts:
+            self.means.watch.on_stage(f"  contact of {key}")
+            scene = load_scene(name, {"contact": dict(changes)})
+            self.contacts[key] = to_dataset(compute_contact(scene, self.means))
+        return self.contacts[key]
+
     def _once(self, name: str, make: Callable[[], Results]) -> Results:
         if name not in self.done:
             self.means.watch.on_stage(f"  {name}")

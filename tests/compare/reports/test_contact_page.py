@@ -6,6 +6,7 @@ import xarray as xr
 
 from compare.reports.contact.page import summary, write_contact, write_sensitivity
 from compare.reports.contact.sensitivity import mapped, sensitivities, shape_of
+from compare.reports.contact.sensitivity import summary as sensitivity_summary
 from compare.results.contact.compute import compute_contact
 from compare.results.contact.dataset import to_dataset
 from compare.scenes.load import load_scene
@@ -42,7 +43,15 @@ def test_the_summary_says_how_far_a_is_off_and_from_which_angle_on(results):
     assert f"A: p_max {float(off.max()):+.1%}" in summary(dataset)
     first = float(dataset.angle.sel(ics="Bhat").min())
     assert float(off.min()) > 0.05
-    assert f"p_max is off by more than 5% from {first:.0f} degrees on" in summary(dataset)
+    assert f"p_max is off by more than 5% already at {first:.0f} degrees, the least" in summary(dataset)
+
+
+def test_where_a_fails_lies_between_the_last_case_within_and_the_first_one_beyond(results):
+    dataset = to_dataset(results["tall"])
+    within = dataset.assign(p_max=dataset.p_max.copy(data=[[1.04, 1.0], [1.3, 1.0]]))
+    low, high = sorted(dataset.angle.sel(ics="Bhat").values)
+    told = summary(within)
+    assert f"p_max is off by more than 5% from between {low:.0f} and {high:.0f} degrees on" in told
 
 
 def test_pressures_mapped_onto_their_own_patch_are_the_same(results):
@@ -64,3 +73,13 @@ def test_maps_show_the_displacement_by_a_less_that_by_bhat(results, tmp_path):
     u_a, u_bhat = (own.placed.operator(ics)(own.normal.p[..., None])[..., 0] for ics in ("A", "Bhat"))
     np.testing.assert_allclose(maps[3].difference, (u_a - u_bhat) / u_bhat.max(), atol=1e-9)
     assert write_sensitivity(results, tmp_path).stat().st_size > 1e4
+
+
+def test_it_is_said_which_pressures_are_worst_on_each_patch(results):
+    """Those of `wide`, which are spread, on both, as [BVSV] says."""
+    largest = {(one.shape, one.scene): np.max(np.abs(one.inside)) for one in sensitivities(results)}
+    told = sensitivity_summary(results)
+    for scene in results:
+        worst = max(results, key=lambda shape: largest[shape, scene])
+        assert worst == "wide"
+        assert f"On the patch of {scene} A is furthest off under the pressures of {worst}." in told

@@ -199,6 +199,9 @@ def test_the_sentences_answer_the_design_question(grid):
         "most by 19 % (in nn nowhere)."
     )
     assert told_all[3] == "B̂ is within 5 % in nn and sn everywhere."
+    assert told_all[4] == "These values of flank are interpolated linearly between scenes."
+    nowhere = grid.assign(error=grid.error * (grid.variant == "C"))
+    assert "interpolated" not in summary(nowhere, fields_of(nowhere), None)
 
 
 def test_where_nn_fails_is_told_beside_the_worst_component(curve):
@@ -306,7 +309,7 @@ def test_contacts_with_friction_have_shares_as_differences_and_name_their_refere
     sliding = np.array([[0.2, 0.9], [0.5, 1.0]])  # by ICs and creepage
     kept = of_friction(curve, p_max=np.array([[110.0], [100.0]]), sliding_share=sliding)
     kept = kept.assign(
-        rms_of_curve=(("flank", "friction", "ics"), np.broadcast_to([0.07, 0.0], (7, 1, 2)).copy())
+        largest_of_curve=(("flank", "friction", "ics"), np.broadcast_to([0.07, 0.0], (7, 1, 2)).copy())
     )
     kept = kept.assign(estimate_p_max=xr.full_like(kept.p_max, 3.0))
     off, reference = fields_of(kept)

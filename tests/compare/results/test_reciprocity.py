@@ -23,6 +23,12 @@ def reciprocal_matrix():
     return ics
 
 
+def size_of(component):
+    """The largest value of a component of `reciprocal_matrix`, the same of its transpose."""
+    i, j = ("xsn".index(direction) for direction in component)
+    return np.max(np.abs(reciprocal_matrix()[..., i, j]))
+
+
 def with_defects(*, joint, elsewhere):
     ics = reciprocal_matrix()
     ics[2, 1, 4, 0, 1] += joint  # strip 4 has a joint
@@ -32,20 +38,41 @@ def with_defects(*, joint, elsewhere):
 
 def test_the_worst_pair_and_the_worst_without_joints():
     found = reciprocity(with_defects(joint=0.01, elsewhere=0.002), JOINTED, GRID)
-    assert found.worst == pytest.approx(0.01 / 5.0)
+    xs, sn = size_of("xs"), size_of("sn")
+    assert found.worst == pytest.approx(0.01 / xs)
+    assert found.component == "xs"
     assert sorted(found.strips) == [1, 4]
     assert found.at_joints == (0, 4)
-    assert found.elsewhere == pytest.approx(0.002 / 5.0)
+    assert found.elsewhere == pytest.approx(0.002 / sn)
     assert described(found, GRID) == (
-        "2.0e-03 (strips 1 and 4, s = -0.5, 0.7 mm); joints in strips 0, 4; 4.0e-04 without these"
+        f"{0.01 / xs:.1e} of xs (strips 1 and 4, s = -0.5, 0.7 mm); joints in strips 0, 4; "
+        f"{0.002 / sn:.1e} without these"
     )
+
+
+def test_a_small_component_is_judged_by_its_own_size():
+    """The same defect, in the component that is a hundred times smaller than the others."""
+    small = np.ones((3, 3))
+    small[1, 2] = small[2, 1] = 0.01
+    ics = with_defects(joint=0.01, elsewhere=0.0) * small
+    ics[1, 3, 2, 1, 2] += 0.002
+    found = reciprocity(ics, JOINTED, GRID)
+    assert (found.component, sorted(found.strips)) == ("sn", [2, 3])
+    assert found.worst == pytest.approx(0.2 / size_of("sn"))
+
+
+def test_a_component_that_is_zero_has_no_defect():
+    ics = with_defects(joint=0.01, elsewhere=0.0)
+    ics[..., [1, 2], [2, 1]] *= 1e-12
+    ics[1, 3, 2, 1, 2] += 1e-12
+    assert reciprocity(ics, JOINTED, GRID).component == "xs"
 
 
 def test_without_joints_there_is_one_number():
     found = reciprocity(with_defects(joint=0.001, elsewhere=0.02), plane(), GRID)
     assert (sorted(found.strips), found.at_joints) == ([2, 3], ())
-    assert found.worst == found.elsewhere == pytest.approx(0.02 / 5.0)
-    assert described(found, GRID) == "4.0e-03 (strips 2 and 3, s = -0.1, 0.3 mm)"
+    assert found.worst == found.elsewhere == pytest.approx(0.02 / size_of("sn"))
+    assert described(found, GRID) == f"{found.worst:.1e} of sn (strips 2 and 3, s = -0.1, 0.3 mm)"
 
 
 def test_a_joint_on_an_edge_belongs_to_both_strips():

@@ -71,6 +71,7 @@ def test_the_builtin_scene_rolls_and_its_pair_is_pressed_on():
     tables = [tomllib.loads(scene.text) for scene in (rolling, compression)]
     for key in ("lower", "upper", "effective"):
         assert tables[0][key] == tables[1][key]
+    assert set(rolling.contact.ics) | {"B"} == set(compression.contact.ics)  # those of figure 25 of [BVSV]
     creepages = rolling.contact.friction.longitudinal
     assert len(creepages) == 19
     assert creepages == tuple(-xi for xi in reversed(creepages))

@@ -8,10 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from compare.results.judge.dataset import OF_PATCH
 from compare.studies.validation.changes import CHANGES
 from compare.studies.validation.curves import ACROSS, BESIDE, CONVEX, THROUGH
+from compare.studies.validation.elements import ELEMENTS
+from compare.studies.validation.elements import NUMBERS as ELEMENT_NUMBERS
 from compare.studies.validation.program import cylinder_errors
 from compare.studies.validation.runs import GEOMETRIES
 from compare.studies.validation.statements import STATEMENTS
@@ -187,6 +190,26 @@ def mixed(v):
     return lambda: with_variants(runs(), lambda variant: 1 + 0.1 * (v if variant == "mix" else 1))
 
 
+class OnElements:
+    """Contacts on three grids: a number by C that changes by the same share from grid to grid."""
+
+    def __init__(self, name, share):
+        self.name, self.share = name, share
+
+    def contact(self, _, changes):
+        steps = np.log2(ELEMENTS[-1] / changes["elements"])
+        zeros = dict.fromkeys((f"estimate_{name}" for name in ELEMENT_NUMBERS), 0.0)
+        numbers = dict.fromkeys(ELEMENT_NUMBERS, 1.0) | zeros
+        numbers[self.name] = (1 + self.share) ** steps
+        return xr.Dataset(
+            {n: (("case", "ics"), [[v, v]], {"units": "1"}) for n, v in numbers.items()}
+        ).assign_coords(ics=["Bhat", "C"])
+
+
+def on_grids(name):
+    return lambda v: lambda: OnElements(name, v)
+
+
 EXACT = {  # the threshold, and C for a value
     (1, "A departs"): (0.10, missed_by("A", NN)),
     (1, "with distance"): (0.0, growing),
@@ -246,6 +269,7 @@ EXACT = {  # the threshold, and C for a value
     (23, "force"): (0.02, lambda v: contacts(F_y=v * LOAD / BY_FE)),
     (23, "centre"): (0.2, lambda v: contacts(s_centre=v / BY_FE)),
     (23, "approach"): (0.02, lambda v: contacts(approach=v)),
+    **{(24, name): (0.002, on_grids(name)) for name in ELEMENT_NUMBERS},
 }
 
 

@@ -1,4 +1,4 @@
-"""Rigid slip against the velocities of a rigid wheel that turns about its axle, in three dimensions."""
+"""Rigid velocities against the velocities of a rigid wheel that turns about its axle, in three dimensions."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ CASES = [
 
 
 def of_a_rigid_wheel(creepages, x, s, height):
-    """Slip over the rail per unit of rolled distance, one point at a time.
+    """Velocity over the rail along x, s, n per unit of rolled distance, one point at a time.
 
     In axes that move with the contact the rail runs back with the speed V, and the wheel turns about an axle
     at the height R_roll over its crown. Turning about y so that the lowest point runs back is omega > 0.
@@ -34,7 +34,8 @@ def of_a_rigid_wheel(creepages, x, s, height):
     aside = np.array([0.0, creepages.lateral * SPEED, 0.0])
     rail = np.array([-SPEED, 0.0, 0.0])
     over_rail = (about_axle + about_z + aside - rail) / SPEED
-    return over_rail @ [1.0, 0.0, 0.0], over_rail @ [0.0, tangent_y, tangent_z]
+    along_x, along_s = np.array([1.0, 0.0, 0.0]), np.array([0.0, tangent_y, tangent_z])
+    return [over_rail @ direction for direction in (along_x, along_s, np.cross(along_x, along_s))]
 
 
 @pytest.mark.parametrize("creepages", CASES, ids=str)
@@ -42,7 +43,8 @@ def test_it_is_the_velocity_of_a_rigid_wheel(creepages):
     expected = np.array(
         [[of_a_rigid_wheel(creepages, x, *at) for at in zip(S, HEIGHT, strict=True)] for x in X]
     )
-    np.testing.assert_allclose(ROLLING.rigid_slip(creepages), expected, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(ROLLING.rigid_velocity(creepages), expected, rtol=1e-12, atol=1e-15)
+    np.testing.assert_array_equal(ROLLING.rigid_slip(creepages), ROLLING.rigid_velocity(creepages)[..., :2])
 
 
 def test_a_driven_wheel_slips_back_and_a_lateral_creepage_is_a_slip_to_larger_s():
@@ -59,7 +61,7 @@ def test_each_creepage_adds_its_own_slip():
 
 def test_a_plane_on_a_plane_only_slides_and_turns():
     flat = Rolling(plane(), np.inf, X, S, 0 * S)
-    assert np.all(flat.rigid_slip(Creepages()) == 0)
+    assert np.all(flat.rigid_velocity(Creepages()) == 0)
     slip = flat.rigid_slip(Creepages(1e-3, 2e-3, 1e-4))
     np.testing.assert_allclose(slip[..., 0], np.broadcast_to(-1e-3 - 1e-4 * S, (7, 9)))
     np.testing.assert_allclose(slip[..., 1], np.broadcast_to(2e-3 + 1e-4 * X[:, None], (7, 9)))

@@ -6,7 +6,7 @@ import pytest
 from approx.matrix import matrix
 from approx.pair import Solid
 from contact.operators import dense
-from contact.operators.dense import GridOperator, reciprocity_defects
+from contact.operators.dense import Asymmetry, GridOperator, reciprocity_defects
 from geometries.contours import arc
 from geometries.grids import Grid
 from geometries.surfaces import LOWER, Surface
@@ -89,10 +89,17 @@ def test_so_it_is_where_a_rigid_compliance_is_subtracted_and_where_the_search_do
 @pytest.mark.parametrize(("variant", "reciprocal"), [("A", True), ("Bhat", True), ("B", False)])
 def test_the_reciprocity_defect_is_that_of_the_dense_matrix(variant, reciprocal):
     whole = whole_matrix(variant)
-    exact = np.max(np.abs(whole - whole.T)) / np.max(whole[2::3, 2::3])
-    found = reciprocity_defects(matrix(variant, RAIL, GRID)).max()
-    assert found == pytest.approx(exact, rel=1e-9, abs=1e-12)
-    assert (found < 1e-12) == reciprocal
+    exact = {}
+    for i, j in np.ndindex(3, 3):
+        sizes = np.max(np.abs(whole[i::3, j::3])), np.max(np.abs(whole[j::3, i::3]))
+        exact["xsn"[i] + "xsn"[j]] = np.max(np.abs(whole - whole.T)[i::3, j::3]) / max(sizes)
+    found = reciprocity_defects(matrix(variant, RAIL, GRID)).max(axis=(0, 1))
+    assert found.ravel() == pytest.approx(list(exact.values()), rel=1e-9, abs=1e-12)
+    assert (found.max() < 1e-12) == reciprocal
+    worst = Asymmetry.of(matrix(variant, RAIL, GRID))
+    assert worst.share == found.max()
+    if not reciprocal:
+        assert exact[worst.component] == max(exact.values())
 
 
 @pytest.mark.parametrize("directions", [(2,), (0,), (1, 2), (2, 0), (0, 1)])

@@ -100,10 +100,16 @@ def test_on_a_plane_it_is_the_half_space_for_all_lags_and_strips(on_plane):
 # --- lags, single loads --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("radius", [np.inf, 300.0, 25.0])
-def test_lags_are_points(radius):
+SQUARE = Grid(4, 4, 1.0, 1.0)
+NARROW = Grid(2, 4, 0.2, 0.637)  # the half-space reaches one or two strips, as the radius of the load is
+
+
+@pytest.mark.parametrize(
+    ("grid", "radius"), [(SQUARE, np.inf), (SQUARE, 300.0), (SQUARE, 25.0), (NARROW, 20.0)]
+)
+def test_lags_are_points(grid, radius):
     """The interpolation between radii against the sum at each point, to 1e-9 of the element's own."""
-    job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), Grid(4, 4, 1.0, 1.0), radius, ROUGH)
+    job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), grid, radius, ROUGH)
     model = solve(job.request(Level(cells=-3)), workers=2)
     x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))
     for name, by_lag in syntheses(model, job.grid, COMPONENTS).items():
@@ -175,17 +181,22 @@ def test_forces_and_displacements_averaged_over_strips_are_reciprocal_to_roundin
 
 
 def test_reciprocity_of_the_raw_matrix_and_of_the_discounted_one(on_plane, on_arcs):
-    """On a plane within the estimate. On arcs, observed at centres, also by the curvature across a strip."""
+    """On a plane within the estimate. On arcs, observed at centres, also by the curvature across a strip.
+
+    Shares are those of each component's own largest value.
+    """
     estimate = max(np.max(on_plane.column(m).estimate) for m in range(GRID.n_s))
     raw, discounted = (all_columns(on_plane, raw=raw) for raw in (True, False))
     assert reciprocity_defects(raw).max() <= 2 * estimate / np.max(raw)
     for found in (on_plane, *on_arcs.values()):
         raw, discounted = (all_columns(found, raw=raw) for raw in (True, False))
-        assert reciprocity_defects(raw).max() < 2e-3
+        defects = reciprocity_defects(raw).max(axis=(0, 1))
+        assert np.diag(defects).max() < 2e-3
+        assert defects.max() < 2e-2  # of sn, which is ten times smaller than ss and nn: joints lie in strips
         rigid = raw - discounted
-        assert reciprocity_defects(rigid).max() < 1e-10 * np.max(np.abs(rigid)) / np.max(
-            np.abs(rigid[..., 2, 2])
-        )
+        sizes = np.max(np.abs(rigid), axis=(0, 1, 2))
+        rounding = 1e-10 * np.max(sizes) / np.where(sizes > 1e-9 * np.max(sizes), sizes, np.inf)
+        assert np.all(reciprocity_defects(rigid).max(axis=(0, 1)) <= np.maximum(rounding, rounding.T))
 
 
 def test_tractions_always_do_work(on_arcs):

@@ -17,6 +17,7 @@ from compare.results.contact.compute import (
 from compare.results.contact.dataset import to_dataset
 from compare.results.contact.grids import MOST_STRIPS, Sizing
 from compare.results.contact.pairing import Case, placed_on, undeformed_of
+from compare.results.contact.quantities import numbers
 from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene, scene_from_table
 from contact.edges import MARGIN
@@ -113,6 +114,27 @@ def test_scenes_with_the_exact_distance_solve_with_it():
     (case,) = linear.cases
     displaced = linear.contacts[case, "Bhat"].displaced
     assert exact.contacts[case, "Bhat"].normal.approach == pytest.approx(displaced.normal.approach, rel=1e-4)
+
+
+def test_the_estimate_of_c_is_added_to_what_elements_change(monkeypatch):
+    """Not the larger of both: ICs larger by 4 % change the approach by 2.4 % or more, and p_max."""
+
+    def known(of, placed, _):
+        nn = matrix("Bhat", of.pair, placed.grid)[..., 2:, 2:]
+        return ReferenceICs(*[GridOperator.of(f * nn, (N,)) for f in (1.0, 1.04)], 0.0, 0.0, 1.0, 0.0)
+
+    monkeypatch.setattr("compare.results.contact.compute.reference_ics", known)
+    results = compute_contact(scene(10.2, loads=[3e3], ics=["C"], elements=12))
+    (contact,) = results.contacts.values()
+    assert contact.perturbed.approach > 1.02 * contact.normal.approach
+    exact = replace(results, contacts={at: replace(c, perturbed=None) for at, c in results.contacts.items()})
+    both, of_elements = (to_dataset(one).isel(case=0, ics=0) for one in (results, exact))
+    changed = numbers(contact.placed, contact.perturbed)
+    for name, value in changed.items():
+        added = float(both[f"estimate_{name}"] - of_elements[f"estimate_{name}"])
+        assert added >= 0.999 * abs(value - float(both[name])), name
+        assert float(of_elements[f"estimate_{name}"]) > 0, name
+    assert float(both.estimate_approach - of_elements.estimate_approach) < 0.05 * float(both.approach)
 
 
 # --- grids ----------------------------------------------------------------------------------------------
@@ -214,7 +236,7 @@ def test_a_rigid_give_along_z_changes_the_approach_alone():
 def without_a_turn(placed, nn):
     """ICs from which a turn is taken: antisymmetric pressures do negative work."""
     turn = np.sin(placed.undeformed.lower.contour.inclination(placed.grid.strips))
-    return nn - 2e-6 * placed.grid.area * np.outer(turn, turn)
+    return nn - 5e-5 * placed.grid.area * np.outer(turn, turn)
 
 
 def test_c_that_is_not_positive_for_the_pressures_of_a_contact_is_refused_before_it_is_solved():
@@ -294,7 +316,7 @@ def test_where_c_needs_a_longer_grid_it_is_made_longer(monkeypatch):
 
     def much_softer(of, placed, _):
         nn = 8 * matrix("Bhat", of.pair, placed.grid)[..., 2:, 2:]
-        return ReferenceICs(*[GridOperator.of(nn, (N,))] * 2, 0.0, 0.0, 1.0, 1.0, 0.0)
+        return ReferenceICs(*[GridOperator.of(nn, (N,))] * 2, 0.0, 0.0, 1.0, 0.0)
 
     of = scene(10.2, loads=[5e3], ics=["Bhat", "C"])
     ((first, _),) = grids_of(of)
@@ -332,3 +354,41 @@ def test_c_of_the_upper_body_lies_opposite_that_of_the_lower(monkeypatch):
     assert abs(asked["upper"].grid.s - asked["lower"].grid.s) > 0.5
     assert asked["upper"].grid.n_s == asked["lower"].grid.n_s == 6
     assert {job.components for job in asked.values()} == {("nn",)}  # and no loads of other directions
+
+
+# --- beside the crown -------------------------------------------------------------------------------------
+
+
+def sideways(upper_radius=10.3, **contact):
+    """Numbers of a contact by B-hat."""
+    results = compute_contact(scene(upper_radius, loads=[2e4], elements=12, **contact))
+    return to_dataset(results).sel(ics="Bhat").isel(case=0)
+
+
+def test_a_mirrored_contact_has_mirrored_forces_and_the_estimates_cover_what_is_left():
+    right, left = sideways(shift=0.04), sideways(shift=-0.04)
+    assert float(right.F_y) < -0.03 * float(right["load"])
+    for name in ("F_y", "M_x", "s_centre", "position"):
+        assert float(left[name]) == pytest.approx(-float(right[name]), rel=1e-4)
+    assert float(right.M_x) == pytest.approx(RADIUS * float(right.F_y), rel=1e-9)
+    assert float(left.p_max) == pytest.approx(float(right.p_max), rel=1e-4)
+
+
+def test_the_position_follows_a_lateral_force_wherever_it_is_sought_from():
+    """The force that a shift gives puts the body there, to the pairing of strips, from there and from 0."""
+    shifted = sideways(shift=0.04)
+    for start in (0.0, 0.04):
+        found = sideways(shift=start, lateral_force=float(shifted.F_y))
+        assert float(found.F_y) == pytest.approx(float(shifted.F_y), rel=1e-6)
+        assert float(found.position) == pytest.approx(0.04, rel=2e-2)
+        assert float(found.p_max) == pytest.approx(float(shifted.p_max), rel=2e-3)
+        assert 0 < float(found.estimate_position) < 0.1 * 0.04
+
+
+def test_without_a_lateral_force_a_shifted_body_slides_back():
+    assert float(sideways(shift=0.04, lateral_force=0.0).position) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_lateral_force_that_the_contours_cannot_bear_is_refused():
+    with pytest.raises(Failure, match=r"reaches the end of a contour|lateral force: not reached|no grid"):
+        sideways(lateral_force=-5e5)

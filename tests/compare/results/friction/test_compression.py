@@ -5,8 +5,17 @@ import pytest
 
 from compare.results.contact.compute import compute_contact
 from compare.results.contact.dataset import to_dataset as frictionless_dataset
+from compare.results.contact.pairing import placed_on
+from compare.results.friction.bodies import Solver
 from compare.results.friction.compression import compute_compression, in_halves
+from contact.compression import compressed
+from contact.frictional import Pressing
+from contact.operators.dense import GridOperator, dense
+from contact.operators.turned import turned
+from femic.means import Means
 from geometries.errors import Failure
+from geometries.grids import Grid
+from geometries.patches import N, S, X
 from tests.compare.results.friction.scenes import scene
 from tests.compare.results.friction.test_rolling import in_place_of_c
 
@@ -77,7 +86,7 @@ def test_estimates_bound_what_steps_of_load_do(friction):
     )
     by_steps = abs(float(few.sliding_share - many.sliding_share))
     assert 0.01 < by_steps < float(few.estimate_sliding_share)
-    assert float(few.estimate_sliding_share) > 2 * float(many.estimate_sliding_share)
+    assert float(few.estimate_sliding_share) > float(many.estimate_sliding_share) + by_steps
 
 
 def test_failures_name_friction_ics_and_load(monkeypatch):
@@ -88,3 +97,22 @@ def test_failures_name_friction_ics_and_load(monkeypatch):
     monkeypatch.setattr("compare.results.friction.compression.compressed", failing)
     with pytest.raises(Failure, match=r"friction 0\.2, A, 1000 N: no solution"):
         compute_compression(pressed())
+
+
+def test_ns_matters_where_bodies_are_pressed_together_and_nx_does_not():
+    """Tractions along s, by which conforming surfaces resist the approach, cause displacements along n.
+
+    Without them largest pressures are 4 % too large, on both grids; tractions along x hardly arise.
+    """
+    of = pressed(loads=[8e4], friction=[0.4], ics=["Bhat"])
+    placed = placed_on(of, Grid(16, 18, 1.3, 1.2))
+    p_max = {}
+    for left_out in ("nothing", "ns", "nx"):
+        ics = dense(turned("Bhat", placed.pair, placed.grid))
+        if left_out != "nothing":
+            ics[..., N, {"ns": S, "nx": X}[left_out]] = 0.0
+        problem = Solver(of, placed, Means()).problem(GridOperator.of(ics), 0.4)
+        *_, last = compressed(problem, [Pressing(load=load) for load in (2e4, 4e4, 6e4, 8e4)])
+        p_max[left_out] = float(np.max(last.p[..., N]))
+    assert p_max["ns"] / p_max["nothing"] > 1.03
+    assert p_max["nx"] / p_max["nothing"] == pytest.approx(1.0, abs=1e-3)

@@ -18,7 +18,7 @@ from compare.results.friction.operators import (
 from compare.results.friction.rolling import compute_rolling, scaled_force
 from compare.scenes.load import load_scene
 from contact.normal import PotentialAreaTooSmall
-from contact.operators.dense import GridOperator, reciprocity_defects
+from contact.operators.dense import Asymmetry, GridOperator, reciprocity_defects
 from contact.references.creepage_coefficients import creepage_coefficients
 from femic.means import Means
 from geometries.errors import Failure
@@ -92,7 +92,8 @@ def conforming():
 
 def in_place_of_c(of, placed, _):
     operator = GridOperator.of(matrix("Bhat", of.pair, placed.grid))
-    return FullReferenceICs(operator, GridOperator(1.02 * operator.transformed, operator.n_x), 0.02, 0.0, 0.0)
+    perturbed = GridOperator(1.02 * operator.transformed, operator.n_x)
+    return FullReferenceICs(operator, perturbed, 0.02, Asymmetry(0.0, "nn"), 0.0)
 
 
 def test_fast_operators_and_matrices_give_the_same_curve(conforming):
@@ -100,6 +101,17 @@ def test_fast_operators_and_matrices_give_the_same_curve(conforming):
     _, dataset = conforming
     assert float(dataset.rms.sel(ics="Bhat")[0]) < 0.03
     assert float(dataset.rms.sel(ics="A")[0]) > float(dataset.rms.sel(ics="Bhat")[0])
+
+
+def test_the_largest_difference_of_curves_is_that_at_the_worst_creepage(conforming):
+    _, dataset = conforming
+    force = scaled_force(dataset).sel(friction=0.3)
+    for name in ("A", "Bhat", "C"):
+        away = np.abs(force.sel(ics=name).values - force.sel(ics="C").values)
+        largest, rms = (float(dataset[key].sel(ics=name, friction=0.3)) for key in ("largest", "rms"))
+        assert largest == pytest.approx(np.max(away))
+        assert rms == pytest.approx(np.sqrt(np.mean(away**2)))
+    assert 0 < float(dataset.rms.sel(ics="A")[0]) < float(dataset.largest.sel(ics="A")[0])
 
 
 def test_estimates_of_c_have_the_change_by_its_error(conforming):
@@ -137,7 +149,7 @@ def test_numbers_have_no_estimates_where_larger_elements_have_no_solution(monkey
     told = []
     monkeypatch.setattr(rolling, "_coarse", lambda *of: told.append(of[2]))
     dataset = compute_rolling(rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 1e-3]))
-    assert told == ["friction 0.3, A, larger elements"]
+    assert told == [f"friction 0.3, A, {words} elements" for words in ("larger", "still larger")]
     assert np.all(np.isnan(dataset.estimate_F_x))
     assert not np.any(np.isnan(dataset.F_x))
 

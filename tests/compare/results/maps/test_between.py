@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from compare.results.maps.between import Nodes, combined
+from compare.results.maps.between import KINK, Nodes, combined
 from geometries.errors import WrongInput
 
 PLACES = (0.0, 1.0, 2.5, 3.0, 5.0, 6.0)
@@ -16,9 +16,9 @@ def along(nodes, f, value):
 
 
 def error(nodes, f, value):
-    """The largest error on left-out nodes next to a value."""
+    """The largest error on left-out nodes near a value, as it counts."""
     values = f(np.array(nodes.values))
-    return max(
+    return KINK * max(
         abs(float(combined(values[stencil.nodes], [stencil])) - values[node])
         for node, stencil in nodes.left_out(value)
     )
@@ -64,8 +64,79 @@ def test_the_error_on_left_out_nodes_is_larger_than_that_between_nodes(f):
         assert abs(along(nodes, f, value) - f(value)) <= measured
 
 
-def test_left_out_nodes_are_the_inner_ones_next_to_the_value_and_do_not_predict_themselves():
-    for value, expected in ((0.3, {1}), (1.7, {1, 2}), (2.7, {2, 3}), (5.5, {4}), (2.5, {2, 3})):
+def test_a_kink_half_way_between_nodes_errs_as_much_as_left_out_nodes_say():
+    """And with any other place of the kink or the value it errs less."""
+    nodes = Nodes("x", tuple(np.arange(8.0)))
+    middle = along(nodes, lambda x: np.abs(x - 3.5), 3.5)
+    assert middle == pytest.approx(error(nodes, lambda x: np.abs(x - 3.5), 3.5))
+    places = np.linspace(2.02, 4.98, 38)
+    for kink in places:
+        for value in places:
+
+            def f(x, kink=kink):
+                return np.abs(x - kink)
+
+            assert abs(along(nodes, f, value) - f(value)) <= (1 + 1e-9) * error(nodes, f, value)
+
+
+def smooth_with_a_kink(random):
+    """A function of two variables, with a kink in the first one that moves with the other."""
+    a, w, phase = random.normal(size=3), random.uniform(0.5, 3, 3), random.uniform(0, 6, 2)
+    size, at, moves = (
+        random.normal() * 10 ** random.uniform(-1.5, 1),
+        random.random(),
+        random.uniform(-0.6, 0.6),
+    )
+
+    def f(x, y):
+        smooth = a[0] * np.sin(w[0] * x + phase[0]) + a[1] * np.exp(w[1] * x * y / 3)
+        return smooth + a[2] * x * np.cos(w[2] * y + phase[1]) + size * np.abs(x - at - moves * (y - 0.5))
+
+    return f
+
+
+@pytest.mark.parametrize("kink", [False, True], ids=["smooth", "kink"])
+def test_errors_hold_at_95_percent_of_random_places(kink):
+    """Of 400 random functions of two variables, on nodes at random distances."""
+    random, held = np.random.default_rng(7), []
+    for _ in range(400):
+        steps = [np.cumsum(random.uniform(0.6, 1.4, random.integers(3, 8))) for _ in range(2)]
+        axes = [Nodes(name, tuple((v - v[0]) / np.ptp(v))) for name, v in zip("xy", steps, strict=True)]
+        f, point = smooth_with_a_kink(random), random.random(2)
+        if not kink:
+            f = np.poly1d(random.normal(size=5)), np.poly1d(random.normal(size=4))
+            f = lambda x, y, f=f: f[0](x) * f[1](y) + np.sin(2 * x * y)  # noqa: E731
+        held.append(missed(axes, f, point) <= told(axes, f, point))
+    assert np.mean(held) >= 0.95
+
+
+def at(axes, f, stencils):
+    nodes = [np.array(axis.values)[stencil.nodes] for axis, stencil in zip(axes, stencils, strict=True)]
+    return float(combined(f(*np.meshgrid(*nodes, indexing="ij")), stencils))
+
+
+def missed(axes, f, point):
+    return abs(at(axes, f, [axis.at(value) for axis, value in zip(axes, point, strict=True)]) - f(*point))
+
+
+def told(axes, f, point):
+    """The estimate of `CMap`, written for two axes."""
+    (x, y), (of_x, of_y) = axes, point
+    along_x = [
+        abs(at(axes, f, [others, beside]) - at(axes, f, [x.itself(node), beside]))
+        for node, others in x.left_out(of_x)
+        for beside in y.beside(of_y)
+    ]
+    along_y = [
+        abs(at(axes, f, [beside, others]) - at(axes, f, [beside, y.itself(node)]))
+        for node, others in y.left_out(of_y)
+        for beside in x.beside(of_x)
+    ]
+    return KINK * (max(along_x) + max(along_y))
+
+
+def test_left_out_nodes_are_the_inner_ones_near_the_value_and_do_not_predict_themselves():
+    for value, expected in ((0.3, {1, 2, 3}), (1.7, {1, 2, 3}), (5.5, {2, 3, 4}), (2.5, {1, 2, 3})):
         found = AXIS.left_out(value)
         assert {node for node, _ in found} == expected
         assert all(node not in stencil.nodes for node, stencil in found)

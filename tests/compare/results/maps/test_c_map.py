@@ -139,13 +139,14 @@ def test_nodes_are_c_to_rounding(make, tmp_path):
 
 @pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.15, 1.4e5), (1.25, 8e5)])
 def test_the_error_on_left_out_nodes_covers_that_between_them(make, tmp_path, ratio, modulus):
-    """It is not that of exact values, and not ten times too large either."""
+    """It is not that of exact values, and not without bounds: seven times for nodes twice as far apart, 2.25
+    for kinks that are not there, on two axes, on the steepest of the lines around."""
     name, scene = make(steep), scene_at(tmp_path, ratio, modulus)
     ic, known_to = read(name, scene)
     error = np.abs(ic - c_of(scene, placed_on(scene, scene.grid), steep))
     assert np.all(error <= known_to - ESTIMATE)
     assert np.max(error) > 1e-4 * np.max(ic)
-    assert np.max(known_to - ESTIMATE) < 30 * np.max(error)
+    assert np.max(known_to - ESTIMATE) < 100 * np.max(error)
 
 
 def test_contact_by_a_map_is_that_by_c_and_known_to_its_error(make, tmp_path):

@@ -9,7 +9,7 @@ from compare.results.contact.dataset import to_dataset
 from compare.results.dataset import to_dataset as ics_dataset
 from compare.results.friction.compression import compute_compression
 from compare.results.friction.rolling import compute_rolling
-from compare.results.sweep.keeping import AS_CHEAP, CURVES_RMS, KEEPERS, _cheapest
+from compare.results.sweep.keeping import AS_CHEAP, KEEPERS, OF_CURVE, OF_CURVES, _cheapest
 from femic.level import Level
 from femic.means import Means
 from femic.work.store import Store
@@ -90,7 +90,7 @@ def test_contacts_are_those_of_a_run(kind, means):
     kept, alone = KEEPERS["contact"].of(scene, means), computed(scene)
     assert names_of(kept) <= KEEPERS["contact"].names
     assert {"p_max", "estimate_p_max", "approach"} <= {*kept.data_vars}
-    alone = alone.rename({"rms": CURVES_RMS} if "rms" in alone else {})
+    alone = alone.rename({name: name + OF_CURVE for name in OF_CURVES if name in alone})
     for name, values in kept.data_vars.items():
         np.testing.assert_array_equal(values, alone[name].astype(float), err_msg=str(name))
 
