@@ -75,7 +75,8 @@ def elastic(model: SolidModel) -> Elastic:
 def meshed(body: Body, expected: Expected, cells: float, *, half_section: bool) -> Elastic:
     """Mesh a body with `cells` cells along the shorter half-length of a patch on it, and prepare it.
 
-    Cells are equal in the patch and grow in proportion to the distance from it. Raises Failure where Gmsh
+    Cells are equal in the patch and grow in proportion to the distance from it. Far from it, where they may
+    be larger than the radius of the contour, those that would fold stay straight. Raises Failure where Gmsh
     cannot mesh it.
     """
     smallest = min(expected.a, expected.b) / cells
@@ -85,7 +86,13 @@ def meshed(body: Body, expected: Expected, cells: float, *, half_section: bool) 
     size = Cells(smallest, GROWTH / cells, ALONG * GROWTH / cells)
     for factor in OTHER_SIZES:
         try:
-            solid = solid_mesh(body, size.scaled(factor), focus, half_section=half_section)
+            solid = solid_mesh(
+                body,
+                size.scaled(factor),
+                focus,
+                half_section=half_section,
+                curved_within=SPACING * smallest,
+            )
         except Failure:
             if factor == OTHER_SIZES[-1]:
                 raise

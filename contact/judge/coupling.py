@@ -45,7 +45,8 @@ class Zone:
 class Coupling:
     """Weighted gaps g = h - zeta c + upper u_upper - lower u_lower, and integrals of the functions psi.
 
-    Everything on the modelled part of the bodies. Held components have no entries.
+    Everything on the modelled part of the bodies. Held components have no entries. What pressures p do as a
+    whole is the sum of p times an integral: the vertical force c.p, the lateral one sine.p.
     """
 
     zone: Zone
@@ -53,6 +54,9 @@ class Coupling:
     upper: csr_matrix
     h: Array  # (m,) undeformed gap [mm^3]
     c: Array  # (m,) of cos(delta) [mm^2]
+    sine: Array  # (m,) of sin(delta) [mm^2]
+    arm: Array  # (m,) of the lever arm of the normal about the x axis through the contact centre [mm^3]
+    of_s: Array  # (m,) of the arc length [mm^3]
     area: Array  # (m,) of the functions themselves [mm^2]
     slopes: csr_matrix  # (m, m) of the products of the gradients of the hat functions
 
@@ -74,6 +78,7 @@ def couple(lower: Elastic, upper: Elastic, undeformed: Undeformed, zone: Zone) -
     _check_covered(lower.solid.trace, first, quadrature.weights)
     distance = undeformed.distance(*points)
     normal = np.stack([np.zeros(points.shape[1]), *undeformed.lower.contour.normal(points[1])])
+    y, z = undeformed.lower.contour.position(points[1])
     duals = _duals(lower.solid.trace, of_lower, points, zone.vertices)
     weighted = csr_matrix(duals.T @ diags_array(quadrature.weights))  # (m, n)
     at_upper = on_upper(undeformed, points, distance)
@@ -83,6 +88,9 @@ def couple(lower: Elastic, upper: Elastic, undeformed: Undeformed, zone: Zone) -
         _against(weighted, normal, upper, of_upper, at_upper),
         weighted @ distance,
         weighted @ normal[2],
+        weighted @ normal[1],
+        weighted @ (y * normal[2] - z * normal[1]),
+        weighted @ points[1],
         np.asarray(weighted.sum(axis=1)).ravel(),
         _slopes(lower.solid.trace, first, zone.vertices),
     )

@@ -3,7 +3,9 @@
 The patch is first found on rough meshes, from Hertz's on. Then meshes are made for it with `cells` / 2 and
 `cells` cells along its shorter half-length; everything about the cells is twice as fine in the second. The
 estimate of a number is the difference of both: it is right for an error of first order in the size of cells,
-and too large for one of higher order. To that of lengths the error of reading an edge is added.
+and too large for one of higher order. To that of lengths the error of reading an edge is added. Where gaps of
+the coarser meshes tell no edge, because their vertices are too few, it lies next to the outermost of those in
+contact, give or take half their spacing.
 """
 
 from collections.abc import Mapping
@@ -30,13 +32,16 @@ LEAST_CURVATURE = 1e-6  # 1/mm, of surfaces that fit each other
 
 @dataclass(frozen=True)
 class Numbers:
-    """The numbers of a contact; mm, rad, MPa."""
+    """The numbers of a contact; mm, rad, MPa, N. The last three vanish where all is symmetric."""
 
     a: float  # half-length along x
     b: float  # half-width along s, on the arc
     angle: float  # range of the inclination over the patch
     p_max: float
-    approach: float
+    approach: float  # of the far arcs: the compliance of the whole bodies is in it
+    F_y: float  # lateral force on the upper body
+    M_x: float  # moment on it about the x axis through the contact centre [N mm]
+    s_centre: float  # centre of pressure along s
 
     def estimate(self, coarser: "Numbers", reading: float) -> "Numbers":
         """Estimates of the errors of all numbers from coarser ones, and from that of reading an edge [mm]."""
@@ -94,23 +99,40 @@ def judge(
     return _judgement(fine, coarse, found - start)
 
 
-def numbers_of(level: Level) -> Numbers:
-    """The numbers of a contact on one pair of meshes."""
-    s = np.array(level.s_range)
-    angle = float(np.ptp(level.bodies.lower.contour.inclination(s)))
-    return Numbers(level.a, float(np.ptp(s)) / 2, angle, float(level.p.max()), level.settled.state.approach)
+def numbers_of(level: Level, patch: Expected | None = None) -> Numbers:
+    """The numbers of a contact on one pair of meshes; of a `patch` where gaps do not tell its edges."""
+    patch = patch or Expected(level.a, level.s_range)
+    return Numbers(
+        patch.a,
+        patch.b,
+        float(np.ptp(level.bodies.lower.contour.inclination(np.array(patch.s)))),
+        float(level.p.max()),
+        level.settled.state.approach,
+        level.lateral_force,
+        level.moment,
+        level.centre_of_pressure,
+    )
+
+
+def estimates(fine: Level, coarse: Level) -> Numbers:
+    """Estimates of the errors of the numbers on the finer of two pairs of meshes."""
+    numbers = numbers_of(fine)
+    try:
+        return numbers.estimate(numbers_of(coarse), READING * fine.spacing)
+    except Failure:
+        return numbers.estimate(numbers_of(coarse, coarse.patch), coarse.spacing / 2)
 
 
 def _judgement(fine: Level, coarse: Level, seconds_of_patch: float) -> Judgement:
     """The result of the finest meshes, with estimates from coarser ones."""
-    numbers, settled = numbers_of(fine), fine.settled
+    settled = fine.settled
     return Judgement(
         fine.zone.x,
         fine.zone.s,
         fine.p,
         fine.s_range,
-        numbers,
-        numbers.estimate(numbers_of(coarse), READING * fine.spacing),
+        numbers_of(fine),
+        estimates(fine, coarse),
         fine.load,
         fine.load_of_pressures,
         fine.reactions,

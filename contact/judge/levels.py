@@ -120,19 +120,65 @@ class Level:
         return -self._end(-self.zone.s, self.zone.x, symmetric=True), high
 
     def _end(self, along: Array, across: Array, *, symmetric: bool) -> float:
-        return extent.end(along, across, self.gap, self.spacing, symmetric=symmetric)
+        """Where the patch ends along a coordinate, from gaps beyond a joint only if there are no others."""
+        smooth, gap = self._on_smooth_surfaces, self.gap
+        try:
+            return extent.end(along[smooth], across[smooth], gap[smooth], self.spacing, symmetric=symmetric)
+        except Failure:
+            return extent.end(along, across, gap, self.spacing, symmetric=symmetric)
+
+    @property
+    def _on_smooth_surfaces(self) -> Mask:
+        """Which vertices lie between the same joints of both contours as the patch, or parts of it, (m,).
+
+        The curvature jumps at a joint, so gaps beyond it do not tell where the edge before it is.
+        """
+        undeformed, s = self.bodies.undeformed, self.zone.s
+        points = np.stack([self.zone.x, s])
+        t = on_upper(undeformed, points, undeformed.distance(*points))[1]
+        piece = np.searchsorted(undeformed.lower.contour.joints, s) + np.searchsorted(
+            undeformed.upper.contour.joints, t
+        )
+        return np.asarray(np.isin(piece, piece[self.settled.active]))
 
     @property
     def load_of_pressures(self) -> float:
         """Vertical load [N] that the pressures carry."""
-        return float(self.pair.coupling.c @ self.p) / self.bodies.share
+        return self._sum(self.pair.coupling.c)
+
+    @property
+    def lateral_force(self) -> float:
+        """Force [N] of the pressures on the upper body along y; 0 where all is symmetric."""
+        return 0.0 if self.bodies.half_section else self._sum(self.pair.coupling.sine)
+
+    @property
+    def moment(self) -> float:
+        """Moment [N mm] of the pressures on the upper body about the x axis through the contact centre."""
+        return 0.0 if self.bodies.half_section else self._sum(self.pair.coupling.arm)
+
+    @property
+    def centre_of_pressure(self) -> float:
+        """Mean arc length [mm] of the pressures; 0 where all is symmetric."""
+        if self.bodies.half_section:
+            return 0.0
+        return self._sum(self.pair.coupling.of_s) / self._sum(self.pair.coupling.area)
+
+    def _sum(self, integrals: Array) -> float:
+        """What the pressures on the whole bodies add up to, of integrals of the functions psi, (m,)."""
+        return float(integrals @ self.p) / self.bodies.share
 
     @property
     def reactions(self) -> tuple[float, float]:
         """Vertical forces [N] of the supports of lower and upper body."""
+        lower, upper = self.support_forces
+        return float(lower[2]), float(upper[2])
+
+    @property
+    def support_forces(self) -> tuple[Array, Array]:
+        """Forces [N] along x, y, z of the supports of the modelled part, over its share; (3,) by body."""
         state, of = self.settled.state, self.bodies.share
-        lower = self.pair.lower.reaction(state.u_lower)[2]
-        return float(lower) / of, float(self.pair.upper.reaction(state.u_upper)[2]) / of
+        lower, upper = self.pair.lower.reaction(state.u_lower), self.pair.upper.reaction(state.u_upper)
+        return lower / of, upper / of
 
     @property
     def patch(self) -> Expected:

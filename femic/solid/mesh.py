@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_matrix
+from scipy.spatial import cKDTree
 from skfem import Basis, ElementTetP2, ElementTriP2, MeshTet, MeshTet2, MeshTri
 
 from femic.meshing.cell_size import Cells
 from femic.meshing.edges import edge_numbers
 from femic.solid.tetrahedra import Focus, Tetrahedra, fill
-from geometries.arrays import Array, Indices
+from geometries.arrays import Array, Indices, Mask
 from geometries.bodies import Body
 from geometries.errors import Failure
 
@@ -57,15 +58,35 @@ class SolidMesh:
         return int(self.mesh.nvertices)
 
 
-def solid_mesh(body: Body, cells: Cells, focus: Focus, *, half_section: bool) -> SolidMesh:
-    """Mesh a body with small cells around the focus; raises Failure where the mesh is faulty."""
-    return curved(body, fill(body, cells, focus, half_section=half_section), half_section=half_section)
+@dataclass(frozen=True, eq=False)
+class Near:
+    """What lies within a distance [mm] of points (3, n) [mm]."""
+
+    points: Array
+    distance: float
+
+    def beyond(self, at: Array) -> Mask:
+        """Which of some points (3, m) lie farther away, (m,)."""
+        return np.asarray(cKDTree(self.points.T).query(at.T)[0] > self.distance)
 
 
-def curved(body: Body, linear: Tetrahedra, *, half_section: bool) -> SolidMesh:
+def solid_mesh(
+    body: Body, cells: Cells, focus: Focus, *, half_section: bool, curved_within: float = np.inf
+) -> SolidMesh:
+    """Mesh a body with small cells around the focus; raises Failure where the mesh is faulty.
+
+    Cells that would fold keep straight edges farther than `curved_within` [mm] from the centres of the focus.
+    """
+    linear = fill(body, cells, focus, half_section=half_section)
+    near = None if np.isinf(curved_within) else Near(focus.centres, curved_within)
+    return curved(body, linear, half_section=half_section, near=near)
+
+
+def curved(body: Body, linear: Tetrahedra, *, half_section: bool, near: Near | None = None) -> SolidMesh:
     """Second-order mesh from tetrahedra; nodes near the contact surface are moved onto it.
 
-    Raises Failure where cells fold or the mesh misses a part of the surface.
+    Edges stay straight that would fold a cell, unless they are `near` where cells are small; by default none
+    does. Raises Failure where cells fold or the mesh misses a part of the surface.
     """
     on_surface = np.unique(linear.contact_triangles)
     chart = np.full((2, linear.points.shape[1]), np.nan)
@@ -81,6 +102,8 @@ def curved(body: Body, linear: Tetrahedra, *, half_section: bool) -> SolidMesh:
     second_order = MeshTet2.from_mesh(mesh)
     nodes = second_order.doflocs.copy()
     nodes[:, mid_nodes] = body.surface.position(*chart[:, edges].mean(axis=1))
+    if near is not None:
+        nodes = _unfolded(second_order, nodes, mid_nodes[near.beyond(nodes[:, mid_nodes])])
     trace = Trace(Basis(surface, ElementTriP2()), np.concatenate([on_surface, mid_nodes]))
     return _checked(SolidMesh(body, replace(second_order, doflocs=nodes), trace, half_section))
 
@@ -93,11 +116,32 @@ def _chart_of(body: Body, points: Array) -> Array:
     return np.stack([xi, body.contour.nearest(np.stack([y, z]), body.s_range)])
 
 
+def _folded(mesh: MeshTet2) -> Indices:
+    """The numbers of the cells that fold."""
+    basis = Basis(mesh, ElementTetP2(), intorder=2)
+    jacobian = basis.mapping.detDF(basis.X, None)
+    return np.flatnonzero(np.any(jacobian <= 0, axis=1) & np.any(jacobian > 0, axis=1))
+
+
+def _unfolded(straight: MeshTet2, nodes: Array, free: Indices) -> Array:
+    """Nodes (3, n) [mm], of which `free` mid-side nodes are back on straight edges where cells fold.
+
+    Neighbours may fold then, and have to follow: with all edges straight no cell folds.
+    """
+    nodes, bent = nodes.copy(), set(free.tolist())
+    while bent:
+        cells = _folded(replace(straight, doflocs=nodes))
+        back = bent.intersection(straight.dofs.element_dofs[:, cells].ravel().tolist())
+        if not back:
+            break
+        nodes[:, list(back)] = straight.doflocs[:, list(back)]
+        bent -= back
+    return nodes
+
+
 def _checked(solid: SolidMesh) -> SolidMesh:
     """The mesh; raises Failure where curved cells fold or a part of the contact surface is missing."""
-    basis = Basis(solid.mesh, ElementTetP2(), intorder=2)
-    jacobian = basis.mapping.detDF(basis.X, None)
-    folded = int(np.sum(np.any(jacobian <= 0, axis=1) & np.any(jacobian > 0, axis=1)))
+    folded = len(_folded(solid.mesh))
     if folded:
         raise Failure(
             f"{folded} cells fold when their edges are curved onto the contour: make the cells smaller"

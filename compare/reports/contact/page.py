@@ -13,7 +13,7 @@ from compare.pages.html import write_page
 from compare.pages.parts import listed, onset
 from compare.pages.styles import save, symbol_of
 from compare.reports.contact import figures, sensitivity
-from compare.reports.judge.page import over_angle
+from compare.reports.judge.page import of_approaches, over_angle
 from compare.reports.judge.page import summary as judge_summary
 from compare.reports.matrix.page import discounted
 from compare.results import folders
@@ -21,7 +21,7 @@ from compare.results.contact.compute import ContactResults, reference_name
 from compare.results.contact.dataset import to_dataset, with_supports, write
 from compare.results.contact.quantities import QUANTITIES
 from compare.results.judge.compute import kept_judged
-from compare.results.judge.dataset import FE
+from compare.results.judge.dataset import FE, OF_PLACE
 from compare.results.judge.dataset import NUMBERS as KNOWN_TO_FE
 from femic.work.store import Store
 from geometries.patches import N
@@ -66,6 +66,7 @@ def write_contact(
         "contact.html.j2",
         judged="" if judged is None else judge_summary(judged),
         judged_figures=[deviations] if deviations else [],
+        of_approaches="" if judged is None else of_approaches(judged),
         title=str(dataset.attrs["title"]),
         summary=summary(dataset),
         reference=symbol_of(figures.reference_of(dataset)),
@@ -236,7 +237,8 @@ def _judged_row(dataset: xr.Dataset, judged: xr.Dataset | None, number: int) -> 
         "cells": [
             {
                 "text": f"{float(of_fe[key]):.5g}",
-                "below": f"± {float(of_fe[f'estimate_{key}']):.2g}; {float(of_fe[key] / reference[key]):.4f}",
+                "below": f"± {float(of_fe[f'estimate_{key}']):.2g}"
+                + ("" if key in OF_PLACE else f"; {float(of_fe[key] / reference[key]):.4f}"),
             }
             if key in KNOWN_TO_FE
             else unknown

@@ -14,14 +14,23 @@ from compare.pages.styles import RC, symbol_of, with_further
 from compare.results import folders
 from compare.results.contact.dataset import write
 from compare.results.contact.quantities import QUANTITIES
-from compare.results.judge.dataset import FE, NUMBERS, OF_PATCH
-from compare.results.judge.deviations import deviations, known
+from compare.results.judge.dataset import FE, NUMBERS, OF_PATCH, OF_PLACE
+from compare.results.judge.deviations import deviations, differences, known
 
 SHARES = (0.01, 0.02, 0.05)  # deviations from which the angles are told
 DRAWN = ("p_max", "a", "b", "approach")
+SIDEWAYS = 1e-6  # lateral force over load from which a contact counts as not symmetric
+OF_APPROACHES = (
+    "Approaches by FE and by C are without the rigid part M_zz of the compliance, which the models of C give "
+    "on the same supports; nothing is fitted. Approximations have no supports: their approach is that of "
+    "half-spaces under the contact."
+)
+RAW = (
+    "Approaches by FE and by C have the compliance of the whole bodies in them; those by approximations not."
+)
 BELOW = (
-    "Small, below each number: its estimated error, and its deviation from that by finite elements (FE). "
-    "Approaches by FE are without the compliance of the bodies, which is fitted."
+    "Small, below each number: its estimated error, and how far it is from that by finite elements (FE): as "
+    "a share, but of numbers that vanish where all is symmetric in their unit. "
 )
 
 
@@ -37,11 +46,16 @@ def write_judged(dataset: xr.Dataset, out: Path) -> Path:
         summary(dataset),
         list(_parts(dataset)),
         [_table(dataset, number) for number in range(dataset.sizes["case"])],
-        BELOW,
+        BELOW + of_approaches(dataset),
         cost(dataset),
         str(dataset.attrs["scene"]),
     )
     return page.write(out / "judge.html", "judge")
+
+
+def of_approaches(dataset: xr.Dataset) -> str:
+    """What is in approaches, in words."""
+    return OF_APPROACHES if float(dataset.rigid_compliance) else RAW
 
 
 def off_by(dataset: xr.Dataset, ics: str, share: float) -> xr.DataArray:
@@ -63,9 +77,32 @@ def summary(dataset: xr.Dataset) -> str:
     for name in (str(name) for name in dataset.ics.values if name != FE):
         worst = listed(f"{furthest(deviations(dataset, key).sel(ics=name)):+.1%} in {key}" for key in DRAWN)
         sentences.append(f"{symbol_of(name)}: at worst {worst}; {_from_where(dataset, name)}.")
+    sentences += _beside_the_crown(dataset)
     if dataset.attrs["left_out"]:
         sentences.append(f"Finite elements did not solve {dataset.attrs['left_out']}")
     return " ".join(sentences)
+
+
+def _beside_the_crown(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield what all say of lateral force and centre of pressure, in the case where the force is largest."""
+    share = abs(dataset.F_y / dataset["load"]).sel(ics=FE)
+    worst = int(np.nanargmax(share.values))
+    if float(share[worst]) < SIDEWAYS:
+        return
+    case = dataset.isel(case=worst)
+    of_fe, load = case.sel(ics=FE), float(case["load"])
+    force, to = float(of_fe.F_y) / load, float(of_fe.estimate_F_y) / load
+    by_ics = listed(
+        f"{float(case.F_y.sel(ics=name)) / load:+.3f}, {float(case.s_centre.sel(ics=name)):+.2f} mm by "
+        f"{symbol_of(str(name))}"
+        for name in dataset.ics.values
+        if name != FE
+    )
+    yield (
+        f"Beside the crown, at {dataset.case.values[worst]}: by finite elements the lateral force on the "
+        f"upper body is {force:+.3f} ± {to:.1g} of the load, the centre of pressure "
+        f"{float(of_fe.s_centre):+.2f} ± {float(of_fe.estimate_s_centre):.1g} mm; {by_ics}."
+    )
 
 
 def _from_where(dataset: xr.Dataset, ics: str) -> str:
@@ -159,8 +196,17 @@ def _table(dataset: xr.Dataset, number: int) -> Table:
 def _cell(dataset: xr.Dataset, number: int, ics: str, key: str) -> dict[str, str]:
     case = dataset.isel(case=number).sel(ics=ics)
     value, estimate = (float(case[name]) for name in (key, f"estimate_{key}"))
-    off = "" if ics == FE else f", {float(deviations(dataset, key).isel(case=number).sel(ics=ics)):+.2%}"
+    if key in OF_PLACE and _symmetric(dataset, number):
+        return {"text": "0", "below": ""}
+    apart, form = (differences, "+.2g") if key in OF_PLACE else (deviations, "+.2%")
+    off = "" if ics == FE else f", {float(apart(dataset, key).isel(case=number).sel(ics=ics)):{form}}"
     return {"text": f"{value:.4g}", "below": f"± {estimate:.1g}{off}"}
+
+
+def _symmetric(dataset: xr.Dataset, number: int) -> bool:
+    """Whether there is no lateral force in a case, but for rounding."""
+    case = dataset.isel(case=number)
+    return bool((abs(case.F_y) < SIDEWAYS * case["load"]).all())
 
 
 def cost(dataset: xr.Dataset) -> str:
@@ -176,8 +222,9 @@ def cost(dataset: xr.Dataset) -> str:
         f"parts, {_range(_all(dataset.fe_seconds, 'stage'), '.0f')} s a load, up to "
         f"{most['memory'] / 1e3:.1f} GB. Pressures and reactions carry the load to {np.nanmax(balance):.1g}, "
         f"tensions are at most {most['tension']:.1g} of the largest pressure, penetrations "
-        f"{most['penetration']:.1g} of the approach. Compliance of the bodies: "
-        f"{float(dataset.compliance):.4g} mm/N. Contacts by ICs: {_range(dataset.seconds.values, '.2g')} s."
+        f"{most['penetration']:.1g} of the approach. Rigid part of the compliance that is taken from "
+        f"approaches: M_zz = {float(dataset.rigid_compliance):.4g} mm/N. Contacts by ICs: "
+        f"{_range(dataset.seconds.values, '.2g')} s."
     )
 
 

@@ -1,25 +1,38 @@
-"""Contact of a scene by finite elements, which use no ICs; each finished load is kept in the store."""
+"""Contact of a scene by finite elements, which use no ICs; each finished load is kept in the store.
+
+The bodies have the supports that contact by C gives them: the far arc of the scene, on which both are
+clamped. A body without end along x is meshed as far as its far arc screens what lies beyond. So nothing is
+fitted between the two. Approaches alone are counted otherwise: C's is without the rigid part M_zz of the
+compliance (`femic.discount_rules.ApproachRule`), that of finite elements has it. M_zz times the load is
+taken from the latter, with M_zz as the models of C give it on the same supports: a motion of a whole body
+along z adds its length to the approach and changes nothing else. (In C each body's M_zz acts along its own
+normals, which differ by a few 1e-4 of the approach.)
+"""
 
 from dataclasses import asdict, replace
 
 import numpy as np
 import xarray as xr
 
-from compare.results.contact.compute import cases_of
-from compare.results.contact.pairing import placed_on
+from compare.results.contact.compute import FRICTIONLESS, cases_of
+from compare.results.contact.pairing import undeformed_of
 from compare.results.judge.dataset import beside
+from compare.results.matrix.compute import matrix_jobs
 from compare.results.provenance import results_digest
 from compare.scenes.errors import BadScene
 from compare.scenes.scene import Scene
 from contact.judge.judgement import CELLS, Judgement, Numbers, judge, require_enough
 from contact.judge.levels import Bodies
+from femic.discount import FZ
+from femic.matrix.reference import matrices
 from femic.means import DEFAULT, Means
-from femic.solid.record import SOLID
 from femic.work.store import Store
 from geometries.bodies import Body, Domain
 from geometries.errors import Failure
+from geometries.grids import Grid
 
 MODELS = ("lower", "upper")
+LENGTH = 3.0  # of the meshed half of a body along x, in radii of its far arc
 
 
 def compute_judged(
@@ -44,7 +57,8 @@ def compute_judged(
             judged.append(None)
     if len(failed) == len(judged):
         raise Failure("; ".join(failed))
-    return beside(contacts, judged, cells).assign_attrs(left_out="; ".join(failed))
+    rigid = rigid_compliance(scene, means)
+    return beside(contacts, judged, cells, rigid).assign_attrs(left_out="; ".join(failed))
 
 
 def kept_judged(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Dataset | None:
@@ -52,12 +66,13 @@ def kept_judged(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Dataset 
     if unjudgeable(scene):
         return None
     judged = [store.get(_key(scene, load, CELLS, store)) for load in scene.contact.loads]
-    if not any(one is not None for one in judged):
+    rigid = store.get(_rigid_key(scene, store))
+    if rigid is None or not any(one is not None for one in judged):
         return None
     missing = [
         f"{load:g} N (not kept)" for load, one in zip(scene.contact.loads, judged, strict=True) if one is None
     ]
-    return beside(contacts, judged, CELLS).assign_attrs(left_out="; ".join(missing))
+    return beside(contacts, judged, CELLS, float(rigid.compliance)).assign_attrs(left_out="; ".join(missing))
 
 
 def require_judgeable(scene: Scene) -> None:
@@ -75,6 +90,12 @@ def unjudgeable(scene: Scene) -> list[tuple[str, str]]:
         (bool(wanted.loads), "contact.loads = []", "give loads [N] instead of approaches"),
         (not wanted.exact, "contact.gap = 'exact'", "use the linear one"),
         (not wanted.extra_gap, "contact.extra_gap", "leave it out"),
+        (wanted.lateral_force is None, "contact.lateral_force", "give the `shift` that `contact` finds"),
+        (
+            scene.discount != "source",
+            "discount = 'source'",
+            "contact by C then lacks the bending of the bodies; take 'approach'",
+        ),
     )
     return [(given, remedy) for judged, given, remedy in asked if not judged]
 
@@ -99,20 +120,44 @@ def _key(scene: Scene, load: float, cells: float, store: Store) -> str:
     return store.key("judge", results_digest(__name__), *given)
 
 
+def rigid_compliance(scene: Scene, means: Means = DEFAULT) -> float:
+    """M_zz [mm/N] of both bodies on the supports of the scene, which C's approach is without.
+
+    It needs a model of each section with a single strip, the load under which it is matched. 0 where C's
+    approach is with it.
+    """
+    if scene.discount == "none":
+        return 0.0
+    key = _rigid_key(scene, means.store)
+    kept = means.store.get(key)
+    if kept is None:
+        side = 2 * scene.settings.approach_side
+        alone = replace(scene, grid=Grid(1, 1, side, side), compared=("combined",))
+        found = matrices(matrix_jobs(alone, FRICTIONLESS), means, combined=True)
+        compliance = sum(float(reference.discount[FZ, FZ]) for reference in found.values())
+        kept = xr.Dataset({"compliance": ((), compliance, {"units": "mm/N"})})
+        means.store.put(key, kept)
+    return float(kept.compliance)
+
+
+def _rigid_key(scene: Scene, store: Store) -> str:
+    """The key of the rigid part of the compliance in a store."""
+    of, settings = _bodies(scene), scene.settings
+    given = of.lower, of.upper, scene.discount, settings.approach_side, settings.tolerance
+    return store.key("judge", "rigid", results_digest(__name__), *given)
+
+
 def _bodies(scene: Scene) -> Bodies:
     """The bodies of a scene, as they are meshed and placed."""
-    undeformed = placed_on(scene, scene.grid).undeformed
+    undeformed = undeformed_of(scene)
     lower, upper = (_meshable(scene, name) for name in MODELS)
     return Bodies(lower, upper, undeformed.s_range, undeformed.shift)
 
 
 def _meshable(scene: Scene, name: str) -> Body:
-    """A body of the scene with the domain of the solid engine, where its own has no end along x."""
-    body, settings = scene.bodies[name], scene.settings
-    if not settings.engine.endless:
-        return body
-    far_radius = SOLID.far_radius(settings.tolerance)
-    return replace(body, domain=Domain(far_radius, far_radius))
+    """A body of the scene with the supports that C gives it, and ends that do not matter."""
+    domain = Domain(scene.support_radius, LENGTH * scene.support_radius)
+    return replace(scene.bodies[name], domain=domain)
 
 
 def _labelled(judgement: Judgement) -> xr.Dataset:

@@ -5,36 +5,38 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from compare.results.contact.compute import reference_name
-
 FE = "FE"  # the name of contact by finite elements among the ICs
 OF_PATCH = ("angle", "a", "b", "p_max")
-NUMBERS = (*OF_PATCH, "approach")
+APPROACH = "approach"
+OF_PLACE = ("F_y", "M_x", "s_centre")  # numbers that vanish where all is symmetric
+NUMBERS = (*OF_PATCH, APPROACH, *OF_PLACE)
 CHECKS = ("load_of_pressures", "reaction", "tension", "penetration", "unknowns", "memory")
 
 
-def beside(contacts: xr.Dataset, judged: Sequence[xr.Dataset | None], cells: float) -> xr.Dataset:
+def beside(
+    contacts: xr.Dataset, judged: Sequence[xr.Dataset | None], cells: float, rigid_compliance: float
+) -> xr.Dataset:
     """Numbers with their estimates of all ICs and of finite elements, and what is known of the latter.
 
     Cases that finite elements have not solved, None, are NaN there.
 
-    The approach by finite elements has the compliance of the bodies in it, which the rigid-body discount
-    takes from ICs: `approach` is without `compliance` times the load, and that is fitted to the reference's
-    approach over the loads, with the same weight for the same share of it.
+    The approach by finite elements has in it that of the whole bodies, whose `rigid_compliance` M_zz [mm/N]
+    C is without: `approach` is without that times the load, and `fe_raw_approach` with it.
     """
     named = [prefix + name for name in NUMBERS for prefix in ("", "estimate_")]
     of_all = _by_case(judged).assign_coords(case=contacts.case)
     fe = of_all[named].expand_dims(ics=[FE])
     dataset = xr.concat([contacts[named], fe], "ics", combine_attrs="override")
-    ics, load = [str(name) for name in contacts.ics.values], contacts["load"].isel(ics=0, drop=True)
-    compliance = _compliance(fe.approach.sel(ics=FE), contacts.approach.sel(ics=reference_name(ics)), load)
-    dataset["approach"] = dataset.approach.where(dataset.ics != FE, dataset.approach - compliance * load)
+    load = contacts["load"].isel(ics=0, drop=True)
+    rigid = rigid_compliance * load
+    dataset[APPROACH] = dataset[APPROACH].where(dataset.ics != FE, dataset[APPROACH] - rigid)
+    dataset[f"fe_raw_{APPROACH}"] = of_all[APPROACH].assign_attrs(units="mm")
     for name in CHECKS:
         dataset[f"fe_{name}"] = of_all[name]
     dataset["seconds"] = contacts.seconds
     dataset["fe_seconds"] = of_all.seconds
     dataset["load"] = load.assign_attrs(units="N")
-    dataset["compliance"] = (), compliance, {"units": "mm/N"}
+    dataset["rigid_compliance"] = (), rigid_compliance, {"units": "mm/N"}
     lines = [_profile(one, number) for number, one in enumerate(judged) if one is not None]
     of_ics = [_profile_of_ics(contacts, number) for number in range(len(judged))]
     joined = xr.merge([dataset, *lines, *of_ics], join="outer")  # there is no profile of FE on grids
@@ -50,12 +52,6 @@ def _by_case(judged: Sequence[xr.Dataset | None]) -> xr.Dataset:
 
 def _ragged(one: xr.Dataset) -> list[str]:
     return [str(name) for name in one.variables if "point" in one[name].dims]
-
-
-def _compliance(approach: xr.DataArray, of_ics: xr.DataArray, load: xr.DataArray) -> float:
-    """The compliance [mm/N] that makes approaches the same but for a least sum of squared shares."""
-    share = (load / of_ics).where(approach.notnull())
-    return float(((approach - of_ics) / of_ics * share).sum() / (share**2).sum())
 
 
 def _profile(one: xr.Dataset, number: int) -> xr.Dataset:

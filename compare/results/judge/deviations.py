@@ -7,11 +7,30 @@ from compare.results.judge.dataset import FE
 
 def deviations(dataset: xr.Dataset, name: str) -> xr.DataArray:
     """Ratios of a number by ICs to that by finite elements, less 1, by case and ICs."""
-    values = dataset[name].drop_attrs()
-    return values.drop_sel(ics=FE) / values.sel(ics=FE, drop=True) - 1
+    return _by_ics(dataset, name) / _by_fe(dataset, name) - 1
 
 
 def known(dataset: xr.Dataset, name: str) -> xr.DataArray:
     """The estimated error of a number by finite elements as a share of it, by case."""
-    of_fe = dataset.sel(ics=FE, drop=True)
-    return abs(of_fe[f"estimate_{name}"] / of_fe[name]).drop_attrs()
+    return abs(known_to(dataset, name) / _by_fe(dataset, name))
+
+
+def differences(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Numbers by ICs less that by finite elements, in their unit, by case and ICs.
+
+    They say how far numbers are apart that vanish where all is symmetric.
+    """
+    return _by_ics(dataset, name) - _by_fe(dataset, name)
+
+
+def known_to(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """The estimated error of a number by finite elements, in its unit, by case."""
+    return _by_fe(dataset, f"estimate_{name}")
+
+
+def _by_ics(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    return dataset[name].drop_attrs().drop_sel(ics=FE)
+
+
+def _by_fe(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    return dataset[name].drop_attrs().sel(ics=FE, drop=True)

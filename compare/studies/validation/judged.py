@@ -1,61 +1,115 @@
-"""Statement 22: whether contact by C is that of two meshed bodies, which use no ICs."""
+"""Statements 22 and 23: whether contact by C is that of two meshed bodies, which use no ICs.
 
-from collections.abc import Mapping, Sequence
+Both have the same supports, and nothing is fitted between them.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
 from compare.pages.panels import Panel
 from compare.pages.styles import SYMBOLS
-from compare.results.judge.dataset import FE, OF_PATCH
-from compare.results.judge.deviations import deviations, known
+from compare.results.judge.dataset import APPROACH, FE, OF_PATCH, OF_PLACE
+from compare.results.judge.deviations import deviations, differences, known, known_to
 from compare.studies.validation.criteria import Criterion, Numbers, Statement
 from compare.studies.validation.runs import Runs
+from contact.judge.judgement import CELLS, FEWEST
 
-JUDGED = "wide"  # the scene
-LOADS = (660e3, 5300e3)  # N: patches over 39 and 77 degrees
 AGREES = 0.02  # of a number, beside the estimate of finite elements
-APPROACHES = "approach"
+AGREES_FORCE, AGREES_CENTRE = 0.02, 0.2  # lateral force over load; centre of pressure [mm]
 
 
-def apart(names: Sequence[str]) -> Numbers:
+@dataclass(frozen=True)
+class Contacts:
+    """Contacts of a built-in scene: loads [N], position of the upper body [mm], fineness of meshes."""
+
+    scene: str
+    loads: tuple[float, ...]
+    shift: float = 0.0
+    cells: float = CELLS
+
+    def solved(self, runs: Runs) -> xr.Dataset:
+        """Their numbers by ICs and by finite elements."""
+        return runs.judged(self.scene, self.loads, shift=self.shift, cells=self.cells)
+
+
+CENTRED = Contacts("wide", (660e3, 5300e3))  # patches over 39 and 77 degrees
+BESIDE = Contacts(
+    "tall", (58e3,), shift=0.1, cells=FEWEST
+)  # touching first where the rail inclines by 61 deg
+
+
+def apart(contacts: Contacts, names: Sequence[str]) -> Numbers:
     """Measure how far numbers by C are from those by finite elements, beyond their estimate, by load."""
 
     def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = runs.judged(JUDGED, LOADS)
-        return {
-            f"{case}, {name}": float((abs(deviations(dataset, name)) - known(dataset, name)).sel(ics="C")[k])
-            for name in names
-            for k, case in enumerate(dataset.case.values)
-        }
+        dataset = contacts.solved(runs)
+        return _by_case(
+            dataset, {name: abs(deviations(dataset, name)) - known(dataset, name) for name in names}
+        )
 
     return measure
 
 
-def _details(runs: Runs) -> Mapping[str, float]:
-    """Numbers by all ICs less those by finite elements, as shares of these, and what these are known to."""
-    dataset = runs.judged(JUDGED, LOADS)
-    by_ics = {
-        f"{case}, {name} by {SYMBOLS[ics]}": float(deviations(dataset, name).sel(ics=ics)[k])
-        for name in (*OF_PATCH, APPROACHES)
-        for ics in map(str, deviations(dataset, name).ics.values)
+def beside(contacts: Contacts, name: str, *, over_load: bool = False) -> Numbers:
+    """Measure the same of a number that vanishes where all is symmetric, in its unit or over the load."""
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset = contacts.solved(runs)
+        beyond = abs(differences(dataset, name)) - known_to(dataset, name)
+        return _by_case(dataset, {name: beyond / dataset["load"] if over_load else beyond})
+
+    return measure
+
+
+def _by_case(dataset: xr.Dataset, by_name: Mapping[str, xr.DataArray]) -> dict[str, float]:
+    """Numbers of C by load and name."""
+    return {
+        f"{case}, {name}": float(values.sel(ics="C")[k])
+        for name, values in by_name.items()
         for k, case in enumerate(dataset.case.values)
     }
-    estimates = {
-        f"{case}, {name}: estimate of FE": float(known(dataset, name)[k])
-        for name in OF_PATCH
-        for k, case in enumerate(dataset.case.values)
-    }
-    return by_ics | estimates
 
 
-def _panels(runs: Runs) -> list[Panel]:
-    dataset = runs.judged(JUDGED, LOADS)
-    return [_panel(runs, number) for number in range(dataset.sizes["case"])]
+def details(contacts: Contacts) -> Numbers:
+    """Measure how far all ICs are from finite elements, and what these are known to.
+
+    In shares of the numbers by finite elements, but for those that vanish where all is symmetric.
+    """
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset = contacts.solved(runs)
+        names = [*OF_PATCH, APPROACH, *(OF_PLACE if contacts.shift else ())]
+        found: dict[str, float] = {}
+        for name in names:
+            in_unit = name in OF_PLACE
+            off = (differences if in_unit else deviations)(dataset, name)
+            to = (known_to if in_unit else known)(dataset, name)
+            for k, case in enumerate(dataset.case.values):
+                found |= {
+                    f"{case}, {name} by {SYMBOLS[ics]}": float(off.sel(ics=ics)[k])
+                    for ics in map(str, off.ics.values)
+                }
+                found[f"{case}, {name}: estimate of FE"] = float(to[k])
+        return found
+
+    return measure
 
 
-def _panel(runs: Runs, number: int) -> Panel:
+def panels(contacts: Contacts) -> Callable[[Runs], list[Panel]]:
+    """Draw pressures across the patch by finite elements and by ICs, a panel per load."""
+
+    def draw(runs: Runs) -> list[Panel]:
+        dataset = contacts.solved(runs)
+        return [_panel(dataset, contacts.scene, number) for number in range(dataset.sizes["case"])]
+
+    return draw
+
+
+def _panel(dataset: xr.Dataset, scene: str, number: int) -> Panel:
     """Pressures across the patch by finite elements and by ICs."""
-    dataset = runs.judged(JUDGED, LOADS)
     s = dataset[f"s_fe_{number}"].values
     p = dataset[f"p_{number}"].dropna("ics", how="all")
     by_ics = {
@@ -63,7 +117,7 @@ def _panel(runs: Runs, number: int) -> Panel:
         for name in p.ics.values
     }
     return Panel(
-        f"{JUDGED}, {dataset.case.values[number]}",
+        f"{scene}, {dataset.case.values[number]}",
         "s [mm]",
         s,
         "pressure at x = 0 [MPa]",
@@ -78,20 +132,57 @@ STATEMENTS = (
         (
             Criterion(
                 "patch",
-                f"{JUDGED}: a, b, Δδ, p_max by C: deviation from finite elements less their estimate",
+                f"{CENTRED.scene}: a, b, Δδ, p_max by C: deviation from finite elements less their estimate",
                 "<",
                 AGREES,
-                apart(OF_PATCH),
+                apart(CENTRED, OF_PATCH),
             ),
             Criterion(
                 "approach",
-                f"{JUDGED}: approach by C, likewise, but for one compliance of the bodies",
+                f"{CENTRED.scene}: approach by C, likewise; without M_zz of both bodies, and nothing fitted",
                 "<",
                 AGREES,
-                apart((APPROACHES,)),
+                apart(CENTRED, (APPROACH,)),
             ),
         ),
-        _panels,
-        _details,
+        panels(CENTRED),
+        details(CENTRED),
+    ),
+    Statement(
+        23,
+        "Beside the crown, too, contact by C is that of two meshed bodies without ICs.",
+        (
+            Criterion(
+                "pressure",
+                f"{BESIDE.scene}, upper body moved by {BESIDE.shift:g} mm: p_max by C: deviation from finite "
+                "elements less their estimate",
+                "<",
+                AGREES,
+                apart(BESIDE, ("p_max",)),
+            ),
+            Criterion(
+                "force",
+                "lateral force by C, likewise, over the load",
+                "<",
+                AGREES_FORCE,
+                beside(BESIDE, "F_y", over_load=True),
+            ),
+            Criterion(
+                "centre",
+                "centre of pressure by C, likewise [mm]",
+                "<",
+                AGREES_CENTRE,
+                beside(BESIDE, "s_centre"),
+            ),
+            Criterion(
+                "approach",
+                "approach by C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
+                "<",
+                AGREES,
+                apart(BESIDE, (APPROACH,)),
+            ),
+        ),
+        panels(BESIDE),
+        details(BESIDE),
     ),
 )

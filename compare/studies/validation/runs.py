@@ -15,6 +15,7 @@ from compare.results.contact.dataset import to_dataset
 from compare.results.judge.compute import compute_judged
 from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
+from contact.judge.judgement import CELLS
 from femic.means import Means
 from geometries.patches import COMPONENTS
 
@@ -74,14 +75,20 @@ class Runs:
         name = f"arcs of {NEARLY_PLANE / 1000:g} m"
         return self._once(name, lambda: self._compute(replace(self._scene("geometry1", changes), name=name)))
 
-    def judged(self, name: str, loads: tuple[float, ...]) -> xr.Dataset:
-        """Numbers of the contacts of a scene by ICs and by finite elements, at some loads [N]."""
-        if name not in self.contacts:
-            self.means.watch.on_stage(f"  {name}: contact by ICs and by finite elements")
-            scene = load_scene(name, {"contact": {"loads": list(loads)}})
+    def judged(
+        self, name: str, loads: tuple[float, ...], *, shift: float = 0.0, cells: float = CELLS
+    ) -> xr.Dataset:
+        """Numbers of the contacts of a scene by ICs and by finite elements, at some loads [N].
+
+        The upper body is moved by `shift` [mm] along y; `cells` lie along the patch's shorter half-length.
+        """
+        key = f"{name}, shift {shift:g} mm"
+        if key not in self.contacts:
+            self.means.watch.on_stage(f"  {key}: contact by ICs and by finite elements")
+            scene = load_scene(name, {"contact": {"loads": list(loads), "shift": shift}})
             by_ics = to_dataset(compute_contact(scene, self.means))
-            self.contacts[name] = compute_judged(scene, by_ics, self.means)
-        return self.contacts[name]
+            self.contacts[key] = compute_judged(scene, by_ics, self.means, cells)
+        return self.contacts[key]
 
     def contact(self, name: str, changes: Mapping[str, Any]) -> xr.Dataset:
         """Numbers of the contacts of a scene with some keys of [contact] changed."""

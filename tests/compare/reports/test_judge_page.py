@@ -17,11 +17,14 @@ def dataset():
     off = 1 + np.array([OFF[name] for name in OFF]).T
     dims = ("case", "ics")
     numbers = dict.fromkeys(("a", "b", "p_max", "approach"), (dims, 10 * off))
+    sideways = np.outer(LOADS, [-0.6, -0.2, -0.25])
+    numbers |= {"F_y": (dims, sideways), "M_x": (dims, 9 * sideways)}
+    numbers["s_centre"] = (dims, [[-2.0, -0.8, -0.9]] * 3)
     estimates = {f"estimate_{name}": (dims, np.full((3, 3), 10 * KNOWN)) for name in (*numbers, "angle")}
     angle = {"angle": (dims, np.array(ANGLES)[:, None] * np.ones(3))}
     checks = {
         "load": ("case", LOADS),
-        "compliance": ((), 1e-7),
+        "rigid_compliance": ((), 1e-7),
         "seconds": (dims, np.full((3, 3), 0.1)),
         "fe_load_of_pressures": ("case", [1e3, 1.002e4, 1e5]),
         "fe_reaction": (("case", "body"), np.outer(LOADS, [1, -1])),
@@ -61,7 +64,30 @@ def test_the_summary_says_so(dataset):
     assert "A: at worst +20.0% in p_max" in told
     assert "off by more than 1% from between 20 and 60 degrees on, more than 2% from between" in told
     assert "C: at worst +0.4% in p_max" in told
-    assert told.endswith("within 1% and the estimate.")
+    assert "within 1% and the estimate." in told
+
+
+def test_the_summary_says_what_happens_beside_the_crown_and_nothing_where_all_is_symmetric(dataset):
+    told = summary(dataset)
+    assert "lateral force on the upper body is -0.250 ± 5e-05 of the load" in told
+    assert "the centre of pressure -0.90 ± 0.05 mm; -0.600, -2.00 mm by A and -0.200, -0.80 mm by C." in told
+    symmetric = dataset.assign({name: 1e-9 * dataset[name] for name in ("F_y", "M_x", "s_centre")})
+    assert "Beside the crown" not in summary(symmetric)
+
+
+def test_numbers_that_vanish_are_compared_in_their_unit_and_are_0_where_all_is_symmetric(dataset, tmp_path):
+    page = write_judged(dataset, tmp_path).read_text(encoding="utf-8")
+    assert "-0.8<br><small>± 0.05, +0.1</small>" in page
+    symmetric = dataset.assign({name: 1e-9 * dataset[name] for name in ("F_y", "M_x", "s_centre")})
+    assert "-8e-10" not in write_judged(symmetric, tmp_path).read_text(encoding="utf-8")
+
+
+def test_the_page_says_what_is_in_approaches(dataset, tmp_path):
+    page = write_judged(dataset, tmp_path).read_text(encoding="utf-8")
+    assert "without the rigid part M_zz" in page
+    assert "M_zz = 1e-07 mm/N" in page
+    raw = write_judged(dataset.assign(rigid_compliance=0.0), tmp_path).read_text(encoding="utf-8")
+    assert "have the compliance of the whole bodies in them" in raw
 
 
 def test_the_balance_of_forces_is_told(dataset):

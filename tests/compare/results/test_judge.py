@@ -1,7 +1,10 @@
-"""Contact by finite elements beside that by ICs: numbers, compliance, what is kept, what is refused.
+"""Contact by finite elements beside that by ICs: numbers, approaches, what is kept, what is refused.
 
 The finite elements themselves are tested in tests/contact/judge; here others are in their place.
 """
+
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,15 +15,20 @@ from compare.results.contact.dataset import to_dataset
 from compare.results.judge import compute
 from compare.results.judge.compute import compute_judged, kept_judged, require_judgeable
 from compare.results.judge.dataset import FE
+from compare.results.judge.deviations import differences, known_to
 from compare.scenes.errors import BadScene
 from contact.judge.judgement import CELLS, Judgement, Numbers
+from femic.discount import FZ
 from femic.means import Means
 from femic.work.store import Store
+from geometries.bodies import Domain
 from geometries.errors import Failure, WrongInput
 from tests.compare.results.friction.scenes import scene
 
 LOADS = [2e3, 5e3, 1e4]
-COMPLIANCE = 3e-7  # mm/N
+COMPLIANCE = {"lower": 5e-7, "upper": -2e-7}  # mm/N, rigid part of that of both bodies
+RIGID = sum(COMPLIANCE.values())
+SIDEWAYS = 0.1  # lateral force over load
 KNOWN = 0.01
 NO_STORE = Means()
 
@@ -46,10 +54,11 @@ def asked(monkeypatch, by_bhat):
 
     def like_bhat(bodies, load, *, cells):
         calls.append((load, cells))
-        assert all(np.isfinite(body.domain.half_length) for body in (bodies.lower, bodies.upper))
+        assert all(body.domain == Domain(1280.0, 3 * 1280.0) for body in (bodies.lower, bodies.upper))
         case = by_bhat.isel(case=LOADS.index(load))
         a, b, p_max, approach = (float(case[name]) for name in ("a", "b", "p_max", "approach"))
-        numbers = Numbers(a, b, np.radians(float(case.angle)), p_max, approach + COMPLIANCE * load)
+        of_place = SIDEWAYS * load, 3 * SIDEWAYS * load, 0.2
+        numbers = Numbers(a, b, np.radians(float(case.angle)), p_max, approach + RIGID * load, *of_place)
         x, s = np.meshgrid(np.linspace(0, a, 4), np.linspace(0, b, 5), indexing="ij")
         p = p_max * np.sqrt(np.maximum(1 - (x / a) ** 2 - (s / b) ** 2, 0))
         return Judgement(
@@ -71,7 +80,16 @@ def asked(monkeypatch, by_bhat):
             memory=1e3,
         )
 
+    def rigid(jobs, _means, *, combined):
+        assert combined
+        assert all(job.grid.n_s == 1 for job in jobs.values())
+        found = {name: np.zeros((4, 4)) for name in jobs}
+        for name, m in found.items():
+            m[FZ, FZ] = COMPLIANCE[name]
+        return {name: SimpleNamespace(discount=m) for name, m in found.items()}
+
     monkeypatch.setattr(compute, "judge", like_bhat)
+    monkeypatch.setattr(compute, "matrices", rigid)
     return calls
 
 
@@ -86,10 +104,36 @@ def test_numbers_stand_beside_those_by_ics(asked, by_bhat):
 
 
 @pytest.mark.usefixtures("asked")
-def test_the_compliance_of_the_bodies_is_found_and_taken_from_approaches(by_bhat):
+def test_the_rigid_part_of_the_compliance_is_taken_from_approaches_as_from_c(by_bhat):
     dataset = judged(pressed())
-    assert float(dataset.compliance) == pytest.approx(COMPLIANCE)
+    assert float(dataset.rigid_compliance) == pytest.approx(RIGID)
     np.testing.assert_allclose(dataset.approach.sel(ics=FE), by_bhat.approach)
+    np.testing.assert_allclose(dataset.fe_raw_approach, by_bhat.approach + RIGID * np.array(LOADS))
+    np.testing.assert_array_equal(dataset.approach.sel(ics="Bhat"), by_bhat.approach)
+
+
+@pytest.mark.usefixtures("asked")
+def test_nothing_is_taken_from_approaches_where_c_keeps_its_own(by_bhat):
+    """Nor is anything fitted: other ICs beside finite elements do not change these."""
+    whole = replace(pressed(), discount="none")
+    dataset = judged(whole)
+    assert float(dataset.rigid_compliance) == 0
+    np.testing.assert_allclose(dataset.approach.sel(ics=FE), by_bhat.approach + RIGID * np.array(LOADS))
+
+
+@pytest.mark.usefixtures("asked")
+def test_supports_are_those_that_c_has(monkeypatch):
+    monkeypatch.setattr(compute, "judge", lambda bodies, *_, **__: pytest.fail(str(bodies.upper.domain)))
+    with pytest.raises(pytest.fail.Exception, match=r"far_radius=90\.0, half_length=270\.0"):
+        judged(replace(pressed(), support_radius=90.0))
+
+
+@pytest.mark.usefixtures("asked")
+def test_force_moment_and_centre_of_pressure_stand_beside_those_by_ics():
+    dataset = judged(pressed())
+    np.testing.assert_allclose(dataset.F_y.sel(ics=FE), SIDEWAYS * np.array(LOADS))
+    np.testing.assert_allclose(differences(dataset, "s_centre").sel(ics="A"), -0.2, atol=1e-6)
+    np.testing.assert_allclose(known_to(dataset, "M_x"), KNOWN * 3 * SIDEWAYS * np.array(LOADS))
 
 
 @pytest.mark.usefixtures("asked")
@@ -127,7 +171,7 @@ def test_loads_at_which_finite_elements_fail_are_left_out(asked, monkeypatch):
     assert dataset.attrs["left_out"] == "5000 N: no mesh"
     assert list(np.isnan(dataset.a.sel(ics=FE))) == [False, True, False]
     assert not np.any(np.isnan(dataset.a.sel(ics="A")))
-    assert float(dataset.compliance) == pytest.approx(COMPLIANCE)
+    np.testing.assert_allclose(dataset.F_y.sel(ics=FE)[::2], SIDEWAYS * np.array(LOADS)[::2])
     assert "p_fe_1" not in dataset
     assert len(asked) == 2
     with pytest.raises(Failure, match="5000 N: no mesh"):
@@ -152,6 +196,7 @@ def test_what_is_kept_is_found_without_work(asked, tmp_path):
     assert kept.attrs["left_out"] == "10000 N (not kept)"
     assert kept_judged(pressed(), contacts, Store(tmp_path / "other")) is None
     assert kept_judged(pressed(gap="exact"), contacts, store) is None
+    assert float(kept.rigid_compliance) == pytest.approx(RIGID)
 
 
 @pytest.mark.parametrize(
@@ -160,11 +205,17 @@ def test_what_is_kept_is_found_without_work(asked, tmp_path):
         ({"motion": "compression"}, r"contact\.motion = 'compression': .* leave it out"),
         ({"loads": [], "approaches": [0.1]}, r"contact\.loads = \[\]: .* give loads"),
         ({"gap": "exact"}, r"contact\.gap = 'exact': .* use the linear one"),
+        ({"lateral_force": 100.0}, r"contact\.lateral_force: .* give the `shift`"),
     ],
 )
 def test_what_is_not_judged_is_said_before_any_work(keys, message):
     with pytest.raises(BadScene, match=message):
         require_judgeable(pressed(**keys))
+
+
+def test_c_without_the_bending_of_bodies_is_not_judged():
+    with pytest.raises(BadScene, match=r"discount = 'source': .* take 'approach'"):
+        require_judgeable(replace(pressed(), discount="source"))
 
 
 def test_the_page_of_contact_has_a_row_of_finite_elements_where_they_are_kept(asked, tmp_path):

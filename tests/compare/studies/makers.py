@@ -14,6 +14,7 @@ from geometries.patches import N, S, X
 from tests.compare.studies.handmade import Runs, by_body, by_geometry, runs_of, with_c, without_c
 
 KNOWN_TO_FE = 0.005  # estimate of finite elements
+BY_FE, LOAD = 10.0, 50.0  # each of their numbers; load of contacts [N]
 NN, SS, XX, XS, XN, SN = (N, N), (S, S), (X, X), (X, S), (X, N), (S, N)
 
 
@@ -141,10 +142,10 @@ def estimates_away(number):
 def contacts(**apart):
     """Contacts by C whose numbers are off by so much more than the estimate of finite elements."""
     case = ["1 N", "2 N"]
-    numbers = {name: [[10 * (1 + apart.get(name, 0) + KNOWN_TO_FE), 10.0]] * 2 for name in NUMBERS}
-    estimates = {f"estimate_{name}": np.full((2, 2), 10 * KNOWN_TO_FE) for name in NUMBERS}
+    numbers = {name: [[BY_FE * (1 + apart.get(name, 0) + KNOWN_TO_FE), BY_FE]] * 2 for name in NUMBERS}
+    estimates = {f"estimate_{name}": np.full((2, 2), BY_FE * KNOWN_TO_FE) for name in NUMBERS}
     dataset = xr.Dataset(
         {name: (("case", "ics"), values) for name, values in (numbers | estimates).items()},
         coords={"case": case, "ics": ["C", FE]},
-    )
-    return lambda: SimpleNamespace(judged=lambda *_: dataset)
+    ).assign(load=("case", [LOAD, LOAD]))
+    return lambda: SimpleNamespace(judged=lambda *_, **__: dataset)

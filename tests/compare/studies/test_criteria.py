@@ -20,6 +20,8 @@ from compare.studies.validation.runs import GEOMETRIES
 from compare.studies.validation.statements import STATEMENTS
 from tests.compare.studies.handmade import SOFT, STIFF, between, by_body, by_geometry, times, without_c
 from tests.compare.studies.makers import (
+    BY_FE,
+    LOAD,
     NN,
     SN,
     SS,
@@ -263,6 +265,10 @@ EXACT = {  # the threshold, and C for a value
     (21, "size"): (0.20, lambda v: term(1 + v)),
     (22, "patch"): (0.02, lambda v: contacts(**dict.fromkeys(OF_PATCH, v))),
     (22, "approach"): (0.02, lambda v: contacts(approach=v)),
+    (23, "pressure"): (0.02, lambda v: contacts(p_max=v)),
+    (23, "force"): (0.02, lambda v: contacts(F_y=v * LOAD / BY_FE)),
+    (23, "centre"): (0.2, lambda v: contacts(s_centre=v / BY_FE)),
+    (23, "approach"): (0.02, lambda v: contacts(approach=v)),
     **{(24, name): (0.002, on_grids(name)) for name in ELEMENT_NUMBERS},
 }
 

@@ -1,13 +1,15 @@
 """The whole way: patch, meshes for it, contact, estimates."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from contact.judge.judgement import hertz_patch, judge
+from contact.judge.bodies import Expected
+from contact.judge.judgement import READING, estimates, hertz_patch, judge
 from contact.judge.levels import Bodies
-from geometries.errors import WrongInput
+from geometries.errors import Failure, WrongInput
 from tests.contact.judge.ellipse import HERTZ, LOAD, bodies
 
 
@@ -49,3 +51,35 @@ def test_the_lower_body_must_be_prismatic():
     pair = bodies()
     with pytest.raises(WrongInput, match="prismatic"):
         Bodies(replace(pair.lower, rolling_radius=500.0), pair.upper, pair.s_range)
+
+
+def made_level(numbers_are_read):
+    """A contact on coarse meshes whose edges can, or cannot, be read from gaps."""
+
+    class Made(SimpleNamespace):
+        @property
+        def a(self):
+            if numbers_are_read:
+                return 2.2
+            raise Failure("edge of the patch: vertices too few")
+
+    return Made(
+        s_range=(-1.1, 1.3),
+        patch=Expected(2.6, (-1.2, 1.6)),
+        spacing=0.5,
+        bodies=bodies(),
+        p=np.array([90.0]),
+        settled=SimpleNamespace(state=SimpleNamespace(approach=0.1)),
+        lateral_force=1.0,
+        moment=2.0,
+        centre_of_pressure=0.3,
+    )
+
+
+def test_where_coarse_meshes_tell_no_edge_it_is_known_to_half_their_spacing_and_what_they_are_off():
+    fine = made_level(numbers_are_read=True)
+    fine.spacing = 0.2
+    read, unread = (estimates(fine, made_level(numbers_are_read=known)) for known in (True, False))
+    assert [read.a, read.b] == pytest.approx([READING * 0.2] * 2)
+    assert [unread.a, unread.b] == pytest.approx([0.4 + 0.25, 0.2 + 0.25])
+    assert [read.F_y, read.M_x, read.s_centre, read.p_max] == [unread.F_y, unread.M_x, unread.s_centre, 0.0]
