@@ -303,7 +303,7 @@ OF_MOTIONS = {  # keys that only some motions have
     "approaches": ("none",),
     "gap": ("none",),
     "shape_load": ("none",),
-    "lateral_force": ("none", "rolling"),
+    "lateral_force": ("none",),
 }
 
 
@@ -362,8 +362,8 @@ class ContactTable(Section):
     )
     lateral_force: Finite | None = Field(
         None,
-        description="lateral force F_y on the upper body [N]. Without motion its lateral position follows, "
-        "and `shift` is where it is sought first; rolling: the lateral creepage follows, from `lateral` on",
+        description="without friction: lateral force F_y on the upper body [N]; its lateral position "
+        "follows, and `shift` is where it is sought first",
     )
     supports: bool = Field(
         True,

@@ -15,7 +15,6 @@ from compare.pages.styles import save, symbol_of
 from compare.reports.contact import figures, sensitivity
 from compare.reports.judge.page import of_approaches, over_angle
 from compare.reports.judge.page import summary as judge_summary
-from compare.reports.matrix.page import discounted
 from compare.results import folders
 from compare.results.contact.compute import ContactResults, reference_name
 from compare.results.contact.dataset import to_dataset, with_supports, write
@@ -23,6 +22,7 @@ from compare.results.contact.quantities import QUANTITIES
 from compare.results.judge.compute import kept_judged
 from compare.results.judge.dataset import FE, OF_PLACE
 from compare.results.judge.dataset import NUMBERS as KNOWN_TO_FE
+from compare.results.matrix.compute import discounted
 from femic.work.store import Store
 from geometries.patches import N
 

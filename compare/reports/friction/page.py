@@ -13,8 +13,8 @@ from compare.results import folders
 from compare.results.contact.dataset import write
 
 BELOW = (
-    "Small, below each number: its estimated error (difference to elements twice as large; in compression "
-    "also that to steps of load twice as large; of C also that to C plus its own estimate)."
+    "Small, below each number: its estimated error (from elements twice and four times as large; in "
+    "compression also from steps of load twice as large; of C also from C plus its own estimate)."
 )
 
 
@@ -53,7 +53,8 @@ def cost(dataset: xr.Dataset) -> str:
             f" C on this grid took {dataset.attrs['C_seconds']:.0f} s; its largest estimated error is "
             f"{dataset.attrs['C_estimate']:.2%} of the largest C_nn. Before the mean of C(I, J) and "
             f"C(J, I)^T is taken both differ by up to {dataset.attrs['C_asymmetry']:.1%} of the largest "
-            f"C_{dataset.attrs['C_asymmetry_component']}, and less of other components."
+            f"C_{dataset.attrs['C_asymmetry_component']}, and less of other components. "
+            f"{dataset.attrs['discounted']}"
         )
     return f"Grid: {grid}. Contact: {each}.{of_c} All in all {dataset.attrs['seconds']:.0f} s."
 

@@ -13,7 +13,7 @@ from compare.reports.matrix.figures import maps
 from compare.results import folders, plan
 from compare.results.compute import models_of, seconds_of, solids
 from compare.results.matrix.check import Checked, check
-from compare.results.matrix.compute import MatrixResults, compute_matrix, supports
+from compare.results.matrix.compute import MatrixResults, compute_matrix, discounted
 from compare.results.matrix.reciprocity import described
 from compare.results.provenance import results_digest
 from compare.scenes.scene import Scene
@@ -26,12 +26,6 @@ from geometries.patches import COMPONENTS, N
 MAPPED_VARIANTS = ("A", "Bhat")  # variants whose difference from C is drawn
 
 
-TAKEN = {
-    "approach": "The rigid part of the normal approach is taken from C; all else is as the bodies and their "
-    "supports give it.",
-    "source": "All that [BVSV] discounts is taken from C, the bending of the sections included.",
-    "none": "Nothing is taken from C.",
-}
 MEASURES = {  # of `Deviation`: the errors, the weights below them, and which components vanish
     "under_tractions": ("under_tractions_of_itself", "under_tractions", "causes_nothing"),
     "worst": ("worst", "near", "vanishing"),
@@ -159,11 +153,6 @@ def summary(results: MatrixResults, file: Path) -> str:
         f"{', '.join(scene.compared)}, known to {at_worst:.2%}. Of the approximations of the {name} matrix "
         f"{better} and {worse}."
     )
-
-
-def discounted(scene: Scene) -> str:
-    """A sentence on what was taken from C for rigid, and on what holds the bodies."""
-    return f"{TAKEN[scene.discount]} {supports(scene)}"
 
 
 def _extremes(results: MatrixResults, body: str) -> tuple[str, str]:

@@ -9,6 +9,7 @@ import xarray as xr
 from compare.results.contact.compute import C, c_jobs
 from compare.results.contact.dataset import provenance
 from compare.results.friction.bodies import Solver, on_fitting_grid
+from compare.results.matrix.compute import discounted
 from compare.results.provenance import results_digest
 from compare.scenes.scene import Scene
 from femic.matrix.job import MatrixJob
@@ -24,6 +25,7 @@ def by_friction_and_ics(scene: Scene, means: Means, solve: Solve, title: str) ->
     made = {
         "title": f"{title}: {scene.title}",
         "meaning": "tractions on the upper body along x, s, n of the lower surface; slip over that surface",
+        "discounted": discounted(scene),
     }
     return joined.assign_attrs(made | provenance(scene, perf_counter() - start, solve.__module__))
 
@@ -63,4 +65,4 @@ def _determined_by(solver: Solver, friction: float, name: str) -> tuple[object, 
 def _inputs(job: MatrixJob) -> tuple[object, ...]:
     """What C depends on; the engine is part of the code."""
     settings = replace(job.settings, engine=None)  # type: ignore[arg-type]
-    return job.body, job.grid, job.components, settings
+    return job.body, job.grid, job.components, job.discounts, settings

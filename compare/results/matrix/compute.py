@@ -37,6 +37,12 @@ from geometries.patches import COMPONENTS, DIRECTIONS
 DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
 SOURCE: Discount = "source"  # the discount after which C is compared with ICs of half-spaces
 COMPARED = (SOURCE,)
+TAKEN = {
+    "approach": "The rigid part of the normal approach is taken from C; all else is as the bodies and their "
+    "supports give it.",
+    "source": "All that [BVSV] discounts is taken from C, the bending of the sections included.",
+    "none": "Nothing is taken from C.",
+}
 LARGEST_WHOLE_MATRIX = 40_000_000  # entries of a matrix held as a whole, for reciprocity and eigenvalues
 VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated error of C"))
 
@@ -101,7 +107,12 @@ def _far_radius(scene: Scene) -> float:
     return max(least, *(body.domain.far_radius for body in scene.bodies.values()))
 
 
-def supports(scene: Scene) -> str:
+def discounted(scene: Scene) -> str:
+    """A sentence on what was taken from C for rigid, and on what holds the bodies."""
+    return f"{TAKEN[scene.discount]} {_supports(scene)}"
+
+
+def _supports(scene: Scene) -> str:
     """A sentence on what holds the bodies of IC matrices and of contact."""
     hubs = [name for name, body in scene.bodies.items() if np.isfinite(body.rolling_radius)]
     at_hub = f", that of the {' and '.join(hubs)} body at its hub, too" if hubs else ""
