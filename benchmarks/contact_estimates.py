@@ -19,7 +19,7 @@ from approx.pair import Pair, Solid
 from compare.results.contact.compute import SolvedContact
 from compare.results.contact.dataset import _estimates as estimates_without_friction
 from compare.results.contact.grids import Sizing
-from compare.results.contact.pairing import Case, Placed
+from compare.results.contact.pairing import Case, Placed, Settled
 from compare.results.contact.quantities import numbers as numbers_without_friction
 from compare.results.friction.compression import _estimates as estimates_of_steps
 from compare.results.friction.compression import in_halves
@@ -179,7 +179,7 @@ def frictionless(case: RandomContact) -> Outcome:
     def solved(on: RandomContact) -> SolvedContact:
         given = Case(on.load, None)
         normal = on.placed.contact(on.placed.operator(on.ics), given)
-        return SolvedContact(given, on.ics, on.placed, normal, None, None, 0.0)
+        return SolvedContact(given, on.ics, Settled(on.placed, normal), None, None, 0.0)
 
     found, finer = solved(case), solved(case.finer)
     coarse = found.normal.coarser

@@ -148,7 +148,7 @@ def exported(recorded, monkeypatch):
 
 @pytest.mark.parametrize(
     ("options", "ics", "discount"),
-    [((), "C", "rule"), (("--ics", "Bhat"), "Bhat", "rule"), (("--discount", "none"), "C", "none")],
+    [((), "C", None), (("--ics", "Bhat"), "Bhat", None), (("--discount", "none"), "C", "none")],
 )
 def test_the_ics_of_the_scene_are_exported_unless_others_are_named(options, ics, discount, exported, command):
     assert command("export", "flat", *options) == DONE

@@ -255,7 +255,7 @@ def test_an_approximation_has_no_discount_to_leave_out(ics, tmp_path, capsys, mo
     monkeypatch.setattr("compare.cli.matrices.choose", lambda *_, **__: pytest.fail("asked"))
     code, said = told_of(CURVED, tmp_path, capsys, "--ics", ics, "--discount", "none")
     assert code == WRONG_INPUT
-    assert f"discount = none, ics = {ics}: only C is raw before it is discounted" in said
+    assert f"discount = none, ics = {ics}: approximations have no discount" in said
     assert not (tmp_path / "out").exists()
 
 

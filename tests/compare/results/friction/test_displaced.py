@@ -12,6 +12,7 @@ from compare.results.friction.displaced import displaced, displaced_numbers
 from compare.results.friction.operators import approximation
 from compare.results.friction.rolling import compute_rolling
 from compare.scenes.load import load_scene
+from contact.estimates import Measured
 from contact.frictional import Pressing
 from femic.means import Means
 from geometries.grids import Grid
@@ -82,7 +83,7 @@ def test_contacts_of_different_forms_are_not_compared(followers, monkeypatch):
     """What fewer elements at the leading edge change is not what the distance changes."""
     path = path_of(0.3)
     first = path.solved(0.0, None)
-    curve = Curve([], [], -1e-3, 1e7, first)
+    curve = Curve({}, {}, Measured({"zero_creepage": -1e-3, "slope": 1e7}, {}, {}), first)
     simpler = replace(first.contact, motion=replace(first.contact.motion, followers=followers))
     monkeypatch.setattr(
         "compare.results.friction.displaced.displaced", lambda *_: replace(first, contact=simpler)

@@ -17,7 +17,7 @@ from compare.results.friction.quantities import OF_PATCH, OF_ROLLING
 from compare.results.friction.rolling import OF_FREE, _away, between, compute_rolling, deciding
 from contact.edges import extents
 from contact.estimates import Measured
-from contact.operators.dense import GridOperator
+from contact.operators.dense import Asymmetry, GridOperator
 from femic.means import Means
 from geometries.grids import Grid
 from tests.compare.results.friction.scenes import scene
@@ -31,7 +31,7 @@ def c_with(share):
     def made(of, placed, _):
         operator = GridOperator.of(matrix("Bhat", of.pair, placed.grid))
         larger = GridOperator((1 + share) * operator.transformed, operator.n_x)
-        return FullReferenceICs(operator, larger, share, 0.0, 0.0)
+        return FullReferenceICs(operator, larger, share, Asymmetry(0.0, "nn"), 0.0)
 
     return made
 
@@ -184,7 +184,7 @@ def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
     placed, random = placed_on(of, grid), np.random.default_rng(4)
     size = matrix("Bhat", of.pair, grid)
     estimates = {name: 0.01 * random.random(size.shape) * np.max(size) for name in ("lower", "upper")}
-    made = {name: BodyICs(size / 2, estimate, 0.0) for name, estimate in estimates.items()}
+    made = {name: BodyICs(size / 2, estimate, Asymmetry(0.0, "nn")) for name, estimate in estimates.items()}
     monkeypatch.setattr("compare.results.friction.operators.body_ics", lambda *_: made)
     c, p = full_reference_ics(of, placed, Means()), random.random((6, 4, 3))
     total = estimates["lower"] + estimates["upper"]
