@@ -11,8 +11,8 @@ from femic.work.store import Store
 from tests.compare.results.friction.scenes import scene
 from tests.compare.results.friction.test_rolling import in_place_of_c
 
-ROLLING = {"motion": "rolling", "loads": [1e4], "friction": [0.2, 0.5], "longitudinal": [0.0, 1e-3]}
-COMPRESSION = {"motion": "compression", "loads": [5e3, 1e4], "friction": [0.2, 0.5]}
+ROLLING = {"motion": "rolling", "loads": [200.0], "friction": [0.2, 0.5], "longitudinal": [0.0, 1e-3]}
+COMPRESSION = {"motion": "compression", "loads": [100.0, 200.0], "friction": [0.2, 0.5]}
 COMPUTE = {"rolling": (compute_rolling, rolling), "compression": (compute_compression, compression)}
 COSTS = ["seconds"]
 
@@ -43,7 +43,7 @@ def same(first, second):
 @pytest.mark.parametrize("keys", [ROLLING, COMPRESSION], ids=["rolling", "compression"])
 def test_an_interrupted_run_goes_on_after_what_was_finished(keys, solved, tmp_path):
     compute, (calls, interrupted) = COMPUTE[keys["motion"]][0], solved
-    of, means = scene(10.3, **keys), Means(store=Store(tmp_path))
+    of, means = scene(13.0, **keys), Means(store=Store(tmp_path))
     interrupted.add((0.2, "Bhat"))
     with pytest.raises(KeyboardInterrupt):
         compute(of, means)
@@ -59,10 +59,10 @@ def test_an_interrupted_run_goes_on_after_what_was_finished(keys, solved, tmp_pa
 def test_scenes_share_what_is_the_same_and_nothing_else(solved, tmp_path):
     means, (calls, _) = Means(store=Store(tmp_path)), solved
     alone = ROLLING | {"ics": ["A"], "friction": [0.2]}
-    compute_rolling(scene(10.3, **alone), means)
-    for other in (ROLLING, alone | {"longitudinal": [0.0, 2e-3]}, alone | {"loads": [1.1e4]}):
-        compute_rolling(scene(10.3, **other), means)
-    compute_rolling(scene(10.3, rolling_radius=401.0, **alone), means)
+    compute_rolling(scene(13.0, **alone), means)
+    for other in (ROLLING, alone | {"longitudinal": [0.0, 2e-3]}, alone | {"loads": [220.0]}):
+        compute_rolling(scene(13.0, **other), means)
+    compute_rolling(scene(13.0, rolling_radius=401.0, **alone), means)
     first, *_, last = [(0.2, "A")] * 2
     assert calls == [first, (0.5, "A"), (0.2, "Bhat"), (0.5, "Bhat"), last, last, last]
 
@@ -76,11 +76,11 @@ def test_c_is_not_solved_for_curves_that_are_kept_and_what_is_known_of_it_is(sol
 
     monkeypatch.setattr("compare.results.friction.bodies.full_reference_ics", of_c)
     means = Means(store=Store(tmp_path))
-    of = scene(10.3, **ROLLING | {"ics": ["C"], "friction": [0.2]})
+    of = scene(13.0, **ROLLING | {"ics": ["C"], "friction": [0.2]})
     first, again = compute_rolling(of, means), compute_rolling(of, means)
     assert (len(made), calls) == (1, [(0.2, "C")])
     assert again.attrs["C_estimate"] == 0.02
     same(first, again)
-    tighter = scene(10.3, tolerance=0.02, **ROLLING | {"ics": ["C"], "friction": [0.2]})
+    tighter = scene(13.0, tolerance=0.02, **ROLLING | {"ics": ["C"], "friction": [0.2]})
     compute_rolling(tighter, means)
     assert len(made) == 2
