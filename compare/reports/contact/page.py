@@ -29,6 +29,7 @@ from geometries.patches import N
 RELIEF, LIFTED = 0.2, 0.02  # height of the largest pressure over the grid's width; of none, over that
 NOTHING_KEPT = Store()
 NO_OTHERS: Mapping[str, Mapping[str, float]] = MappingProxyType({})
+ROUNDING = 1e-9  # of a number, below which a change is none
 SIDEWAYS = 1e-3  # lateral force over load from which the summary speaks of it
 FAILS = 0.05  # deviation of the largest pressure from which the summary says that ICs fail
 
@@ -125,8 +126,8 @@ def summary(dataset: xr.Dataset) -> str:
     reference = figures.reference_of(dataset)
     angle = dataset.angle.sel(ics=reference)
     sentences = [
-        f"{dataset.sizes['case']} cases, patches over {float(angle.min()):.0f} ... {float(angle.max()):.0f} "
-        f"degrees by {symbol_of(reference)}."
+        f"{_cases(dataset.sizes['case'])} over {_degrees(float(angle.min()), float(angle.max()))} degrees by "
+        f"{symbol_of(reference)}."
     ]
     for name in (str(name) for name in dataset.ics.values if name != reference):
         deviations = {
@@ -181,6 +182,15 @@ def _beside_the_crown(dataset: xr.Dataset) -> Iterator[str]:
     )
 
 
+def _cases(number: int) -> str:
+    return "One case, a patch" if number == 1 else f"{number} cases, patches"
+
+
+def _degrees(least: float, largest: float) -> str:
+    low, high = f"{least:.0f}", f"{largest:.0f}"
+    return low if low == high else f"{low} ... {high}"
+
+
 def _seconds_of_c(dataset: xr.Dataset) -> float:
     return sum(float(of_grid["seconds"]) for of_grid in json.loads(dataset.attrs["references"]).values())
 
@@ -217,12 +227,18 @@ def _support_rows(dataset: xr.Dataset) -> Iterator[dict[str, object]]:
             "name": str(name),
             "cells": [
                 {
-                    "text": f"{float(other[f'supported_{key}'] - by_c[key]):+.2g}",
+                    "text": _change(float(other[f"supported_{key}"]), float(by_c[key])),
                     "below": f"of {float(by_c[key]):.4g} ± {float(by_c[f'estimate_{key}']):.2g}",
                 }
                 for key in QUANTITIES
             ],
         }
+
+
+def _change(value: float, before: float) -> str:
+    """The text of a change; 0 where it is rounding."""
+    change = value - before
+    return f"{change:+.2g}" if abs(change) > ROUNDING * abs(before) else "0"
 
 
 def _judged_row(dataset: xr.Dataset, judged: xr.Dataset | None, number: int) -> Iterator[dict[str, object]]:
