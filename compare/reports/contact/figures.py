@@ -56,7 +56,8 @@ def _by_ics(axes: Axes, at: xr.DataArray, values: xr.DataArray) -> None:
 
 def profiles(dataset: xr.Dataset) -> Figure:
     """Pressures along s at x = 0, over the mean pressure on the patch's area, a panel per case."""
-    return drawn([_profile(dataset, number) for number in range(dataset.sizes["case"])], 3)
+    count = dataset.sizes["case"]
+    return drawn([_profile(dataset, number) for number in range(count)], min(count, 3))
 
 
 def _profile(dataset: xr.Dataset, number: int) -> Panel:
