@@ -23,6 +23,7 @@ from contact.friction.motion import Motion
 from contact.normal import NormalProblem, Operator, PotentialAreaTooSmall
 from contact.operators.convolution import Convolution
 from contact.operators.ring import RingInverse
+from contact.resultants import in_global_axes
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
@@ -169,9 +170,7 @@ class FrictionalContact:
     @property
     def force(self) -> Array:
         """Force on the upper body along x, y, z [N], shape (3,)."""
-        p_x, p_s, p_n = np.moveaxis(self.p, -1, 0)
-        sin, cos = np.sin(self.problem.inclination), np.cos(self.problem.inclination)
-        along = p_x, p_s * cos + p_n * sin, p_n * cos - p_s * sin
+        along = in_global_axes(self.p, np.sin(self.problem.inclination), np.cos(self.problem.inclination))
         return np.array([np.sum(part) for part in along]) * self.problem.grid.area
 
     @property

@@ -27,12 +27,17 @@ def resultant(tractions: Array, contour: Contour, x: Array, s: Array, area: floa
     """
     sin, cos = contour.normal(s)
     y, z = contour.position(s)
-    p_x, p_s, p_n = (area * tractions[..., direction] for direction in (X, S, N))
-    f_x, f_y, f_z = p_x, p_s * cos + p_n * sin, p_n * cos - p_s * sin
+    f_x, f_y, f_z = in_global_axes(area * tractions, sin, cos)
     x = x[:, None]
     moments = y * f_z - z * f_y, z * f_x - x * f_z, x * f_y - y * f_x
     force, moment = (np.array([np.sum(part) for part in parts]) for parts in ((f_x, f_y, f_z), moments))
     return Resultant(force, moment)
+
+
+def in_global_axes(tractions: Array, sin: Array, cos: Array) -> tuple[Array, Array, Array]:
+    """Components along x, y, z of tractions (n_x, n_s, 3), by sine and cosine of the inclination (n_s,)."""
+    p_x, p_s, p_n = (tractions[..., direction] for direction in (X, S, N))
+    return p_x, p_s * cos + p_n * sin, p_n * cos - p_s * sin
 
 
 def of_pressures(p: Array, contour: Contour, x: Array, s: Array, area: float) -> Resultant:

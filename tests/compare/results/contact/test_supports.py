@@ -5,12 +5,14 @@ import pytest
 
 from approx.matrix import matrix
 from compare.results.contact import supports
-from compare.results.contact.compute import ReferenceICs, compute_contact
+from compare.results.contact.compute import ReferenceICs, compute_contact, nn_of
 from compare.results.contact.dataset import to_dataset, with_supports
+from compare.results.contact.pairing import placed_on
 from compare.results.contact.quantities import QUANTITIES
 from compare.results.contact.supports import FLATTER, NEARER, changed_supports, with_flatter_flanks
 from contact.operators.dense import GridOperator
 from geometries.contours import arc, ellipse, through_points
+from geometries.grids import Grid
 from geometries.patches import N
 from tests.compare.results.contact.test_contact import scene
 
@@ -77,3 +79,27 @@ def test_flanks_that_are_tangents_of_points_stay():
     of = scene(10.3, loads=[1e3])
     bodies = {name: supports.replace(body, contour=contour) for name, body in of.bodies.items()}
     assert supports.flatter_scene(supports.replace(of, bodies=bodies)) is None
+
+
+class Body:
+    """A body whose raw C is 0: what is left of a pair is what is subtracted."""
+
+    def __init__(self, approach):
+        self.m_zz = approach
+
+    def paired_column(self, _, __):
+        return np.zeros((3, 3, 4, 6))
+
+    def approach(self, variation):
+        return self.m_zz * (2.0 if variation else 1.0)
+
+
+def test_the_approach_of_a_pair_is_read_along_the_lower_normals():
+    """Of bodies that incline differently, M_zz large and of opposite signs: their sum counts, and no more."""
+    placed = placed_on(scene(13.0, loads=[1e3], shift=0.05), Grid(4, 6, 0.5, 0.9, -0.7))
+    found = nn_of({"lower": Body(3.0), "upper": Body(-2.5)}, placed)
+    cosine = np.cos(placed.grid.strips / 10.0)
+    expected = -0.5 * placed.grid.area * np.outer(cosine, cosine)
+    np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=1e-12)
+    nearer = nn_of({"lower": Body(3.0), "upper": Body(-2.5)}, placed, "nearer")
+    np.testing.assert_allclose(nearer, 2 * found, rtol=1e-12)

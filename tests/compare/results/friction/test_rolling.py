@@ -226,3 +226,19 @@ def test_ics_that_are_made_reciprocal_are_so_and_stay_as_they_are_where_they_wer
     assert np.max(reciprocity_defects(made)) < 1e-15
     np.testing.assert_array_equal(_reciprocal(made), made)
     np.testing.assert_allclose(np.einsum("xssii->xsi", made), np.einsum("xssii->xsi", ics))
+
+
+def test_the_approach_that_is_taken_from_a_pair_is_vertical_and_does_not_turn():
+    """Along z at any lag, per vertical traction, the sum of the bodies'; of rolling, too."""
+    of, grid = rolls(10.3), Grid(6, 4, 0.2, 0.9, 1.1)
+    placed, random = placed_on(of, grid), np.random.default_rng(0)
+    ics = {name: random.standard_normal((6, 4, 4, 3, 3)) for name in ("lower", "upper")}
+    approaches = {"lower": 3.0, "upper": -2.5}
+    taken = total_ics(of, placed, {name: BodyICs(of_body, None, None) for name, of_body in ics.items()})
+    taken -= total_ics(
+        of, placed, {name: BodyICs(of_body, None, None, approaches[name]) for name, of_body in ics.items()}
+    )
+    delta = grid.strips / 10.0
+    along_z = np.stack([0 * delta, -np.sin(delta), np.cos(delta)], axis=-1)
+    expected = 0.5 * np.einsum("ai,bj->abij", along_z, along_z)
+    np.testing.assert_allclose(taken, np.broadcast_to(expected, taken.shape), atol=1e-12)
