@@ -53,7 +53,7 @@ validate: $(READY)  ## statements about these ICs, and about this program, check
 extremes: $(READY)  ## every part at its limits and beyond: out/extremes/extremes.html
 	$(FEMIC) extremes
 
-docs: $(READY)  ## compute the numbers of the written pages, and write them (half an hour)
+docs: $(READY)  ## compute the numbers of the written pages, and write them (an hour)
 	$(BIN)/python tools/write_docs.py --compute
 
 mutations: $(READY)  ## small changes of the code: do the tests notice? docs/mutations.md (hours; resumes)

@@ -17,6 +17,7 @@ from compare.results.contact.compute import cases_of, compute_contact
 from compare.results.contact.supports import changed_supports
 from compare.results.friction.compression import compute_compression
 from compare.results.friction.rolling import compute_rolling
+from compare.results.friction.supports import with_supports
 from compare.scenes import plausibility
 from compare.scenes.file import MAP, is_map
 from compare.scenes.load import load_scene
@@ -25,8 +26,12 @@ from femic.means import Means
 from geometries.errors import WrongInput
 
 WITH_FRICTION: Mapping[str, Callable[[Scene, Path, Means], Path]] = {  # by motion
-    "rolling": lambda scene, folder, means: write_rolling(compute_rolling(scene, means), folder),
-    "compression": lambda scene, folder, means: write_compression(compute_compression(scene, means), folder),
+    "rolling": lambda scene, folder, means: write_rolling(
+        with_supports(scene, compute_rolling(scene, means), means), folder
+    ),
+    "compression": lambda scene, folder, means: write_compression(
+        with_supports(scene, compute_compression(scene, means), means), folder
+    ),
 }
 
 

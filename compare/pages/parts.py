@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike
 from compare.pages.html import write_page
 from compare.pages.styles import save
 
+ROUNDING = 1e-9  # of a number, below which a change is none
+
 
 @dataclass(frozen=True)
 class Part:
@@ -76,6 +78,13 @@ def cell(value: xr.DataArray, estimate: xr.DataArray | None = None, *, digits: i
     """A cell of a table: a number, and its estimate below."""
     below = "" if estimate is None or np.isnan(float(estimate)) else f"± {float(estimate):.2g}"
     return {"text": f"{float(value):.{digits}g}", "below": below}
+
+
+def changed_cell(value: xr.DataArray, before: xr.DataArray, estimate: xr.DataArray) -> dict[str, str]:
+    """A cell of a table: by how much a number changes, below it what it was, with its estimate."""
+    change = float(value) - float(before)
+    text = f"{change:+.2g}" if abs(change) > ROUNDING * abs(float(before)) else "0"
+    return {"text": text, "below": f"of {float(before):.4g} ± {float(estimate):.2g}"}
 
 
 def listed(words: Iterable[str]) -> str:

@@ -10,7 +10,7 @@ import xarray as xr
 
 from compare.pages import views
 from compare.pages.html import write_page
-from compare.pages.parts import listed, onset
+from compare.pages.parts import changed_cell, listed, onset
 from compare.pages.styles import save, symbol_of
 from compare.reports.contact import figures, sensitivity
 from compare.reports.judge.page import of_approaches, over_angle
@@ -29,7 +29,6 @@ from geometries.patches import N
 RELIEF, LIFTED = 0.2, 0.02  # height of the largest pressure over the grid's width; of none, over that
 NOTHING_KEPT = Store()
 NO_OTHERS: Mapping[str, Mapping[str, float]] = MappingProxyType({})
-ROUNDING = 1e-9  # of a number, below which a change is none
 SIDEWAYS = 1e-3  # lateral force over load from which the summary speaks of it
 FAILS = 0.05  # deviation of the largest pressure from which the summary says that ICs fail
 
@@ -226,19 +225,10 @@ def _support_rows(dataset: xr.Dataset) -> Iterator[dict[str, object]]:
         yield {
             "name": str(name),
             "cells": [
-                {
-                    "text": _change(float(other[f"supported_{key}"]), float(by_c[key])),
-                    "below": f"of {float(by_c[key]):.4g} ± {float(by_c[f'estimate_{key}']):.2g}",
-                }
+                changed_cell(other[f"supported_{key}"], by_c[key], by_c[f"estimate_{key}"])
                 for key in QUANTITIES
             ],
         }
-
-
-def _change(value: float, before: float) -> str:
-    """The text of a change; 0 where it is rounding."""
-    change = value - before
-    return f"{change:+.2g}" if abs(change) > ROUNDING * abs(before) else "0"
 
 
 def _judged_row(dataset: xr.Dataset, judged: xr.Dataset | None, number: int) -> Iterator[dict[str, object]]:

@@ -12,7 +12,7 @@ from compare.pages.parts import Part, Row, Table, cell, listed
 from compare.pages.styles import RC, symbol_of
 from compare.reports.contact.figures import reference_of
 from compare.reports.friction import maps
-from compare.reports.friction.page import band_of, curves, names, write_contact_page
+from compare.reports.friction.page import band_of, columns, curves, names, of_supports, write_contact_page
 from compare.results.friction.quantities import OF_PATCH
 
 WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel
@@ -114,14 +114,10 @@ def sliding(dataset: xr.Dataset) -> Figure:
 
 def _tables(dataset: xr.Dataset) -> list[Table]:
     """All numbers, a table per friction."""
-    columns = [
-        f"{quantity.symbol} [{quantity.unit}]" if quantity.unit != "1" else f"{quantity.symbol} [-]"
-        for quantity in OF_PATCH.values()
-    ]
-    return [
+    of_friction = [
         Table(
             f"friction {float(friction):g}",
-            columns,
+            columns(OF_PATCH),
             [
                 Row(
                     f"{symbol_of(name)}, {float(load):g} N",
@@ -134,3 +130,4 @@ def _tables(dataset: xr.Dataset) -> list[Table]:
         )
         for friction in dataset.friction.values
     ]
+    return [*of_supports(dataset), *of_friction]

@@ -1,16 +1,19 @@
 """What the pages of rolling and of compression share: file and page, sentences on cost, curves by ICs."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import xarray as xr
 from matplotlib.axes import Axes
 
-from compare.pages.parts import Page, Part, Table
+from compare.pages.parts import Page, Part, Row, Table, changed_cell
 from compare.pages.styles import symbol_of, with_further
 from compare.reports.contact.figures import reference_of
 from compare.results import folders
+from compare.results.contact.compute import C
 from compare.results.contact.dataset import write
+from compare.results.friction.quantities import Quantity
+from compare.results.friction.supports import PREFIX, of_motion
 
 BELOW = (
     "Small, below each number: its estimated error (from elements twice and four times as large; in "
@@ -27,6 +30,37 @@ def write_contact_page(
     title, scene = str(dataset.attrs["title"]), str(dataset.attrs["scene"])
     page = Page(title, summary, parts, tables, BELOW, cost(dataset), scene)
     return page.write(out / "contact.html", "contact")
+
+
+def of_supports(dataset: xr.Dataset) -> list[Table]:
+    """What other supports change of a contact by C, a row per change; empty where it is not known."""
+    if "supports" not in dataset.coords:
+        return []
+    given = {
+        dim: float(dataset[PREFIX + dim]) for dim in ("friction", "xi", "load") if PREFIX + dim in dataset
+    }
+    by_c, quantities = (
+        dataset.sel({"ics": C, **given}),
+        of_motion("rolling" if "xi" in given else "compression"),
+    )
+    at = f"{100 * given['xi']:.3g} %" if "xi" in given else f"{given['load']:g} N"
+    rows = [
+        Row(
+            str(name),
+            [
+                changed_cell(dataset[PREFIX + key].sel(supports=name), by_c[key], by_c[f"estimate_{key}"])
+                for key in quantities
+            ],
+        )
+        for name in dataset.supports.values
+    ]
+    caption = f"what other supports change: by C, friction {given['friction']:g}, {at}"
+    return [Table(caption, columns(quantities), rows)]
+
+
+def columns(quantities: Mapping[str, Quantity]) -> list[str]:
+    """The heads of the columns of quantities."""
+    return [f"{one.symbol} [{'-' if one.unit == '1' else one.unit}]" for one in quantities.values()]
 
 
 def names(dataset: xr.Dataset) -> list[str]:

@@ -13,7 +13,7 @@ from compare.pages.parts import Part, Row, Table, cell, furthest, listed
 from compare.pages.styles import RC, symbol_of
 from compare.reports.contact.figures import reference_of
 from compare.reports.friction import maps
-from compare.reports.friction.page import band_of, curves, names, write_contact_page
+from compare.reports.friction.page import band_of, columns, curves, names, of_supports, write_contact_page
 from compare.results.friction.displaced import PREFIX
 from compare.results.friction.quantities import OF_ROLLING
 from compare.results.friction.rolling import OF_FREE, scaled_force
@@ -205,13 +205,14 @@ def centre_line(dataset: xr.Dataset) -> Figure:
 
 
 def _tables(dataset: xr.Dataset) -> list[Table]:
-    return [_free(dataset), *(_points(dataset, number) for number in range(dataset.sizes["friction"]))]
+    points = (_points(dataset, number) for number in range(dataset.sizes["friction"]))
+    return [_free(dataset), *of_supports(dataset), *points]
 
 
 def _free(dataset: xr.Dataset) -> Table:
     """What free rolling is like by friction and ICs, and how far curves are from the reference's."""
     symbol = symbol_of(reference_of(dataset))
-    columns = [f"{one.meaning} [{one.unit}]" if one.unit != "1" else one.meaning for one in OF_FREE.values()]
+    heads = [f"{one.meaning} [{one.unit}]" if one.unit != "1" else one.meaning for one in OF_FREE.values()]
     rows = [
         Row(
             f"friction {float(friction):g}, {symbol_of(name)}",
@@ -226,18 +227,14 @@ def _free(dataset: xr.Dataset) -> Table:
         for name in names(dataset)
         for one in [dataset.sel(friction=friction, ics=name)]
     ]
-    columns.append("creepage without longitudinal force, distance of the displaced wheel")
+    heads.append("creepage without longitudinal force, distance of the displaced wheel")
     away = f"curve less that by {symbol} [friction load]"
-    return Table("free rolling", [*columns, f"{away}, largest", f"{away}, root mean square", "s"], rows)
+    return Table("free rolling", [*heads, f"{away}, largest", f"{away}, root mean square", "s"], rows)
 
 
 def _points(dataset: xr.Dataset, number: int) -> Table:
     """All numbers of the curves at a friction."""
     of_friction = dataset.isel(friction=number)
-    columns = [
-        f"{quantity.symbol} [{quantity.unit}]" if quantity.unit != "1" else quantity.symbol
-        for quantity in OF_ROLLING.values()
-    ]
     rows = [
         Row(
             f"{symbol_of(name)}, {100 * float(xi):.3g} %",
@@ -247,4 +244,4 @@ def _points(dataset: xr.Dataset, number: int) -> Table:
         for name in names(dataset)
         for one in [of_friction.sel(ics=name, xi=xi)]
     ]
-    return Table(f"friction {float(of_friction.friction):g}", columns, rows)
+    return Table(f"friction {float(of_friction.friction):g}", columns(OF_ROLLING), rows)

@@ -30,7 +30,7 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
     solved = [[results.contacts[case, name] for name in results.ics] for case in results.cases]
     tables = {
         "": [[_numbers(contact.settled) for contact in row] for row in solved],
-        "estimate_": [[_estimates(contact) for contact in row] for row in solved],
+        "estimate_": [[estimates_of(contact) for contact in row] for row in solved],
         "displaced_": [[_numbers(contact.displaced) for contact in row] for row in solved],
     }
     dataset = xr.Dataset(
@@ -76,7 +76,7 @@ def _numbers(found: Settled | None) -> dict[str, float]:
     return NONE if found is None else numbers(found.placed, found.normal)
 
 
-def _estimates(contact: SolvedContact) -> dict[str, float]:
+def estimates_of(contact: SolvedContact) -> dict[str, float]:
     """Estimated errors of the numbers; NaN where the grid is too small for one of larger elements."""
     normal, found, of_all = contact.normal, measured(contact.placed, contact.normal), kinds()
     if normal.coarser is None:

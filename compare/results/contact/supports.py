@@ -5,15 +5,16 @@ How far the far arc is, and how the flanks incline that stand for the rest of a 
 effect is stated beside the results.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from compare.results.contact.compute import ContactResults, SolvedContact, c_jobs, nn_operator
+from compare.results.contact.pairing import Placed
 from compare.results.contact.quantities import numbers
 from compare.scenes.scene import Scene
-from femic.matrix.reference import matrices
+from femic.matrix.reference import MatrixReference, matrices
 from femic.means import DEFAULT, Means
 from geometries.contours import Contour
 from geometries.errors import Failure
@@ -43,18 +44,27 @@ def _largest_by_c(results: ContactResults) -> SolvedContact | None:
 def _changed(scene: Scene, contact: SolvedContact, means: Means) -> Iterator[tuple[str, dict[str, float]]]:
     """Yield what is other about the supports, and the numbers with it."""
     placed = contact.placed
-    solved = {NEARER: (matrices(c_jobs(scene, placed), means, combined=True), "nearer")}
-    flatter = None if placed.symmetric else flatter_scene(scene)
-    if flatter is not None:
-        means.watch.on_stage(f"  C with {FLATTER}")
-        solved[FLATTER] = matrices(c_jobs(flatter, placed), means, combined=True), ""
-    for name, (references, variation) in solved.items():
+    for name, references, variation in other_supports(scene, placed, means):
         try:
             found = placed.settled(nn_operator(references, placed, variation), contact.case)
         except Failure as failure:
             means.watch.on_stage(f"  left out, {name}: {failure}")
             continue
         yield name, numbers(found.placed, found.normal)
+
+
+def other_supports(
+    scene: Scene, placed: Placed, means: Means
+) -> Iterator[tuple[str, Mapping[str, MatrixReference], str]]:
+    """Yield what is other about the supports, C of both bodies, and which variation of C has these supports.
+
+    Raises NotConverged as `femic.matrix.reference.matrices`.
+    """
+    yield NEARER, matrices(c_jobs(scene, placed), means, combined=True), "nearer"
+    flatter = None if placed.symmetric else flatter_scene(scene)
+    if flatter is not None:
+        means.watch.on_stage(f"  C with {FLATTER}")
+        yield FLATTER, matrices(c_jobs(flatter, placed), means, combined=True), ""
 
 
 def flatter_scene(scene: Scene) -> Scene | None:

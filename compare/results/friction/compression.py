@@ -41,13 +41,13 @@ def _solved(solver: Solver, friction: float, name: str) -> xr.Dataset:
     )
     start = perf_counter()  # what C takes is told by itself
     problem = solver.problem(operator, friction)
-    steps, last = _in_steps(solver, problem, loads, label)
+    steps, last = in_steps(solver, problem, loads, label)
     seconds = perf_counter() - start
     solver.means.watch.on_stage(f"  {label}: {len(steps)} loads, {seconds:.1f} s")
-    estimates = _estimates(
+    estimates = estimates_of(
         steps,
         _on_larger(solver, problem, loads, label),
-        _in_steps(solver, problem, loads, f"{label}, larger steps", halves=False)[0],
+        in_steps(solver, problem, loads, f"{label}, larger steps", halves=False)[0],
         _with_estimate(solver, friction, label) if name == C else None,
     )
     rows: dict[str, Sequence[Numbers]] = {"": [one.numbers for one in steps], "estimate_": estimates}
@@ -64,10 +64,10 @@ def in_halves(loads: Sequence[float]) -> list[float]:
 def _with_estimate(solver: Solver, friction: float, label: str) -> Steps:
     """The numbers by C plus its estimated error."""
     problem = solver.problem(solver.reference.perturbed, friction)
-    return _in_steps(solver, problem, solver.scene.contact.loads, f"{label} plus its estimate")[0]
+    return in_steps(solver, problem, solver.scene.contact.loads, f"{label} plus its estimate")[0]
 
 
-def _in_steps(
+def in_steps(
     solver: Solver, problem: FrictionalProblem, loads: Sequence[float], label: str, *, halves: bool = True
 ) -> tuple[Steps, FrictionalContact]:
     """The numbers after each load, and the last contact; in steps from load to load, or half as large."""
@@ -92,7 +92,7 @@ def _on_larger(
             break
         problem = problem.coarsened
         try:
-            found.append(_in_steps(solver, problem, loads, f"{label}, {words}")[0])
+            found.append(in_steps(solver, problem, loads, f"{label}, {words}")[0])
         except PotentialAreaTooSmall:
             raise
         except Failure as failure:
@@ -101,7 +101,7 @@ def _on_larger(
     return found
 
 
-def _estimates(
+def estimates_of(
     steps: Steps, on_larger: Sequence[Steps | None], larger_steps: Steps, perturbed: Steps | None
 ) -> list[dict[str, float]]:
     """Sums of what larger elements, larger steps of load, and C plus its estimate change.

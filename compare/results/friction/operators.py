@@ -15,7 +15,7 @@ from contact.operators.rolled import rolled
 from contact.operators.turned import turned
 from femic.estimate import Estimated
 from femic.matrix.pair import vertical
-from femic.matrix.reference import matrices
+from femic.matrix.reference import MatrixReference, matrices
 from femic.means import Means
 from geometries.arrays import Array
 from geometries.grids import Grid
@@ -80,12 +80,28 @@ def body_ics(scene: Scene, placed: Placed, means: Means) -> dict[str, BodyICs]:
     """C of both bodies; it goes like 1 / E. Raises NotConverged as `femic.matrix.reference.matrices`."""
     solved, found = matrices(c_jobs(scene, placed), means, combined=True), {}
     for name, reference in solved.items():
-        strips, grid = range(placed.grid.n_s), placed.grid
-        ics = _matrix([reference.paired_column(strip) for strip in strips], grid)
-        estimate = _matrix([_estimate(reference.column(strip)) for strip in strips], grid)
-        approach = grid.area * reference.approach()
+        ics, approach = _paired(reference, placed.grid)
+        estimates = [_estimate(reference.column(strip)) for strip in range(placed.grid.n_s)]
+        estimate = _matrix(estimates, placed.grid)
         found[name] = BodyICs(_reciprocal(ics), estimate, Asymmetry.of(ics), approach)
     return found
+
+
+def full_operator(
+    scene: Scene, placed: Placed, references: Mapping[str, MatrixReference], variation: str
+) -> GridOperator:
+    """C of both bodies as contact uses it; `variation` "nearer": with far arcs of half the radius."""
+    bodies = {}
+    for name, reference in references.items():
+        ics, approach = _paired(reference, placed.grid, variation)
+        bodies[name] = BodyICs(_reciprocal(ics), np.zeros_like(ics), Asymmetry.of(ics), approach)
+    return GridOperator.of(total_ics(scene, placed, bodies))
+
+
+def _paired(reference: MatrixReference, grid: Grid, variation: str = "") -> tuple[Array, float]:
+    """C of a body as a pair takes it and what is subtracted from the pair's approach, both [mm/MPa]."""
+    columns = [reference.paired_column(strip, variation) for strip in range(grid.n_s)]
+    return _matrix(columns, grid), grid.area * reference.approach(variation)
 
 
 def total_ics(scene: Scene, placed: Placed, bodies: Mapping[str, BodyICs]) -> Array:

@@ -38,7 +38,9 @@ def _joined(solver: Solver, solve: Solve) -> xr.Dataset:
     inclination = solver.placed.undeformed.lower.contour.inclination(solver.placed.grid.strips)
     joined["inclination"] = "s", inclination, {"units": "rad"}
     known = parts[frictions[0], C].attrs if C in ics else {}
-    return joined.drop_attrs(deep=False).assign_attrs(known)
+    grid = solver.placed.grid
+    exactly = {"dx": grid.dx, "ds": grid.ds, "s_middle": grid.s}  # differences of coordinates are rounded
+    return joined.drop_attrs(deep=False).assign_attrs(known | exactly)
 
 
 def _kept(solver: Solver, friction: float, name: str, solve: Solve) -> xr.Dataset:

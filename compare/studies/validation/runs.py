@@ -15,6 +15,8 @@ from compare.results.contact.dataset import to_dataset
 from compare.results.judge.compute import compute_judged
 from compare.scenes.load import load_scene
 from compare.scenes.scene import Scene
+from compare.studies.estimates.coverage import kept_outcomes
+from compare.studies.estimates.outcomes import Outcome
 from contact.judge.judgement import CELLS
 from femic.means import Means
 from geometries.patches import COMPONENTS
@@ -35,6 +37,7 @@ class Runs:
     done: dict[str, Results] = field(default_factory=dict)
     fits: dict[str, Mapping[str, EffectiveProperties]] = field(default_factory=dict)
     contacts: dict[str, xr.Dataset] = field(default_factory=dict)
+    outcomes: dict[tuple[str, int, int], list[Outcome]] = field(default_factory=dict)
 
     def geometry(self, name: str) -> Results:
         """The results of a geometry of the source [BVSV]."""
@@ -98,6 +101,13 @@ class Runs:
             scene = load_scene(name, {"contact": dict(changes)})
             self.contacts[key] = to_dataset(compute_contact(scene, self.means))
         return self.contacts[key]
+
+    def random_contacts(self, study: str, seed: int, wanted: int) -> list[Outcome]:
+        """What random contacts of a study give, on their elements and on those four times smaller."""
+        key = study, seed, wanted
+        if key not in self.outcomes:
+            self.outcomes[key] = kept_outcomes(study, seed, wanted, self.means)
+        return self.outcomes[key]
 
     def _once(self, name: str, make: Callable[[], Results]) -> Results:
         if name not in self.done:

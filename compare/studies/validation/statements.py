@@ -14,6 +14,7 @@ from compare.studies.validation import (
     curvature,
     elements,
     judged,
+    known,
     nn,
     program,
     sn,
@@ -22,7 +23,7 @@ from compare.studies.validation import (
 )
 from compare.studies.validation.criteria import Statement
 
-GROUPS = (nn, tangential, bodies, xn, curvature, sn, choices, program, judged, elements)
+GROUPS = (nn, tangential, bodies, xn, curvature, sn, choices, program, judged, elements, known)
 
 STATEMENTS: Mapping[int, Statement] = {
     statement.number: statement

@@ -265,11 +265,13 @@ def test_a_plan_of_contact_with_friction_counts_all_components(monkeypatch, caps
 @pytest.mark.parametrize("motion", ["rolling", "compression"])
 def test_contact_of_a_scene_is_that_of_its_motion(motion, recorded, tmp_path):
     computed = recorded(f"compare.cli.contacts.compute_{motion}", returns="contact")
+    supported = recorded("compare.cli.contacts.with_supports", returns="with supports")
     written = recorded(f"compare.cli.contacts.write_{motion}", returns=tmp_path / "contact.html")
     assert exit_code(["contact", motion, "--ics", "A,Bhat", "--results", str(tmp_path)]) == DONE
     ((scene, _),) = computed
     assert (scene.name, scene.contact.ics) == (motion, ("A", "Bhat"))
-    assert written == [("contact", tmp_path / motion)]
+    assert [(given.name, dataset) for given, dataset, _ in supported] == [(motion, "contact")]
+    assert written == [("with supports", tmp_path / motion)]
 
 
 def test_contact_without_a_scene_is_refused(capsys):

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from compare.results.judge.dataset import FE, NUMBERS
+from compare.studies.estimates.outcomes import Outcome
 from compare.studies.validation.curves import CONCAVE, CONVEX
 from compare.studies.validation.runs import GEOMETRIES
 from compare.studies.validation.sn import with_factor
@@ -149,3 +150,11 @@ def contacts(**apart):
         coords={"case": case, "ics": ["C", FE]},
     ).assign(load=("case", [LOAD, LOAD]))
     return lambda: SimpleNamespace(judged=lambda *_, **__: dataset)
+
+
+def known(held, count=2000):
+    """Random contacts of which a share has errors within their estimates."""
+    of_size = [Outcome({"F": 1.0}, {"F": 0.0}, {"F": 0.0}, {"F": size}) for size in (2.0, 0.5)]
+    within = round(held * count)
+    outcomes = [of_size[0]] * within + [of_size[1]] * (count - within)
+    return lambda: SimpleNamespace(random_contacts=lambda *_: outcomes)

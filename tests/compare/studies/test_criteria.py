@@ -35,6 +35,7 @@ from tests.compare.studies.makers import (
     estimates_away,
     everywhere,
     fitted,
+    known,
     misfit_at,
     near_fit,
     nu,
@@ -270,6 +271,8 @@ EXACT = {  # the threshold, and C for a value
     (23, "centre"): (0.2, lambda v: contacts(s_centre=v / BY_FE)),
     (23, "approach"): (0.02, lambda v: contacts(approach=v)),
     **{(24, name): (0.002, on_grids(name)) for name in ELEMENT_NUMBERS},
+    (25, "held frictionless"): (0.95, known),
+    (25, "held rolling"): (0.95, known),
 }
 
 

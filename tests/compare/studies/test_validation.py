@@ -29,7 +29,17 @@ from femic.means import Means
 from femic.work.store import Store
 from geometries.errors import Failure
 
-NEED_MORE = (8, 11, 14, 15, 21, 22, 23, 24)  # statements that need other runs than those of both geometries
+NEED_MORE = (
+    8,
+    11,
+    14,
+    15,
+    21,
+    22,
+    23,
+    24,
+    25,
+)  # statements that need other runs than those of both geometries
 OF_GEOMETRIES = tuple(number for number in STATEMENTS if number not in NEED_MORE)
 
 
