@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.cli.work import StoreAt, Work, Workers
+from compare.cli.work import DEFAULT_WORK, Work
 from compare.reports.contact.page import write_contact, write_sensitivity
 from compare.reports.contact.sensitivity import with_shapes
 from compare.reports.friction.compression import write_compression
@@ -40,15 +40,11 @@ def contact(
     ics: Annotated[
         str | None, Parameter(help="such as A,B,Bhat,C: which ICs to solve it with; default: the scene's")
     ] = None,
-    results: Annotated[Path, Parameter(help="folder that gets the results of each scene in SCENE/")] = Path(
-        "out"
-    ),
-    workers: Workers = None,
-    store: StoreAt = None,
+    work: Work = DEFAULT_WORK,
 ) -> None:
-    """Solve the contact of scenes with several ICs; write contact.nc and a report of each.
+    """Solve the contact of scenes with several ICs, without or with friction; write contact.nc and a report.
 
-    It is frictionless, or that of `contact.motion`: steady rolling, or compression, with friction. Of two
+    `contact.motion` of a scene says which: none without friction, else steady rolling or compression. Of two
     frictionless scenes or more, maps show where A and B-hat differ under pressures of one on the patch of
     another.
     """
@@ -64,8 +60,7 @@ def contact(
     for loaded in scenes:
         for text in plausibility.warnings(loaded):
             console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
-        work = Work(results / loaded.name, workers, store)
-        folder = folders.checked(work.folder(loaded))
+        folder = folders.checked(work.folder_among(loaded, scenes))
         with work.means(folder, console) as means:
             if loaded.contact.friction is None:
                 solved = contacts[loaded.name] = compute_contact(loaded, means)
@@ -75,7 +70,7 @@ def contact(
                 report = WITH_FRICTION[loaded.contact.motion](loaded, folder, means)
         console.print(f"Report: {report}", soft_wrap=True)
     if len(mapped := with_shapes(contacts)) > 1:
-        report = write_sensitivity(mapped, results / "_".join(mapped))
+        report = write_sensitivity(mapped, work.joint_folder(list(mapped)))
         console.print(f"Report: {report}", soft_wrap=True)
 
 

@@ -1,6 +1,5 @@
 """The command `calibrate`, which fits B-hat-prime to C."""
 
-from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -32,13 +31,12 @@ def calibrate(
         raise WrongInput(f"scenes = {', '.join(scene)}: two of the same name; rename one of them")
     for loaded_scene in loaded:
         require_calibration(loaded_scene)
-    console, out = Console(), work.out or Path("out")
-    calibrated = []
+    console, calibrated = Console(), []
     for loaded_scene in loaded:
-        folder = folders.made(work.folder(loaded_scene) if len(loaded) == 1 else out / loaded_scene.name)
+        folder = folders.made(work.folder_among(loaded_scene, loaded))
         with work.means(folder, console) as means:
             console.print(f"{loaded_scene.name}:", markup=False)
             calibrated.append(calibrate_scene(loaded_scene, means))
         console.print(f"Scene with the fit: {page.write_fit(calibrated[-1], folder)}", soft_wrap=True)
-    report_folder = folder if len(loaded) == 1 else (work.out or out / "_".join(names))
+    report_folder = folder if len(loaded) == 1 else work.joint_folder(names)
     console.print(f"Report: {page.write_report(calibrated, report_folder)}", soft_wrap=True)

@@ -6,14 +6,24 @@ from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FilePath, field_validator, model_validator
 
-from approx.variants import VARIANTS, forms_of
+from approx.variants import VARIANTS
+from contact.operators.turned import require_operator
 from femic.engines import EngineName
 from femic.models import SolverChoice
+
+
+def _not_zero(value: float) -> float:
+    """The value; raises ValueError if it is 0."""
+    if value == 0:
+        raise ValueError("must not be 0")
+    return value
+
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Flank = Annotated[float, Field(ge=0, le=85)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Creepage = Annotated[float, Field(gt=-1, lt=1)]
+NotZero = Annotated[Finite, AfterValidator(_not_zero)]
 BodyName = Literal["combined", "lower", "upper"]
 Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
 PropertyName = Literal["mismatch_k", "G", "nu"]
@@ -36,7 +46,7 @@ def is_map(ics: str) -> bool:
 def _known(ics: str) -> str:
     """The name of C, of a map, or of approximations, perhaps with exchanged components; raises WrongInput."""
     if ics != "C" and not is_map(ics):
-        forms_of(ics)
+        require_operator(ics)
     return ics
 
 
@@ -59,7 +69,7 @@ class Arc(Section):
     """A circular arc continued by its tangents."""
 
     kind: Literal["arc"] = Field(description="circular arc + straight flanks")
-    radius: Positive = Field(description="radius of the arc [mm]")
+    radius: NotZero = Field(description="radius of the arc [mm]; negative: a groove")
     flank_inclination_deg: Flank | tuple[Flank, Flank] = Field(
         description="inclination of both flanks, or [left, right] [deg]"
     )
@@ -452,7 +462,11 @@ class SceneFile(Section):
     )
     lower: BodyTable = Field(description="lower body (rail), fills n < 0")
     upper: BodyTable = Field(description="upper body (wheel), fills n > 0")
-    patch: PatchTable = Field(description="loaded element at x = 0")
+    patch: PatchTable | None = Field(
+        None,
+        description="loaded element at x = 0; contact needs none; default: half-sides of a hundredth of "
+        "rotation_reach",
+    )
     grid: GridTable = Field(GridTable(), description="elements of the IC matrix (femic matrix)")
     lines: Annotated[tuple[Line, ...], Field(min_length=1)] | None = Field(
         None, description="offset lines; default: s = patch.s + 1.6, s = patch.s, x = 1.6 mm"

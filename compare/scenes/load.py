@@ -38,6 +38,7 @@ from geometries.surfaces import LOWER, UPPER
 
 FLAT_REFERENCE_LENGTH = 10.0  # mm
 APPROACH_SHARE = 50.0  # reference length over the half-side of the load at which the approach is matched
+PATCHES_IN_REACH = 100.0  # rotation_reach over the half-sides of a patch that is not given
 CHECK_ENGINE, CHECK_TOLERANCE = SOLID, 0.01  # the engine that checks others; its tightest tolerance for that
 
 
@@ -167,9 +168,10 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         for body_name, side, body_table in (("lower", LOWER, scene.lower), ("upper", UPPER, scene.upper))
     }
     reference_length = scene.reference_length or _crown_radius(bodies["lower"].contour)
-    patch = Patch(scene.patch.a, scene.patch.b, scene.patch.s)
     extent = common_extent(bodies)
     room = min(domain.far_radius / 8, domain.half_length / 8, -extent[0], extent[1])  # of the discount [mm]
+    rotation_reach = scene.rotation_reach or min(2 * reference_length, room)
+    patch = _patch(scene.patch, rotation_reach)
     built = Scene(
         name=name,
         title=scene.title or name,
@@ -195,7 +197,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
             table.tolerance,
             _cells(engine, table, patch),
             table.most_unknowns,
-            scene.rotation_reach or min(2 * reference_length, room),
+            rotation_reach,
             scene.moment_arm or min(reference_length / 2, room / 2),
             reference_length / APPROACH_SHARE,
             table.solver,
@@ -295,6 +297,13 @@ def _body(name: str, side: int, table: files.BodyTable, domain: Domain) -> Body:
         raise
     except WrongInput as error:
         raise BadScene(f"{name}.{error}") from error
+
+
+def _patch(table: files.PatchTable | None, rotation_reach: float) -> Patch:
+    """The loaded element; by default small beside the distances at which displacements are compared."""
+    if table is None:
+        return Patch(rotation_reach / PATCHES_IN_REACH, rotation_reach / PATCHES_IN_REACH)
+    return Patch(table.a, table.b, table.s)
 
 
 def _grid(table: files.GridTable, patch: Patch) -> Grid:

@@ -17,7 +17,7 @@ RANGES = {  # key: (values allowed, values refused)
     "upper.nu": ((0.0, 0.4999), (-1e-9, 0.49991, NAN)),
     "lower.rolling_radius": ((20.0, INF), (19.99, -50.0, NAN)),
     "upper.hub_radius": POSITIVE,
-    "lower.contour.radius": POSITIVE,
+    "lower.contour.radius": ((1e-3, 1e6, -10.0), (0.0, -0.0, INF, NAN)),
     "lower.contour.flank_inclination_deg": ((0.0, 85.0), (-0.1, 85.1, NAN)),
     "upper.contour.b_el": POSITIVE,
     "upper.contour.d_el": POSITIVE,
