@@ -304,6 +304,28 @@ def test_a_file_that_is_no_text_is_not_toml(tmp_path):
         read_scene(path)
 
 
+DEEP = "[" * 40 + "]" * 40
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("title = " + "[" * 5000 + "]" * 5000, "tables and lists within each other more than 30 deep"),
+        (f"title = {DEEP}", "more than 30 deep"),
+        ("a" + ".a" * 3000 + " = 1", "more than 30 deep"),
+        ("title = " + "9" * 5000, "digits"),
+        ("title = " + "9" * 4000, "title = 9999"),
+    ],
+)
+def test_toml_that_cannot_be_read_is_refused_in_a_line(text, reason, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    for changes in (None, {"contact": {"ics": ["A"]}}):
+        with pytest.raises(BadScene, match=reason) as caught:
+            load_scene(str(path), changes)
+        assert len(str(caught.value)) < 1000
+
+
 def test_no_scene_is_suggested_where_none_is_similar():
     with pytest.raises(BadScene) as caught:
         scene_path("zzz")
