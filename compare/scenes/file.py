@@ -396,8 +396,8 @@ class ContactTable(Section):
     )
     extra_gap: ExistingFile | None = Field(
         None,
-        description="text file of three columns x, s, gap [mm]: a gap that is added, linear between the "
-        "points, 0 beyond; # comments",
+        description="text file of columns x, s, gap, or of s, gap for all x [mm]: a gap that is added, "
+        "linear between the points, 0 beyond; # comments",
     )
     elements: Annotated[Whole, Field(ge=8, le=64)] = Field(
         20, description="elements across the smallest patch on an automatic grid, along x and s"

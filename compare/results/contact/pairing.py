@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import griddata
 
 from approx.pair import Pair
 from compare.scenes.scene import Scene
+from contact.extra_gap import ExtraGap
 from contact.lateral import at_lateral_force
 from contact.normal import NormalContact, NormalProblem, Operator, solve
 from contact.operators.convolution import Convolution
@@ -42,14 +42,14 @@ class Case:
 class Placed:
     """The undeformed distance of two bodies on a grid, and all that ICs do not change.
 
-    `extra_gap` are points x, s and the gap [mm] that is added to their distance there, linear between them.
+    `extra_gap` is added to their distance.
     `paired` is where the upper body is as far as ICs are concerned, None: where it is.
     """
 
     pair: Pair
     undeformed: Undeformed
     grid: Grid
-    extra_gap: tuple[tuple[float, ...], ...] = ()
+    extra_gap: ExtraGap | None = None
     paired: Undeformed | None = None
 
     @property
@@ -92,12 +92,8 @@ class Placed:
 
     @cached_property
     def _extra(self) -> Array | float:
-        """The gap [mm] that is added, shape (n_x, n_s); 0 without one, and beyond its points."""
-        if not self.extra_gap:
-            return 0.0
-        x, s, gap = np.array(self.extra_gap).T
-        places = self.x[:, None], self.grid.strips[None]
-        return np.asarray(griddata((x, s), gap, places, method="linear", fill_value=0.0))
+        """The gap [mm] that is added, shape (n_x, n_s); 0 without one."""
+        return 0.0 if self.extra_gap is None else self.extra_gap.at(self.x[:, None], self.grid.strips[None])
 
     @cached_property
     def flat(self) -> Convolution:

@@ -306,9 +306,40 @@ def test_a_hollow_in_the_middle_leaves_two_patches(tmp_path):
     assert contact.normal.load == pytest.approx(20.0)
 
 
-def test_files_of_an_extra_gap_are_checked(tmp_path):
-    with pytest.raises(BadScene, match=r"contact\.extra_gap = .*gap\.txt: .*three columns x, s, gap"):
-        with_gap(tmp_path, [(0.0, 0.0)] * 3, loads=[SMALL])
+@pytest.mark.parametrize("columns", [2, 3])
+def test_a_gap_across_is_one_at_all_x(columns, tmp_path):
+    """A profile that was measured at one x, the natural case: as if it were given far away on both sides."""
+    s = np.linspace(-9.0, 9.0, 7)
+    profile, far = np.column_stack([s, 1e-4 * s**2]), 50.0
+    both = np.concatenate([np.column_stack([np.full(7, x), profile]) for x in (-far, far)])
+    given = profile if columns == 2 else np.column_stack([np.zeros(7), profile])
+    solved = [
+        compute_contact(with_gap(tmp_path, points, loads=[SMALL], ics=["Bhat"])) for points in (given, both)
+    ]
+    alone, between = (next(iter(results.contacts.values())).normal for results in solved)
+    np.testing.assert_allclose(alone.p, between.p, atol=1e-6 * between.p.max())
+
+
+@pytest.mark.parametrize(
+    ("points", "says"),
+    [
+        ([(0.0,)] * 3, r"line 1: 1 columns; give s, gap or x, s, gap"),
+        ([(0.0, 0.0, 0.0)] * 3, r"points 1 and 2 are at the same place"),
+        ([(x, 0.0, 0.0) for x in range(3)], r"3 points on one line, not at one x"),
+    ],
+)
+def test_files_of_an_extra_gap_are_checked(points, says, tmp_path):
+    with pytest.raises(BadScene, match=rf"contact\.extra_gap = .*gap\.txt: {says}"):
+        with_gap(tmp_path, points, loads=[SMALL])
+
+
+def test_gaps_that_raise_a_surface_far_are_refused(tmp_path):
+    """Far beside reference_length, here 10 mm: the surface would have another shape."""
+    with_gap(tmp_path, [(*at, -1.0) for at in CORNERS], loads=[SMALL])
+    with pytest.raises(
+        BadScene, match=r"contact\.extra_gap: -1\.1 mm raises .* 10% of reference_length, 1 mm"
+    ):
+        with_gap(tmp_path, [(*at, -1.1) for at in CORNERS], loads=[SMALL])
 
 
 def test_where_c_needs_a_longer_grid_it_is_made_longer(monkeypatch):
