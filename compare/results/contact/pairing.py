@@ -1,7 +1,7 @@
 """The bodies of a scene above each other: undeformed distance, and contact problems on grids."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
 from geometries.patches import N
+from geometries.surfaces import Surface
 
 EXACT_TOLERANCE = 1e-6  # of the approach where the distance is that of the displaced body, as a share of it
 EXACT_STEPS = 30  # largest number
@@ -196,7 +197,13 @@ def placed_on(scene: Scene, grid: Grid) -> Placed:
 def undeformed_of(scene: Scene) -> Undeformed:
     """The surfaces of a scene, the upper one moved along y as it says."""
     lower, upper = scene.bodies["lower"].surface, scene.bodies["upper"].surface
-    return Undeformed(upper, lower, _reach(scene), scene.contact.shift)
+    return _undeformed(upper, lower, _reach(scene), scene.contact.shift)
+
+
+@lru_cache(maxsize=16)
+def _undeformed(upper: Surface, lower: Surface, s_range: tuple[float, float], shift: float) -> Undeformed:
+    """Two surfaces above each other, the same object each time: where they touch is found once."""
+    return Undeformed(upper, lower, s_range, shift)
 
 
 def _reach(scene: Scene) -> tuple[float, float]:

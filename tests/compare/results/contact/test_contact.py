@@ -421,8 +421,12 @@ def test_without_a_lateral_force_a_shifted_body_slides_back():
 
 
 def test_a_lateral_force_that_the_contours_cannot_bear_is_refused():
+    """Nearly all of what the steepest flank would bear if it alone touched; and more, before any work."""
+    steepest = 2e4 * np.tan(np.radians(FLANKS))
     with pytest.raises(Failure, match=r"reaches the end of a contour|lateral force: not reached|no grid"):
-        sideways(lateral_force=-5e5)
+        sideways(lateral_force=-0.99 * steepest)
+    with pytest.raises(BadScene, match=r"contact\.lateral_force = .*: without friction it is at most"):
+        sideways(lateral_force=-1.01 * steepest)
 
 
 @pytest.mark.slow  # two models by finite elements
