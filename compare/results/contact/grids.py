@@ -131,7 +131,9 @@ class Sizing:
             if across[1] < FEWEST:
                 room = (GROWTH - 1) / 2 * (size.s[1] - size.s[0])
                 s = size.s[0] - room, size.s[1] + room
-        raise Failure(f"contact at {case}: no grid found that it fits; give `[contact] grid`")
+        raise Failure(
+            f"contact at {case}: no grid found that it fits; give contact.grid = 'scene' and a [grid]"
+        )
 
     def hertz(self, case: Case) -> LoadedPoint:
         """The ellipse of Hertz of the curvatures where the bodies touch first, without an extra gap."""
@@ -150,7 +152,8 @@ class Sizing:
 
         And not more unlike each other than an ellipse of Hertz may be.
         """
-        step = 1e-3 * (self.bodies.undeformed.s_range[1] - self.bodies.undeformed.s_range[0])
+        size = min(self.extent[1] - self.extent[0], self.bodies.pair.upper.surface.rolling_radius)
+        step = 1e-3 * size
         s = np.clip([touching - step, touching, touching + step], *self.extent)
         before, middle, after = self.bodies.undeformed.distance(0.0, s)
         along_x = self.bodies.undeformed.distance(step, touching) - middle

@@ -6,6 +6,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from approx.pair import Pair
+from compare.scenes.file import DISTINCT_DIGITS
 from compare.scenes.scene import Scene
 from contact.extra_gap import ExtraGap
 from contact.lateral import at_lateral_force
@@ -36,7 +37,13 @@ class Case:
     lateral_force: float | None = None
 
     def __str__(self) -> str:
-        return f"{self.load:g} N" if self.load is not None else f"{self.approach:g} mm"
+        return f"{_short(self.load)} N" if self.load is not None else f"{_short(self.approach or 0.0)} mm"
+
+
+def _short(value: float) -> str:
+    """A number with six digits if these are all it has, else with as many as tell cases apart."""
+    text = f"{value:g}"
+    return text if float(text) == value else f"{value:.{DISTINCT_DIGITS}g}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,12 @@ BEYOND = 3.0  # times the force without slip from which no curve reaches a force
 def impossible(scene: Scene) -> Iterator[str]:
     """Yield why the contact of a scene has no solution, as far as it is known without one."""
     wanted = scene.contact
+    if np.isfinite(rolling_radius := scene.bodies["lower"].rolling_radius):
+        yield (
+            f"lower.rolling_radius = {rolling_radius:g}: contact has a prismatic lower body: leave it out, or "
+            "exchange the bodies"
+        )
+        return
     if np.isinf(scene.bodies["upper"].rolling_radius) and not isinstance(wanted.extra_gap, Scattered):
         yield (
             "upper.rolling_radius = inf: two prismatic bodies touch all along x, and contact per length "

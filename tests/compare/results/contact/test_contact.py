@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from approx.matrix import matrix
+from compare.reports.contact.page import write_contact
 from compare.results.contact.compute import (
     ReferenceICs,
     compute_contact,
@@ -107,6 +108,23 @@ def test_the_exact_distance_agrees_where_the_approach_is_small_beside_the_radii(
         return abs(float(results.displaced_p_max / results.p_max) - 1)
 
     assert difference(20.0) < 2e-3 < difference(2e4)
+
+
+def test_loads_that_hardly_differ_are_cases_of_their_own(tmp_path):
+    """One that is given twice is refused: cases are known by their names."""
+    results = compute_contact(scene(10.2, loads=[1e4, 2000.0001, 2e3], elements=8, ics=["A"]))
+    assert list(to_dataset(results).case.values) == ["10000 N", "2000.0001 N", "2000 N"]
+    assert write_contact(results, tmp_path).is_file()
+    for key, same in (("loads", [5.0, 5.0]), ("approaches", [0.1, 0.1 * (1 + 1e-14)])):
+        with pytest.raises(BadScene, match=rf"contact\.{key} = .*: .* given twice: name each once"):
+            scene(**{key: same})
+
+
+def test_curvatures_are_those_where_bodies_touch_however_far_they_reach():
+    """Also beyond the wheel, as with a unit of length of a kilometre."""
+    ellipse = sizing(replace(scene(), reference_length=1e6)).hertz(Case(SMALL, None))
+    expected = hertz().at_load(SMALL)
+    assert (ellipse.a, ellipse.b) == pytest.approx((expected.a, expected.b), rel=1e-2)
 
 
 def test_scenes_with_the_exact_distance_solve_with_it():

@@ -46,6 +46,11 @@ LIMITS = {  # what is allowed, what is not, and what is said
         {"upper": PRISMATIC, "grid": "scene"},
         r"upper\.rolling_radius = inf",
     ),
+    "a lower wheel": (
+        {},
+        {"lower": {"rolling_radius": 300.0}},
+        r"lower\.rolling_radius = 300: contact has a prismatic lower body: leave it out, or exchange",
+    ),
     "a load": (
         {"loads": [1.0, 0.99 * BEARABLE]},
         {"loads": [1.0, 1.01 * BEARABLE]},
