@@ -54,9 +54,11 @@ class Undeformed:
         s = np.linspace(*self.s_range, SAMPLES)
         clearances = self._clearance(s)
         least = int(np.argmin(clearances))
+        around = slice(max(least - 1, 0), least + 2)
+        beside = s[around][np.isfinite(clearances[around])]  # an end of the upper contour may be near
         between = minimize_scalar(
             lambda at: float(self._clearance(np.array(at))),
-            bounds=(s[max(least - 1, 0)], s[min(least + 1, SAMPLES - 1)]),
+            bounds=(beside[0], beside[-1]),
             method="bounded",
             options={"xatol": 1e-9 * (s[-1] - s[0])},
         )
