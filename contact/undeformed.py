@@ -19,6 +19,9 @@ from geometries.surfaces import Surface
 
 SAMPLES = 2001  # arc lengths among which the first touching point and first guesses are sought
 NEWTON_STEPS = 40  # largest number
+NEAR_AXIS = (
+    1e-9  # least radius of a circle, as a share of the rolling radius: flanks may rise beyond the axle
+)
 ROUNDING = 1e-14  # tolerance of an arc length, as a share of the largest one
 
 
@@ -127,7 +130,7 @@ class Undeformed:
         (y, z), (dy, dz) = self.upper.contour.position(t), self.upper.contour.tangent(t)
         if np.isinf(self.upper.rolling_radius):
             return (y, z), (dy, dz)
-        radius = self.upper.rolling_radius - z
+        radius = np.maximum(self.upper.rolling_radius - z, NEAR_AXIS * self.upper.rolling_radius)
         height = np.sqrt(np.maximum(radius**2 - x**2, 0))
         return (y, z + x**2 / (radius + height)), (dy, dz * radius / np.maximum(height, 1e-9 * radius))
 
