@@ -9,7 +9,7 @@ from rich.console import Console
 
 from compare.cli.work import StoreAt, Work, Workers
 from compare.reports.contact.page import write_contact, write_sensitivity
-from compare.reports.contact.sensitivity import with_shapes
+from compare.reports.contact.sensitivity import is_mapped
 from compare.reports.friction.compression import write_compression
 from compare.reports.friction.rolling import write_rolling
 from compare.results import folders
@@ -61,11 +61,15 @@ def contact(
     if len({loaded.name for loaded in scenes}) < len(scenes):
         raise WrongInput(f"SCENE: {', '.join(scene)}: two have the same name; rename a file")
     console, contacts = Console(), {}
+    mapped = [loaded.name for loaded in scenes if is_mapped(loaded)]
+    of_maps = results / "_".join(mapped) if len(mapped) > 1 else None
+    for folder in (*(results / loaded.name for loaded in scenes), *([of_maps] if of_maps else [])):
+        folders.usable(folder)
     for loaded in scenes:
         for text in plausibility.warnings(loaded):
             console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
         work = Work(results / loaded.name, workers, store)
-        folder = folders.checked(work.folder(loaded))
+        folder = work.folder(loaded)
         with work.means(folder, console) as means:
             if loaded.contact.friction is None:
                 solved = contacts[loaded.name] = compute_contact(loaded, means)
@@ -74,8 +78,9 @@ def contact(
             else:
                 report = WITH_FRICTION[loaded.contact.motion](loaded, folder, means)
         console.print(f"Report: {report}", soft_wrap=True)
-    if len(mapped := with_shapes(contacts)) > 1:
-        report = write_sensitivity(mapped, results / "_".join(mapped))
+    if of_maps:
+        with folders.only_run_in(of_maps):
+            report = write_sensitivity({name: contacts[name] for name in mapped}, of_maps)
         console.print(f"Report: {report}", soft_wrap=True)
 
 

@@ -85,6 +85,7 @@ def sweep(
     if asked.plan:
         _show_plan(loaded, store, work.threads, console)
         return
+    folders.usable(folder)
 
     def cluster(scenes: int) -> AbstractContextManager[Client]:
         if scheduler is not None:
@@ -101,8 +102,10 @@ def sweep(
 
 
 def _show(dataset: xr.Dataset, folder: Path, console: Console) -> None:
-    """Write the page of a dataset."""
-    console.print(f"Report: {write_sweep(dataset, folder)}", markup=False, soft_wrap=True)
+    """Write the page of a dataset, also while a run goes on, which locks the folder itself."""
+    with folders.only_run_in(folder / "figures"):
+        report = write_sweep(dataset, folder)
+    console.print(f"Report: {report}", markup=False, soft_wrap=True)
 
 
 @contextmanager

@@ -9,12 +9,12 @@ from time import perf_counter
 
 from distributed import CancelledError, Client, Future, KilledWorker
 
+from compare.results import folders
 from compare.results.provenance import results_digest
 from compare.results.sweep import kept
 from compare.results.sweep.dataset import Collected, require_other_names
 from compare.results.sweep.keeping import KEEPERS
 from compare.results.sweep.kept import Kept
-from compare.results.sweep.lock import only_run_in
 from compare.results.sweep.tasks import (
     PROBE,
     Place,
@@ -99,7 +99,7 @@ def compute_sweep(
     where the store is full, and where the scheduler is gone; what is finished is in the store and in the
     dataset.
     """
-    with only_run_in(collected.folder):
+    with folders.only_run_in(collected.folder):
         run = _Run(collected, store, options or Options())
         try:
             first = run.next_unfinished()

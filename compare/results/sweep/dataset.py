@@ -36,6 +36,7 @@ from compare.results.sweep.opened import open_sweep
 from compare.scenes.campaign import Axis, Campaign
 from compare.scenes.campaign_file import is_number
 from compare.scenes.errors import BadScene
+from femic.work.files import write_dataset
 from femic.work.provenance import versions
 
 SAMPLE = "sample"
@@ -115,9 +116,7 @@ class Collected:
             self._arrays.write(_with_free_text(self._frame().assign_attrs(self._attributes())))
             (self.folder / FILE).unlink(missing_ok=True)
             return self.path
-        temporary = self.path.with_suffix(".part")
-        self.dataset().to_netcdf(temporary, engine="h5netcdf")
-        temporary.replace(self.path)
+        write_dataset(self.dataset(), self.path)
         shutil.rmtree(self.folder / ZARR, ignore_errors=True)
         return self.path
 

@@ -3,19 +3,20 @@
 import json
 import re
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
-from compare.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from compare.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
 from compare.reports.matrix.contact_file import read
 from compare.reports.matrix.export import SUFFIXES
-from compare.reports.matrix.page import key_of_scene
 from compare.results import plan
 from compare.results.compute import jobs
 from compare.results.matrix import compute as matrix
 from compare.results.matrix.check import check, checked_strips
 from compare.results.matrix.compute import compute_matrix, file_size, matrix_jobs
+from compare.results.receipts import key_of
 from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene, scene_from_table
 from femic.harmonic import engine as harmonic
@@ -102,7 +103,7 @@ def test_a_contour_file_that_has_changed_makes_another_matrix(tmp_path):
     y, keys = np.linspace(-9, 9, 31), []
     for radius in (30.0, 30.0, 40.0):
         np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / (2 * radius)]))
-        keys.append(key_of_scene(scene_from_table(scene, "rail"), 3))
+        keys.append(key_of(scene_from_table(scene, "rail"), "compare.reports.matrix.page", 3))
     assert keys[0] == keys[1] != keys[2]
 
 
@@ -179,11 +180,51 @@ def test_an_interrupted_matrix_goes_on_where_it_was(write_scene, tmp_path, monke
 
 def test_what_cannot_be_written_is_an_error(made, tmp_path, capsys):
     path, out = made
-    (tmp_path / "o").mkdir()
-    (tmp_path / "o" / "matrix.part").mkdir()
+    (tmp_path / "o" / "matrix.nc").mkdir(parents=True)
     place = ["--out", str(tmp_path / "o"), "--store", str(out / "store")]
-    assert exit_code(["matrix", str(path), *place]) == FAILED
-    assert "matrix.part" in capsys.readouterr().err
+    assert exit_code(["matrix", str(path), *place]) == WRONG_INPUT
+    assert "matrix.nc in it is a folder" in capsys.readouterr().err
+
+
+def test_a_matrix_that_has_changed_since_is_made_again(made, tmp_path, capsys):
+    """Also where only its page is gone."""
+    path, out = made
+    place = ["--out", str(tmp_path / "o"), "--store", str(out / "store")]
+    for damage in (None, "matrix.nc", "matrix.html"):
+        if damage:
+            content = bytearray((tmp_path / "o" / damage).read_bytes())
+            content[len(content) // 2] ^= 1
+            (tmp_path / "o" / damage).write_bytes(content)
+        assert exit_code(["matrix", str(path), *place]) == DONE
+        assert "as it is there already" not in capsys.readouterr().out
+        with (
+            xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as first,
+            xr.open_dataset(tmp_path / "o" / "matrix.nc", engine="h5netcdf") as second,
+        ):
+            xr.testing.assert_equal(first, second)
+    assert exit_code(["matrix", str(path), *place]) == DONE
+    assert "as it is there already" in capsys.readouterr().out
+
+
+def first_chunk(variable):
+    """Where the first piece of a variable is in its file, and its size [bytes]."""
+    found = variable.id.get_chunk_info(0)
+    return found.byte_offset, found.size
+
+
+def test_pieces_of_a_matrix_have_checksums(made, tmp_path):
+    """Damaged values are not read."""
+    _, out = made
+    with h5py.File(out / "matrix.nc", "r") as file:
+        place, size = first_chunk(file["ic"])
+    content = bytearray((out / "matrix.nc").read_bytes())
+    content[place + size // 2] ^= 1
+    (tmp_path / "matrix.nc").write_bytes(content)
+    with (
+        xr.open_dataset(tmp_path / "matrix.nc", engine="h5netcdf") as damaged,
+        pytest.raises(OSError, match="filter"),
+    ):
+        damaged.ic.load()
 
 
 # --- plan ------------------------------------------------------------------------------------------------
