@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.cli.work import StoreAt, Work, Workers
+from compare.cli.work import DEFAULT_WORK, Work
 from compare.reports.contact.page import write_contact, write_sensitivity
 from compare.reports.contact.sensitivity import is_mapped
 from compare.reports.friction.compression import write_compression
@@ -40,15 +40,11 @@ def contact(
     ics: Annotated[
         str | None, Parameter(help="such as A,B,Bhat,C: which ICs to solve it with; default: the scene's")
     ] = None,
-    results: Annotated[Path, Parameter(help="folder that gets the results of each scene in SCENE/")] = Path(
-        "out"
-    ),
-    workers: Workers = None,
-    store: StoreAt = None,
+    work: Work = DEFAULT_WORK,
 ) -> None:
-    """Solve the contact of scenes with several ICs; write contact.nc and a report of each.
+    """Solve the contact of scenes with several ICs, without or with friction; write contact.nc and a report.
 
-    It is frictionless, or that of `contact.motion`: steady rolling, or compression, with friction. Of two
+    `contact.motion` of a scene says which: none without friction, else steady rolling or compression. Of two
     frictionless scenes or more, maps show where A and B-hat differ under pressures of one on the patch of
     another.
     """
@@ -62,14 +58,13 @@ def contact(
         raise WrongInput(f"SCENE: {', '.join(scene)}: two have the same name; rename a file")
     console, contacts = Console(), {}
     mapped = [loaded.name for loaded in scenes if is_mapped(loaded)]
-    of_maps = results / "_".join(mapped) if len(mapped) > 1 else None
-    for folder in (*(results / loaded.name for loaded in scenes), *([of_maps] if of_maps else [])):
+    of_each = [work.folder_among(loaded, scenes) for loaded in scenes]
+    of_maps = [work.joint_folder(mapped)] if len(mapped) > 1 else []
+    for folder in (*of_each, *of_maps):
         folders.usable(folder)
-    for loaded in scenes:
+    for loaded, folder in zip(scenes, of_each, strict=True):
         for text in plausibility.warnings(loaded):
             console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
-        work = Work(results / loaded.name, workers, store)
-        folder = work.folder(loaded)
         with work.means(folder, console) as means:
             if loaded.contact.friction is None:
                 solved = contacts[loaded.name] = compute_contact(loaded, means)
@@ -78,9 +73,9 @@ def contact(
             else:
                 report = WITH_FRICTION[loaded.contact.motion](loaded, folder, means)
         console.print(f"Report: {report}", soft_wrap=True)
-    if of_maps:
-        with folders.only_run_in(of_maps):
-            report = write_sensitivity({name: contacts[name] for name in mapped}, of_maps)
+    for folder in of_maps:
+        with folders.only_run_in(folder):
+            report = write_sensitivity({name: contacts[name] for name in mapped}, folder)
         console.print(f"Report: {report}", soft_wrap=True)
 
 

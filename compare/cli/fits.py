@@ -1,6 +1,5 @@
 """The command `calibrate`, which fits B-hat-prime to C."""
 
-from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -32,10 +31,9 @@ def calibrate(
         raise WrongInput(f"scenes = {', '.join(scene)}: two of the same name; rename one of them")
     for loaded_scene in loaded:
         require_calibration(loaded_scene)
-    console, out = Console(), work.out or Path("out")
-    calibrated = []
-    of_each = [work.folder(one) if len(loaded) == 1 else out / one.name for one in loaded]
-    of_all = of_each[0] if len(loaded) == 1 else (work.out or out / "_".join(names))
+    console, calibrated = Console(), []
+    of_each = [work.folder_among(one, loaded) for one in loaded]
+    of_all = of_each[0] if len(loaded) == 1 else work.joint_folder(names)
     for folder in (*of_each, of_all):
         folders.usable(folder)
     for loaded_scene, folder in zip(loaded, of_each, strict=True):

@@ -22,7 +22,10 @@ app = App(
 COMMANDS = {  # by name: module and function, and the help text
     "run": ("scenes:run", "Compute and compare the ICs of a scene; write a report."),
     "matrix": ("matrices:matrix", "Compute the IC matrix on a grid: all lags and strips."),
-    "contact": ("contacts:contact", "Frictionless contact with several ICs: pressures, patches, cost."),
+    "contact": (
+        "contacts:contact",
+        "Contact with several ICs, without or with friction: pressures, patches, cost.",
+    ),
     "sweep": ("sweeps:sweep", "Many scenes: keys swept over ranges, on all cores or a Dask cluster."),
     "judge": ("judges:judge", "Contact by finite elements, without ICs, beside that by ICs."),
     "calibrate": ("fits:calibrate", "Fit B-hat-prime to C; write the scene with the fit."),

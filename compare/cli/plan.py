@@ -1,5 +1,8 @@
 """Prints the tables of `femic plan`."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from rich.console import Console
 from rich.table import Table
 
@@ -7,6 +10,7 @@ from compare.results.contact.compute import C, c_jobs, components_of, grids_of
 from compare.results.contact.pairing import placed_on
 from compare.results.matrix.compute import file_size
 from compare.results.plan import Step, matrix_steps, run_steps, seconds, steps_of
+from compare.scenes.errors import BadScene
 from compare.scenes.scene import Scene
 
 
@@ -23,18 +27,26 @@ def show(scene: Scene, workers: int, console: Console) -> None:
         f"femic matrix: {grid.n_x} lags of {grid.dx:g} mm, {grid.n_s} strips of {grid.ds:g} mm about "
         f"s = {grid.s:g} mm; matrix.nc takes {file_size(scene) / 1e6:.0f} MB"
     )
-    for title, steps in (
-        ("femic run", run_steps(scene, workers)),
-        (matrix_title, matrix_steps(scene, workers)),
-    ):
-        _print(title, steps, workers, console)
+    _print("femic run", run_steps(scene, workers), workers, console)
+    with _or_why_not("femic matrix", console):
+        _print(matrix_title, matrix_steps(scene, workers), workers, console)
     if scene.contact.loads or scene.contact.approaches:
-        _show_contact(scene, workers, console)
+        with _or_why_not("femic contact", console):
+            _show_contact(scene, workers, console)
     console.print(
         "One round; a round more where the estimated error is larger than the tolerance. Kept models take no "
         "time.",
         markup=False,
     )
+
+
+@contextmanager
+def _or_why_not(command: str, console: Console) -> Iterator[None]:
+    """Print the reason where a command refuses a scene: others may take it."""
+    try:
+        yield
+    except BadScene as refusal:
+        console.print(f"{command}: {refusal}", markup=False)
 
 
 def _show_contact(scene: Scene, workers: int, console: Console) -> None:

@@ -1,6 +1,6 @@
 """Options that commands share: the folder of results, workers and store."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,13 +32,24 @@ StoreAt = Annotated[
 class Work:
     """Where the results of a scene go, and how they are computed."""
 
-    out: Annotated[Path | None, Parameter(help="folder for the results; default out/SCENE")] = None
+    out: Annotated[
+        Path | None,
+        Parameter(help="folder for the results; default out/SCENE; of several scenes OUT/SCENE each"),
+    ] = None
     workers: Workers = None
     store: StoreAt = None
 
     def folder(self, scene: Scene) -> Path:
         """The folder that the results of a scene are written to."""
         return self.out or Path("out") / scene.name
+
+    def folder_among(self, scene: Scene, scenes: Sequence[Scene]) -> Path:
+        """The folder of the results of one of several scenes; of a single one as `folder`."""
+        return self.folder(scene) if len(scenes) == 1 else (self.out or Path("out")) / scene.name
+
+    def joint_folder(self, names: Sequence[str]) -> Path:
+        """The folder of what is written of several scenes together."""
+        return self.out or Path("out") / "_".join(names)
 
     @property
     def threads(self) -> int:

@@ -22,7 +22,6 @@ early ones tell most: coarse over the ranges first.
 
 import csv
 import re
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import deepcopy
@@ -41,7 +40,9 @@ from compare.scenes.errors import BadScene
 from compare.scenes.keys import set_key
 from compare.scenes.load import merged, read_scene, resolve_files, scene_from_table, scene_path
 from compare.scenes.messages import message
+from compare.scenes.names import name_of
 from compare.scenes.scene import Scene
+from compare.scenes.toml import NotToml, table_of
 
 Value = bool | int | float | str | list[Any]
 Point = tuple[Value, ...]  # a value of each axis
@@ -154,8 +155,8 @@ def load_campaign(path: Path) -> Campaign:
     resolve_files(table, base.parent.absolute())
     resolve_files(changes, path.parent.absolute())
     campaign = Campaign(
-        path.stem,
-        parsed.title or path.stem,
+        name_of(path),
+        parsed.title or name_of(path),
         text,
         parsed.keep,
         merged(table, changes),
@@ -294,8 +295,8 @@ def _value(text: str) -> Value:
 
 def _read(text: str) -> Value:
     """A value as TOML has it, or as others write numbers (.5, 05); other text is text."""
-    with suppress(tomllib.TOMLDecodeError):
-        value = tomllib.loads(f"value = {text}")["value"]
+    with suppress(NotToml):
+        value = table_of(f"value = {text}")["value"]
         if isinstance(value, bool | int | float | str | list):
             return value
     with suppress(ValueError):

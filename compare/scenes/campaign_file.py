@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, FilePath, model_validator
 
-from compare.scenes.file import Finite, Section
+from compare.scenes.file import Finite, Section, Several, Whole
 
 Keep = Literal["errors", "ics", "contact", "matrix", "advice", "calibration"]
 
@@ -12,17 +12,17 @@ Keep = Literal["errors", "ics", "contact", "matrix", "advice", "calibration"]
 class AxisTable(Section):
     """An axis: keys of a scene that have the same value, or a multiple of it, and which values."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, populate_by_name=True)
 
     keys: Annotated[dict[str, float] | list[str], Field(min_length=1)] = Field(
         description="keys of a scene, such as lower.E, lines.0.s; with factors: { 'lower.E' = 1000 }"
     )
     label: str = Field("", description="what the axis is, in figures; default: its name")
     unit: str = Field("", description="its unit")
-    values: tuple[Any, ...] = Field((), description="its values, or instead:")
+    values: Several[Any] = Field((), description="its values, or instead:")
     start: Finite | None = Field(None, alias="from", description="smallest value")
     to: Finite | None = Field(None, description="largest value")
-    count: Annotated[int, Field(ge=2, le=1_000_000)] | None = Field(None, description="number of values")
+    count: Annotated[Whole, Field(ge=2, le=1_000_000)] | None = Field(None, description="number of values")
     spacing: Literal["linear", "logarithmic", "inverse"] = Field(
         "linear", description="how distances between values are measured: between from and to, and in a map"
     )
@@ -59,7 +59,7 @@ class CampaignFile(Section):
 
     title: str = Field("", description="heading of the page; default: the file's name")
     scene: str = Field(description="built-in name, or file relative to this one")
-    keep: tuple[Keep, ...] = Field(
+    keep: Several[Keep] = Field(
         ("errors",),
         min_length=1,
         description="what is kept of each scene: errors (of approximations), ics (on the lines, too), "
@@ -73,8 +73,10 @@ class CampaignFile(Section):
         description="all: every combination of values; random: `samples` of the ranges; or a CSV file whose "
         "columns have the axes' names",
     )
-    samples: Annotated[int, Field(ge=1, le=10_000_000)] = Field(100, description="number of random points")
-    seed: int = Field(0, description="of random points; more samples with the same seed contain fewer")
+    samples: Annotated[Whole, Field(ge=1, le=10_000_000)] = Field(100, description="number of random points")
+    seed: Annotated[Whole, Field(ge=0)] = Field(
+        0, description="of random points, 0 or more; more samples with the same seed contain fewer"
+    )
 
     @model_validator(mode="after")
     def _points_of_axes(self) -> "CampaignFile":

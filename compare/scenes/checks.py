@@ -7,6 +7,7 @@ import numpy as np
 from compare.scenes.scene import Scene
 from femic.engine import Engine
 from femic.engines import ENGINES
+from femic.harmonic.record import HARMONIC
 from femic.solid.pardiso import available as direct_available
 from geometries.bodies import Body
 from geometries.patches import OffsetLine
@@ -88,6 +89,17 @@ def grid_misfits(scene: Scene) -> Iterator[str]:
         )
     half_sides = {"grid.dx / 2": grid.dx / 2, "grid.ds / 2": grid.ds / 2}
     yield from _ratio_misfits(half_sides, [("rotation_reach", scene.settings.rotation_reach)], scene)
+
+
+def matrix_engine_misfits(scene: Scene) -> Iterator[str]:
+    """Yield what is wrong with the engine of IC matrices, and so of C in contact."""
+    engine = scene.settings.engine
+    if engine is not HARMONIC:
+        yield (
+            f"engine.kind = {engine.name!r}: C on a grid, of matrices and contact, is computed by the "
+            f"{HARMONIC.name} engine alone: leave engine.kind out (grid.check compares columns of a matrix "
+            "with the solid engine)"
+        )
 
 
 def calibration_misfits(scene: Scene) -> Iterator[str]:

@@ -2,18 +2,48 @@
 
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FilePath, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    FilePath,
+    Strict,
+    field_validator,
+    model_validator,
+)
 
-from approx.variants import VARIANTS, forms_of
+from approx.variants import VARIANTS
+from contact.operators.turned import require_operator
 from femic.engines import EngineName
 from femic.models import SolverChoice
 
+
+def _not_zero(value: float) -> float:
+    """The value; raises ValueError if it is 0."""
+    if value == 0:
+        raise ValueError("must not be 0")
+    return value
+
+
+def _whole(value: Any) -> Any:
+    """A whole number as an integer, where it is one: multiples in campaigns are not."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+Entry = TypeVar("Entry")
+Several = Annotated[tuple[Entry, ...], Strict(False)]  # lists in TOML
+TwoOf = Annotated[tuple[Entry, Entry], Strict(False)]
+Whole = Annotated[int, BeforeValidator(_whole)]
+ExistingFile = Annotated[FilePath, Strict(False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Flank = Annotated[float, Field(ge=0, le=85)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Creepage = Annotated[float, Field(gt=-1, lt=1)]
+NotZero = Annotated[Finite, AfterValidator(_not_zero)]
 BodyName = Literal["combined", "lower", "upper"]
 Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
 PropertyName = Literal["mismatch_k", "G", "nu"]
@@ -36,7 +66,7 @@ def is_map(ics: str) -> bool:
 def _known(ics: str) -> str:
     """The name of C, of a map, or of approximations, perhaps with exchanged components; raises WrongInput."""
     if ics != "C" and not is_map(ics):
-        forms_of(ics)
+        require_operator(ics)
     return ics
 
 
@@ -44,9 +74,9 @@ ContactICName = Annotated[str, AfterValidator(_known)]
 
 
 class Section(BaseModel):
-    """A table of a scene file: unknown keys are errors."""
+    """A table of a scene file: unknown keys are errors, and texts and true are no numbers."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class Plane(Section):
@@ -59,8 +89,8 @@ class Arc(Section):
     """A circular arc continued by its tangents."""
 
     kind: Literal["arc"] = Field(description="circular arc + straight flanks")
-    radius: Positive = Field(description="radius of the arc [mm]")
-    flank_inclination_deg: Flank | tuple[Flank, Flank] = Field(
+    radius: NotZero = Field(description="radius of the arc [mm]; negative: a groove")
+    flank_inclination_deg: Flank | TwoOf[Flank] = Field(
         description="inclination of both flanks, or [left, right] [deg]"
     )
 
@@ -71,7 +101,7 @@ class Ellipse(Section):
     kind: Literal["ellipse"] = Field(description="ellipse + straight flanks")
     b_el: Positive = Field(description="lateral semi-axis [mm]")
     d_el: Positive = Field(description="vertical semi-axis [mm]")
-    flank_inclination_deg: Flank | tuple[Flank, Flank] = Field(
+    flank_inclination_deg: Flank | TwoOf[Flank] = Field(
         75.0, description="inclination of both flanks, or [left, right] [deg]"
     )
 
@@ -80,12 +110,10 @@ class PointsFile(Section):
     """A smooth curve through points, continued by its end tangents."""
 
     kind: Literal["points"] = Field(description="smooth curve through points")
-    file: FilePath | None = Field(
+    file: ExistingFile | None = Field(
         None, description="text file of two columns y, z [mm], y growing; # comments"
     )
-    points: tuple[tuple[Finite, Finite], ...] = Field(
-        (), description="instead of a file: [[y, z], ...] [mm], y growing"
-    )
+    points: Several[TwoOf[Finite]] = Field((), description="instead of a file: [[y, z], ...] [mm], y growing")
     y_centre: Finite = Field(0.0, description="y of the contact centre [mm]")
 
     @model_validator(mode="after")
@@ -137,7 +165,7 @@ class LineAlongX(Section):
     along: Literal["x"] = Field(description="direction of the line")
     s: Finite = Field(description="arc length of the line [mm]")
     reach: Positive = Field(25.0, description="half-length of the line [mm]")
-    points: int = Field(401, ge=2, le=5000, description="number of points")
+    points: Whole = Field(401, ge=2, le=5000, description="number of points")
 
 
 class LineAlongS(Section):
@@ -146,7 +174,7 @@ class LineAlongS(Section):
     along: Literal["s"] = Field(description="direction of the line")
     x: Finite = Field(description="longitudinal distance of the line [mm]")
     reach: Positive = Field(25.0, description="half-length of the line [mm]")
-    points: int = Field(401, ge=2, le=5000, description="number of points")
+    points: Whole = Field(401, ge=2, le=5000, description="number of points")
 
 
 def _each_once(names: tuple[object, ...]) -> tuple[object, ...]:
@@ -171,12 +199,12 @@ def default_lines(s_patch: float) -> tuple[LineAlongX | LineAlongS, ...]:
 class GridTable(Section):
     """The grid of elements whose IC matrix `femic matrix` computes."""
 
-    n_x: Annotated[int, Field(ge=1, le=4096)] = Field(64, description="number of elements along x: lags")
-    n_s: Annotated[int, Field(ge=1, le=512)] = Field(32, description="number of strips")
+    n_x: Annotated[Whole, Field(ge=1, le=4096)] = Field(64, description="number of elements along x: lags")
+    n_s: Annotated[Whole, Field(ge=1, le=512)] = Field(32, description="number of strips")
     dx: Positive | None = Field(None, description="length of an element [mm]; default: 2 x patch.a")
     ds: Positive | None = Field(None, description="width of a strip [mm]; default: 2 x patch.b")
     s: Finite = Field(0.0, description="arc length of its middle [mm]")
-    check: Annotated[int, Field(ge=0, le=9)] = Field(
+    check: Annotated[Whole, Field(ge=0, le=9)] = Field(
         0, description="strips whose columns the solid engine computes, too, as a check (minutes each)"
     )
 
@@ -218,11 +246,11 @@ class EffectiveTable(Section):
 class CalibrationTable(Section):
     """What `femic calibrate` fits: Bhat_prime to C at the points of lines with x_min < x <= x_max."""
 
-    bodies: tuple[BodyName, ...] = Field(("combined",), min_length=1, description="whose properties to fit")
-    properties: tuple[PropertyName, ...] = Field(
+    bodies: Several[BodyName] = Field(("combined",), min_length=1, description="whose properties to fit")
+    properties: Several[PropertyName] = Field(
         ("mismatch_k",), min_length=1, description="which properties vary with the distance"
     )
-    components: tuple[Component, ...] = Field(
+    components: Several[Component] = Field(
         ("xn",), min_length=1, description="components to fit to, each counts alike"
     )
     curvature: Literal["contained", "apart"] = Field(
@@ -230,15 +258,15 @@ class CalibrationTable(Section):
         description="of wheels along x, combined bodies. contained: the fit makes up for it; apart: "
         "subtracted before, and added by Bhat_prime as B-hat has it",
     )
-    s: tuple[Finite, ...] | None = Field(
+    s: Several[Finite] | None = Field(
         None, description="arc lengths of lines along x [mm]; default: patch.s and patch.s + 1.6"
     )
-    x: tuple[Positive, ...] = Field((), description="distances of lines along s [mm]")
+    x: Several[Positive] = Field((), description="distances of lines along s [mm]")
     x_min: Positive | None = Field(None, description="nearest points [mm]; default: 2 patch.a")
     x_max: Positive | None = Field(
         None, description="furthest points [mm], also along s; default: 2.5 reference_length"
     )
-    points: Annotated[int, Field(ge=8, le=5000)] = Field(200, description="number of points of a line")
+    points: Annotated[Whole, Field(ge=8, le=5000)] = Field(200, description="number of points of a line")
     weights: Literal["uniform", "logarithmic"] = Field(
         "uniform", description="uniform: each point counts alike; logarithmic: each octave of the distance"
     )
@@ -269,7 +297,7 @@ class EngineTable(Section):
         description="estimated error of C that is good enough, each body and combined, on the scale of "
         "refinement (docs/conventions.md); sets the cells",
     )
-    most_unknowns: Annotated[int, Field(ge=1000)] = Field(
+    most_unknowns: Annotated[Whole, Field(ge=1000)] = Field(
         1_000_000, description="largest model that refinement may lead to"
     )
     smallest_cell: Positive | None = Field(
@@ -315,19 +343,19 @@ class ContactTable(Section):
         description="none: frictionless; rolling: steady rolling along x with friction, at one load; "
         "compression: with friction, loaded in steps",
     )
-    loads: tuple[Positive, ...] = Field((), description="vertical loads [N]; of a compression they grow")
-    approaches: tuple[Positive, ...] = Field((), description="instead of loads: vertical approaches [mm]")
-    ics: tuple[ContactICName, ...] = Field(
+    loads: Several[Positive] = Field((), description="vertical loads [N]; of a compression they grow")
+    approaches: Several[Positive] = Field((), description="instead of loads: vertical approaches [mm]")
+    ics: Several[ContactICName] = Field(
         ("A", "B", "Bhat", "C"),
         min_length=1,
         description=f"ICs to solve it with: C, {', '.join(VARIANTS)}, or one of these with components of "
         "others: Bhat+sn:B is Bhat with sn of B, and ns by reciprocity; map:FILE is C from the file of a "
         "campaign that kept matrix, without friction, on the grid of that",
     )
-    friction: tuple[Annotated[float, Field(gt=0, le=1000)], ...] = Field(
+    friction: Several[Annotated[float, Field(gt=0, le=1000)]] = Field(
         (0.2, 0.4, 0.6), min_length=1, description="coefficients of friction, each solved, 0 ... 1000"
     )
-    longitudinal: tuple[Creepage, ...] = Field(
+    longitudinal: Several[Creepage] = Field(
         (*(-xi for xi in reversed(CREEPAGES)), 0.0, *CREEPAGES),
         min_length=2,
         description="of rolling: longitudinal creepages omega R / V - 1, growing, for the creep-force curve",
@@ -349,12 +377,12 @@ class ContactTable(Section):
         description="undeformed distance. linear: at first touch, less approach times cos(delta); exact: of "
         "the displaced body",
     )
-    extra_gap: FilePath | None = Field(
+    extra_gap: ExistingFile | None = Field(
         None,
         description="text file of three columns x, s, gap [mm]: a gap that is added, linear between the "
         "points, 0 beyond; # comments",
     )
-    elements: Annotated[int, Field(ge=8, le=64)] = Field(
+    elements: Annotated[Whole, Field(ge=8, le=64)] = Field(
         20, description="elements across the smallest patch on an automatic grid, along x and s"
     )
     grid: Literal["automatic", "scene"] = Field(
@@ -405,15 +433,15 @@ class SceneFile(Section):
     """A scene: two bodies, a loaded patch, the lines where displacements are read."""
 
     title: str = Field("", description="heading of the report")
-    bodies: tuple[BodyName, ...] = Field(
+    bodies: Several[BodyName] = Field(
         ("combined", "lower", "upper"), min_length=1, description="whose ICs to compute and compare"
     )
-    components: tuple[Component, ...] = Field(
+    components: Several[Component] = Field(
         ("nn", "ss", "xx", "xs", "xn", "sn"),
         min_length=1,
         description="displacement direction, then traction direction",
     )
-    variants: tuple[VariantName, ...] = Field(
+    variants: Several[VariantName] = Field(
         ("A", "B", "Bbar", "Bhat", "mix"), min_length=1, description="approximations to compare with C"
     )
     reference_length: Positive | None = Field(
@@ -452,9 +480,13 @@ class SceneFile(Section):
     )
     lower: BodyTable = Field(description="lower body (rail), fills n < 0")
     upper: BodyTable = Field(description="upper body (wheel), fills n > 0")
-    patch: PatchTable = Field(description="loaded element at x = 0")
+    patch: PatchTable | None = Field(
+        None,
+        description="loaded element at x = 0; contact needs none; default: half-sides of a hundredth of "
+        "rotation_reach",
+    )
     grid: GridTable = Field(GridTable(), description="elements of the IC matrix (femic matrix)")
-    lines: Annotated[tuple[Line, ...], Field(min_length=1)] | None = Field(
+    lines: Annotated[Several[Line], Field(min_length=1)] | None = Field(
         None, description="offset lines; default: s = patch.s + 1.6, s = patch.s, x = 1.6 mm"
     )
     effective: EffectiveTable = Field(

@@ -22,17 +22,25 @@ def listing(name_or_path: str) -> str:
     plain_keys = [key for key in files.SceneFile.model_fields if key not in (*TABLES, "effective", "lines")]
     lines = list(_entries(files.SceneFile, table, only=plain_keys))
     for name in TABLES:
-        lines += ["", f"# {files.SceneFile.model_fields[name].description}", f"[{name}]"]
-        lines += _entries(files.SceneFile.__annotations__[name], table.get(name, {}))
+        field = files.SceneFile.model_fields[name]
+        left_out = name not in table and field.default is None
+        lines += ["", f"# {field.description}", f"{'# ' if left_out else ''}[{name}]"]
+        lines += _entries(_table_of(field.annotation), table.get(name, {}))
         lines += _contour_kinds() if name == "lower" else []
     lines += ["", f"# {files.SceneFile.model_fields['effective'].description}"]
     lines += _effective(table.get("effective", {}))
     lines += ["", f"# {files.SceneFile.model_fields['lines'].description}"]
-    default = files.default_lines(table["patch"].get("s", 0.0))
+    default = files.default_lines(table.get("patch", {}).get("s", 0.0))
     for entry in table.get("lines", [line.model_dump() for line in default]):
         kind = files.LineAlongX if entry["along"] == "x" else files.LineAlongS
         lines += ["[[lines]]", *_entries(kind, entry)]
     return "\n".join(lines) + "\n"
+
+
+def _table_of(annotation: Any) -> type[BaseModel]:
+    """The table that a key holds, or may hold."""
+    tables = [part for part in get_args(annotation) if part is not types.NoneType] or [annotation]
+    return tables[0]
 
 
 def _effective(table: dict[str, Any]) -> Iterator[str]:
@@ -64,7 +72,7 @@ def _entries(model: type[BaseModel], table: dict[str, Any], only: list[str] | No
         if key in table:
             yield f"{key} = {_toml(table[key])}  # {field.description}"
         else:
-            default = field.get_default()
+            default = None if field.is_required() else field.get_default()
             shown = "..." if default is None else _toml(default)
             yield f"# {key} = {shown}  # {field.description}"
         if choices := _choices(field.annotation):

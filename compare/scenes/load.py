@@ -3,7 +3,6 @@
 Errors of a scene are collected and raised together.
 """
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from dataclasses import replace
@@ -20,7 +19,9 @@ from compare.scenes import file as files
 from compare.scenes.checks import calibration_misfits, grid_misfits, misfits
 from compare.scenes.errors import BadScene, require_none
 from compare.scenes.messages import messages
+from compare.scenes.names import name_of
 from compare.scenes.scene import Calibration, ContactWanted, FrictionWanted, Scene, common_extent
+from compare.scenes.toml import NotToml, table_of
 from femic.engine import Engine
 from femic.engines import ENGINES
 from femic.harmonic.tuned import FAR_RADIUS
@@ -38,6 +39,7 @@ from geometries.surfaces import LOWER, UPPER
 
 FLAT_REFERENCE_LENGTH = 10.0  # mm
 APPROACH_SHARE = 50.0  # reference length over the half-side of the load at which the approach is matched
+PATCHES_IN_REACH = 100.0  # rotation_reach over the half-sides of a patch that is not given
 CHECK_ENGINE, CHECK_TOLERANCE = SOLID, 0.01  # the engine that checks others; its tightest tolerance for that
 
 
@@ -57,7 +59,7 @@ def load_scene(name_or_path: str, changes: Mapping[str, Any] | None = None) -> S
     if changes:
         table = merged(table, changes)
         text = tomlkit.dumps(table)
-    return build_scene(path.stem, text, parse(table, path))
+    return build_scene(name_of(path), text, parse(table, path))
 
 
 def merged(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -79,9 +81,9 @@ def load_solid_scene(name_or_path: str) -> Scene:
     """
     path = scene_path(name_or_path)
     text, table = read_scene(path)
-    parsed = parse(table, path)
-    build = build_scene if ENGINES[parsed.engine.kind].has_fields else _by_solid_engine
-    return build(path.stem, text, parsed)
+    scene = parse(table, path)
+    build = build_scene if ENGINES[scene.engine.kind].has_fields else _by_solid_engine
+    return build(name_of(path), text, scene)
 
 
 def scene_from_table(table: dict[str, Any], name: str) -> Scene:
@@ -96,8 +98,8 @@ def read_scene(path: Path) -> tuple[str, dict[str, Any]]:
     """Text and table of a TOML file; raises BadScene if it is not TOML."""
     try:
         text = path.read_text(encoding="utf-8")
-        return text, tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        return text, table_of(text)
+    except (NotToml, UnicodeDecodeError) as error:
         raise BadScene(f"{path}: not TOML: {error}. Compare with `femic scenes --show flat`") from error
 
 
@@ -167,9 +169,10 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
         for body_name, side, body_table in (("lower", LOWER, scene.lower), ("upper", UPPER, scene.upper))
     }
     reference_length = scene.reference_length or _crown_radius(bodies["lower"].contour)
-    patch = Patch(scene.patch.a, scene.patch.b, scene.patch.s)
     extent = common_extent(bodies)
     room = min(domain.far_radius / 8, domain.half_length / 8, -extent[0], extent[1])  # of the discount [mm]
+    rotation_reach = scene.rotation_reach or min(2 * reference_length, room)
+    patch = _patch(scene.patch, rotation_reach)
     built = Scene(
         name=name,
         title=scene.title or name,
@@ -195,7 +198,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
             table.tolerance,
             _cells(engine, table, patch),
             table.most_unknowns,
-            scene.rotation_reach or min(2 * reference_length, room),
+            rotation_reach,
             scene.moment_arm or min(reference_length / 2, room / 2),
             reference_length / APPROACH_SHARE,
             table.solver,
@@ -224,14 +227,11 @@ def _by_solid_engine(name: str, text: str, scene: files.SceneFile) -> Scene:
 
     Its domain is that of the scene where one is given, else the engine's own.
     """
-    engine = files.EngineTable(
-        kind=CHECK_ENGINE.name,
-        tolerance=max(scene.engine.tolerance, CHECK_TOLERANCE),
-        far_radius=scene.engine.far_radius,
-        half_length=scene.engine.half_length,
-        most_unknowns=scene.engine.most_unknowns,
-        solver=scene.engine.solver,
-    )
+    of_scene = {
+        key: getattr(scene.engine, key) for key in ("far_radius", "half_length", "most_unknowns", "solver")
+    }
+    tolerance = max(scene.engine.tolerance, CHECK_TOLERANCE)
+    engine = files.EngineTable.model_validate(of_scene | {"kind": CHECK_ENGINE.name, "tolerance": tolerance})
     return build_scene(name, text, scene.model_copy(update={"engine": engine}))
 
 
@@ -295,6 +295,13 @@ def _body(name: str, side: int, table: files.BodyTable, domain: Domain) -> Body:
         raise
     except WrongInput as error:
         raise BadScene(f"{name}.{error}") from error
+
+
+def _patch(table: files.PatchTable | None, rotation_reach: float) -> Patch:
+    """The loaded element; by default small beside the distances at which displacements are compared."""
+    if table is None:
+        return Patch(rotation_reach / PATCHES_IN_REACH, rotation_reach / PATCHES_IN_REACH)
+    return Patch(table.a, table.b, table.s)
 
 
 def _grid(table: files.GridTable, patch: Patch) -> Grid:

@@ -9,6 +9,10 @@ from pydantic_core import ErrorDetails
 
 from compare.scenes import file as files
 
+REASONS: Mapping[str, str] = {
+    "tuple_type": "Input should be a list",
+    "bool_type": "Input should be true or false",
+}
 REMEDIES: Mapping[str, str] = {
     "missing": "add the key",
     "path_not_file": "give a path to an existing file, relative to the scene file",
@@ -16,20 +20,23 @@ REMEDIES: Mapping[str, str] = {
 
 
 def messages(details: Sequence[ErrorDetails]) -> list[str]:
-    """Errors of validation as lines.
+    """Errors of validation as lines, one per value.
 
-    Where a value may be of several types, only errors of the type that it has are listed.
+    Where a value may be of several types, only errors of the type that it has are listed, or all that it may
+    be.
     """
     fields_of_right_type = [
         f"{_field(detail)}." for detail in details if not detail["type"].endswith("_type")
     ]
+    of_fields: dict[str, list[ErrorDetails]] = {}
+    for detail in details:
+        field = _field(detail)
+        of_inner_value = any(inner.startswith(f"{field}.") for inner in fields_of_right_type)
+        if not (detail["type"].endswith("_type") and of_inner_value):
+            of_fields.setdefault(field, []).append(detail)
     return [
-        message(detail)
-        for detail in details
-        if not (
-            detail["type"].endswith("_type")
-            and any(field.startswith(f"{_field(detail)}.") for field in fields_of_right_type)
-        )
+        " or ".join([message(first), *(_reason(other).removeprefix("Input should be ") for other in others)])
+        for first, *others in of_fields.values()
     ]
 
 
@@ -60,8 +67,12 @@ def message(detail: ErrorDetails) -> str:
         return f"{field}: unknown key; {hint}"
     value = "" if kind == "missing" else f" = {_shown(detail['input'])}"
     remedy = f"; {REMEDIES[kind]}" if kind in REMEDIES else ""
-    message = detail["msg"].removeprefix("Value error, ")
-    return f"{field}{value}: {message}{remedy}"
+    return f"{field}{value}: {_reason(detail)}{remedy}"
+
+
+def _reason(detail: ErrorDetails) -> str:
+    """What is wrong with a value."""
+    return REASONS.get(detail["type"], detail["msg"].removeprefix("Value error, "))
 
 
 def _shown(value: object) -> str:

@@ -20,6 +20,7 @@ from approx.pair import Pair
 from approx.variants import OF_EFFECTIVE, Forms, forms_of
 from contact.operators.convolution import Convolution, Place
 from geometries.arrays import Array
+from geometries.errors import WrongInput
 from geometries.grids import Grid
 from geometries.patches import N, Patch, S, X, mirror_signs
 
@@ -72,6 +73,14 @@ def turned(
                         places = (i, observer), (j, load)
                         kernels[places] = kernels.get(places, 0.0) + sign * coefficients[i, j]
     return Convolution(directions, factors, kernels)
+
+
+def require_operator(variant: str) -> None:
+    """Raise WrongInput for an unknown variant, and for one that has no operator."""
+    if missing := sorted(set(forms_of(variant).values()) - FORMS.keys()):
+        raise WrongInput(
+            f"variant = {variant!r}: {', '.join(missing)} has no fast operator: use {', '.join(FORMS)}"
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,8 @@ from compare.results.contact.grids import Sizing
 from compare.results.contact.pairing import Case, Placed, Settled, placed_on
 from compare.results.maps.c_map import open_map
 from compare.results.matrix.compute import matrix_jobs
-from compare.scenes.errors import BadScene
+from compare.scenes.checks import matrix_engine_misfits
+from compare.scenes.errors import BadScene, require_none
 from compare.scenes.file import is_map
 from compare.scenes.scene import Scene
 from contact.edges import MARGIN
@@ -89,7 +90,7 @@ class ContactResults:
 
 
 def cases_of(scene: Scene) -> tuple[Case, ...]:
-    """The loads or approaches of a scene; raises BadScene where there are none."""
+    """The loads or approaches of a scene; raises BadScene where its contact cannot be solved."""
     wanted = scene.contact
     side = wanted.lateral_force
     cases = [Case(load, None, side) for load in wanted.loads]
@@ -106,6 +107,8 @@ def cases_of(scene: Scene) -> tuple[Case, ...]:
             f"{scene.name}: contact.ics: {maps_of(wanted.ics)[0]}: maps of C know nn only, for "
             "contact without friction; use C"
         )
+    if C in wanted.ics:
+        require_none(scene.name, matrix_engine_misfits(scene))
     return tuple(cases)
 
 

@@ -19,7 +19,8 @@ from compare.results.contact.pairing import undeformed_of
 from compare.results.judge.dataset import beside
 from compare.results.matrix.compute import matrix_jobs
 from compare.results.provenance import results_digest
-from compare.scenes.errors import BadScene
+from compare.scenes.checks import matrix_engine_misfits
+from compare.scenes.errors import BadScene, require_none
 from compare.scenes.scene import Scene
 from contact.judge.judgement import CELLS, Judgement, Numbers, judge, require_enough
 from contact.judge.levels import Bodies
@@ -78,6 +79,7 @@ def kept_judged(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Dataset 
 def require_judgeable(scene: Scene) -> None:
     """Raise BadScene for what is not judged, before any work."""
     cases_of(scene)
+    require_none(scene.name, matrix_engine_misfits(scene))
     for given, remedy in unjudgeable(scene):
         raise BadScene(f"{scene.name}: {given}: finite elements do not judge that; {remedy}")
 

@@ -15,14 +15,13 @@ from compare.results.compute import models_of, parts_of, solids
 from compare.results.matrix.deviation import Column, Deviation
 from compare.results.matrix.reciprocity import Reciprocity, reciprocity
 from compare.results.provenance import results_digest
-from compare.scenes.checks import grid_misfits
+from compare.scenes.checks import grid_misfits, matrix_engine_misfits
 from compare.scenes.errors import require_none
 from compare.scenes.scene import Scene
 from contact.operators.dense import GridOperator
 from femic.accuracy import Shares
 from femic.discount import AXES
 from femic.estimate import Estimated, total
-from femic.harmonic.record import HARMONIC
 from femic.matrix.columns import column_scale, column_shares, half_spaces_nn, is_far, worst_of
 from femic.matrix.job import Discount, MatrixJob, far_radius_for
 from femic.matrix.pair import pair_column
@@ -76,14 +75,14 @@ class MatrixResults:
 def matrix_jobs(
     scene: Scene, components: tuple[str, ...] = COMPONENTS, further: tuple[Discount, ...] = ()
 ) -> dict[str, MatrixJob]:
-    """The jobs of the bodies that the comparison needs; raises BadScene where the grid does not fit.
+    """The jobs of the bodies that the comparison needs; raises BadScene as `require_matrices`.
 
     Contact asks for the `components` that it needs; matrices of a scene have all nine, whatever it compares.
     C is that after the discount of the scene; `further` ones may be asked of the same models.
     """
-    require_none(scene.name, grid_misfits(scene))
+    require_matrices(scene)
     domain = Domain(_far_radius(scene), np.inf)
-    settings = replace(scene.settings, engine=HARMONIC, cells=None)
+    settings = replace(scene.settings, cells=None)
     return {
         name: MatrixJob(
             replace(body, domain=domain),
@@ -95,6 +94,11 @@ def matrix_jobs(
         for name, body in scene.bodies.items()
         if name in scene.solved
     }
+
+
+def require_matrices(scene: Scene) -> None:
+    """Raise BadScene where the grid does not fit, and for another engine than the harmonic one."""
+    require_none(scene.name, [*grid_misfits(scene), *matrix_engine_misfits(scene)])
 
 
 def _far_radius(scene: Scene) -> float:

@@ -262,16 +262,57 @@ def test_a_plan_of_contact_with_friction_counts_all_components(monkeypatch, caps
     assert "100000 N; xx, xs, xn" in " ".join(capsys.readouterr().out.split())
 
 
+def test_a_plan_by_the_solid_engine_says_that_matrices_are_not_computed_by_it(monkeypatch, capsys):
+    step = Step("lower, fine", SOLID, 1.0, 320.0, "640 mm", PLANNED)
+    monkeypatch.setattr(planning, "run_steps", lambda *_: [step])
+    assert exit_code(["plan", "tall"]) == DONE
+    assert "engine.kind" not in capsys.readouterr().out
+    monkeypatch.setattr(
+        "compare.cli.scenes.load_scene", lambda name: load_scene(name, {"engine": {"kind": "solid"}})
+    )
+    assert exit_code(["plan", "tall"]) == DONE
+    told = " ".join(capsys.readouterr().out.split())
+    for name in ("matrix", "contact"):
+        assert f"femic {name}: tall: 1 error(s) engine.kind = 'solid': C on a grid" in told
+
+
+@pytest.mark.parametrize("name", ["matrix", "contact", "judge"])
+def test_c_on_a_grid_is_refused_with_the_solid_engine(name, write_scene, command, capsys):
+    path = write_scene("[contact]\nloads = [1.0]\n")
+    assert command(name, str(path)) == WRONG_INPUT
+    told = capsys.readouterr().err.replace("\n", " ")
+    assert "engine.kind = 'solid': C on a grid, of matrices and contact, is computed by the harmonic" in told
+    assert "leave engine.kind out" in told
+
+
 @pytest.mark.parametrize("motion", ["rolling", "compression"])
 def test_contact_of_a_scene_is_that_of_its_motion(motion, recorded, tmp_path):
     computed = recorded(f"compare.cli.contacts.compute_{motion}", returns="contact")
     supported = recorded("compare.cli.contacts.with_supports", returns="with supports")
     written = recorded(f"compare.cli.contacts.write_{motion}", returns=tmp_path / "contact.html")
-    assert exit_code(["contact", motion, "--ics", "A,Bhat", "--results", str(tmp_path)]) == DONE
+    assert exit_code(["contact", motion, "--ics", "A,Bhat", "--out", str(tmp_path / "here")]) == DONE
     ((scene, _),) = computed
     assert (scene.name, scene.contact.ics) == (motion, ("A", "Bhat"))
     assert [(given.name, dataset) for given, dataset, _ in supported] == [(motion, "contact")]
-    assert written == [("with supports", tmp_path / motion)]
+    assert written == [("with supports", tmp_path / "here")]
+
+
+def test_contact_of_several_scenes_goes_to_a_folder_each_and_maps_beside_them(recorded, command, tmp_path):
+    recorded("compare.cli.contacts.compute_contact")
+    recorded("compare.cli.contacts.changed_supports")
+    written = recorded("compare.cli.contacts.write_contact", "there")
+    maps = recorded("compare.cli.contacts.write_sensitivity", "there")
+    assert command("contact", "wide", "tall") == DONE
+    out = tmp_path / "out"
+    assert [folder for _, folder, *_ in written] == [out / "wide", out / "tall"]
+    assert [folder for _, folder in maps] == [out]
+
+
+@pytest.mark.parametrize("words", [(), ("contact",)])
+def test_the_help_of_contact_says_that_it_has_friction(words, capsys):
+    assert exit_code([*words, "--help"]) == DONE
+    told = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert "without or with friction" in told
 
 
 def test_contact_without_a_scene_is_refused(capsys):
@@ -280,12 +321,12 @@ def test_contact_without_a_scene_is_refused(capsys):
 
 
 def test_scenes_of_one_name_are_refused(write_scene, capsys):
-    path = str(write_scene("[contact]\nloads = [1.0]\n"))
+    path = str(write_scene('[contact]\nloads = [1.0]\nics = ["A"]\n'))
     assert exit_code(["contact", path, path]) == WRONG_INPUT
     assert "two have the same name" in capsys.readouterr().err
 
 
 @pytest.mark.slow
 def test_without_bhat_there_are_no_maps_of_it(tmp_path):
-    assert exit_code(["contact", "wide", "tall", "--ics", "A", "--results", str(tmp_path)]) == DONE
+    assert exit_code(["contact", "wide", "tall", "--ics", "A", "--out", str(tmp_path)]) == DONE
     assert sorted(path.name for path in tmp_path.iterdir()) == ["tall", "wide"]

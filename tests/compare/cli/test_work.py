@@ -84,7 +84,7 @@ LINE = {"along": "x", "s": 0.0, "reach": 5.0, "points": 11}
 COMMANDS = {  # by name: arguments, and the folders in results/ that each writes to
     "run": (["flat", "--out", "one"], ["one"]),
     "matrix": (["geometry2", "--out", "one"], ["one"]),
-    "contact": (["wide", "tall", "--results", "."], ["wide", "tall", "wide_tall"]),
+    "contact": (["wide", "tall"], ["out/wide", "out/tall", "out/wide_tall"]),
     "judge": (["tall", "--out", "one"], ["one"]),
     "calibrate": (["geometry1", "geometry2", "--out", "."], ["geometry1", "geometry2", "."]),
     "export": (["geometry2", "--out", "one"], ["one"]),
@@ -119,6 +119,7 @@ def test_every_command_looks_where_it_writes_before_any_work(name, folder, tmp_p
     if folder == ".":
         (tmp_path / "figures").touch()
     else:
+        Path(folder).parent.mkdir(exist_ok=True)
         Path(folder).touch()
     assert exit_code([name, *COMMANDS[name][0]]) == WRONG_INPUT
     assert "--out" in capsys.readouterr().err

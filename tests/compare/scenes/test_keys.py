@@ -17,7 +17,7 @@ RANGES = {  # key: (values allowed, values refused)
     "upper.nu": ((0.0, 0.4999), (-1e-9, 0.49991, NAN)),
     "lower.rolling_radius": ((20.0, INF), (19.99, -50.0, NAN)),
     "upper.hub_radius": POSITIVE,
-    "lower.contour.radius": POSITIVE,
+    "lower.contour.radius": ((1e-3, 1e6, -10.0), (0.0, -0.0, INF, NAN)),
     "lower.contour.flank_inclination_deg": ((0.0, 85.0), (-0.1, 85.1, NAN)),
     "upper.contour.b_el": POSITIVE,
     "upper.contour.d_el": POSITIVE,
@@ -83,6 +83,29 @@ def test_each_number_has_its_range_and_a_message_with_field_and_value(key):
         with pytest.raises(BadScene) as caught:
             parse(with_value(key, value), Path("mine.toml"))
         assert f"{key} = {value!r}: " in str(caught.value)
+
+
+@pytest.mark.parametrize("key", RANGES)
+def test_texts_and_truths_are_no_numbers(key):
+    allowed, _ = RANGES[key]
+    for value in (str(allowed[0]), True, False):
+        with pytest.raises(BadScene) as caught:
+            parse(with_value(key, value), Path("mine.toml"))
+        assert f"{key} = {value!r}: " in str(caught.value)
+
+
+@pytest.mark.parametrize("key", ["contact.flanks", "contact.supports", "engine.check", "fields"])
+def test_numbers_and_texts_are_neither_true_nor_false(key):
+    for value in (0, 1, 1.0, "true", "yes"):
+        with pytest.raises(BadScene, match=rf"{key} = {value!r}: Input should be true or false"):
+            parse(with_value(key, value), Path("mine.toml"))
+
+
+def test_numbers_that_are_whole_count_elements_however_they_are_written():
+    """Values of campaigns are multiples of others."""
+    assert parse(with_value("grid.n_x", 16.0), Path("mine.toml")).grid.n_x == 16
+    with pytest.raises(BadScene, match=r"grid\.n_x = 16\.5: "):
+        parse(with_value("grid.n_x", 16.5), Path("mine.toml"))
 
 
 @pytest.mark.parametrize(("a", "b", "allowed"), [(1, 100, 1), (100, 1, 1), (0.99, 100, 0), (100.1, 1, 0)])

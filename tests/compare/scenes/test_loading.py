@@ -9,6 +9,7 @@ import pytest
 
 from approx.effective import EffectiveProperties, Transition
 from compare.scenes.errors import BadScene
+from compare.scenes.listing import listing
 from compare.scenes.load import load_scene, load_solid_scene, read_scene, scene_from_table, scene_path
 from femic.harmonic.record import HARMONIC
 from femic.solid.record import SOLID
@@ -49,6 +50,19 @@ def test_numbers_arrive_in_mm_mpa_and_rad():
 def test_flanks_are_left_then_right():
     lower = load_scene("flat", {"lower": arc([20.0, 40.0])}).bodies["lower"]
     assert lower.contour.inclination(np.array([-20.0, 20.0])) == pytest.approx(np.radians([-20, 40]))
+
+
+def test_a_negative_radius_is_a_groove():
+    """The mirror image in z of the crown of the same radius."""
+    groove, crown = (load_scene("flat", both(arc([20.0, 40.0], radius))) for radius in (-8.0, 8.0))
+    s = np.linspace(-20, 20, 41)
+    for name in ("lower", "upper"):
+        (y, z), (y_crown, z_crown) = (one.bodies[name].contour.position(s) for one in (groove, crown))
+        np.testing.assert_allclose(y, y_crown, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(z, -z_crown, rtol=1e-12, atol=1e-12)
+    assert groove.reference_length == pytest.approx(8.0)
+    with pytest.raises(BadScene, match=r"lower\.contour\.radius = 0\.0: must not be 0"):
+        load_scene("flat", {"lower": arc(20.0, 0.0)})
 
 
 def test_an_ellipse_is_flanked_at_75_degrees_and_as_curved_as_its_axes_say():
@@ -110,6 +124,22 @@ def test_default_lines_lie_beside_the_patch_through_it_and_before_it():
     assert {len(line.x) for line in lines} == {401}
     assert [float(np.max(line.running)) for line in lines] == [25.0] * 3
     assert [float(np.min(line.running)) for line in lines] == [-25.0] * 3
+
+
+def test_a_patch_that_is_not_given_is_small_beside_the_discount(tmp_path):
+    """So contact, which has none, needs none; and the listing leaves it out, too."""
+    text = "".join(
+        f"[{name}]\nE = 1e5\nnu = 0.3\ncontour = {{ kind = 'plane' }}\n" for name in ("lower", "upper")
+    )
+    path = tmp_path / "mine.toml"
+    path.write_text(text + "[contact]\nloads = [1.0]\n", encoding="utf-8")
+    scene = load_scene(str(path))
+    assert astuple(scene.patch) == (0.2, 0.2, 0.0)  # rotation_reach = 2 reference lengths of 10 mm
+    again = tmp_path / "again.toml"
+    again.write_text(listing(str(path)), encoding="utf-8")
+    assert load_scene(str(again)).patch == scene.patch
+    for radius in (0.2, 5e3):  # reference lengths far from that
+        load_scene(str(path), both(arc(30.0, radius)))
 
 
 def test_the_grid_is_made_of_patches_unless_it_says_otherwise():
@@ -272,6 +302,28 @@ def test_a_file_that_is_no_text_is_not_toml(tmp_path):
     path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(BadScene, match=r"mine\.toml: not TOML: .* Compare with `femic scenes --show flat`"):
         read_scene(path)
+
+
+DEEP = "[" * 40 + "]" * 40
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("title = " + "[" * 5000 + "]" * 5000, "tables and lists within each other more than 30 deep"),
+        (f"title = {DEEP}", "more than 30 deep"),
+        ("a" + ".a" * 3000 + " = 1", "more than 30 deep"),
+        ("title = " + "9" * 5000, "digits"),
+        ("title = " + "9" * 4000, "title = 9999"),
+    ],
+)
+def test_toml_that_cannot_be_read_is_refused_in_a_line(text, reason, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    for changes in (None, {"contact": {"ics": ["A"]}}):
+        with pytest.raises(BadScene, match=reason) as caught:
+            load_scene(str(path), changes)
+        assert len(str(caught.value)) < 1000
 
 
 def test_no_scene_is_suggested_where_none_is_similar():

@@ -64,6 +64,19 @@ def test_exchanges_that_need_effective_properties_are_refused_without():
         cases_of(load_scene("geometry2", ics))
 
 
+def test_names_of_ics_are_those_that_contact_has_operators_of(monkeypatch):
+    monkeypatch.setattr("contact.operators.turned.FORMS", {"A": None})
+    with pytest.raises(BadScene, match=r"contact\.ics\.0 = 'Bhat': .*Bhat has no fast operator: use A"):
+        load_scene("flat", {"contact": {"ics": ["Bhat"]}})
+
+
+def test_only_contact_by_c_asks_for_the_engine_of_matrices():
+    solid = {"engine": {"kind": "solid"}, "contact": {"loads": [1.0], "ics": ["A", "Bhat"]}}
+    assert len(cases_of(load_scene("flat", solid))) == 1
+    with pytest.raises(BadScene, match=r"engine\.kind = 'solid': C on a grid"):
+        cases_of(load_scene("flat", solid | {"contact": {"loads": [1.0], "ics": ["A", "C"]}}))
+
+
 def test_the_builtin_scene_rolls_and_its_pair_is_pressed_on():
     rolling, compression = (load_scene(name) for name in ("rolling", "compression"))
     assert rolling.contact.motion == "rolling"

@@ -8,8 +8,9 @@ from approx.matrix import matrix
 from approx.pair import Pair, Solid
 from approx.variants import FORMS as FORMS_AT_POINTS
 from approx.variants import VARIANTS
+from contact.operators import turned as operators
 from contact.operators.dense import GridOperator
-from contact.operators.turned import FORMS, turned
+from contact.operators.turned import FORMS, require_operator, turned
 from geometries.contours import arc, ellipse, plane
 from geometries.errors import WrongInput
 from geometries.grids import Grid
@@ -225,3 +226,12 @@ def test_an_upper_body_that_lies_aside_turns_with_its_own_inclinations(variant):
     expected = GridOperator.of(matrix(variant, moved, grid))(tractions)
     np.testing.assert_allclose(aside(tractions), expected, atol=1e-13 * np.max(np.abs(expected)))
     assert np.max(np.abs(turned(variant, of_both, grid)(tractions) - expected)) > 1e-4 * np.max(expected)
+
+
+def test_variants_without_an_operator_are_refused_with_those_that_have_one(monkeypatch):
+    require_operator("Bhat+sn:B")
+    monkeypatch.setattr(operators, "FORMS", {name: FORMS[name] for name in ("A", "Bhat")})
+    require_operator("Bhat")
+    for name in ("B", "Bhat+sn:B"):
+        with pytest.raises(WrongInput, match=r"variant = '.*': B(, Bbar)? has no fast operator: use A, Bhat"):
+            require_operator(name)
