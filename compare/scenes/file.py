@@ -22,13 +22,6 @@ from femic.engines import EngineName
 from femic.models import SolverChoice
 
 
-def _not_zero(value: float) -> float:
-    """The value; raises ValueError if it is 0."""
-    if value == 0:
-        raise ValueError("must not be 0")
-    return value
-
-
 def _whole(value: Any) -> Any:
     """A whole number as an integer, where it is one: multiples in campaigns are not."""
     return int(value) if isinstance(value, float) and value.is_integer() else value
@@ -39,11 +32,33 @@ Several = Annotated[tuple[Entry, ...], Strict(False)]  # lists in TOML
 TwoOf = Annotated[tuple[Entry, Entry], Strict(False)]
 Whole = Annotated[int, BeforeValidator(_whole)]
 ExistingFile = Annotated[FilePath, Strict(False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+LEAST_LENGTH, LARGEST_LENGTH = 1e-12, 1e12  # mm
+LARGEST = 1e15  # of moduli [MPa] and forces [N]
+
+
+def _radius(value: float) -> float:
+    """A radius of an arc; raises ValueError for one that is no length."""
+    if not LEAST_LENGTH <= abs(value) <= LARGEST_LENGTH:
+        raise ValueError(f"its amount should be {LEAST_LENGTH:g} ... {LARGEST_LENGTH:g}")
+    return value
+
+
+def _finite_or_prismatic(value: float) -> float:
+    """A rolling radius; raises ValueError for one that is neither a length nor infinite."""
+    if not (value <= LARGEST_LENGTH or value == float("inf")):
+        raise ValueError(f"should be at most {LARGEST_LENGTH:g}, or inf for a prismatic body")
+    return value
+
+
+Length = Annotated[float, Field(ge=LEAST_LENGTH, le=LARGEST_LENGTH)]  # mm
+Place = Annotated[float, Field(ge=-LARGEST_LENGTH, le=LARGEST_LENGTH)]  # mm
+Amount = Annotated[float, Field(ge=1 / LARGEST, le=LARGEST)]  # of a modulus or a force
+Signed = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]  # likewise
 Flank = Annotated[float, Field(ge=0, le=85)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Exponent = Annotated[float, Field(gt=0, le=1000)]
 Creepage = Annotated[float, Field(gt=-1, lt=1)]
-NotZero = Annotated[Finite, AfterValidator(_not_zero)]
+ArcRadius = Annotated[float, AfterValidator(_radius)]
 BodyName = Literal["combined", "lower", "upper"]
 Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
 PropertyName = Literal["mismatch_k", "G", "nu"]
@@ -89,7 +104,7 @@ class Arc(Section):
     """A circular arc continued by its tangents."""
 
     kind: Literal["arc"] = Field(description="circular arc + straight flanks")
-    radius: NotZero = Field(description="radius of the arc [mm]; negative: a groove")
+    radius: ArcRadius = Field(description="radius of the arc [mm]; negative: a groove")
     flank_inclination_deg: Flank | TwoOf[Flank] = Field(
         description="inclination of both flanks, or [left, right] [deg]"
     )
@@ -99,8 +114,8 @@ class Ellipse(Section):
     """An elliptic arc continued by its tangents."""
 
     kind: Literal["ellipse"] = Field(description="ellipse + straight flanks")
-    b_el: Positive = Field(description="lateral semi-axis [mm]")
-    d_el: Positive = Field(description="vertical semi-axis [mm]")
+    b_el: Length = Field(description="lateral semi-axis [mm]")
+    d_el: Length = Field(description="vertical semi-axis [mm]")
     flank_inclination_deg: Flank | TwoOf[Flank] = Field(
         75.0, description="inclination of both flanks, or [left, right] [deg]"
     )
@@ -113,8 +128,8 @@ class PointsFile(Section):
     file: ExistingFile | None = Field(
         None, description="text file of two columns y, z [mm], y growing; # comments"
     )
-    points: Several[TwoOf[Finite]] = Field((), description="instead of a file: [[y, z], ...] [mm], y growing")
-    y_centre: Finite = Field(0.0, description="y of the contact centre [mm]")
+    points: Several[TwoOf[Place]] = Field((), description="instead of a file: [[y, z], ...] [mm], y growing")
+    y_centre: Place = Field(0.0, description="y of the contact centre [mm]")
 
     @model_validator(mode="after")
     def _one_source(self) -> "PointsFile":
@@ -132,15 +147,15 @@ CONTOURS: dict[str, type[Section]] = {  # the table of each kind
 class BodyTable(Section):
     """One body."""
 
-    E: Positive = Field(description="Young's modulus [MPa]")
+    E: Amount = Field(description="Young's modulus [MPa]")
     nu: float = Field(ge=0, le=0.4999, description="Poisson's ratio, 0 ... 0.4999 (solid engine: 0.49)")
     contour: AnyContour = Field(description="contact contour in (y, z)")
-    rolling_radius: Annotated[float, Field(ge=20)] = Field(
+    rolling_radius: Annotated[float, Field(ge=20), AfterValidator(_finite_or_prismatic)] = Field(
         float("inf"),
         description="radius of the circle through the contact centre [mm], 20 ... inf (solid engine: 50); "
         "inf: prismatic",
     )
-    hub_radius: Positive | None = Field(
+    hub_radius: Length | None = Field(
         None, description="radius of the clamped hub [mm]; default: 0.2 rolling_radius, the least allowed"
     )
 
@@ -148,9 +163,9 @@ class BodyTable(Section):
 class PatchTable(Section):
     """The loaded element, centred at x = 0."""
 
-    a: Positive = Field(description="half-side along x [mm]")
-    b: Positive = Field(description="half-side along s [mm]")
-    s: Finite = Field(0.0, description="arc length of its centre [mm]")
+    a: Length = Field(description="half-side along x [mm]")
+    b: Length = Field(description="half-side along s [mm]")
+    s: Place = Field(0.0, description="arc length of its centre [mm]")
 
     @model_validator(mode="after")
     def _aspect(self) -> "PatchTable":
@@ -163,8 +178,8 @@ class LineAlongX(Section):
     """A line along x at a fixed arc length."""
 
     along: Literal["x"] = Field(description="direction of the line")
-    s: Finite = Field(description="arc length of the line [mm]")
-    reach: Positive = Field(25.0, description="half-length of the line [mm]")
+    s: Place = Field(description="arc length of the line [mm]")
+    reach: Length = Field(25.0, description="half-length of the line [mm]")
     points: Whole = Field(401, ge=2, le=5000, description="number of points")
 
 
@@ -172,8 +187,8 @@ class LineAlongS(Section):
     """A line along s at a fixed longitudinal distance."""
 
     along: Literal["s"] = Field(description="direction of the line")
-    x: Finite = Field(description="longitudinal distance of the line [mm]")
-    reach: Positive = Field(25.0, description="half-length of the line [mm]")
+    x: Place = Field(description="longitudinal distance of the line [mm]")
+    reach: Length = Field(25.0, description="half-length of the line [mm]")
     points: Whole = Field(401, ge=2, le=5000, description="number of points")
 
 
@@ -190,9 +205,9 @@ Line = Annotated[LineAlongX | LineAlongS, Field(discriminator="along")]
 def default_lines(s_patch: float) -> tuple[LineAlongX | LineAlongS, ...]:
     """The default lines: along x beside the patch and through it, along s in front of it."""
     return (
-        LineAlongX(along="x", s=s_patch + 1.6),
-        LineAlongX(along="x", s=s_patch),
-        LineAlongS(along="s", x=1.6),
+        LineAlongX.model_construct(along="x", s=s_patch + 1.6),
+        LineAlongX.model_construct(along="x", s=s_patch),
+        LineAlongS.model_construct(along="s", x=1.6),
     )
 
 
@@ -201,9 +216,9 @@ class GridTable(Section):
 
     n_x: Annotated[Whole, Field(ge=1, le=4096)] = Field(64, description="number of elements along x: lags")
     n_s: Annotated[Whole, Field(ge=1, le=512)] = Field(32, description="number of strips")
-    dx: Positive | None = Field(None, description="length of an element [mm]; default: 2 x patch.a")
-    ds: Positive | None = Field(None, description="width of a strip [mm]; default: 2 x patch.b")
-    s: Finite = Field(0.0, description="arc length of its middle [mm]")
+    dx: Length | None = Field(None, description="length of an element [mm]; default: 2 x patch.a")
+    ds: Length | None = Field(None, description="width of a strip [mm]; default: 2 x patch.b")
+    s: Place = Field(0.0, description="arc length of its middle [mm]")
     check: Annotated[Whole, Field(ge=0, le=9)] = Field(
         0, description="strips whose columns the solid engine computes, too, as a check (minutes each)"
     )
@@ -212,10 +227,10 @@ class GridTable(Section):
 class TransitionTable(Section):
     """A property that changes with the distance from the load until it has its far value at r_inf."""
 
-    far: Finite = Field(description="its value at r_inf and beyond")
-    r_inf: Positive = Field(description="distance from the load [mm]")
-    m: Positive = Field(description="exponent near the load")
-    n: Positive = Field(description="exponent near r_inf")
+    far: Signed = Field(description="its value at r_inf and beyond")
+    r_inf: Length = Field(description="distance from the load [mm]")
+    m: Exponent = Field(description="exponent near the load")
+    n: Exponent = Field(description="exponent near r_inf")
 
 
 class PropertiesTable(Section):
@@ -258,12 +273,12 @@ class CalibrationTable(Section):
         description="of wheels along x, combined bodies. contained: the fit makes up for it; apart: "
         "subtracted before, and added by Bhat_prime as B-hat has it",
     )
-    s: Several[Finite] | None = Field(
+    s: Several[Place] | None = Field(
         None, description="arc lengths of lines along x [mm]; default: patch.s and patch.s + 1.6"
     )
-    x: Several[Positive] = Field((), description="distances of lines along s [mm]")
-    x_min: Positive | None = Field(None, description="nearest points [mm]; default: 2 patch.a")
-    x_max: Positive | None = Field(
+    x: Several[Length] = Field((), description="distances of lines along s [mm]")
+    x_min: Length | None = Field(None, description="nearest points [mm]; default: 2 patch.a")
+    x_max: Length | None = Field(
         None, description="furthest points [mm], also along s; default: 2.5 reference_length"
     )
     points: Annotated[Whole, Field(ge=8, le=5000)] = Field(200, description="number of points of a line")
@@ -300,7 +315,7 @@ class EngineTable(Section):
     most_unknowns: Annotated[Whole, Field(ge=1000)] = Field(
         1_000_000, description="largest model that refinement may lead to"
     )
-    smallest_cell: Positive | None = Field(
+    smallest_cell: Length | None = Field(
         None,
         description="first cell size at the patch [mm]; default: b/8 (solid: min(a, b)/12 at tolerance 0.01)",
     )
@@ -312,12 +327,12 @@ class EngineTable(Section):
     line_growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
         None, description="first cell size on a line over distance from the patch; default: 0.05, likewise"
     )
-    far_radius: Positive | None = Field(
+    far_radius: Length | None = Field(
         None,
         description="first radius of the clamped far arc [mm]; default: 1280, more below tolerance 0.001 "
         "(solid: 320)",
     )
-    half_length: Positive = Field(320.0, description="first extent along +x and -x, clamped ends [mm]")
+    half_length: Length = Field(320.0, description="first extent along +x and -x, clamped ends [mm]")
     solver: SolverChoice = Field("auto", description="linear solver; direct needs the extra femic[direct]")
 
 
@@ -343,8 +358,8 @@ class ContactTable(Section):
         description="none: frictionless; rolling: steady rolling along x with friction, at one load; "
         "compression: with friction, loaded in steps",
     )
-    loads: Several[Positive] = Field((), description="vertical loads [N]; of a compression they grow")
-    approaches: Several[Positive] = Field((), description="instead of loads: vertical approaches [mm]")
+    loads: Several[Amount] = Field((), description="vertical loads [N]; of a compression they grow")
+    approaches: Several[Length] = Field((), description="instead of loads: vertical approaches [mm]")
     ics: Several[ContactICName] = Field(
         ("A", "B", "Bhat", "C"),
         min_length=1,
@@ -361,12 +376,14 @@ class ContactTable(Section):
         description="of rolling: longitudinal creepages omega R / V - 1, growing, for the creep-force curve",
     )
     lateral: Creepage = Field(0.0, description="of rolling: lateral velocity of the wheel over V")
-    spin: Finite = Field(0.0, description="of rolling: angular velocity of the wheel about z over V [1/mm]")
+    spin: Annotated[float, Field(ge=-1, le=1)] = Field(
+        0.0, description="of rolling: angular velocity of the wheel about z over V [1/mm]"
+    )
     equal_force: Annotated[float, Field(gt=-1, lt=1)] = Field(
         0.5,
         description="of rolling: F_x / (friction load) at which tractions by all ICs are compared, -1 ... 1",
     )
-    shift: Finite = Field(0.0, description="the upper body is moved by this along y [mm]")
+    shift: Place = Field(0.0, description="the upper body is moved by this along y [mm]")
     flanks: bool = Field(
         True,
         description="whether the bodies may touch on the straight flanks beyond the contours; false where "
@@ -388,7 +405,7 @@ class ContactTable(Section):
     grid: Literal["automatic", "scene"] = Field(
         "automatic", description="automatic: as large as the patches; scene: that of [grid], centred at x = 0"
     )
-    lateral_force: Finite | None = Field(
+    lateral_force: Signed | None = Field(
         None,
         description="without friction: lateral force F_y on the upper body [N]; its lateral position "
         "follows, and `shift` is where it is sought first",
@@ -398,7 +415,7 @@ class ContactTable(Section):
         description="whether the page shows what supports do to the contact by C: far arc of half the radius "
         "and, where the contact is not symmetric, flanks 5 degrees flatter (C once more)",
     )
-    shape_load: Positive | None = Field(
+    shape_load: Amount | None = Field(
         None,
         description="load whose B-hat pressures are mapped onto all patches, to see where A and B-hat differ "
         "[N]; default: the largest",
@@ -444,16 +461,16 @@ class SceneFile(Section):
     variants: Several[VariantName] = Field(
         ("A", "B", "Bbar", "Bhat", "mix"), min_length=1, description="approximations to compare with C"
     )
-    reference_length: Positive | None = Field(
+    reference_length: Length | None = Field(
         None,
         description="unit of length of the plots [mm]; default: crown radius of the lower body, 10 if flat",
     )
-    rotation_reach: Positive | None = Field(
+    rotation_reach: Length | None = Field(
         None,
         description="|s| where the rigid rotation is discounted [mm]; default: 2 x reference_length, "
         "at most an eighth of the domain",
     )
-    moment_arm: Positive | None = Field(
+    moment_arm: Length | None = Field(
         None,
         description="s of the normal load that fixes M in rotation [mm], needed if patch.s is not 0; "
         "default: reference_length / 2",

@@ -13,6 +13,7 @@ REASONS: Mapping[str, str] = {
     "tuple_type": "Input should be a list",
     "bool_type": "Input should be true or false",
 }
+LIMITS: Mapping[str, str] = {"ge": "at least", "le": "at most", "gt": "greater than", "lt": "less than"}
 REMEDIES: Mapping[str, str] = {
     "missing": "add the key",
     "path_not_file": "give a path to an existing file, relative to the scene file",
@@ -25,19 +26,22 @@ def messages(details: Sequence[ErrorDetails]) -> list[str]:
     Where a value may be of several types, only errors of the type that it has are listed, or all that it may
     be.
     """
-    fields_of_right_type = [
-        f"{_field(detail)}." for detail in details if not detail["type"].endswith("_type")
-    ]
+    fields_of_right_type = [f"{_field(detail)}." for detail in details if not _of_container(detail)]
     of_fields: dict[str, list[ErrorDetails]] = {}
     for detail in details:
         field = _field(detail)
         of_inner_value = any(inner.startswith(f"{field}.") for inner in fields_of_right_type)
-        if not (detail["type"].endswith("_type") and of_inner_value):
+        if not (_of_container(detail) and of_inner_value):
             of_fields.setdefault(field, []).append(detail)
     return [
         " or ".join([message(first), *(_reason(other).removeprefix("Input should be ") for other in others)])
         for first, *others in of_fields.values()
     ]
+
+
+def _of_container(detail: ErrorDetails) -> bool:
+    """Whether an error is that of a whole value: of another type, or short of valid entries."""
+    return detail["type"].endswith("_type") or detail["type"] == "too_short"
 
 
 def in_keys(message: object) -> str:
@@ -72,6 +76,9 @@ def message(detail: ErrorDetails) -> str:
 
 def _reason(detail: ErrorDetails) -> str:
     """What is wrong with a value."""
+    for limit, words in LIMITS.items():
+        if limit in detail.get("ctx", {}):
+            return f"Input should be {words} {detail['ctx'][limit]:g}"
     return REASONS.get(detail["type"], detail["msg"].removeprefix("Value error, "))
 
 

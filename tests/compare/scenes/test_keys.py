@@ -11,47 +11,54 @@ from compare.scenes.load import parse
 from tests.compare.scenes.changes import PROPERTY, arc, ellipse
 
 INF, NAN = float("inf"), float("nan")
-POSITIVE, FINITE = ((1e-300, 1e300), (0.0, -1.0, INF, NAN)), ((-1e300, 1e300), (INF, -INF, NAN))
+LENGTH = (1e-12, 1e12), (0.0, -1.0, 0.99e-12, 1.01e12, INF, NAN)
+PLACE = (-1e12, 0.0, 1e12), (-1.01e12, 1.01e12, INF, -INF, NAN)
+AMOUNT = (1e-15, 1e15), (0.0, -1.0, 0.99e-15, 1.01e15, INF, NAN)
+SIGNED = (-1e15, 0.0, 1e15), (-1.01e15, 1.01e15, INF, -INF, NAN)
+EXPONENT = (1e-3, 1000.0), (0.0, -1.0, 1001.0, INF, NAN)
 RANGES = {  # key: (values allowed, values refused)
-    "lower.E": POSITIVE,
+    "lower.E": AMOUNT,
     "upper.nu": ((0.0, 0.4999), (-1e-9, 0.49991, NAN)),
-    "lower.rolling_radius": ((20.0, INF), (19.99, -50.0, NAN)),
-    "upper.hub_radius": POSITIVE,
-    "lower.contour.radius": ((1e-3, 1e6, -10.0), (0.0, -0.0, INF, NAN)),
+    "lower.rolling_radius": ((20.0, 1e12, INF), (19.99, -50.0, 1.01e12, NAN)),
+    "upper.hub_radius": LENGTH,
+    "lower.contour.radius": ((1e-12, 1e12, -1e-12, -1e12), (0.0, 0.99e-12, -1.01e12, INF, NAN)),
     "lower.contour.flank_inclination_deg": ((0.0, 85.0), (-0.1, 85.1, NAN)),
-    "upper.contour.b_el": POSITIVE,
-    "upper.contour.d_el": POSITIVE,
+    "upper.contour.b_el": LENGTH,
+    "upper.contour.d_el": LENGTH,
     "upper.contour.flank_inclination_deg": ((0.0, 85.0), (-0.1, 85.1)),
-    "patch.s": FINITE,
-    "lines.0.s": FINITE,
-    "lines.1.x": FINITE,
-    "lines.0.reach": POSITIVE,
-    "lines.1.reach": POSITIVE,
+    "patch.s": PLACE,
+    "lines.0.s": PLACE,
+    "lines.1.x": PLACE,
+    "lines.0.reach": LENGTH,
+    "lines.1.reach": LENGTH,
     "lines.0.points": ((2, 5000), (1, 5001)),
     "lines.1.points": ((2, 5000), (1, 5001)),
     "grid.n_x": ((1, 4096), (0, 4097)),
     "grid.n_s": ((1, 512), (0, 513)),
-    "grid.dx": POSITIVE,
-    "grid.ds": POSITIVE,
-    "grid.s": FINITE,
+    "grid.dx": LENGTH,
+    "grid.ds": LENGTH,
+    "grid.s": PLACE,
     "grid.check": ((0, 9), (-1, 10)),
-    "effective.lower.nu.far": FINITE,
-    "effective.lower.nu.r_inf": POSITIVE,
-    "effective.lower.nu.m": POSITIVE,
-    "effective.lower.nu.n": POSITIVE,
-    "calibration.x_min": POSITIVE,
-    "calibration.x_max": POSITIVE,
+    "effective.lower.nu.far": SIGNED,
+    "effective.lower.nu.r_inf": LENGTH,
+    "effective.lower.nu.m": EXPONENT,
+    "effective.lower.nu.n": EXPONENT,
+    "calibration.x_min": LENGTH,
+    "calibration.x_max": LENGTH,
     "calibration.points": ((8, 5000), (7, 5001)),
     "engine.tolerance": ((1e-4, 1.0), (0.99e-4, 1.01, NAN)),
     "engine.most_unknowns": ((1000,), (999,)),
-    "engine.smallest_cell": POSITIVE,
+    "engine.smallest_cell": LENGTH,
     "engine.growth": ((0.02, 0.5), (0.0199, 0.501)),
     "engine.line_growth": ((0.02, 0.5), (0.0199, 0.501)),
-    "engine.far_radius": POSITIVE,
-    "engine.half_length": POSITIVE,
-    "reference_length": POSITIVE,
-    "rotation_reach": POSITIVE,
-    "moment_arm": POSITIVE,
+    "engine.far_radius": LENGTH,
+    "engine.half_length": LENGTH,
+    "reference_length": LENGTH,
+    "contact.shift": PLACE,
+    "contact.lateral_force": SIGNED,
+    "contact.shape_load": AMOUNT,
+    "rotation_reach": LENGTH,
+    "moment_arm": LENGTH,
     "ics_tolerance": ((1e-12, 1.0), (0.0, 1.01)),
 }
 WHOLE = {
@@ -124,6 +131,14 @@ def test_of_a_value_of_several_types_only_errors_of_its_own_type_are_listed(flan
     told = rf"1 error\(s\)\n  lower\.contour\.flank_inclination_deg{re.escape(field)}: "
     with pytest.raises(BadScene, match=told):
         parse(with_value("lower.contour.flank_inclination_deg", flanks), Path("mine.toml"))
+
+
+def test_a_list_whose_entries_are_wrong_is_not_called_short():
+    lines = with_value("lines", [{"along": "x", "s": 0.0, "reach": -1.0}])
+    with pytest.raises(BadScene, match=r"1 error\(s\)\n  lines\.0\.reach = -1\.0: "):
+        parse(lines, Path("mine.toml"))
+    with pytest.raises(BadScene, match=r"1 error\(s\)\n  lines = \[\]: "):
+        parse(with_value("lines", []), Path("mine.toml"))
 
 
 def test_a_missing_key_says_add_it_and_a_missing_file_where_it_is_looked_for():

@@ -253,6 +253,11 @@ def test_what_is_refused_begins_at_its_limit_and_has_its_numbers(case):
     assert str(caught.value).startswith("flat: 1 error(s)")  # and nothing else is said
 
 
+def test_default_lines_of_a_patch_at_the_end_of_all_lengths_are_no_error_of_their_own():
+    with pytest.raises(BadScene, match=r"patch\.s = 1e\+12: beyond half"):
+        load_scene("flat", patch(0.2, 0.3, 1e12))
+
+
 EFFECTIVE = {"effective": {"upper": {"nu": {"far": 0.3, "r_inf": 9.0, "m": 1.0, "n": 2.0}}}}
 
 

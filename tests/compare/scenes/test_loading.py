@@ -61,7 +61,7 @@ def test_a_negative_radius_is_a_groove():
         np.testing.assert_allclose(y, y_crown, rtol=1e-12, atol=1e-12)
         np.testing.assert_allclose(z, -z_crown, rtol=1e-12, atol=1e-12)
     assert groove.reference_length == pytest.approx(8.0)
-    with pytest.raises(BadScene, match=r"lower\.contour\.radius = 0\.0: must not be 0"):
+    with pytest.raises(BadScene, match=r"lower\.contour\.radius = 0\.0: its amount should be 1e-12 \.\.\."):
         load_scene("flat", {"lower": arc(20.0, 0.0)})
 
 

@@ -30,6 +30,8 @@ REFUSED = {  # changes of the scene `rolling`, what is said
         r"longitudinal must grow: sort them, each once",
     ),
     "all of the force": (contact(equal_force=1.0), r"contact\.equal_force = 1\.0: .*less than 1"),
+    "a top": (contact(spin=1e18), r"contact\.spin = 1e\+18: .*at most 1"),
+    "a top that turns back": (contact(spin=-1.1), r"contact\.spin = -1\.1: .*at least -1"),
     "exact distance": (contact(gap="exact"), r"gap is only of motion = 'none', not 'rolling': leave it out"),
     "creepages pressed on": (
         contact(motion="compression", lateral=0.1),

@@ -98,8 +98,8 @@ def test_files_are_found_relative_to_the_scene(tmp_path, write_scene):
 
 
 BAD = {
-    "negative modulus": (("E = 210000.0", "E = -1.0"), r"lower\.E = -1\.0: .*greater than 0"),
-    "nu out of range": (("nu = 0.3", "nu = 0.6"), r"upper\.nu = 0\.6: .*less than or equal to 0\.4999"),
+    "negative modulus": (("E = 210000.0", "E = -1.0"), r"lower\.E = -1\.0: .*at least 1e-15"),
+    "nu out of range": (("nu = 0.3", "nu = 0.6"), r"upper\.nu = 0\.6: .*at most 0\.4999"),
     "steep flank": (("25.0", "95"), r"(?s)2 error\(s\).*lower\.contour\.flank_inclination_deg = 95: .*85"),
     "unknown key": (("nu = 0.3", "nu = 0.3\npoisson = 1"), r"lower\.poisson: unknown key"),
     "misspelt key": (("a = 0.3", "a = 0.3\n[engin]\n"), r"engin: unknown key; did you mean 'engine'"),
@@ -110,7 +110,7 @@ BAD = {
         ('"arc", radius = 10.0, flank_inclination_deg = 25.0', '"points", file = "no.csv"'),
         r"no\.csv",
     ),
-    "a line at nan": (("s = 1.6", "s = nan"), r"lines\.0\.s = nan: .*finite"),
+    "a line at nan": (("s = 1.6", "s = nan"), r"lines\.0\.s = nan: .*at (least|most) "),
     "coarse cells": (("smallest_cell = 0.1", "smallest_cell = 3.0"), r"engine\.smallest_cell = 3: at most"),
     "small domain": (
         ("far_radius = 60.0", "far_radius = 8.0"),
