@@ -20,11 +20,8 @@ Points are all combinations of values, or random ones, or the rows of a table. T
 early ones tell most: coarse over the ranges first.
 """
 
-import csv
 import re
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -41,9 +38,10 @@ from compare.scenes.errors import BadScene
 from compare.scenes.keys import set_key
 from compare.scenes.load import merged, read_scene, resolve_files, scene_from_table, scene_path
 from compare.scenes.messages import message
+from compare.scenes.points_table import points_in
 from compare.scenes.scene import Scene
+from compare.scenes.values import Value, value_of
 
-Value = bool | int | float | str | list[Any]
 Point = tuple[Value, ...]  # a value of each axis
 SEPARATOR = re.compile(r",(?=\s*[^\s,=]+=)")  # of the axes in the name of a point; lists have commas, too
 DIGITS = 12  # significant, of values between the ends of a range
@@ -178,7 +176,7 @@ def points_named(campaign: Campaign, name: str) -> list[Point]:
     these values.
     """
     parts = [part.strip().partition("=") for part in SEPARATOR.split(name)]
-    given = {axis: _value(value) for axis, _, value in parts}
+    given = {axis: value_of(value) for axis, _, value in parts}
     names = [axis.name for axis in campaign.axes]
     if not all(sign for _, sign, _ in parts) or not given.keys() <= {*names} or len(given) < len(parts):
         wanted = ",".join(f"{axis}=..." for axis in names)
@@ -233,7 +231,10 @@ def _listed(parsed: CampaignFile, path: Path) -> list[Point]:
         return []
     if parsed.points == "random":
         return _random(parsed)
-    return _rows(parsed, Path(parsed.points), path)
+    try:
+        return points_in(Path(parsed.points), list(parsed.sweep))
+    except BadScene as error:
+        raise BadScene(f"{path}: points = {error}") from error
 
 
 def _random(parsed: CampaignFile) -> list[Point]:
@@ -244,16 +245,6 @@ def _random(parsed: CampaignFile) -> list[Point]:
     for axis, share in zip(parsed.sweep.values(), shares.T, strict=True):
         columns.append([float(f"{axis.between(float(value)):.{DIGITS}g}") for value in share])
     return list(zip(*columns, strict=True))
-
-
-def _rows(parsed: CampaignFile, table: Path, path: Path) -> list[Point]:
-    """The points of a table in CSV; raises BadScene where a column is missing."""
-    with table.open(newline="", encoding="utf-8-sig") as file:
-        rows = list(csv.DictReader(file, skipinitialspace=True))
-    missing = [name for name in parsed.sweep if not rows or any(not row.get(name) for row in rows)]
-    if missing:
-        raise BadScene(f"{path}: points = {table}: {', '.join(missing)}: not in all rows; add them")
-    return [tuple(_value(row[name]) for name in parsed.sweep) for row in rows]
 
 
 def _tried(campaign: Campaign) -> Iterator[Point]:
@@ -282,22 +273,3 @@ def _stages(count: int) -> np.ndarray[Any, np.dtype[np.int_]]:
 
 def _text(value: Value) -> str:
     return f"{value:.{DIGITS}g}" if is_number(value) else str(value)
-
-
-def _value(text: str) -> Value:
-    """A value of a table in CSV or of a name, as TOML has it; other text is text."""
-    value = _read(text.strip())
-    if isinstance(value, float) and not np.isfinite(value):
-        raise BadScene(f"{text.strip()}: is no finite number")
-    return value
-
-
-def _read(text: str) -> Value:
-    """A value as TOML has it, or as others write numbers (.5, 05); other text is text."""
-    with suppress(tomllib.TOMLDecodeError):
-        value = tomllib.loads(f"value = {text}")["value"]
-        if isinstance(value, bool | int | float | str | list):
-            return value
-    with suppress(ValueError):
-        return float(text)
-    return text

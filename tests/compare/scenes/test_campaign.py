@@ -229,12 +229,6 @@ def test_what_is_wrong_is_said_before_any_work(campaign, text, change, message):
         campaign(text, change)
 
 
-def test_a_column_that_is_missing_is_named(campaign, tmp_path):
-    (tmp_path / "points.csv").write_text("E\n1e5\n", encoding="utf-8")
-    with pytest.raises(BadScene, match="kind: not in all rows"):
-        campaign(TABLE)
-
-
 def test_no_file_is_said(tmp_path):
     with pytest.raises(BadScene, match="no such file"):
         load_campaign(tmp_path / "none.toml")
@@ -289,7 +283,7 @@ def test_numbers_in_tables_are_read_as_others_write_them(campaign, tmp_path):
     (tmp_path / "points.csv").write_text("kind,E\nharmonic,.5e5\nharmonic,05\nharmonic,1.\n", "utf-8-sig")
     assert [point[0] for point in campaign(TABLE).listed] == [0.5e5, 5.0, 1.0]
     (tmp_path / "points.csv").write_text("kind,E\nharmonic,nan\n", encoding="utf-8")
-    with pytest.raises(BadScene, match="nan: is no finite number"):
+    with pytest.raises(BadScene, match="line 2: nan: is no finite plain decimal number"):
         campaign(TABLE)
 
 
