@@ -18,7 +18,7 @@ from compare.cli.work import DEFAULT_WORK, Work, kept
 from compare.reports.sweep.page import write_sweep
 from compare.results import folders
 from compare.results.sweep.cluster import existing_cluster, local_cluster, size_for
-from compare.results.sweep.compute import Options, Progress, compute_sweep, require_computable
+from compare.results.sweep.compute import Options, Progress, compute_sweep, impossible, require_computable
 from compare.results.sweep.dataset import Collected
 from compare.results.sweep.opened import open_sweep
 from compare.results.sweep.plan import largest_memory, planned
@@ -81,6 +81,8 @@ def sweep(
             raise Failure(f"{folder}: nothing is finished yet: leave out --page to begin") from error
         return
     require_computable(loaded)
+    for combination in impossible(loaded):
+        console.print(f"note: a scene that will fail: {combination}", markup=False, soft_wrap=True)
     store = kept(work.store, folder)
     if asked.plan:
         _show_plan(loaded, store, work.threads, console)

@@ -23,7 +23,13 @@ from compare.results.sweep.compute import Progress
 from compare.results.sweep.opened import open_sweep
 from compare.scenes.load import load_scene
 from geometries.errors import Failure
-from tests.compare.results.sweep.campaigns import LIGHT, LIGHT_KEEPERS, OF_UPPER, in_this_process
+from tests.compare.results.sweep.campaigns import (
+    CELLS_OF_PATCHES,
+    LIGHT,
+    LIGHT_KEEPERS,
+    OF_UPPER,
+    in_this_process,
+)
 
 ROOT = Path(__file__).parents[3]
 INTERRUPTIBLE = """
@@ -85,6 +91,20 @@ def test_wrong_files_and_options_are_said(femic):
     code, printed = femic(LIGHT, "--scheduler", "tcp://127.0.0.1:9", "--workers", "2")
     assert code == WRONG_INPUT
     assert "--workers is of this machine's cores" in printed
+
+
+def test_a_value_in_the_middle_is_said_and_nothing_is_computed(femic):
+    code, printed = femic(LIGHT.replace("0.1, 0.2, 0.3", "0.1, 0.7, 0.3"))
+    assert code == WRONG_INPUT
+    assert "at E=1,nu=0.7" in printed
+    assert not Path("out").exists()
+
+
+def test_impossible_combinations_are_told_and_fail(femic):
+    code, printed = femic(CELLS_OF_PATCHES)
+    assert code == DONE
+    assert "note: a scene that will fail: at cell=0.2,b=0.1: " in printed
+    assert "9 scenes: 7 computed, 2 failed" in printed
 
 
 def test_the_scene_of_a_point_is_written_and_nothing_else_is_printed(femic):
