@@ -7,8 +7,9 @@ import io
 import random
 import signal
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,7 @@ from geometries.errors import Failure, WrongInput
 
 LONGEST = 30  # seconds that a file may take to be read
 SOLVED = 40  # of so many gap files one is solved with
-GENTLE = 0.7  # share of changes that stay within types and sizes
+GENTLE = 0.9  # share of changes that stay within types and sizes
 # fmt: off
 WORDS = (
     "A", "B", "Bbar", "Bhat", "Bhat_prime", "mix", "C", "auto", "nn", "xx", "ss", "xn", "sn",
@@ -51,7 +52,7 @@ def scenes(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
     path = folder / "scene.toml"
     for number in range(count):
         chance = random.Random(f"scene {seed} {number}")
-        path.write_text(_changed_text(chance.choice(bases), chance), encoding="utf-8", errors="replace")
+        path.write_text(_changed(bases, chance), encoding="utf-8", errors="replace")
         yield _outcome(f"scene {number}", lambda: _planned(path))
 
 
@@ -72,7 +73,7 @@ def campaigns(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
     path = folder / "campaign.toml"
     for number in range(count):
         chance = random.Random(f"campaign {seed} {number}")
-        path.write_text(_changed_text(chance.choice(bases), chance), encoding="utf-8", errors="replace")
+        path.write_text(_changed(bases, chance), encoding="utf-8", errors="replace")
         yield _outcome(f"campaign {number}", lambda: _computable(path))
 
 
@@ -216,36 +217,55 @@ def _gap_file(chance: np.random.Generator) -> str:
 # --- changes of TOML -------------------------------------------------------------------------------------
 
 
-def _changed_text(text: str, chance: random.Random) -> str:
-    """The text of a table with some changes; now and then of the text itself."""
+@cache
+def _seen(*texts: str) -> Mapping[str, list[str]]:
+    """All words that keys have in some tables."""
+    found: dict[str, set[str]] = {}
+
+    def look(key: str, value: Any) -> None:
+        if isinstance(value, str):
+            found.setdefault(key, set()).add(value)
+        elif isinstance(value, dict | list):
+            for inner, entry in value.items() if isinstance(value, dict) else ((key, one) for one in value):
+                look(inner, entry)
+
+    for text in texts:
+        look("", tomllib.loads(text))
+    return {key: sorted(words) for key, words in found.items()}
+
+
+def _changed(bases: Sequence[str], chance: random.Random) -> str:
+    """The text of one of some tables with some changes; now and then of the text itself."""
+    text = chance.choice(bases)
     if chance.random() < 0.1:
         lines = text.splitlines()
         lines.insert(chance.randrange(len(lines) + 1), chance.choice((*ODD_LINES, *lines)))
         return "\n".join(lines)
     table = tomllib.loads(text)
-    for _ in range(chance.choice((1, 1, 2, 3))):
-        _change(table, chance)
+    for _ in range(chance.choice((1, 1, 1, 2))):
+        _change(table, "", _seen(*bases), chance)
     return tomlkit.dumps(table)
 
 
-def _change(table: Any, chance: random.Random) -> None:
-    """Change an entry somewhere in a table or list."""
+def _change(table: Any, name: str, seen: Mapping[str, list[str]], chance: random.Random) -> None:
+    """Change an entry somewhere in a table or list, which has a name; `seen` are words that keys may have."""
     keys = list(table) if isinstance(table, dict) else list(range(len(table)))
     if not keys:
         return
     key = chance.choice(keys)
     if isinstance(table[key], dict | list) and chance.random() < 0.85 and len(table[key]):
-        _change(table[key], chance)
-    elif chance.random() < 0.08:
+        _change(table[key], key if isinstance(key, str) else name, seen, chance)
+    elif chance.random() < 0.05:
         del table[key]
-    elif chance.random() < 0.04 and isinstance(table, dict):
+    elif chance.random() < 0.03 and isinstance(table, dict):
         table[f"{key}_"] = table[key]
     else:
         gentle = chance.random() < GENTLE
-        table[key] = _gently(table[key], chance) if gentle else _roughly(table[key], chance)
+        words = seen.get(key if isinstance(key, str) else name, WORDS)
+        table[key] = _gently(table[key], words, chance) if gentle else _roughly(table[key], chance)
 
 
-def _gently(value: Any, chance: random.Random) -> Any:
+def _gently(value: Any, words: Sequence[str], chance: random.Random) -> Any:
     """Another value of the same type."""
     match value:
         case bool():
@@ -253,11 +273,10 @@ def _gently(value: Any, chance: random.Random) -> Any:
         case int():
             return max(0, value + chance.choice((-2, -1, 1, 2, value, 10 * value)))
         case float():
-            return value * 10 ** chance.gauss(0, 0.4) * chance.choice((1, 1, 1, 1, -1)) + chance.choice(
-                (0, 0, 1e-3)
-            )
+            scaled = value * 10 ** chance.gauss(0, 0.2) * chance.choice((*[1] * 9, -1))
+            return scaled + chance.choice((*[0] * 5, 1e-3))
         case str():
-            return chance.choice(WORDS)
+            return chance.choice(words if chance.random() < 0.8 else WORDS)
         case list():
             return [*value, *value] if chance.random() < 0.5 else value[::-1]
     return {}

@@ -37,6 +37,8 @@ def told(rows: Iterable[dict[str, Any]]) -> str:
     lines = []
     for one in rows:
         answers = ", ".join(f"{count} {answer}" for answer, count in one["answers"].items())
-        lines.append(f"{one['kind']:10} {one['attacks']:6} attacks: {answers}; {one['short']} fall short")
+        lines.append(
+            f"{one['kind']:10} {one['attacks']:6} attacks: {answers}; {one['short']} fall short ({one['seconds']} s)"
+        )
         lines += [f"           {text}" for text in one["shown"]]
     return "\n".join(lines)
