@@ -37,8 +37,7 @@ def told(rows: Iterable[dict[str, Any]]) -> str:
     lines = []
     for one in rows:
         answers = ", ".join(f"{count} {answer}" for answer, count in one["answers"].items())
-        lines.append(
-            f"{one['kind']:10} {one['attacks']:6} attacks: {answers}; {one['short']} fall short ({one['seconds']} s)"
-        )
-        lines += [f"           {text}" for text in one["shown"]]
+        counted = f"{one['kind']:10} {one['attacks']:6} attacks in {one['seconds']} s: {answers}"
+        lines.append(f"{counted}; {one['short']} fall short")
+        lines += [f"    {text}" for text in one["shown"]]
     return "\n".join(lines)
