@@ -17,6 +17,7 @@ from scipy.ndimage import find_objects, label
 from geometries.arrays import Array, Mask
 
 ACCURACY = 0.05  # of a reading, in elements, at least
+LEAST_SHARE = 0.5  # of the elements that a patch covers: it is at least so long
 LONG = 9  # elements of lines on which pressures tell the edges
 MARGIN = 3  # elements without contact that a patch needs on all sides: their gaps show its edge
 ENDS = ("x < 0", "x > 0", "s < 0", "s > 0")
@@ -67,7 +68,9 @@ def _range(elements: Mask, p: Array, gap: Array) -> tuple[tuple[float, float], f
     lines, last = np.flatnonzero(elements.any(axis=0)), len(elements) - 1
     highest, of_highest = max(_end(elements[:, line], p[:, line], gap[:, line]) for line in lines)
     lowest, of_lowest = max(_end(elements[::-1, line], p[::-1, line], gap[::-1, line]) for line in lines)
-    return (last - lowest, highest), (of_lowest + of_highest) / 2
+    lacking = LEAST_SHARE * np.count_nonzero(elements.any(axis=1)) - (highest - (last - lowest))
+    wider = max(0.0, float(lacking)) / 2  # at either end: readings of both pass each other on few elements
+    return (last - lowest - wider, highest + wider), (of_lowest + of_highest) / 2 + wider
 
 
 def _end(elements: Mask, p: Array, gap: Array) -> tuple[float, float]:
@@ -98,7 +101,9 @@ def _from_gaps(gaps: Array) -> float:
 
     Half an element where gaps do not grow, because another patch is near.
     """
-    if len(gaps) < MARGIN or not (0 < gaps[1] < gaps[2] < np.inf):
+    if len(gaps) < MARGIN or not 0 < gaps[1] < gaps[2] < np.inf:
         return 0.5
     second, third = gaps[1:3] ** (2 / 3)
+    if third == second:  # to rounding
+        return 0.5
     return float(np.clip(2 - second / (third - second), -0.5, 1.0))

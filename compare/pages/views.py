@@ -95,8 +95,11 @@ def draw_pressures(rail: Array, patch: Array, pressures: Array, path: Path, *, t
     plotter.add_mesh(pyvista.StructuredGrid(*rail), color="lightgrey", smooth_shading=True)
     loaded = pyvista.StructuredGrid(*patch)
     loaded["pressure"] = pressures.ravel(order="F")
+    pressed = loaded.threshold(scalars="pressure", all_scalars=True)
+    if pressed.n_cells == 0:  # a single row of elements has no quadrangle of its own
+        pressed = loaded.threshold(scalars="pressure", all_scalars=False)
     plotter.add_mesh(
-        loaded.threshold(scalars="pressure", all_scalars=True),
+        pressed,
         scalars="pressure",
         cmap="viridis",
         scalar_bar_args=COLOUR_BAR | {"title": "pressure\n[MPa]\n"},

@@ -14,6 +14,7 @@ from geometries.patches import OffsetLine
 
 LIMIT_SLACK = 1e-9  # share by which rounding may exceed a limit
 CLEAR_OF_PATCH = 6  # least distance of displacements compared beside a moment load, in half-widths patch.b
+GAPS_IN_LENGTH = 10  # reference lengths over the largest gap that raises a surface
 LARGEST_FAR_RADIUS = 5e6  # in half-sides of the loaded element
 INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 
@@ -34,6 +35,7 @@ def misfits(scene: Scene) -> Iterator[str]:
     for name, body in scene.bodies.items():
         yield from _body_misfits(name, body, limits.inclination)
     yield from _limit_misfits(scene)
+    yield from _gap_misfits(scene)
     yield from _friction_misfits(scene)
     if "Bhat_prime" in scene.variants and not scene.fitted:
         yield (
@@ -47,6 +49,17 @@ def misfits(scene: Scene) -> Iterator[str]:
         yield f"fields = true: only engine.kind = {engines_with_fields} has fields in 3D"
     if scene.settings.solver == "direct" and not direct_available():
         yield f"engine.solver = 'direct': not installed; {INSTALL_DIRECT}, or use 'auto'"
+
+
+def _gap_misfits(scene: Scene) -> Iterator[str]:
+    """Yield what is wrong with the extra gap: it has to be small beside the bodies where it raises them."""
+    gap, limit = scene.contact.extra_gap, scene.reference_length / GAPS_IN_LENGTH
+    if gap is not None and (least := float(np.min(gap.gap))) < -limit * (1 + LIMIT_SLACK):
+        yield (
+            f"contact.extra_gap: {least:g} mm raises the surface along its normals by more than "
+            f"{1 / GAPS_IN_LENGTH:.0%} of reference_length, {limit:g} mm: add a constant to all gaps, or "
+            "change the contours"
+        )
 
 
 def _friction_misfits(scene: Scene) -> Iterator[str]:

@@ -336,6 +336,14 @@ class EngineTable(Section):
     solver: SolverChoice = Field("auto", description="linear solver; direct needs the extra femic[direct]")
 
 
+DISTINCT_DIGITS = 12  # significant, in which loads and approaches have to differ
+
+
+def _each_distinct(values: tuple[float, ...]) -> tuple[float, ...]:
+    _each_once(tuple(f"{value:.{DISTINCT_DIGITS}g}" for value in values))
+    return values
+
+
 CREEPAGES = (0.0005, 0.001, 0.0015, 0.002, 0.003, 0.004, 0.006, 0.008, 0.012)  # and 0, and these below 0
 OF_MOTIONS = {  # keys that only some motions have
     "friction": ("rolling", "compression"),
@@ -396,8 +404,8 @@ class ContactTable(Section):
     )
     extra_gap: ExistingFile | None = Field(
         None,
-        description="text file of three columns x, s, gap [mm]: a gap that is added, linear between the "
-        "points, 0 beyond; # comments",
+        description="text file of columns x, s, gap, or of s, gap for all x [mm]: a gap that is added, "
+        "linear between the points, 0 beyond; # comments",
     )
     elements: Annotated[Whole, Field(ge=8, le=64)] = Field(
         20, description="elements across the smallest patch on an automatic grid, along x and s"
@@ -422,6 +430,7 @@ class ContactTable(Section):
     )
 
     _distinct = field_validator("ics", "friction")(_each_once)
+    _distinct_cases = field_validator("loads", "approaches")(_each_distinct)
 
     @model_validator(mode="after")
     def _loads_or_approaches(self) -> "ContactTable":

@@ -17,11 +17,13 @@ from pydantic import ValidationError
 from approx.effective import EffectiveProperties, Transition
 from compare.scenes import file as files
 from compare.scenes.checks import calibration_misfits, grid_misfits, misfits
+from compare.scenes.columns import columns
 from compare.scenes.errors import BadScene, require_none
 from compare.scenes.messages import messages
 from compare.scenes.names import name_of
 from compare.scenes.scene import Calibration, ContactWanted, FrictionWanted, Scene, common_extent
 from compare.scenes.toml import NotToml, table_of
+from contact.extra_gap import ExtraGap, extra_gap
 from femic.engine import Engine
 from femic.engines import ENGINES
 from femic.harmonic.tuned import FAR_RADIUS
@@ -342,17 +344,14 @@ def _friction(table: files.ContactTable) -> FrictionWanted:
     )
 
 
-def _extra_gap(path: Path | None) -> tuple[tuple[float, ...], ...]:
-    """Points x, s and the gap there [mm]; raises BadScene for other files."""
+def _extra_gap(path: Path | None) -> ExtraGap | None:
+    """The gap of a file; raises BadScene for other files."""
     if path is None:
-        return ()
+        return None
     try:
-        columns = np.loadtxt(path, ndmin=2)
-        if columns.shape[1] != 3 or len(columns) < 3 or not np.all(np.isfinite(columns)):
-            raise WrongInput(f"{columns.shape}: give three columns x, s, gap of three points or more, finite")
-    except ValueError as error:
+        return extra_gap(columns(path, ("s, gap", "x, s, gap")))
+    except WrongInput as error:
         raise BadScene(f"contact.extra_gap = {path}: {error}") from error
-    return tuple(map(tuple, columns.tolist()))
 
 
 def _contour(body: str, table: files.Plane | files.Arc | files.Ellipse | files.PointsFile) -> Contour:
@@ -365,11 +364,9 @@ def _contour(body: str, table: files.Plane | files.Arc | files.Ellipse | files.P
             return contours.ellipse(table.b_el, table.d_el, *_flanks(table.flank_inclination_deg))
     source = f"{body}.contour.points" if table.file is None else f"{body}.contour.file = {table.file}"
     try:
-        columns = np.array(table.points) if table.file is None else np.loadtxt(table.file, ndmin=2)
-        if columns.shape[1] != 2:
-            raise WrongInput(f"{columns.shape[1]} columns; give two, y and z, separated by blanks")
-        return contours.through_points(columns[:, 0], columns[:, 1], table.y_centre)
-    except ValueError as error:
+        y, z = np.transpose(table.points if table.file is None else columns(table.file, ("y, z",)))
+        return contours.through_points(y, z, table.y_centre)
+    except WrongInput as error:
         raise BadScene(f"{source}: {error}") from error
 
 

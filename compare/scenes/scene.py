@@ -6,6 +6,7 @@ from pathlib import Path
 
 from approx.effective import EffectiveProperties
 from approx.pair import Pair, Solid
+from contact.extra_gap import ExtraGap
 from femic.job import Settings
 from femic.matrix.job import Discount
 from femic.meshing.cell_size import Cells
@@ -50,7 +51,7 @@ class ContactWanted:
     shift: float  # of the upper body along y [mm]
     flanks: bool  # whether the bodies may touch on the straight flanks
     exact: bool  # whether the undeformed distance is that of the displaced body, not linearised
-    extra_gap: tuple[tuple[float, ...], ...]  # points x, s and the gap [mm] that is added there; or none
+    extra_gap: ExtraGap | None  # that is added
     elements: int  # across the smallest patch on an automatic grid
     automatic: bool  # whether the grid is; otherwise it is that of the scene
     shape_load: float | None  # load whose pressures are mapped onto all patches [N]

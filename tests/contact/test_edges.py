@@ -53,6 +53,29 @@ def separate(*ranges, n_x=15, n_s=60):
     return np.outer(contact_x, contact_s), gap_x[:, None] + gap_s
 
 
+def test_gaps_that_grow_by_rounding_only_do_not_tell_an_edge():
+    contact, gap = np.zeros((9, 20), dtype=bool), np.full((9, 20), 3.0)
+    contact[3:6, 8:12] = True
+    gap[:, 14:] = np.nextafter(3.0, 4.0)
+    (extent,) = extents(contact, np.where(contact, 0.0, gap))
+    assert extent.s == (7.5, 11.5)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 6])
+def test_a_patch_is_at_least_half_as_long_as_its_elements(n):
+    """Where gaps grow as if the contact had ended before them, readings from both sides pass each other."""
+    along_x, along_s = np.isin(np.arange(20), np.arange(7, 7 + n)), np.isin(np.arange(24), np.arange(5, 15))
+    contact = np.outer(along_x, along_s)
+    at = np.arange(20)
+    beyond = np.maximum(7 - at, at - (6 + n))
+    gap = np.where(contact, 0.0, np.where(beyond > 0, 1.0 + 1e-3 * beyond, 1.0)[:, None] + 0.1)
+    (extent,) = extents(contact, gap)
+    low, high = extent.x
+    assert high - low >= 0.5 * n
+    assert (low + high) / 2 == pytest.approx(7 + (n - 1) / 2)
+    assert extent.accuracy_x >= 0.25 * (n == 1)
+
+
 def test_several_patches_come_from_the_left_to_the_right():
     ranges = [(40.3, 52.8), (4.4, 12.1), (22.6, 29.0)]
     found = extents(*separate(*ranges))

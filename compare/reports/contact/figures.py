@@ -37,7 +37,10 @@ def over_angle(dataset: xr.Dataset) -> Figure:
             unit = f" [{quantity.unit}]" if quantity.unit != "1" else " [-]"
             _by_ics(column[0], angle, values)
             _by_ics(column[1], angle, values / values.sel(ics=reference))
-            column[0].set(title=f"{quantity.symbol}{unit}", yscale="log")
+            scale = (
+                "log" if bool((values > 0).all()) else "linear"
+            )  # approaches are negative over raised spots
+            column[0].set(title=f"{quantity.symbol}{unit}", yscale=scale)
             column[1].set(xlabel=f"Δδ by {symbol_of(reference)} [deg]")
             known = (cases[f"estimate_{name}"] / values).sel(ics=reference)
             column[1].fill_between(angle, 1 - known, 1 + known, color="black", alpha=0.15, linewidth=0)
@@ -55,24 +58,33 @@ def _by_ics(axes: Axes, at: xr.DataArray, values: xr.DataArray) -> None:
 
 
 def profiles(dataset: xr.Dataset) -> Figure:
-    """Pressures along s at x = 0, over the mean pressure on the patch's area, a panel per case."""
+    """Pressures along s through the largest, over the mean pressure on the patch's area, a panel per case."""
     count = dataset.sizes["case"]
     return drawn([_profile(dataset, number) for number in range(count)], min(count, 3))
 
 
 def _profile(dataset: xr.Dataset, number: int) -> Panel:
     case, p = dataset.isel(case=number), dataset[f"p_{number}"]
-    at_middle = p.isel({f"x_{number}": p.sizes[f"x_{number}"] // 2})
+    along_x = f"x_{number}"
+    at = _section(p.sel(ics=reference_of(dataset)).values)
+    across, middle = p.isel({along_x: at}), at == p.sizes[along_x] // 2
+    x = "x = 0" if middle else f"x = {float(p[along_x][at]):.2g} mm"
     mean = case["load"] / case["area"]
-    shown = np.flatnonzero((at_middle > 0).any("ics"))
+    shown = np.flatnonzero((across > 0).any("ics"))
     part = slice(max(shown[0] - 1, 0), shown[-1] + 2)
     return Panel(
         f"{dataset.case.values[number]}",
         "s [mm]",
-        at_middle[f"s_{number}"].values[part],
-        "pressure at x = 0 over N / area [-]" if number == 0 else "",
-        {symbol_of(str(name)): (at_middle / mean).sel(ics=name).values[part] for name in dataset.ics.values},
+        across[f"s_{number}"].values[part],
+        f"pressure at {x} over N / area [-]" if number == 0 or not middle else "",
+        {symbol_of(str(name)): (across / mean).sel(ics=name).values[part] for name in dataset.ics.values},
     )
+
+
+def _section(p: np.ndarray) -> int:
+    """The number of the section, along x, that is drawn: the middle one, or that of the largest pressure."""
+    middle = len(p) // 2
+    return middle if np.any(p[middle] > 0) else int(np.argmax(p.max(axis=1)))
 
 
 def surfaces(dataset: xr.Dataset) -> Figure:

@@ -9,6 +9,7 @@ import numpy as np
 from approx.variants import needed
 from compare.results.contact.grids import Sizing
 from compare.results.contact.pairing import Case, Placed, Settled, placed_on
+from compare.results.contact.possible import impossible
 from compare.results.maps.c_map import open_map
 from compare.results.matrix.compute import matrix_jobs
 from compare.scenes.checks import matrix_engine_misfits
@@ -107,8 +108,8 @@ def cases_of(scene: Scene) -> tuple[Case, ...]:
             f"{scene.name}: contact.ics: {maps_of(wanted.ics)[0]}: maps of C know nn only, for "
             "contact without friction; use C"
         )
-    if C in wanted.ics:
-        require_none(scene.name, matrix_engine_misfits(scene))
+    engine_misfits = matrix_engine_misfits(scene) if C in wanted.ics else ()
+    require_none(scene.name, [*engine_misfits, *impossible(scene)])
     return tuple(cases)
 
 

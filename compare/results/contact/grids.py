@@ -9,7 +9,7 @@ import numpy as np
 from compare.results.contact.pairing import NEARLY, Case, Placed
 from contact.edges import ENDS, MARGIN
 from contact.normal import NormalContact, PotentialAreaTooSmall
-from contact.references.hertz import PointContact, combined_modulus
+from contact.references.hertz import LoadedPoint, PointContact, combined_modulus
 from geometries.errors import Failure
 from geometries.grids import Grid
 
@@ -20,6 +20,7 @@ FEWEST = 10  # elements across a patch that tell its size well enough
 MOST_TRIES = 60
 ROOM = 0.12  # room beside the largest patch, as a share of its length, for patches by other ICs
 LEAST_CURVATURE = 1e-4  # relative, of bodies with which grids are tried first [1/mm]
+MOST_UNLIKE = 1e8  # ratio of these
 STEP = 8  # numbers of elements are multiples of it, for the sake of coarser grids
 MOST_STRIPS, MOST_ALONG_X = 96, 256  # of a grid; loads that need more have grids of their own
 
@@ -130,26 +131,36 @@ class Sizing:
             if across[1] < FEWEST:
                 room = (GROWTH - 1) / 2 * (size.s[1] - size.s[0])
                 s = size.s[0] - room, size.s[1] + room
-        raise Failure(f"contact at {case}: no grid found that it fits; give `[contact] grid`")
+        raise Failure(
+            f"contact at {case}: no grid found that it fits; give contact.grid = 'scene' and a [grid]"
+        )
+
+    def hertz(self, case: Case) -> LoadedPoint:
+        """The ellipse of Hertz of the curvatures where the bodies touch first, without an extra gap."""
+        modulus = combined_modulus(self.bodies.pair.upper.material, self.bodies.pair.lower.material)
+        point = PointContact(*self._curvatures(self.bodies.undeformed.touching[0]), modulus)
+        return point.at_load(case.load) if case.load else point.at_approach(case.approach or 0.0)
 
     def _first_guess(self, case: Case) -> tuple[float, Range]:
         """Half-length along x and range of s [mm] with which grids are tried first: a little beyond Hertz."""
-        touching = self.bodies.undeformed.touching[0]
-        modulus = combined_modulus(self.bodies.pair.upper.material, self.bodies.pair.lower.material)
-        hertz = PointContact(*self._curvatures(touching), modulus)
-        patch = hertz.at_load(case.load) if case.load else hertz.at_approach(case.approach or 0.0)
+        touching, patch = self.bodies.undeformed.touching[0], self.hertz(case)
         half_s = GROWTH * patch.b
         return GROWTH * patch.a, (touching - half_s, touching + half_s)
 
     def _curvatures(self, touching: float) -> tuple[float, float]:
-        """Relative curvatures [1/mm] along x and s where the bodies touch, at least `LEAST_CURVATURE`."""
-        step = 1e-3 * (self.bodies.undeformed.s_range[1] - self.bodies.undeformed.s_range[0])
+        """Relative curvatures [1/mm] along x and s where the bodies touch, at least `LEAST_CURVATURE`.
+
+        And not more unlike each other than an ellipse of Hertz may be.
+        """
+        size = min(self.extent[1] - self.extent[0], self.bodies.pair.upper.surface.rolling_radius)
+        step = 1e-3 * size
         s = np.clip([touching - step, touching, touching + step], *self.extent)
         before, middle, after = self.bodies.undeformed.distance(0.0, s)
         along_x = self.bodies.undeformed.distance(step, touching) - middle
         along_s = float(before + after - 2 * middle)
         of_x, of_s = (max(rise / step**2, LEAST_CURVATURE) for rise in (2 * float(along_x), along_s))
-        return of_x, of_s
+        least = max(of_x, of_s) / MOST_UNLIKE
+        return max(of_x, least), max(of_s, least)
 
     def _require_room(self, short: PotentialAreaTooSmall, case: Case, s: Range) -> None:
         """Raise Failure where the contact reaches the end of a contour."""

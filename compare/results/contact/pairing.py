@@ -1,13 +1,14 @@
 """The bodies of a scene above each other: undeformed distance, and contact problems on grids."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.interpolate import griddata
 
 from approx.pair import Pair
+from compare.scenes.file import DISTINCT_DIGITS
 from compare.scenes.scene import Scene
+from contact.extra_gap import ExtraGap
 from contact.lateral import at_lateral_force
 from contact.normal import NormalContact, NormalProblem, Operator, solve
 from contact.operators.convolution import Convolution
@@ -18,6 +19,7 @@ from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
 from geometries.patches import N
+from geometries.surfaces import Surface
 
 EXACT_TOLERANCE = 1e-6  # of the approach where the distance is that of the displaced body, as a share of it
 EXACT_STEPS = 30  # largest number
@@ -35,21 +37,27 @@ class Case:
     lateral_force: float | None = None
 
     def __str__(self) -> str:
-        return f"{self.load:g} N" if self.load is not None else f"{self.approach:g} mm"
+        return f"{_short(self.load)} N" if self.load is not None else f"{_short(self.approach or 0.0)} mm"
+
+
+def _short(value: float) -> str:
+    """A number with six digits if these are all it has, else with as many as tell cases apart."""
+    text = f"{value:g}"
+    return text if float(text) == value else f"{value:.{DISTINCT_DIGITS}g}"
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
     """The undeformed distance of two bodies on a grid, and all that ICs do not change.
 
-    `extra_gap` are points x, s and the gap [mm] that is added to their distance there, linear between them.
+    `extra_gap` is added to their distance.
     `paired` is where the upper body is as far as ICs are concerned, None: where it is.
     """
 
     pair: Pair
     undeformed: Undeformed
     grid: Grid
-    extra_gap: tuple[tuple[float, ...], ...] = ()
+    extra_gap: ExtraGap | None = None
     paired: Undeformed | None = None
 
     @property
@@ -92,12 +100,8 @@ class Placed:
 
     @cached_property
     def _extra(self) -> Array | float:
-        """The gap [mm] that is added, shape (n_x, n_s); 0 without one, and beyond its points."""
-        if not self.extra_gap:
-            return 0.0
-        x, s, gap = np.array(self.extra_gap).T
-        places = self.x[:, None], self.grid.strips[None]
-        return np.asarray(griddata((x, s), gap, places, method="linear", fill_value=0.0))
+        """The gap [mm] that is added, shape (n_x, n_s); 0 without one."""
+        return 0.0 if self.extra_gap is None else self.extra_gap.at(self.x[:, None], self.grid.strips[None])
 
     @cached_property
     def flat(self) -> Convolution:
@@ -200,7 +204,13 @@ def placed_on(scene: Scene, grid: Grid) -> Placed:
 def undeformed_of(scene: Scene) -> Undeformed:
     """The surfaces of a scene, the upper one moved along y as it says."""
     lower, upper = scene.bodies["lower"].surface, scene.bodies["upper"].surface
-    return Undeformed(upper, lower, _reach(scene), scene.contact.shift)
+    return _undeformed(upper, lower, _reach(scene), scene.contact.shift)
+
+
+@lru_cache(maxsize=16)
+def _undeformed(upper: Surface, lower: Surface, s_range: tuple[float, float], shift: float) -> Undeformed:
+    """Two surfaces above each other, the same object each time: where they touch is found once."""
+    return Undeformed(upper, lower, s_range, shift)
 
 
 def _reach(scene: Scene) -> tuple[float, float]:

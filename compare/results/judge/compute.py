@@ -91,7 +91,7 @@ def unjudgeable(scene: Scene) -> list[tuple[str, str]]:
         (wanted.friction is None, f"contact.motion = {wanted.motion!r}", "leave it out: it is frictionless"),
         (bool(wanted.loads), "contact.loads = []", "give loads [N] instead of approaches"),
         (not wanted.exact, "contact.gap = 'exact'", "use the linear one"),
-        (not wanted.extra_gap, "contact.extra_gap", "leave it out"),
+        (wanted.extra_gap is None, "contact.extra_gap", "leave it out"),
         (wanted.lateral_force is None, "contact.lateral_force", "give the `shift` that `contact` finds"),
         (
             scene.discount != "source",

@@ -9,7 +9,8 @@ from compare.reports.contact.sensitivity import mapped, sensitivities, shape_of
 from compare.reports.contact.sensitivity import summary as sensitivity_summary
 from compare.results.contact.compute import compute_contact
 from compare.results.contact.dataset import to_dataset
-from compare.scenes.load import load_scene
+from compare.scenes.load import load_scene, scene_from_table
+from tests.compare.scenes.changes import arc
 
 
 @pytest.fixture(scope="module")
@@ -83,3 +84,41 @@ def test_it_is_said_which_pressures_are_worst_on_each_patch(results):
         worst = max(results, key=lambda shape: largest[shape, scene])
         assert worst == "wide"
         assert f"On the patch of {scene} A is furthest off under the pressures of {worst}." in told
+
+
+STRANGE = {  # extra gaps at (x, s): what becomes of the contact
+    "two patches along x": lambda x, s: 0.05 * np.maximum(0, 1 - np.abs(x) / 2) + 0 * s,
+    "two patches along s": lambda x, s: 0.05 * np.maximum(0, 1 - np.abs(s) / 2) + 0 * x,
+    "a spot that is raised": lambda x, s: -0.05 * np.exp(-4 * ((x - 1) ** 2 + s**2)),
+    "a row of elements beside a step": lambda x, s: np.where(np.abs(x) < 4.9, 1e3, 0.0) + 0 * s,
+}
+
+
+@pytest.mark.parametrize("name", STRANGE)
+def test_contacts_of_any_shape_have_a_page_and_lengths_above_0(name, tmp_path):
+    """Nothing may touch at x = 0, approaches may be negative, and patches as narrow as an element."""
+    x, s = (values.ravel() for values in np.meshgrid(*[np.linspace(-5, 5, 11)] * 2, indexing="ij"))
+    np.savetxt(tmp_path / "gap.txt", np.column_stack([x, s, STRANGE[name](x, s)]))
+    body = {"E": 210e3, "nu": 0.3}
+    of_contact = {
+        "loads": [3e3],
+        "ics": ["A", "Bhat"],
+        "elements": 12,
+        "extra_gap": str(tmp_path / "gap.txt"),
+    }
+    results = compute_contact(
+        scene_from_table(
+            {
+                "lower": body | arc(60.0, 10.0),
+                "upper": body | arc(60.0, 10.2) | {"rolling_radius": 300.0},
+                "contact": of_contact,
+            },
+            name,
+        )
+    )
+    assert write_contact(results, tmp_path).stat().st_size > 1e5
+    dataset = to_dataset(results)
+    for length in ("a", "b", "aspect", "area"):
+        assert np.all(dataset[length] > 0), length
+    patches = [len(contact.normal.patches) for contact in results.contacts.values()]
+    assert patches == ([1, 1] if name == "a spot that is raised" else [2, 2])

@@ -74,9 +74,9 @@ def test_names_of_ics_are_those_that_contact_has_operators_of(monkeypatch):
 
 def test_only_contact_by_c_asks_for_the_engine_of_matrices():
     solid = {"engine": {"kind": "solid"}, "contact": {"loads": [1.0], "ics": ["A", "Bhat"]}}
-    assert len(cases_of(load_scene("flat", solid))) == 1
+    assert len(cases_of(load_scene("tall", solid))) == 1
     with pytest.raises(BadScene, match=r"engine\.kind = 'solid': C on a grid"):
-        cases_of(load_scene("flat", solid | {"contact": {"loads": [1.0], "ics": ["A", "C"]}}))
+        cases_of(load_scene("tall", solid | {"contact": {"loads": [1.0], "ics": ["A", "C"]}}))
 
 
 def test_the_builtin_scene_rolls_and_its_pair_is_pressed_on():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from approx.matrix import matrix
+from compare.reports.contact.page import write_contact
 from compare.results.contact.compute import (
     ReferenceICs,
     compute_contact,
@@ -107,6 +108,23 @@ def test_the_exact_distance_agrees_where_the_approach_is_small_beside_the_radii(
         return abs(float(results.displaced_p_max / results.p_max) - 1)
 
     assert difference(20.0) < 2e-3 < difference(2e4)
+
+
+def test_loads_that_hardly_differ_are_cases_of_their_own(tmp_path):
+    """One that is given twice is refused: cases are known by their names."""
+    results = compute_contact(scene(10.2, loads=[1e4, 2000.0001, 2e3], elements=8, ics=["A"]))
+    assert list(to_dataset(results).case.values) == ["10000 N", "2000.0001 N", "2000 N"]
+    assert write_contact(results, tmp_path).is_file()
+    for key, same in (("loads", [5.0, 5.0]), ("approaches", [0.1, 0.1 * (1 + 1e-14)])):
+        with pytest.raises(BadScene, match=rf"contact\.{key} = .*: .* given twice: name each once"):
+            scene(**{key: same})
+
+
+def test_curvatures_are_those_where_bodies_touch_however_far_they_reach():
+    """Also beyond the wheel, as with a unit of length of a kilometre."""
+    ellipse = sizing(replace(scene(), reference_length=1e6)).hertz(Case(SMALL, None))
+    expected = hertz().at_load(SMALL)
+    assert (ellipse.a, ellipse.b) == pytest.approx((expected.a, expected.b), rel=1e-2)
 
 
 def test_scenes_with_the_exact_distance_solve_with_it():
@@ -306,9 +324,40 @@ def test_a_hollow_in_the_middle_leaves_two_patches(tmp_path):
     assert contact.normal.load == pytest.approx(20.0)
 
 
-def test_files_of_an_extra_gap_are_checked(tmp_path):
-    with pytest.raises(BadScene, match=r"contact\.extra_gap = .*gap\.txt: .*three columns x, s, gap"):
-        with_gap(tmp_path, [(0.0, 0.0)] * 3, loads=[SMALL])
+@pytest.mark.parametrize("columns", [2, 3])
+def test_a_gap_across_is_one_at_all_x(columns, tmp_path):
+    """A profile that was measured at one x, the natural case: as if it were given far away on both sides."""
+    s = np.linspace(-9.0, 9.0, 7)
+    profile, far = np.column_stack([s, 1e-4 * s**2]), 50.0
+    both = np.concatenate([np.column_stack([np.full(7, x), profile]) for x in (-far, far)])
+    given = profile if columns == 2 else np.column_stack([np.zeros(7), profile])
+    solved = [
+        compute_contact(with_gap(tmp_path, points, loads=[SMALL], ics=["Bhat"])) for points in (given, both)
+    ]
+    alone, between = (next(iter(results.contacts.values())).normal for results in solved)
+    np.testing.assert_allclose(alone.p, between.p, atol=1e-6 * between.p.max())
+
+
+@pytest.mark.parametrize(
+    ("points", "says"),
+    [
+        ([(0.0,)] * 3, r"line 1: 1 columns; give s, gap or x, s, gap"),
+        ([(0.0, 0.0, 0.0)] * 3, r"points 1 and 2 are at the same place"),
+        ([(x, 0.0, 0.0) for x in range(3)], r"3 points on one line, not at one x"),
+    ],
+)
+def test_files_of_an_extra_gap_are_checked(points, says, tmp_path):
+    with pytest.raises(BadScene, match=rf"contact\.extra_gap = .*gap\.txt: {says}"):
+        with_gap(tmp_path, points, loads=[SMALL])
+
+
+def test_gaps_that_raise_a_surface_far_are_refused(tmp_path):
+    """Far beside reference_length, here 10 mm: the surface would have another shape."""
+    with_gap(tmp_path, [(*at, -1.0) for at in CORNERS], loads=[SMALL])
+    with pytest.raises(
+        BadScene, match=r"contact\.extra_gap: -1\.1 mm raises .* 10% of reference_length, 1 mm"
+    ):
+        with_gap(tmp_path, [(*at, -1.1) for at in CORNERS], loads=[SMALL])
 
 
 def test_where_c_needs_a_longer_grid_it_is_made_longer(monkeypatch):
@@ -390,8 +439,12 @@ def test_without_a_lateral_force_a_shifted_body_slides_back():
 
 
 def test_a_lateral_force_that_the_contours_cannot_bear_is_refused():
+    """Nearly all of what the steepest flank would bear if it alone touched; and more, before any work."""
+    steepest = 2e4 * np.tan(np.radians(FLANKS))
     with pytest.raises(Failure, match=r"reaches the end of a contour|lateral force: not reached|no grid"):
-        sideways(lateral_force=-5e5)
+        sideways(lateral_force=-0.99 * steepest)
+    with pytest.raises(BadScene, match=r"contact\.lateral_force = .*: without friction it is at most"):
+        sideways(lateral_force=-1.01 * steepest)
 
 
 @pytest.mark.slow  # two models by finite elements

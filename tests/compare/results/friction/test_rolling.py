@@ -156,7 +156,7 @@ def test_numbers_have_no_estimates_where_larger_elements_have_no_solution(monkey
 
 
 def test_forces_beyond_the_curve_are_refused():
-    of = rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 1e-5], equal_force=0.9)
+    of = rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 5e-5], equal_force=0.9)
     path = path_of(of)
     with pytest.raises(Failure, match=r"F_x = .* N is beyond the curve; give further creepages"):
         path.searched(0.9 * path.largest, path.first())
