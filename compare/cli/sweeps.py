@@ -20,8 +20,9 @@ from compare.results import folders
 from compare.results.sweep.cluster import existing_cluster, local_cluster, size_for
 from compare.results.sweep.compute import Options, Progress, compute_sweep, impossible, require_computable
 from compare.results.sweep.dataset import Collected
-from compare.results.sweep.opened import open_sweep
+from compare.results.sweep.opened import file_in, open_sweep
 from compare.results.sweep.plan import largest_memory, planned
+from compare.results.sweep.verified import REMEDY, require_undamaged
 from compare.scenes.campaign import Campaign, load_campaign
 from femic.work.store import Store
 from geometries.errors import Failure, WrongInput
@@ -75,10 +76,7 @@ def sweep(
             console.print(str(path), markup=False, soft_wrap=True)
         return
     if asked.page:
-        try:
-            _show(open_sweep(folder), folder, console)
-        except FileNotFoundError as error:
-            raise Failure(f"{folder}: nothing is finished yet: leave out --page to begin") from error
+        _show(_undamaged(folder), folder, console)
         return
     require_computable(loaded)
     for combination in impossible(loaded):
@@ -101,6 +99,19 @@ def sweep(
     if len(collected.failures) == loaded.size and not collected.template.data_vars:
         raise Failure(f"all {loaded.size} scenes failed")
     _show(open_sweep(collected.path), folder, console)
+
+
+def _undamaged(folder: Path) -> xr.Dataset:
+    """The dataset in a folder; raises Failure where there is none, or a damaged one."""
+    path = file_in(folder)
+    if not path.exists():
+        raise Failure(f"{folder}: nothing is finished yet: leave out --page to begin")
+    try:
+        dataset = open_sweep(path)
+    except Exception as error:  # whatever zarr and xarray make of it
+        raise Failure(f"{path}: damaged ({error}): {REMEDY}") from error
+    require_undamaged(path, dataset)
+    return dataset
 
 
 def _show(dataset: xr.Dataset, folder: Path, console: Console) -> None:

@@ -217,7 +217,12 @@ class _Run:
     def __post_init__(self) -> None:
         campaign = self.collected.campaign
         self.progress, self.todo = Progress(campaign.size), tasks_of(campaign, self.store)
-        self.collected.begin(lambda number: _task_of(campaign, number, self.store).digest)
+        try:
+            damage = self.collected.begin(lambda number: _task_of(campaign, number, self.store).digest)
+        except OSError as error:
+            raise self._unwritable(error) from error
+        if damage:
+            self.options.note(damage)
         self.keys = kept.kept_keys(self.store)
 
     @property
@@ -334,11 +339,14 @@ class _Run:
         try:
             self.collected.add(number, done, digest)
         except OSError as error:
-            raise Failure(
-                f"{self.collected.path} cannot be written ({error}): make room, or give another folder "
-                "(--out); what is finished is in the store: run the same command to go on"
-            ) from error
+            raise self._unwritable(error) from error
         self._tell(found)
+
+    def _unwritable(self, error: OSError) -> Failure:
+        return Failure(
+            f"{self.collected.path} cannot be written ({error}): make room, or give another folder (--out); "
+            "what is finished is in the store: run the same command to go on"
+        )
 
     def _tell(self, found: int = 0) -> None:
         """Tell that a scene more is in the dataset."""

@@ -10,7 +10,9 @@ from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
 
+import h5py
 import pytest
+import zarr
 from rich.console import Console
 
 from compare.cli import scenes, sweeps
@@ -151,6 +153,31 @@ def test_the_page_of_what_is_there_is_written_without_computing(femic, monkeypat
     monkeypatch.setattr(sweeps, "compute_sweep", None)
     assert femic(LIGHT, "--page") == (DONE, "Report: out/mine/sweep.html\n")
     assert Path("out/mine/sweep.html").is_file()
+
+
+@pytest.mark.parametrize("large", [False, True])
+def test_there_is_no_page_of_a_damaged_dataset(femic, monkeypatch, large):
+    if large:
+        monkeypatch.setattr("compare.results.sweep.dataset.LARGEST_FILE", 1)
+    femic(LIGHT)
+    if large:
+        zarr.open_group("out/mine/sweep.zarr", mode="a")["sum"][2, 1] = 1.0
+    else:
+        with h5py.File("out/mine/sweep.nc", "a") as file:
+            file["sum"][2, 1] = 1.0
+    code, printed = femic(LIGHT, "--page")
+    assert code == FAILED
+    assert "1 scenes are damaged: run the campaign again" in printed
+    assert ("scenes are damaged or half written" in femic(LIGHT)[1]) == large
+    assert femic(LIGHT, "--page")[0] == DONE
+
+
+def test_there_is_no_page_of_what_is_no_dataset(femic):
+    Path("out/mine").mkdir(parents=True)
+    Path("out/mine/sweep.nc").write_text("none", encoding="utf-8")
+    code, printed = femic(LIGHT, "--page")
+    assert code == FAILED
+    assert "sweep.nc: damaged" in printed
 
 
 def test_the_scene_of_a_point_is_that_of_the_campaign_without_a_check(femic):

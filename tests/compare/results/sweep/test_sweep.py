@@ -29,7 +29,7 @@ from tests.compare.results.sweep.campaigns import (
     swept,
 )
 
-OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest"]
+OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
 
 
 # --- real scenes -------------------------------------------------------------------------------------
@@ -244,7 +244,7 @@ def test_labels_that_differ_are_numbered(client, tmp_path, monkeypatch):
     assert list(dataset.k.values) == ["a", "b"]
 
 
-@pytest.mark.parametrize("name", ["seconds", "variant", "digest", "sample"])
+@pytest.mark.parametrize("name", ["seconds", "variant", "digest", "checksum", "sample"])
 def test_an_axis_may_not_have_the_name_of_a_result(tmp_path, name):
     """That is said before any work."""
     campaign = campaign_in(tmp_path, LIGHT.replace("[sweep.nu]", f"[sweep.{name}]"))
