@@ -265,11 +265,12 @@ def test_a_plan_of_contact_with_friction_counts_all_components(monkeypatch, caps
 def test_a_plan_by_the_solid_engine_says_that_matrices_are_not_computed_by_it(monkeypatch, capsys):
     step = Step("lower, fine", SOLID, 1.0, 320.0, "640 mm", PLANNED)
     monkeypatch.setattr(planning, "run_steps", lambda *_: [step])
+    small = {"contact": {"loads": [7.4e3], "elements": 8}}
+    monkeypatch.setattr("compare.cli.scenes.load_scene", lambda name: load_scene(name, small))
     assert exit_code(["plan", "tall"]) == DONE
     assert "engine.kind" not in capsys.readouterr().out
-    monkeypatch.setattr(
-        "compare.cli.scenes.load_scene", lambda name: load_scene(name, {"engine": {"kind": "solid"}})
-    )
+    solid = small | {"engine": {"kind": "solid"}}
+    monkeypatch.setattr("compare.cli.scenes.load_scene", lambda name: load_scene(name, solid))
     assert exit_code(["plan", "tall"]) == DONE
     told = " ".join(capsys.readouterr().out.split())
     for name in ("matrix", "contact"):

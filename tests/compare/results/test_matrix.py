@@ -2,13 +2,15 @@
 
 import json
 import re
+import shutil
 
 import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
-from compare.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
+from compare.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from compare.reports.matrix import page
 from compare.reports.matrix.contact_file import read
 from compare.reports.matrix.export import SUFFIXES
 from compare.results import plan
@@ -26,6 +28,7 @@ from femic.means import Means
 from femic.solid import engine as solid
 from femic.solid.record import SOLID
 from femic.work.store import Store
+from geometries.errors import Failure
 from geometries.patches import DIRECTIONS
 from tests.compare.conftest import COARSE_ENGINE, scene_text
 
@@ -157,8 +160,8 @@ def test_a_grid_beyond_a_measured_contour_is_refused_by_the_matrix_only():
 
 
 def test_an_interrupted_matrix_goes_on_where_it_was(write_scene, tmp_path, monkeypatch):
-    grid = "\n[grid]\nn_x = 2\nn_s = 2\n"
-    path, out = write_scene('bodies = ["lower"]', engine=HARMONIC + grid), tmp_path / "o"
+    engine = "[engine]\ntolerance = 0.5\n[grid]\nn_x = 2\nn_s = 2\n"
+    path, out = write_scene('bodies = ["lower"]', engine=engine), tmp_path / "o"
     path.write_text(path.read_text(encoding="utf-8").replace(*WIDER), encoding="utf-8")
     solved, solve = [], Condensation.at
 
@@ -186,24 +189,23 @@ def test_what_cannot_be_written_is_an_error(made, tmp_path, capsys):
     assert "matrix.nc in it is a folder" in capsys.readouterr().err
 
 
-def test_a_matrix_that_has_changed_since_is_made_again(made, tmp_path, capsys):
-    """Also where only its page is gone."""
+@pytest.mark.parametrize("damaged", ["matrix.nc", "matrix.html"])
+def test_a_matrix_that_has_changed_since_is_made_again(made, tmp_path, monkeypatch, capsys, damaged):
     path, out = made
-    place = ["--out", str(tmp_path / "o"), "--store", str(out / "store")]
-    for damage in (None, "matrix.nc", "matrix.html"):
-        if damage:
-            content = bytearray((tmp_path / "o" / damage).read_bytes())
-            content[len(content) // 2] ^= 1
-            (tmp_path / "o" / damage).write_bytes(content)
-        assert exit_code(["matrix", str(path), *place]) == DONE
-        assert "as it is there already" not in capsys.readouterr().out
-        with (
-            xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as first,
-            xr.open_dataset(tmp_path / "o" / "matrix.nc", engine="h5netcdf") as second,
-        ):
-            xr.testing.assert_equal(first, second)
-    assert exit_code(["matrix", str(path), *place]) == DONE
-    assert "as it is there already" in capsys.readouterr().out
+    folder = tmp_path / "o"
+    shutil.copytree(out, folder, ignore=shutil.ignore_patterns("store"))
+    place = ["--out", str(folder), "--store", str(out / "store")]
+    content = bytearray((folder / damaged).read_bytes())
+    content[len(content) // 2] ^= 1
+    (folder / damaged).write_bytes(content)
+
+    def begun(*_):
+        raise Failure("it is made")
+
+    monkeypatch.setattr(page, "compute_matrix", begun)
+    assert exit_code(["matrix", str(path), *place]) == FAILED
+    assert "it is made" in capsys.readouterr().err
+    assert not (folder / "matrix.receipt.json").exists()
 
 
 def first_chunk(variable):
