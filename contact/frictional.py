@@ -186,8 +186,9 @@ class FrictionalContact:
 
     @property
     def dissipation(self) -> Array:
-        """Work of friction per area: - p . slip [MPa times the unit of slip], (n_x, n_s), not negative.
+        """Work of friction per area: - p . slip [MPa times the unit of slip], (n_x, n_s).
 
+        It is not negative but on elements whose tractions follow others (`friction.leading`).
         In steady rolling its sum tends, with smaller elements, to the work of the tractions on the rigid
         motion, the pressures' included (`contact.rolling`).
         """

@@ -91,6 +91,7 @@ def test_on_the_flank_a_has_the_wrong_sign_and_b_the_right_one(outcome):
     assert np.all(flank.sel(variant="A") > 0)
 
 
+@pytest.mark.slow
 def test_the_rail_head_is_known_to_the_tolerance(outcome):
     _, worst = outcome("custom_section")
     assert np.all(worst.sel(variant="C") <= COARSE)

@@ -9,7 +9,6 @@ from compare.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work
 from compare.reports.frontier import advice as advising
 from compare.reports.frontier import page, trade
 from compare.reports.frontier.advice import Question
-from compare.results import folders
 from compare.scenes.file import BodyName
 from compare.scenes.load import load_scene
 
@@ -23,7 +22,7 @@ def frontier(
 ) -> None:
     """Try every way to the ICs of a scene: errors, seconds, unknowns, memory; write a report."""
     loaded = load_scene(scene)
-    folder, console = folders.made(work.folder(loaded)), Console()
+    folder, console = work.folder(loaded), Console()
     with work.means(folder, console) as means:
         computed = trade.compute_frontier(scene, trade.FrontierRequest.all(budget), means)
     console.print(page.summary(computed), markup=False, highlight=False)
@@ -45,7 +44,7 @@ def advise(
     loaded = load_scene(scene)
     asked_components = tuple(components.split(",")) if components else loaded.components
     question = Question(body or loaded.compared[0], asked_components, tolerance)
-    folder = folders.checked(work.folder(loaded))
+    folder = work.folder(loaded)
     console = Console(width=TABLE_WIDTH, highlight=False)
     with work.means(folder, console) as means:
         _, computed = advising.tried_for(scene, question, means)

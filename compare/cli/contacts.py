@@ -9,7 +9,7 @@ from rich.console import Console
 
 from compare.cli.work import DEFAULT_WORK, Work
 from compare.reports.contact.page import write_contact, write_sensitivity
-from compare.reports.contact.sensitivity import with_shapes
+from compare.reports.contact.sensitivity import is_mapped
 from compare.reports.friction.compression import write_compression
 from compare.reports.friction.rolling import write_rolling
 from compare.results import folders
@@ -57,10 +57,14 @@ def contact(
     if len({loaded.name for loaded in scenes}) < len(scenes):
         raise WrongInput(f"SCENE: {', '.join(scene)}: two have the same name; rename a file")
     console, contacts = Console(), {}
-    for loaded in scenes:
+    mapped = [loaded.name for loaded in scenes if is_mapped(loaded)]
+    of_each = [work.folder_among(loaded, scenes) for loaded in scenes]
+    of_maps = [work.joint_folder(mapped)] if len(mapped) > 1 else []
+    for folder in (*of_each, *of_maps):
+        folders.usable(folder)
+    for loaded, folder in zip(scenes, of_each, strict=True):
         for text in plausibility.warnings(loaded):
             console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
-        folder = folders.checked(work.folder_among(loaded, scenes))
         with work.means(folder, console) as means:
             if loaded.contact.friction is None:
                 solved = contacts[loaded.name] = compute_contact(loaded, means)
@@ -69,8 +73,9 @@ def contact(
             else:
                 report = WITH_FRICTION[loaded.contact.motion](loaded, folder, means)
         console.print(f"Report: {report}", soft_wrap=True)
-    if len(mapped := with_shapes(contacts)) > 1:
-        report = write_sensitivity(mapped, work.joint_folder(list(mapped)))
+    for folder in of_maps:
+        with folders.only_run_in(folder):
+            report = write_sensitivity({name: contacts[name] for name in mapped}, folder)
         console.print(f"Report: {report}", soft_wrap=True)
 
 

@@ -32,11 +32,16 @@ def calibrate(
     for loaded_scene in loaded:
         require_calibration(loaded_scene)
     console, calibrated = Console(), []
-    for loaded_scene in loaded:
-        folder = folders.made(work.folder_among(loaded_scene, loaded))
+    of_each = [work.folder_among(one, loaded) for one in loaded]
+    of_all = of_each[0] if len(loaded) == 1 else work.joint_folder(names)
+    for folder in (*of_each, of_all):
+        folders.usable(folder)
+    for loaded_scene, folder in zip(loaded, of_each, strict=True):
         with work.means(folder, console) as means:
             console.print(f"{loaded_scene.name}:", markup=False)
             calibrated.append(calibrate_scene(loaded_scene, means))
-        console.print(f"Scene with the fit: {page.write_fit(calibrated[-1], folder)}", soft_wrap=True)
-    report_folder = folder if len(loaded) == 1 else work.joint_folder(names)
-    console.print(f"Report: {page.write_report(calibrated, report_folder)}", soft_wrap=True)
+            fit = page.write_fit(calibrated[-1], folder)
+        console.print(f"Scene with the fit: {fit}", soft_wrap=True)
+    with folders.only_run_in(of_all):
+        report = page.write_report(calibrated, of_all)
+    console.print(f"Report: {report}", soft_wrap=True)

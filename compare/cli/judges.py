@@ -8,7 +8,6 @@ from rich.console import Console
 from compare.cli.work import SceneName, Work
 from compare.reports.contact.page import write_contact
 from compare.reports.judge.page import write_judged
-from compare.results import folders
 from compare.results.contact.compute import compute_contact
 from compare.results.contact.dataset import to_dataset
 from compare.results.judge.compute import compute_judged, require_judgeable
@@ -32,7 +31,7 @@ def judge(
     loaded, work, console = load_scene(scene), work or Work(), Console()
     require_judgeable(loaded)
     require_enough(cells)
-    folder = folders.checked(work.folder(loaded))
+    folder = work.folder(loaded)
     with work.means(folder, console) as means:
         by_ics = compute_contact(loaded, means)
         report = write_judged(compute_judged(loaded, to_dataset(by_ics), means, cells), folder)

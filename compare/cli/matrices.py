@@ -58,8 +58,8 @@ def export(
     loaded = load_scene(scene, {"ics": ics} if ics else None)
     console = Console()
     folder, ics_name = work.folder(loaded), loaded.ics
+    exporting.require_exportable(loaded, Wanted(ics_name, discount))
     with work.means(folder, console) as means:
-        exporting.require_exportable(loaded, Wanted(ics_name, discount))
         if ics_name == AUTO:
             question = Question("combined", COMPONENTS, loaded.ics_tolerance)
             chosen = choose(scene, question, means)

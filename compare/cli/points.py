@@ -9,6 +9,7 @@ import tomlkit
 from compare.reports.overlay.sources import MOST_SCENES
 from compare.results import folders
 from compare.scenes.campaign import Campaign, load_campaign, points_named
+from femic.work.files import write_text
 from geometries.errors import WrongInput
 
 LONGEST_NAME = 100  # of a file
@@ -54,6 +55,4 @@ def scenes_of(argument: str, results: Path) -> dict[str, str | None]:
 def _written(table: dict[str, Any], folder: Path, name: str) -> Path:
     if len(name) > LONGEST_NAME:
         name = f"{name[:LONGEST_NAME]}_{sha256(name.encode()).hexdigest()[:8]}"
-    path = folders.made(folder) / f"{name.replace('/', '_')}.toml"
-    path.write_text(tomlkit.dumps(table), encoding="utf-8")
-    return path
+    return write_text(tomlkit.dumps(table), folders.made(folder) / f"{name.replace('/', '_')}.toml")

@@ -15,6 +15,7 @@ from compare.reports.overlay import page as overlay_page
 from compare.reports.overlay import sources as overlay_sources
 from compare.reports.scene import fields
 from compare.reports.scene.run import run_scene
+from compare.results import folders
 from compare.scenes import plausibility
 from compare.scenes.listing import listing
 from compare.scenes.load import builtin_names, load_scene
@@ -69,12 +70,15 @@ def compare(
     overlay_sources.common(scene_sources)  # raises before any work starts
     folder = overlay_page.folder_of(scene_sources, out, results)
     console = Console()
+    for used in (folder, *(source.folder for source in scene_sources if source.scene is not None)):
+        folders.usable(used)
     for source, (_, kept_at) in zip(scene_sources, found, strict=True):
         if source.scene is not None and not overlay_sources.up_to_date(source):
             console.print(f"{source.name}: no results of it by this femic yet, computing", markup=False)
             work = Work(source.folder, workers, store or kept_at)
             _computed(source.scene, source.folder, work, console)
-    report = overlay_page.write(overlay.load(scene_sources), folder)
+    with folders.only_run_in(folder):
+        report = overlay_page.write(overlay.load(scene_sources), folder)
     console.print(f"Report: {report}", soft_wrap=True)
 
 

@@ -7,7 +7,6 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from compare.cli.work import DEFAULT_WORK, Work
-from compare.results import folders
 from compare.studies.extremes.found import available as extremes_available
 from compare.studies.validation import page as validation
 from compare.studies.validation import runs, verdicts
@@ -27,7 +26,7 @@ def validate(
     numbers = verdicts.chosen(only)
     if not runs.TIGHTEST <= tolerance <= runs.LOOSEST:
         raise WrongInput(f"--tolerance {tolerance:g}: {runs.TIGHTEST:g} ... {runs.LOOSEST:g}")
-    folder = folders.made(work.out or Path("out") / "validation")
+    folder = work.out or Path("out") / "validation"
     console = Console(highlight=False)
     with work.means(folder, console) as means:
         report = validation.validate(numbers, runs.Runs(means, tolerance), folder)
@@ -48,7 +47,7 @@ def extremes(
     from compare.studies.extremes import page as extremes_page
     from compare.studies.extremes.engines import Engines
 
-    folder = folders.made(work.out or Path("out") / "extremes")
+    folder = work.out or Path("out") / "extremes"
     console = Console(highlight=False)
     with work.means(folder, console) as means:
         report = extremes_page.try_all(of, Engines(means), folder)

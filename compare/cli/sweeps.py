@@ -18,10 +18,11 @@ from compare.cli.work import DEFAULT_WORK, Work, kept
 from compare.reports.sweep.page import write_sweep
 from compare.results import folders
 from compare.results.sweep.cluster import existing_cluster, local_cluster, size_for
-from compare.results.sweep.compute import Options, Progress, compute_sweep, require_computable
+from compare.results.sweep.compute import Options, Progress, compute_sweep, impossible, require_computable
 from compare.results.sweep.dataset import Collected
-from compare.results.sweep.opened import open_sweep
+from compare.results.sweep.opened import file_in, open_sweep
 from compare.results.sweep.plan import largest_memory, planned
+from compare.results.sweep.verified import REMEDY, require_undamaged
 from compare.scenes.campaign import Campaign, load_campaign
 from femic.work.store import Store
 from geometries.errors import Failure, WrongInput
@@ -75,16 +76,16 @@ def sweep(
             console.print(str(path), markup=False, soft_wrap=True)
         return
     if asked.page:
-        try:
-            _show(open_sweep(folder), folder, console)
-        except FileNotFoundError as error:
-            raise Failure(f"{folder}: nothing is finished yet: leave out --page to begin") from error
+        _show(_undamaged(folder), folder, console)
         return
     require_computable(loaded)
+    for combination in impossible(loaded):
+        console.print(f"note: a scene that will fail: {combination}", markup=False, soft_wrap=True)
     store = kept(work.store, folder)
     if asked.plan:
         _show_plan(loaded, store, work.threads, console)
         return
+    folders.usable(folder)
 
     def cluster(scenes: int) -> AbstractContextManager[Client]:
         if scheduler is not None:
@@ -100,9 +101,24 @@ def sweep(
     _show(open_sweep(collected.path), folder, console)
 
 
+def _undamaged(folder: Path) -> xr.Dataset:
+    """The dataset in a folder; raises Failure where there is none, or a damaged one."""
+    path = file_in(folder)
+    if not path.exists():
+        raise Failure(f"{folder}: nothing is finished yet: leave out --page to begin")
+    try:
+        dataset = open_sweep(path)
+    except Exception as error:  # whatever zarr and xarray make of it
+        raise Failure(f"{path}: damaged ({error}): {REMEDY}") from error
+    require_undamaged(path, dataset)
+    return dataset
+
+
 def _show(dataset: xr.Dataset, folder: Path, console: Console) -> None:
-    """Write the page of a dataset."""
-    console.print(f"Report: {write_sweep(dataset, folder)}", markup=False, soft_wrap=True)
+    """Write the page of a dataset, also while a run goes on, which locks the folder itself."""
+    with folders.only_run_in(folder / "figures"):
+        report = write_sweep(dataset, folder)
+    console.print(f"Report: {report}", markup=False, soft_wrap=True)
 
 
 @contextmanager

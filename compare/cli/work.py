@@ -11,6 +11,7 @@ from fsspec.core import url_to_fs
 from rich.console import Console
 
 from compare.cli import progress
+from compare.results import folders
 from compare.scenes.scene import Scene
 from femic.means import Means, cores
 from femic.work.store import Store
@@ -57,8 +58,11 @@ class Work:
 
     @contextmanager
     def means(self, folder: Path, console: Console) -> Iterator[Means]:
-        """Workers, a store of solved models in a folder of results unless one is named, and progress."""
-        with progress.shown(console) as watch:
+        """Workers, a store of solved models in a folder of results unless one is named, and progress.
+
+        No other run writes into the folder meanwhile. Raises as `folders.only_run_in` does.
+        """
+        with folders.only_run_in(folder), progress.shown(console) as watch:
             yield Means(self.threads, kept(self.store, folder), watch)
 
 

@@ -9,6 +9,7 @@ import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from compare.results.measure import ROUNDING
+from femic.work.files import write_text
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,7 @@ def write_page(path: Path, template: str, **values: object) -> Path:
         loader=PackageLoader("compare.pages"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters["base64"] = lambda picture: base64.b64encode(picture.read_bytes()).decode()
-    path.write_text(environment.get_template(template).render(**values), encoding="utf-8")
-    return path
+    return write_text(environment.get_template(template).render(**values), path)
 
 
 def error_cell(

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from approx.variants import VARIANTS, exchanged_symbol
 from compare.scenes.file import is_map
+from femic.work.files import published
 
 Style = Mapping[str, Any]  # keywords of a line of matplotlib
 
@@ -62,5 +63,6 @@ MARKERS: Mapping[str, str] = {name: marker for name, (marker, _) in LOOKS.items(
 
 def save(figure: Figure, path: Path) -> Path:
     """Write a figure as PNG and return its path."""
-    figure.savefig(path)
+    with published(path) as unfinished:
+        figure.savefig(unfinished)
     return path

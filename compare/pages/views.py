@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from femic.work.files import published
 from geometries.arrays import Array, Indices
 from geometries.errors import WrongInput
 
@@ -53,6 +54,12 @@ def can_render() -> bool:
     return True
 
 
+def _save(plotter: Plotter, path: Path) -> None:
+    """Write what is drawn as PNG."""
+    with published(path) as unfinished:
+        plotter.screenshot(str(unfinished))
+
+
 def draw_mesh(points: Array, cells: Indices, patch: Array, path: Path, *, title: str) -> None:
     """Write a PNG of a tetrahedral mesh, points (3, n) [mm], cells (4, m), beside a close-up of the patch."""
     import pyvista
@@ -71,7 +78,7 @@ def draw_mesh(points: Array, cells: Indices, patch: Array, path: Path, *, title:
         if column == 0:
             plotter.reset_camera()
         plotter.show_axes()
-    plotter.screenshot(str(path))
+    _save(plotter, path)
     plotter.close()
 
 
@@ -102,7 +109,7 @@ def draw_pressures(rail: Array, patch: Array, pressures: Array, path: Path, *, t
     focus, size = loaded.points.mean(axis=0), loaded.length
     plotter.camera_position = [focus + size * np.array([-0.9, -0.9, 0.9]), focus, (0, 0, 1)]
     plotter.show_axes()
-    plotter.screenshot(str(path))
+    _save(plotter, path)
     plotter.close()
 
 
@@ -170,7 +177,7 @@ def draw_fields(loaded: Loaded, path: Path, *, title: str, window: bool = False)
         plotter.enable_anti_aliasing("ssaa")
         _four_panels(plotter, loaded, title)
         if off_screen:
-            plotter.screenshot(str(path))
+            _save(plotter, path)
         else:
             plotter.show(title=title)
         plotter.close()

@@ -13,6 +13,7 @@ from compare.results.shares import measure_of, refinement_shares_of
 from compare.scenes.scene import Scene
 from femic.discount import AXES
 from femic.solid.engine import RESIDUAL
+from femic.work.files import published
 from femic.work.provenance import versions
 from geometries.arrays import Array
 from geometries.patches import DIRECTIONS
@@ -214,13 +215,6 @@ def _stacked(by_line: Mapping[str, Array]) -> Array:
     return np.stack(list(by_line.values()))
 
 
-def write(dataset: xr.Dataset, path: Path) -> None:
-    """Write a NetCDF file; it appears at its path only when it is complete."""
-    temporary = path.with_suffix(".part")
-    dataset.to_netcdf(temporary, engine="h5netcdf")
-    temporary.replace(path)
-
-
 def write_curves(dataset: xr.Dataset, components: tuple[str, ...], folder: Path) -> None:
     """Write one CSV file per line: x, s [mm] and each plotted curve [mm/N], in columns like C_nn_combined."""
     for line in dict.fromkeys(dataset.line.values):
@@ -235,11 +229,12 @@ def write_curves(dataset: xr.Dataset, components: tuple[str, ...], folder: Path)
                 if "estimate_solid" in curve:
                     columns[f"estimate_solid_{component}_{body} [mm/N]"] = curve.estimate_solid.values
         name = str(line).replace(" ", "").replace("=", "")
-        np.savetxt(
-            folder / f"curves_{name}.csv",
-            np.column_stack(list(columns.values())),
-            delimiter=",",
-            header=",".join(columns),
-            comments="",
-            fmt="%.10g",
-        )
+        with published(folder / f"curves_{name}.csv") as unfinished:
+            np.savetxt(
+                unfinished,
+                np.column_stack(list(columns.values())),
+                delimiter=",",
+                header=",".join(columns),
+                comments="",
+                fmt="%.10g",
+            )

@@ -20,14 +20,13 @@ Points are all combinations of values, or random ones, or the rows of a table. T
 early ones tell most: coarse over the ranges first.
 """
 
-import csv
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import islice, pairwise
+from itertools import islice, pairwise, product
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -35,19 +34,30 @@ import numpy as np
 from pydantic import ValidationError
 from scipy.stats import qmc
 
-from compare.scenes.campaign_file import AxisTable, CampaignFile, Keep, is_number
+from compare.scenes.campaign_file import (
+    ABSURD,
+    DIGITS,
+    AxisTable,
+    CampaignFile,
+    Keep,
+    is_absurd,
+    is_number,
+    text_of,
+)
 from compare.scenes.errors import BadScene
 from compare.scenes.keys import set_key
 from compare.scenes.load import merged, read_scene, resolve_files, scene_from_table, scene_path
 from compare.scenes.messages import message
 from compare.scenes.names import name_of
+from compare.scenes.points_table import points_in
 from compare.scenes.scene import Scene
-from compare.scenes.toml import NotToml, table_of
+from compare.scenes.values import Value, value_of
 
-Value = bool | int | float | str | list[Any]
 Point = tuple[Value, ...]  # a value of each axis
 SEPARATOR = re.compile(r",(?=\s*[^\s,=]+=)")  # of the axes in the name of a point; lists have commas, too
-DIGITS = 12  # significant, of values between the ends of a range
+MOST_SCENES = 10_000_000
+MOST_AXES = 32  # of a grid
+MOST_TRIED = 1000  # scenes that are built before the run, a few ms each
 
 
 @dataclass(frozen=True)
@@ -71,7 +81,10 @@ class Axis:
         for key, factor in self.factors.items():
             if factor is not None and not is_number(value):
                 raise BadScene(f"sweep.{self.name}: {value!r}: is no number, and {key} has a factor")
-            yield key, value if factor is None else factor * float(value)  # type: ignore[arg-type]
+            entry = value if factor is None else factor * float(value)  # type: ignore[arg-type]
+            if is_absurd(entry):
+                raise BadScene(f"sweep.{self.name}: {key} = {entry:g}: {ABSURD}")
+            yield key, entry
 
 
 @dataclass(frozen=True)
@@ -85,6 +98,7 @@ class Campaign:
     table: Mapping[str, Any] = field(repr=False)  # of the scene, with what all scenes have
     axes: tuple[Axis, ...] = ()
     listed: tuple[Point, ...] = ()  # points that are not a grid
+    is_random: bool = False  # whether these are random
     folder: Path = Path()  # where names of files that are swept begin
 
     @property
@@ -100,7 +114,7 @@ class Campaign:
     @property
     def size(self) -> int:
         """The number of points."""
-        return int(np.prod(self.shape))
+        return prod(self.shape)
 
     @cached_property
     def order(self) -> Sequence[int]:
@@ -114,6 +128,28 @@ class Campaign:
             latest = np.maximum(latest, np.expand_dims(of_axis, others))
         return [int(number) for number in np.argsort(latest, axis=None, kind="stable")]
 
+    @property
+    def required(self) -> Iterator[Point]:
+        """Points whose scenes must be possible, `MOST_TRIED` at most: each value, and each row of a table.
+
+        Values are those of an axis with the first ones of the others; of random points the ends.
+        """
+        if self.is_grid:
+            points = _one_by_one(self.point(0), [_coarse_first(axis.values) for axis in self.axes])
+        elif self.is_random:
+            columns = zip(*self.listed, strict=True)
+            points = _one_by_one(self.listed[0], [(min(column), max(column)) for column in columns])
+        else:
+            points = _telling(self.listed)
+        return islice(points, MOST_TRIED)
+
+    @property
+    def combined(self) -> Iterator[Point]:
+        """Points that tell of impossible combinations, `MOST_TRIED` at most: of ends, or random ones."""
+        if self.is_grid:
+            return islice(product(*(_ends(axis.values) for axis in self.axes)), MOST_TRIED)
+        return islice(self.listed, MOST_TRIED if self.is_random else 0)
+
     def point(self, number: int) -> Point:
         """The values of the axes at a point."""
         if not self.is_grid:
@@ -123,7 +159,7 @@ class Campaign:
 
     def named(self, point: Point) -> str:
         """The name of a point, such as flank=30,ratio=1.1."""
-        return ",".join(f"{axis.name}={_text(v)}" for axis, v in zip(self.axes, point, strict=True))
+        return ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(self.axes, point, strict=True))
 
     def scene_table(self, point: Point) -> dict[str, Any]:
         """The table of the scene at a point; raises BadScene where a key does not exist."""
@@ -160,8 +196,9 @@ def load_campaign(path: Path) -> Campaign:
         text,
         parsed.keep,
         merged(table, changes),
-        tuple(_axis(name, axis, is_grid=parsed.points == "all") for name, axis in parsed.sweep.items()),
+        _axes(parsed, path),
         tuple(_listed(parsed, path)),
+        parsed.points == "random",
         path.parent.absolute(),
     )
     for point in _tried(campaign):
@@ -179,19 +216,19 @@ def points_named(campaign: Campaign, name: str) -> list[Point]:
     these values.
     """
     parts = [part.strip().partition("=") for part in SEPARATOR.split(name)]
-    given = {axis: _value(value) for axis, _, value in parts}
+    given = {axis: value_of(value) for axis, _, value in parts}
     names = [axis.name for axis in campaign.axes]
     if not all(sign for _, sign, _ in parts) or not given.keys() <= {*names} or len(given) < len(parts):
         wanted = ",".join(f"{axis}=..." for axis in names)
         raise BadScene(f"{campaign.name}: point {name!r}: give {wanted}, or some of them")
     if len(given) == len(names):
         return [tuple(given[axis] for axis in names)]
-    places = {names.index(axis): _text(value) for axis, value in given.items()}
+    places = {names.index(axis): text_of(value) for axis, value in given.items()}
     points = [campaign.point(number) for number in range(campaign.size)]
-    found = [point for point in points if all(_text(point[k]) == value for k, value in places.items())]
+    found = [point for point in points if all(text_of(point[k]) == value for k, value in places.items())]
     if not found:
         known = "; ".join(
-            f"{names[k]}: {', '.join(dict.fromkeys(_text(point[k]) for point in points))}" for k in places
+            f"{names[k]}: {', '.join(dict.fromkeys(text_of(point[k]) for point in points))}" for k in places
         )
         raise BadScene(f"{campaign.name}: no points with {name}; there are {known}")
     return found
@@ -213,6 +250,23 @@ def _beside(scene: str, folder: Path) -> Path:
     return local if local.is_file() else scene_path(scene)
 
 
+def _axes(parsed: CampaignFile, path: Path) -> tuple[Axis, ...]:
+    """The axes; raises BadScene where a grid is too large."""
+    is_grid, axes = parsed.points == "all", []
+    for name, table in parsed.sweep.items():
+        try:
+            axes.append(_axis(name, table, is_grid=is_grid))
+        except BadScene as error:
+            raise BadScene(f"{path}: sweep.{name}: {error}") from error
+    scenes = prod(len(axis.values) for axis in axes)
+    if is_grid and (scenes > MOST_SCENES or len(axes) > MOST_AXES):
+        raise BadScene(
+            f"{path}: sweep: {scenes:.3g} scenes over {len(axes)} axes; at most {MOST_SCENES:.0e} over "
+            f"{MOST_AXES}: give fewer values, or points = 'random'"
+        )
+    return tuple(axes)
+
+
 def _axis(name: str, table: AxisTable, *, is_grid: bool) -> Axis:
     factors = dict(table.keys) if isinstance(table.keys, dict) else dict.fromkeys(table.keys)
     values = _values(table) if is_grid else ()
@@ -220,12 +274,13 @@ def _axis(name: str, table: AxisTable, *, is_grid: bool) -> Axis:
 
 
 def _values(table: AxisTable) -> Point:
-    """The values of an axis of a grid, rounded to `DIGITS` inside a range."""
+    """The values of an axis of a grid; raises BadScene where those of a range are the same."""
     if table.start is None or table.to is None or table.count is None:
         return table.values
-    shares = np.linspace(0, 1, table.count)[1:-1]
-    inner = [float(f"{table.between(share):.{DIGITS}g}") for share in shares]
-    return (table.start, *inner, table.to)
+    values = (table.start, *map(table.between, np.linspace(0, 1, table.count)[1:-1].tolist()), table.to)
+    if not np.all(np.diff(values) > 0):
+        raise BadScene(f"count = {table.count}: values are the same to {DIGITS} digits: give fewer")
+    return values
 
 
 def _listed(parsed: CampaignFile, path: Path) -> list[Point]:
@@ -234,7 +289,10 @@ def _listed(parsed: CampaignFile, path: Path) -> list[Point]:
         return []
     if parsed.points == "random":
         return _random(parsed)
-    return _rows(parsed, Path(parsed.points), path)
+    try:
+        return points_in(Path(parsed.points), list(parsed.sweep))
+    except BadScene as error:
+        raise BadScene(f"{path}: points = {error}") from error
 
 
 def _random(parsed: CampaignFile) -> list[Point]:
@@ -243,18 +301,8 @@ def _random(parsed: CampaignFile) -> list[Point]:
     shares = sequence.random_base2(int(np.ceil(np.log2(max(parsed.samples, 2)))))[: parsed.samples]
     columns = []
     for axis, share in zip(parsed.sweep.values(), shares.T, strict=True):
-        columns.append([float(f"{axis.between(float(value)):.{DIGITS}g}") for value in share])
+        columns.append([axis.between(float(value)) for value in share])
     return list(zip(*columns, strict=True))
-
-
-def _rows(parsed: CampaignFile, table: Path, path: Path) -> list[Point]:
-    """The points of a table in CSV; raises BadScene where a column is missing."""
-    with table.open(newline="", encoding="utf-8-sig") as file:
-        rows = list(csv.DictReader(file, skipinitialspace=True))
-    missing = [name for name in parsed.sweep if not rows or any(not row.get(name) for row in rows)]
-    if missing:
-        raise BadScene(f"{path}: points = {table}: {', '.join(missing)}: not in all rows; add them")
-    return [tuple(_value(row[name]) for name in parsed.sweep) for row in rows]
 
 
 def _tried(campaign: Campaign) -> Iterator[Point]:
@@ -268,6 +316,35 @@ def _tried(campaign: Campaign) -> Iterator[Point]:
         yield (*first[:k], axis.values[-1], *first[k + 1 :])
 
 
+def _one_by_one(first: Point, values: Sequence[Sequence[Value]]) -> Iterator[Point]:
+    """Yield a point with one of its values replaced by each one of an axis, those of all axes in turn."""
+    for place in range(max(map(len, values))):
+        for k, of_axis in enumerate(values):
+            if place < len(of_axis):
+                yield *first[:k], of_axis[place], *first[k + 1 :]
+
+
+def _coarse_first(values: Point) -> Point:
+    return tuple(values[k] for k in np.argsort(_stages(len(values)), kind="stable"))
+
+
+def _ends(values: Point) -> Point:
+    return values if len(values) < 2 else (values[0], values[-1])
+
+
+def _telling(points: Sequence[Point]) -> Iterator[Point]:
+    """Yield the first point, those with extreme values and with each text, then others evenly."""
+    yield points[0]
+    for column in zip(*points, strict=True):
+        numbers = [k for k, value in enumerate(column) if is_number(value)]
+        if numbers:
+            yield points[min(numbers, key=column.__getitem__)]
+            yield points[max(numbers, key=column.__getitem__)]
+        texts = {str(value): k for k, value in enumerate(column) if not is_number(value)}
+        yield from (points[k] for k in texts.values())
+    yield from points[:: -(-len(points) // MOST_TRIED)]
+
+
 def _stages(count: int) -> np.ndarray[Any, np.dtype[np.int_]]:
     """When each of some values is taken: 0 the ends and the middle, then always the middles between."""
     stage = np.full(count, -1)
@@ -279,26 +356,3 @@ def _stages(count: int) -> np.ndarray[Any, np.dtype[np.int_]]:
         stage[list(middles)] = latest
         taken = sorted({*taken, *middles})
     return stage
-
-
-def _text(value: Value) -> str:
-    return f"{value:.{DIGITS}g}" if is_number(value) else str(value)
-
-
-def _value(text: str) -> Value:
-    """A value of a table in CSV or of a name, as TOML has it; other text is text."""
-    value = _read(text.strip())
-    if isinstance(value, float) and not np.isfinite(value):
-        raise BadScene(f"{text.strip()}: is no finite number")
-    return value
-
-
-def _read(text: str) -> Value:
-    """A value as TOML has it, or as others write numbers (.5, 05); other text is text."""
-    with suppress(NotToml):
-        value = table_of(f"value = {text}")["value"]
-        if isinstance(value, bool | int | float | str | list):
-            return value
-    with suppress(ValueError):
-        return float(text)
-    return text

@@ -1,11 +1,15 @@
 """The keys of a campaign file (TOML) with their limits."""
 
-from typing import Annotated, Any, Literal
+import math
+from typing import Annotated, Any, Literal, TypeGuard
 
 from pydantic import ConfigDict, Field, FilePath, model_validator
 
 from compare.scenes.file import Finite, Section, Several, Whole
 
+DIGITS = 12  # significant, of numbers in names, and of those between the ends of a range
+LARGEST = 1e30  # finite number of a scene
+ABSURD = f"no number, or beyond {LARGEST:g}: give another one"
 Keep = Literal["errors", "ics", "contact", "matrix", "advice", "calibration"]
 
 
@@ -28,14 +32,19 @@ class AxisTable(Section):
     )
 
     def between(self, share: float) -> float:
-        """The value at a share of the way from the smallest to the largest; both are given."""
+        """The value at a share of the way from the smallest to the largest; both are given.
+
+        It is rounded to `DIGITS`.
+        """
         low, high = float(self.start or 0.0), float(self.to or 0.0)
         match self.spacing:
             case "linear":
-                return low + (high - low) * share
+                value = low + (high - low) * share
             case "logarithmic":
-                return float(low * (high / low) ** share)
-        return 1 / (1 / low + (1 / high - 1 / low) * share)
+                value = low * (high / low) ** share
+            case "inverse":
+                value = 1 / (1 / low + (1 / high - 1 / low) * share)
+        return float(f"{value:.{DIGITS}g}")
 
     @model_validator(mode="after")
     def _values_or_range(self) -> "AxisTable":
@@ -47,10 +56,23 @@ class AxisTable(Section):
                 raise ValueError(f"from = {self.start:g} is not below to = {self.to:g}")
             if self.spacing != "linear" and self.start <= 0:
                 raise ValueError(f"from = {self.start:g}: must be positive where spacing is {self.spacing}")
-        if isinstance(self.keys, dict) and not all(is_number(value) for value in self.values):
-            raise ValueError("values that are not numbers have no factors: give keys as a list")
-        if len({str(value) for value in self.values}) < len(self.values):
-            raise ValueError("values: one is given twice")
+            if not self.start < self.between(0.5) < self.to:
+                raise ValueError(
+                    f"from = {self.start:g}, to = {self.to:g}: no number of {DIGITS} digits half way between"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _values_of_keys(self) -> "AxisTable":
+        if isinstance(self.keys, dict):
+            if not all(is_number(value) for value in self.values):
+                raise ValueError("values that are not numbers have no factors: give keys as a list")
+            if not all(0 < abs(factor) <= LARGEST for factor in self.keys.values()):
+                raise ValueError(f"keys: a factor is 0, {ABSURD}")
+        if any(map(is_absurd, self.values)):
+            raise ValueError(f"values: {ABSURD}")
+        if len({text_of(value) for value in self.values}) < len(self.values):
+            raise ValueError(f"values: one is given twice (numbers count to {DIGITS} digits)")
         return self
 
 
@@ -92,7 +114,33 @@ class CampaignFile(Section):
                 raise ValueError(f"sweep.{name}: give count, the number of values")
         return self
 
+    @model_validator(mode="after")
+    def _keys_of_one_axis(self) -> "CampaignFile":
+        taken: dict[str, str] = {}
+        for name, axis in self.sweep.items():
+            for key in axis.keys:
+                others = [f"{other} of sweep.{of}" for other, of in taken.items() if _replaces(key, other)]
+                if others:
+                    raise ValueError(f"sweep.{name}: {key} and {others[0]}: a key has one axis")
+            taken |= dict.fromkeys(axis.keys, name)
+        return self
 
-def is_number(value: Any) -> bool:
+
+def _replaces(key: str, earlier: str) -> bool:
+    """Whether a key is an earlier one, or the table of it."""
+    return f"{earlier}.".startswith(f"{key}.")
+
+
+def is_absurd(value: Any) -> bool:
+    """Whether a value is no number, or so large a one that no scene means it."""
+    return is_number(value) and not (abs(value) <= LARGEST or abs(value) == math.inf)
+
+
+def text_of(value: Any) -> str:
+    """A value in the name of a point: numbers of `DIGITS`, without a sign of 0."""
+    return f"{value + 0.0:.{DIGITS}g}" if is_number(value) else str(value)
+
+
+def is_number(value: Any) -> TypeGuard[int | float]:
     """Whether a value of a key is a number."""
     return isinstance(value, (int, float)) and not isinstance(value, bool)

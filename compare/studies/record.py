@@ -6,6 +6,7 @@ from typing import Any
 
 from compare.pages.html import write_page
 from compare.results.provenance import results_digest
+from femic.work.files import write_text
 from femic.work.provenance import versions
 
 
@@ -14,5 +15,5 @@ def write(folder: Path, study: str, numbers: dict[str, Any], **values: object) -
     module = f"compare.studies.{study}.page"
     found = numbers | {"versions": versions(), "code": results_digest(module), "module": module}
     text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False)
-    (folder / f"{study}.json").write_text(text, encoding="utf-8")
+    write_text(text, folder / f"{study}.json")
     return write_page(folder / f"{study}.html", f"{study}.html.j2", found=found, **values)

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from femic.solid.fields import NodalField, VolumeGrid
+from femic.work.files import published
 from geometries.arrays import Indices
 
 # scikit-fem numbers the mid-side nodes as VTK does: edges 01, 12, 02, 03, 13, 23.
@@ -19,7 +20,8 @@ def write_vtu(field: NodalField, path: Path) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     values = {"displacement": field.displacement, "von_mises": field.von_mises}
     mesh = meshio.Mesh(field.grid.nodes.T, [("tetra10", right_handed(field.grid).T)], point_data=values)
-    mesh.write(path, file_format="vtu", binary=True)
+    with published(path) as unfinished:
+        mesh.write(unfinished, file_format="vtu", binary=True)
     return path
 
 

@@ -2,9 +2,10 @@
 
 An entry is a file KEY.nc (NetCDF). KEY is derived from all that determines the result: the request, this
 code, the versions of its libraries. Notes on entries are parts under a key of their own. Each file ends with
-the SHA-256 digest of what stands before it: damaged and half-written files are recognised, and their content
-is computed again. The location is a folder, or any other that fsspec knows (memory://, s3://). Several
-processes may use one store: a file is written under another name and then moved to its own.
+the SHA-256 digest of its name and of what stands before it: damaged, half-written and exchanged files are
+recognised, and their content is computed again. The location is a folder, or any other that fsspec knows
+(memory://, s3://). Several processes may use one store: a file is written under another name and then moved
+to its own.
 """
 
 import logging
@@ -14,6 +15,7 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
+from typing import TypeVar
 from uuid import uuid4
 
 import joblib
@@ -21,11 +23,13 @@ import numpy as np
 import xarray as xr
 from fsspec import AbstractFileSystem
 from fsspec.core import url_to_fs
+from fsspec.implementations.local import LocalFileSystem
 
 from femic.work.provenance import code_digest
 from geometries.arrays import Array
 
 Arrays = Mapping[str, Array]
+Kept = TypeVar("Kept")
 
 log = logging.getLogger(__name__)
 
@@ -51,8 +55,7 @@ class Store:
 
     def get(self, key: str) -> xr.Dataset | None:
         """The entry of a key, None where there is no undamaged one."""
-        content = self._read(f"{key}.nc")
-        return None if content is None else xr.load_dataset(BytesIO(content), engine="h5netcdf")
+        return self._read(f"{key}.nc", lambda content: xr.load_dataset(content, engine="h5netcdf"))
 
     def put(self, key: str, entry: xr.Dataset) -> None:
         """Keep an entry, and remove its parts, which are not needed any more."""
@@ -61,8 +64,7 @@ class Store:
 
     def part(self, key: str, name: str) -> Arrays | None:
         """The arrays by name of a part of an unfinished entry, None where there is no undamaged one."""
-        content = self._read(f"{key}.parts/{name}.npz")
-        return None if content is None else dict(np.load(BytesIO(content)))
+        return self._read(f"{key}.parts/{name}.npz", lambda content: dict(np.load(content)))
 
     def part_names(self, key: str) -> list[str]:
         """The names of the parts that are kept under a key."""
@@ -102,8 +104,8 @@ class Store:
         """The path of a file of this version of the code."""
         return f"{self._root}/{code_digest()}/{name}"
 
-    def _read(self, name: str) -> bytes | None:
-        """The content of an undamaged file, None where there is none."""
+    def _read(self, name: str, parse: Callable[[BytesIO], Kept]) -> Kept | None:
+        """What an undamaged file of this name holds, None where there is none."""
         if self.location is None:
             return None
         path = self._path(name)
@@ -111,11 +113,18 @@ class Store:
             stored = bytes(self._fs.cat_file(path))
         except FileNotFoundError:
             return None
+        except OSError as error:  # a folder, a place below a file, or nothing that may be read
+            log.warning(f"{path}: {error.strerror or error}; it is computed again")
+            return None
         content, digest = stored[:-DIGEST_SIZE], stored[-DIGEST_SIZE:]
-        if digest == sha256(content).digest():
-            return content
-        log.warning(f"{path}: damaged; it is computed again")
-        return None
+        if digest != _digest(name, content):
+            log.warning(f"{path}: damaged, or another entry; it is computed again")
+            return None
+        try:
+            return parse(BytesIO(content))
+        except Exception as error:  # each library has its own
+            log.warning(f"{path}: cannot be read ({error}); it is computed again")
+            return None
 
     def _write(self, name: str, content: Callable[[], bytes]) -> None:
         """Write under a temporary name, then move: no process sees a half-written file."""
@@ -124,8 +133,9 @@ class Store:
         data, path = content(), self._path(name)
         temporary = f"{path}.{uuid4().hex}"
         try:
+            self._clear_way(path)
             self._fs.makedirs(path.rpartition("/")[0], exist_ok=True)
-            self._fs.pipe_file(temporary, data + sha256(data).digest())
+            self._fs.pipe_file(temporary, data + _digest(name, data))
             self._fs.mv(temporary, path)
         except OSError as error:
             self.problem = str(error) or type(error).__name__
@@ -133,6 +143,19 @@ class Store:
                 f"store {self.location}: {error}: going on without keeping what is finished from here"
             )
             self._remove(f"{name}{temporary.removeprefix(path)}")
+
+    def _clear_way(self, path: str) -> None:
+        """Remove a folder in the place of an entry, or a file in that of the folder of its parts.
+
+        Other than local file systems have no such places.
+        """
+        if not isinstance(self._fs, LocalFileSystem):
+            return
+        folder = path.rpartition("/")[0]
+        if self._fs.isfile(folder):
+            self._fs.rm(folder)
+        if self._fs.isdir(path):
+            self._fs.rm(path, recursive=True)
 
     def _remove(self, name: str) -> None:
         """Remove a file or folder of this version of the code, if it exists; failures are only logged."""
@@ -142,6 +165,11 @@ class Store:
             self._fs.rm(self._path(name), recursive=True)
         except OSError as error:  # there is none, or another process is writing there
             log.debug(f"{name}: {error}")
+
+
+def _digest(name: str, content: bytes) -> bytes:
+    """The digest of an entry of this version of the code, which holds for no other name."""
+    return sha256(f"{code_digest()}/{name}\n".encode() + content).digest()
 
 
 def _npz(values: Arrays) -> bytes:

@@ -21,8 +21,9 @@ from compare.results.calibration import (
     with_properties,
 )
 from compare.results.compute import Results
-from compare.results.dataset import errors, write
+from compare.results.dataset import errors
 from compare.results.dataset import to_dataset as ics_of
+from femic.work.files import write_dataset, write_text
 
 COMPONENTS = tuple(component for component in REPORTED_COMPONENTS if component != "nn")
 
@@ -30,11 +31,10 @@ COMPONENTS = tuple(component for component in REPORTED_COMPONENTS if component !
 def write_fit(calibrated: Calibrated, folder: Path) -> Path:
     """Write `calibration.nc` and `SCENE_calibrated.toml`, the scene with its fits; returns its path."""
     scene = calibrated.scene
-    write(to_dataset(calibrated), folder / "calibration.nc")
-    path = folder / f"{scene.name}_calibrated.toml"
+    write_dataset(to_dataset(calibrated), folder / "calibration.nc")
     effective = {body: body_fit.effective for body, body_fit in calibrated.fits.items()}
-    path.write_text(with_properties(scene, effective, folder), encoding="utf-8")
-    return path
+    text = with_properties(scene, effective, folder)
+    return write_text(text, folder / f"{scene.name}_calibrated.toml")
 
 
 def write_report(calibrations: Sequence[Calibrated], folder: Path) -> Path:

@@ -17,12 +17,13 @@ from compare.reports.judge.page import of_approaches, over_angle
 from compare.reports.judge.page import summary as judge_summary
 from compare.results import folders
 from compare.results.contact.compute import ContactResults, reference_name
-from compare.results.contact.dataset import to_dataset, with_supports, write
+from compare.results.contact.dataset import to_dataset, with_supports
 from compare.results.contact.quantities import QUANTITIES
 from compare.results.judge.compute import kept_judged
 from compare.results.judge.dataset import FE, OF_PLACE
 from compare.results.judge.dataset import NUMBERS as KNOWN_TO_FE
 from compare.results.matrix.compute import discounted
+from femic.work.files import write_dataset
 from femic.work.store import Store
 from geometries.patches import N
 
@@ -48,7 +49,7 @@ def write_contact(
     scene = results.scene
     dataset = with_supports(to_dataset(results), supports)
     judged = kept_judged(scene, dataset, store)
-    write(dataset, out / "contact.nc")
+    write_dataset(dataset, out / "contact.nc")
     (out / "figures").mkdir(exist_ok=True)
     drawn = [
         save(draw(dataset), out / "figures" / f"contact_{name}.png")

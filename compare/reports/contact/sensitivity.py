@@ -11,6 +11,7 @@ from scipy.interpolate import RegularGridInterpolator
 from compare.pages.styles import RC
 from compare.results.contact.compute import ContactResults, SolvedContact
 from compare.results.contact.quantities import QUANTITIES, s_range
+from compare.scenes.scene import Scene
 from geometries.arrays import Array
 
 SHAPE = "Bhat"  # the ICs whose pressures are mapped
@@ -51,9 +52,9 @@ def sensitivities(results: Mapping[str, ContactResults]) -> Iterator[Sensitivity
             )
 
 
-def with_shapes(results: Mapping[str, ContactResults]) -> dict[str, ContactResults]:
-    """The scenes whose contact was solved by B-hat."""
-    return {name: of_scene for name, of_scene in results.items() if SHAPE in of_scene.ics}
+def is_mapped(scene: Scene) -> bool:
+    """Whether the contact of a scene is one without friction that is solved by B-hat, too."""
+    return scene.contact.friction is None and SHAPE in scene.contact.ics
 
 
 def shape_of(results: ContactResults) -> SolvedContact:

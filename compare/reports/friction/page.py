@@ -11,9 +11,9 @@ from compare.pages.styles import symbol_of, with_further
 from compare.reports.contact.figures import reference_of
 from compare.results import folders
 from compare.results.contact.compute import C
-from compare.results.contact.dataset import write
 from compare.results.friction.quantities import Quantity
 from compare.results.friction.supports import PREFIX, of_motion
+from femic.work.files import write_dataset
 
 BELOW = (
     "Small, below each number: its estimated error (from elements twice and four times as large; in "
@@ -26,7 +26,7 @@ def write_contact_page(
 ) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
     folders.made(out)
-    write(dataset, out / "contact.nc")
+    write_dataset(dataset, out / "contact.nc")
     title, scene = str(dataset.attrs["title"]), str(dataset.attrs["scene"])
     page = Page(title, summary, parts, tables, BELOW, cost(dataset), scene)
     return page.write(out / "contact.html", "contact")

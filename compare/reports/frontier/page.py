@@ -16,7 +16,7 @@ from compare.pages.styles import RC, save
 from compare.reports.frontier.advice import Advice
 from compare.reports.frontier.trade import front, known_errors, told_apart
 from compare.results import folders
-from compare.results.dataset import write
+from femic.work.files import write_dataset
 from geometries.arrays import Array, Indices
 
 KINDS = {"approximation": ("tab:blue", "o"), "harmonic": ("black", "s"), "solid": ("tab:red", "^")}
@@ -26,7 +26,7 @@ LEAST_ERROR_DRAWN = 1e-6  # smaller errors vanish by symmetry and are drawn here
 def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
     """Write `frontier.nc`, the figures and `frontier.html`; returns the path of the report."""
     figures_folder = folders.made(folder / "figures")
-    write(dataset, folder / "frontier.nc")
+    write_dataset(dataset, folder / "frontier.nc")
     bodies = [str(body) for body in dataset.body.values]
     figure_paths = [save(figure(dataset, body), figures_folder / f"frontier_{body}.png") for body in bodies]
     return write_page(

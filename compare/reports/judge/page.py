@@ -12,10 +12,10 @@ from compare.pages.panels import add_legend
 from compare.pages.parts import Page, Part, Row, Table, furthest, listed, onset
 from compare.pages.styles import RC, symbol_of, with_further
 from compare.results import folders
-from compare.results.contact.dataset import write
 from compare.results.contact.quantities import QUANTITIES
 from compare.results.judge.dataset import FE, NUMBERS, OF_PATCH, OF_PLACE
 from compare.results.judge.deviations import deviations, differences, known
+from femic.work.files import write_dataset
 
 SHARES = (0.01, 0.02, 0.05)  # deviations from which the angles are told
 DRAWN = ("p_max", "a", "b", "approach")
@@ -37,7 +37,7 @@ BELOW = (
 def write_judged(dataset: xr.Dataset, out: Path) -> Path:
     """Write `judge.nc`, figures and `judge.html` into a folder; returns the path of the page."""
     folders.made(out)
-    write(dataset, out / "judge.nc")
+    write_dataset(dataset, out / "judge.nc")
     title = str(dataset.attrs["title"]).replace(
         "Frictionless contact", "Contact by ICs, and by finite elements"
     )

@@ -14,6 +14,7 @@ from typing import TextIO
 
 import numpy as np
 
+from femic.work.files import published
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
@@ -90,11 +91,9 @@ def of_offsets_only(ics: Array) -> Array:
 
 
 def write(file: ContactFile, path: Path) -> None:
-    """Write a file completely or not at all, every number with all of its digits."""
-    temporary = path.with_suffix(".part")
-    with temporary.open("w", encoding="ascii") as out:
+    """Write a file, every number with all of its digits."""
+    with published(path) as unfinished, unfinished.open("w", encoding="ascii") as out:
         out.writelines(f"{line}\n" for line in _lines(file))
-    temporary.replace(path)
 
 
 def _lines(file: ContactFile) -> Iterator[str]:

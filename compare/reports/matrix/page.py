@@ -3,26 +3,24 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import h5netcdf
 import numpy as np
 
 from approx.matrix import column as approximated
 from compare.pages.html import error_cell, write_page
 from compare.pages.styles import SYMBOLS, save
 from compare.reports.matrix.figures import maps
-from compare.results import folders, plan
+from compare.results import folders, plan, receipts
 from compare.results.compute import models_of, seconds_of, solids
 from compare.results.matrix.check import Checked, check
 from compare.results.matrix.compute import MatrixResults, compute_matrix, discounted
 from compare.results.matrix.reciprocity import described
-from compare.results.provenance import results_digest
 from compare.scenes.scene import Scene
 from femic.means import DEFAULT, Means
 from femic.models import Cost
-from femic.work.store import Store
 from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS, N
 
+COMMAND = "matrix"
 MAPPED_VARIANTS = ("A", "Bhat")  # variants whose difference from C is drawn
 
 
@@ -39,10 +37,9 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, means: Means
     same results already. Raises WrongInput for a strip that the grid does not have.
     """
     watch, workers = means.watch, means.workers
-    folders.checked(out)
     loaded_strip = _chosen(scene, strip)
-    path, key = out / "matrix.html", key_of_scene(scene, loaded_strip)
-    if path.is_file() and _key_of(out / "matrix.nc") == key:
+    path, key = out / "matrix.html", receipts.key_of(scene, __name__, loaded_strip)
+    if receipts.holds(out, COMMAND, key):
         watch.on_stage("  as it is there already")
         return path
     steps = plan.matrix_steps(scene, workers)
@@ -50,28 +47,14 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, means: Means
         f"  about {plan.seconds(steps, workers):.0f} s, {max(step.takes.memory for step in steps):.0f} MB if "
         "nothing is kept yet"
     )
-    (out / "figures").mkdir(parents=True, exist_ok=True)
+    receipts.withdraw(out, COMMAND)
+    folders.made(out / "figures")
     results = compute_matrix(scene, out / "matrix.nc", means)
     checks = check(results, means)
     paths = draw(results, loaded_strip, out / "figures")
     _write_report(results, steps, checks, paths, out / "matrix.nc")
-    with h5netcdf.File(out / "matrix.nc", "a") as file:  # the key is written last: all results are complete
-        file.attrs["key"] = key
+    receipts.leave(out, COMMAND, key, ["matrix.nc", path.name])
     return path
-
-
-def key_of_scene(scene: Scene, strip: int) -> str:
-    """The key of all that the results depend on: code, the scene's text and bodies, and the drawn strip."""
-    return Store().key("matrix", results_digest(__name__), scene.text, dict(scene.bodies), strip)
-
-
-def _key_of(path: Path) -> str | None:
-    """The key in a matrix file; None if the file has none or cannot be read."""
-    try:
-        with h5netcdf.File(path, "r") as file:
-            return str(file.attrs["key"])
-    except (OSError, KeyError):
-        return None
 
 
 def _chosen(scene: Scene, strip: int | None) -> int:

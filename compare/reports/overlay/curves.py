@@ -13,6 +13,7 @@ from compare.pages.curves import panel_of
 from compare.pages.panels import Panel
 from compare.pages.styles import SYMBOLS
 from compare.reports.overlay.sources import Content, Source, common, read
+from femic.work.files import published
 
 MIRRORED = 1e-6  # largest asymmetry of a mirrored curve, as a share of the largest value on its line
 
@@ -91,7 +92,10 @@ def write_curves(overlay: Overlay, folder: Path) -> None:
     for line in overlay.common.lines:
         first = curve(overlay.results[0], line, overlay.common.bodies[0], overlay.common.components[0])
         file_name = line.replace(" ", "").replace("=", "")
-        with (folder / f"curves_{file_name}.csv").open("w", newline="", encoding="utf-8") as file:
+        with (
+            published(folder / f"curves_{file_name}.csv") as unfinished,
+            unfinished.open("w", newline="", encoding="utf-8") as file,
+        ):
             table = csv.writer(file)
             table.writerow(["scene", "body", "component", f"{first.across[0]}/L", *variants, "estimate"])
             for result, body, component in product(

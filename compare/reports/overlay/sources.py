@@ -7,8 +7,9 @@ from pathlib import Path
 
 import xarray as xr
 
-from compare.results.dataset import ERRORS, to_dataset
-from compare.results.provenance import results_digest
+from compare.reports.scene import run
+from compare.results import receipts
+from compare.results.dataset import ERRORS
 from compare.scenes import file as files
 from compare.scenes.load import builtin_names, load_scene, parse
 from compare.scenes.scene import Scene
@@ -36,7 +37,6 @@ class Source:
     content: Content
     scene: Scene | None  # None: a folder of results, which is not computed again
     text: str
-    files: tuple[Path, ...] = ()  # files of points that the scene reads
 
 
 def sources(arguments: Sequence[str], results: Path) -> tuple[Source, ...]:
@@ -64,7 +64,7 @@ def _source(argument: str, results: Path) -> Source:
     scene = load_scene(argument)
     lines = tuple(line.name for line in scene.lines)
     content = Content(scene.compared, scene.components, scene.variants, lines)
-    return Source(scene.name, results / scene.name, content, scene, scene.text, tuple(scene.files.values()))
+    return Source(scene.name, results / scene.name, content, scene, scene.text)
 
 
 def _folder_source(folder: Path) -> Source:
@@ -77,6 +77,10 @@ def _folder_source(folder: Path) -> Source:
             f"{folder}: no ics.nc and errors.nc of femic in this folder ({error}); "
             "give one that `femic run` finished, or a scene"
         ) from error
+    if altered := receipts.changed(folder, run.COMMAND):
+        raise WrongInput(
+            f"{folder}: {', '.join(altered)}: not as `femic run` has written it: run that scene again"
+        )
     parsed = scene_of_text(text, folder)
     content = Content(parsed.bodies, parsed.components, parsed.variants, lines)
     return Source(folder.resolve().name, folder, content, None, text)
@@ -112,16 +116,8 @@ def common(overlaid: Sequence[Source]) -> Content:
 
 
 def up_to_date(source: Source) -> bool:
-    """Whether the folder has results of the present scene, its present files of points and this code."""
-    try:
-        ics, errors = read(source.folder)
-    except OSError:  # a file is missing or is no NetCDF file
-        return False
-    written = (source.folder / "ics.nc").stat().st_mtime
-    points_changed = any(path.stat().st_mtime > written for path in source.files)
-    now = results_digest(to_dataset.__module__)
-    same_code = all(dataset.attrs.get("code") == now for dataset in (ics, errors))
-    return ics.attrs.get("scene") == source.text and same_code and not points_changed
+    """Whether the folder has unchanged results of the present scene, its present files and this code."""
+    return source.scene is not None and receipts.holds(source.folder, run.COMMAND, run.key_of(source.scene))
 
 
 def read(folder: Path) -> tuple[xr.Dataset, xr.Dataset]:

@@ -12,11 +12,14 @@ from compare.reports.scene import page
 from compare.reports.scene.fields import write_fields
 from compare.reports.scene.figures import error_against_seconds
 from compare.results import dataset as data
-from compare.results import folders
+from compare.results import folders, receipts
 from compare.results.compute import Results, compute
 from compare.scenes.scene import Scene
 from femic.means import DEFAULT, Means
 from femic.solid.engine import build_mesh
+from femic.work.files import write_dataset, write_text
+
+COMMAND = "run"
 
 log = logging.getLogger(__name__)
 
@@ -27,18 +30,25 @@ def run_scene(scene: Scene, out: Path, means: Means = DEFAULT) -> Path:
     Solved models are kept in the store, so that an interrupted run continues after the last of them.
     """
     folders.made(out)
+    receipts.withdraw(out, COMMAND)
     results = compute(scene, means)
     dataset = data.to_dataset(results)
     errors = data.errors(results, dataset)
-    data.write(dataset, out / "ics.nc")
-    data.write(errors, out / "errors.nc")
+    write_dataset(dataset, out / "ics.nc")
+    write_dataset(errors, out / "errors.nc")
     data.write_curves(dataset, scene.components, out)
-    (out / "scene.toml").write_text(scene.text, encoding="utf-8")
+    write_text(scene.text, out / "scene.toml")
     figures = draw(results, dataset, errors, out / "figures")
     path = page.write(out / "report.html", results, errors, figures)
     if scene.fields:
         write_fields(results, out / "fields", means.watch)
+    receipts.leave(out, COMMAND, key_of(scene), ["ics.nc", "errors.nc", path.name])
     return path
+
+
+def key_of(scene: Scene) -> str:
+    """The key of all that the ICs and errors of a scene depend on."""
+    return receipts.key_of(scene, data.__name__)
 
 
 def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path) -> dict[str, list[Path]]:

@@ -14,6 +14,7 @@ from compare.reports.sweep.clouds import correlations
 from compare.reports.sweep.crossings import Found, Lines, along, exceeded
 from compare.reports.sweep.fields import COLUMN, LEVELS, ROW, Field, label_of, plain, swept_dims
 from compare.reports.sweep.scales import share
+from femic.work.files import published
 
 MOST_FAILURES = 20
 
@@ -51,7 +52,7 @@ def write_crossings(fields: Sequence[Field], axes: Sequence[ShownAxis], path: Pa
     """
     axis = along(axes)
     rest = [one.name for one in axes if len(one.values) > 1 and one is not axis]
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with published(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(["of", "number", "ics", "more_than", *rest, f"{axis.name}_from", f"{axis.name}_to"])
         for field in fields:

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -130,13 +129,6 @@ def _attributes(results: ContactResults) -> dict[str, str | float]:
         "references": json.dumps(references),
         **provenance(results.scene, results.seconds, __name__),
     }
-
-
-def write(dataset: xr.Dataset, path: Path) -> None:
-    """Write labelled arrays completely or not at all."""
-    temporary = path.with_suffix(".part")
-    dataset.to_netcdf(temporary, engine="h5netcdf")
-    temporary.replace(path)
 
 
 def provenance(scene: Scene, seconds: float, module: str) -> dict[str, str | float]:

@@ -24,8 +24,8 @@ def impossible(scene: Scene) -> Iterator[str]:
     wanted = scene.contact
     if np.isfinite(rolling_radius := scene.bodies["lower"].rolling_radius):
         yield (
-            f"lower.rolling_radius = {rolling_radius:g}: contact has a prismatic lower body: leave it out, "
-            "or exchange the bodies"
+            f"lower.rolling_radius = {rolling_radius:g}: a contact has a prismatic lower body: leave it "
+            "out, or exchange the bodies"
         )
         return
     if np.isinf(scene.bodies["upper"].rolling_radius) and not isinstance(wanted.extra_gap, Scattered):

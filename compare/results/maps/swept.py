@@ -3,8 +3,9 @@
 import json
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,14 @@ import numpy as np
 import xarray as xr
 
 from compare.results.maps.between import Nodes, Stencil
+from compare.results.sweep.checksums import CHECKSUM, LAYOUT
 from compare.results.sweep.opened import open_sweep
+from compare.results.sweep.verified import REMEDY, damaged_in_memory, require_layout
 from compare.scenes.errors import BadScene
 from compare.scenes.keys import set_key
 from compare.scenes.load import scene_from_table
 from compare.scenes.scene import Scene
-from geometries.arrays import Array
+from geometries.arrays import Array, Indices
 from geometries.errors import Failure, WrongInput
 
 
@@ -30,6 +33,7 @@ class Swept:
     axes: tuple[Nodes, ...]
     keys: tuple[Mapping[str, float], ...]  # of each axis: keys of a scene, and what a value is multiplied by
     table: Mapping[str, Any]  # of the scenes, but for the axes
+    _undamaged: set[tuple[int, ...]] = field(default_factory=set)  # nodes whose values have been verified
 
     @property
     def names(self) -> str:
@@ -49,17 +53,36 @@ class Swept:
         return scene_from_table(table, ",".join(f"{value:g}" for value in point))
 
     def at_nodes(self, name: str, stencils: Sequence[Stencil]) -> Array:
-        """A variable at the nodes of stencils, (k_1, ..., k_m, ...); raises Failure where it is missing."""
+        """A variable at the nodes of stencils, (k_1, ..., k_m, ...).
+
+        Raises Failure where it is missing or damaged.
+        """
         nodes = {axis.name: stencil.nodes for axis, stencil in zip(self.axes, stencils, strict=True)}
-        values = self.dataset[name].isel(nodes).values
-        if np.any(np.isnan(values)):
+        self._require_undamaged(nodes)
+        found = self.dataset[[name, CHECKSUM]].isel(nodes)
+        if np.any(np.isnan(found[name])) or not np.all(found[CHECKSUM]):
             raise Failure(self._missing(name, nodes))
-        return np.asarray(values, dtype=float)
+        return np.asarray(found[name], dtype=float)
+
+    def _require_undamaged(self, nodes: Mapping[str, Indices]) -> None:
+        """Raise Failure where scenes at some nodes do not have the values of their checksums."""
+        places = {*product(*(map(int, along) for along in nodes.values()))}
+        if places <= self._undamaged:
+            return
+        try:
+            damaged = bool(np.any(damaged_in_memory(self.dataset.isel(nodes))))
+        except Exception:  # whatever zarr makes of it
+            damaged = True
+        if damaged:
+            at = "; ".join(f"{name} = {self.dataset[name].values[along]}" for name, along in nodes.items())
+            raise Failure(f"{self.path}: a scene is damaged, at {at}: {REMEDY}")
+        self._undamaged.update(places)
 
     def _missing(self, name: str, nodes: Mapping[str, Any]) -> str:
         """Which scene of the campaign has no results, and why."""
-        chosen = self.dataset[[name, "failure"]].isel(nodes)
-        known = chosen[name].notnull().all([dim for dim in chosen[name].dims if dim not in nodes])
+        chosen = self.dataset[[name, "failure", CHECKSUM]].isel(nodes)
+        others = [dim for dim in chosen[name].dims if dim not in nodes]
+        known = chosen[name].notnull().all(others) & (chosen[CHECKSUM] != 0)
         at = np.argwhere(~known.transpose(*nodes).values)[0]
         one = chosen.failure.isel(dict(zip(nodes, at, strict=True)))
         where = ", ".join(f"{axis} = {float(one[axis]):g}" for axis in nodes)
@@ -84,10 +107,11 @@ def open_swept(path: Path, keep: str, wanted: Sequence[str]) -> Swept:
 def _opened(path: Path, _changed: int) -> Swept:
     try:
         dataset = open_sweep(path)
-    except (OSError, ValueError) as error:
+    except Exception as error:  # whatever zarr and xarray make of it
         raise BadScene(f"{path}: no file of a campaign: {error}; make one by `femic sweep`") from error
     if dataset.attrs.get("points") != "grid" or "axes" not in dataset.attrs:
         raise BadScene(f"{path}: no map: the campaign needs points = 'all'")
+    _require_layout(path, dataset)
     axes = json.loads(dataset.attrs["axes"])
     texts = [axis["name"] for axis in axes if dataset[axis["name"]].dtype.kind not in "fi"]
     if texts:
@@ -101,3 +125,13 @@ def _opened(path: Path, _changed: int) -> Swept:
         raise BadScene(f"{path}: {error}") from error
     keys = tuple({key: factor or 1.0 for key, factor in axis["keys"].items()} for axis in axes)
     return Swept(path, dataset, nodes, keys, tomllib.loads(dataset.attrs["table"]))
+
+
+def _require_layout(path: Path, dataset: xr.Dataset) -> None:
+    """Raise BadScene for files of older versions, Failure for damaged ones."""
+    if LAYOUT not in dataset.attrs:
+        raise BadScene(f"{path}: by an older version; make it again by `femic sweep`")
+    try:
+        require_layout(dataset)
+    except Exception as error:  # whatever zarr and xarray make of it
+        raise Failure(f"{path}: damaged ({error}): {REMEDY}") from error

@@ -28,6 +28,7 @@ from femic.matrix.pair import pair_column
 from femic.matrix.reference import MatrixReference, matrices
 from femic.means import DEFAULT, Means
 from femic.models import peak_memory
+from femic.work.files import published
 from femic.work.provenance import versions
 from geometries.arrays import Array
 from geometries.bodies import Domain
@@ -133,45 +134,67 @@ def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixRe
     matrix_references = matrices(jobs, means, combined=combined)
     means.watch.on_stage("  writing, checking")
     collected = _Collected.of(scene, jobs)
-    temporary = path.with_suffix(".part")
-    _write_coordinates(scene, matrix_references, temporary)
-    with h5netcdf.File(temporary, "a") as file:
-        _create_variables(file, scene)
-        for strip in range(scene.grid.n_s):
-            columns = {name: reference.column(strip) for name, reference in matrix_references.items()}
-            contour = scene.bodies["lower"].contour
-            compared_columns = {
-                name: columns[name] if name in columns else pair_column(matrix_references, contour, strip)
-                for name in scene.compared
-            }
-            like_half_spaces = {
-                name: total([matrix_references[part].column(strip, SOURCE) for part in parts_of(name)])
-                for name in scene.compared
-            }
-            for b, c in enumerate(compared_columns.values()):
-                file["ic"][b, :, :, strip] = scene.grid.area * _directions_last(c.ic)
-                file["estimate"][b, :, :, strip] = scene.grid.area * _directions_last(c.estimate)
-            collected.add(
-                strip,
-                compared_columns,
-                like_half_spaces,
-                {name: reference.raw_column(strip) for name, reference in matrix_references.items()},
-            )
-    results = MatrixResults(
-        scene,
-        matrix_references,
-        {name: worst_of(strip_errors) for name, strip_errors in collected.errors.items()},
-        {name: reciprocity(ics, jobs[name].body.contour, scene.grid) for name, ics in collected.raw.items()},
-        collected.eigenvalues(),
-        collected.deviations,
-        collected.known,
-        perf_counter() - start,
-        peak_memory(),
-    )
-    with h5netcdf.File(temporary, "a") as file:
-        file.attrs.update(_attributes(results))
-    temporary.replace(path)
+    with published(path) as unfinished:
+        _write_coordinates(scene, matrix_references, unfinished)
+        with h5netcdf.File(unfinished, "a") as file:
+            _create_variables(file, scene)
+            for strip in range(scene.grid.n_s):
+                _add_column(file, collected, strip, matrix_references)
+        results = MatrixResults(
+            scene,
+            matrix_references,
+            {name: worst_of(strip_errors) for name, strip_errors in collected.errors.items()},
+            {
+                name: reciprocity(ics, jobs[name].body.contour, scene.grid)
+                for name, ics in collected.raw.items()
+            },
+            collected.eigenvalues(),
+            collected.deviations,
+            collected.known,
+            perf_counter() - start,
+            peak_memory(),
+        )
+        with h5netcdf.File(unfinished, "a") as file:
+            file.attrs.update(_attributes(results))
+        _require_readable(unfinished)
     return results
+
+
+def _add_column(
+    file: h5netcdf.File,
+    collected: "_Collected",
+    strip: int,
+    matrix_references: Mapping[str, MatrixReference],
+) -> None:
+    """Write the column of a loaded strip, and collect what is computed from it."""
+    scene = collected.scene
+    columns = {name: reference.column(strip) for name, reference in matrix_references.items()}
+    contour = scene.bodies["lower"].contour
+    compared_columns = {
+        name: columns[name] if name in columns else pair_column(matrix_references, contour, strip)
+        for name in scene.compared
+    }
+    like_half_spaces = {
+        name: total([matrix_references[part].column(strip, SOURCE) for part in parts_of(name)])
+        for name in scene.compared
+    }
+    for b, c in enumerate(compared_columns.values()):
+        file["ic"][b, :, :, strip] = scene.grid.area * _directions_last(c.ic)
+        file["estimate"][b, :, :, strip] = scene.grid.area * _directions_last(c.estimate)
+    collected.add(
+        strip,
+        compared_columns,
+        like_half_spaces,
+        {name: reference.raw_column(strip) for name, reference in matrix_references.items()},
+    )
+
+
+def _require_readable(path: Path) -> None:
+    """Read all matrices of a file: each piece of it has a checksum, which HDF5 compares (OSError)."""
+    with h5netcdf.File(path, "r") as file:
+        for name, _, _ in VARIABLES:
+            for strip in range(file[name].shape[3]):
+                file[name][:, :, :, strip]
 
 
 @dataclass(eq=False)
@@ -294,7 +317,9 @@ def _create_variables(file: h5netcdf.File, scene: Scene) -> None:
     """Create the variables of the matrices, chunked by loaded strip."""
     grid = scene.grid
     for name, kind, meaning in VARIABLES:
-        variable = file.create_variable(name, DIMENSIONS, kind, chunks=(1, grid.n_x, grid.n_s, 1, 3, 3))
+        variable = file.create_variable(
+            name, DIMENSIONS, kind, chunks=(1, grid.n_x, grid.n_s, 1, 3, 3), fletcher32=True
+        )
         variable.attrs.update({"units": "mm/MPa", "long_name": meaning})
 
 

@@ -123,7 +123,10 @@ class InZarr:
         self._buffered = 0
 
     def write(self, frame: xr.Dataset) -> None:
-        """Write the scenes that wait, then what is said of all scenes (`frame`), at last their digests."""
+        """Write the scenes that wait, then what is said of all scenes (`frame`), at last their digests.
+
+        Checksums come before digests: what has a digest has its checksum.
+        """
         self.flush()
         for name, labels in frame.coords.items():
             if name in self.group and not np.array_equal(self.group[name][...], labels.values):

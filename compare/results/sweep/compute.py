@@ -1,6 +1,6 @@
 """Computes a campaign: tasks are handed to a cluster a few at a time, and what they leave is collected."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -9,12 +9,12 @@ from time import perf_counter
 
 from distributed import CancelledError, Client, Future, KilledWorker
 
+from compare.results import folders
 from compare.results.provenance import results_digest
 from compare.results.sweep import kept
 from compare.results.sweep.dataset import Collected, require_other_names
 from compare.results.sweep.keeping import KEEPERS
 from compare.results.sweep.kept import Kept
-from compare.results.sweep.lock import only_run_in
 from compare.results.sweep.tasks import (
     PROBE,
     Place,
@@ -31,11 +31,13 @@ from compare.results.sweep.tasks import (
     solve_models,
     together,
 )
-from compare.scenes.campaign import Campaign
+from compare.scenes.campaign import Campaign, Point
+from compare.scenes.errors import require_none
 from femic.work.store import Store
-from geometries.errors import Failure
+from geometries.errors import Failure, WrongInput
 
 SCENES_PER_WORKER = 4  # that the scheduler has at a time: enough for no worker to wait for this process
+MOST_REASONS = 5  # why scenes are impossible, that are told before the run
 GONE = "the scheduler is gone; what is finished is kept: start it again, and run the same command"
 FIRST = 1  # priority of what others wait for
 COUNT_EVERY = 1.0  # s between countings of workers
@@ -79,14 +81,35 @@ class Options:
 
 
 def require_computable(campaign: Campaign) -> None:
-    """Raise BadScene where the first scene of a campaign does not have what is to be kept.
+    """Raise BadScene where a value makes a scene impossible, or one that lacks what is to be kept.
 
-    And where an axis has the name of something kept.
+    So a value in the middle of an axis is told of before the run. And where an axis has the name of something
+    kept.
     """
-    scene = campaign.scene(campaign.point(campaign.order[0]))
     for keep in campaign.keep:
-        KEEPERS[keep].require(scene)
         require_other_names(campaign, KEEPERS[keep].names)
+    require_none(campaign.name, _misfits(campaign, campaign.required))
+
+
+def impossible(campaign: Campaign) -> list[str]:
+    """Combinations of values with which scenes will fail, and why: as far as some are tried."""
+    return _misfits(campaign, campaign.combined)
+
+
+def _misfits(campaign: Campaign, points: Iterable[Point]) -> list[str]:
+    """What is wrong with the scenes at some points: the first ones with different reasons."""
+    reasons: dict[str, str] = {}
+    for point in points:
+        name = campaign.named(point)
+        try:
+            scene = campaign.scene(point)
+            for keep in campaign.keep:
+                KEEPERS[keep].require(scene)
+        except WrongInput as error:
+            reasons.setdefault(str(error).removeprefix(f"{name}: "), name)
+        if len(reasons) == MOST_REASONS:
+            break
+    return [f"at {name}: {reason}" for reason, name in reasons.items()]
 
 
 def compute_sweep(
@@ -99,7 +122,7 @@ def compute_sweep(
     where the store is full, and where the scheduler is gone; what is finished is in the store and in the
     dataset.
     """
-    with only_run_in(collected.folder):
+    with folders.only_run_in(collected.folder):
         run = _Run(collected, store, options or Options())
         try:
             first = run.next_unfinished()
@@ -194,7 +217,12 @@ class _Run:
     def __post_init__(self) -> None:
         campaign = self.collected.campaign
         self.progress, self.todo = Progress(campaign.size), tasks_of(campaign, self.store)
-        self.collected.begin(lambda number: _task_of(campaign, number, self.store).digest)
+        try:
+            damage = self.collected.begin(lambda number: _task_of(campaign, number, self.store).digest)
+        except OSError as error:
+            raise self._unwritable(error) from error
+        if damage:
+            self.options.note(damage)
         self.keys = kept.kept_keys(self.store)
 
     @property
@@ -311,11 +339,14 @@ class _Run:
         try:
             self.collected.add(number, done, digest)
         except OSError as error:
-            raise Failure(
-                f"{self.collected.path} cannot be written ({error}): make room, or give another folder "
-                "(--out); what is finished is in the store: run the same command to go on"
-            ) from error
+            raise self._unwritable(error) from error
         self._tell(found)
+
+    def _unwritable(self, error: OSError) -> Failure:
+        return Failure(
+            f"{self.collected.path} cannot be written ({error}): make room, or give another folder (--out); "
+            "what is finished is in the store: run the same command to go on"
+        )
 
     def _tell(self, found: int = 0) -> None:
         """Tell that a scene more is in the dataset."""

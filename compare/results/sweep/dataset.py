@@ -6,20 +6,20 @@ Layout of `sweep.nc` (NetCDF 4; `sweep.zarr` where it would take more than `LARG
   `units` and `long_name`; values that are not all numbers are text.
 - dim of random points and of tables: `sample`. The values of the axes are coordinates along it.
 - over these dims: `failure` (text, "" where there is none or where nothing is computed yet), `seconds` (what
-  was made of the scene, without models that other scenes have made; NaN: not computed yet) and the coordinate
-  `digest` (of all that the scene's results rest on; 0: not computed yet, or to be tried again).
+  was made of the scene, without models that other scenes have made; NaN: not computed yet) and coordinates:
+  `digest` (of all that the scene's results rest on; 0: not computed yet, or to be tried again), `checksum`
+  (of the results themselves: `compare.results.sweep.checksums`).
 - over these dims and its own: every variable of `compare.results.sweep.keeping`, NaN where it is not known.
   All are numbers. Dims of their own have labels (`variant`, `body`, `line`, ...), where all scenes have the
   same ones; otherwise "line 0", "line 1", ...
 - attributes: `title`, `campaign` (text of the file), `table` (TOML of the scene without the axes), `axes`
   (JSON: name, label, unit, keys with factors, spacing), `keep` (JSON), `points` ("grid" or "samples"),
-  `scenes`, `computed`, `failed`, `code`, `versions`.
+  `scenes`, `computed`, `failed`, `code`, `versions`, `layout` (digest of all that is not of a scene).
 """
 
 import json
 import shutil
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -31,16 +31,18 @@ import xarray as xr
 from compare.results.provenance import results_digest
 from compare.results.sweep import keeping
 from compare.results.sweep.arrays import DIGEST, Arrays, InMemory, InZarr, in_zarr
+from compare.results.sweep.checksums import CHECKSUM, LAYOUT, OF_SCENES, layout_of, of_outcomes, of_values
 from compare.results.sweep.kept import Kept
 from compare.results.sweep.opened import open_sweep
+from compare.results.sweep.verified import Verified, require_layout, verified
 from compare.scenes.campaign import Axis, Campaign
 from compare.scenes.campaign_file import is_number
 from compare.scenes.errors import BadScene
+from femic.work.files import write_dataset
 from femic.work.provenance import versions
 
 SAMPLE = "sample"
 FILE, ZARR = "sweep.nc", "sweep.zarr"
-OF_SCENES = ("failure", "seconds", DIGEST)  # variables over the swept dims only
 TRIED = 10  # scenes of an earlier dataset whose digests are tried
 LARGEST_FILE = 200e6  # bytes of a dataset that is held in memory and written as one file
 
@@ -59,34 +61,46 @@ class Collected:
     failures: dict[int, str] = field(default_factory=dict)  # by number of the point
     seconds: np.ndarray[Any, Any] = field(init=False)  # by number of the point
     digests: np.ndarray[Any, Any] = field(init=False)
+    checksums: np.ndarray[Any, Any] = field(init=False)
     _arrays: Arrays | None = None
     _other_labels: set[str] = field(default_factory=set)  # dims whose labels differ between scenes
 
     def __post_init__(self) -> None:
         self.seconds = np.full(self.campaign.size, np.nan)
         self.digests = np.zeros(self.campaign.size, dtype=np.uint64)
+        self.checksums = np.zeros(self.campaign.size, dtype=np.uint64)
 
     @property
     def path(self) -> Path:
         """Where the dataset is written to."""
         return self.folder / (ZARR if isinstance(self._arrays, InZarr) else FILE)
 
-    def begin(self, digest_of: Callable[[int], int]) -> None:
+    def begin(self, digest_of: Callable[[int], int]) -> str:
         """Go on with the zarr store of an earlier run, if it is one of this campaign and code.
 
         Axes may have become longer since: scenes are appended. Otherwise the dataset is made anew, also where
-        none of some scenes has the digest that it would have now: files that all read have changed.
+        none of some scenes has the digest that it would have now: files that all read have changed. What is
+        damaged is made anew, too, and returned as a message.
         """
         path = self.folder / ZARR
-        earlier = xr.Dataset()
-        with suppress(OSError, ValueError):  # there is none
+        if not path.exists():
+            return ""
+        try:
             earlier = open_sweep(path)
-        if self._continues(earlier):
-            self._take(path, earlier)
-            known = np.flatnonzero(self.digests)
-            some = known[:: max(1, len(known) // TRIED)]
-            if not any(digest_of(int(number)) == self.digests[number] for number in some):
-                self._forget()
+            if LAYOUT not in earlier.attrs:  # nothing was finished, or by other code
+                return ""
+            require_layout(earlier)
+            found = verified(path, earlier) if self._continues(earlier) else None
+        except Exception as error:  # whatever zarr and xarray make of it
+            return f"{path}: damaged ({error or type(error).__name__}): all its scenes are made anew"
+        if found is None:
+            return ""
+        damaged = self._take(path, earlier, found)
+        known = np.flatnonzero(self.digests)
+        some = known[:: max(1, len(known) // TRIED)]
+        if not any(digest_of(int(number)) == self.digests[number] for number in some):
+            self._forget()
+        return f"{path}: {damaged} scenes are damaged or half written: they are made anew" if damaged else ""
 
     def has(self, number: int, digest: int) -> bool:
         """Whether a scene is there, by all that its results rest on."""
@@ -112,12 +126,10 @@ class Collected:
         """Write what is finished so far, completely or not at all; a large dataset is brought up to date."""
         self.folder.mkdir(parents=True, exist_ok=True)
         if isinstance(self._arrays, InZarr):
-            self._arrays.write(_with_free_text(self._frame().assign_attrs(self._attributes())))
+            self._arrays.write(_with_free_text(self._signed(self._frame())))
             (self.folder / FILE).unlink(missing_ok=True)
             return self.path
-        temporary = self.path.with_suffix(".part")
-        self.dataset().to_netcdf(temporary, engine="h5netcdf")
-        temporary.replace(self.path)
+        write_dataset(self.dataset(), self.path)
         shutil.rmtree(self.folder / ZARR, ignore_errors=True)
         return self.path
 
@@ -132,14 +144,18 @@ class Collected:
                     for name, variable in self.template.data_vars.items()
                 }
             )
-        return frame.assign_attrs(self._attributes())
+        return self._signed(frame)
+
+    def _signed(self, frame: xr.Dataset) -> xr.Dataset:
+        """A frame with attributes, among them the digest of all that is not of a scene."""
+        attributes = self._attributes()
+        return frame.assign_attrs(attributes | {LAYOUT: layout_of(frame, self.template, attributes)})
 
     def _continues(self, earlier: xr.Dataset) -> bool:
         """Whether an earlier dataset is of this campaign and code, with the first values of each axis."""
         now, coords = self._attributes(), xr.Dataset(coords=swept_coords(self.campaign))
         return (
-            {*OF_SCENES} <= {*earlier.variables}
-            and all(earlier.attrs[name] == now[name] for name in ("table", "keep", "points", "code"))
+            all(earlier.attrs[name] == now[name] for name in ("table", "keep", "points", "code"))
             and _keys_of(earlier.attrs["axes"]) == _keys_of(str(now["axes"]))
             and all(
                 np.array_equal(earlier[axis.name].values, coords[axis.name].values[: earlier[axis.name].size])
@@ -147,16 +163,19 @@ class Collected:
             )
         )
 
-    def _take(self, path: Path, earlier: xr.Dataset) -> None:
-        """Take the scenes of an earlier zarr store."""
+    def _take(self, path: Path, earlier: xr.Dataset, found: Verified) -> int:
+        """Take the scenes of an earlier zarr store but damaged ones; the number of these."""
         shape, swept = self.campaign.shape, swept_dims(self.campaign)
         there = tuple(slice(earlier.sizes[dim]) for dim in swept)
         failures = np.full(shape, "", dtype=object)
         failures[there] = earlier.failure.values
         self.failures = {int(n): str(failures.flat[n]) for n in np.flatnonzero(failures.ravel() != "")}
-        self.seconds.reshape(shape)[there] = earlier.seconds.values
-        self.digests.reshape(shape)[there] = earlier.digest.values
-        self.template = earlier.drop_vars(OF_SCENES).isel(dict.fromkeys(swept, 0), drop=True).load()
+        for mine, name in ((self.seconds, "seconds"), (self.digests, DIGEST), (self.checksums, CHECKSUM)):
+            mine.reshape(shape)[there] = earlier[name].values
+        damaged = np.zeros(shape, dtype=bool)
+        damaged[there] = found.damaged
+        self.digests[damaged.ravel()] = 0
+        self.template = earlier.drop_vars(OF_SCENES).isel(dict.fromkeys(swept, 0), drop=True)
         self._other_labels = {
             str(dim)
             for dim, labels in self.template.coords.items()
@@ -164,11 +183,13 @@ class Collected:
         }
         self._arrays = InZarr.appended(path, shape, swept, map(str, self.template.data_vars))
         self.write()
+        found.remove_chunks()
+        return int(np.sum(damaged))
 
     def _forget(self) -> None:
         """Forget all scenes."""
         self.template, self.failures, self._other_labels, self._arrays = xr.Dataset(), {}, set(), None
-        self.seconds[:], self.digests[:] = np.nan, 0
+        self.seconds[:], self.digests[:], self.checksums[:] = np.nan, 0, 0
 
     def _make_room(self, dataset: xr.Dataset) -> None:
         """Make room for variables of all scenes that none had before, and note labels that differ."""
@@ -203,6 +224,17 @@ class Collected:
         if done.failure:
             self.failures[number] = done.failure
         self.seconds[number], self.digests[number] = done.seconds, digest
+        self.checksums[number] = self._checksum(done, digest)
+
+    def _checksum(self, done: Kept, digest: int) -> np.uint64:
+        """The checksum of a scene, as its values are stored."""
+        numbers = [
+            of_values(str(name), done.dataset[name].values.astype(variable.dtype))
+            for name, variable in self.template.data_vars.items()
+            if name in done.dataset
+        ]
+        outcome = of_outcomes([done.failure], np.array([done.seconds]), np.array([digest], dtype=np.uint64))
+        return np.sum([*numbers, *outcome], dtype=np.uint64)
 
     def _frame(self) -> xr.Dataset:
         """Coordinates, failures and seconds."""
@@ -219,13 +251,14 @@ class Collected:
                 self.digests,
                 {"long_name": "of all that results rest on; 0: not computed yet, or to be tried again"},
             ),
+            CHECKSUM: (self.checksums, {"long_name": "of the results; 0: not computed yet"}),
         }
         of_scenes = {
             name: (swept, values.reshape(campaign.shape), attrs)
             for name, (values, attrs) in described.items()
         }
         frame = xr.Dataset(of_scenes, coords=swept_coords(campaign) | self._labels())
-        return frame.set_coords(DIGEST)
+        return frame.set_coords([DIGEST, CHECKSUM])
 
     def _labels(self) -> dict[str, Any]:
         """The coordinates of the dims that scenes have by themselves."""

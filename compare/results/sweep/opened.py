@@ -5,12 +5,18 @@ from pathlib import Path
 import xarray as xr
 
 
+def file_in(folder: Path) -> Path:
+    """The file of the dataset in a campaign's folder."""
+    large = folder / "sweep.zarr"
+    return large if large.is_dir() else folder / "sweep.nc"
+
+
 def open_sweep(path: Path) -> xr.Dataset:
     """The dataset of a campaign's folder, or of its file `sweep.nc` or `sweep.zarr`.
 
     That of a large one is read as it is used. Raises FileNotFoundError where there is none.
     """
-    zarr_path, file = path / "sweep.zarr", path / "sweep.nc"
-    if path.suffix == ".zarr" or (path.suffix != ".nc" and zarr_path.is_dir()):
-        return xr.open_zarr(path if path.suffix == ".zarr" else zarr_path, consolidated=False, chunks=None)
-    return xr.load_dataset(path if path.suffix == ".nc" else file, engine="h5netcdf")
+    file = path if path.suffix in {".nc", ".zarr"} else file_in(path)
+    if file.suffix == ".zarr":
+        return xr.open_zarr(file, consolidated=False, chunks=None)
+    return xr.load_dataset(file, engine="h5netcdf")

@@ -10,7 +10,9 @@ from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
 
+import h5py
 import pytest
+import zarr
 from rich.console import Console
 
 from compare.cli import scenes, sweeps
@@ -23,7 +25,13 @@ from compare.results.sweep.compute import Progress
 from compare.results.sweep.opened import open_sweep
 from compare.scenes.load import load_scene
 from geometries.errors import Failure
-from tests.compare.results.sweep.campaigns import LIGHT, LIGHT_KEEPERS, OF_UPPER, in_this_process
+from tests.compare.results.sweep.campaigns import (
+    CELLS_OF_PATCHES,
+    LIGHT,
+    LIGHT_KEEPERS,
+    OF_UPPER,
+    in_this_process,
+)
 
 ROOT = Path(__file__).parents[3]
 INTERRUPTIBLE = """
@@ -87,6 +95,20 @@ def test_wrong_files_and_options_are_said(femic):
     assert "--workers is of this machine's cores" in printed
 
 
+def test_a_value_in_the_middle_is_said_and_nothing_is_computed(femic):
+    code, printed = femic(LIGHT.replace("0.1, 0.2, 0.3", "0.1, 0.7, 0.3"))
+    assert code == WRONG_INPUT
+    assert "at E=1,nu=0.7" in printed
+    assert not Path("out").exists()
+
+
+def test_impossible_combinations_are_told_and_fail(femic):
+    code, printed = femic(CELLS_OF_PATCHES)
+    assert code == DONE
+    assert "note: a scene that will fail: at cell=0.2,b=0.1: " in printed
+    assert "9 scenes: 7 computed, 2 failed" in printed
+
+
 def test_the_scene_of_a_point_is_written_and_nothing_else_is_printed(femic):
     code, printed = femic(LIGHT, "--write", "E=2.5,nu=0.3")
     assert (code, printed) == (DONE, "out/mine/E=2.5,nu=0.3.toml\n")
@@ -131,6 +153,31 @@ def test_the_page_of_what_is_there_is_written_without_computing(femic, monkeypat
     monkeypatch.setattr(sweeps, "compute_sweep", None)
     assert femic(LIGHT, "--page") == (DONE, "Report: out/mine/sweep.html\n")
     assert Path("out/mine/sweep.html").is_file()
+
+
+@pytest.mark.parametrize("large", [False, True])
+def test_there_is_no_page_of_a_damaged_dataset(femic, monkeypatch, large):
+    if large:
+        monkeypatch.setattr("compare.results.sweep.dataset.LARGEST_FILE", 1)
+    femic(LIGHT)
+    if large:
+        zarr.open_group("out/mine/sweep.zarr", mode="a")["sum"][2, 1] = 1.0
+    else:
+        with h5py.File("out/mine/sweep.nc", "a") as file:
+            file["sum"][2, 1] = 1.0
+    code, printed = femic(LIGHT, "--page")
+    assert code == FAILED
+    assert "1 scenes are damaged: run the campaign again" in printed
+    assert ("scenes are damaged or half written" in femic(LIGHT)[1]) == large
+    assert femic(LIGHT, "--page")[0] == DONE
+
+
+def test_there_is_no_page_of_what_is_no_dataset(femic):
+    Path("out/mine").mkdir(parents=True)
+    Path("out/mine/sweep.nc").write_text("none", encoding="utf-8")
+    code, printed = femic(LIGHT, "--page")
+    assert code == FAILED
+    assert "sweep.nc: damaged" in printed
 
 
 def test_the_scene_of_a_point_is_that_of_the_campaign_without_a_check(femic):

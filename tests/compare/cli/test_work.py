@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from compare.cli.main import FAILED, WRONG_INPUT, exit_code
 from compare.cli.work import Work, kept
+from compare.results.folders import LOCK, only_run_in
 from compare.scenes.errors import BadScene, require_none
 from compare.scenes.load import load_scene
 from compare.scenes.scene import common_extent
@@ -77,3 +79,47 @@ def test_contours_go_as_far_as_the_shorter_one():
 
 
 LINE = {"along": "x", "s": 0.0, "reach": 5.0, "points": 11}
+
+
+COMMANDS = {  # by name: arguments, and the folders in results/ that each writes to
+    "run": (["flat", "--out", "one"], ["one"]),
+    "matrix": (["geometry2", "--out", "one"], ["one"]),
+    "contact": (["wide", "tall"], ["out/wide", "out/tall", "out/wide_tall"]),
+    "judge": (["tall", "--out", "one"], ["one"]),
+    "calibrate": (["geometry1", "geometry2", "--out", "."], ["geometry1", "geometry2", "."]),
+    "export": (["geometry2", "--out", "one"], ["one"]),
+    "frontier": (["flat", "--out", "one"], ["one"]),
+    "advise": (["flat", "--out", "one"], ["one"]),
+    "validate": (["--only", "1", "--out", "one"], ["one"]),
+    "extremes": (["--of", "analytic", "--out", "one"], ["one"]),
+    "compare": (["geometry1", "geometry2", "--results", "."], ["geometry1", "geometry1_geometry2"]),
+}
+USED = [(name, folder) for name, (_, folders) in COMMANDS.items() for folder in folders]
+
+
+@pytest.fixture
+def nothing_begins(tmp_path, monkeypatch):
+    """In an empty folder, where work would be shown as begun."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("compare.cli.progress.shown", lambda _: pytest.fail("work began"))
+
+
+@pytest.mark.usefixtures("nothing_begins")
+@pytest.mark.parametrize(("name", "folder"), USED)
+def test_every_command_leaves_a_folder_alone_that_another_run_writes_to(name, folder, capsys):
+    with only_run_in(Path(folder)):
+        assert exit_code([name, *COMMANDS[name][0]]) == FAILED
+        assert [path.name for path in Path(folder).iterdir() if path.is_file()] == [LOCK]
+    assert "another femic writes there" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("nothing_begins")
+@pytest.mark.parametrize(("name", "folder"), USED)
+def test_every_command_looks_where_it_writes_before_any_work(name, folder, tmp_path, capsys):
+    if folder == ".":
+        (tmp_path / "figures").touch()
+    else:
+        Path(folder).parent.mkdir(exist_ok=True)
+        Path(folder).touch()
+    assert exit_code([name, *COMMANDS[name][0]]) == WRONG_INPUT
+    assert "--out" in capsys.readouterr().err

@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import re
 import shutil
 from dataclasses import replace
@@ -19,7 +18,9 @@ from compare.reports.overlay.differences import differences
 from compare.reports.overlay.figures import curves, drawn_variants
 from compare.reports.overlay.page import _rank, summary
 from compare.reports.overlay.sources import MOST_SCENES, sources, up_to_date
-from compare.results.provenance import results_digest
+from compare.reports.scene.run import key_of
+from compare.results import receipts
+from compare.results.folders import LOCK
 from femic.work.provenance import code_digest
 from tests.compare.conftest import on_line, scene_text
 
@@ -80,7 +81,7 @@ def read(folder, name):
 
 def test_an_overlay_writes_report_figures_and_csv(compared):
     out = compared / "results" / "gentle_steep"
-    assert {path.name for path in out.iterdir()} == {"report.html", "figures", "curves_x1.6mm.csv"}
+    assert {path.name for path in out.iterdir()} - {LOCK} == {"report.html", "figures", "curves_x1.6mm.csv"}
     assert {path.name for path in (out / "figures").iterdir()} == {"curves_nn.png", "curves_sn.png"}
     html = (out / "report.html").read_text(encoding="utf-8")
     assert html.count("data:image/png") == 2
@@ -269,7 +270,7 @@ def test_missing_and_broken_results_are_computed_again(name, content, copied, co
     assert computed == ["steep"]
 
 
-def test_results_older_than_a_file_of_points_are_out_of_date(tmp_path):
+def test_results_of_another_file_of_points_are_out_of_date(tmp_path):
     y = np.linspace(-40, 40, 41)
     np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 100]))
     arc = '"arc", radius = 10.0, flank_inclination_deg = 25.0'
@@ -281,15 +282,25 @@ def test_results_older_than_a_file_of_points_are_out_of_date(tmp_path):
     for name in ("mine", "other"):
         (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
     mine, _ = sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)
+    assert not up_to_date(mine)
     mine.folder.mkdir()
-    for name in ("ics.nc", "errors.nc"):
-        xr.Dataset(attrs={"scene": text, "code": results_digest("compare.results.dataset")}).to_netcdf(
-            mine.folder / name, engine="h5netcdf"
-        )
-    written = (mine.folder / "ics.nc").stat().st_mtime
-    for age, expected in ((+10, True), (-10, False)):
-        os.utime(tmp_path / "rail.txt", (written - age, written - age))
-        assert up_to_date(mine) == expected
+    receipts.leave(mine.folder, "run", key_of(mine.scene), [])
+    assert up_to_date(mine)
+    (tmp_path / "rail.txt").touch()  # the same points
+    mine, _ = sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)
+    assert up_to_date(mine)
+    np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 90]))
+    mine, _ = sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)
+    assert not up_to_date(mine)
+
+
+def test_a_folder_whose_files_have_changed_since_is_not_shown(copied, capsys):
+    """Its numbers would not be what its text says."""
+    path = copied / "results" / "steep" / "errors.nc"
+    errors = read(copied, "steep/errors.nc")
+    (errors * 2).to_netcdf(path, engine="h5netcdf")
+    assert compare(copied, str(copied / "results/steep"), str(copied / "results/gentle")) == WRONG_INPUT
+    assert "errors.nc: not as `femic run` has written it" in " ".join(capsys.readouterr().err.split())
 
 
 @pytest.mark.parametrize("name", ["ics.nc", "errors.nc"])

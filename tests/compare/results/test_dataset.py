@@ -9,6 +9,7 @@ from approx.variants import VARIANTS
 from compare.reports.scene import page as report
 from compare.results import dataset as data
 from femic.discount import rigid_part
+from femic.work.files import write_dataset
 from geometries.materials import both_bodies
 from geometries.patches import Load
 from tests.compare.conftest import on_line
@@ -73,7 +74,7 @@ def test_raw_and_discount_give_c(small):
 
 def test_file_round_trip(small, tmp_path):
     _, dataset, _ = small
-    data.write(dataset, tmp_path / "ics.nc")
+    write_dataset(dataset, tmp_path / "ics.nc")
     with xr.open_dataset(tmp_path / "ics.nc", engine="h5netcdf") as read:
         xr.testing.assert_identical(read.load(), dataset)
     assert [path.name for path in tmp_path.iterdir()] == ["ics.nc"]

@@ -2,20 +2,23 @@
 
 import json
 import re
+import shutil
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
 from compare.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from compare.reports.matrix import page
 from compare.reports.matrix.contact_file import read
 from compare.reports.matrix.export import SUFFIXES
-from compare.reports.matrix.page import key_of_scene
 from compare.results import plan
 from compare.results.compute import jobs
 from compare.results.matrix import compute as matrix
 from compare.results.matrix.check import check, checked_strips
 from compare.results.matrix.compute import compute_matrix, file_size, matrix_jobs
+from compare.results.receipts import key_of
 from compare.scenes.errors import BadScene
 from compare.scenes.load import load_scene, scene_from_table
 from femic.harmonic import engine as harmonic
@@ -25,6 +28,7 @@ from femic.means import Means
 from femic.solid import engine as solid
 from femic.solid.record import SOLID
 from femic.work.store import Store
+from geometries.errors import Failure
 from geometries.patches import DIRECTIONS
 from tests.compare.conftest import COARSE_ENGINE, scene_text
 
@@ -102,7 +106,7 @@ def test_a_contour_file_that_has_changed_makes_another_matrix(tmp_path):
     y, keys = np.linspace(-9, 9, 31), []
     for radius in (30.0, 30.0, 40.0):
         np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / (2 * radius)]))
-        keys.append(key_of_scene(scene_from_table(scene, "rail"), 3))
+        keys.append(key_of(scene_from_table(scene, "rail"), "compare.reports.matrix.page", 3))
     assert keys[0] == keys[1] != keys[2]
 
 
@@ -156,8 +160,8 @@ def test_a_grid_beyond_a_measured_contour_is_refused_by_the_matrix_only():
 
 
 def test_an_interrupted_matrix_goes_on_where_it_was(write_scene, tmp_path, monkeypatch):
-    grid = "\n[grid]\nn_x = 2\nn_s = 2\n"
-    path, out = write_scene('bodies = ["lower"]', engine=HARMONIC + grid), tmp_path / "o"
+    engine = "[engine]\ntolerance = 0.5\n[grid]\nn_x = 2\nn_s = 2\n"
+    path, out = write_scene('bodies = ["lower"]', engine=engine), tmp_path / "o"
     path.write_text(path.read_text(encoding="utf-8").replace(*WIDER), encoding="utf-8")
     solved, solve = [], Condensation.at
 
@@ -179,11 +183,50 @@ def test_an_interrupted_matrix_goes_on_where_it_was(write_scene, tmp_path, monke
 
 def test_what_cannot_be_written_is_an_error(made, tmp_path, capsys):
     path, out = made
-    (tmp_path / "o").mkdir()
-    (tmp_path / "o" / "matrix.part").mkdir()
+    (tmp_path / "o" / "matrix.nc").mkdir(parents=True)
     place = ["--out", str(tmp_path / "o"), "--store", str(out / "store")]
+    assert exit_code(["matrix", str(path), *place]) == WRONG_INPUT
+    assert "matrix.nc in it is a folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("damaged", ["matrix.nc", "matrix.html"])
+def test_a_matrix_that_has_changed_since_is_made_again(made, tmp_path, monkeypatch, capsys, damaged):
+    path, out = made
+    folder = tmp_path / "o"
+    shutil.copytree(out, folder, ignore=shutil.ignore_patterns("store"))
+    place = ["--out", str(folder), "--store", str(out / "store")]
+    content = bytearray((folder / damaged).read_bytes())
+    content[len(content) // 2] ^= 1
+    (folder / damaged).write_bytes(content)
+
+    def begun(*_):
+        raise Failure("it is made")
+
+    monkeypatch.setattr(page, "compute_matrix", begun)
     assert exit_code(["matrix", str(path), *place]) == FAILED
-    assert "matrix.part" in capsys.readouterr().err
+    assert "it is made" in capsys.readouterr().err
+    assert not (folder / "matrix.receipt.json").exists()
+
+
+def first_chunk(variable):
+    """Where the first piece of a variable is in its file, and its size [bytes]."""
+    found = variable.id.get_chunk_info(0)
+    return found.byte_offset, found.size
+
+
+def test_pieces_of_a_matrix_have_checksums(made, tmp_path):
+    """Damaged values are not read."""
+    _, out = made
+    with h5py.File(out / "matrix.nc", "r") as file:
+        place, size = first_chunk(file["ic"])
+    content = bytearray((out / "matrix.nc").read_bytes())
+    content[place + size // 2] ^= 1
+    (tmp_path / "matrix.nc").write_bytes(content)
+    with (
+        xr.open_dataset(tmp_path / "matrix.nc", engine="h5netcdf") as damaged,
+        pytest.raises(OSError, match="filter"),
+    ):
+        damaged.ic.load()
 
 
 # --- plan ------------------------------------------------------------------------------------------------

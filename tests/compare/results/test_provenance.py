@@ -5,10 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from compare.reports.matrix import page as matrix_report
 from compare.results import provenance
 from compare.results.provenance import results_digest
-from compare.scenes.load import load_scene
 from femic.work.provenance import PACKAGES, code_digest, digest_of
 from femic.work.store import Store
 
@@ -168,11 +166,3 @@ def test_results_depend_on_the_library_that_writes_them(monkeypatch):
     before = results_digest(ERRORS)
     monkeypatch.setattr(provenance, "version", lambda _: "0.0")
     assert anew(ERRORS) != before
-
-
-def test_a_matrix_of_other_code_is_made_again(monkeypatch):
-    scene = load_scene("geometry2")
-    before = matrix_report.key_of_scene(scene, 1)
-    assert matrix_report.key_of_scene(scene, 1) == before
-    monkeypatch.setattr(matrix_report, "results_digest", lambda *_: "0123456789ab")
-    assert matrix_report.key_of_scene(scene, 1) != before

@@ -196,6 +196,49 @@ def test_a_table_has_points_of_any_kind(campaign, tmp_path):
     assert table.scene(table.point(1)).settings.engine.name == "solid"
 
 
+# --- points that are tried before the run ------------------------------------------------------------
+
+
+def test_each_value_of_a_grid_is_tried_with_the_first_ones_of_the_others(campaign):
+    grid = campaign(GRID)
+    flanks, ratios = (axis.values for axis in grid.axes)
+    assert {*grid.required} == {(flank, 1.05) for flank in flanks} | {(0, ratio) for ratio in ratios}
+    assert {*grid.combined} == {(0, 1.05), (0, 1.5), (60, 1.05), (60, 1.5)}
+
+
+def test_the_values_of_a_long_axis_are_tried_coarsely(campaign):
+    grid = campaign(GRID, ("count = 7", "count = 20000"))
+    points = list(grid.required)
+    assert len(points) == 1000
+    assert {ratio for _, ratio in points} == {1.05, 1.2, 1.5}
+    assert np.max(np.diff(np.sort([flank for flank, _ in points]))) < 60 / 400
+
+
+def test_all_rows_of_a_table_are_tried_and_of_a_long_one_those_that_stand_out(campaign, tmp_path):
+    rows = [[f"{1e5 + k}", "harmonic"] for k in range(3001)]
+    rows[1234][0], rows[1235][0], rows[1236][1] = "1", "1e9", "solid"
+    for count in (900, 3001):
+        text = "E,kind\n" + "\n".join(map(",".join, rows[:count]))
+        (tmp_path / "points.csv").write_text(text, encoding="utf-8")
+        table = campaign(TABLE)
+        tried = list(table.required)
+        assert {*tried} <= {*table.listed}
+        if count == 900:
+            assert {*tried} == {*table.listed}
+        else:
+            assert {*table.listed[1234:1237]} <= {*tried}
+            assert len(tried) <= 1000
+        assert not list(table.combined)
+
+
+def test_of_random_points_the_ends_are_tried_and_combinations(campaign):
+    made = campaign(RANDOM % (100, 1))
+    (e, nu), (all_e, all_nu) = made.listed[0], zip(*made.listed, strict=True)
+    ends = {(min(all_e), nu), (max(all_e), nu), (e, min(all_nu)), (e, max(all_nu))}
+    assert {*made.required} == ends
+    assert [*made.combined] == [*made.listed]
+
+
 # --- what cannot be ----------------------------------------------------------------------------------
 
 WRONG = {
@@ -215,6 +258,45 @@ WRONG = {
     "both": (GRID, ("count = 7", "count = 7\nvalues = [1]"), "either values, or both from and to"),
     "neither": (GRID, ("values = [1.05, 1.2, 1.5]", ""), "either values, or both from and to"),
     "twice": (GRID, ("[1.05, 1.2, 1.5]", "[1.2, 1.2]"), "one is given twice"),
+    "twice to 12 digits": (GRID, ("[1.05, 1.2, 1.5]", "[1, 1.0000000000001]"), "one is given twice"),
+    "zero and its negative": (GRID, ("[1.05, 1.2, 1.5]", "[0.0, -0.0]"), "one is given twice"),
+    "a number in the middle that nobody means": (GRID, ("1.2, 1.5", "1e300, 1.5"), "no number, or beyond 1e"),
+    "hundreds of digits": (GRID, ("1.2, 1.5", f"1{'0' * 400}, 1.5"), "no number, or beyond 1e"),
+    "not a number": (GRID, ("1.2, 1.5", "nan, 1.5"), "values: no number"),
+    "a factor of 0": (GRID, ('"upper.contour.radius" = 10', '"upper.contour.radius" = 0'), "a factor is 0"),
+    "a factor without end": (
+        GRID,
+        ('"upper.contour.radius" = 10', '"upper.E" = inf'),
+        "a factor is 0, no number",
+    ),
+    "a product that nobody means": (
+        GRID,
+        ("1.05, 1.2, 1.5", "1e25"),
+        ('"upper.contour.radius" = 10', '"upper.contour.radius" = 1e25'),
+        r"upper\.contour\.radius = 1e\+50",
+    ),
+    "a range without room": (
+        GRID,
+        ("from = 0\nto = 60", "from = 59.9999999999999\nto = 60"),
+        "no number of 12",
+    ),
+    "a range without end": (GRID, ("from = 0\nto = 60", "from = -1e308\nto = 1e308"), "no number of 12"),
+    "a range of less room than values": (
+        GRID,
+        ("from = 0\nto = 60\ncount = 7", "from = 59.999999999\nto = 60\ncount = 70"),
+        "sweep.flank: count = 70: values are the same",
+    ),
+    "a key of two axes": (
+        GRID,
+        ('"upper.rolling_radius" = 400', '"lower.contour" = 1'),
+        "a key has one axis",
+    ),
+    "too many scenes": (
+        GRID,
+        ("count = 7", "count = 100000"),
+        ("values = [1.05, 1.2, 1.5]", "from = 1.1\nto = 1.5\ncount = 100000"),
+        r"1e\+10 scenes over 2 axes; at most 1e\+07",
+    ),
     "factors of text": (GRID, ("[1.05, 1.2, 1.5]", '["a"]'), "have no factors"),
     "a name": (GRID, ("sweep.ratio", 'sweep."a b"'), "letters, digits and _ only"),
     "no such keep": (GRID, ("[set]", 'keep = ["everything"]\n[set]'), "keep"),
@@ -223,16 +305,11 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize(("text", "change", "message"), WRONG.values(), ids=WRONG)
-def test_what_is_wrong_is_said_before_any_work(campaign, text, change, message):
+@pytest.mark.parametrize("case", WRONG.values(), ids=WRONG)
+def test_what_is_wrong_is_said_before_any_work(campaign, case):
+    text, *changes, message = case
     with pytest.raises(BadScene, match=message):
-        campaign(text, change)
-
-
-def test_a_column_that_is_missing_is_named(campaign, tmp_path):
-    (tmp_path / "points.csv").write_text("E\n1e5\n", encoding="utf-8")
-    with pytest.raises(BadScene, match="kind: not in all rows"):
-        campaign(TABLE)
+        campaign(text, *changes)
 
 
 def test_no_file_is_said(tmp_path):
@@ -289,7 +366,7 @@ def test_numbers_in_tables_are_read_as_others_write_them(campaign, tmp_path):
     (tmp_path / "points.csv").write_text("kind,E\nharmonic,.5e5\nharmonic,05\nharmonic,1.\n", "utf-8-sig")
     assert [point[0] for point in campaign(TABLE).listed] == [0.5e5, 5.0, 1.0]
     (tmp_path / "points.csv").write_text("kind,E\nharmonic,nan\n", encoding="utf-8")
-    with pytest.raises(BadScene, match="nan: is no finite number"):
+    with pytest.raises(BadScene, match="line 2: nan: is no finite plain decimal number"):
         campaign(TABLE)
 
 

@@ -12,6 +12,7 @@ from femic.means import Means
 from femic.work.store import Store
 from geometries.errors import Failure
 
+MORE = (("frictionless", 12), ("rolling", 4))
 FLAT = ("A",)  # whose products are fast
 
 
@@ -19,7 +20,10 @@ def described(found):
     return {name: coverage(found, name) for name in found[0].numbers}
 
 
-@pytest.mark.parametrize(("study", "count"), [("frictionless", 12), ("rolling", 4)])
+@pytest.mark.parametrize(
+    ("study", "count"),
+    [("frictionless", 4), ("rolling", 1), *(pytest.param(*more, marks=pytest.mark.slow) for more in MORE)],
+)
 def test_estimates_of_some_random_contacts_hold_nearly(study, count):
     """Of so few, one in twenty may exceed its estimate, and none by more than a factor of three."""
     found = list(islice(outcomes(STUDIES[study], 101, FLAT), count))

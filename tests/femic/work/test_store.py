@@ -106,6 +106,61 @@ def test_damage_is_noticed_and_mended(tmp_path, damage, caplog):
     assert len(files(tmp_path)) == 1
 
 
+@pytest.mark.parametrize("kind", ["entry", "part"])
+def test_another_entry_in_the_place_of_one_is_not_believed(tmp_path, kind, caplog):
+    """Its content is undamaged; it may be copied, moved, or come from other code."""
+    store = Store(tmp_path)
+    for name, value in (("one", 1.0), ("other", 2.0)):
+        if kind == "entry":
+            store.put(name, ENTRY * value)
+        else:
+            store.put_part("key", name, {"u": np.full(3, value)})
+    one, other = files(tmp_path)
+    one.write_bytes(other.read_bytes())
+    if kind == "entry":
+        assert store.get("one") is None
+        xr.testing.assert_identical(store.get("other"), 2 * ENTRY)
+    else:
+        assert store.part("key", "one") is None
+        np.testing.assert_array_equal(store.part("key", "other")["u"], np.full(3, 2.0))
+    assert "another entry" in caplog.text
+
+
+def test_an_entry_of_other_code_is_not_believed(tmp_path, monkeypatch):
+    store = Store(tmp_path)
+    monkeypatch.setattr("femic.work.store.code_digest", lambda: "0123456789ab")
+    store.put("key", ENTRY)
+    monkeypatch.undo()
+    (tmp_path / "0123456789ab").rename(tmp_path / code_digest())
+    assert store.get("key") is None
+
+
+def test_folders_and_files_in_the_place_of_entries_are_replaced(tmp_path, caplog):
+    store, place = Store(tmp_path), tmp_path / code_digest()
+    (place / "key.nc" / "in").mkdir(parents=True)
+    (place / "others.parts").touch()
+    assert store.get("key") is store.part("others", "part") is None
+    assert store.part_names("others") == []
+    assert caplog.text.count("computed again") == 2
+    store.put("key", ENTRY)
+    store.put_part("others", "part", {"u": np.eye(2)})
+    assert store.writable
+    xr.testing.assert_identical(store.get("key"), ENTRY)
+    np.testing.assert_array_equal(store.part("others", "part")["u"], np.eye(2))
+
+
+@pytest.mark.parametrize("read", ["get", "part"])
+def test_what_cannot_be_parsed_is_computed_again_and_told(tmp_path, read, caplog, monkeypatch):
+    """Undamaged, and not what the library that reads it expects."""
+    store = Store(tmp_path)
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", lambda *_args, **_named: b"no NetCDF")
+    monkeypatch.setattr("femic.work.store._npz", lambda _: b"no archive")
+    store.put("key", ENTRY)
+    store.put_part("key", "part", {"u": np.eye(2)})
+    assert (store.get("key") if read == "get" else store.part("key", "part")) is None
+    assert "cannot be read" in caplog.text
+
+
 @pytest.mark.parametrize("error", [errno.ENOSPC, errno.EROFS, errno.EACCES])
 def test_where_nothing_can_be_written_the_work_goes_on_with_one_warning(tmp_path, error, monkeypatch, caplog):
     store, key = Store(tmp_path), Store().key("kind")

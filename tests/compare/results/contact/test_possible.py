@@ -52,7 +52,7 @@ LIMITS = {  # what is allowed, what is not, and what is said
     "a lower wheel": (
         {},
         {"lower": {"rolling_radius": 300.0}},
-        r"lower\.rolling_radius = 300: contact has a prismatic lower body: leave it out, or exchange",
+        r"lower\.rolling_radius = 300: a contact has a prismatic lower body: leave it out, or exchange",
     ),
     "a load": (
         {"loads": [1.0, 0.99 * BEARABLE]},

@@ -1,5 +1,8 @@
 """Maps of C. In these tests it is B-hat and a function of the swept keys: polynomials are found exactly."""
 
+import shutil
+
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -214,6 +217,38 @@ def test_nothing_is_extrapolated_and_missing_nodes_are_named(make, tmp_path):
         read(name, scene_at(tmp_path, 1.4, 3e5))
     with pytest.raises(Failure, match=r"nothing at ratio = 1\.05, E = 100000: did not converge"):
         read(name, scene_at(tmp_path, 1.07, 1.5e5))
+
+
+DAMAGES = {
+    "a value": ("c", (1, 2, 0, 0, 0), 1.0, "a scene is damaged, at ratio = .*: run the campaign again"),
+    "an estimate": ("c_estimate", (2, 1, 3, 3, 3), 1e-8, "a scene is damaged"),
+    "the value of an axis": ("E", 0, 1.1e5, "damaged .axes, labels or attributes"),
+    "a checksum": ("checksum", (1, 2), 1, "a scene is damaged"),
+    "one half written": ("checksum", (1, 2), 0, "nothing at ratio = 1.1, E = 400000: not computed yet"),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_a_damaged_map_is_not_used(make, tmp_path, damage):
+    variable, place, value, said = damage
+    path = tmp_path / "sweep.nc"
+    shutil.copy(make().removeprefix("map:"), path)
+    scene = scene_at(tmp_path, 1.15, 3e5)
+    read(f"map:{path}", scene)
+    with h5py.File(path, "a") as file:
+        file[variable][place] = value
+    with pytest.raises(Failure, match=said):
+        read(f"map:{path}", scene)
+
+
+def test_a_large_map_of_which_a_chunk_cannot_be_read_is_not_used(make, tmp_path, monkeypatch):
+    make()
+    monkeypatch.setattr("compare.results.sweep.dataset.LARGEST_FILE", 1)
+    path = collect(tmp_path, (), BASE, CAMPAIGN)
+    chunk = next(file for file in (path / "c" / "c").rglob("*") if file.is_file())
+    chunk.write_bytes(chunk.read_bytes()[:-9])
+    with pytest.raises(Failure, match="a scene is damaged"):
+        read(f"map:{path}", scene_at(tmp_path, 1.15, 3e5))
 
 
 def test_other_files_are_refused(make, tmp_path):

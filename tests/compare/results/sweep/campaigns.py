@@ -49,6 +49,15 @@ count = 9
 keys = ["upper.nu"]
 values = [0.1, 0.2, 0.3]
 """
+CELLS_OF_PATCHES = """
+scene = "geometry1"
+[sweep.cell]
+keys = ["engine.smallest_cell"]
+values = [0.02, 0.05, 0.2]
+[sweep.b]
+keys = ["patch.b"]
+values = [0.2, 0.15, 0.1]
+"""  # the largest cell is too large for the narrower patches
 
 
 def campaign_in(folder, text, name="mine"):

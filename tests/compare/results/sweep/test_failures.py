@@ -10,11 +10,11 @@ import pytest
 import xarray as xr
 from distributed import KilledWorker, LocalCluster
 
+from compare.results.folders import only_run_in
 from compare.results.sweep import cluster, kept, tasks
 from compare.results.sweep import compute as computing
 from compare.results.sweep.cluster import NO_DASHBOARD, existing_cluster, size_for
 from compare.results.sweep.compute import Options, Progress
-from compare.results.sweep.lock import only_run_in
 from compare.results.sweep.opened import open_sweep
 from compare.results.sweep.tasks import Place, Unusable
 from femic.work.store import Store
@@ -152,7 +152,7 @@ def test_a_scheduler_that_goes_is_said_and_what_is_finished_is_kept(tmp_path):
 @pytest.mark.usefixtures("light_scenes")
 def test_two_runs_do_not_write_into_the_same_folder(client, tmp_path):
     campaign = campaign_in(tmp_path, LIGHT)
-    with only_run_in(tmp_path), pytest.raises(Failure, match="another run of this campaign writes there"):
+    with only_run_in(tmp_path), pytest.raises(Failure, match="another femic writes there"):
         swept(campaign, tmp_path, client)
     done, _ = swept(campaign, tmp_path, client)
     assert done.finished == 27

@@ -8,7 +8,7 @@ from compare.results.compute import compute
 from compare.results.sweep import compute as computing
 from compare.results.sweep import kept, tasks
 from compare.results.sweep import plan as planning
-from compare.results.sweep.compute import Options, compute_sweep, require_computable
+from compare.results.sweep.compute import Options, compute_sweep, impossible, require_computable
 from compare.results.sweep.dataset import Collected
 from compare.results.sweep.keeping import KEEPERS, Keeper
 from compare.results.sweep.opened import open_sweep
@@ -19,6 +19,7 @@ from femic.means import Means
 from femic.work.store import Store
 from geometries.errors import Failure
 from tests.compare.results.sweep.campaigns import (
+    CELLS_OF_PATCHES,
     LIGHT,
     OF_UPPER,
     campaign_in,
@@ -28,7 +29,7 @@ from tests.compare.results.sweep.campaigns import (
     swept,
 )
 
-OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest"]
+OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
 
 
 # --- real scenes -------------------------------------------------------------------------------------
@@ -243,12 +244,37 @@ def test_labels_that_differ_are_numbered(client, tmp_path, monkeypatch):
     assert list(dataset.k.values) == ["a", "b"]
 
 
-@pytest.mark.parametrize("name", ["seconds", "variant", "digest", "sample"])
+@pytest.mark.parametrize("name", ["seconds", "variant", "digest", "checksum", "sample"])
 def test_an_axis_may_not_have_the_name_of_a_result(tmp_path, name):
     """That is said before any work."""
     campaign = campaign_in(tmp_path, LIGHT.replace("[sweep.nu]", f"[sweep.{name}]"))
     with pytest.raises(BadScene, match=rf"sweep\.{name}: .*rename the axis"):
         require_computable(campaign)
+
+
+@pytest.mark.parametrize("value", ["0.5", "'soft'", "-0.2", "1e29"])
+def test_a_value_in_the_middle_is_said_before_any_work(tmp_path, value):
+    """Of either axis; that it is of one axis only does not matter."""
+    middle = LIGHT.replace("0.1, 0.2, 0.3", f"0.1, {value}, 0.3")
+    with pytest.raises(BadScene, match=r"(?s)mine: 1 error\(s\)\n  at E=1,nu=.*upper\.nu = "):
+        require_computable(campaign_in(tmp_path, middle))
+    require_computable(campaign_in(tmp_path, LIGHT))
+
+
+def test_something_that_only_a_scene_in_the_middle_lacks_is_said_before_any_work(tmp_path):
+    loads = "[sweep.forces]\nkeys = ['contact.loads']\nvalues = [[1e3], [], [2e3]]\n"
+    campaign = campaign_in(tmp_path, 'keep = ["contact"]\n' + OF_UPPER + loads)
+    with pytest.raises(BadScene, match=r"at R=11,forces=\[\]: \[contact\]: give loads"):
+        require_computable(campaign)
+
+
+def test_combinations_that_are_impossible_are_told_and_do_not_stop_the_others(tmp_path):
+    campaign = campaign_in(tmp_path, CELLS_OF_PATCHES)
+    require_computable(campaign)
+    (told,) = impossible(campaign)
+    assert told.startswith("at cell=0.2,b=0.1: ")
+    assert "engine.smallest_cell = 0.2: at most 0.1" in told
+    assert not impossible(campaign_in(tmp_path, OF_UPPER))
 
 
 def test_the_check_by_the_other_engine_is_left_out(tmp_path):

@@ -1,0 +1,123 @@
+"""Attack femic, and tell what gives way: `make attack`.
+
+    python tools/attack [--only KIND ...] [--share 1.0] [--seed N] [--page]
+
+Commands are killed at random moments, files that they keep are damaged, two commands run at the same time,
+scenes, campaigns, tables of points and gap files are changed at random, strange legal contacts are solved.
+Each attack is held, or falls short. With --page the numbers go to docs/numbers/attacks.json, of which
+docs/extremes.md shows a table (tools/write_docs.py).
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
+from typing import Any
+
+import fuzz
+from commands import Place
+from contacts import contacts
+from damages import damages
+from kills import kills
+from outcomes import Outcome, row, told
+from races import races
+
+from compare.results.provenance import results_digest
+from femic.work.provenance import versions
+
+ROOT = Path(__file__).parents[2]
+SEED = 36
+MODULE = "compare.cli.contacts"  # whose code is attacked, with what it imports
+Attack = Callable[[Place, int, int], Iterator[Outcome]]  # how many, and which random ones
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of attacks: how many, what they do, and what makes them."""
+
+    count: int
+    meaning: str
+    attack: Attack
+
+
+def of_files(
+    change: Callable[[Path, int, int], Iterator[Outcome]],
+) -> Callable[[Place, int, int], Iterator[Outcome]]:
+    """Attacks by files in a folder of their own."""
+
+    def attack(_: Place, count: int, seed: int) -> Iterator[Outcome]:
+        with TemporaryDirectory() as folder:
+            yield from change(Path(folder), count, seed)
+
+    return attack
+
+
+KINDS = {
+    "kills": Kind(63, "a command is ended at a random moment, and run again", kills),
+    "damages": Kind(126, "a file that a command keeps is damaged, and the command run again", damages),
+    "races": Kind(45, "two commands begin at the same time in one folder", races),
+    "scenes": Kind(3000, "scene files with keys changed at random", of_files(fuzz.scenes)),
+    "campaigns": Kind(3000, "campaign files, likewise", of_files(fuzz.campaigns)),
+    "tables": Kind(3000, "tables of points (CSV), likewise", of_files(fuzz.tables)),
+    "gaps": Kind(3000, "gap files, likewise", of_files(fuzz.gaps)),
+    "contacts": Kind(
+        150, "contacts of odd bodies, loads and motions", lambda _, count, seed: contacts(count, seed)
+    ),
+}
+
+
+def main() -> int:
+    """Attack, print the table, and return 1 if anything falls short."""
+    asked = arguments()
+    rows = []
+    with Place() as place:
+        for name in asked.only or KINDS:
+            rows.append(attacked(name, place, asked.share, asked.seed))
+            sys.stdout.write(f"{told(rows[-1:])}\n")
+    if asked.page:
+        text = json.dumps(record(rows, asked.seed), indent=1, ensure_ascii=False)
+        (ROOT / "docs" / "numbers" / "attacks.json").write_text(f"{text}\n", encoding="utf-8")
+    return 1 if any(one["short"] for one in rows) else 0
+
+
+def arguments() -> argparse.Namespace:
+    """What is asked for."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--only", nargs="*", choices=KINDS, help="default: all kinds")
+    parser.add_argument("--share", type=float, default=1.0, help="of the number of attacks")
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--page", action="store_true", help="keep the numbers for docs/extremes.md")
+    return parser.parse_args()
+
+
+def attacked(name: str, place: Place, share: float, seed: int) -> dict[str, Any]:
+    """The row of a kind of attacks, each told where it falls short."""
+    kind, start, outcomes = KINDS[name], perf_counter(), []
+    count = max(1, round(share * kind.count))
+    for outcome in kind.attack(place, count, seed):
+        outcomes.append(outcome)
+        if outcome.short:
+            sys.stderr.write(f"{name}: {outcome.attack}: {outcome.short}\n")
+    return row(name, kind.meaning, outcomes) | {"seconds": round(perf_counter() - start)}
+
+
+def record(rows: list[dict[str, Any]], seed: int) -> dict[str, Any]:
+    """Everything as it goes into `attacks.json`."""
+    module = "compare.cli.contacts"
+    return {
+        "rows": rows,
+        "seed": seed,
+        "versions": versions(),
+        "module": module,
+        "code": results_digest(module),
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(main())

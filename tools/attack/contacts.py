@@ -1,0 +1,192 @@
+"""Strange legal contacts: each is solved and obeys mechanics, or ends with words."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from fuzz import limited
+from outcomes import Outcome
+
+from compare.results.contact.compute import SolvedContact, compute_contact
+from compare.results.contact.pairing import Placed
+from compare.results.friction.bodies import Solver, on_fitting_grid
+from compare.results.friction.curve import Path
+from compare.scenes.load import scene_from_table
+from compare.scenes.scene import Scene
+from contact.compression import compressed
+from contact.friction.kinematics import Creepages
+from contact.friction.leading import LeadingEdge
+from contact.frictional import FrictionalContact, Pressing
+from femic.means import Means
+from geometries.contours import Contour
+from geometries.errors import Failure, WrongInput
+from geometries.patches import N
+
+ICS = ("A", "B", "Bhat", "mix")
+MOTIONS = ("none", "rolling", "compression")
+FORCE = 1e-5  # of the load, by which forces may be off; tolerances of tractions are 1e-6
+SAME = 1e-7  # of the largest component of a force or moment
+WORK = 1e-6  # of the largest work of friction, by which that of an element may be below 0
+BOUND = 1e-6  # of the bound of friction, by which tractions may exceed it
+MEANS = Means(1)
+
+
+def contacts(count: int, seed: int) -> Iterator[Outcome]:
+    """Solve random contacts of odd sizes, bodies, places and motions."""
+    for number in range(count):
+        chance = np.random.default_rng([seed, number])
+        motion = MOTIONS[number % len(MOTIONS)]
+        table = strange(chance, motion)
+        attack = f"{motion} {number}"
+        try:
+            with limited():
+                short = _SOLVED[motion](scene_from_table(table, "strange"), chance)
+        except (WrongInput, Failure) as error:
+            yield Outcome(attack, "refused", "" if str(error).strip() else "without a message")
+        except Exception as error:  # whatever it is, it would be a traceback
+            yield Outcome(attack, "traceback", f"{type(error).__name__}: {error}"[:300])
+        else:
+            yield Outcome(attack, "solved", short)
+
+
+def strange(chance: np.random.Generator, motion: str) -> dict[str, Any]:
+    """The table of a legal contact: radii over four decades, moduli over four, loads over eight."""
+    radius = 10 ** chance.uniform(-0.5, 2.0)
+    ratio = 1 + 10 ** chance.uniform(-3, 0.5)
+    flanks = [float(flank) for flank in chance.uniform(0, 80, 2)]
+    modulus = 10 ** chance.uniform(3, 6)
+    bodies = {
+        name: {
+            "E": float(modulus * 10 ** chance.uniform(-1, 1)),
+            "nu": float(chance.choice([0.0, 0.3, 0.4999, chance.uniform(0, 0.4999)])),
+            "contour": {"kind": "arc", "radius": float(r), "flank_inclination_deg": flanks},
+        }
+        for name, r in (("lower", radius), ("upper", radius * ratio))
+    }
+    bodies["upper"]["rolling_radius"] = float(max(20.0, radius * 10 ** chance.uniform(0, 2)))
+    load = float(modulus * radius**2 * 10 ** chance.uniform(-8, -2.5))
+    contact: dict[str, Any] = {
+        "loads": [load],
+        "ics": [str(chance.choice(ICS))],
+        "elements": int(chance.integers(8, 25)),
+        "shift": float(chance.choice([0.0, 1.0]) * chance.uniform(-0.3, 0.3) * radius * (ratio - 1)),
+        "flanks": bool(chance.random() < 0.5),
+        "supports": False,
+    }
+    if motion != "none":
+        contact |= {"motion": motion, "friction": [float(10 ** chance.uniform(-2, 0.5))]}
+    if motion == "rolling":
+        contact["longitudinal"] = [-1e-3, 1e-3]
+    if motion == "compression":
+        contact["loads"] = [load / 3, load]
+    return {**bodies, "contact": contact}
+
+
+def _without_friction(scene: Scene, _: np.random.Generator) -> str:
+    """What falls short of a contact without friction."""
+    ((case, _),) = (results := compute_contact(scene, MEANS)).contacts
+    return _of_pressures(results.contacts[case, results.ics[0]], scene)
+
+
+def _of_pressures(solved: SolvedContact, scene: Scene) -> str:
+    normal, placed = solved.normal, solved.placed
+    tractions = normal.p[..., None] * [0.0, 0.0, 1.0]
+    force, moment = summed(tractions, scene.bodies["lower"].contour, placed)
+    found, load = placed.resultant(tractions), scene.contact.loads[0]
+    return _first(
+        (np.any(normal.p < 0), "pulls"),
+        (abs(force[2] - load) > FORCE * load, f"bears {force[2]:g} N of {load:g} N"),
+        (differ(found.force, force), "other forces than its tractions"),
+        (differ(found.moment, moment, arm_of(placed) * load), "other moments than its tractions"),
+    )
+
+
+def _rolling(scene: Scene, chance: np.random.Generator) -> str:
+    """What falls short of a wheel that rolls at odd creepages, or without force along x."""
+    friction = scene.contact.friction
+    assert friction is not None
+    size = 10 ** chance.uniform(-5, -1)
+    along, aside, spin = (float(one) for one in size * chance.uniform(-1, 1, 3))
+    creepages = Creepages(along, aside, spin / 10)
+    free = {"longitudinal": 0.0} if chance.random() < 0.3 else {}
+
+    def solved(solver: Solver) -> str:
+        problem = solver.problem(solver.operator(scene.contact.ics[0]), friction.coefficients[0])
+        path = Path.of(solver, problem, "strange")
+        load = scene.contact.loads[0]
+        found = path.problem.contact(creepages, Pressing(load=load), forces=free)
+        along = found.contact.force[0]
+        return _of_friction(found.contact, solver, load) or _first(
+            (bool(free) and abs(along) > 1e-4 * load * friction.coefficients[0], f"F_x is {along:g} N, not 0")
+        )
+
+    return on_fitting_grid(scene, MEANS, solved)
+
+
+def _compression(scene: Scene, _: np.random.Generator) -> str:
+    """What falls short of bodies that are pressed on each other in two steps."""
+    friction = scene.contact.friction
+    assert friction is not None
+
+    def solved(solver: Solver) -> str:
+        problem = solver.problem(solver.operator(scene.contact.ics[0]), friction.coefficients[0])
+        loads = scene.contact.loads
+        steps = compressed(problem, [Pressing(load=load) for load in loads])
+        for load, contact in zip(loads, steps, strict=True):
+            if short := _of_friction(contact, solver, load):
+                return short
+        return ""
+
+    return on_fitting_grid(scene, MEANS, solved)
+
+
+def _of_friction(contact: FrictionalContact, solver: Solver, load: float) -> str:
+    """What falls short of equilibrium, Coulomb's law, and a work of friction that is not negative."""
+    placed, p = replace(solver.placed, grid=contact.problem.grid), contact.p
+    force, moment = summed(p, solver.scene.bodies["lower"].contour, placed)
+    found = placed.resultant(p)
+    bound, size = contact.problem.friction * p[..., N], np.hypot(p[..., 0], p[..., 1])
+    work, free = contact.dissipation, LeadingEdge.of(bound, contact.motion.depth).free
+    return _first(
+        (np.any(p[..., N] < 0), "pulls"),
+        (abs(force[2] - load) > FORCE * load, f"bears {force[2]:g} N of {load:g} N"),
+        (np.any(size > bound + BOUND * np.max(bound)), "tractions exceed friction times pressure"),
+        (np.min(work[free], initial=0.0) < -WORK * np.max(np.abs(work)), "friction gives energy"),
+        (np.sum(work) < 0, "friction gives energy in all"),
+        (differ(contact.force, force), "other forces than its tractions"),
+        (differ(found.force, force), "other resultants than its tractions"),
+        (differ(found.moment, moment, arm_of(placed) * load), "other moments than its tractions"),
+    )
+
+
+_SOLVED = {"none": _without_friction, "rolling": _rolling, "compression": _compression}
+
+
+def summed(tractions: Any, contour: Contour, placed: Placed) -> tuple[Any, Any]:
+    """Force and moment of tractions about the contact centre, from tangents of the contour by differences."""
+    x, s, step = placed.x, placed.grid.strips, 1e-6
+    ahead, behind, at = (np.stack(contour.position(s + shift)) for shift in (step, -step, 0.0))
+    tangent = (ahead - behind) / np.linalg.norm(ahead - behind, axis=0)
+    zero = np.zeros_like(s)
+    along_x = np.stack([zero + 1.0, zero, zero])
+    basis = np.stack([along_x, np.stack([zero, *tangent]), np.stack([zero, -tangent[1], tangent[0]])])
+    forces = placed.grid.area * np.einsum("xsd,das->xsa", tractions, basis)
+    places = np.empty_like(forces)
+    places[..., 0], places[..., 1], places[..., 2] = x[:, None], at[0], at[1]
+    return forces.sum(axis=(0, 1)), np.cross(places, forces).sum(axis=(0, 1))
+
+
+def arm_of(placed: Placed) -> float:
+    """The largest distance of an element from the contact centre [mm]."""
+    return float(np.max(np.abs(placed.x)) + np.max(np.abs(placed.grid.strips)))
+
+
+def differ(one: Any, other: Any, size: float = 0.0) -> bool:
+    """Whether two vectors differ by more than differences of the contour explain; `size` is what cancels."""
+    return bool(np.max(np.abs(one - other)) > SAME * max(size, np.max(np.abs(other))))
+
+
+def _first(*found: tuple[Any, str]) -> str:
+    """The first that is so."""
+    return next((text for is_so, text in found if is_so), "")

@@ -1,0 +1,90 @@
+"""Files that femic keeps are damaged; it notices, says so, and computes again what they held."""
+
+import random
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from commands import COMMANDS, Place, kept_files
+from outcomes import Outcome
+
+FOREIGN = b"no file of femic\n"
+
+
+def flipped(path: Path, chance: random.Random) -> None:
+    """One bit is another."""
+    content = bytearray(path.read_bytes())
+    if content:
+        content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
+        path.write_bytes(content)
+
+
+def cut(path: Path, chance: random.Random) -> None:
+    """The end is missing."""
+    content = path.read_bytes()
+    path.write_bytes(content[: chance.randrange(len(content) + 1)])
+
+
+def emptied(path: Path, _: random.Random) -> None:
+    """Nothing is left in it."""
+    path.write_bytes(b"")
+
+
+def deleted(path: Path, _: random.Random) -> None:
+    """It is gone."""
+    path.unlink()
+
+
+def foreign(path: Path, _: random.Random) -> None:
+    """It has been written by another program."""
+    path.write_bytes(FOREIGN)
+
+
+def exchanged(path: Path, chance: random.Random) -> None:
+    """It has the content of another of its kind."""
+    others = [other for other in path.parent.glob(f"*{path.suffix}") if other != path and other.is_file()]
+    if others:
+        shutil.copyfile(chance.choice(others), path)
+    else:
+        foreign(path, chance)
+
+
+def of_another_time(path: Path, _: random.Random) -> None:
+    """Its middle has been written twice: a file of the right length with other content."""
+    content = bytearray(path.read_bytes())
+    half = len(content) // 2
+    content[half : 2 * half] = content[:half]
+    path.write_bytes(content)
+
+
+DAMAGES: tuple[Callable[[Path, random.Random], None], ...] = (
+    flipped,
+    cut,
+    emptied,
+    deleted,
+    foreign,
+    exchanged,
+    of_another_time,
+)
+
+
+def damages(place: Place, count: int, seed: int) -> Iterator[Outcome]:
+    """Damage a file that a command has left, run it again, and compare its results with undisturbed ones.
+
+    Every second file is one of the store. A folder in the place of a file of results is refused before any
+    work, and in the store it is replaced.
+    """
+    chance = random.Random(seed)
+    for number in range(count):
+        command = COMMANDS[number % len(COMMANDS)]
+        reference, _ = place.references[command.name]
+        at = place.copy(reference, "damaged")
+        files = list(kept_files(at))
+        stored = [path for path in files if "store" in path.parts]
+        path = chance.choice(stored if stored and number % 2 else files)
+        damage = DAMAGES[(number // 2) % len(DAMAGES)]
+        damage(path, chance)
+        ended = command.run(at)
+        short = ended.failure or command.differences(at, reference)
+        noticed = "told" if "computed again" in ended.text else "not needed or computed again"
+        yield Outcome(f"{command.name}: {path.relative_to(at)} {damage.__name__}", noticed, short)
