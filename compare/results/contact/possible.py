@@ -55,9 +55,7 @@ def _of_place(sizing: Sizing) -> Iterator[str]:
             "lower.contour, upper.contour: the bodies touch all over, from one end of the contours to the "
             "other: give contours that are not alike"
         )
-    elif not np.all(np.isfinite(undeformed.distance(0.0, s + np.array([-1, 1]) * width / SAMPLES))) or (
-        min(s - start, end - s) < width / SAMPLES
-    ):
+    elif min(s - start, end - s) < sizing.nearby[0] or not np.all(np.isfinite(sizing.nearby[1])):
         yield (
             f"{shift}: the bodies touch first at the end of a contour, s = {s:g} of {start:g} ... {end:g} "
             "mm: give another shift, or contours of which one lies in the other"
