@@ -151,15 +151,14 @@ class Sizing:
 
     @property
     def nearby(self) -> tuple[float, Array]:
-        """A short step [mm], and by how much bodies are further apart a step beside the place of first touch.
+        """A short step [mm], and how far bodies are apart so far beside the place where they touch first.
 
         Shape (3,) [mm]: along s to both sides, and along x. Infinite where a contour ends there.
         """
         undeformed, (start, end) = self.bodies.undeformed, self.extent
         touching, step = undeformed.touching[0], NEARBY * min(end - start, undeformed.upper.rolling_radius)
-        across = undeformed.distance(0.0, touching + step * np.array([-1.0, 0.0, 1.0]))
-        ahead = float(undeformed.distance(step, touching))
-        return step, np.array([across[0], across[2], ahead]) - across[1]
+        across = undeformed.distance(0.0, touching + step * np.array([-1.0, 1.0]))
+        return step, np.append(across, undeformed.distance(step, touching))
 
     def _curvatures(self) -> tuple[float, float]:
         """Relative curvatures [1/mm] along x and s where the bodies touch, at least `LEAST_CURVATURE`.

@@ -155,6 +155,12 @@ class Placed:
         The upper body stays where it is. Raises as `contact.normal.solve`, and WrongInput where the bodies do
         not touch.
         """
+        if not np.any(np.isfinite(self.distance)):
+            raise WrongInput(
+                f"contact at {case}: at a shift of {self.undeformed.shift:g} mm no part of the bodies is "
+                f"opposite on s = {self.grid.extent[0]:g} ... {self.grid.extent[1]:g} mm; give another shift, "
+                "a smaller lateral_force, or another grid"
+            )
         problem = NormalProblem(self.grid, operator, self.flat, self.distance, self.cosine)
         contact = solve(problem, load=case.load, approach=case.approach)
         if not contact.in_contact.any():

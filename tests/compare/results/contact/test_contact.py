@@ -379,6 +379,15 @@ def test_where_c_needs_a_longer_grid_it_is_made_longer(monkeypatch):
         compute_contact(scene(10.2, loads=[5e3], ics=["C"], grid="scene"))
 
 
+def test_bodies_that_are_not_opposite_on_the_grid_are_refused():
+    of = scene(loads=[1.0], ics=["A"])
+    beside_the_wheel = replace(placed_on(of, Grid(8, 8, 0.1, 0.1)), grid=Grid(2, 8, 5 * ROLLING, 0.1))
+    with pytest.raises(
+        WrongInput, match=r"contact at 1 N: at a shift of 0 mm no part .* on s = -0\.4 \.\.\. 0\.4"
+    ):
+        beside_the_wheel.contact(beside_the_wheel.operator("A"), Case(1.0, None))
+
+
 def test_bodies_that_do_not_touch_on_the_grid_are_refused():
     of = scene(approaches=[1e-5], ics=["A"], grid="scene", shift=3.0)
     with pytest.raises(WrongInput, match=r"contact at 1e-05 mm: the bodies do not touch on s = "):
