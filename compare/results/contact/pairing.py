@@ -158,8 +158,8 @@ class Placed:
         if not np.any(np.isfinite(self.distance)):
             raise WrongInput(
                 f"contact at {case}: at a shift of {self.undeformed.shift:g} mm no part of the bodies is "
-                f"opposite on s = {self.grid.extent[0]:g} ... {self.grid.extent[1]:g} mm; give another shift, "
-                "a smaller lateral_force, or another grid"
+                f"opposite on s = {self.grid.extent[0]:g} ... {self.grid.extent[1]:g} mm; give another "
+                "shift, a smaller lateral_force, or another grid"
             )
         problem = NormalProblem(self.grid, operator, self.flat, self.distance, self.cosine)
         contact = solve(problem, load=case.load, approach=case.approach)
