@@ -19,6 +19,9 @@ from geometries.surfaces import Surface
 
 SAMPLES = 2001  # arc lengths among which the first touching point and first guesses are sought
 NEWTON_STEPS = 40  # largest number
+NEAR_AXIS = (
+    1e-9  # least radius of a circle, as a share of the rolling radius: flanks may rise beyond the axle
+)
 ROUNDING = 1e-14  # tolerance of an arc length, as a share of the largest one
 
 
@@ -54,9 +57,11 @@ class Undeformed:
         s = np.linspace(*self.s_range, SAMPLES)
         clearances = self._clearance(s)
         least = int(np.argmin(clearances))
+        around = slice(max(least - 1, 0), least + 2)
+        beside = s[around][np.isfinite(clearances[around])]  # an end of the upper contour may be near
         between = minimize_scalar(
             lambda at: float(self._clearance(np.array(at))),
-            bounds=(s[max(least - 1, 0)], s[min(least + 1, SAMPLES - 1)]),
+            bounds=(beside[0], beside[-1]),
             method="bounded",
             options={"xatol": 1e-9 * (s[-1] - s[0])},
         )
@@ -125,7 +130,7 @@ class Undeformed:
         (y, z), (dy, dz) = self.upper.contour.position(t), self.upper.contour.tangent(t)
         if np.isinf(self.upper.rolling_radius):
             return (y, z), (dy, dz)
-        radius = self.upper.rolling_radius - z
+        radius = np.maximum(self.upper.rolling_radius - z, NEAR_AXIS * self.upper.rolling_radius)
         height = np.sqrt(np.maximum(radius**2 - x**2, 0))
         return (y, z + x**2 / (radius + height)), (dy, dz * radius / np.maximum(height, 1e-9 * radius))
 

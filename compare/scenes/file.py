@@ -477,7 +477,7 @@ class SceneFile(Section):
     rotation_reach: Length | None = Field(
         None,
         description="|s| where the rigid rotation is discounted [mm]; default: 2 x reference_length, "
-        "at most an eighth of the domain",
+        "at most an eighth of the domain and a sixth of a turn",
     )
     moment_arm: Length | None = Field(
         None,

@@ -172,7 +172,10 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
     }
     reference_length = scene.reference_length or _crown_radius(bodies["lower"].contour)
     extent = common_extent(bodies)
-    room = min(domain.far_radius / 8, domain.half_length / 8, -extent[0], extent[1])  # of the discount [mm]
+    turn = min(2 * np.pi * body.rolling_radius for body in bodies.values())
+    room = min(
+        domain.far_radius / 8, domain.half_length / 8, turn / 6, -extent[0], extent[1]
+    )  # of the discount
     rotation_reach = scene.rotation_reach or min(2 * reference_length, room)
     patch = _patch(scene.patch, rotation_reach)
     built = Scene(

@@ -212,3 +212,16 @@ def test_where_it_is_not_opposite_the_height_is_that_of_the_lower_surface():
     narrow = surfaces(through_points(y, -(y**2) / 24), arc(10.0, 0.6, 0.6))
     assert np.isinf(narrow.distance(0.0, 5.0))
     assert narrow.upper_height(5.0) == pytest.approx(-10 * (1 - np.cos(0.5)), abs=1e-3)
+
+
+def test_flanks_that_rise_beyond_the_axle_are_met_nowhere_there():
+    """A steep roller of 20 mm in a groove: some circles have a radius of 0, or less than x."""
+    scene = surfaces(arc(-30.0, 1.4, 1.4), arc(-40.0, 1.2, 1.2), rolling_radius=20.0, s_range=(-100.0, 100.0))
+    x, s = np.array([0.0, 1.0, 5.0])[:, None], np.linspace(-100, 100, 2001)
+    distance = scene.distance(x, s)
+    assert distance[0, 1000] == pytest.approx(0.0, abs=1e-9)
+    met = np.isfinite(distance)
+    contour = scene.lower.contour
+    z = contour.position(s)[1] - scene.touching[1] + distance * contour.normal(s)[1]  # over the crown
+    assert np.all(z[met] < 20.0)
+    assert not met[:, [0, -1]].any()

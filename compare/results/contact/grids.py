@@ -10,6 +10,7 @@ from compare.results.contact.pairing import NEARLY, Case, Placed
 from contact.edges import ENDS, MARGIN
 from contact.normal import NormalContact, PotentialAreaTooSmall
 from contact.references.hertz import LoadedPoint, PointContact, combined_modulus
+from geometries.arrays import Array
 from geometries.errors import Failure
 from geometries.grids import Grid
 
@@ -21,6 +22,7 @@ MOST_TRIES = 60
 ROOM = 0.12  # room beside the largest patch, as a share of its length, for patches by other ICs
 LEAST_CURVATURE = 1e-4  # relative, of bodies with which grids are tried first [1/mm]
 MOST_UNLIKE = 1e8  # ratio of these
+NEARBY = 1e-3  # step over which curvatures are taken, as a share of the contours and of the rolling radius
 STEP = 8  # numbers of elements are multiples of it, for the sake of coarser grids
 MOST_STRIPS, MOST_ALONG_X = 96, 256  # of a grid; loads that need more have grids of their own
 
@@ -138,7 +140,7 @@ class Sizing:
     def hertz(self, case: Case) -> LoadedPoint:
         """The ellipse of Hertz of the curvatures where the bodies touch first, without an extra gap."""
         modulus = combined_modulus(self.bodies.pair.upper.material, self.bodies.pair.lower.material)
-        point = PointContact(*self._curvatures(self.bodies.undeformed.touching[0]), modulus)
+        point = PointContact(*self._curvatures(), modulus)
         return point.at_load(case.load) if case.load else point.at_approach(case.approach or 0.0)
 
     def _first_guess(self, case: Case) -> tuple[float, Range]:
@@ -147,18 +149,26 @@ class Sizing:
         half_s = GROWTH * patch.b
         return GROWTH * patch.a, (touching - half_s, touching + half_s)
 
-    def _curvatures(self, touching: float) -> tuple[float, float]:
+    @property
+    def nearby(self) -> tuple[float, Array]:
+        """A short step [mm], and by how much bodies are further apart a step beside the place of first touch.
+
+        Shape (3,) [mm]: along s to both sides, and along x. Infinite where a contour ends there.
+        """
+        undeformed, (start, end) = self.bodies.undeformed, self.extent
+        touching, step = undeformed.touching[0], NEARBY * min(end - start, undeformed.upper.rolling_radius)
+        across = undeformed.distance(0.0, touching + step * np.array([-1.0, 0.0, 1.0]))
+        ahead = float(undeformed.distance(step, touching))
+        return step, np.array([across[0], across[2], ahead]) - across[1]
+
+    def _curvatures(self) -> tuple[float, float]:
         """Relative curvatures [1/mm] along x and s where the bodies touch, at least `LEAST_CURVATURE`.
 
         And not more unlike each other than an ellipse of Hertz may be.
         """
-        size = min(self.extent[1] - self.extent[0], self.bodies.pair.upper.surface.rolling_radius)
-        step = 1e-3 * size
-        s = np.clip([touching - step, touching, touching + step], *self.extent)
-        before, middle, after = self.bodies.undeformed.distance(0.0, s)
-        along_x = self.bodies.undeformed.distance(step, touching) - middle
-        along_s = float(before + after - 2 * middle)
-        of_x, of_s = (max(rise / step**2, LEAST_CURVATURE) for rise in (2 * float(along_x), along_s))
+        step, apart = self.nearby
+        before, behind, ahead = np.where(np.isfinite(apart), apart, 0.0)
+        of_x, of_s = (max(float(rise) / step**2, LEAST_CURVATURE) for rise in (2 * ahead, before + behind))
         least = max(of_x, of_s) / MOST_UNLIKE
         return max(of_x, least), max(of_s, least)
 

@@ -12,6 +12,10 @@ from contact.references.creepage_coefficients import WIDEST, creepage_coefficien
 from contact.references.hertz import combined_modulus
 from contact.undeformed import SAMPLES
 
+PLACES, ALIKE = (
+    9,
+    1e-9,
+)  # at which distances are the same, to a share of the reach, where bodies touch all over
 BEYOND = 3.0  # times the force without slip from which no curve reaches a force: patches are no ellipses
 
 
@@ -39,12 +43,19 @@ def impossible(scene: Scene) -> Iterator[str]:
 
 
 def _of_place(sizing: Sizing) -> Iterator[str]:
-    """Yield why bodies do not touch between the ends of their contours."""
+    """Yield why bodies do not touch at one place between the ends of both contours."""
     (start, end), undeformed = sizing.extent, sizing.bodies.undeformed
-    s, shift = undeformed.touching[0], f"contact.shift = {undeformed.shift:g}"
-    if abs(undeformed.shift) > end - start:
-        yield f"{shift}: more than the {end - start:g} mm over which the bodies may touch: give a smaller one"
-    elif sizing.bodies.extra_gap is None and min(s - start, end - s) < (end - start) / SAMPLES:
+    s, shift, width = undeformed.touching[0], f"contact.shift = {undeformed.shift:g}", end - start
+    if abs(undeformed.shift) > width:
+        yield f"{shift}: more than the {width:g} mm over which the bodies may touch: give a smaller one"
+    elif sizing.bodies.extra_gap is not None:
+        return
+    elif np.ptp(undeformed.distance(0.0, np.linspace(start, end, PLACES))) < ALIKE * width:
+        yield (
+            "lower.contour, upper.contour: the bodies touch all over, from one end of the contours to the "
+            "other: give contours that are not alike"
+        )
+    elif min(s - start, end - s) < sizing.nearby[0] or not np.all(np.isfinite(sizing.nearby[1])):
         yield (
             f"{shift}: the bodies touch first at the end of a contour, s = {s:g} of {start:g} ... {end:g} "
             "mm: give another shift, or contours of which one lies in the other"

@@ -159,6 +159,7 @@ def test_the_grid_is_made_of_patches_unless_it_says_otherwise():
         (engine(far_radius=120.0), 15.0, 5.0),  # an eighth of the domain
         (engine(far_radius=64.0) | SHORT, 8.0, 4.0),  # the arm: half of that
         (engine(kind="solid", far_radius=160.0, half_length=56.0) | SHORT, 7.0, 3.5),
+        ({"upper": {"rolling_radius": 72.0 / np.pi}, "reference_length": 30.0} | SHORT, 24.0, 12.0),
         ({"lower": straight(-9.0, 6.0), **SHORT}, 6.0, 3.0),
         ({"lower": straight(-6.0, 9.0), **SHORT}, 6.0, 3.0),
         ({"rotation_reach": 13.0, "moment_arm": 3.0}, 13.0, 3.0),

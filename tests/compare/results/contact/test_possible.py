@@ -26,6 +26,8 @@ def scene(upper=None, lower=None, **contact):
             "lower": STEEL | {"contour": arcs[0]} | (lower or {}),
             "upper": STEEL | {"contour": arcs[1], "rolling_radius": R_ROLL} | (upper or {}),
             "contact": {"ics": ["A"], "loads": [100.0]} | contact,
+            "lines": [{"along": "x", "s": 0.0, "reach": 3.0}],
+            "rotation_reach": 5.0,
         },
         "pair",
     )
@@ -35,6 +37,7 @@ PRISMATIC = {"rolling_radius": float("inf")}
 MODULUS = combined_modulus(*[scene().bodies[name].material for name in ("upper", "lower")])
 BEARABLE = MODULUS * SPREAD**2
 LARGEST_SIDEWAYS = 100.0 * np.tan(np.radians(FLANKS))
+UPPER_ENDS = {"kind": "points", "points": [[y, -(y**2) / 60] for y in np.linspace(-6, 6, 25)]}  # flatter
 LIMITS = {  # what is allowed, what is not, and what is said
     "parallel cylinders": (
         {"upper": {"rolling_radius": 1e5}},
@@ -75,6 +78,16 @@ LIMITS = {  # what is allowed, what is not, and what is said
         {"upper": {"contour": {"kind": "plane"}}},
         {"lower": {"contour": {"kind": "arc", "radius": -20.0, "flank_inclination_deg": FLANKS}}},
         r"contact\.shift = 0: the bodies touch first at the end of a contour, s = -?41\.8",
+    ),
+    "a cylinder on a plane": (
+        {},
+        {"lower": {"contour": {"kind": "plane"}}, "upper": {"contour": {"kind": "plane"}}},
+        r"lower\.contour, upper\.contour: the bodies touch all over, .*: give contours that are not alike",
+    ),
+    "the end of the upper contour": (
+        {"upper": {"contour": UPPER_ENDS}},
+        {"upper": {"contour": UPPER_ENDS}, "shift": 5.0},
+        r"contact\.shift = 5: the bodies touch first at the end of a contour, s = -",
     ),
     "a lateral force": (
         {"lateral_force": -0.99 * LARGEST_SIDEWAYS},
