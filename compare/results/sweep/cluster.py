@@ -1,7 +1,7 @@
 """Clusters on which campaigns are computed: one of this machine's cores, or any that Dask has a scheduler of.
 
 Workers have one thread each, and one BLAS thread. Those of this machine end with the program, however it
-ends.
+ends, and take nothing from others on it.
 """
 
 import logging
@@ -12,9 +12,10 @@ from typing import Any
 from warnings import catch_warnings, simplefilter
 
 import dask
-from distributed import Client, LocalCluster
+from distributed import Client, LocalCluster, Security
 from distributed.system import MEMORY_LIMIT
 
+from compare.results.sweep.scheduler import no_answer
 from femic.means import cores
 from femic.models import BASE_MEMORY
 from geometries.errors import Failure
@@ -27,8 +28,12 @@ QUIET = ("distributed", "tornado", "asyncio")  # logs that tell of workers that 
 
 NO_DASHBOARD = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # any free port, this machine only
 
+NOTHING: list[str] = []  # served by HTTP: anybody on this machine may ask
+
 LOCAL_SETTINGS: dict[str, Any] = {
     "distributed.worker.preload": ["compare.results.sweep.local_worker"],
+    "distributed.scheduler.http.routes": NOTHING,
+    "distributed.worker.http.routes": NOTHING,
     "distributed.worker.profile.enabled": False,  # a hundred looks a second, for nobody
     "distributed.worker.memory.target": False,  # results are in the store: there is nothing to spill
     "distributed.worker.memory.spill": False,
@@ -69,7 +74,10 @@ def size_for(asked: int | None, scenes: int, largest: float, memory: float | Non
 
 @contextmanager
 def local_cluster(size: Size) -> Iterator[Client]:
-    """A client of a cluster of processes on this machine, which end with the context."""
+    """A client of a cluster of processes on this machine, which end with the context.
+
+    Nobody else can use it: connections need a certificate that is made for this run, in memory only.
+    """
     with (
         _quiet(),
         dask.config.set(LOCAL_SETTINGS),
@@ -79,6 +87,7 @@ def local_cluster(size: Size) -> Iterator[Client]:
             processes=True,
             memory_limit=int(size.memory * 2**20),
             scheduler_kwargs=NO_DASHBOARD,
+            security=Security.temporary(),
             silence_logs=logging.CRITICAL,
         ) as cluster,
         Client(cluster, set_as_default=False) as client,
@@ -111,11 +120,7 @@ def _connected(address: str, timeout: float) -> Client:
         try:
             return Client(address, timeout=timeout, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
-            raise Failure(
-                f"no scheduler answers at {address} within {timeout:g} s ({error or type(error).__name__}): "
-                "is `dask scheduler` running there, is the address right (tcp://HOST:8786), does a firewall "
-                "let it through? Without --scheduler the cores of this machine are used"
-            ) from error
+            raise no_answer(address, timeout, error) from error
 
 
 def _kill(cluster: LocalCluster) -> None:
