@@ -91,6 +91,9 @@ def sweep(
     if address is not None:
         require_scheduler(address)
 
+    def note(message: str) -> None:
+        console.print(message, markup=False, soft_wrap=True)
+
     def cluster(scenes: int) -> AbstractContextManager[Client]:
         if address is not None:
             return existing_cluster(str(address))
@@ -98,7 +101,7 @@ def sweep(
 
     collected = Collected(loaded, folder)
     with progress.campaign_shown(console) as told:
-        done = compute_sweep(collected, store, cluster, Options(told, asked.retry, console.print))
+        done = compute_sweep(collected, store, cluster, Options(told, asked.retry, note))
     _tell(collected, done, console)
     if len(collected.failures) == loaded.size and not collected.template.data_vars:
         raise Failure(f"all {loaded.size} scenes failed")

@@ -8,6 +8,7 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from time import perf_counter, sleep
 from typing import Any
 from warnings import catch_warnings, simplefilter
 
@@ -21,7 +22,8 @@ from femic.models import BASE_MEMORY
 from geometries.errors import Failure
 
 CONNECTS_WITHIN = 10.0  # seconds in which a scheduler answers
-WORKS_WITHIN = 60.0  # seconds in which a scheduler has a worker
+WORKS_WITHIN = 25.0  # seconds in which a scheduler has a worker
+LOOK_EVERY = 0.1  # seconds between looks for workers
 MEMORY_SHARE = 0.9  # of the machine's memory that workers may have
 MOST_DEATHS = 3  # times that the worker of a task may die before the task is given up
 QUIET = ("distributed", "tornado", "asyncio")  # logs that tell of workers that come and go
@@ -103,14 +105,20 @@ def local_cluster(size: Size) -> Iterator[Client]:
 def existing_cluster(address: str, timeout: float = CONNECTS_WITHIN) -> Iterator[Client]:
     """A client of the scheduler at an address; raises Failure where none answers, or has no workers."""
     with _quiet(), _connected(address, timeout) as client:
-        try:
-            client.wait_for_workers(1, timeout=WORKS_WITHIN)
-        except TimeoutError as error:
+        _require_workers(client, address)
+        yield client
+
+
+def _require_workers(client: Client, address: str) -> None:
+    """Wait for workers, paused ones, too; raises Failure where none come."""
+    start = perf_counter()
+    while not client.scheduler_info(n_workers=-1).get("workers"):
+        if perf_counter() - start > WORKS_WITHIN:
             raise Failure(
                 f"the scheduler at {address} has no workers: start some, such as `dask worker {address} "
                 "--nthreads 1 --nworkers 8`"
-            ) from error
-        yield client
+            )
+        sleep(LOOK_EVERY)
 
 
 def _connected(address: str, timeout: float) -> Client:

@@ -6,8 +6,8 @@ import pytest
 from distributed import Client, LocalCluster
 from distributed.core import Status
 
+from compare.results.sweep import cluster, paused
 from compare.results.sweep import compute as computing
-from compare.results.sweep import paused
 from compare.results.sweep.cluster import NO_DASHBOARD
 from compare.results.sweep.compute import SCENES_PER_WORKER, Options
 from compare.results.sweep.opened import open_sweep
@@ -92,6 +92,23 @@ def test_a_campaign_on_paused_workers_does_not_wait_forever(own, tmp_path, monke
     with pytest.raises(Failure, match="2 of 2 workers are paused by Dask"):
         swept(campaign_in(tmp_path, LIGHT), tmp_path, own, Options(note=said.append))
     assert len(said) == 1
+
+
+def test_a_cluster_of_paused_workers_has_workers(monkeypatch):
+    """They are told of as paused: to wait for workers would be to wait for the end of the pause."""
+    monkeypatch.setattr(cluster, "WORKS_WITHIN", 1.0)
+    one = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "memory_limit": 0, "protocol": "tcp"}
+    with LocalCluster(**one, scheduler_kwargs=NO_DASHBOARD) as served:
+        with Client(served, set_as_default=False) as client:
+            pause(client, 1)
+        with cluster.existing_cluster(served.scheduler_address) as client:
+            assert paused.running(client.scheduler_info(n_workers=-1)["workers"]) == 0
+    with (
+        LocalCluster(**one | {"n_workers": 0}, scheduler_kwargs=NO_DASHBOARD) as served,
+        pytest.raises(Failure, match="has no workers: start some"),
+        cluster.existing_cluster(served.scheduler_address),
+    ):
+        pass
 
 
 @pytest.mark.usefixtures("light_scenes")
