@@ -5,7 +5,7 @@ READY := .venv/.ready
 FEMIC := $(BIN)/femic
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling judge sweep calibrate compare frontier validate extremes docs mutations test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling judge sweep calibrate compare frontier validate extremes docs attack mutations test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -55,6 +55,10 @@ extremes: $(READY)  ## every part at its limits and beyond: out/extremes/extreme
 
 docs: $(READY)  ## compute the numbers of the written pages, and write them (an hour)
 	$(BIN)/python tools/write_docs.py --compute
+
+attack: $(READY)  ## kill, damage, race femic, feed it what nobody should write: docs/extremes.md (an hour)
+	$(BIN)/python tools/attack --page
+	$(BIN)/python tools/write_docs.py
 
 mutations: $(READY)  ## small changes of the code: do the tests notice? docs/mutations.md (hours; resumes)
 	$(BIN)/python tools/mutations.py --page

@@ -22,6 +22,7 @@ from compare.results.sweep.compute import Options, Progress, compute_sweep, impo
 from compare.results.sweep.dataset import Collected
 from compare.results.sweep.opened import file_in, open_sweep
 from compare.results.sweep.plan import largest_memory, planned
+from compare.results.sweep.scheduler import address_of, require_scheduler
 from compare.results.sweep.verified import REMEDY, require_undamaged
 from compare.scenes.campaign import Campaign, load_campaign
 from femic.work.store import Store
@@ -70,6 +71,7 @@ def sweep(
     loaded, console = load_campaign(campaign), Console(highlight=False)
     if scheduler is not None and work.workers is not None:
         raise WrongInput("--workers is of this machine's cores: leave it out, or --scheduler")
+    address = None if scheduler is None else address_of(scheduler)
     folder = folders.checked(work.out or Path("out") / loaded.name)
     if asked.write is not None:
         for path in written(loaded, asked.write, folder):
@@ -87,14 +89,20 @@ def sweep(
         return
     folders.usable(folder)
 
+    if address is not None:
+        require_scheduler(address)
+
+    def note(message: str) -> None:
+        console.print(message, markup=False, soft_wrap=True)
+
     def cluster(scenes: int) -> AbstractContextManager[Client]:
-        if scheduler is not None:
-            return existing_cluster(scheduler)
+        if address is not None:
+            return existing_cluster(str(address))
         return _local(loaded, scenes, work.workers, console)
 
     collected = Collected(loaded, folder)
     with progress.campaign_shown(console) as told:
-        done = compute_sweep(collected, store, cluster, Options(told, asked.retry, console.print))
+        done = compute_sweep(collected, store, cluster, Options(told, asked.retry, note))
     _tell(collected, done, console)
     if len(collected.failures) == loaded.size and not collected.template.data_vars:
         raise Failure(f"all {loaded.size} scenes failed")
@@ -156,7 +164,7 @@ def _tell(collected: Collected, done: Progress, console: Console) -> None:
     )
     campaign, kinds = collected.campaign, Counter(collected.failures.values())
     for message, count in kinds.most_common(SHOWN_FAILURES):
-        first = next(number for number, found in collected.failures.items() if found == message)
+        first = min(number for number, found in collected.failures.items() if found == message)
         others = f" and {count - 1} more" if count > 1 else ""
         console.print(
             f"failed: {campaign.named(campaign.point(first))}{others}: {message}",

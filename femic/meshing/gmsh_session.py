@@ -1,5 +1,7 @@
 """The only module that loads Gmsh: late, because Gmsh needs system libraries, and one model at a time."""
 
+import ctypes
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import ModuleType
@@ -31,6 +33,7 @@ def gmsh_session() -> Iterator[ModuleType]:
     """
     gmsh = load_gmsh()
     gmsh.initialize(interruptible=False)
+    _ignore_closed_connections()
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("General.NumThreads", 1)
@@ -43,3 +46,14 @@ def gmsh_session() -> Iterator[ModuleType]:
         raise
     finally:
         gmsh.finalize()
+
+
+def _ignore_closed_connections() -> None:
+    """Have writes to closed connections raise again: Gmsh lets them end the process (SIGPIPE).
+
+    Python can say that in the main thread only, C in any.
+    """
+    if signal.getsignal(signal.SIGPIPE) is signal.SIG_IGN:
+        of_system = ctypes.CDLL(None).signal
+        of_system.argtypes, of_system.restype = (ctypes.c_int, ctypes.c_void_p), ctypes.c_void_p
+        of_system(signal.SIGPIPE, signal.SIG_IGN.value)

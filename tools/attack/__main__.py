@@ -108,15 +108,9 @@ def attacked(name: str, place: Place, share: float, seed: int) -> dict[str, Any]
 
 
 def record(rows: list[dict[str, Any]], seed: int) -> dict[str, Any]:
-    """Everything as it goes into `attacks.json`."""
-    module = "compare.cli.contacts"
-    return {
-        "rows": rows,
-        "seed": seed,
-        "versions": versions(),
-        "module": module,
-        "code": results_digest(module),
-    }
+    """Everything as it goes into `attacks.json`; attacks are a sample, and name no module."""
+    found = {"rows": rows, "seed": seed, "versions": versions()}
+    return found | {"module": None, "code": results_digest(MODULE)}
 
 
 if __name__ == "__main__":

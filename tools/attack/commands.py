@@ -6,8 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
@@ -60,7 +59,7 @@ FILES = {  # in the folder that commands run in
     + 'ics = ["A", "Bhat"]\n',
     "many.toml": 'scene = "mine.toml"\n[sweep.nu]\nkeys = ["lower.nu"]\nvalues = [0.2, 0.25, 0.3]\n',
 }
-NOT_RESULTS = ("seconds", "memory", "C_seconds")  # variables that no two runs have alike
+NOT_RESULTS = ("seconds", "memory", "checksum")  # ends of names of variables that no two runs have alike
 
 
 @dataclass(frozen=True)
@@ -98,6 +97,11 @@ class Command:
         """Run to the end."""
         return self.ended(self.begin(at, *more), at)
 
+    @property
+    def again(self) -> "Command":
+        """The command with a log of its own."""
+        return replace(self, name=f"{self.name} again")
+
     def differences(self, at: Path, reference: Path) -> str:
         """What is not as in the reference among the results; "" if nothing is."""
         for name in self.results:
@@ -131,9 +135,9 @@ class Ended:
 COMMANDS = (
     Command("run", ["run", "mine.toml", "--out", "out/mine"], "out/mine", ["ics.nc", "errors.nc"]),
     Command("matrix", ["matrix", "mine.toml", "--out", "out/mine"], "out/mine", ["matrix.nc"]),
-    Command("contact", ["contact", "mine.toml", "--out", "out"], "out/mine", ["contact.nc"]),
-    Command("rolling", ["contact", "rolls.toml", "--out", "out"], "out/rolls", ["contact.nc"]),
-    Command("compression", ["contact", "pressed.toml", "--out", "out"], "out/pressed", ["contact.nc"]),
+    Command("contact", ["contact", "mine.toml", "--out", "out/mine"], "out/mine", ["contact.nc"]),
+    Command("rolling", ["contact", "rolls.toml", "--out", "out/r"], "out/r", ["contact.nc"]),
+    Command("compression", ["contact", "pressed.toml", "--out", "out/p"], "out/p", ["contact.nc"]),
     Command("export", ["export", "mine.toml", "--out", "out/mine"], "out/mine", ["contact_C.txt"]),
     Command("calibrate", ["calibrate", "mine.toml", "--out", "out/mine"], "out/mine", ["calibration.nc"]),
     Command(
@@ -154,6 +158,7 @@ class Place:
         self.path = Path(self._folder.name)
         self.fresh = self.path / "fresh"
         self.fresh.mkdir()
+        self._references: dict[str, tuple[Path, float]] = {}
         for name, text in FILES.items():
             (self.fresh / name).write_text(text, encoding="utf-8")
 
@@ -163,16 +168,14 @@ class Place:
     def __exit__(self, *_: object) -> None:
         self._folder.cleanup()
 
-    @cached_property
-    def references(self) -> dict[str, tuple[Path, float]]:
-        """Folders in which each command has run undisturbed, by name, and how many seconds it took."""
-        found = {}
-        for command in COMMANDS:
+    def reference(self, command: Command) -> tuple[Path, float]:
+        """A folder in which a command has run undisturbed, and how many seconds it took."""
+        if command.name not in self._references:
             folder, start = self.copy(self.fresh, f"reference-{command.name}"), perf_counter()
             if failure := command.run(folder).failure:
                 raise SystemExit(f"{command.name}, undisturbed: {failure}")
-            found[command.name] = folder, perf_counter() - start
-        return found
+            self._references[command.name] = folder, perf_counter() - start
+        return self._references[command.name]
 
     def copy(self, of: Path, name: str) -> Path:
         """A copy of a folder under a name, in the place of an earlier one."""

@@ -2,10 +2,10 @@
 
 import random
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from commands import COMMANDS, Place, kept_files
+from commands import COMMANDS, Command, Place, kept_files
 from outcomes import Outcome
 
 FOREIGN = b"no file of femic\n"
@@ -68,7 +68,7 @@ DAMAGES: tuple[Callable[[Path, random.Random], None], ...] = (
 )
 
 
-def damages(place: Place, count: int, seed: int) -> Iterator[Outcome]:
+def damages(place: Place, count: int, seed: int, commands: Sequence[Command] = COMMANDS) -> Iterator[Outcome]:
     """Damage a file that a command has left, run it again, and compare its results with undisturbed ones.
 
     Every second file is one of the store. A folder in the place of a file of results is refused before any
@@ -76,8 +76,8 @@ def damages(place: Place, count: int, seed: int) -> Iterator[Outcome]:
     """
     chance = random.Random(seed)
     for number in range(count):
-        command = COMMANDS[number % len(COMMANDS)]
-        reference, _ = place.references[command.name]
+        command = commands[number % len(commands)]
+        reference, _ = place.reference(command)
         at = place.copy(reference, "damaged")
         files = list(kept_files(at))
         stored = [path for path in files if "store" in path.parts]

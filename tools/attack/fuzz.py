@@ -22,6 +22,7 @@ from compare.cli.main import exit_code
 from compare.results.contact.compute import cases_of, compute_contact, grids_of
 from compare.results.contact.pairing import placed_on
 from compare.results.sweep.compute import require_computable
+from compare.scenes import plausibility
 from compare.scenes.campaign import load_campaign
 from compare.scenes.listing import listing
 from compare.scenes.load import builtin_names, load_scene
@@ -30,6 +31,7 @@ from geometries.errors import Failure, WrongInput
 
 LONGEST = 30  # seconds that a file may take to be read
 SOLVED = 40  # of so many gap files one is solved with
+PLANNED = 50  # of so many scenes one is planned
 GENTLE = 0.9  # share of changes that stay within types and sizes
 # fmt: off
 WORDS = (
@@ -45,7 +47,7 @@ ODD_LINES = ("[" * 3000, "x = 1" + "0" * 5000, "[[lower]]", "= 3", '"', "lower.E
 
 
 def scenes(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
-    """Scenes: read and planned, with all checks before any work."""
+    """Scenes: read, with all checks before any work; some are planned."""
     bases = [listing(name) for name in builtin_names()] + [
         FILES[name] for name in ("mine.toml", "rolls.toml", "pressed.toml")
     ]
@@ -53,11 +55,17 @@ def scenes(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
     for number in range(count):
         chance = random.Random(f"scene {seed} {number}")
         path.write_text(_changed(bases, chance), encoding="utf-8", errors="replace")
-        yield _outcome(f"scene {number}", lambda: _planned(path))
+        yield outcome(f"scene {number}", lambda plan=number % PLANNED == 0: _checked(path, plan=plan))
 
 
-def _planned(path: Path) -> str:
-    return _by_code(exit_code(["plan", str(path)]))
+def _checked(path: Path, *, plan: bool) -> str:
+    scene = load_scene(str(path))
+    for text in plausibility.warnings(scene):
+        assert text
+    if scene.contact.loads or scene.contact.approaches:
+        cases_of(scene)
+        grids_of(scene)
+    return _by_code(exit_code(["plan", str(path)])) if plan else "taken"
 
 
 def campaigns(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
@@ -74,7 +82,7 @@ def campaigns(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
     for number in range(count):
         chance = random.Random(f"campaign {seed} {number}")
         path.write_text(_changed(bases, chance), encoding="utf-8", errors="replace")
-        yield _outcome(f"campaign {number}", lambda: _computable(path))
+        yield outcome(f"campaign {number}", lambda: _computable(path))
 
 
 def _computable(path: Path) -> str:
@@ -98,7 +106,7 @@ def tables(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
         ]
         content, meant = _changed_table(rows, chance)
         (folder / "points.csv").write_bytes(content)
-        yield _outcome(f"table {number}", lambda meant=meant: _read_table(campaign, meant))
+        yield outcome(f"table {number}", lambda meant=meant: _read_table(campaign, meant))
 
 
 def _read_table(path: Path, meant: list[list[float]] | None) -> str:
@@ -167,7 +175,7 @@ def gaps(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
     for number in range(count):
         chance = np.random.default_rng([seed, number])
         (folder / "gap.txt").write_text(_gap_file(chance), encoding="utf-8")
-        yield _outcome(f"gap file {number}", lambda solve=number % SOLVED == 0: _with_gap(scene, solve=solve))
+        yield outcome(f"gap file {number}", lambda solve=number % SOLVED == 0: _with_gap(scene, solve=solve))
 
 
 def _with_gap(path: Path, *, solve: bool) -> str:
@@ -301,7 +309,7 @@ def _roughly(value: Any, chance: random.Random) -> Any:
 # --- what femic says -------------------------------------------------------------------------------------
 
 
-def _outcome(attack: str, read: Callable[[], str]) -> Outcome:
+def outcome(attack: str, read: Callable[[], str]) -> Outcome:
     """What femic answers where a file is read: taken, or refused with a message."""
     said = io.StringIO()
     try:

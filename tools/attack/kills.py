@@ -3,7 +3,7 @@
 import os
 import random
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from time import sleep
 
@@ -14,12 +14,12 @@ from outcomes import Outcome
 SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 
 
-def kills(place: Place, count: int, seed: int) -> Iterator[Outcome]:
+def kills(place: Place, count: int, seed: int, commands: Sequence[Command] = COMMANDS) -> Iterator[Outcome]:
     """Kill each command in turn, then run it to its end, and compare its results with undisturbed ones."""
     moments = random.Random(seed)
     for number in range(count):
-        command, kind = COMMANDS[number % len(COMMANDS)], moments.choice(SIGNALS)
-        reference, seconds = place.references[command.name]
+        command, kind = commands[number % len(commands)], moments.choice(SIGNALS)
+        reference, seconds = place.reference(command)
         after = moments.uniform(0.2, 1.0) * seconds
         at = place.copy(place.fresh, "killed")
         process = command.begin(at)

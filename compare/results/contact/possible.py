@@ -12,10 +12,8 @@ from contact.references.creepage_coefficients import WIDEST, creepage_coefficien
 from contact.references.hertz import combined_modulus
 from contact.undeformed import SAMPLES
 
-PLACES, ALIKE = (
-    9,
-    1e-9,
-)  # at which distances are the same, to a share of the reach, where bodies touch all over
+PLACES = 9  # at which distances are the same where bodies touch all over,
+ALIKE = 1e-9  # to this share of the reach
 BEYOND = 3.0  # times the force without slip from which no curve reaches a force: patches are no ellipses
 
 

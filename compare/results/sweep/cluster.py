@@ -1,34 +1,41 @@
 """Clusters on which campaigns are computed: one of this machine's cores, or any that Dask has a scheduler of.
 
 Workers have one thread each, and one BLAS thread. Those of this machine end with the program, however it
-ends.
+ends, and take nothing from others on it.
 """
 
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from time import perf_counter, sleep
 from typing import Any
 from warnings import catch_warnings, simplefilter
 
 import dask
-from distributed import Client, LocalCluster
+from distributed import Client, LocalCluster, Security
 from distributed.system import MEMORY_LIMIT
 
+from compare.results.sweep.scheduler import no_answer
 from femic.means import cores
 from femic.models import BASE_MEMORY
 from geometries.errors import Failure
 
 CONNECTS_WITHIN = 10.0  # seconds in which a scheduler answers
-WORKS_WITHIN = 60.0  # seconds in which a scheduler has a worker
+WORKS_WITHIN = 25.0  # seconds in which a scheduler has a worker
+LOOK_EVERY = 0.1  # seconds between looks for workers
 MEMORY_SHARE = 0.9  # of the machine's memory that workers may have
 MOST_DEATHS = 3  # times that the worker of a task may die before the task is given up
 QUIET = ("distributed", "tornado", "asyncio")  # logs that tell of workers that come and go
 
 NO_DASHBOARD = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # any free port, this machine only
 
+NOTHING: list[str] = []  # served by HTTP: anybody on this machine may ask
+
 LOCAL_SETTINGS: dict[str, Any] = {
     "distributed.worker.preload": ["compare.results.sweep.local_worker"],
+    "distributed.scheduler.http.routes": NOTHING,
+    "distributed.worker.http.routes": NOTHING,
     "distributed.worker.profile.enabled": False,  # a hundred looks a second, for nobody
     "distributed.worker.memory.target": False,  # results are in the store: there is nothing to spill
     "distributed.worker.memory.spill": False,
@@ -69,7 +76,10 @@ def size_for(asked: int | None, scenes: int, largest: float, memory: float | Non
 
 @contextmanager
 def local_cluster(size: Size) -> Iterator[Client]:
-    """A client of a cluster of processes on this machine, which end with the context."""
+    """A client of a cluster of processes on this machine, which end with the context.
+
+    Nobody else can use it: connections need a certificate that is made for this run, in memory only.
+    """
     with (
         _quiet(),
         dask.config.set(LOCAL_SETTINGS),
@@ -79,6 +89,7 @@ def local_cluster(size: Size) -> Iterator[Client]:
             processes=True,
             memory_limit=int(size.memory * 2**20),
             scheduler_kwargs=NO_DASHBOARD,
+            security=Security.temporary(),
             silence_logs=logging.CRITICAL,
         ) as cluster,
         Client(cluster, set_as_default=False) as client,
@@ -94,14 +105,20 @@ def local_cluster(size: Size) -> Iterator[Client]:
 def existing_cluster(address: str, timeout: float = CONNECTS_WITHIN) -> Iterator[Client]:
     """A client of the scheduler at an address; raises Failure where none answers, or has no workers."""
     with _quiet(), _connected(address, timeout) as client:
-        try:
-            client.wait_for_workers(1, timeout=WORKS_WITHIN)
-        except TimeoutError as error:
+        _require_workers(client, address)
+        yield client
+
+
+def _require_workers(client: Client, address: str) -> None:
+    """Wait for workers, paused ones, too; raises Failure where none come."""
+    start = perf_counter()
+    while not client.scheduler_info(n_workers=-1).get("workers"):
+        if perf_counter() - start > WORKS_WITHIN:
             raise Failure(
                 f"the scheduler at {address} has no workers: start some, such as `dask worker {address} "
                 "--nthreads 1 --nworkers 8`"
-            ) from error
-        yield client
+            )
+        sleep(LOOK_EVERY)
 
 
 def _connected(address: str, timeout: float) -> Client:
@@ -111,11 +128,7 @@ def _connected(address: str, timeout: float) -> Client:
         try:
             return Client(address, timeout=timeout, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
-            raise Failure(
-                f"no scheduler answers at {address} within {timeout:g} s ({error or type(error).__name__}): "
-                "is `dask scheduler` running there, is the address right (tcp://HOST:8786), does a firewall "
-                "let it through? Without --scheduler the cores of this machine are used"
-            ) from error
+            raise no_answer(address, timeout, error) from error
 
 
 def _kill(cluster: LocalCluster) -> None:

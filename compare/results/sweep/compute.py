@@ -15,6 +15,7 @@ from compare.results.sweep import kept
 from compare.results.sweep.dataset import Collected, require_other_names
 from compare.results.sweep.keeping import KEEPERS
 from compare.results.sweep.kept import Kept
+from compare.results.sweep.paused import Pauses, running
 from compare.results.sweep.tasks import (
     PROBE,
     Place,
@@ -157,14 +158,17 @@ class _Crew:
     open: set[Future] = field(default_factory=set)  # handed over, and not ended
     ended: SimpleQueue[Future] = field(default_factory=SimpleQueue)
     workers: int = 0
+    running: int = 0  # workers that are not paused
+    pauses: Pauses = field(init=False)
 
     def __post_init__(self) -> None:
+        self.pauses = Pauses(self.note, perf_counter)
         self.count()
 
     @property
     def window(self) -> int:
-        """The number of scenes that the scheduler should have."""
-        return SCENES_PER_WORKER * max(1, self.workers)
+        """The number of scenes that the scheduler should have; one a worker once they were out of memory."""
+        return (1 if self.pauses.seen else SCENES_PER_WORKER) * max(1, self.running)
 
     def submit(self, task: Callable[..., Receipt], *given: object, priority: int = 0) -> Future:
         """Hand over a task."""
@@ -174,7 +178,7 @@ class _Crew:
         return future
 
     def endings(self) -> Iterator[Future]:
-        """Yield what ends, until nothing is left; raises Failure where the scheduler is gone."""
+        """Yield what ends, until nothing is left; raises Failure as `count`."""
         counted = perf_counter()
         while self.open:
             if perf_counter() - counted > COUNT_EVERY:
@@ -186,13 +190,14 @@ class _Crew:
                 yield future
 
     def count(self) -> None:
-        """Count the workers; raises Failure where the scheduler is gone."""
+        """Count the workers; raises Failure where the scheduler is gone, or all workers stay paused."""
         workers = self.client.scheduler_info(n_workers=-1).get("workers")
         if workers is None or self.client.status != "running":
             raise Failure(GONE)
         if self.workers and not workers:
             self.note("there are no workers any more; waiting for others (Ctrl-C: go on another time)")
-        self.workers = len(workers)
+        self.workers, self.running = len(workers), running(workers)
+        self.pauses.look(workers)
 
 
 @dataclass(eq=False)

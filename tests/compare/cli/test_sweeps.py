@@ -109,6 +109,22 @@ def test_impossible_combinations_are_told_and_fail(femic):
     assert "9 scenes: 7 computed, 2 failed" in printed
 
 
+@pytest.mark.parametrize(
+    ("address", "code", "said"),
+    [
+        ("nonsense", WRONG_INPUT, "is no address of a Dask scheduler"),
+        ("", WRONG_INPUT, "is no address of a Dask scheduler"),
+        ("tcp://127.0.0.1:9", FAILED, "no scheduler answers at tcp://127.0.0.1:9"),
+    ],
+)
+def test_schedulers_that_are_not_there_are_said_before_any_work(femic, monkeypatch, address, code, said):
+    monkeypatch.setattr(sweeps, "compute_sweep", None)
+    found, printed = femic(LIGHT, "--scheduler", address)
+    assert found == code
+    assert said in " ".join(printed.split())
+    assert not Path("out/mine/sweep.nc").exists()
+
+
 def test_the_scene_of_a_point_is_written_and_nothing_else_is_printed(femic):
     code, printed = femic(LIGHT, "--write", "E=2.5,nu=0.3")
     assert (code, printed) == (DONE, "out/mine/E=2.5,nu=0.3.toml\n")

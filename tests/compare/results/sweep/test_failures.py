@@ -2,10 +2,13 @@
 
 import errno
 import os
+import socket
+from contextlib import suppress
 from pathlib import Path
 
 import dask
 import numpy as np
+import psutil
 import pytest
 import xarray as xr
 from distributed import KilledWorker, LocalCluster
@@ -16,6 +19,7 @@ from compare.results.sweep import compute as computing
 from compare.results.sweep.cluster import NO_DASHBOARD, existing_cluster, size_for
 from compare.results.sweep.compute import Options, Progress
 from compare.results.sweep.opened import open_sweep
+from compare.results.sweep.scheduler import address_of, require_scheduler
 from compare.results.sweep.tasks import Place, Unusable
 from femic.work.store import Store
 from geometries.errors import Failure
@@ -189,3 +193,39 @@ def test_where_no_workers_are_left_that_is_said(client, monkeypatch):
     monkeypatch.setattr(client, "scheduler_info", lambda **_: {})
     with pytest.raises(Failure, match="the scheduler is gone"):
         crew.count()
+
+
+def listening():
+    """The addresses at which this process and its children take connections."""
+    this = psutil.Process()
+    for process in (this, *this.children(recursive=True)):
+        for connection in process.net_connections("inet"):
+            if connection.status == psutil.CONN_LISTEN:
+                yield connection.laddr
+
+
+def answer_to_a_stranger(address, says=b"GET /health HTTP/1.0\r\n\r\n"):
+    """What a server says to someone without a certificate."""
+    with socket.create_connection((address.ip, address.port), timeout=5) as stranger:
+        stranger.sendall(says)
+        with suppress(ConnectionResetError):
+            return stranger.recv(100)
+    return b""
+
+
+def test_the_cluster_of_this_machine_is_closed_to_others_on_it():
+    """Also to their Dask; what is served by HTTP has nothing."""
+    before = {*listening()}
+    with cluster.local_cluster(cluster.Size(1, 1000.0)) as client:
+        assert client.submit(sum, [1, 2]).result() == 3
+        address = client.scheduler.address
+        assert address.startswith("tls://127.0.0.1:")
+        opened = {*listening()} - before
+        assert len(opened) >= 3
+        for one in opened:
+            assert one.ip == "127.0.0.1"
+            answer = answer_to_a_stranger(one)
+            assert not answer or b" 404 " in answer
+        for scheme in ("tcp", "tls"):
+            with pytest.raises(Failure, match="no scheduler answers"):
+                require_scheduler(address_of(address.replace("tls", scheme)), timeout=2.0)
