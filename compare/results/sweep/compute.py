@@ -38,6 +38,7 @@ from femic.work.store import Store
 from geometries.errors import Failure, WrongInput
 
 SCENES_PER_WORKER = 4  # that the scheduler has at a time: enough for no worker to wait for this process
+LOOKS_FOR = 10.0  # s in which scenes are asked whether they have what is kept: some take half a second
 MOST_REASONS = 5  # why scenes are impossible, that are told before the run
 GONE = "the scheduler is gone; what is finished is kept: start it again, and run the same command"
 FIRST = 1  # priority of what others wait for
@@ -100,11 +101,12 @@ def impossible(campaign: Campaign) -> list[str]:
 def _misfits(campaign: Campaign, points: Iterable[Point]) -> list[str]:
     """What is wrong with the scenes at some points: the first ones with different reasons."""
     reasons: dict[str, str] = {}
+    start = perf_counter()
     for point in points:
         name = campaign.named(point)
         try:
             scene = campaign.scene(point)
-            for keep in campaign.keep:
+            for keep in campaign.keep if perf_counter() - start < LOOKS_FOR else ():
                 KEEPERS[keep].require(scene)
         except WrongInput as error:
             reasons.setdefault(str(error).removeprefix(f"{name}: "), name)
