@@ -29,7 +29,7 @@ from races import races
 from compare.results.provenance import results_digest
 from femic.work.provenance import versions
 
-ROOT = Path(__file__).parents[2]
+NUMBERS = Path(__file__).parents[2] / "docs" / "numbers" / "attacks.json"
 SEED = 36
 MODULE = "compare.cli.contacts"  # whose code is attacked, with what it imports
 Attack = Callable[[Place, int, int], Iterator[Outcome]]  # how many, and which random ones
@@ -79,8 +79,7 @@ def main() -> int:
             rows.append(attacked(name, place, asked.share, asked.seed))
             sys.stdout.write(f"{told(rows[-1:])}\n")
     if asked.page:
-        text = json.dumps(record(rows, asked.seed), indent=1, ensure_ascii=False)
-        (ROOT / "docs" / "numbers" / "attacks.json").write_text(f"{text}\n", encoding="utf-8")
+        keep({one["kind"]: one | made_by(asked.seed) for one in rows})
     return 1 if any(one["short"] for one in rows) else 0
 
 
@@ -107,10 +106,16 @@ def attacked(name: str, place: Place, share: float, seed: int) -> dict[str, Any]
     return row(name, kind.meaning, outcomes) | {"seconds": round(perf_counter() - start)}
 
 
-def record(rows: list[dict[str, Any]], seed: int) -> dict[str, Any]:
-    """Everything as it goes into `attacks.json`; attacks are a sample, and name no module."""
-    found = {"rows": rows, "seed": seed, "versions": versions()}
-    return found | {"module": None, "code": results_digest(MODULE)}
+def made_by(seed: int) -> dict[str, Any]:
+    """What made some numbers; attacks are a sample, and name no module that they would be out of date with."""
+    return {"seed": seed, "versions": versions(), "module": None, "code": results_digest(MODULE)}
+
+
+def keep(rows: dict[str, dict[str, Any]]) -> None:
+    """Keep rows by kind, beside those of other kinds."""
+    before = json.loads(NUMBERS.read_text(encoding="utf-8")) if NUMBERS.exists() else {}
+    found = {name: rows.get(name, before.get(name)) for name in KINDS if name in rows or name in before}
+    NUMBERS.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
