@@ -107,7 +107,7 @@ def attacked(name: str, place: Place, share: float, seed: int) -> dict[str, Any]
 
 
 def made_by(seed: int) -> dict[str, Any]:
-    """What made some numbers; attacks are a sample, and name no module that they would be out of date with."""
+    """What made some numbers; attacks are a sample: they name no module with which they go out of date."""
     return {"seed": seed, "versions": versions(), "module": None, "code": results_digest(MODULE)}
 
 
