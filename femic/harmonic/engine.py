@@ -15,7 +15,6 @@ from time import perf_counter
 from typing import Protocol
 
 import numpy as np
-from joblib import Parallel, delayed
 
 from femic.accuracy import NotConverged
 from femic.harmonic.request import NEARER, HarmonicRequest
@@ -25,7 +24,7 @@ from femic.harmonic.section_size import Finer, SectionSize
 from femic.harmonic.synthesis import Responses, displacements, odd_in_k
 from femic.harmonic.wavenumbers import Sampled, sampled
 from femic.models import Cost, RawICs, peak_memory
-from femic.work.threads import one_blas_thread
+from femic.work.threads import in_threads, one_blas_thread
 from geometries.arrays import Array
 from geometries.patches import Patch
 
@@ -110,7 +109,7 @@ def _solve(
 ) -> Responses:
     """The responses of `solve`: first all of them, then those with coarser cells."""
     prepared = _Prepared(most_unknowns)
-    answers = _Answers(Parallel(n_jobs=workers, prefer="threads", return_as="generator"), progress, kept)
+    answers = _Answers(workers, progress, kept)
     section, samples = _sampled(request, prepared, answers)
     coarser = _with_coarser_cells(request, prepared, answers, samples.sparser.k)
     unknowns, cells = 3 * section.mesh.doflocs.shape[1], int(section.mesh.nelements)
@@ -178,7 +177,7 @@ class _Prepared:
 class _Answers:
     """Finds answers in parallel threads, or where they are kept."""
 
-    parallel: Parallel
+    workers: int
     progress: Progress
     kept: Kept | None
     residuals: list[float] = field(default_factory=list)  # of all answers so far, kept ones included
@@ -186,9 +185,8 @@ class _Answers:
     def to(self, kind: str, respond: Callable[[float], Answer], wavenumbers: Sequence[float]) -> list[Array]:
         """The responses at wavenumbers [1/mm]; `kind` tells their names from others at the same ones."""
         all_responses = []
-        for responses, residual in self.parallel(
-            delayed(self._answer)(kind, respond, k) for k in wavenumbers
-        ):
+        found = in_threads(lambda k: self._answer(kind, respond, k), wavenumbers, self.workers)
+        for responses, residual in found:
             all_responses.append(responses)
             self.residuals.append(residual)
             self.progress(len(self.residuals))
