@@ -19,9 +19,7 @@ from geometries.surfaces import Surface
 
 SAMPLES = 2001  # arc lengths among which the first touching point and first guesses are sought
 NEWTON_STEPS = 40  # largest number
-NEAR_AXIS = (
-    1e-9  # least radius of a circle, as a share of the rolling radius: flanks may rise beyond the axle
-)
+NEAR_AXIS = 1e-9  # least radius of a circle over the rolling radius: flanks may rise beyond the axle
 ROUNDING = 1e-14  # tolerance of an arc length, as a share of the largest one
 
 

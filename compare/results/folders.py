@@ -60,7 +60,8 @@ def only_run_in(folder: Path) -> Iterator[Path]:
     except (OSError, NotImplementedError) as error:
         raise _not_usable(folder, error) from error
     try:
-        remove_unfinished(folder)
+        for own in (folder, *(folder / name for name in FOLDERS)):  # others may have runs of their own
+            remove_unfinished(own)
         yield folder
     finally:
         lock.release()

@@ -173,9 +173,8 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
     reference_length = scene.reference_length or _crown_radius(bodies["lower"].contour)
     extent = common_extent(bodies)
     turn = min(2 * np.pi * body.rolling_radius for body in bodies.values())
-    room = min(
-        domain.far_radius / 8, domain.half_length / 8, turn / 6, -extent[0], extent[1]
-    )  # of the discount
+    of_domain = min(domain.far_radius, domain.half_length) / 8
+    room = min(of_domain, turn / 6, -extent[0], extent[1])  # of the discount [mm]
     rotation_reach = scene.rotation_reach or min(2 * reference_length, room)
     patch = _patch(scene.patch, rotation_reach)
     built = Scene(

@@ -53,7 +53,6 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> Path:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove files in a folder, and in those in it, that ended processes have not finished."""
-    for pattern in (f"{UNFINISHED}*", f"*/{UNFINISHED}*"):
-        for path in folder.glob(pattern):
-            path.unlink(missing_ok=True)
+    """Remove files in a folder that ended processes have not finished."""
+    for path in folder.glob(f"{UNFINISHED}*"):
+        path.unlink(missing_ok=True)

@@ -315,7 +315,7 @@ def outcome(attack: str, read: Callable[[], str]) -> Outcome:
     try:
         with limited(), redirect_stdout(said), redirect_stderr(said):
             answer = read()
-    except (WrongInput, Failure) as error:
+    except (WrongInput, Failure, OSError) as error:  # what commands print as a message
         return Outcome(attack, "refused", "" if str(error).strip() else "without a message")
     except AssertionError as error:
         return Outcome(attack, "wrong", str(error)[:300])

@@ -10,7 +10,7 @@ import pytest
 
 from compare.results import folders
 from compare.results.folders import LOCK, only_run_in, usable
-from femic.work.files import UNFINISHED
+from femic.work.files import UNFINISHED, published
 from geometries.errors import Failure, WrongInput
 
 HOLDING = (
@@ -58,6 +58,15 @@ def test_a_run_removes_what_killed_ones_have_not_finished(tmp_path):
     with only_run_in(tmp_path):
         assert all(path.exists() for path in mine)
         assert not any(path.exists() for path in left)
+
+
+def test_a_run_in_a_folder_leaves_alone_what_runs_in_folders_within_it_are_writing(tmp_path):
+    """As `femic calibrate` of several scenes writes into out/, where each scene has out/SCENE/."""
+    with only_run_in(tmp_path / "scene"), published(tmp_path / "scene" / "ics.nc") as unfinished:
+        unfinished.touch()
+        with only_run_in(tmp_path):
+            assert unfinished.exists()
+    assert (tmp_path / "scene" / "ics.nc").exists()
 
 
 @pytest.mark.parametrize(
