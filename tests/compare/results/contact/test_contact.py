@@ -314,6 +314,21 @@ def test_a_constant_extra_gap_is_closed_by_the_approach(tmp_path):
     np.testing.assert_allclose(after.p, before.p, atol=4e-3 * before.p.max())
 
 
+@pytest.mark.parametrize(("slopes", "along"), [((0.0, 4e-4), 1), ((1e-4, 0.0), 0), ((-5e-5, 3e-4), None)])
+def test_a_gap_that_rises_along_one_way_moves_the_contact_the_other_way(tmp_path, slopes, along):
+    """Of parabolas of curvature c the least of c t^2 / 2 + g t is at -g / c."""
+    rising = [(x, s, slopes[0] * x + slopes[1] * s) for x, s in CORNERS]
+    of = with_gap(tmp_path, rising, loads=[SMALL], ics=["Bhat"])
+    (contact,) = compute_contact(of).contacts.values()
+    p, placed = contact.normal.p, contact.placed
+    middle = np.sum(p * placed.x[:, None]) / p.sum(), np.sum(p * placed.grid.strips) / p.sum()
+    expected = -slopes[0] * ROLLING, -slopes[1] / (1 / RADIUS - 1 / WHEEL)
+    step = placed.grid.dx, placed.grid.ds
+    for k in (0, 1) if along is None else (along, 1 - along):
+        assert middle[k] == pytest.approx(expected[k], rel=0.02, abs=0.02 * step[k])
+        assert expected[k] == 0 or abs(expected[k]) > step[k] / 2
+
+
 def test_a_hollow_in_the_middle_leaves_two_patches(tmp_path):
     hollow = [(*at, 0.0) for at in [*CORNERS, (-50.0, -0.2), (50.0, -0.2), (-50.0, 0.2), (50.0, 0.2)]]
     of = with_gap(tmp_path, [*hollow, (-50.0, 0.0, 0.01), (50.0, 0.0, 0.01)], loads=[20.0], ics=["Bhat"])
