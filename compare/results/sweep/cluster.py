@@ -5,9 +5,11 @@ ends, and take nothing from others on it.
 """
 
 import logging
+import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from threading import current_thread, main_thread
 from time import perf_counter, sleep
 from typing import Any
 from warnings import catch_warnings, simplefilter
@@ -80,25 +82,50 @@ def local_cluster(size: Size) -> Iterator[Client]:
 
     Nobody else can use it: connections need a certificate that is made for this run, in memory only.
     """
-    with (
-        _quiet(),
-        dask.config.set(LOCAL_SETTINGS),
-        LocalCluster(
-            n_workers=size.workers,
-            threads_per_worker=1,
-            processes=True,
-            memory_limit=int(size.memory * 2**20),
-            scheduler_kwargs=NO_DASHBOARD,
-            security=Security.temporary(),
-            silence_logs=logging.CRITICAL,
-        ) as cluster,
-        Client(cluster, set_as_default=False) as client,
-    ):
+    with _quiet(), dask.config.set(LOCAL_SETTINGS), ExitStack() as begun:
+        with _interrupted_afterwards():
+            cluster = begun.enter_context(
+                LocalCluster(
+                    n_workers=size.workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    memory_limit=int(size.memory * 2**20),
+                    scheduler_kwargs=NO_DASHBOARD,
+                    security=Security.temporary(),
+                    silence_logs=logging.CRITICAL,
+                )
+            )
+            client = begun.enter_context(Client(cluster, set_as_default=False))
         try:
             yield client
         except BaseException:
             _kill(cluster)
             raise
+
+
+@contextmanager
+def _interrupted_afterwards() -> Iterator[None]:
+    """A context that Ctrl-C ends after it: Dask cannot end a cluster in order that is half begun.
+
+    A second Ctrl-C ends it within.
+    """
+    if current_thread() is not main_thread():  # others are not interrupted
+        yield
+        return
+    seen: list[int] = []
+
+    def noted(number: int, _: object) -> None:
+        if seen:
+            raise KeyboardInterrupt
+        seen.append(number)
+
+    before = signal.signal(signal.SIGINT, noted)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if seen:
+        raise KeyboardInterrupt
 
 
 @contextmanager
