@@ -10,6 +10,7 @@ from cyclopts import App, CycloptsError
 from rich.console import Console
 from rich.logging import RichHandler
 
+from compare.cli.interruptions import delivered
 from geometries.errors import Failure, WrongInput
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -56,7 +57,8 @@ def exit_code(arguments: list[str]) -> int:
     )
     logging.getLogger("skfem").setLevel(logging.ERROR)
     try:
-        app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        with delivered():
+            app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except (CycloptsError, WrongInput) as error:
         _say(console, error)
         return WRONG_INPUT

@@ -4,8 +4,8 @@
 
 Commands are killed at random moments, files that they keep are damaged, two commands run at the same time,
 scenes, campaigns, tables of points and gap files are changed at random, strange legal contacts are solved.
-Each attack is held, or falls short. With --page the numbers go to docs/numbers/attacks.json, of which
-docs/extremes.md shows a table (tools/write_docs.py).
+Each attack is held, or falls short: out/attack has what its commands printed. With --page the numbers go to
+docs/numbers/attacks.json, of which docs/extremes.md shows a table (tools/write_docs.py).
 """
 
 import argparse
@@ -30,6 +30,7 @@ from compare.results.provenance import results_digest
 from femic.work.provenance import versions
 
 NUMBERS = Path(__file__).parents[2] / "docs" / "numbers" / "attacks.json"
+LOGS = Path("out") / "attack"  # what commands printed in attacks that fall short
 SEED = 36
 MODULE = "compare.cli.contacts"  # whose code is attacked, with what it imports
 Attack = Callable[[Place, int, int], Iterator[Outcome]]  # how many, and which random ones
@@ -103,6 +104,7 @@ def attacked(name: str, place: Place, share: float, seed: int) -> dict[str, Any]
         outcomes.append(outcome)
         if outcome.short:
             sys.stderr.write(f"{name}: {outcome.attack}: {outcome.short}\n")
+            place.copy_logs(LOGS / f"{name}-{len(outcomes)}")
     return row(name, kind.meaning, outcomes) | {"seconds": round(perf_counter() - start)}
 
 

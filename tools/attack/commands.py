@@ -177,6 +177,13 @@ class Place:
             self._references[command.name] = folder, perf_counter() - start
         return self._references[command.name]
 
+    def copy_logs(self, to: Path) -> None:
+        """Copy what commands printed in the last attack."""
+        for log in self.path.glob("*/*.log"):
+            if not log.parent.name.startswith("reference-"):
+                to.mkdir(parents=True, exist_ok=True)
+                shutil.copy(log, to)
+
     def copy(self, of: Path, name: str) -> Path:
         """A copy of a folder under a name, in the place of an earlier one."""
         target = self.path / name

@@ -27,7 +27,7 @@ def kills(place: Place, count: int, seed: int, commands: Sequence[Command] = COM
         os.kill(process.pid, kind)
         ended = command.ended(process, at)
         short = broken(at) or ("" if ended.code < 0 else ended.trouble)
-        short = short or command.run(at).failure or command.differences(at, reference)
+        short = short or command.again.run(at).failure or command.differences(at, reference)
         yield Outcome(
             f"{command.name} after {after:.1f} s by {kind.name}", answer_of(command, ended.code), short
         )
