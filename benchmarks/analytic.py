@@ -19,7 +19,7 @@ from approx import hat, rectangle
 from approx.effective import EffectiveProperties, Transition
 from approx.halfspace import HalfSpace, nine
 from approx.variants import VARIANTS, approximate
-from compare.studies.extremes import exact
+from femic.validation.extremes import exact
 from geometries.contours import arc
 from geometries.materials import Material, both_bodies, one_body
 from geometries.patches import Patch

@@ -9,15 +9,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 
-from compare.results.compute import compute
-from compare.results.sweep import tasks
-from compare.results.sweep.cluster import Size, local_cluster
-from compare.results.sweep.compute import compute_sweep
-from compare.results.sweep.dataset import Collected
-from compare.scenes.campaign import load_campaign
-from femic.means import Means
-from femic.models import peak_memory
-from femic.work.store import Store
+from compare.ics.compute import compute
+from femic.cache.store import Store
+from femic.campaigns import tasks
+from femic.campaigns.campaign import load_campaign
+from femic.campaigns.cluster import Size, local_cluster
+from femic.campaigns.compute import compute_sweep
+from femic.campaigns.dataset import Collected
+from femic.reference.models import peak_memory
+from femic.reference.run_options import Means
 
 SCENES = """
 scene = "geometry1"

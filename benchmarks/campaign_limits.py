@@ -14,15 +14,15 @@ import numpy as np
 import xarray as xr
 from distributed import as_completed
 
-from compare.results.sweep import kept, tasks
-from compare.results.sweep.cluster import Size, local_cluster
-from compare.results.sweep.compute import compute_sweep, tasks_of
-from compare.results.sweep.dataset import Collected
-from compare.results.sweep.keeping import Keeper
-from compare.results.sweep.kept import Kept
-from compare.scenes.campaign import load_campaign
-from femic.models import peak_memory
-from femic.work.store import Store
+from femic.cache.store import Store
+from femic.campaigns import kept, tasks
+from femic.campaigns.campaign import load_campaign
+from femic.campaigns.cluster import Size, local_cluster
+from femic.campaigns.compute import compute_sweep, tasks_of
+from femic.campaigns.dataset import Collected
+from femic.campaigns.keeping import Keeper
+from femic.campaigns.kept import Kept
+from femic.reference.models import peak_memory
 
 MEMORY = 1000.0  # MB of a worker
 SLOW = 0.05  # s, of a slow store

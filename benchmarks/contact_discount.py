@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 
 from approx.matrix import matrix
-from compare.reports.matrix.export import discounted_matrix, read_matrix
-from compare.results.matrix.compute import compute_matrix
-from compare.scenes.load import load_scene
-from compare.scenes.scene import Scene
-from femic.means import Means
-from femic.work.store import Store
+from compare.matrix.compute import compute_matrix
+from compare.matrix.export import discounted_matrix, read_matrix
+from femic.cache.store import Store
+from femic.reference.run_options import Means
+from femic.scenes.load import load_scene
+from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.contours import Contour
 from geometries.patches import N

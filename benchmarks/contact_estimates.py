@@ -4,8 +4,8 @@
 
 Prints for each number how often its error is within its estimate, the worst ratio of error and estimate, and
 the median of the opposite ratio, which says how much too large estimates are; the same for the difference to
-elements twice as large. The shares in `contact.undecided` were found with other random contacts than those of
-any seed here. On arcs and ellipses, unsymmetric and often off the crown, with 8 to 20 elements across the
+elements twice as large. The shares in `femic.contact.undecided` were found with other random
+contacts than those of any seed here. On arcs and ellipses, unsymmetric and often off the crown, with 8 to 20 elements across the
 patch. Statement 25 of `femic validate` is about `frictionless` and `rolling`.
 """
 
@@ -15,18 +15,18 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from compare.results.friction.compression import estimates_of as estimates_of_steps
-from compare.results.friction.compression import in_halves
-from compare.results.friction.curve import Path
-from compare.results.friction.dataset import errors
-from compare.results.friction.quantities import OF_PATCH, measured
-from compare.results.friction.rolling import OF_FREE
-from compare.studies.estimates.contacts import RandomContact
-from compare.studies.estimates.coverage import coverage, outcomes
-from compare.studies.estimates.outcomes import STUDIES, Outcome, grids
-from contact.compression import compressed
-from contact.estimates import Measured
-from contact.frictional import FrictionalProblem, Pressing
+from compare.friction.compression import estimates_of as estimates_of_steps
+from compare.friction.compression import in_halves
+from compare.friction.curve import Path
+from compare.friction.dataset import errors
+from compare.friction.quantities import OF_PATCH, measured
+from compare.friction.rolling import OF_FREE
+from femic.contact.compression import compressed
+from femic.contact.estimates import Measured
+from femic.contact.frictional import FrictionalProblem, Pressing
+from femic.validation.estimates.contacts import RandomContact
+from femic.validation.estimates.coverage import coverage, outcomes
+from femic.validation.estimates.outcomes import STUDIES, Outcome, grids
 
 STEPS = 2  # of load in compressions, each in halves
 

@@ -22,12 +22,12 @@ from matplotlib.figure import Figure
 from approx.calibration import fit
 from approx.effective import EffectiveProperties
 from approx.pair import Solid
-from compare.results.calibration import calibrate, target_of
-from compare.results.compute import Results, reference_of
-from compare.results.measure import Measure, far_from
-from compare.scenes.load import load_scene
-from femic.means import Means
-from femic.work.store import Store
+from compare.calibration.compute import calibrate, target_of
+from compare.ics.compute import Results, reference_of
+from compare.ics.error_measure import Measure, far_from
+from femic.cache.store import Store
+from femic.reference.run_options import Means
+from femic.scenes.load import load_scene
 from geometries.arrays import Array
 from geometries.materials import Material
 from geometries.patches import indices
@@ -111,7 +111,7 @@ def translated(results: Results, body: str) -> Array:
 
 
 def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArray:
-    """Worst errors on the scene's lines by ratio, variant and component; see `compare.results.measure`."""
+    """Worst errors on the scene's lines by ratio, variant and component; see `compare.ics.error_measure`."""
     lines = {name: part for name, part in results.lines.items() if not name.startswith("fit ")}
     variants = {"B̂": ("Bhat", {}), TRANSLATED: ("Bhat", {})} | {
         f"B̂′, {', '.join(SETS[components])} to {', '.join(components)}": ("Bhat_prime", found)

@@ -17,17 +17,17 @@ from time import perf_counter
 
 import numpy as np
 
-from compare.results.compute import Results, compute, jobs
-from compare.results.matrix.compute import matrix_jobs
-from compare.results.shares import refinement_shares_of
-from compare.scenes.load import load_scene
-from femic.accuracy import component_of
-from femic.harmonic.engine import raw_ics
-from femic.harmonic.request import HarmonicRequest
-from femic.level import Level
-from femic.matrix.reference import matrices
-from femic.means import Means
-from femic.solid import pardiso
+from compare.ics.compute import Results, compute, jobs
+from compare.ics.errors import refinement_shares_of
+from compare.matrix.compute import matrix_jobs
+from femic.reference.accuracy import component_of
+from femic.reference.harmonic.engine import raw_ics
+from femic.reference.harmonic.request import HarmonicRequest
+from femic.reference.level import Level
+from femic.reference.matrix.reference import matrices
+from femic.reference.run_options import Means
+from femic.reference.solid import pardiso
+from femic.scenes.load import load_scene
 
 BODIES = ("lower", "upper")
 GEOMETRIES = ("geometry1", "geometry2")

@@ -15,11 +15,11 @@ from time import perf_counter
 
 import numpy as np
 
-from compare.results.compute import compute
-from compare.results.matrix.compute import compute_matrix
-from compare.scenes.load import load_scene
-from femic.means import Means
-from femic.work.store import Store
+from compare.ics.compute import compute
+from compare.matrix.compute import compute_matrix
+from femic.cache.store import Store
+from femic.reference.run_options import Means
+from femic.scenes.load import load_scene
 
 TOLERANCE = 1e-3
 LAGS = {32: 64, 64: 128, 128: 256}

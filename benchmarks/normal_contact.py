@@ -15,11 +15,11 @@ import numpy as np
 
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
-from contact.normal import NormalProblem, solve
-from contact.operators.dense import GridOperator
-from contact.operators.turned import turned
-from contact.references.hertz import PointContact, combined_modulus
-from contact.undeformed import Undeformed
+from femic.contact.exact.hertz import PointContact, combined_modulus
+from femic.contact.normal import NormalProblem, solve
+from femic.contact.operators.approximations import turned
+from femic.contact.operators.dense import GridOperator
+from femic.contact.undeformed import Undeformed
 from geometries.contours import arc, plane
 from geometries.grids import Grid
 from geometries.materials import Material

@@ -15,12 +15,12 @@ from threadpoolctl import threadpool_limits
 
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
-from contact.friction.kinematics import Creepages, Rolling
-from contact.frictional import FrictionalProblem, Pressing
-from contact.operators.dense import GridOperator
-from contact.operators.turned import turned
-from contact.references.hertz import PointContact, combined_modulus
-from contact.rolling import RollingProblem
+from femic.contact.exact.hertz import PointContact, combined_modulus
+from femic.contact.friction.kinematics import Creepages, Rolling
+from femic.contact.frictional import FrictionalProblem, Pressing
+from femic.contact.operators.approximations import turned
+from femic.contact.operators.dense import GridOperator
+from femic.contact.rolling import RollingProblem
 from geometries.contours import plane
 from geometries.grids import Grid
 from geometries.materials import Material

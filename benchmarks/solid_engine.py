@@ -24,17 +24,17 @@ import numpy as np
 import xarray as xr
 
 from approx.halfspace import HalfSpace
-from compare.results.compute import jobs
-from compare.scenes.load import load_scene
-from femic.accuracy import component_of, line_errors
-from femic.engine import Request
-from femic.job import Job
-from femic.level import Level, factors
-from femic.models import Cost, RawICs
-from femic.reference import combine
-from femic.solid import pardiso
-from femic.solid.engine import raw_ics
-from femic.solid.record import SOLID
+from compare.ics.compute import jobs
+from femic.reference.accuracy import component_of, line_errors
+from femic.reference.engine import Request
+from femic.reference.job import Job
+from femic.reference.level import Level, factors
+from femic.reference.models import Cost, RawICs
+from femic.reference.result import combine
+from femic.reference.solid import pardiso
+from femic.reference.solid.engine import raw_ics
+from femic.reference.solid.record import SOLID
+from femic.scenes.load import load_scene
 from geometries.contours import arc
 from geometries.materials import one_body
 
@@ -193,7 +193,7 @@ def runs() -> None:
 def run(scene: str, out: str) -> float:
     """Wall seconds of `femic run` as a process of its own."""
     start = perf_counter()
-    command = [sys.executable, "-m", "compare", "run", scene, "--out", out]
+    command = [sys.executable, "-m", "femic", "run", scene, "--out", out]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return perf_counter() - start
 

@@ -17,13 +17,13 @@ from matplotlib.figure import Figure
 from approx.halfspace import HalfSpace
 from approx.orientation import load_turned, turn_between
 from approx.pair import Solid
-from compare.pages.styles import STYLES, SYMBOLS
-from compare.results.compute import Results, compute
-from compare.results.dataset import errors, to_dataset
-from compare.results.shares import measure_of
-from compare.scenes.load import load_scene
-from femic.means import Means
-from femic.work.store import Store
+from compare.ics.compute import Results, compute
+from compare.ics.dataset import errors, to_dataset
+from compare.ics.errors import measure_of
+from compare.report.styles import STYLES, SYMBOLS
+from femic.cache.store import Store
+from femic.reference.run_options import Means
+from femic.scenes.load import load_scene
 from geometries.arrays import Array
 from geometries.materials import one_body
 from geometries.patches import Patch

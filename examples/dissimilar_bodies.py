@@ -22,21 +22,21 @@ from matplotlib.figure import Figure
 from approx.effective import EffectiveProperties
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
-from compare.pages.styles import MARKERS, STYLES, SYMBOLS
-from compare.results.calibration import calibrate
-from compare.results.contact.compute import grids_of
-from compare.results.contact.pairing import Placed, placed_on
-from compare.results.friction.operators import BodyICs, body_ics, total_ics
-from compare.results.friction.quantities import OF_PATCH, numbers
-from compare.scenes.load import load_scene
-from compare.scenes.scene import Scene
-from contact.friction.kinematics import Creepages, Rolling
-from contact.frictional import FrictionalProblem, Pressing
-from contact.operators.dense import GridOperator
-from contact.operators.turned import turned
-from contact.rolling import RollingContact, RollingProblem
-from femic.means import Means
-from femic.work.store import Store
+from compare.calibration.compute import calibrate
+from compare.contact.compute import grids_of
+from compare.contact.pair_on_grid import Placed, placed_on
+from compare.friction.operators import BodyICs, body_ics, total_ics
+from compare.friction.quantities import OF_PATCH, numbers
+from compare.report.styles import MARKERS, STYLES, SYMBOLS
+from femic.cache.store import Store
+from femic.contact.friction.kinematics import Creepages, Rolling
+from femic.contact.frictional import FrictionalProblem, Pressing
+from femic.contact.operators.approximations import turned
+from femic.contact.operators.dense import GridOperator
+from femic.contact.rolling import RollingContact, RollingProblem
+from femic.reference.run_options import Means
+from femic.scenes.load import load_scene
+from femic.scenes.scene import Scene
 from geometries.materials import Material
 
 RATIOS = (0.1, 0.3, 1.0, 3.0, 10.0)

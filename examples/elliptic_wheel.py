@@ -16,11 +16,11 @@ import xarray as xr
 from cyclopts import run
 from matplotlib.figure import Figure
 
-from compare.pages.styles import STYLES
-from compare.results.compute import Results, compute, reference_of
-from compare.scenes.load import load_scene
-from femic.means import Means
-from femic.work.store import Store
+from compare.ics.compute import Results, compute, reference_of
+from compare.report.styles import STYLES
+from femic.cache.store import Store
+from femic.reference.run_options import Means
+from femic.scenes.load import load_scene
 from geometries.patches import COMPONENTS, indices
 
 ELLIPSE = {"kind": "ellipse", "b_el": 10.15, "d_el": 10.25, "flank_inclination_deg": 60.0}

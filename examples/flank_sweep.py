@@ -13,13 +13,13 @@ import xarray as xr
 from cyclopts import run
 from matplotlib.figure import Figure
 
-from compare.pages.styles import MARKERS, STYLES, SYMBOLS
-from compare.results.compute import compute
-from compare.results.dataset import errors, to_dataset
-from compare.scenes.load import scene_from_table
-from compare.scenes.scene import Scene
-from femic.means import Means
-from femic.work.store import Store
+from compare.ics.compute import compute
+from compare.ics.dataset import errors, to_dataset
+from compare.report.styles import MARKERS, STYLES, SYMBOLS
+from femic.cache.store import Store
+from femic.reference.run_options import Means
+from femic.scenes.load import scene_from_table
+from femic.scenes.scene import Scene
 
 ANGLES = [0, 15, 30, 45, 60]  # degrees
 VARIANTS = ["A", "B", "Bhat", "C"]

@@ -12,12 +12,12 @@ import xarray as xr
 from cyclopts import run
 from matplotlib.figure import Figure
 
-from compare.pages.curves import draw_curve
-from compare.results.compute import compute
-from compare.results.dataset import to_dataset
-from compare.scenes.load import load_scene
-from femic.means import Means
-from femic.work.store import Store
+from compare.ics.compute import compute
+from compare.ics.dataset import to_dataset
+from compare.report.curves import draw_curve
+from femic.cache.store import Store
+from femic.reference.run_options import Means
+from femic.scenes.load import load_scene
 
 ASKED = {
     "bodies": ["lower"],

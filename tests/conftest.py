@@ -13,14 +13,14 @@ settings.load_profile("repeatable")
 
 # A file is run by one process. What starts last should be short, or the other processes wait for it.
 DEAR = (
-    "tests/femic/harmonic/test_harmonic.py",
-    "tests/femic/matrix/test_matrix.py",
+    "tests/femic/reference/harmonic/test_harmonic.py",
+    "tests/femic/reference/matrix/test_matrix.py",
     "tests/test_docs.py",
     "tests/test_examples.py",
-    "tests/compare/reports/test_geometry1.py",
-    "tests/compare/reports/test_overlay.py",
-    "tests/femic/harmonic/test_expected.py",
-    "tests/femic/work/test_store.py",
+    "tests/compare/ics/test_geometry1.py",
+    "tests/compare/overlay/test_overlay.py",
+    "tests/femic/reference/harmonic/test_expected.py",
+    "tests/femic/cache/test_store.py",
 )
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.results.provenance import results_digest
+from femic.cache.digests import results_digest
 
 ROOT = Path(__file__).parent.parent
-MODULE = "compare.results.dataset"
+MODULE = "compare.ics.dataset"
 BLOCK = re.compile(r"^```python\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 
 

@@ -10,18 +10,18 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
-from compare.pages.styles import STYLES
-from compare.results.friction.operators import approximation, body_ics, total_ics
-from compare.scenes.load import load_scene
-from contact.friction.kinematics import Creepages
-from contact.frictional import Pressing
-from contact.operators.dense import GridOperator
-from femic.means import Means
-from femic.work.store import Store
+from compare.friction.operators import approximation, body_ics, total_ics
+from compare.report.styles import STYLES
+from femic.cache.store import Store
+from femic.contact.friction.kinematics import Creepages
+from femic.contact.frictional import Pressing
+from femic.contact.operators.dense import GridOperator
+from femic.reference.run_options import Means
+from femic.scenes.load import load_scene
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 FEW = 8  # elements across a patch
-COARSE = 0.2  # about where cells stop growing with the tolerance (femic.reference.cells_for)
+COARSE = 0.2  # about where cells stop growing with the tolerance (femic.reference.result.cells_for)
 DRAWN = 100  # pixels that are in the colour of a curve, at least
 
 

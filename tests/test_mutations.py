@@ -78,7 +78,7 @@ def test_mutants_that_cannot_matter_are_counted_apart():
 
 
 def test_a_sample_is_the_same_each_time_and_all_of_it_differs_from_the_code():
-    one, again = (sample("femic/accuracy.py", 8) for _ in range(2))
+    one, again = (sample("femic/reference/accuracy.py", 8) for _ in range(2))
     assert one == again
     assert len({(m.operator, m.occurrence) for m in one}) == 8
     assert all(m.line != m.becomes for m in one)

@@ -1,6 +1,6 @@
 """Change the code in small ways and see whether the tests notice: `make mutations`.
 
-    python tools/mutations.py [--sample N] [--workers N] [--modules femic/estimate.py ...] [--page]
+    python tools/mutations.py [--sample N] [--workers N] [--modules femic/reference/estimate.py ...] [--page]
 
 A seeded sample of N mutants of each module in tools/mutations.toml is tried in copies of the tree, each with
 the tests that protect it (without slow ones, up to a time limit). Names of types, words, error texts and log
@@ -29,7 +29,7 @@ from typing import Any
 
 from mutants import ROOT, SEED, Mutant, mutated, sample
 
-from femic.work.provenance import digest_of, versions
+from femic.cache.digests import digest_of, versions
 
 CODE = ("geometries", "approx", "femic", "contact", "compare", "tests")
 COPIED = (*CODE, "examples", "docs", "tools", "pyproject.toml", "README.md")

@@ -18,10 +18,10 @@ import numpy as np
 import xarray as xr
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, meta
 
-from compare.cli.main import exit_code
-from compare.reports.frontier.advice import Question, advise
-from compare.reports.frontier.trade import front, told_apart
-from compare.results.provenance import results_digest
+from compare.frontier.advice import Question, advise
+from compare.frontier.trade import front, told_apart
+from femic.cache.digests import results_digest
+from femic.cli.main import exit_code
 from geometries.errors import Failure
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from approx.rectangle import over_lags, over_rectangle
-from compare.studies.extremes.exact import integrals
+from femic.validation.extremes.exact import integrals
 from geometries.patches import Patch
 
 TOLERANCE = 5e-15  # 2e-15 seen: some twenty roundings, not all of one sign

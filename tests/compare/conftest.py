@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.results.compute import compute
-from compare.results.dataset import errors, to_dataset
-from compare.results.shares import refinement_shares_of
-from compare.scenes.load import load_scene
-from femic.means import Means
-from femic.solid.record import SOLID
+from compare.ics.compute import compute
+from compare.ics.dataset import errors, to_dataset
+from compare.ics.errors import refinement_shares_of
+from femic.reference.run_options import Means
+from femic.reference.solid.record import SOLID
+from femic.scenes.load import load_scene
 
 COARSE_ENGINE = """
 [engine]

@@ -26,13 +26,12 @@ from kills import kills
 from outcomes import Outcome, row, told
 from races import races
 
-from compare.results.provenance import results_digest
-from femic.work.provenance import versions
+from femic.cache.digests import results_digest, versions
 
 NUMBERS = Path(__file__).parents[2] / "docs" / "numbers" / "attacks.json"
 LOGS = Path("out") / "attack"  # what commands printed in attacks that fall short
 SEED = 36
-MODULE = "compare.cli.contacts"  # whose code is attacked, with what it imports
+MODULE = "femic.cli.contacts"  # whose code is attacked, with what it imports
 Attack = Callable[[Place, int, int], Iterator[Outcome]]  # how many, and which random ones
 
 

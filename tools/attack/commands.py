@@ -75,7 +75,7 @@ class Command:
         """The process of the command in a folder, with a log of its own."""
         with (at / f"{self.name}.log").open("w", encoding="utf-8") as log:
             return subprocess.Popen(
-                [sys.executable, "-m", "compare", *self.arguments, *more],
+                [sys.executable, "-m", "femic", *self.arguments, *more],
                 cwd=at,
                 env=os.environ | {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"},
                 stdout=log,

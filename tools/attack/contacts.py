@@ -8,17 +8,17 @@ import numpy as np
 from fuzz import limited
 from outcomes import Outcome
 
-from compare.results.contact.compute import SolvedContact, compute_contact
-from compare.results.contact.pairing import Placed
-from compare.results.friction.bodies import Solver, on_fitting_grid
-from compare.results.friction.curve import Path
-from compare.scenes.load import scene_from_table
-from compare.scenes.scene import Scene
-from contact.compression import compressed
-from contact.friction.kinematics import Creepages
-from contact.friction.leading import LeadingEdge
-from contact.frictional import FrictionalContact, Pressing
-from femic.means import Means
+from compare.contact.compute import SolvedContact, compute_contact
+from compare.contact.pair_on_grid import Placed
+from compare.friction.bodies import Solver, on_fitting_grid
+from compare.friction.curve import Path
+from femic.contact.compression import compressed
+from femic.contact.friction.kinematics import Creepages
+from femic.contact.friction.leading import LeadingEdge
+from femic.contact.frictional import FrictionalContact, Pressing
+from femic.reference.run_options import Means
+from femic.scenes.load import scene_from_table
+from femic.scenes.scene import Scene
 from geometries.contours import Contour
 from geometries.errors import Failure, WrongInput
 from geometries.patches import N

@@ -18,15 +18,15 @@ import tomlkit
 from commands import FILES
 from outcomes import Outcome
 
-from compare.cli.main import exit_code
-from compare.results.contact.compute import cases_of, compute_contact, grids_of
-from compare.results.contact.pairing import placed_on
-from compare.results.sweep.compute import require_computable
-from compare.scenes import plausibility
-from compare.scenes.campaign import load_campaign
-from compare.scenes.listing import listing
-from compare.scenes.load import builtin_names, load_scene
-from femic.means import Means
+from compare.contact.compute import cases_of, compute_contact, grids_of
+from compare.contact.pair_on_grid import placed_on
+from femic.campaigns.campaign import load_campaign
+from femic.campaigns.compute import require_computable
+from femic.cli.main import exit_code
+from femic.reference.run_options import Means
+from femic.scenes import plausibility
+from femic.scenes.listing import listing
+from femic.scenes.load import builtin_names, load_scene
 from geometries.errors import Failure, WrongInput
 
 LONGEST = 30  # seconds that a file may take to be read

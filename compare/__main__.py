@@ -1,5 +1,0 @@
-"""`python -m compare`: the command `femic`."""
-
-from compare.cli.main import main
-
-main()

@@ -1,0 +1,254 @@
+"""Fits effective properties of a scene to its C, and writes the scene with them."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomlkit
+import xarray as xr
+
+from approx.calibration import Fit, fit
+from approx.effective import EffectiveProperties
+from approx.pair import Pair
+from approx.target import Target
+from compare.ics.compute import (
+    Results,
+    compute,
+    points_of,
+    reference_of,
+    solids,
+    with_approximations,
+)
+from femic.cache.digests import results_digest, versions
+from femic.reference.run_options import DEFAULT, Means
+from femic.scenes.checks import calibration_misfits
+from femic.scenes.errors import require_none
+from femic.scenes.file import SceneFile
+from femic.scenes.scene import Scene
+from geometries.arrays import Array
+from geometries.errors import WrongInput
+from geometries.patches import places
+
+REPORTED_COMPONENTS = ("nn", "xn", "sn")  # components that every report shows, whichever were fitted
+BESIDE_FIT = ("A", "B", "Bhat")  # variants that the report shows beside B-hat-prime
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """A scene with fitted properties, its results, the fits and the targets that they were fitted to."""
+
+    scene: Scene  # with the fitted properties
+    results: Results  # on the lines of the scene and of its calibration
+    fits: Mapping[str, Fit]  # by body
+    targets: Mapping[str, Target]  # by body
+
+
+def calibrate(scene: Scene, means: Means = DEFAULT) -> Calibrated:
+    """Compute C on the lines of the scene and of its calibration, and fit effective properties to it.
+
+    Raises BadScene if the calibration does not fit the scene, NotConverged as `compute` does.
+    """
+    require_calibration(scene)
+    results = compute(extended(scene), means)
+    means.watch.on_stage("  fitting")
+    targets = {body: target_of(results, body) for body in scene.calibration.bodies}
+    fits = {body: fit(target, scene.calibration.properties) for body, target in targets.items()}
+    results = _with_fits(results, scene, fits)
+    return Calibrated(replace(results.scene, lines=scene.lines), results, fits, targets)
+
+
+def extended(scene: Scene) -> Scene:
+    """The scene with the lines and components of its calibration, as C is computed for it."""
+    return replace(
+        scene,
+        lines=(*scene.lines, *scene.calibration.lines),
+        components=tuple(dict.fromkeys((*REPORTED_COMPONENTS, *scene.calibration.components))),
+        variants=("A",),  # the other variants are computed after the fit
+        check=None,
+    )
+
+
+def require_calibration(scene: Scene) -> None:
+    """Raise BadScene, before any computation, if the scene cannot be calibrated."""
+    errors = list(calibration_misfits(scene))
+    if not errors:
+        shape = len(scene.calibration.components), sum(len(line.x) for line in scene.calibration.lines)
+        try:
+            for body in scene.calibration.bodies:
+                target_from(scene, _a_on_planes(scene, np.ones(shape), body), body)
+        except WrongInput as error:
+            errors.append(f"calibration: {error}")
+    require_none(scene.name, errors)
+
+
+def _a_on_planes(scene: Scene, ics: Array, body: str) -> Array:
+    """ICs (n_components, n) [mm/MPa] as given; if all bodies are planes, A instead, because C is A there.
+
+    Components that vanish are thus known before C is computed.
+    """
+    solid_bodies = scene.bodies.values()
+    bent = any(
+        np.ptp(solid_body.contour.inclination(np.linspace(*solid_body.s_range, 99)))
+        for solid_body in solid_bodies
+    )
+    if bent or any(np.isfinite(solid_body.rolling_radius) for solid_body in solid_bodies):
+        return ics
+    return target_from(scene, ics, body).by("A")
+
+
+def target_of(results: Results, body: str) -> Target:
+    """The target of a fit: C of a body and its estimate at the points of the scene's calibration."""
+    scene = results.scene
+    points = points_of(results, scene.calibration.lines)
+    fitted = places(scene.calibration.components)
+    c, error = (
+        scene.patch.area * getattr(reference_of(results, body), part)[fitted][:, points]
+        for part in ("ic", "estimate")
+    )
+    return replace(target_from(scene, c, body), error=error)
+
+
+def target_from(scene: Scene, ics: Array, body: str = "combined") -> Target:
+    """The target of a fit: ICs (n_components, n) [mm/MPa] at the calibration's points, known exactly."""
+    calibration = scene.calibration
+    solid = replace(solids(scene)[body], effective=None)
+    if isinstance(solid, Pair):
+        solid = replace(solid, curvature_apart=calibration.curvature_apart)
+    x, s = (np.concatenate([getattr(line, name) for line in calibration.lines]) for name in ("x", "s"))
+    weights = _weights(x, s - scene.patch.s) if calibration.logarithmic else np.ones(len(x))
+    return Target(solid, scene.patch, x, s, calibration.components, ics, weights, np.zeros(1))
+
+
+def unit_of(scene: Scene) -> float:
+    """The factor that makes ICs per unit pressure dimensionless [MPa/mm]."""
+    return scene.reference_E * scene.reference_length / scene.patch.area
+
+
+def _weights(x: Array, s: Array) -> Array:
+    """Weights (n,) [-] with which evenly spaced points count alike per octave of their distance.
+
+    Their squares go like 1 / r; the weight of the nearest point is 1.
+    """
+    r = np.hypot(x, s)
+    return np.asarray(np.sqrt(np.min(r) / r))
+
+
+def _with_fits(results: Results, scene: Scene, fits: Mapping[str, Fit]) -> Results:
+    """The results of the scene with the fitted properties, approximations computed anew."""
+    effective = {body: body_fit.effective for body, body_fit in fits.items()}
+    calibrated = replace(
+        results.scene,
+        text=with_properties(scene, effective, Path()),
+        effective={**{name: scene.effective[name] for name in _kept(scene, effective)}, **effective},
+        curvature_apart=scene.calibration.curvature_apart if "combined" in fits else scene.curvature_apart,
+        variants=tuple(dict.fromkeys((*scene.variants, *BESIDE_FIT, "Bhat_prime"))),
+    )
+    return with_approximations(results, calibrated)
+
+
+def _kept(scene: Scene, fitted: Mapping[str, EffectiveProperties]) -> list[str]:
+    """The bodies whose given properties stay beside the fitted ones.
+
+    Properties of both bodies together take precedence over those of each body, and would hide new ones.
+    """
+    overruled = set(fitted) if "combined" in fitted else {*fitted, "combined"}
+    return [name for name in scene.effective if name not in overruled]
+
+
+def with_properties(scene: Scene, effective: Mapping[str, EffectiveProperties], folder: Path) -> str:
+    """The text of the scene's file, comments and all, with effective properties and B-hat-prime.
+
+    It is meant for a file in `folder`: paths of contours are made relative to that.
+    """
+    document = tomlkit.parse(scene.text)
+    listed = document.get("variants", SceneFile.model_fields["variants"].default)
+    document["variants"] = list(dict.fromkeys((*listed, "Bhat_prime")))
+    given = {name: document["effective"][name] for name in _kept(scene, effective)}
+    for body, properties in effective.items():
+        given[body] = properties_table(scene, body, properties)
+    for name, file in scene.files.items():
+        path = file.resolve()
+        relative = os.path.relpath(path, folder.resolve())
+        document[name]["contour"]["file"] = str(relative if (folder / relative).is_file() else path)
+    document.pop("effective", None)
+    document["effective"] = given
+    return tomlkit.dumps(document)
+
+
+def properties_table(scene: Scene, body: str, properties: EffectiveProperties) -> dict[str, Any]:
+    """The table [effective.BODY] of a scene file."""
+    table: dict[str, Any] = {}
+    if body == "combined" and scene.calibration.curvature_apart:
+        table["curvature"] = "apart"
+    for name in scene.calibration.properties:
+        transition = getattr(properties, name)
+        table[name] = tomlkit.inline_table()
+        for key in ("far", "r_inf", "m", "n"):
+            table[name][key] = float(f"{getattr(transition, key):.6g}")
+    return table
+
+
+def to_dataset(calibrated: Calibrated) -> xr.Dataset:
+    """The fits with covariances and residuals, and the points, weights and ICs [mm/N] that were fitted."""
+    scene, bodies = calibrated.scene, list(calibrated.fits)
+    first = calibrated.targets[bodies[0]]
+    names = [parameter.name for parameter in calibrated.fits[bodies[0]].parameters]
+    return xr.Dataset(
+        _fit_variables(list(calibrated.fits.values()))
+        | _target_variables(calibrated)
+        | {"weight": ("point", first.weights)},
+        coords={
+            "body": bodies,
+            "component": list(first.components),
+            "parameter": names,
+            "parameter_": names,
+            "x": ("point", first.x, {"units": "mm"}),
+            "s": ("point", first.s, {"units": "mm"}),
+        },
+        attrs={
+            "title": f"effective properties: {scene.title}",
+            "scene": scene.text,
+            "curvature": "apart" if scene.calibration.curvature_apart else "contained",
+            "code": results_digest(__name__),
+            "versions": str(versions()),
+        },
+    )
+
+
+def _fit_variables(fits: Sequence[Fit]) -> dict[str, tuple[Any, ...]]:
+    """Parameters of the fits of all bodies, their covariance, and the residuals as shares of max |C|."""
+    of_parameters, share = ("body", "parameter"), {"meaning": "share of max |C|"}
+    return {
+        "value": (
+            of_parameters,
+            [[parameter.value for parameter in fit.parameters] for fit in fits],
+            {"units": "r_inf: mm, G: MPa"},
+        ),
+        "note": (of_parameters, [[parameter.note for parameter in fit.parameters] for fit in fits]),
+        "covariance": ((*of_parameters, "parameter_"), np.stack([_full_covariance(fit) for fit in fits])),
+        "rms": (("body", "component"), np.stack([fit.rms for fit in fits]), share),
+        "worst": (("body", "component"), np.stack([fit.worst for fit in fits]), share),
+    }
+
+
+def _target_variables(calibrated: Calibrated) -> dict[str, tuple[Any, ...]]:
+    """C at the points that were fitted, its estimate, and what the fits make of it [mm/N]."""
+    dims, units, area = ("body", "component", "point"), {"units": "mm/N"}, calibrated.scene.patch.area
+    targets = calibrated.targets
+    ics = {
+        "c": [target.ics for target in targets.values()],
+        "estimate": [target.error for target in targets.values()],
+        "fitted": [target.of(calibrated.fits[body].effective) for body, target in targets.items()],
+    }
+    return {name: (dims, np.stack(of_bodies) / area, units) for name, of_bodies in ics.items()}
+
+
+def _full_covariance(body_fit: Fit) -> Array:
+    """The covariance of all parameters (n_parameters, n_parameters), NaN for those that were not fitted."""
+    fitted = [k for k, parameter in enumerate(body_fit.parameters) if parameter.deviation is not None]
+    full = np.full((len(body_fit.parameters),) * 2, np.nan)
+    full[np.ix_(fitted, fitted)] = body_fit.covariance
+    return full

@@ -1,0 +1,126 @@
+"""Figures of contacts: numbers over the angle of the patch, profiles across it, pressures on the surface."""
+
+from collections.abc import Mapping
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patheffects import AbstractPathEffect, withStroke
+
+from compare.contact.compute import reference_name
+from compare.contact.quantities import QUANTITIES
+from compare.report.panels import Panel, add_legend, drawn
+from compare.report.styles import RC, symbol_of, with_further
+
+HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on shades
+DRAWN = ("a", "b", "aspect", "p_max", "approach", "stiffness")  # quantities over the angle of the patch
+
+
+def reference_of(dataset: xr.Dataset) -> str:
+    """The ICs that others are compared with."""
+    return reference_name([str(name) for name in dataset.ics.values])
+
+
+def over_angle(dataset: xr.Dataset) -> Figure:
+    """Numbers of the contact by all ICs over the angle of the patch by the reference; below, their ratios."""
+    reference = reference_of(dataset)
+    order = np.argsort(dataset.angle.sel(ics=reference).values)
+    cases = dataset.isel(case=order)
+    angle = cases.angle.sel(ics=reference)
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=(2.9 * len(DRAWN), 5.4), layout="constrained")
+        rows = figure.subplots(2, len(DRAWN), sharex=True)
+        for column, name in zip(rows.T, DRAWN, strict=True):
+            quantity, values = QUANTITIES[name], cases[name]
+            unit = f" [{quantity.unit}]" if quantity.unit != "1" else " [-]"
+            _by_ics(column[0], angle, values)
+            _by_ics(column[1], angle, values / values.sel(ics=reference))
+            scale = (
+                "log" if bool((values > 0).all()) else "linear"
+            )  # approaches are negative over raised spots
+            column[0].set(title=f"{quantity.symbol}{unit}", yscale=scale)
+            column[1].set(xlabel=f"Δδ by {symbol_of(reference)} [deg]")
+            known = (cases[f"estimate_{name}"] / values).sel(ics=reference)
+            column[1].fill_between(angle, 1 - known, 1 + known, color="black", alpha=0.15, linewidth=0)
+        rows[1, 0].set(ylabel=f"over {symbol_of(reference)} [-], band: its estimate")
+        add_legend(figure)
+        return figure
+
+
+def _by_ics(axes: Axes, at: xr.DataArray, values: xr.DataArray) -> None:
+    names = [str(name) for name in values.ics.values]
+    looks = with_further(names)
+    for name in names:
+        marker, style = looks[name]
+        axes.plot(at, values.sel(ics=name), label=symbol_of(name), **style, marker=marker, markersize=4)
+
+
+def profiles(dataset: xr.Dataset) -> Figure:
+    """Pressures along s through the largest, over the mean pressure on the patch's area, a panel per case."""
+    count = dataset.sizes["case"]
+    return drawn([_profile(dataset, number) for number in range(count)], min(count, 3))
+
+
+def _profile(dataset: xr.Dataset, number: int) -> Panel:
+    case, p = dataset.isel(case=number), dataset[f"p_{number}"]
+    along_x = f"x_{number}"
+    at = _section(p.sel(ics=reference_of(dataset)).values)
+    across, middle = p.isel({along_x: at}), at == p.sizes[along_x] // 2
+    x = "x = 0" if middle else f"x = {float(p[along_x][at]):.2g} mm"
+    mean = case["load"] / case["area"]
+    shown = np.flatnonzero((across > 0).any("ics"))
+    part = slice(max(shown[0] - 1, 0), shown[-1] + 2)
+    return Panel(
+        f"{dataset.case.values[number]}",
+        "s [mm]",
+        across[f"s_{number}"].values[part],
+        f"pressure at {x} over N / area [-]" if number == 0 or not middle else "",
+        {symbol_of(str(name)): (across / mean).sel(ics=name).values[part] for name in dataset.ics.values},
+    )
+
+
+def _section(p: np.ndarray) -> int:
+    """The number of the section, along x, that is drawn: the middle one, or that of the largest pressure."""
+    middle = len(p) // 2
+    return middle if np.any(p[middle] > 0) else int(np.argmax(p.max(axis=1)))
+
+
+def surfaces(dataset: xr.Dataset) -> Figure:
+    """Pressures of the reference on the developed surface, with the edges of the contact by all ICs."""
+    reference, count = reference_of(dataset), dataset.sizes["case"]
+    with mpl.rc_context(RC | {"axes.grid": False}):
+        figure = Figure(figsize=(4.3 * min(count, 3), 3.6 * -(-count // 3)), layout="constrained")
+        for number, axes in enumerate(figure.subplots(-(-count // 3), min(count, 3), squeeze=False).ravel()):
+            if number >= count:
+                axes.remove()
+                continue
+            p = dataset[f"p_{number}"]
+            x, s = p[f"x_{number}"].values, p[f"s_{number}"].values
+            of_reference = np.ma.masked_equal(p.sel(ics=reference).values, 0)
+            shades = axes.pcolormesh(x, s, of_reference.T, cmap="viridis", rasterized=True)
+            figure.colorbar(shades, ax=axes, label=f"pressure by {symbol_of(reference)} [MPa]")
+            _edges(axes, x, s, {str(name): p.sel(ics=name).values for name in p.ics.values})
+            axes.set(xlabel="x [mm]", ylabel="s [mm]", title=str(dataset.case.values[number]))
+        add_legend(figure)
+        return figure
+
+
+def _edges(axes: Axes, x: np.ndarray, s: np.ndarray, pressures: Mapping[str, np.ndarray]) -> None:
+    """Draw where the contact by each of the ICs ends."""
+    looks = with_further(pressures)
+    for name, p in pressures.items():
+        _, style = looks[name]
+        look = {key: style[key] for key in ("color", "linestyle") if key in style}
+        edge = axes.contour(
+            x,
+            s,
+            (p > 0).T.astype(float),
+            levels=[0.5],
+            colors=[look["color"]],
+            linestyles=[look.get("linestyle", "-")],
+            linewidths=1.2,
+        )
+        edge.set_path_effects(HALO)
+        axes.plot([], [], label=f"edge by {symbol_of(name)}", linewidth=1.2, **look)

@@ -1,0 +1,112 @@
+"""Advice on the cheapest ICs that meet a tolerance, with the evidence for it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+
+from compare.frontier import ways
+from compare.frontier.trade import FrontierRequest, compute_frontier, known_errors
+from femic.reference.run_options import DEFAULT, Means
+from geometries.errors import Failure, WrongInput
+
+AS_CHEAP = 3.0  # times the fastest way's seconds: faster ways count as equally cheap, as clocks vary
+RETRY_FACTOR = 10.0  # times tighter is the next C, if one leaves open whether a component vanishes
+REFERENCE_FACTOR = 4  # how many times tighter than the tolerance the reference C is
+
+
+@dataclass(frozen=True)
+class Question:
+    """The body and the components whose ICs are to be chosen, and the tolerance of their errors [-]."""
+
+    body: str
+    components: tuple[str, ...]
+    tolerance: float
+
+
+@dataclass(frozen=True)
+class Advice:
+    """A way to ICs that meets a tolerance, with its error and seconds."""
+
+    question: Question
+    way: str
+    label: str
+    error: float  # upper bound, of the worst component
+    seconds: float
+    component: str  # the worst one
+    vanishes: bool  # whether this component vanishes in C: the error is then a share of 0.05 max |C_nn|
+
+
+def advise(dataset: xr.Dataset, question: Question) -> Advice:
+    """The cheapest way of a frontier whose errors, plus those of the reference, meet the tolerance.
+
+    Among ways that are equally cheap (`AS_CHEAP`) it is the most accurate one. Raises WrongInput for
+    components or bodies that the frontier does not have, Failure if no way meets the tolerance.
+    """
+    body, components, tolerance = question.body, list(question.components), question.tolerance
+    for dimension, names in (("component", components), ("body", [body])):
+        unknown = [name for name in names if name not in dataset[dimension].values]
+        if unknown:
+            raise WrongInput(
+                f"{dimension} = {', '.join(unknown)}: the scene has {', '.join(dataset[dimension].values)}"
+            )
+    errors = known_errors(dataset, body).sel(component=components)
+    worst = errors.max("component")
+    seconds = dataset.seconds.sel(body=body)
+    good_enough = worst.way.values[(worst <= tolerance).values]
+    if not good_enough.size:
+        best = str(worst.way.values[int(np.nanargmin(worst.values))])
+        raise Failure(
+            f"no way meets {tolerance:g}: the best, {best}, is known to {float(worst.min()):.2g}; ask for "
+            "less, or for fewer components"
+        )
+    fastest = float(seconds.sel(way=good_enough).min())
+    cheap = [name for name in good_enough if float(seconds.sel(way=name)) <= AS_CHEAP * fastest]
+    way = min(cheap, key=lambda name: float(worst.sel(way=name)))
+    way_errors = errors.sel(way=way)
+    component = str(way_errors.component.values[int(np.argmax(way_errors.values))])
+    return Advice(
+        question,
+        str(way),
+        str(dataset.label.sel(way=way).item()),
+        float(way_errors.max()),
+        float(seconds.sel(way=way)),
+        component,
+        bool(dataset.vanishes.sel(body=body, component=component)),
+    )
+
+
+def told(advice: Advice) -> str:
+    """The advice as a sentence."""
+    share_note = "; it vanishes in C, so that is a share of 0.05 C_nn" if advice.vanishes else ""
+    return (
+        f"Use {advice.label}: {advice.question.body} ICs to {advice.error:.2%} of a component (worst: "
+        f"{advice.component}{share_note}), {advice.question.tolerance:.2%} asked for."
+    )
+
+
+def tried_for(base: str, question: Question, means: Means = DEFAULT) -> tuple[FrontierRequest, xr.Dataset]:
+    """The request that answers a question, and the frontier that was computed for it.
+
+    If a component vanishes in C, but not by symmetry, a tighter C is tried: the component may only be small,
+    and its errors would then be shares of itself.
+    """
+    while True:
+        request = asked_for(question)
+        frontier = compute_frontier(base, request, means)
+        of_body = frontier.sel(body=question.body)
+        undecided = bool(np.any(of_body.vanishes & ~of_body.by_symmetry))
+        if not undecided or question.tolerance / REFERENCE_FACTOR <= ways.TIGHTEST_HARMONIC:
+            return request, frontier
+        question = replace(question, tolerance=question.tolerance / RETRY_FACTOR)
+
+
+def asked_for(question: Question) -> FrontierRequest:
+    """The request for the approximations of one body and a C that is accurate enough to judge them.
+
+    Raises WrongInput unless the tolerance is between 0 and 1.
+    """
+    if not 0 < question.tolerance <= 1:
+        raise WrongInput(f"--tolerance {question.tolerance:g}: between 0 and 1")
+    changes = {"components": list(question.components), "bodies": [question.body]}
+    return FrontierRequest(tuple(ways.harmonic(question.tolerance / REFERENCE_FACTOR)), changes=changes)

@@ -1,0 +1,43 @@
+"""The choice of the ICs that a scene uses, if it does not name them: the cheapest that meet its tolerance."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from compare.frontier.advice import Advice, Question, advise, told, tried_for
+from femic.reference.run_options import DEFAULT, Means
+from femic.scenes.scene import Scene
+
+AUTO = "auto"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Chosen ICs: C or the name of an approximation, why, and keys of the table `engine` for that C."""
+
+    ics: str
+    advice: Advice
+    engine: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def told(self) -> str:
+        """A sentence on what was chosen and how it was judged."""
+        return f"{told(self.advice)} Judged on the scene's lines, at its patch."
+
+
+def question_of(scene: Scene) -> Question:
+    """The question for all components that a scene compares, of the first of its bodies."""
+    return Question(scene.compared[0], scene.components, scene.ics_tolerance)
+
+
+def choose(base: str, question: Question, means: Means = DEFAULT) -> Choice:
+    """The ICs that `femic advise` would name, judged on the lines and at the patch of a scene.
+
+    Raises Failure if no way meets the tolerance.
+    """
+    request, frontier = tried_for(base, question, means)
+    advice = advise(frontier, question)
+    settings = {way.name: way.engine for way in request.ways}
+    if advice.way not in settings:
+        return Choice(advice.way, advice)
+    return Choice("C", advice, request.engine(base, settings[advice.way]))

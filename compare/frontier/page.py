@@ -1,0 +1,166 @@
+"""Writes the file, figures and report of `femic frontier`, and the evidence table of `femic advise`."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from rich.table import Table
+
+from compare.frontier.advice import Advice
+from compare.frontier.trade import front, known_errors, told_apart
+from compare.report.html import VANISHING, cell_of, write_page
+from compare.report.styles import RC, save
+from femic.cache import folders
+from femic.cache.files import write_dataset
+from geometries.arrays import Array, Indices
+
+KINDS = {"approximation": ("tab:blue", "o"), "harmonic": ("black", "s"), "solid": ("tab:red", "^")}
+LEAST_ERROR_DRAWN = 1e-6  # smaller errors vanish by symmetry and are drawn here
+
+
+def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
+    """Write `frontier.nc`, the figures and `frontier.html`; returns the path of the report."""
+    figures_folder = folders.made(folder / "figures")
+    write_dataset(dataset, folder / "frontier.nc")
+    bodies = [str(body) for body in dataset.body.values]
+    figure_paths = [save(figure(dataset, body), figures_folder / f"frontier_{body}.png") for body in bodies]
+    return write_page(
+        folder / "frontier.html",
+        "frontier.html.j2",
+        title=f"Speed against accuracy: {dataset.attrs['title']}",
+        summary=summary(dataset),
+        components=[str(component) for component in dataset.component.values],
+        tables=[{"body": body, "rows": list(_rows(dataset, body))} for body in bodies],
+        best=dataset.attrs["best"],
+        points=dataset.attrs["points"],
+        skipped=json.loads(dataset.attrs["skipped"]),
+        figures=figure_paths,
+        text=dataset.attrs["scene"],
+    )
+
+
+def summary(dataset: xr.Dataset) -> str:
+    """One paragraph, computed: the front of the first body's ways, by their worst components."""
+    body = str(dataset.body.values[0])
+    worst, seconds = told_apart(dataset, body).max("component"), dataset.seconds.sel(body=body)
+    parts = [
+        f"{dataset.label.values[k]} {100 * worst.values[k]:.3g} % in {_time(seconds.values[k])}"
+        for k in _along_front(seconds.values, worst.values)
+    ]
+    return (
+        f"{body} ICs at {dataset.attrs['points']} points, worst component, as a share of itself"
+        f"{' (if it vanishes, of 0.05 C_nn)' if np.any(dataset.vanishes.sel(body=body)) else ''}: "
+        f"{', '.join(parts)}. All other ways are slower than one of these and no better. Errors against "
+        f"{dataset.attrs['best']}, which estimates its own."
+    )
+
+
+def _time(seconds: float) -> str:
+    if np.isnan(seconds):
+        return "–"
+    return f"{seconds:.3g} s" if seconds >= 1 else f"{1000 * seconds:.2g} ms"
+
+
+def figure(dataset: xr.Dataset, body: str) -> Figure:
+    """Draw the error of each component against seconds, with the front and the best C's estimate as lines."""
+    components = [str(component) for component in dataset.component.values]
+    columns = min(3, len(components))
+    rows = -(-len(components) // columns)
+    with mpl.rc_context(RC):
+        canvas = Figure(figsize=(4.4 * columns, 3.4 * rows + 0.5), layout="constrained")
+        grid = canvas.subplots(rows, columns, squeeze=False, sharex=True).ravel()
+        errors = told_apart(dataset, body)
+        for axes, component in zip(grid, components, strict=False):
+            _draw(axes, dataset.sel(body=body, component=component), errors.sel(component=component).values)
+            vanishes = bool(dataset.vanishes.sel(body=body, component=component))
+            axes.set_title(f"{body} {component}" + (", vanishes: share of 0.05 C_nn" if vanishes else ""))
+        for axes in grid[-columns:]:
+            axes.set_xlabel(f"seconds for {dataset.attrs['points']} points  [s]")
+        for axes in grid[len(components) :]:
+            axes.remove()
+        canvas.supylabel("error, share of the component itself  [-]")
+        canvas.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
+        return canvas
+
+
+def _draw(axes: Axes, dataset: xr.Dataset, errors_of_ways: Array) -> None:
+    seconds, errors = dataset.seconds.values, np.maximum(errors_of_ways, LEAST_ERROR_DRAWN)
+    for kind, (colour, marker) in KINDS.items():
+        of_kind = dataset.kind.values == kind
+        if np.any(of_kind):
+            axes.loglog(seconds[of_kind], errors[of_kind], marker, color=colour, mfc="none", label=kind)
+    order = _along_front(seconds, errors)
+    axes.loglog(seconds[order], errors[order], color="grey", linewidth=1, zorder=1, label="front")
+    floor = max(float(dataset.estimate.sel(way=dataset.attrs["best"])), LEAST_ERROR_DRAWN)
+    axes.axhline(floor, color="grey", linestyle=":", label="estimate of the best C")
+    for k, (point, label) in enumerate(_labels(dataset, order, errors).items()):
+        beside = (4, 3) if k % 2 == 0 else (4, -9)
+        axes.annotate(label, point, fontsize=7, xytext=beside, textcoords="offset points")
+    axes.margins(x=0.12)
+
+
+def _along_front(seconds: Array, errors: Array) -> Indices:
+    """The ways on the front, (n,), the fastest first."""
+    chosen = np.flatnonzero(front(seconds, errors))
+    return chosen[np.argsort(seconds[chosen])]
+
+
+def _labels(dataset: xr.Dataset, ways: Indices, errors: Array) -> dict[tuple[float, float], str]:
+    """The labels of ways by their point (seconds, error); ways at the same point share a label."""
+    labels: dict[tuple[float, float], list[str]] = {}
+    for k in ways:
+        point = float(dataset.seconds.values[k]), float(errors[k])
+        labels.setdefault(point, []).append(str(dataset.label.values[k]).removeprefix("C, harmonic "))
+    return {point: ", ".join(of_point) for point, of_point in labels.items()}
+
+
+def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:
+    of_body = dataset.sel(body=body)
+    errors = told_apart(dataset, body)
+    fronts = {
+        str(c): front(of_body.seconds.values, errors.sel(component=c).values)
+        for c in dataset.component.values
+    }
+    for k, way in enumerate(dataset.way.values):
+        best = str(way) == dataset.attrs["best"]
+        cells = [
+            cell_of(of_body.sel(way=way, component=c), known=best, mark=" *" if fronts[str(c)][k] else "")
+            for c in dataset.component.values
+        ]
+        yield {
+            "label": str(dataset.label.values[k]),
+            "cells": cells,
+            "seconds": _time(float(of_body.seconds.values[k])),
+            "unknowns": f"{int(dataset.unknowns.values[k]):,}" if dataset.unknowns.values[k] else "",
+            "memory": f"{dataset.memory.values[k]:.0f}" if dataset.memory.values[k] else "",
+        }
+
+
+def evidence(dataset: xr.Dataset, advice: Advice) -> Table:
+    """The table that the advice rests on: the upper bounds of each way's errors, and its seconds."""
+    body, components = advice.question.body, list(advice.question.components)
+    vanishing = dataset.vanishes.sel(body=body, component=components).values
+    rows = Table(
+        title=f"{body}: error at most, share of the component itself (measured, and the estimate of "
+        f"{dataset.attrs['best']})",
+        caption="†: vanishes in C; share of 0.05 C_nn" if np.any(vanishing) else None,
+    )
+    headings = [
+        name + (VANISHING if vanishes else "") for name, vanishes in zip(components, vanishing, strict=True)
+    ]
+    for heading in ("", "seconds", *headings):
+        rows.add_column(heading, justify="right")
+    errors, seconds = known_errors(dataset, body), dataset.seconds.sel(body=body).values
+    for k in np.argsort(seconds):
+        way_errors = errors.isel(way=int(k)).sel(component=components).values
+        if np.all(np.isnan(way_errors)):
+            continue
+        chosen = str(dataset.way.values[k]) == advice.way
+        label = f"> {dataset.label.values[k]}" if chosen else str(dataset.label.values[k])
+        rows.add_row(label, _time(float(seconds[k])), *(f"{error:.2%}" for error in way_errors))
+    return rows

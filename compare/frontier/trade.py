@@ -1,0 +1,257 @@
+"""The frontier of a scene: errors and seconds of every way to its ICs, within a budget of seconds."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from compare.frontier import ways
+from compare.frontier.ways import Way
+from compare.ics.compute import Results, approximated, compute, reference_of, scene_points
+from compare.ics.errors import measure_of, refinement_shares_of
+from compare.plan import models
+from femic.cache.digests import results_digest, versions
+from femic.reference.accuracy import NotConverged, component_of
+from femic.reference.engines import ENGINES
+from femic.reference.estimate import Estimated
+from femic.reference.run_options import DEFAULT, Means
+from femic.scenes.errors import BadScene
+from femic.scenes.file import EngineTable
+from femic.scenes.load import load_scene, read_scene, scene_path
+from femic.scenes.messages import in_keys
+from femic.scenes.scene import Scene
+from geometries.arrays import Array, Mask
+from geometries.errors import Failure, WrongInput
+
+BODY_AND_SOLVER = ("far_radius", "half_length", "solver")  # keys kept for an engine of the same kind
+VANISHES = "C vanishes: by symmetry, or below ten times its estimate; errors are shares of 0.05 max |C_nn|"
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """The ICs that a way gave, and the time and memory that it took."""
+
+    way: Way
+    ics: Mapping[str, Estimated]  # by body compared; estimates of approximations are 0
+    seconds: Mapping[str, float]  # by body compared: for all that its ICs need
+    unknowns: int  # of the largest model
+    memory: float  # MB, largest of the process so far
+
+
+@dataclass(frozen=True)
+class FrontierRequest:
+    """The ways by finite elements to try, their budget of seconds, and changes to keys of the scene."""
+
+    ways: tuple[Way, ...]
+    budget: float = np.inf  # s
+    changes: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def all(cls, budget: float) -> "FrontierRequest":
+        """Request both engines at all tolerances; raises WrongInput unless the budget [s] is positive."""
+        if not budget > 0:
+            raise WrongInput(f"--budget {budget:g}: must be positive [s]")
+        return cls(tuple(way for name in ENGINES for way in ways.by_engine(name)), budget)
+
+    def scene(self, base: str, engine: Mapping[str, Any]) -> Scene:
+        """Load the scene with the changes of this request and the engine settings of a way."""
+        return load_scene(base, {**self.changes, "engine": self.engine(base, engine)})
+
+    def engine(self, base: str, engine: Mapping[str, Any]) -> dict[str, Any]:
+        """The engine settings of a way, with those of the scene that do not follow from its tolerance."""
+        scene_engine = read_scene(scene_path(base))[1].get("engine", {})
+        kind = scene_engine.get("kind", EngineTable().kind)
+        kept = ("most_unknowns", *(BODY_AND_SOLVER if engine.get("kind", kind) == kind else ()))
+        return {key: scene_engine[key] for key in kept if key in scene_engine} | {"kind": kind} | dict(engine)
+
+
+def compute_frontier(base: str, request: FrontierRequest, means: Means = DEFAULT) -> xr.Dataset:
+    """Compute the errors, seconds, unknowns and memory of every way to a scene's ICs that fits the budget.
+
+    Ways run in the order of their predicted seconds. Errors (way, body, component) [-] are those of
+    `compare.ics.error_measure` against the best known C, the worst over the lines. Raises BadScene as
+    `load_scene` does, Failure if no C fits into the budget.
+    """
+    scene = request.scene(base, {"check": False})
+    start, tried = perf_counter(), list(_approximations(scene))
+    computed: dict[str, Results] = {}
+    skipped: dict[str, str] = {}
+    for predicted, way in _by_cost(base, request, means.workers, skipped):
+        seconds_left = request.budget - (perf_counter() - start)
+        if predicted > seconds_left:
+            skipped[way.name] = (
+                f"about {predicted:.0f} s, but {max(seconds_left, 0):.0f} s of the budget are left"
+            )
+            continue
+        means.watch.on_stage(f"  {way.name}: about {predicted:.0f} s")
+        try:
+            computed[way.name] = compute(request.scene(base, way.engine), means)
+        except NotConverged as error:
+            skipped[way.name] = f"did not converge: {in_keys(error)}"
+            continue
+        tried.append(_tried(way, computed[way.name]))
+    if not computed:
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in skipped.items())
+        raise Failure(f"no reference C within the budget of {request.budget:g} s ({reasons}): give more")
+    best = min(computed, key=lambda name: _worst_estimate(computed[name]))
+    return _dataset(scene, tried, (best, computed[best]), skipped)
+
+
+def _approximations(scene: Scene) -> Iterator[Tried]:
+    points, _ = scene_points(scene)
+    scene_ways = list(ways.approximations(scene))
+    ics, seconds = approximated(replace(scene, variants=tuple(way.name for way in scene_ways)), points)
+    for way in scene_ways:
+        way_ics = {body: _not_estimated(ics[way.name, body]) for body in scene.compared}
+        yield Tried(way, way_ics, {body: seconds[way.name, body] for body in scene.compared}, 0, 0.0)
+
+
+def _not_estimated(ics: Array) -> Estimated:
+    return Estimated(ics, *np.zeros((3, *ics.shape)))
+
+
+def _by_cost(
+    base: str, request: FrontierRequest, workers: int, skipped: dict[str, str]
+) -> list[tuple[float, Way]]:
+    """Ways with a valid scene and their predicted seconds, cheapest first; others go to `skipped`."""
+    costs = []
+    for way in request.ways:
+        try:
+            steps = models.run_steps(request.scene(base, way.engine), workers)
+            costs.append((models.seconds(steps, workers), way))
+        except BadScene as error:
+            skipped[way.name] = " ".join(str(error).split())
+    return sorted(costs, key=lambda cost_and_way: cost_and_way[0])
+
+
+def _tried(way: Way, results: Results) -> Tried:
+    bodies, costs = results.scene.compared, list(results.models.values())
+    return Tried(
+        way,
+        {body: reference_of(results, body) for body in bodies},
+        {body: results.seconds["C", body] for body in bodies},
+        max(cost.unknowns for cost in costs),
+        max(cost.peak_memory for cost in costs),
+    )
+
+
+def _worst_estimate(results: Results) -> float:
+    """The largest estimate of C over bodies, lines and components, on the scale of refinement [-].
+
+    That scale is the same for every way.
+    """
+    shares = (
+        refinement_shares_of(results, body, reference_of(results, body).estimate)
+        for body in results.scene.compared
+    )
+    return float(np.max([_worst(results, of_body) for of_body in shares]))
+
+
+def _worst(results: Results, shares: Mapping[str, Array]) -> Array:
+    """The largest share over the lines, for the components of the scene, (n_components,) [-]."""
+    return _component_entries(results.scene, np.max(list(shares.values()), axis=0))
+
+
+def _component_entries(scene: Scene, values: NDArray[Any]) -> NDArray[Any]:
+    """The entries of (3, 3) values that belong to the components of the scene, (n_components,)."""
+    return np.array([component_of(values, component) for component in scene.components])
+
+
+def _dataset(
+    scene: Scene, tried: Sequence[Tried], best: tuple[str, Results], skipped: Mapping[str, str]
+) -> xr.Dataset:
+    """Errors against the best C, seconds, unknowns and memory of all ways that were tried."""
+    best_name, results = best
+    return xr.Dataset(
+        _error_variables(scene, tried, best)
+        | {
+            "seconds": (
+                ("way", "body"),
+                [[of_way.seconds[body] for body in scene.compared] for of_way in tried],
+                {"units": "s"},
+            ),
+            "unknowns": ("way", [of_way.unknowns for of_way in tried]),
+            "memory": ("way", [of_way.memory for of_way in tried], {"units": "MB"}),
+        },
+        coords={
+            "way": [of_way.way.name for of_way in tried],
+            "label": ("way", [of_way.way.label for of_way in tried]),
+            "kind": ("way", [of_way.way.kind for of_way in tried]),
+            "body": list(scene.compared),
+            "component": list(scene.components),
+        },
+        attrs={
+            "title": scene.title,
+            "scene": scene.text,
+            "best": best_name,
+            "points": len(results.points.x),
+            "skipped": json.dumps(dict(skipped), ensure_ascii=False),
+            "code": results_digest(__name__),
+            "module": __name__,
+            "versions": json.dumps(versions()),
+        },
+    )
+
+
+SAYS = {
+    "error": "worst deviation from the best C; of that: estimate",
+    "weight": "the same, share of max |C_nn| on a line",
+    "estimate": "its own estimate of its error; 0: none",
+}
+
+
+def _error_variables(
+    scene: Scene, tried: Sequence[Tried], best: tuple[str, Results]
+) -> dict[str, tuple[Any, ...]]:
+    """Errors, weights and estimates of every way, and which components of C vanish, all bodies."""
+    best_name, results = best
+    values = np.empty((3, len(tried), len(scene.compared), len(scene.components)))
+    vanishing, by_symmetry = np.empty((2, *values.shape[2:]), dtype=bool)
+    for b, body in enumerate(scene.compared):
+        measure, c = measure_of(results, body), reference_of(results, body).ic
+        vanishing[b], by_symmetry[b] = (
+            _component_entries(scene, mask) for mask in (measure.vanishing, measure.zero)
+        )
+        for w, of_way in enumerate(tried):
+            estimate = of_way.ics[body].estimate
+            deviation = estimate if of_way.way.name == best_name else of_way.ics[body].ic - c
+            shares = measure.shares(deviation), measure.weights(deviation), measure.shares(estimate)
+            values[:, w, b] = [_worst(results, share) for share in shares]
+    dims = ("way", "body", "component")
+    return {
+        name: (dims, of_ways, {"units": "1", "meaning": says})
+        for (name, says), of_ways in zip(SAYS.items(), values, strict=True)
+    } | {
+        "vanishes": (dims[1:], vanishing, {"meaning": VANISHES}),
+        "by_symmetry": (dims[1:], by_symmetry, {"meaning": "C vanishes by symmetry"}),
+    }
+
+
+def known_errors(dataset: xr.Dataset, body: str) -> xr.DataArray:
+    """Upper bounds of a body's errors: as measured, plus the best C's estimate; (way, component) [-]."""
+    of_body = dataset.sel(body=body)
+    floor = of_body.estimate.sel(way=dataset.attrs["best"], drop=True)
+    return of_body.error + floor.where(of_body.way != dataset.attrs["best"], 0.0)
+
+
+def told_apart(dataset: xr.Dataset, body: str) -> xr.DataArray:
+    """Errors of a body's ICs, raised to the best C's estimate where they are below; (way, component) [-]."""
+    of_body = dataset.sel(body=body)
+    floor = of_body.estimate.sel(way=dataset.attrs["best"], drop=True)
+    return xr.DataArray(np.maximum(of_body.error, floor))
+
+
+def front(seconds: Array, errors: Array) -> Mask:
+    """Which ways no other way beats, (n,), from their seconds (n,) [s] and errors (n,) [-].
+
+    A way is beaten by one that is at least as fast and as accurate, and better in one of the two. A way whose
+    error is NaN does not exist.
+    """
+    faster, as_fast = seconds[None] < seconds[:, None], seconds[None] <= seconds[:, None]
+    closer, as_close = errors[None] < errors[:, None], errors[None] <= errors[:, None]
+    return ~np.any((faster & as_close) | (as_fast & closer), axis=1) & ~np.isnan(errors)

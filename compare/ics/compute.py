@@ -1,0 +1,174 @@
+"""Computes a scene: reference ICs, their check by the other engine, approximations."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from timeit import repeat
+
+import numpy as np
+
+from approx.pair import Pair, Solid
+from femic.reference.at_points import references
+from femic.reference.estimate import Estimated, total
+from femic.reference.job import Job
+from femic.reference.matrix.reference import MatrixReference
+from femic.reference.models import Cost, Points
+from femic.reference.result import Reference
+from femic.reference.run_options import DEFAULT, Means
+from femic.scenes.scene import Scene
+from geometries.arrays import Array, Indices
+from geometries.patches import OffsetLine, Patch
+
+REPETITIONS = 5  # how often an approximation is computed for its timing
+
+
+@dataclass(frozen=True)
+class Results:
+    """All ICs of a scene per unit total load [mm/N], shape (3, 3, n_points) each."""
+
+    scene: Scene
+    points: Points
+    lines: Mapping[str, slice]  # which points belong to which line
+    jobs: Mapping[str, Job]  # by solved body
+    references: Mapping[str, Reference]  # by solved body
+    checks: Mapping[str, Reference]  # by solved body, of the solid engine where it is the check, else empty
+    approximations: Mapping[tuple[str, str], Array]  # by (variant, body)
+    seconds: Mapping[tuple[str, str], float]  # by (variant, body); those of C are summed over its models
+
+    @property
+    def variants(self) -> tuple[str, ...]:
+        """Names of all ICs there are: the approximations, C of the check, C."""
+        return (*self.scene.variants, *(("C_solid",) if self.checks else ()), "C")
+
+    def computed(self, body: str) -> list[str]:
+        """Names of the ICs that could be computed for a body: those that have seconds."""
+        return [variant for variant in self.variants if not np.isnan(self.seconds[variant, body])]
+
+    @property
+    def models(self) -> dict[str, Cost]:
+        """The cost of every solved model, by body and model."""
+        return models_of(self.references) | models_of(self.checks, "solid check, ")
+
+
+def models_of(
+    references: Mapping[str, Reference] | Mapping[str, MatrixReference], prefix: str = ""
+) -> dict[str, Cost]:
+    """The cost of every model of references by body; names are "PREFIXBODY, MODEL"."""
+    return {
+        f"{prefix}{body}, {model}": cost
+        for body, reference in references.items()
+        for model, cost in reference.models.items()
+    }
+
+
+def seconds_of(models: Mapping[str, Cost]) -> float:
+    """The seconds of all stages that models took when they were solved."""
+    return sum(sum(cost.seconds.values()) for cost in models.values())
+
+
+def scene_points(scene: Scene) -> tuple[Points, dict[str, slice]]:
+    """The points of the scene's lines one after the other, and which part of them is each line."""
+    starts = np.cumsum([0, *(len(line.x) for line in scene.lines)])
+    parts = {line.name: slice(*starts[k : k + 2]) for k, line in enumerate(scene.lines)}
+    x, s = (np.concatenate([getattr(line, c) for line in scene.lines]) for c in ("x", "s"))
+    return Points(x, s), parts
+
+
+def points_of(results: Results, lines: Iterable[OffsetLine]) -> Indices:
+    """The indices of the points of lines, (n,)."""
+    parts = [results.lines[line.name] for line in lines]
+    return np.concatenate([np.arange(part.start, part.stop) for part in parts])
+
+
+def jobs(scene: Scene) -> dict[str, Job]:
+    """The jobs of the reference engine by body: only the bodies and load directions that the scene needs."""
+    points, lines = scene_points(scene)
+    return {
+        name: Job(scene.bodies[name], scene.patch, scene.components, points, lines, scene.settings)
+        for name in scene.solved
+    }
+
+
+def compute(scene: Scene, means: Means = DEFAULT) -> Results:
+    """Compute everything the scene asks for.
+
+    Solved models are kept in the store. Raises NotConverged where the estimated error of the ICs compared
+    cannot be reduced to the tolerance.
+    """
+    reference_jobs, combined = jobs(scene), "combined" in scene.compared
+    solved = references(reference_jobs, means, combined=combined)
+    checks: dict[str, Reference] = {}
+    if scene.check:
+        means.watch.on_stage(f"  check by the {scene.check.settings.engine.name} engine")
+        checks = references(jobs(scene.check), means, combined=combined)
+    points, lines = scene_points(scene)
+    approximations, seconds = approximated(scene, points)
+    seconds |= _reference_seconds("C", solved) | _reference_seconds("C_solid", checks)
+    return Results(scene, points, lines, reference_jobs, solved, checks, approximations, seconds)
+
+
+def approximated(
+    scene: Scene, points: Points
+) -> tuple[dict[tuple[str, str], Array], dict[tuple[str, str], float]]:
+    """Approximations, (3, 3, n_points) [mm/N], and their seconds, both by (variant, body).
+
+    They are NaN for Bhat_prime where a body has no effective properties.
+    """
+    ics: dict[tuple[str, str], Array] = {}
+    seconds: dict[tuple[str, str], float] = {}
+    for name, variant in product(scene.compared, scene.variants):
+        key = variant, name
+        if variant == "Bhat_prime" and name not in scene.fitted:
+            ics[key], seconds[key] = np.full((3, 3, len(points.x)), np.nan), np.nan
+        else:
+            ics[key], seconds[key] = _timed(variant, solids(scene)[name], scene.patch, points)
+    return ics, seconds
+
+
+def with_approximations(results: Results, scene: Scene) -> Results:
+    """The results with another scene, which has the same points, and with its approximations."""
+    approximations, seconds = approximated(scene, results.points)
+    return replace(
+        results, scene=scene, approximations=approximations, seconds={**results.seconds, **seconds}
+    )
+
+
+def solids(scene: Scene) -> dict[str, Solid | Pair]:
+    """What the approximations of "lower", "upper" and "combined" are made of."""
+    pair = scene.pair
+    return {"lower": pair.lower, "upper": pair.upper, "combined": pair}
+
+
+def _timed(variant: str, solid: Solid | Pair, patch: Patch, points: Points) -> tuple[Array, float]:
+    """ICs per unit load, (3, 3, n_points) [mm/N], and the least seconds of some repetitions."""
+    approximate = partial(solid.approximate, variant, patch, (points.x, points.s))
+    return approximate() / patch.area, min(repeat(approximate, number=1, repeat=REPETITIONS))
+
+
+def _reference_seconds(variant: str, solved: Mapping[str, Reference]) -> dict[tuple[str, str], float]:
+    """Seconds of C by (variant, body), summed over its models; "combined": of all solved bodies."""
+    per_body = {(variant, name): seconds_of(reference.models) for name, reference in solved.items()}
+    return per_body | {(variant, "combined"): sum(per_body.values())} if solved else {}
+
+
+def reference_of(results: Results, body: str) -> Estimated:
+    """C of a body, or of both, with its estimate, (3, 3, n_points) [mm/N]."""
+    return total([results.references[name].c for name in parts_of(body)])
+
+
+def check_of(results: Results, body: str) -> Estimated:
+    """C of the solid engine where it is the check, with its estimate, (3, 3, n_points) [mm/N]."""
+    return total([results.checks[name].c for name in parts_of(body)])
+
+
+def ics_of(results: Results, variant: str, body: str) -> Array:
+    """ICs of a body or of both, (3, 3, n_points) [mm/N]: C, C of the check or an approximation."""
+    if variant == "C":
+        return reference_of(results, body).ic
+    return check_of(results, body).ic if variant == "C_solid" else results.approximations[variant, body]
+
+
+def parts_of(body: str) -> tuple[str, ...]:
+    """The bodies whose ICs add up: both for "combined", else the body itself."""
+    return ("upper", "lower") if body == "combined" else (body,)

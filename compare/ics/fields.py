@@ -1,0 +1,98 @@
+"""Displacements and stresses of a scene's bodies: `femic run` writes files, `femic show` draws a picture."""
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from compare.ics.compute import Results, jobs
+from compare.report import views
+from femic.reference.job import Job
+from femic.reference.level import Level
+from femic.reference.run_options import Watch
+from femic.reference.solid.fields import nodal_fields
+from femic.reference.solid.vtu import write_vtu
+from femic.scenes.load import load_solid_scene
+from geometries.errors import Failure, WrongInput
+from geometries.patches import DIRECTIONS, Load
+
+Say = Callable[[str], None]
+
+COARSE = Level(cells=-1)  # coarse cells, so that a preview takes seconds
+
+
+@dataclass(frozen=True)
+class Shown:
+    """The arguments of `femic show`: `target` is a .vtu file or a scene, None stands for a default."""
+
+    target: str
+    body: str | None = None
+    load: str | None = None
+    out: Path | None = None
+    window: bool | None = None
+
+
+def write_fields(results: Results, folder: Path, watch: Watch) -> None:
+    """Write the fields of all loads on the finest model of every solved body to FOLDER/BODY_LOAD.vtu."""
+    for name, job in results.jobs.items():
+        watch.on_stage(f"  {name} body: solving the finest model again for its fields")
+        for path in _write_solved(job, results.references[name].level, job.loads, folder / name):
+            watch.on_stage(f"  Fields: {path}")
+
+
+def _write_solved(job: Job, level: Level, loads: tuple[Load, ...], stem: Path) -> Iterator[Path]:
+    """Solve loads on one model of a job, write their fields to STEM_LOAD.vtu and yield the paths."""
+    for load, field in nodal_fields(replace(job.request(level), loads=loads)):
+        yield write_vtu(field, stem.with_name(f"{stem.name}_{DIRECTIONS[load.direction]}.vtu"))
+
+
+def show(request: Shown, say: Say) -> None:
+    """Draw a .vtu file, or solve one load on one body of a scene with coarse cells and draw its fields.
+
+    The picture is written as PNG; where there is a screen, it is also opened in a window. Raises WrongInput
+    for arguments that do not fit, Failure if this machine cannot draw.
+    """
+    window = on_screen(request.window)
+    if request.out is not None and request.out.suffix != ".png":
+        raise WrongInput(f"--out {request.out}: name a file that ends in .png")
+    vtu, title = _given_file(request) if request.target.endswith(".vtu") else _preview(request, say)
+    loaded = views.read_loaded(vtu)
+    if not window and not views.can_render():
+        raise Failure(f"no picture of {vtu}: {views.NO_RENDERING}")
+    png = request.out or vtu.with_suffix(".png")
+    png.parent.mkdir(parents=True, exist_ok=True)
+    views.draw_fields(loaded, png, title=title, window=window)
+    say(f"Picture: {png}")
+
+
+def on_screen(window: bool | None) -> bool:
+    """Whether to open a window: as `window` says, and if it is None where there is a screen.
+
+    Raises WrongInput if a window is wanted and there is no screen.
+    """
+    screen = sys.platform in ("darwin", "win32") or bool(os.environ.get("DISPLAY"))
+    if window and not screen:
+        raise WrongInput("--window: there is no screen (DISPLAY is not set); without it femic writes a PNG")
+    return screen if window is None else window
+
+
+def _given_file(request: Shown) -> tuple[Path, str]:
+    """The .vtu file that was named, and its title; raises WrongInput if a body or a load was named, too."""
+    if request.body or request.load:
+        raise WrongInput(f"{request.target}: has one body and one load; --body and --load are for scenes")
+    return Path(request.target), Path(request.target).stem
+
+
+def _preview(request: Shown, say: Say) -> tuple[Path, str]:
+    """Solve one load on coarse cells and write its fields; returns the .vtu file and a title."""
+    scene = load_solid_scene(request.target)
+    name, direction = request.body or scene.solved[0], request.load or "n"
+    title = f"{scene.name}, {name} body, 1 N along +{direction}"
+    say(f"{title}: solving a preview with coarse cells; `fields = true` in a scene gives the finest")
+    folder = Path("out") / scene.name / "show"
+    load = Load(scene.patch, DIRECTIONS.index(direction))
+    job = jobs(replace(scene, compared=(name,)))[name]  # whether or not the scene compares that body
+    (vtu,) = _write_solved(job, COARSE, (load,), folder / name)
+    say(f"Fields: {vtu}")
+    return vtu, title

@@ -1,0 +1,104 @@
+"""Checks some columns of the IC matrix by the solid engine, which uses no strips, lags or wavenumbers."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compare.ics.compute import seconds_of
+from compare.ics.error_measure import Measure, far_from
+from compare.matrix.compute import SOURCE, MatrixResults
+from femic.reference.accuracy import component_of
+from femic.reference.at_points import references
+from femic.reference.job import Job
+from femic.reference.models import Points
+from femic.reference.result import Reference
+from femic.reference.run_options import DEFAULT, Means
+from femic.scenes.load import CHECK_ENGINE, CHECK_TOLERANCE
+from femic.scenes.scene import Scene
+from geometries.bodies import Domain
+from geometries.patches import COMPONENTS, N
+
+OBSERVED = 3  # strips that are observed, besides the loaded one
+
+
+@dataclass(frozen=True)
+class Checked:
+    """The difference between both engines for one body and loaded strip, and what their estimates allow."""
+
+    body: str
+    strip: int
+    apart: float  # largest difference: share of the component itself, of those that do not vanish
+    component: str  # the one that has this difference
+    allowed: float  # sum of both estimates of that component on the same line, as the same share
+    closest: float  # largest ratio of a difference to the sum of both estimates
+    seconds: float
+
+
+def checked_strips(scene: Scene) -> list[int]:
+    """The strips whose columns are checked, evenly spread over the grid; two or more include its ends."""
+    n = scene.checked_strips
+    places = np.linspace(0, scene.grid.n_s - 1, n) if n > 1 else np.full(n, (scene.grid.n_s - 1) / 2)
+    return sorted({round(place) for place in places})
+
+
+def check(results: MatrixResults, means: Means = DEFAULT) -> list[Checked]:
+    """Solve the columns by the solid engine and compare them with those of the matrix, strip by strip."""
+    checked = []
+    for strip in checked_strips(results.scene):
+        means.watch.on_stage(f"  check by the {CHECK_ENGINE.name} engine: strip {strip}")
+        jobs = {name: _job(results, name, strip) for name in results.matrices}
+        solved = references(jobs, means)
+        checked += list(_compared(results, jobs, solved, strip))
+    return checked
+
+
+def _observed_strips(results: MatrixResults, strip: int) -> list[int]:
+    n_s = results.scene.grid.n_s
+    return sorted({strip, *(round(place) for place in np.linspace(0, n_s - 1, OBSERVED))})
+
+
+def _job(results: MatrixResults, body: str, strip: int) -> Job:
+    """The job of a single load on a strip, observed on some strips at all lags but 0."""
+    scene, grid = results.scene, results.scene.grid
+    observed_strips = _observed_strips(results, strip)
+    lags = grid.lags[1:]
+    x, s = (values.ravel() for values in np.meshgrid(lags, grid.strips[observed_strips], indexing="ij"))
+    domain_size = CHECK_ENGINE.far_radius(CHECK_TOLERANCE)
+    return Job(
+        body=replace(scene.bodies[body], domain=Domain(domain_size, domain_size)),
+        patch=grid.patch(strip),
+        components=COMPONENTS,
+        points=Points(x, s),
+        lines={f"strip {m}": slice(k, None, len(observed_strips)) for k, m in enumerate(observed_strips)},
+        settings=replace(
+            scene.settings,
+            engine=CHECK_ENGINE,
+            tolerance=np.inf,  # any: no refinement of these cells; the estimate says how accurate they are
+            cells=CHECK_ENGINE.tuned.cells_for(CHECK_TOLERANCE, grid.patch(strip)),
+        ),
+    )
+
+
+def _compared(
+    results: MatrixResults, jobs: Mapping[str, Job], solved: Mapping[str, Reference], strip: int
+) -> Iterator[Checked]:
+    observed_strips = _observed_strips(results, strip)
+    for name, job in jobs.items():
+        column, single = results.matrices[name].column(strip, SOURCE), solved[name].c
+        ic, estimate = (
+            part[:, :, 1:, observed_strips].reshape(3, 3, -1) for part in (column.ic, column.estimate)
+        )
+        far = far_from(job.patch, job.points.x, job.points.s)
+        measure = Measure(ic, estimate, ic[N, N], job.lines, far)
+        apart, allowed = measure.shares(single.ic - ic), measure.shares(single.estimate + estimate)
+        compared = [
+            (component_of(apart[line], component), component, component_of(allowed[line], component))
+            for line in job.lines
+            for component in COMPONENTS
+        ]
+        worst = max(
+            comparison for comparison in compared if not component_of(measure.vanishing, comparison[1])
+        )
+        closest = max(share / bound for share, _, bound in compared if bound > 0)
+        yield Checked(name, strip, *worst, closest, seconds_of(solved[name].models))

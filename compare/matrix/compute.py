@@ -1,0 +1,348 @@
+"""Computes the IC matrix of a scene and writes it strip by strip."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from time import perf_counter
+
+import h5netcdf
+import numpy as np
+import xarray as xr
+
+from approx.matrix import columns as approximations
+from compare.ics.compute import models_of, parts_of, solids
+from compare.matrix.deviation import Column, Deviation
+from compare.matrix.reciprocity import Reciprocity, reciprocity
+from femic.cache.digests import results_digest, versions
+from femic.cache.files import published
+from femic.contact.operators.dense import GridOperator
+from femic.reference.accuracy import Shares
+from femic.reference.discount import AXES
+from femic.reference.estimate import Estimated, total
+from femic.reference.matrix.columns import column_scale, column_shares, half_spaces_nn, is_far, worst_of
+from femic.reference.matrix.job import Discount, MatrixJob, far_radius_for
+from femic.reference.matrix.pair import pair_column
+from femic.reference.matrix.reference import MatrixReference, matrices
+from femic.reference.models import peak_memory
+from femic.reference.run_options import DEFAULT, Means
+from femic.scenes.checks import grid_misfits, matrix_engine_misfits
+from femic.scenes.errors import require_none
+from femic.scenes.scene import Scene
+from geometries.arrays import Array
+from geometries.bodies import Domain
+from geometries.patches import COMPONENTS, DIRECTIONS
+
+DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
+SOURCE: Discount = "source"  # the discount after which C is compared with ICs of half-spaces
+COMPARED = (SOURCE,)
+TAKEN = {
+    "approach": "The rigid part of the normal approach is taken from C; all else is as the bodies and their "
+    "supports give it.",
+    "source": "All that [BVSV] discounts is taken from C, the bending of the sections included.",
+    "none": "Nothing is taken from C.",
+}
+LARGEST_WHOLE_MATRIX = 40_000_000  # entries of a matrix held as a whole, for reciprocity and eigenvalues
+VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated error of C"))
+
+
+@dataclass(frozen=True, eq=False)
+class MatrixResults:
+    """The IC matrices of a scene's bodies, their errors, and how well they satisfy elasticity's laws."""
+
+    scene: Scene
+    matrices: Mapping[str, MatrixReference]  # by solved body
+    errors: Mapping[str, Shares]  # largest estimated error, by body compared
+    reciprocity: Mapping[str, Reciprocity]  # defect of the raw matrix, by solved body
+    eigenvalues: Mapping[str, float]  # smallest of the symmetric part, over the element's own ICs
+    approximations: Mapping[tuple[str, str], Deviation]  # from C after the source's discount
+    known: Mapping[str, Deviation]  # estimated deviation of C itself, by body
+    seconds: float
+    memory: float  # peak of the process [MB]
+
+    def deviations(self, body: str) -> dict[str, Deviation]:
+        """The deviations of the approximations of a body, or of both, by variant."""
+        return {variant: found for (variant, name), found in self.approximations.items() if name == body}
+
+    def column(self, body: str, strip: int) -> Estimated:
+        """C of a body, or of both, due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
+        if body in self.matrices:
+            return self.matrices[body].column(strip)
+        return pair_column(self.matrices, self.scene.bodies["lower"].contour, strip)
+
+
+def matrix_jobs(
+    scene: Scene, components: tuple[str, ...] = COMPONENTS, further: tuple[Discount, ...] = ()
+) -> dict[str, MatrixJob]:
+    """The jobs of the bodies that the comparison needs; raises BadScene as `require_matrices`.
+
+    Contact asks for the `components` that it needs; matrices of a scene have all nine, whatever it compares.
+    C is that after the discount of the scene; `further` ones may be asked of the same models.
+    """
+    require_matrices(scene)
+    domain = Domain(_far_radius(scene), np.inf)
+    settings = replace(scene.settings, cells=None)
+    return {
+        name: MatrixJob(
+            replace(body, domain=domain),
+            scene.grid,
+            settings,
+            components,
+            tuple(dict.fromkeys((scene.discount, *further))),
+        )
+        for name, body in scene.bodies.items()
+        if name in scene.solved
+    }
+
+
+def require_matrices(scene: Scene) -> None:
+    """Raise BadScene where the grid does not fit, and for another engine than the harmonic one."""
+    require_none(scene.name, [*grid_misfits(scene), *matrix_engine_misfits(scene)])
+
+
+def _far_radius(scene: Scene) -> float:
+    """Radius [mm] of the far arc: a support of the bodies, but for the source's discount a body without end.
+
+    As a support it depends neither on the grid nor on the tolerance.
+    """
+    if scene.discount != "source":
+        return scene.support_radius
+    least = far_radius_for(scene.settings.tolerance, scene.grid)
+    return max(least, *(body.domain.far_radius for body in scene.bodies.values()))
+
+
+def discounted(scene: Scene) -> str:
+    """A sentence on what was taken from C for rigid, and on what holds the bodies."""
+    return f"{TAKEN[scene.discount]} {_supports(scene)}"
+
+
+def _supports(scene: Scene) -> str:
+    """A sentence on what holds the bodies of IC matrices and of contact."""
+    hubs = [name for name, body in scene.bodies.items() if np.isfinite(body.rolling_radius)]
+    at_hub = f", that of the {' and '.join(hubs)} body at its hub, too" if hubs else ""
+    return f"The sections are clamped at a far arc of {_far_radius(scene):g} mm{at_hub}."
+
+
+def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixResults:
+    """Compute the matrices of a scene and write them to a NetCDF file; one loaded strip at a time.
+
+    Raises BadScene where the grid does not fit, and NotConverged as `femic.reference.at_points.references`.
+    """
+    start = perf_counter()
+    jobs, combined = matrix_jobs(scene, further=COMPARED), "combined" in scene.compared
+    matrix_references = matrices(jobs, means, combined=combined)
+    means.watch.on_stage("  writing, checking")
+    collected = _Collected.of(scene, jobs)
+    with published(path) as unfinished:
+        _write_coordinates(scene, matrix_references, unfinished)
+        with h5netcdf.File(unfinished, "a") as file:
+            _create_variables(file, scene)
+            for strip in range(scene.grid.n_s):
+                _add_column(file, collected, strip, matrix_references)
+        results = MatrixResults(
+            scene,
+            matrix_references,
+            {name: worst_of(strip_errors) for name, strip_errors in collected.errors.items()},
+            {
+                name: reciprocity(ics, jobs[name].body.contour, scene.grid)
+                for name, ics in collected.raw.items()
+            },
+            collected.eigenvalues(),
+            collected.deviations,
+            collected.known,
+            perf_counter() - start,
+            peak_memory(),
+        )
+        with h5netcdf.File(unfinished, "a") as file:
+            file.attrs.update(_attributes(results))
+        _require_readable(unfinished)
+    return results
+
+
+def _add_column(
+    file: h5netcdf.File,
+    collected: "_Collected",
+    strip: int,
+    matrix_references: Mapping[str, MatrixReference],
+) -> None:
+    """Write the column of a loaded strip, and collect what is computed from it."""
+    scene = collected.scene
+    columns = {name: reference.column(strip) for name, reference in matrix_references.items()}
+    contour = scene.bodies["lower"].contour
+    compared_columns = {
+        name: columns[name] if name in columns else pair_column(matrix_references, contour, strip)
+        for name in scene.compared
+    }
+    like_half_spaces = {
+        name: total([matrix_references[part].column(strip, SOURCE) for part in parts_of(name)])
+        for name in scene.compared
+    }
+    for b, c in enumerate(compared_columns.values()):
+        file["ic"][b, :, :, strip] = scene.grid.area * _directions_last(c.ic)
+        file["estimate"][b, :, :, strip] = scene.grid.area * _directions_last(c.estimate)
+    collected.add(
+        strip,
+        compared_columns,
+        like_half_spaces,
+        {name: reference.raw_column(strip) for name, reference in matrix_references.items()},
+    )
+
+
+def _require_readable(path: Path) -> None:
+    """Read all matrices of a file: each piece of it has a checksum, which HDF5 compares (OSError)."""
+    with h5netcdf.File(path, "r") as file:
+        for name, _, _ in VARIABLES:
+            for strip in range(file[name].shape[3]):
+                file[name][:, :, :, strip]
+
+
+@dataclass(eq=False)
+class _Collected:
+    """What is computed from the columns, loaded strip by loaded strip.
+
+    Whole matrices are kept only up to `LARGEST_WHOLE_MATRIX` entries, in single precision: it changes the
+    defects of reciprocity and the eigenvalues by 1e-7 of the largest IC.
+    """
+
+    scene: Scene
+    jobs: Mapping[str, MatrixJob]
+    raw: dict[str, Array]  # matrices before the discount by solved body, (n_x, n_s, n_s, 3, 3) [mm/N]
+    discounted: dict[str, Array]  # matrices after the discount by body compared, likewise
+    errors: dict[str, list[Shares]]  # estimated errors of each column by body compared
+    deviations: dict[tuple[str, str], Deviation]  # by (variant, body)
+    known: dict[str, Deviation]  # estimated deviation of C itself, by body
+
+    @classmethod
+    def of(cls, scene: Scene, jobs: Mapping[str, MatrixJob]) -> "_Collected":
+        """The state before the first strip."""
+        shape = _shape(scene)
+        held_whole = int(np.prod(shape)) <= LARGEST_WHOLE_MATRIX
+        return cls(
+            scene,
+            jobs,
+            {name: np.empty(shape, np.float32) for name in jobs if held_whole},
+            {name: np.empty(shape, np.float32) for name in scene.compared if held_whole},
+            {name: [] for name in scene.compared},
+            {
+                (variant, name): Deviation.none(scene.grid.n_s)
+                for variant in scene.variants
+                for name in scene.compared
+                if variant != "Bhat_prime" or name in scene.fitted
+            },
+            {name: Deviation.none(scene.grid.n_s) for name in scene.compared},
+        )
+
+    def add(
+        self,
+        strip: int,
+        compared: Mapping[str, Estimated],
+        like_half_spaces: Mapping[str, Estimated],
+        raw: Mapping[str, Array],
+    ) -> None:
+        """Add the columns of one more loaded strip: C, C after the source's discount, and before any."""
+        grid = self.scene.grid
+        for name, matrix in self.raw.items():
+            matrix[:, :, strip] = _directions_last(raw[name])
+        for name, matrix in self.discounted.items():
+            matrix[:, :, strip] = _directions_last(compared[name].ic)
+        for name, c in compared.items():
+            jobs = [self.jobs[part] for part in parts_of(name)]
+            self.errors[name].append(column_shares(strip, c, column_scale(strip, c.ic, jobs)))
+        for name, c in like_half_spaces.items():
+            jobs = [self.jobs[part] for part in parts_of(name)]
+            column = Column(c, is_far(strip, grid), half_spaces_nn(strip, jobs))
+            self.known[name] = self.known[name].with_column(c.estimate, column)
+            variants = [variant for variant, compared_name in self.deviations if compared_name == name]
+            approximated = approximations(variants, solids(self.scene)[name], grid, strip)
+            for variant, ics in approximated.items():
+                self.deviations[variant, name] = self.deviations[variant, name].with_column(
+                    ics / grid.area - c.ic, column
+                )
+
+    def eigenvalues(self) -> dict[str, float]:
+        """Smallest eigenvalue of each matrix, over the element's own ICs."""
+        matrices_by_name = {f"{name}, raw": ics for name, ics in self.raw.items()}
+        matrices_by_name |= {f"{name}, discounted": ics for name, ics in self.discounted.items()}
+        return {name: _relative_smallest_eigenvalue(ics) for name, ics in matrices_by_name.items()}
+
+
+def file_size(scene: Scene) -> int:
+    """Size of the NetCDF file in bytes, without its header of a few thousand."""
+    entry_bytes = sum(np.dtype(kind).itemsize for _, kind, _ in VARIABLES)
+    return len(scene.compared) * entry_bytes * int(np.prod(_shape(scene)))
+
+
+def _shape(scene: Scene) -> tuple[int, int, int, int, int]:
+    grid = scene.grid
+    return grid.n_x, grid.n_s, grid.n_s, 3, 3
+
+
+def _directions_last(column: Array) -> Array:
+    """A column (i, j, lag, observing strip) as (lag, observing strip, i, j)."""
+    return np.moveaxis(column, (0, 1), (2, 3))
+
+
+def _relative_smallest_eigenvalue(ics: Array) -> float:
+    """Smallest eigenvalue of a matrix over the least of the element's own ICs xx, ss, nn."""
+    own_ic = np.min(np.diagonal(ics[0], axis1=0, axis2=1).diagonal(axis1=0, axis2=1))
+    return GridOperator.of(ics).smallest_eigenvalue() / float(own_ic)
+
+
+def _write_coordinates(scene: Scene, matrix_references: Mapping[str, MatrixReference], path: Path) -> None:
+    """Write the file without its matrices: coordinates and M."""
+    grid, mm = scene.grid, {"units": "mm"}
+    xr.Dataset(
+        {
+            "discount": (
+                ("solved", "moved", "force"),
+                np.stack([reference.discount for reference in matrix_references.values()]),
+            )
+        },
+        coords={
+            "lag": ("lag", grid.lags, mm),
+            "observed": ("observed", grid.strips, mm),
+            "loaded": ("loaded", grid.strips, mm),
+            "body": list(scene.compared),
+            "solved": list(matrix_references),
+            "i": list(DIRECTIONS),
+            "j": list(DIRECTIONS),
+            "moved": list(AXES),
+            "force": list(AXES),
+        },
+    ).to_netcdf(path, engine="h5netcdf")
+
+
+def _create_variables(file: h5netcdf.File, scene: Scene) -> None:
+    """Create the variables of the matrices, chunked by loaded strip."""
+    grid = scene.grid
+    for name, kind, meaning in VARIABLES:
+        variable = file.create_variable(
+            name, DIMENSIONS, kind, chunks=(1, grid.n_x, grid.n_s, 1, 3, 3), fletcher32=True
+        )
+        variable.attrs.update({"units": "mm/MPa", "long_name": meaning})
+
+
+def _attributes(results: MatrixResults) -> dict[str, str | float]:
+    scene = results.scene
+    models = {name: asdict(cost) for name, cost in models_of(results.matrices).items()}
+    return {
+        "title": f"IC matrix: {scene.title}",
+        "meaning": "displacement at an observing strip, direction i, at a lag along x, per unit traction on "
+        "an element of a loaded strip, direction j, after the discount; lags < 0: xs, xn, sx, nx change sign",
+        "scene": scene.text,
+        "dx": scene.grid.dx,
+        "ds": scene.grid.ds,
+        "tolerance": scene.settings.tolerance,
+        "discounted": scene.discount,
+        "far_radius": _far_radius(scene),
+        "estimated_error": json.dumps({name: asdict(shares) for name, shares in results.errors.items()}),
+        "reciprocity_defect": json.dumps(
+            {name: asdict(defect) for name, defect in results.reciprocity.items()}
+        ),
+        "smallest_eigenvalue": json.dumps(dict(results.eigenvalues)),
+        "models": json.dumps(models),
+        "seconds": results.seconds,
+        "peak_memory": results.memory,
+        "code": results_digest(__name__),
+        "versions": json.dumps(versions()),
+    }

@@ -1,0 +1,101 @@
+"""Deviations of approximations of an IC matrix from C: of entries, and under tractions on all elements."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compare.ics.error_measure import scale, vanishes
+from femic.reference.estimate import Estimated
+from geometries.arrays import Array, Mask
+from geometries.patches import N
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """C due to unit loads on a strip, and which elements are far from that strip."""
+
+    c: Estimated  # arrays (3, 3, n_x, n_s) [mm/N]
+    far: Mask  # (n_x, n_s): at least `femic.reference.matrix.columns.NEAR_ELEMENTS` elements from the load
+    a_nn: Array  # (n_x, n_s) [mm/N]
+
+
+@dataclass(frozen=True, eq=False)
+class Deviation:
+    """Largest values and sums over the entries of an approximation V of C; loaded strips are added in turn.
+
+    For C itself, V - C is its estimated error. Largest values are (3, 3). Sums, (3, 3, n_s) by observing
+    strip, are over loaded strips and lags of both signs: displacements under tractions of 1 on all elements,
+    with the worst signs.
+    """
+
+    far_off: Array  # largest |V - C| far from the load [mm/N]
+    far_c: Array  # largest |C| there [mm/N]
+    far_known: Array  # largest estimate of C's error there [mm/N]
+    near: Array  # largest |V - C| / A_nn nearer to the load
+    off: Array  # sums of |V - C| [mm/N]
+    c: Array  # sums of |C| [mm/N]
+    known: Array  # sums of the estimate of C's error [mm/N]
+
+    @classmethod
+    def none(cls, n_s: int) -> "Deviation":
+        """The deviation before the first strip: zeros."""
+        return cls(*(np.zeros((3, 3)) for _ in range(4)), *(np.zeros((3, 3, n_s)) for _ in range(3)))
+
+    def with_column(self, difference: Array, column: Column) -> "Deviation":
+        """The deviation with one more loaded strip; difference from C (3, 3, n_x, n_s) [mm/N]."""
+        c, far = column.c, column.far
+        largest = (
+            np.maximum(so_far, np.max(np.abs(values), axis=(2, 3)))
+            for so_far, values in (
+                (self.far_off, difference * far),
+                (self.far_c, c.ic * far),
+                (self.far_known, c.estimate * far),
+                (self.near, difference * ~far / column.a_nn),
+            )
+        )
+        lag_weights = np.where(np.arange(c.ic.shape[2]) == 0, 1.0, 2.0)[:, None]
+        sums = (
+            so_far + np.sum(lag_weights * np.abs(values), axis=2)
+            for so_far, values in ((self.off, difference), (self.c, c.ic), (self.known, c.estimate))
+        )
+        return Deviation(*largest, *sums)
+
+    @property
+    def worst(self) -> Array:
+        """Largest error of an entry far from the load, (3, 3): share of the component's largest entry there.
+
+        It is a share of 0.05 max |C_nn| where the component vanishes, and NaN where no entry is far.
+        """
+        if not np.any(self.far_c):  # no element of the grid is far from the load
+            return np.full((3, 3), np.nan)
+        return self.far_off / scale(self.far_c, self.vanishing, self.far_c[N, N])
+
+    @property
+    def vanishing(self) -> Mask:
+        """Which components of C vanish far from the load, (3, 3)."""
+        return vanishes(self.far_c, self.far_known, self.far_c[N, N])
+
+    @property
+    def under_tractions(self) -> Array:
+        """Largest error of displacements under tractions up to 1, (3, 3).
+
+        It is a share of the largest normal displacement that normal tractions up to 1 cause.
+        """
+        return self._caused(self.off) / self._caused(self.c)[N, N]
+
+    @property
+    def under_tractions_of_itself(self) -> Array:
+        """The same errors, (3, 3), as shares of the displacements that the component itself can cause."""
+        c = self._caused(self.c)
+        return self._caused(self.off) / scale(c, self.causes_nothing, c[N, N])
+
+    @property
+    def causes_nothing(self) -> Mask:
+        """Which components, (3, 3), cause displacements that vanish or are below ten times their estimate."""
+        c = self._caused(self.c)
+        return vanishes(c, self._caused(self.known), c[N, N])
+
+    @staticmethod
+    def _caused(sums: Array) -> Array:
+        """The largest displacement on any observing strip, (3, 3), of sums (3, 3, n_s)."""
+        return np.asarray(np.max(sums, axis=2))

@@ -1,0 +1,183 @@
+"""`femic export` writes the IC matrix of both bodies as a file that CONTACT reads."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import h5netcdf
+import numpy as np
+
+from approx.matrix import column, matrix
+from compare.contact.compute import c_jobs
+from compare.contact.pair_on_grid import placed_on
+from compare.matrix import contact_file
+from compare.matrix.contact_file import ContactFile
+from compare.matrix.page import write_matrix
+from femic.cache import folders
+from femic.contact.operators.approximations import turned
+from femic.contact.operators.dense import dense
+from femic.reference.matrix.job import Discount
+from femic.reference.matrix.pair import pair_column
+from femic.reference.matrix.reference import matrices
+from femic.reference.run_options import DEFAULT, Means
+from femic.scenes.checks import grid_misfits
+from femic.scenes.errors import require_none
+from femic.scenes.scene import Scene
+from geometries.arrays import Array
+from geometries.errors import WrongInput
+from geometries.patches import COMPONENTS
+
+SAME_ICS = 1e-12  # of the largest IC: below this difference, ICs of strips depend on their offset only
+RAW = "; raw: with the rigid give of both bodies up to their clamped far arcs"
+SUFFIXES: dict[Discount, str] = {"approach": "", "source": "_source", "none": "_raw"}
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """The ICs that a file is to have: C after a discount, the scene's if None, or an approximation."""
+
+    ics: str
+    discount: Discount | None = None
+
+    @property
+    def name(self) -> str:
+        """The name of the file."""
+        return f"contact_{self.ics}{SUFFIXES[self.discount] if self.discount else ''}.txt"
+
+    def of(self, scene: Scene) -> "Wanted":
+        """The same with the discount that C has, None for approximations."""
+        return replace(self, discount=(self.discount or scene.discount) if self.ics == "C" else None)
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A written file with its content, the scene and the ICs that were wanted."""
+
+    path: Path
+    file: ContactFile
+    scene: Scene
+    wanted: Wanted
+
+
+def require_exportable(scene: Scene, wanted: Wanted) -> None:
+    """Raise BadScene if the grid does not fit, WrongInput if the ICs of both bodies are not available."""
+    if "combined" not in scene.compared:
+        raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
+    if wanted.discount and wanted.ics != "C":
+        raise WrongInput(
+            f"discount = {wanted.discount}, ics = {wanted.ics}: approximations have no discount: leave "
+            "--discount out, or give --ics C"
+        )
+    if wanted.ics == "Bhat_prime" and not scene.pair.has_effective("combined"):
+        raise WrongInput("ics = Bhat_prime: the scene has no effective properties; see femic calibrate")
+    require_none(scene.name, grid_misfits(scene))
+
+
+def export(scene: Scene, wanted: Wanted, out: Path, means: Means = DEFAULT) -> Exported:
+    """Write `contact_ICS.txt`: the ICs of both bodies by C, computed if it is missing, or an approximation.
+
+    C after the source's discount is written to `contact_C_source.txt`, without any to `contact_C_raw.txt`.
+    Raises as `require_exportable` does.
+    """
+    require_exportable(scene, wanted)
+    wanted = wanted.of(scene)
+    folders.made(out)
+    file = _file_content(scene, wanted, out, means)
+    path = out / wanted.name
+    means.watch.on_stage("  writing")
+    contact_file.write(file, path)
+    return Exported(path, file, scene, wanted)
+
+
+def _file_content(scene: Scene, wanted: Wanted, out: Path, means: Means) -> ContactFile:
+    placed = placed_on(scene, scene.grid)
+    if wanted.discount is None and placed.offset:
+        paired = turned(wanted.ics, scene.pair, scene.grid, upper_offset=placed.offset)
+        return to_contact(scene, dense(paired))
+    if wanted.discount is None:
+        return approximated(scene, wanted.ics)
+    if wanted.discount != scene.discount or placed.offset:
+        return to_contact(scene, discounted_matrix(scene, wanted.discount, means))
+    write_matrix(scene, out, means=means)
+    return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
+
+
+def told(written: Exported) -> str:
+    """The text that says what to set in CONTACT, and which wrong settings CONTACT does not notice."""
+    file, grid = written.file, written.scene.grid
+    strips = (
+        "one matrix for all strips, one strip and one lag more than CONTACT's grid"
+        if file.one_for_all
+        else f"{file.n_s} matrices, one a loaded strip, {file.n_x} lags"
+    )
+    upper, lower = (written.scene.bodies[name].material for name in ("upper", "lower"))
+    return (
+        f"CONTACT file: {written.path}: {strips}{RAW if written.wanted.discount == 'none' else ''}\n"
+        f"set in CONTACT: MX = {grid.n_x} or less, MY = {grid.n_s}{' or less' if file.one_for_all else ''}, "
+        f"XL = {-grid.n_x * grid.dx / 2:g}, YL = {grid.extent[0]:g}, DX = {grid.dx:g}, DY = {grid.ds:g} mm; "
+        f"CHI = 0, DQ = {grid.dx:g} if it rolls; body 1 = upper: POISS = {upper.nu:g}, {lower.nu:g}, "
+        f"GG = {upper.G:.8g}, {lower.G:.8g} MPa; MAXOUT > 1\n"
+        "note: CONTACT does not notice other XL, YL, CHI, DQ, POISS, GG, or swapped bodies; contact must "
+        "stay clear of the grid's edges: docs/contact-export.md"
+    )
+
+
+def to_contact(scene: Scene, ics: Array) -> ContactFile:
+    """A file with one matrix per loaded strip, from ICs of both bodies (n_x, n_s, n_s, 3, 3) [mm/MPa]."""
+    return _scaled(scene, contact_file.by_offsets(ics))
+
+
+def approximated(scene: Scene, variant: str) -> ContactFile:
+    """A file with an approximation; it has one matrix for all strips if ICs depend on their offset only.
+
+    A file with one matrix has one strip and one lag more than the scene's grid: CONTACT's preconditioner
+    transforms 2 MX by 2 MY offsets, including -MY, and zeros there may make it indefinite.
+    """
+    pair, grid = scene.pair, scene.grid
+    ics = matrix(variant, pair, grid)
+    if grid.n_s == 1 or not depends_on_offset_only(ics):
+        return to_contact(scene, ics)
+    longer = replace(grid, n_x=grid.n_x + 1)
+    larger = replace(longer, n_s=grid.n_s + 1)  # the outermost centres lie on the edges of the grid
+    ahead, behind = (column(variant, pair, larger, strip) for strip in (0, grid.n_s))
+    first, last = (np.moveaxis(end, -1, 0)[None, None] for end in (behind[..., 0], ahead[..., -1]))
+    inner = contact_file.of_offsets_only(matrix(variant, pair, longer))
+    return _scaled(scene, np.concatenate([first, inner, last], axis=1))
+
+
+def _scaled(scene: Scene, values: Array) -> ContactFile:
+    values *= scene.pair.constants.G
+    return ContactFile(values, scene.grid.dx, scene.grid.ds, convex_body(scene))
+
+
+def discounted_matrix(scene: Scene, discount: Discount, means: Means) -> Array:
+    """C of both bodies after a discount [mm/MPa], (n_x, n_s, n_s, 3, 3), as contact takes it.
+
+    Strips of the upper body are those opposite, where it is moved along y. Models are solved unless they are
+    kept.
+    """
+    jobs = c_jobs(replace(scene, discount=discount), placed_on(scene, scene.grid), COMPONENTS)
+    solved, contour = matrices(jobs, means, combined=True), scene.bodies["lower"].contour
+    columns = [pair_column(solved, contour, strip).ic for strip in range(scene.grid.n_s)]
+    return scene.grid.area * np.moveaxis(np.stack(columns), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))
+
+
+def depends_on_offset_only(ics: Array) -> bool:
+    """Whether ICs (n_x, n_s, n_s, 3, 3) are the same for all pairs of strips with the same offset."""
+    moved = np.abs(ics[:, 1:, 1:] - ics[:, :-1, :-1])
+    return bool(np.max(moved, initial=0.0) <= SAME_ICS * np.max(np.abs(ics)))
+
+
+def convex_body(scene: Scene) -> int:
+    """The number of the convex body: 1 for the upper, 2 for the lower one and for a plane."""
+    start, end = scene.bodies["lower"].contour.inclination(np.array(scene.grid.extent))
+    return 1 if end < start else 2
+
+
+def read_matrix(path: Path, body: str) -> Array:
+    """Read C of a body [mm/MPa], (n_x, n_s, n_s, 3, 3), from `matrix.nc`."""
+    with h5netcdf.File(path, "r") as file:
+        bodies = [name.decode() if isinstance(name, bytes) else str(name) for name in file["body"][...]]
+        return np.asarray(file["ic"][bodies.index(body)])
+
+
+FORMATS = {"contact": export}

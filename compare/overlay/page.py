@@ -1,0 +1,102 @@
+"""Writes the self-contained HTML report of an overlay, its figures and its CSV files."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from compare.ics.error_measure import ROUNDING
+from compare.overlay import figures as overlay_figures
+from compare.overlay.curves import Overlay, worst, write_curves
+from compare.overlay.differences import differences
+from compare.overlay.sources import Source
+from compare.report.html import Row, cell_of, write_page
+from compare.report.styles import SYMBOLS, save
+from femic.cache import folders
+from geometries.errors import WrongInput
+
+JUDGED = ("A", "Bhat")  # variants that the summary speaks of
+WITHIN_ACCURACY = "alike within the accuracy of C"
+
+
+def folder_of(sources: Sequence[Source], out: Path | None, results: Path) -> Path:
+    """The folder of the overlay; raises WrongInput if it holds the results of a scene."""
+    folder = folders.checked(out or results / "_".join(source.name for source in sources))
+    if (folder / "ics.nc").exists() or folder.resolve() in [source.folder.resolve() for source in sources]:
+        raise WrongInput(f"--out {folder}: has the results of a scene; name another folder")
+    return folder
+
+
+def write(overlay: Overlay, folder: Path) -> Path:
+    """Write figures, CSV files and `report.html` into a folder; returns the report's path."""
+    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    write_curves(overlay, folder)
+    figures = [
+        save(overlay_figures.curves(overlay, component), folder / "figures" / f"curves_{component}.png")
+        for component in overlay.common.components
+    ]
+    return write_page(
+        folder / "report.html",
+        "overlay.html.j2",
+        title=", ".join(result.name for result in overlay.results),
+        scenes=[(result.name, result.ics.attrs["title"]) for result in overlay.results],
+        summary=summary(overlay),
+        common=overlay.common,
+        tables=[{"body": body, "rows": list(_rows(overlay, body))} for body in overlay.common.bodies],
+        differences=list(differences(overlay)),
+        drawn=", ".join(SYMBOLS[variant] for variant in overlay_figures.drawn_variants(overlay)),
+        figures=figures,
+        texts=[(result.name, result.ics.attrs["scene"]) for result in overlay.results],
+    )
+
+
+def _rows(overlay: Overlay, body: str) -> Iterator[Row]:
+    for variant in (*overlay.common.variants, "C"):
+        for k, result in enumerate(overlay.results):
+            errors = [worst(overlay, result, body, component) for component in overlay.common.components]
+            cells = [cell_of(error.sel(variant=variant), known=variant == "C") for error in errors]
+            yield Row(SYMBOLS[variant] if k == 0 else "", result.name, cells)
+
+
+def summary(overlay: Overlay) -> str:
+    """One paragraph, computed: where C deviates most from A and from B-hat, with the factors."""
+    body, lines = overlay.common.bodies[0], len(overlay.common.lines)
+    judged = [variant for variant in JUDGED if variant in overlay.common.variants]
+    if not judged:
+        return f"The scenes have neither {' nor '.join(SYMBOLS[variant] for variant in JUDGED)} in common."
+    where = f"{body} influence coefficients, worst of {lines} line{'s' if lines > 1 else ''}"
+    sentences = (
+        f"C deviates from {SYMBOLS[variant]} {_ranking(overlay, body, variant)}." for variant in judged
+    )
+    return f"Worst errors compared ({where}). {' '.join(sentences)}"
+
+
+def _ranking(overlay: Overlay, body: str, variant: str) -> str:
+    """The components, grouped by the scene with the largest error; each with its factor to the smallest."""
+    most = "more" if len(overlay.results) == 2 else "most"
+    ranks: dict[str, list[str]] = {}
+    for component in overlay.common.components:
+        errors = {result.name: worst(overlay, result, body, component) for result in overlay.results}
+        vanishing_in = [name for name, of_scene in errors.items() if of_scene.vanishes]
+        if vanishing_in:  # the errors there are shares of 0.05 max |C_nn|, not of the component
+            ranks.setdefault(f"vanishing in {', '.join(vanishing_in)}", []).append(component)
+            continue
+        known = {name: of_scene.error.sel(variant=[variant, "C"]) for name, of_scene in errors.items()}
+        scene, factor = _rank([(*error.values.tolist(), name) for name, error in known.items()])
+        ranks.setdefault(f"{most} in {scene}" if scene else WITHIN_ACCURACY, []).append(component + factor)
+    unranked = {rank: ranks.pop(rank) for rank in list(ranks) if not rank.startswith(most)}
+    return "; ".join(f"{rank}: {', '.join(components)}" for rank, components in (ranks | unranked).items())
+
+
+def _rank(errors: Sequence[tuple[float, float, str]]) -> tuple[str, str]:
+    """The scene with the largest error, and the text of its factor to the smallest; errors are [-].
+
+    Each entry of `errors` is (error, accuracy of C, scene). Both texts are empty if the difference is within
+    the accuracies.
+    """
+    (least, accuracy_at_least, _), (largest, accuracy_at_largest, scene) = min(errors), max(errors)
+    if largest - least <= accuracy_at_least + accuracy_at_largest:
+        return "", ""
+    if max(least, accuracy_at_least) < ROUNDING:
+        return scene, " (0 elsewhere)"
+    factor = largest / max(least, accuracy_at_least)
+    over = "over " if least < accuracy_at_least else ""
+    return scene, f" {over}{factor:.2f} ×" if factor < 10 else f" {over}{factor:.0f} ×"

@@ -1,0 +1,1 @@
+"""What the models of a scene take: unknowns, seconds, memory."""

@@ -1,0 +1,85 @@
+"""Curves of ICs along lines, drawn from the dataset of `compare.ics.dataset.to_dataset`."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from compare.ics.compute import Results
+from compare.report.panels import Panel, draw, drawn, show_zero, styles_of
+from compare.report.styles import SYMBOLS
+from femic.scenes.scene import Scene
+from geometries.arrays import Array, Mask
+from geometries.patches import OffsetLine
+
+
+def curves(results: Results, dataset: xr.Dataset, component: str) -> Figure:
+    """Figure of one component, dimensionless: a row per body, a column per line."""
+    panels = list(_panels(results, dataset, component))
+    return drawn(panels, len(results.scene.lines), (4.1, 2.7))
+
+
+def _panels(results: Results, dataset: xr.Dataset, component: str) -> Iterator[Panel]:
+    """Yield the panels row by row; only those at the edges of the grid have labels."""
+    scene = results.scene
+    for body in scene.compared:
+        for line in scene.lines:
+            on_line = dataset.isel(point=results.lines[line.name])
+            curve = on_line.sel(body=body, i=component[0], j=component[1])
+            shown, length = shown_half(scene, line), scene.reference_length
+            abscissas = line.running[shown] / length
+            first_row, last_row = body == scene.compared[0], body == scene.compared[-1]
+            yield replace(
+                panel_of(curve.isel(point=shown), abscissas),
+                title=f"{component} on {line.name}" if first_row else "",
+                across=f"{line.along} / L  [-],  L = {length:g} mm" if last_row else "",
+                up=f"{body}\nIC · E · L  [-]" if line is scene.lines[0] else "",
+                marks=joints(scene, abscissas) if line.along == "s" else (),
+            )
+
+
+def panel_of(curve: xr.Dataset, at: Array) -> Panel:
+    """Panel of one component on one line, dimensionless, over the abscissas `at`; without title and labels.
+
+    `curve` is a part of the dataset with the dims variant and point.
+    """
+    unit = curve.reference_E * curve.reference_length
+    by_variant = {str(v): unit * curve.ic.sel(variant=v).values for v in curve.variant.values}
+    return Panel(
+        "",
+        "",
+        at,
+        "",
+        {SYMBOLS.get(name, name): values for name, values in by_variant.items()},
+        unit * curve.estimate.values,
+        unit * curve.estimate_solid.values if "estimate_solid" in curve else None,
+    )
+
+
+def draw_curve(axes: Axes, at: Array, curve: xr.Dataset) -> None:
+    """Draw one component on one line, dimensionless: C with its error band, and every approximation.
+
+    `curve` is a part of the dataset of `compare.ics.dataset.to_dataset` with the dims variant and point,
+    drawn against the abscissas `at`.
+    """
+    panel = panel_of(curve, at)
+    draw(axes, panel, styles_of([panel]))
+    show_zero(axes)
+
+
+def joints(scene: Scene, at: Array) -> tuple[float, ...]:
+    """Abscissas s / L of the joints of arcs and flanks, within the range of `at`."""
+    joint_abscissas = {
+        round(s, 9) / scene.reference_length for body in scene.bodies.values() for s in body.contour.joints
+    }
+    return tuple(sorted(s for s in joint_abscissas if at[0] <= s <= at[-1]))
+
+
+def shown_half(scene: Scene, line: OffsetLine) -> Mask:
+    """Which points of a line are shown, (n,): those of the half that symmetry does not repeat."""
+    mirrored = scene.patch.s == 0 and all(body.contour.symmetric for body in scene.bodies.values())
+    symmetric = line.along == "x" or mirrored
+    return line.running >= (0 if symmetric else -np.inf)

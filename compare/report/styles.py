@@ -1,0 +1,68 @@
+"""Symbols, styles and markers of the curves of variants; a variant without its own takes a further one."""
+
+from collections.abc import Iterable, Mapping
+from itertools import cycle
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from approx.variants import VARIANTS, exchanged_symbol
+from femic.cache.files import published
+from femic.scenes.file import is_map
+
+Style = Mapping[str, Any]  # keywords of a line of matplotlib
+
+RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.2, "figure.dpi": 110}
+
+SYMBOLS = {name: variant.symbol for name, variant in VARIANTS.items()} | {"C": "C", "C_solid": "C (solid)"}
+
+CHECK_STYLE: Style = {"color": "black", "marker": "o", "markersize": 4, "mfc": "white", "linestyle": "none"}
+
+DASHES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (1.3, 1.2)), (0, (5, 1.2, 1, 1.2)), (0, (9, 2)))
+COLOURS = ("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:orange")
+FURTHER: tuple[Style, ...] = (  # styles of curves that have none of their own
+    {"color": "tab:cyan", "linewidth": 1.4},
+    {"color": "tab:pink", "linewidth": 1.4, "linestyle": (0, (4, 1))},
+    {"color": "tab:olive", "linewidth": 1.4, "linestyle": (0, (1, 1))},
+    {"color": "tab:gray", "linewidth": 1.4, "linestyle": (0, (5, 1, 1, 1))},
+    {"color": "black", "linewidth": 1.4},
+    {"color": "tab:red", "linewidth": 1.4, "linestyle": (0, (3, 1))},
+)
+OWN: Mapping[str, tuple[str, Style]] = {  # marker and style; the first on top: mix coincides with others
+    "mix": ("P", {"color": "tab:purple", "linestyle": (0, (1, 3)), "linewidth": 2.2}),
+    "A": ("s", {"color": "tab:blue", "linestyle": (0, (5, 2))}),
+    "B": ("o", {"color": "tab:orange", "linestyle": "-"}),
+    "Bbar": ("^", {"color": "tab:green", "linestyle": (0, (3, 1, 1, 1))}),
+    "Bhat": ("D", {"color": "tab:red", "linestyle": (0, (2, 1))}),
+    "Bhat_prime": ("v", {"color": "tab:brown", "linestyle": (0, (6, 1))}),
+    "C_solid": ("X", CHECK_STYLE),
+    "C": ("*", {"color": "black", "linewidth": 1.8, "zorder": 1}),
+}
+FURTHER_MARKERS = "hpd<>8H"
+
+
+def with_further(names: Iterable[str]) -> dict[str, tuple[str, Style]]:
+    """Marker and style of each name: its own, or further ones in turn; those without their own come first."""
+    further_looks = zip(cycle(FURTHER_MARKERS), cycle(FURTHER), strict=False)
+    looks = {name: next(further_looks) for name in names if name not in OWN}
+    return looks | dict(OWN)
+
+
+def symbol_of(name: str) -> str:
+    """The symbol of ICs: of C, of a map of it, or of a variant, perhaps with exchanged components."""
+    if is_map(name):
+        return f"C by {Path(name).stem}" if Path(name).stem != "sweep" else f"C by {Path(name).parent.name}"
+    return SYMBOLS[name] if name in SYMBOLS else exchanged_symbol(name)
+
+
+LOOKS = with_further(VARIANTS)
+STYLES: Mapping[str, Style] = {name: style for name, (_, style) in LOOKS.items()}
+MARKERS: Mapping[str, str] = {name: marker for name, (marker, _) in LOOKS.items()}
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write a figure as PNG and return its path."""
+    with published(path) as unfinished:
+        figure.savefig(unfinished)
+    return path

@@ -1,1 +1,0 @@
-"""Computes the contact of a scene's bodies with several ICs, and writes it."""

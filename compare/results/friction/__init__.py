@@ -1,1 +1,0 @@
-"""Computes the contact with friction of a scene's bodies, rolling or pressed together, and writes it."""

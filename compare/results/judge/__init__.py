@@ -1,1 +1,0 @@
-"""`femic judge`: contact by finite elements without ICs, and contacts with ICs beside it."""

@@ -1,0 +1,78 @@
+"""The folders that results are written to: looked at before any work, and written by one run at a time."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from femic.cache.files import remove_unfinished
+from geometries.errors import Failure, WrongInput
+
+LOCK = ".femic.lock"
+FOLDERS = ("figures", "fields", "store")  # in results
+SUFFIXES = (".csv", ".html", ".json", ".nc", ".png", ".toml", ".txt")  # of files of results
+OTHER = "rename it, or name another folder"
+
+
+def checked(folder: Path) -> Path:
+    """Return the folder; raises WrongInput if results cannot have it, or names in it that they need."""
+    if folder.exists() and not folder.is_dir():
+        raise WrongInput(f"--out {folder}: is a file; name a folder")
+    for path in (folder / name for name in FOLDERS):
+        if path.is_file():
+            raise WrongInput(f"--out {folder}: {path.name} in it is a file, not a folder of results: {OTHER}")
+    for path in folder.glob("*"):
+        if path.suffix in SUFFIXES and path.is_dir():
+            raise WrongInput(f"--out {folder}: {path.name} in it is a folder, not a file of results: {OTHER}")
+    return folder
+
+
+def made(folder: Path) -> Path:
+    """Return the folder, which is created where it does not exist.
+
+    Raises WrongInput as `checked` does, and if it cannot be created.
+    """
+    try:
+        checked(folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _not_usable(folder, error) from error
+    return folder
+
+
+@contextmanager
+def only_run_in(folder: Path) -> Iterator[Path]:
+    """A context with a folder, created if it does not exist, in which no other run writes.
+
+    The lock ends with the process that has it, however that ends; what it has not finished is removed. Raises
+    WrongInput as `made` does and where nothing can be written there, Failure where another run does.
+    """
+    path = made(folder) / LOCK
+    lock = FileLock(path, fallback_to_soft=False)
+    try:
+        path.touch()
+        lock.acquire(timeout=0)
+    except Timeout as error:
+        raise Failure(
+            f"{folder}: another femic writes there: wait for its end, or give another folder (--out); both "
+            "may share a store (--store)"
+        ) from error
+    except (OSError, NotImplementedError) as error:
+        raise _not_usable(folder, error) from error
+    try:
+        for own in (folder, *(folder / name for name in FOLDERS)):  # others may have runs of their own
+            remove_unfinished(own)
+        yield folder
+    finally:
+        lock.release()
+
+
+def usable(folder: Path) -> Path:
+    """Return the folder, created if it does not exist; raises as `only_run_in` does."""
+    with only_run_in(folder):
+        return folder
+
+
+def _not_usable(folder: Path, error: Exception) -> WrongInput:
+    reason = error.strerror if isinstance(error, OSError) else str(error)
+    return WrongInput(f"--out {folder}: nothing can be written there ({reason}): name another folder")

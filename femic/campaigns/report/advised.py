@@ -1,0 +1,127 @@
+"""Which ICs are advised over the axes of a campaign: categories as colours."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from compare.report.styles import RC, with_further
+from femic.campaigns.report.axes import ShownAxis, spread_out
+from femic.campaigns.report.clouds import MOST_POINTS
+from femic.campaigns.report.fields import body_of, label_of
+from femic.campaigns.report.maps import PANEL, STRIP, Plane, draw_cells, of_gaps
+from femic.campaigns.report.scales import Scale
+
+NONE = "none is good enough"
+MOST_BESIDE = 4  # entries of a line of the legend
+PALE = 0.35  # share of white in colours
+
+
+@dataclass(frozen=True, eq=False)
+class Advice:
+    """Numbers of the advised ICs over the swept dims, by place in `names`, which may have `NONE`."""
+
+    numbers: xr.DataArray
+    names: tuple[str, ...]
+
+    @property
+    def labels(self) -> list[str]:
+        """The names as the page has them."""
+        return [name if name == NONE else label_of(name) for name in self.names]
+
+    @property
+    def colours(self) -> list[tuple[float, float, float]]:
+        """A colour for each name, that of its curves, paler."""
+        looks = with_further(name for name in self.names if name != NONE)
+        pure = ["0.95" if name == NONE else looks[name][1]["color"] for name in self.names]
+        return [_paler(to_rgb(colour)) for colour in pure]
+
+    @property
+    def scale(self) -> Scale:
+        """Colours of the numbers of names."""
+        count = len(self.names)
+        norm = BoundaryNorm(np.arange(count + 1) - 0.5, count)
+        return Scale(norm, ListedColormap(self.colours))
+
+    def at(self, **places: int) -> "Advice":
+        """The advice at some places of swept dims."""
+        return Advice(self.numbers.isel(places), self.names)
+
+    def counts(self) -> dict[str, int]:
+        """The numbers of scenes by what is advised."""
+        found = {label: int((self.numbers == k).sum()) for k, label in enumerate(self.labels)}
+        return {label: count for label, count in found.items() if count}
+
+
+def advice_of(dataset: xr.Dataset) -> Advice | None:
+    """The advice of a campaign that has kept it, of those ICs only that are advised anywhere."""
+    if "advised" not in dataset:
+        return None
+    numbers = dataset.advised.sel(body=body_of(dataset), drop=True).drop_attrs().load()
+    variants = [str(name) for name in dataset.variant.values]
+    used = [k for k in (*range(len(variants)), -1) if (numbers == k).any()]
+    if not numbers.notnull().any():
+        return None
+    renumbered = xr.full_like(numbers, np.nan)
+    for place, k in enumerate(used):
+        renumbered = renumbered.where(numbers != k, place)
+    return Advice(renumbered, tuple(NONE if k == -1 else variants[k] for k in used))
+
+
+def advised_over(panels: Sequence[tuple[str, Advice, Plane]]) -> Figure:
+    """Maps of what is advised over two axes beside each other, with their titles; a strip over one axis."""
+    _, advice, plane = panels[0]
+    is_strip = plane.up is STRIP
+    with mpl.rc_context(RC | {"axes.grid": False, "hatch.linewidth": 0.5}):
+        width, height = 1.25 * PANEL[0], 1.25 * PANEL[1]
+        size = (7.5, 1.6) if is_strip else (max(width * len(panels) + 0.6, 4.4), height + 0.9)
+        figure = Figure(figsize=size, layout="constrained")
+        shown = [on.over(one.numbers) for _, one, on in panels]
+        drawn = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
+        for axes, values, (title, _, on) in zip(drawn, shown, panels, strict=True):
+            draw_cells(axes, values, on, advice.scale)
+            axes.set_title(title, fontsize=9)
+            axes.set_xlabel(on.across.heading if is_strip else on.across.wrapped)
+        drawn[0].set_ylabel(plane.up.wrapped)
+        _legend(figure, advice, of_gaps([on for *_, on in panels], shown))
+        return figure
+
+
+def advised_points(advice: Advice, axes: Sequence[ShownAxis]) -> Figure:
+    """Points of what is advised over the first two axes, or over the only one."""
+    across, up = axes[0], axes[1] if len(axes) > 1 else STRIP
+    chosen = spread_out(len(across.values), MOST_POINTS)
+    heights = np.zeros(len(chosen)) if up is STRIP else up.at[chosen]
+    with mpl.rc_context(RC | {"grid.alpha": 0.2}):
+        figure = Figure(figsize=(5.4, 1.8 if up is STRIP else 4.2), layout="constrained")
+        panel: Axes = figure.subplots()
+        for k, colour in enumerate(advice.colours):
+            of_name = advice.numbers.values[chosen] == k
+            places = across.at[chosen][of_name], heights[of_name]
+            panel.scatter(*places, s=22, color=[colour], edgecolors="0.4", linewidths=0.4)
+        across.scale(panel, "x")
+        up.scale(panel, "y")
+        panel.set(xlabel=across.heading, ylabel=up.wrapped)
+        _legend(figure, advice)
+        return figure
+
+
+def _legend(figure: Figure, advice: Advice, gaps: Sequence[Artist] = ()) -> None:
+    handles: list[Artist] = [
+        Patch(facecolor=colour, edgecolor="0.4", label=label)
+        for label, colour in zip(advice.labels, advice.colours, strict=True)
+    ]
+    handles += gaps
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), MOST_BESIDE))
+
+
+def _paler(colour: tuple[float, float, float]) -> tuple[float, float, float]:
+    red, green, blue = (PALE + (1 - PALE) * part for part in colour)
+    return red, green, blue

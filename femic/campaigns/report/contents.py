@@ -1,0 +1,187 @@
+"""What the dataset of a campaign has to show: errors of ICs, numbers of contacts, fits; as fields."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+
+from compare.contact.compute import reference_name
+from compare.contact.quantities import QUANTITIES
+from compare.ics.error_measure import ROUNDING
+from compare.report.parts import listed
+from femic.campaigns.keeping import CURVES_LARGEST
+from femic.campaigns.report.axes import ICS, LAST
+from femic.campaigns.report.fields import (
+    COLUMN,
+    ROW,
+    VANISHES,
+    C,
+    Field,
+    body_of,
+    furthest_along,
+    label_of,
+    swept_dims,
+)
+
+RATIOS = ("p_max", "a", "b", "approach", "angle", "slope")  # numbers of contacts, compared as ratios
+SHARES = (CURVES_LARGEST, "sliding_share")  # numbers that are shares: compared as they are
+SYMBOLS = {"slope": "dF_x/dξ", CURVES_LARGEST: "F_x(ξ)", "sliding_share": "sliding"}
+MEANINGS = {
+    "slope": " dF_x/dξ: slope of the creep-force curve where it has no force.",
+    CURVES_LARGEST: " F_x(ξ): largest distance of creep-force curves, share of friction times load.",
+    "sliding_share": " Sliding: share of the patch that slides, the difference.",
+}
+DIMS = {"case": "load", "load": "load", "friction": "friction", "xi": "creepage"}  # dims of contacts, as told
+SHOWN_ORDER = ("nn", "ss", "xx", "xs", "xn", "sn", "sx", "nx", "ns")  # of components
+ANY = "any component"
+VANISHING = (
+    f"{VANISHES}: in some scenes this component of C vanishes, or nearly does; its errors there are shares "
+    "of 0.05 max |C_nn|."
+)
+BY_PLACE = " Scenes differ in their ICs: here they are called by their places in the lists."
+
+
+def fields_of(dataset: xr.Dataset) -> list[Field]:
+    """All that the dataset of a campaign has to show over its axes, as far as anything is computed."""
+    kept = json.loads(dataset.attrs["keep"])
+    found: list[Field] = []
+    if "error" in dataset:
+        found += _errors(dataset)
+    if "known_error" in dataset and "error" not in dataset:
+        found += _known_errors(dataset)
+    if "contact" in kept:
+        found += _contact(dataset)
+    if "fit_value" in dataset:
+        found += _calibration(dataset)
+    return [field for field in found if field.values.size and np.any(np.isfinite(field.values))]
+
+
+def _errors(dataset: xr.Dataset) -> Iterator[Field]:
+    """Errors of all ICs, the worst over the lines, of components that do not vanish by symmetry."""
+    body, columns = body_of(dataset), {}
+    of_body = dataset[["error", "vanishes"]].sel(body=body, drop=True).drop_attrs()
+    for component in SHOWN_ORDER:
+        one = of_body.sel(i=component[0], j=component[1], drop=True)
+        worst = one.error.max("line").load()
+        if worst.max() > ROUNDING:
+            mark = VANISHES if (one.vanishes == 1).any() else ""
+            columns[component + mark] = worst.where((worst.variant != C) | (one.vanishes != 1))
+    if not columns:
+        return
+    errors = xr.concat(columns.values(), xr.Variable(COLUMN, list(columns))).rename(variant=ROW)
+    notes = [VANISHING] if any(name.endswith(VANISHES) for name in columns) else []
+    notes += [BY_PLACE] if f"{ICS} 1" in errors[ROW] else []
+    yield Field(
+        "errors",
+        "error",
+        "errors",
+        f"Error of the {body} ICs: largest deviation from C over a line, share of the component itself; the "
+        f"worst over all lines.{''.join(notes)}",
+        errors.sel({ROW: _approximations(errors)}),
+        errors.sel({ROW: C}, drop=True),
+    )
+
+
+def _known_errors(dataset: xr.Dataset) -> Iterator[Field]:
+    """Errors of all ICs with the estimate of C, the worst over lines and components."""
+    body = body_of(dataset)
+    known = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)
+    known = known.expand_dims({COLUMN: [ANY]})
+    yield Field(
+        "errors",
+        "error",
+        "errors",
+        f"Error of the {body} ICs with the estimate of C: the worst over lines and components.",
+        known.sel({ROW: _approximations(known)}),
+        known.sel({ROW: C}, drop=True),
+    )
+
+
+def _approximations(values: xr.DataArray) -> list[str]:
+    return [name for name in map(str, values[ROW].values) if not name.startswith(C)]
+
+
+def _contact(dataset: xr.Dataset) -> Iterator[Field]:
+    """Numbers of the contact by each of the ICs over those by the reference, and these themselves."""
+    numbers = [name for name in (*RATIOS, *SHARES) if name in dataset and "ics" in dataset[name].dims]
+    if not numbers:
+        return
+    ics = [str(name) for name in dataset.ics.values]
+    reference = reference_name(ics)
+    own = sorted({str(dim) for name in numbers for dim in _own_dims(dataset, name)})
+    several = listed([DIMS.get(dim, dim) for dim in own if dataset.sizes[dim] > 1] or [""])
+    if len(ics) > 1:
+        yield _deviations(dataset, numbers, reference, f", the furthest over {several}" if several else "")
+    shown = [name for name in numbers if name != CURVES_LARGEST]
+    heads = [f"{_symbol(name)} [{dataset[name].attrs.get('units', '1')}]" for name in shown]
+    at_last = dataset[shown].isel(dict.fromkeys(own, -1), drop=True).sel(ics=[reference]).drop_attrs()
+    labels = xr.Variable(COLUMN, heads)
+    yield Field(
+        "reference",
+        "value",
+        "the contact",
+        f"Numbers of the contact by {label_of(reference)}{f', at the last {several}' if several else ''}.",
+        xr.concat([at_last[name] for name in shown], labels, coords="minimal").rename(ics=ROW),
+        reference=label_of(reference),
+    )
+
+
+def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, over: str) -> Field:
+    """Numbers of the contact by other ICs than the reference over those by it."""
+    off, known = zip(*(_off(dataset, name, reference) for name in numbers), strict=True)
+    labels, by = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), label_of(reference)
+    values = xr.concat(off, labels).rename(ics=ROW)
+    notes = [MEANINGS[name] for name in numbers if name in MEANINGS] + [BY_PLACE] * (reference == LAST)
+    return Field(
+        "contact",
+        "deviation",
+        "deviations of the contact",
+        f"Numbers of the contact by each of the ICs over those by {by}, less 1{over}.{''.join(notes)}",
+        values.sel({ROW: [name for name in map(str, values[ROW].values) if name != reference]}),
+        xr.concat(known, labels),
+        by,
+    )
+
+
+def _off(dataset: xr.Dataset, name: str, reference: str) -> tuple[xr.DataArray, xr.DataArray]:
+    """How far a number of the contact is from the reference's, and how well the latter is known."""
+    values = dataset[name].drop_attrs()
+    of_reference = values.sel(ics=reference, drop=True)
+    unit = xr.ones_like(of_reference) if name in SHARES else of_reference.where(of_reference != 0)
+    off = (values - of_reference) / unit
+    estimate = dataset.get(f"estimate_{name}", xr.full_like(values, np.nan)).drop_attrs()
+    known = abs(estimate.sel(ics=reference, drop=True) / unit)
+    for dim in _own_dims(dataset, name):
+        off, known = furthest_along(off, dim), known.max(dim)
+    return off, known
+
+
+def _own_dims(dataset: xr.Dataset, name: str) -> list[str]:
+    return [str(dim) for dim in dataset[name].dims if dim not in (*swept_dims(dataset), "ics")]
+
+
+def _symbol(name: str) -> str:
+    return SYMBOLS.get(name) or QUANTITIES[name].symbol
+
+
+def _calibration(dataset: xr.Dataset) -> Iterator[Field]:
+    """Fitted parameters, and the deviations of B-hat-prime by them from C, by fitted body."""
+    labels: Mapping[str, str] = {"fitted_body": ROW, "parameter": COLUMN}
+    yield Field(
+        "fits",
+        "value",
+        "fitted parameters",
+        "Parameters of B̂′ fitted to C, by fitted body: r_inf in mm, G in MPa.",
+        dataset.fit_value.drop_attrs().rename(labels),
+    )
+    kinds = {"Bhat": dataset.Bhat_worst, "Bhat_prime": dataset.fit_worst}
+    for number, body in enumerate(map(str, dataset.fitted_body.values)):
+        of_body = [one.sel(fitted_body=body, drop=True).drop_attrs() for one in kinds.values()]
+        yield Field(
+            f"fitted_{number}",
+            "error",
+            f"errors of the fit to {body}",
+            f"Largest deviation from C of {body} by B̂ and by the fitted B̂′, share of max |C| of the points.",
+            xr.concat(of_body, xr.Variable(ROW, list(kinds))).rename(fitted_component=COLUMN),
+        )

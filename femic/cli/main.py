@@ -1,0 +1,77 @@
+"""The command line `femic`. Exit codes: 0 done, 1 not converged or failed, 2 wrong input, 130 interrupted.
+
+Commands are named, not imported: `femic --help` answers without loading the numerical libraries.
+"""
+
+import logging
+import sys
+
+from cyclopts import App, CycloptsError
+from rich.console import Console
+from rich.logging import RichHandler
+
+from femic.cli.interruptions import delivered
+from geometries.errors import Failure, WrongInput
+
+DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+app = App(
+    name="femic",
+    help="Influence coefficients of non-planar elastic solids: finite elements (C) against approximations.",
+    suppress_keyboard_interrupt=False,
+)
+COMMANDS = {  # by name: module and function, and the help text
+    "run": ("scenes:run", "Compute and compare the ICs of a scene; write a report."),
+    "matrix": ("matrices:matrix", "Compute the IC matrix on a grid: all lags and strips."),
+    "contact": (
+        "contacts:contact",
+        "Contact with several ICs, without or with friction: pressures, patches, cost.",
+    ),
+    "sweep": ("sweeps:sweep", "Many scenes: keys swept over ranges, on all cores or a Dask cluster."),
+    "judge": ("judges:judge", "Contact by finite elements, without ICs, beside that by ICs."),
+    "calibrate": ("fits:calibrate", "Fit B-hat-prime to C; write the scene with the fit."),
+    "export": ("matrices:export", "Write the IC matrix of both bodies for the program CONTACT."),
+    "frontier": ("choices:frontier", "Errors against seconds of every way to the ICs of a scene."),
+    "advise": ("choices:advise", "Say which ICs are the cheapest that are good enough."),
+    "validate": ("studies:validate", "Check what is said about these ICs, and this program."),
+    "extremes": ("studies:extremes", "Try every part at its limits, and beyond."),
+    "plan": ("scenes:plan", "Say what a scene would take, before anything is solved."),
+    "compare": ("scenes:compare", "Show the results of two or more scenes in one report."),
+    "show": ("scenes:show", "Draw a body under a load: its cells, displacements and stresses."),
+    "scenes": ("scenes:scenes", "List the built-in scenes, or print one with every key."),
+}
+for command, (location, help_text) in COMMANDS.items():
+    app.command(f"femic.cli.{location}", name=command, help=help_text)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and exit the process with its code."""
+    sys.exit(exit_code(sys.argv[1:] if arguments is None else arguments))
+
+
+def exit_code(arguments: list[str]) -> int:
+    """Run one command; print the message of an error, and return the exit code."""
+    console = Console(stderr=True, soft_wrap=True, highlight=False)
+    logging.basicConfig(
+        level=logging.WARNING, format="%(message)s", handlers=[RichHandler(console=console, show_path=False)]
+    )
+    logging.getLogger("skfem").setLevel(logging.ERROR)
+    try:
+        with delivered():
+            app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+    except (CycloptsError, WrongInput) as error:
+        _say(console, error)
+        return WRONG_INPUT
+    except (Failure, OSError) as error:
+        _say(console, error)
+        return FAILED
+    except KeyboardInterrupt:
+        console.print("femic: interrupted; what was finished is kept: run the same command to go on")
+        return INTERRUPTED
+    return DONE
+
+
+def _say(console: Console, error: Exception) -> None:
+    from femic.scenes.messages import in_keys
+
+    console.print(f"femic: {in_keys(error)}", markup=False)

@@ -1,0 +1,70 @@
+"""Commands about IC matrices: `matrix`, `export`."""
+
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from compare.frontier.advice import Question
+from compare.frontier.choice import AUTO, choose
+from compare.matrix import export as exporting
+from compare.matrix.export import Wanted
+from compare.matrix.page import write_matrix
+from femic.cli.work import DEFAULT_WORK, SceneName, Work
+from femic.reference.matrix.job import Discount
+from femic.scenes.file import ICName
+from femic.scenes.load import load_scene
+from geometries.patches import COMPONENTS
+
+
+def matrix(
+    scene: SceneName,
+    /,
+    *,
+    strip: Annotated[int | None, Parameter(help="loaded strip of the maps; default: the patch's")] = None,
+    work: Work = DEFAULT_WORK,
+) -> None:
+    """Compute the IC matrix of a scene on its grid, all lags and strips; write matrix.nc and a report."""
+    loaded = load_scene(scene)
+    folder = work.folder(loaded)
+    console = Console()
+    with work.means(folder, console) as means:
+        report = write_matrix(loaded, folder, strip, means)
+    console.print(f"Matrix: {folder / 'matrix.nc'}", soft_wrap=True)
+    console.print(f"Report: {report}", soft_wrap=True)
+
+
+def export(
+    scene: SceneName,
+    /,
+    *,
+    to: Annotated[
+        Literal["contact"], Parameter(name="--format", help="contact: of the program CONTACT, C3 = 9")
+    ] = "contact",
+    ics: Annotated[
+        ICName | None,
+        Parameter(help="C, an approximation, or auto: the cheapest good enough; default: the scene's"),
+    ] = None,
+    discount: Annotated[
+        Discount | None,
+        Parameter(
+            help="what is taken from C for rigid: approach, M_zz alone, as in contact; source: as [BVSV]; "
+            "none; default: the scene's"
+        ),
+    ] = None,
+    work: Work = DEFAULT_WORK,
+) -> None:
+    """Write the IC matrix of both bodies on the scene's grid as a file that a contact program reads."""
+    loaded = load_scene(scene, {"ics": ics} if ics else None)
+    console = Console()
+    folder, ics_name = work.folder(loaded), loaded.ics
+    exporting.require_exportable(loaded, Wanted(ics_name, discount))
+    with work.means(folder, console) as means:
+        if ics_name == AUTO:
+            question = Question("combined", COMPONENTS, loaded.ics_tolerance)
+            chosen = choose(scene, question, means)
+            ics_name, changes = chosen.ics, {"engine": dict(chosen.engine)} if chosen.engine else {}
+            loaded = load_scene(scene, changes)
+            console.print(chosen.told, soft_wrap=True, markup=False, highlight=False)
+        written = exporting.FORMATS[to](loaded, Wanted(ics_name, discount), folder, means)
+    console.print(exporting.told(written), soft_wrap=True, markup=False, highlight=False)

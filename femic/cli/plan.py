@@ -1,0 +1,89 @@
+"""Prints the tables of `femic plan`."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.table import Table
+
+from compare.contact.compute import C, c_jobs, components_of, grids_of
+from compare.contact.pair_on_grid import placed_on
+from compare.matrix.compute import file_size
+from compare.plan.models import Step, matrix_steps, run_steps, seconds, steps_of
+from femic.scenes.errors import BadScene
+from femic.scenes.scene import Scene
+
+
+def show(scene: Scene, workers: int, console: Console) -> None:
+    """Print what `femic run`, `femic matrix` and, with loads, `femic contact` of a scene will take."""
+    console.print(f"{scene.title}: tolerance {scene.settings.tolerance:g}, {workers} workers", markup=False)
+    console.print(
+        f"bodies: {', '.join(scene.solved)} (compared: {', '.join(scene.compared)}); components: "
+        f"{', '.join(scene.components)} for `femic run`, all nine for `femic matrix`",
+        markup=False,
+    )
+    grid = scene.grid
+    matrix_title = (
+        f"femic matrix: {grid.n_x} lags of {grid.dx:g} mm, {grid.n_s} strips of {grid.ds:g} mm about "
+        f"s = {grid.s:g} mm; matrix.nc takes {file_size(scene) / 1e6:.0f} MB"
+    )
+    _print("femic run", run_steps(scene, workers), workers, console)
+    with _or_why_not("femic matrix", console):
+        _print(matrix_title, matrix_steps(scene, workers), workers, console)
+    if scene.contact.loads or scene.contact.approaches:
+        with _or_why_not("femic contact", console):
+            _show_contact(scene, workers, console)
+    console.print(
+        "One round; a round more where the estimated error is larger than the tolerance. Kept models take no "
+        "time.",
+        markup=False,
+    )
+
+
+@contextmanager
+def _or_why_not(command: str, console: Console) -> Iterator[None]:
+    """Print the reason where a command refuses a scene: others may take it."""
+    try:
+        yield
+    except BadScene as refusal:
+        console.print(f"{command}: {refusal}", markup=False)
+
+
+def _show_contact(scene: Scene, workers: int, console: Console) -> None:
+    """Print the grids of `femic contact`, and what C takes on them."""
+    for grid, cases in grids_of(scene):
+        title = (
+            f"femic contact: {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: "
+            f"{', '.join(str(case) for case in cases)}"
+        )
+        if C in scene.contact.ics:
+            steps = list(steps_of(c_jobs(scene, placed_on(scene, grid)), workers))
+            _print(f"{title}; {', '.join(components_of(scene))} of C:", steps, workers, console)
+        else:
+            console.print(f"{title}; no C: seconds", markup=False)
+
+
+def _print(title: str, steps: list[Step], workers: int, console: Console) -> None:
+    table = Table(title=title, title_justify="left")
+    for column in ("model", "engine", "symmetry", "cells ×", "far arc", "along x"):
+        table.add_column(column)
+    for column in ("unknowns", "wavenumbers", "fields", "s", "MB"):
+        table.add_column(column, justify="right")
+    for step in steps:
+        planned = step.takes
+        table.add_row(
+            step.name,
+            step.engine.name,
+            "y" if planned.half_section else "none",
+            f"{step.cells:.3g}",
+            f"{step.far_radius:g} mm",
+            step.along_x,
+            f"{planned.unknowns:,}",
+            str(planned.wavenumbers or "–"),
+            str(planned.fields),
+            f"{planned.seconds:.0f}",
+            f"{planned.memory:.0f}",
+        )
+    console.print(table)
+    largest_memory = max(step.takes.memory for step in steps)
+    console.print(f"about {seconds(steps, workers):.0f} s, {largest_memory:.0f} MB", markup=False)

@@ -1,0 +1,200 @@
+"""Shows progress while models are solved: a bar on a terminal, otherwise a line every few seconds."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from threading import Event, Lock, Thread
+from time import monotonic
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+)
+from rich.progress import Progress as Bars
+
+from femic.campaigns.compute import Progress
+from femic.reference.level import Level, factors
+from femic.reference.run_options import Solved, Step, Task, Watch
+
+EVERY = 5.0  # seconds from a line to the next where there is no terminal
+LOOK_EVERY = 0.5  # seconds between looks at the clock
+
+Write = Callable[[str], None]
+
+
+@contextmanager
+def shown(console: Console) -> Iterator[Watch]:
+    """A watch that shows the progress of models on the console; each finished model has a line."""
+
+    def write(text: str) -> None:
+        console.print(text, soft_wrap=True)
+
+    with _bar(console, write) if console.is_terminal else _lines(write) as watch:
+        yield watch
+
+
+@contextmanager
+def campaign_shown(console: Console) -> Iterator[Callable[[Progress], None]]:
+    """A function that shows how far a campaign is: a bar on a terminal, otherwise a line every EVERY s."""
+    if not console.is_terminal:
+        yield CampaignLines(lambda text: console.print(text, soft_wrap=True, markup=False)).tell
+        return
+    columns = SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
+    with Bars(*columns, TimeElapsedColumn(), TextColumn("{task.fields[left]}"), console=console) as bars:
+        scenes = bars.add_task("scenes", total=None, left="")
+
+        def show(progress: Progress) -> None:
+            bars.update(
+                scenes,
+                total=progress.scenes,
+                completed=progress.finished,
+                description=f"scenes ({of_which(progress)})",
+                left=left(progress),
+            )
+
+        yield show
+
+
+@dataclass
+class CampaignLines:
+    """Writes how far a campaign is: EVERY seconds, and when it is finished."""
+
+    write: Write
+    clock: Callable[[], float] = monotonic
+    _last: float = -EVERY
+
+    def tell(self, progress: Progress) -> None:
+        """Write a line if the last one is old, or if all is done."""
+        if self.clock() - self._last >= EVERY or progress.finished == progress.scenes:
+            self._last = self.clock()
+            line = f"  {progress.finished} of {progress.scenes} scenes ({of_which(progress)})"
+            self.write(", ".join(text for text in (line, left(progress)) if text))
+
+
+def of_which(progress: Progress) -> str:
+    """Text about the scenes and models of a campaign."""
+    return (
+        f"{progress.found} kept, {progress.failed} failed; models: {progress.models} solved, "
+        f"{progress.models_found} times kept"
+    )
+
+
+def left(progress: Progress) -> str:
+    """Text about the time that is left; "" where it is not known, and at the end."""
+    seconds = progress.seconds_left
+    if not seconds:
+        return ""
+    return f"about {seconds:.0f} s left" if seconds < 180 else f"about {seconds / 60:.0f} min left"
+
+
+@contextmanager
+def _bar(console: Console, write: Write) -> Iterator[Watch]:
+    """A watch that shows a progress bar over the models; refinement adds models."""
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    with Bars(*columns, console=console) as progress:
+        models = progress.add_task("models", total=0)
+
+        def on_round(todo: Sequence[Task]) -> None:
+            progress.update(models, total=(progress.tasks[models].total or 0) + len(todo))
+
+        def on_model(solved: Solved) -> None:
+            write(finished(solved))
+            progress.update(models, advance=1, description="models")
+
+        def on_step(step: Step) -> None:
+            progress.update(models, description=f"{step.task.job} body: {doing(step)}")
+
+        yield Watch(on_round, on_model, write, on_step)
+
+
+@contextmanager
+def _lines(write: Write) -> Iterator[Watch]:
+    """A watch that writes lines.
+
+    A thread looks at the clock, so that lines are written even while no model reports.
+    """
+    lines, stopped = Lines(write), Event()
+
+    def look() -> None:
+        while not stopped.wait(LOOK_EVERY):
+            lines.tell()
+
+    thread = Thread(target=look, daemon=True)
+    thread.start()
+    try:
+        yield Watch(lambda _: None, lines.on_model, write, lines.on_step)
+    finally:
+        stopped.set()
+        thread.join()
+
+
+@dataclass
+class Lines:
+    """Writes a line about each model that is being solved: when it begins, and every EVERY seconds."""
+
+    write: Write
+    clock: Callable[[], float] = monotonic
+    _working: dict[tuple[str, Level], tuple[float, Step]] = field(default_factory=dict)  # begin [s] and step
+    _lock: Lock = field(default_factory=Lock)  # models may report from threads of their own
+    _last: float = 0.0  # time of the last line
+
+    def on_step(self, step: Step) -> None:
+        """Note the step that a model is at; write a line if it has just begun or the last line is old."""
+        with self._lock:
+            key = step.task.job, step.task.level
+            begun = self._working[key][0] if key in self._working else self.clock()
+            has_just_begun = key not in self._working
+            self._working[key] = begun, step
+            if has_just_begun:
+                self._last = begun
+                self.write(f"{named(step.task)}: {doing(step)}")
+        self.tell()
+
+    def on_model(self, solved: Solved) -> None:
+        """Write a line about a model that is finished."""
+        with self._lock:
+            self._working.pop((solved.task.job, solved.task.level), None)
+            self._last = self.clock()
+            self.write(finished(solved))
+
+    def tell(self) -> None:
+        """Write the steps that all models are at, if the last line is older than EVERY seconds."""
+        with self._lock:
+            now = self.clock()
+            if now - self._last < EVERY:
+                return
+            self._last = now
+            for begun, step in self._working.values():
+                self.write(f"{named(step.task)}: {doing(step)}, {now - begun:.0f} s")
+
+
+def named(task: Task) -> str:
+    """Text that names the model of a task."""
+    cells, domain = factors(task.level)
+    return f"  {task.job} body, cells x {cells:.3g}, domain x {domain:.3g}"
+
+
+def doing(step: Step) -> str:
+    """Text about the step that a model is at."""
+    if not step.wavenumbers:
+        return step.stage
+    if step.expected is None or step.wavenumbers > step.expected:
+        return f"{step.wavenumbers} wavenumbers"
+    return f"{step.wavenumbers} of about {step.expected} wavenumbers"
+
+
+def finished(solved: Solved) -> str:
+    """Text about a finished model: what it took."""
+    cost = solved.model.cost
+    took = "kept from an earlier run" if solved.kept else f"{sum(cost.seconds.values()):.1f} s"
+    return f"{named(solved.task)}: {cost.unknowns:,} unknowns, {took}"

@@ -1,0 +1,122 @@
+"""Commands about scenes: `run`, `compare`, `plan`, `show`, `scenes`."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from compare.frontier.choice import AUTO, choose, question_of
+from compare.ics import fields
+from compare.ics.run import run_scene
+from compare.overlay import curves as overlay
+from compare.overlay import page as overlay_page
+from compare.overlay import sources as overlay_sources
+from femic.cache import folders
+from femic.cli import plan as planning
+from femic.cli import points
+from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, StoreAt, Work, Workers
+from femic.reference.run_options import cores
+from femic.scenes import plausibility
+from femic.scenes.listing import listing
+from femic.scenes.load import builtin_names, load_scene
+from femic.scenes.scene import Scene
+from geometries.patches import DirectionName
+
+SolidName = Literal["lower", "upper"]
+
+
+def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
+    """Compute and compare the influence coefficients of a scene; write a report."""
+    loaded = load_scene(scene)
+    console = Console()
+    report = _computed(loaded, work.folder(loaded), work, console)
+    console.print(f"Report: {report}", soft_wrap=True)
+    if loaded.ics == AUTO:
+        with work.means(work.folder(loaded), console) as means:
+            chosen = choose(scene, question_of(loaded), means)
+        console.print(chosen.told, soft_wrap=True, markup=False, highlight=False)
+
+
+def _computed(scene: Scene, folder: Path, work: Work, console: Console) -> Path:
+    """Compute a scene, with warnings and progress on the console; return the path of its report."""
+    for text in plausibility.warnings(scene):
+        console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
+    with work.means(folder, console) as means:
+        return run_scene(scene, folder, means)
+
+
+def compare(
+    *scene: Annotated[
+        str,
+        Parameter(
+            help="built-in name (see `femic scenes`), TOML file, folder with results of `femic run`, or "
+            "scenes of a campaign, such as CAMPAIGN.toml@flank=30"
+        ),
+    ],
+    results: Annotated[Path, Parameter(help="folder that has the results of each scene in SCENE/")] = Path(
+        "out"
+    ),
+    out: Annotated[Path | None, Parameter(help="folder for the overlay; default RESULTS/SCENE_SCENE")] = None,
+    workers: Workers = None,
+    store: StoreAt = None,
+) -> None:
+    """Show the results of two or more scenes in the same figures and tables; write a report.
+
+    Scenes without results, or with results of another text or femic, are computed first, as by `femic run`.
+    """
+    found = [item for argument in scene for item in points.scenes_of(argument, results).items()]
+    scene_sources = overlay_sources.sources([path for path, _ in found], results)
+    overlay_sources.common(scene_sources)  # raises before any work starts
+    folder = overlay_page.folder_of(scene_sources, out, results)
+    console = Console()
+    for used in (folder, *(source.folder for source in scene_sources if source.scene is not None)):
+        folders.usable(used)
+    for source, (_, kept_at) in zip(scene_sources, found, strict=True):
+        if source.scene is not None and not overlay_sources.up_to_date(source):
+            console.print(f"{source.name}: no results of it by this femic yet, computing", markup=False)
+            work = Work(source.folder, workers, store or kept_at)
+            _computed(source.scene, source.folder, work, console)
+    with folders.only_run_in(folder):
+        report = overlay_page.write(overlay.load(scene_sources), folder)
+    console.print(f"Report: {report}", soft_wrap=True)
+
+
+def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
+    """Say what a scene would take: models, unknowns, wavenumbers, seconds, memory, file size."""
+    planning.show(load_scene(scene), workers or cores(), Console(width=TABLE_WIDTH, highlight=False))
+
+
+def show(
+    target: str,
+    /,
+    *,
+    body: Annotated[SolidName | None, Parameter(help="default: the first that the scene compares")] = None,
+    load: Annotated[DirectionName | None, Parameter(help="direction of the load; default n")] = None,
+    out: Annotated[Path | None, Parameter(help="PNG; default beside the .vtu, out/SCENE/show/")] = None,
+    window: Annotated[bool | None, Parameter(help="open a window; default: where there is a screen")] = None,
+) -> None:
+    """Draw a body under a unit load: its cells, displacements and stresses.
+
+    A scene is solved with coarse cells: a preview in seconds.
+
+    Parameters
+    ----------
+    target
+        built-in name (see `femic scenes`), TOML file, or .vtu file of displacements and stresses
+    """
+    console = Console(soft_wrap=True, highlight=False)
+    shown = fields.Shown(target, body, load, out, window)
+    fields.show(shown, lambda text: console.print(text, markup=False))
+
+
+def scenes(
+    *, show: Annotated[str | None, Parameter(help="print this scene with every key, ready to copy")] = None
+) -> None:
+    """List the built-in scenes, or print one with every key, unit and default."""
+    console = Console(highlight=False, soft_wrap=True)
+    if show is not None:
+        console.print(listing(show), end="", markup=False)
+        return
+    for name in builtin_names():
+        console.print(f"{name:12} {load_scene(name).title}", markup=False)

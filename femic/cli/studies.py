@@ -1,0 +1,54 @@
+"""Commands that try the program itself: `validate`, `extremes`."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from femic.cli.work import DEFAULT_WORK, Work
+from femic.reference.engines import ENGINES, EngineName
+from femic.validation.extremes.found import available as extremes_available
+from femic.validation.statements import page as validation
+from femic.validation.statements import runs, verdicts
+from geometries.errors import WrongInput
+
+
+def validate(
+    *,
+    only: Annotated[
+        tuple[int, ...] | None, Parameter(help="numbers of statements; default: all", consume_multiple=True)
+    ] = None,
+    tolerance: Annotated[float, Parameter(help="of C")] = runs.TOLERANCE,
+    work: Work = DEFAULT_WORK,
+) -> None:
+    """Check what is said about these ICs, and this program, with computed verdicts; write a report."""
+    numbers = verdicts.chosen(only)
+    if not runs.TIGHTEST <= tolerance <= runs.LOOSEST:
+        raise WrongInput(f"--tolerance {tolerance:g}: {runs.TIGHTEST:g} ... {runs.LOOSEST:g}")
+    folder = work.out or Path("out") / "validation"
+    console = Console(highlight=False)
+    with work.means(folder, console) as means:
+        report = validation.validate(numbers, runs.Runs(means, tolerance), folder)
+    console.print(f"Report: {report}", soft_wrap=True)
+
+
+def extremes(
+    *,
+    of: Annotated[
+        tuple[Literal["analytic", EngineName], ...],
+        Parameter(help="which parts", consume_multiple=True),
+    ] = ("analytic", *ENGINES),
+    work: Work = DEFAULT_WORK,
+) -> None:
+    """Try every part at the limits of what may be asked for, and beyond; write errors, cost and messages."""
+    if not extremes_available():
+        raise WrongInput("femic extremes: run .venv/bin/pip install -c constraints.txt -e '.[extremes]'")
+    from femic.validation.extremes import page as extremes_page
+    from femic.validation.extremes.engines import Engines
+
+    folder = work.out or Path("out") / "extremes"
+    console = Console(highlight=False)
+    with work.means(folder, console) as means:
+        report = extremes_page.try_all(of, Engines(means), folder)
+    console.print(f"Report: {report}", soft_wrap=True)

@@ -1,0 +1,187 @@
+"""The judge: contact of two meshed bodies under a load, on meshes made for the patch, with error estimates.
+
+The patch is first found on rough meshes, from Hertz's on. Then meshes are made for it with `cells` / 2 and
+`cells` cells along its shorter half-length; everything about the cells is twice as fine in the second. The
+estimate of a number is the difference of both: it is right for an error of first order in the size of cells,
+and too large for one of higher order. To that of lengths the error of reading an edge is added. Where gaps of
+the coarser meshes tell no edge, because their vertices are too few, it lies next to the outermost of those in
+contact, give or take half their spacing.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from femic.contact.exact.hertz import PointContact, combined_modulus
+from femic.contact.finite_elements.bodies import Expected
+from femic.contact.finite_elements.levels import Bodies, Level, ZoneTooSmall, meshes_of, solved
+from femic.reference.models import peak_memory
+from geometries.arrays import Array
+from geometries.errors import Failure, WrongInput
+
+CELLS = 15.0  # along the shorter half-length
+ROUGH = 5.0  # the same, of meshes on which the patch is found
+FEWEST = 8.0  # cells along the shorter half-length
+NEAR_ENOUGH, MOST_TRIES = 0.2, 10  # change of half-lengths, up to which the patch counts as found
+GROWTH = 1.4  # of an expected patch that was too small
+READING = 0.1  # error of an edge in spacings of vertices, measured on Hertz's ellipses
+LEAST_CURVATURE = 1e-6  # 1/mm, of surfaces that fit each other
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """The numbers of a contact; mm, rad, MPa, N. The last three vanish where all is symmetric."""
+
+    a: float  # half-length along x
+    b: float  # half-width along s, on the arc
+    angle: float  # range of the inclination over the patch
+    p_max: float
+    approach: float  # of the far arcs: the compliance of the whole bodies is in it
+    F_y: float  # lateral force on the upper body
+    M_x: float  # moment on it about the x axis through the contact centre [N mm]
+    s_centre: float  # centre of pressure along s
+
+    def estimate(self, coarser: "Numbers", reading: float) -> "Numbers":
+        """Estimates of the errors of all numbers from coarser ones, and from that of reading an edge [mm]."""
+        a, b, angle, *others = (abs(vars(self)[name] - vars(coarser)[name]) for name in vars(self))
+        return Numbers(a + reading, b + reading, angle + reading * self.angle / self.b, *others)
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """A contact of meshed bodies: pressures [MPa] at points (x, s) [mm] of the lower surface, (m,) each.
+
+    They are linear between the points, and cover the modelled part, x >= 0, and s >= 0 if all is symmetric.
+    """
+
+    x: Array
+    s: Array
+    p: Array
+    s_range: tuple[float, float]  # arc lengths at which the patch ends [mm]
+    numbers: Numbers
+    estimate: Numbers  # of the errors of these
+    load: float  # [N]
+    load_of_pressures: float
+    reactions: tuple[float, float]  # of the supports of lower and upper body, along z [N]
+    tension: float  # largest, as a share of the largest pressure
+    penetration: float  # largest mean about a vertex, as a share of the approach
+    unknowns: tuple[int, int]  # of the modelled parts of lower and upper body
+    steps: int  # of the search for the vertices in contact, on the finest meshes
+    iterations: int  # of the linear problems there
+    seconds: Mapping[str, float]
+    memory: float  # largest that the process has had [MB]
+
+
+def require_enough(cells: float) -> None:
+    """Raise WrongInput for too few cells along the shorter half-length."""
+    if not FEWEST <= cells < np.inf:
+        raise WrongInput(f"cells = {cells!r}: at least {FEWEST:g} along the shorter half-length")
+
+
+def judge(
+    bodies: Bodies, load: float, *, cells: float = CELLS, expected: Expected | None = None
+) -> Judgement:
+    """The frictionless contact of two bodies under a vertical load [N].
+
+    `expected` is a guess of the patch, Hertz's by default. Raises WrongInput for a load that is not positive
+    and too few cells, and Failure where a mesh or the contact fails.
+    """
+    if not 0 < load < np.inf:
+        raise WrongInput(f"load = {load!r}: must be positive and finite [N]")
+    require_enough(cells)
+    start = perf_counter()
+    rough = _found(bodies, load, expected or hertz_patch(bodies, load))
+    found = perf_counter()
+    coarse = solved(bodies, meshes_of(bodies, rough.patch, cells / 2), load, rough)
+    fine = solved(bodies, meshes_of(bodies, rough.patch, cells), load, coarse)
+    return _judgement(fine, coarse, found - start)
+
+
+def numbers_of(level: Level, patch: Expected | None = None) -> Numbers:
+    """The numbers of a contact on one pair of meshes; of a `patch` where gaps do not tell its edges."""
+    patch = patch or Expected(level.a, level.s_range)
+    return Numbers(
+        patch.a,
+        patch.b,
+        float(np.ptp(level.bodies.lower.contour.inclination(np.array(patch.s)))),
+        float(level.p.max()),
+        level.settled.state.approach,
+        level.lateral_force,
+        level.moment,
+        level.centre_of_pressure,
+    )
+
+
+def estimates(fine: Level, coarse: Level) -> Numbers:
+    """Estimates of the errors of the numbers on the finer of two pairs of meshes."""
+    numbers = numbers_of(fine)
+    try:
+        return numbers.estimate(numbers_of(coarse), READING * fine.spacing)
+    except Failure:
+        return numbers.estimate(numbers_of(coarse, coarse.patch), coarse.spacing / 2)
+
+
+def _judgement(fine: Level, coarse: Level, seconds_of_patch: float) -> Judgement:
+    """The result of the finest meshes, with estimates from coarser ones."""
+    settled = fine.settled
+    return Judgement(
+        fine.zone.x,
+        fine.zone.s,
+        fine.p,
+        fine.s_range,
+        numbers_of(fine),
+        estimates(fine, coarse),
+        fine.load,
+        fine.load_of_pressures,
+        fine.reactions,
+        settled.tension,
+        settled.penetration,
+        (fine.pair.lower.unknowns, fine.pair.upper.unknowns),
+        settled.steps,
+        settled.iterations,
+        {"patch": seconds_of_patch, "coarse": coarse.seconds, "fine": fine.seconds},
+        peak_memory(),
+    )
+
+
+def _found(bodies: Bodies, load: float, expected: Expected) -> Level:
+    """The contact on rough meshes made for its own patch."""
+    level = None
+    for _ in range(MOST_TRIES):
+        try:
+            level = solved(bodies, meshes_of(bodies, expected, ROUGH), load, level)
+        except ZoneTooSmall:
+            expected = _within(bodies, _enlarged(expected))
+            continue
+        found = level.patch
+        if max(abs(np.log(found.a / expected.a)), abs(np.log(found.b / expected.b))) < NEAR_ENOUGH:
+            return level
+        expected = found
+    raise Failure(f"contact under {load:g} N: no patch found that its meshes fit; give `expected`")
+
+
+def _enlarged(patch: Expected) -> Expected:
+    """A patch that is `GROWTH` times as large."""
+    middle = sum(patch.s) / 2
+    return Expected(GROWTH * patch.a, (middle - GROWTH * patch.b, middle + GROWTH * patch.b))
+
+
+def _within(bodies: Bodies, patch: Expected) -> Expected:
+    """The part of a patch that lies where the bodies may touch."""
+    low, high = bodies.s_range
+    return replace(patch, s=(max(low, patch.s[0]), min(high, patch.s[1])))
+
+
+def hertz_patch(bodies: Bodies, load: float) -> Expected:
+    """The patch of Hertz where the bodies touch first, with the curvatures of the distance there."""
+    touching = bodies.undeformed.touching[0]
+    step = 1e-3 * (bodies.s_range[1] - bodies.s_range[0])
+    before, middle, after = bodies.undeformed.distance(0.0, touching + np.array([-step, 0.0, step]))
+    along_x = 2 * (float(bodies.undeformed.distance(step, touching)) - middle)
+    along_s = float(before + after - 2 * middle)
+    of_x, of_s = (max(rise / step**2, LEAST_CURVATURE) for rise in (along_x, along_s))
+    modulus = combined_modulus(bodies.upper.material, bodies.lower.material)
+    patch = PointContact(of_x, of_s, modulus).at_load(load)
+    return _within(bodies, Expected(patch.a, (touching - patch.b, touching + patch.b)))

@@ -1,0 +1,169 @@
+"""The linear problem of a contact whose contact area is given: displacements, pressures and approach.
+
+    K_l u_l + B_l^T p = 0,   K_u u_u - B_u^T p = 0,   B_l u_l - B_u u_u + c zeta = h,   c.p = N
+
+on the vertices in contact. It is symmetric and indefinite: MINRES, with a block diagonal preconditioner of
+one multigrid cycle per body; the inverse of the compliance of the surface, which is about the square root
+of a Laplacian; and a stiffness for the approach. Source: Elman, Silvester and Wathen (2014),
+Finite Elements and Fast Iterative Solvers, chapter 4.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.sparse.linalg import LinearOperator, minres
+
+from femic.cache.threads import one_blas_thread
+from femic.contact.exact.hertz import combined_modulus
+from femic.contact.finite_elements.bodies import Elastic
+from femic.contact.finite_elements.coupling import Coupling
+from femic.reference.accuracy import NotConverged
+from geometries.arrays import Array, Mask
+from geometries.materials import Material
+
+MOST_ITERATIONS, MOST_AT_ONCE = 1000, 300
+SCIPY_S = 1 / 30  # SciPy's measure of residuals over ours, about
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Displacements of both bodies [mm], pressures (m,) [MPa] and approach [mm]."""
+
+    u_lower: Array
+    u_upper: Array
+    p: Array
+    approach: float
+
+    def vector(self, active: Mask) -> Array:
+        """The unknowns of a linear problem."""
+        return np.concatenate([self.u_lower, self.u_upper, self.p[active], [self.approach]])
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two bodies, how they are coupled, and what preconditions the pressures."""
+
+    lower: Elastic
+    upper: Elastic
+    coupling: Coupling
+    roughness: Array  # (m, m) [N^2 / (N mm) per MPa^2]: approximate inverse of the weighted compliance
+
+    def at_rest(self) -> State:
+        """No displacement, no pressure."""
+        n, m = (self.lower.unknowns, self.upper.unknowns), len(self.coupling.h)
+        return State(np.zeros(n[0]), np.zeros(n[1]), np.zeros(m), 0.0)
+
+    def gap(self, state: State) -> Array:
+        """Weighted gaps [mm^3], shape (m,)."""
+        of = self.coupling
+        return np.asarray(of.h - state.approach * of.c + of.upper @ state.u_upper - of.lower @ state.u_lower)
+
+
+def paired(lower: Elastic, upper: Elastic, coupling: Coupling) -> Pair:
+    """Two coupled bodies, ready to be solved."""
+    materials = lower.solid.body.material, upper.solid.body.material
+    return Pair(lower, upper, coupling, _roughness(coupling, materials))
+
+
+def _roughness(coupling: Coupling, materials: tuple[Material, Material]) -> Array:
+    """Approximate inverse of the weighted compliance: (E*/2) times the root of -Laplace + 1/size^2.
+
+    Waves of pressure of wavenumber k displace a surface by 2 p / (E* k), however it is shaped as long as
+    they are short. It only preconditions: results do not depend on it.
+    """
+    modulus = combined_modulus(*materials)
+    squares, waves = eigh(coupling.slopes.toarray(), np.diag(coupling.area))
+    least = 1 / float(coupling.area.sum())
+    return np.asarray((waves * (modulus / 2 * np.sqrt(np.maximum(squares, 0) + least))) @ waves.T)
+
+
+def solve(pair: Pair, active: Mask, load: float, start: State, tolerance: float) -> tuple[State, int]:
+    """The state with contact at the `active` vertices under a load [N] on the model; number of iterations.
+
+    `tolerance` bounds the residual over the right-hand side, both in the norm of the preconditioner, which
+    is about that of energy. Raises NotConverged where it is not met in `MOST_ITERATIONS` iterations.
+    """
+    matrix, preconditioner = _operators(pair, active)
+    wanted = np.zeros(matrix.shape[0])
+    wanted[-1 - np.count_nonzero(active) : -1] = pair.coupling.h[active]
+    wanted[-1] = load
+    vector = start.vector(active)
+    steps: list[None] = []
+    with one_blas_thread():
+        bound = tolerance * _size(preconditioner, wanted)
+        residual = wanted - matrix.matvec(vector)
+        while _size(preconditioner, residual) > bound:  # SciPy stops by another measure
+            if len(steps) >= MOST_ITERATIONS:
+                raise NotConverged(_unsolved(_size(preconditioner, residual) / bound * tolerance, tolerance))
+            found, _ = minres(
+                matrix,
+                residual,
+                M=preconditioner,
+                rtol=SCIPY_S * tolerance,
+                maxiter=MOST_AT_ONCE,
+                callback=lambda _: steps.append(None),
+            )
+            vector = vector + found
+            residual = wanted - matrix.matvec(vector)
+    return _state(pair, active, vector), len(steps)
+
+
+def _size(preconditioner: LinearOperator, residual: Array) -> float:
+    """The norm of a residual."""
+    return float(np.sqrt(residual @ preconditioner.matvec(residual)))
+
+
+def _unsolved(reached: float, tolerance: float) -> str:
+    """The message of a linear problem that is not solved."""
+    return (
+        f"contact of meshed bodies: relative residual {reached:.1e} after {MOST_ITERATIONS} iterations, "
+        f"{tolerance:.0e} asked for. Likely cause: a Poisson's ratio near 0.5, or slender bodies. Try "
+        "thicker bodies or another number of `cells`"
+    )
+
+
+def _state(pair: Pair, active: Mask, vector: Array) -> State:
+    """The state that unknowns stand for."""
+    u_lower, u_upper, p_active, approach = np.split(vector, _ends(pair, active))
+    p = np.zeros(len(active))
+    p[active] = p_active
+    return State(u_lower, u_upper, p, float(approach[0]))
+
+
+def _ends(pair: Pair, active: Mask) -> Array:
+    """Where the parts of the unknowns end, but for the last."""
+    return np.cumsum([pair.lower.unknowns, pair.upper.unknowns, np.count_nonzero(active)])
+
+
+def _operators(pair: Pair, active: Mask) -> tuple[LinearOperator, LinearOperator]:
+    """The matrix of the linear problem, and its preconditioner."""
+    lower, upper, ends = pair.lower, pair.upper, _ends(pair, active)
+    B_l, B_u, c = pair.coupling.lower[active], pair.coupling.upper[active], pair.coupling.c[active]
+    B_l_T, B_u_T = B_l.T.tocsr(), B_u.T.tocsr()
+    inverse = pair.roughness[np.ix_(active, active)]
+    stiffness = float(c @ inverse @ c)
+    n = ends[-1] + 1
+
+    def multiplied(v: Array) -> Array:
+        u_l, u_u, p, zeta = np.split(v, ends)
+        return np.concatenate(
+            [
+                lower.matrix @ u_l + B_l_T @ p,
+                upper.matrix @ u_u - B_u_T @ p,
+                B_l @ u_l - B_u @ u_u + c * zeta,
+                [c @ p],
+            ]
+        )
+
+    def preconditioned(v: Array) -> Array:
+        r_l, r_u, r_p, r_zeta = np.split(v, ends)
+        return np.concatenate(
+            [lower.preconditioner @ r_l, upper.preconditioner @ r_u, inverse @ r_p, r_zeta / stiffness]
+        )
+
+    def operator(of: Callable[[Array], Array]) -> LinearOperator:
+        return LinearOperator((n, n), matvec=of, dtype=float)
+
+    return operator(multiplied), operator(preconditioned)

@@ -1,0 +1,336 @@
+"""Coulomb's law on a grid, with given bounds of tangential tractions: a semismooth Newton method.
+
+Wanted are tractions p with |p| <= g on each element; slip s = L p + w + B c vanishes where |p| < g, and is
+opposite to p elsewhere. So p is the projection of p - r s onto the disc of radius g, for any r > 0 (Alart and
+Curnier 1991, Computer Methods in Applied Mechanics and Engineering 92, 353-375). The steps are
+
+1. elements stick where |p - r s| <= g, else they slip: r s = 0 there, p = g (p - r s) / |p - r s| here;
+2. these equations are made linear, with those of the forces that free amplitudes c have to bring about;
+3. they are solved by GMRES, with the inverse of L on a ring where elements stick as a preconditioner;
+4. the step is halved until the residual falls.
+
+Near the solution it is Newton's method (Hintermueller, Ito and Kunisch 2003, SIAM Journal on Optimization 13,
+865-888). L need not be symmetric: in steady rolling it is not.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from femic.contact.friction.force_limit import check_borne
+from femic.contact.friction.leading import LeadingEdge
+from geometries.arrays import Array, Mask
+from geometries.errors import Failure
+
+TOLERANCE = 1e-6  # of tractions, as a share of the largest bound
+SCALES = 1.0, 3.0  # of r, tried in turn: any will do, but steps to and fro with one may end with another
+MOST_STEPS = 60
+MOST_IDLE_STEPS = 15  # in which the residual does not fall below the least one before
+LEAST_STEP = 0.05  # of a full step
+DECREASE = 0.1  # of the residual, as a share of the step
+LOOSEST = 0.1  # relative residual of the linear equations
+OF_FULL_STICK = 1e-6  # the same for full stick, which may be far from a first guess
+MOST_VECTORS = 80  # of GMRES
+SINGULAR = 1e-8  # share of the largest singular value below which amplitudes change no force
+
+Linear = Callable[[Array], Array]
+
+
+class Places(Protocol):
+    """Where slip is known, and where friction opposes it."""
+
+    def at_elements(self, slip: Array) -> Array:
+        """The slip at the centres of elements, shape (n_x, n_s, 2)."""
+        ...
+
+    def derivative_at_elements(self, slip: Array) -> Linear:
+        """The derivative of it at a slip: a linear function of changes of this."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class FreeAmplitudes:
+    """Amplitudes c of slips `modes` that are found with the tractions so that `weights` . p = `targets`.
+
+    Shapes (k, n_x, n_s, 2), (k, n_x, n_s, 2) and (k,).
+    """
+
+    modes: Array
+    weights: Array
+    targets: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Coulomb:
+    """The problem: slip L p = `compliance`(p), w = `rigid` (n_x, n_s, 2), g = `bound` (n_x, n_s).
+
+    `inverse` is approximately that of L. Tractions at a leading edge follow those of other elements. Friction
+    opposes the slip at the centres of elements, which `places` finds from s; it vanishes where s does.
+    """
+
+    compliance: Linear
+    inverse: Linear
+    rigid: Array
+    bound: Array
+    edge: LeadingEdge
+    places: Places
+    free: FreeAmplitudes | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Tangential:
+    """Tractions and slip (n_x, n_s, 2), which elements stick, amplitudes c (k,), and how they were found.
+
+    `residuals` are largest errors of a traction as shares of the largest bound, before each step.
+    """
+
+    p: Array
+    slip: Array
+    stick: Mask
+    amplitudes: Array
+    residuals: Sequence[float]
+    products: int
+
+
+def tractions(
+    problem: Coulomb,
+    *,
+    start: Array | None = None,
+    amplitudes: Array | None = None,
+    tolerance: float = TOLERANCE,
+) -> Tangential:
+    """Solve for the tractions; `start` and `amplitudes` are those to begin with.
+
+    Raises Failure, with the residuals, where `MOST_STEPS` do not suffice, and where forces are asked for that
+    friction does not bear.
+    """
+    if problem.free is not None:
+        check_borne(problem.free.weights, problem.bound, problem.free.targets)
+    residuals: list[float] = []
+    for scale in SCALES:
+        newton = _Newton.of(problem, scale)
+        for state in newton.starts(newton.state(*newton.first(start, amplitudes)), tolerance):
+            if found := newton.solution(state, tolerance, residuals):
+                return found
+    last = ", ".join(f"{value:.1e}" for value in residuals[-4:])
+    raise Failure(
+        f"tangential tractions: after {len(residuals)} steps their residual is {residuals[-1]:.1e} of the "
+        f"largest bound, not {tolerance:.1e} ({last}); use smaller elements, or smaller creepages"
+    )
+
+
+def _idle(residuals: Sequence[float]) -> bool:
+    """Whether the last residuals are all larger than one before."""
+    before, last = residuals[:-MOST_IDLE_STEPS], residuals[-MOST_IDLE_STEPS:]
+    return bool(before) and min(last) > min(before)
+
+
+class _Counter:
+    products = 0
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """Tractions q (m, 2) of the free elements and amplitudes c, and what the law says of them."""
+
+    q: Array
+    c: Array
+    linear: Array  # L p + B c, (n_x, n_s, 2)
+    slip: Array  # with w
+    centred: Array  # slip at the centres of elements, (n_x, n_s, 2)
+    stick: Mask  # (m,)
+    towards: Array  # p - r s over its length, (m, 2)
+    share: Array  # g / |p - r s|, (m, 1)
+    residual: Array  # (2 m + k,), in units of tractions
+    defect: float  # norm of p less the projection of p - r s, continuous where elements begin to slip
+    bound: float
+
+    @property
+    def largest(self) -> float:
+        """Largest residual as a share of the largest bound."""
+        return float(np.max(np.abs(self.residual), initial=0.0)) / self.bound
+
+
+@dataclass(frozen=True, eq=False)
+class _Newton:
+    problem: Coulomb
+    mask: Mask  # free elements
+    g: Array  # their bounds, (m, 1)
+    scale: float  # r
+    counter: _Counter
+
+    @classmethod
+    def of(cls, problem: Coulomb, scale: float) -> "_Newton":
+        mask = problem.edge.free
+        unit, (n_x, n_s) = np.zeros(problem.rigid.shape), problem.bound.shape
+        middle = n_x // 2, n_s // 2
+        unit[middle] = 1.0
+        own = float(np.mean(problem.compliance(unit)[middle]))
+        return cls(problem, mask, problem.bound[mask][:, None], scale / own, _Counter())
+
+    def first(self, start: Array | None, amplitudes: Array | None) -> tuple[Array, Array]:
+        """Tractions and amplitudes to begin with."""
+        q = np.zeros((len(self.g), 2)) if start is None else start[self.mask]
+        k = 0 if self.problem.free is None else len(self.problem.free.targets)
+        return q, np.zeros(k) if amplitudes is None else amplitudes
+
+    def starts(self, given: _State, tolerance: float) -> Iterator[_State]:
+        """States to begin with: the given one, and, where forces are given, that of full stick.
+
+        Where all elements slip in one direction, amplitudes do not change the forces, and no step leads on.
+        """
+        if not len(given.c) or np.any(given.stick) or given.largest <= LOOSEST:
+            yield given
+        if not len(given.c):
+            return
+        slip = (given.linear + self.problem.rigid)[self.mask]
+        residual = np.concatenate([self.scale * slip.ravel(), given.residual[slip.size :]])
+        stick = np.full(len(slip), True)
+        dq, dc = self.step(replace(given, stick=stick, residual=residual), tolerance, OF_FULL_STICK)
+        q = given.q + dq
+        size = np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-300)
+        yield self.state(q * np.minimum(1.0, self.g / size), given.c + dc)
+
+    def solution(self, state: _State, tolerance: float, residuals: list[float]) -> Tangential | None:
+        """The tractions, None where steps do not lead to them; the residuals go to a list."""
+        before = len(residuals)
+        while len(residuals) - before <= MOST_STEPS and not _idle(residuals[before:]):
+            residuals.append(state.largest)
+            if state.largest <= tolerance:
+                stick = self.everywhere(state.stick)
+                p, products = self.spread(state.q), self.counter.products
+                return Tangential(p, state.centred, stick, state.c, residuals, products)
+            state = self.next(state, tolerance)
+        return None
+
+    def everywhere(self, stick: Mask) -> Mask:
+        """Which elements stick: free ones, and those that follow them, (n_x, n_s)."""
+        of_free = np.zeros(self.mask.shape, bool)
+        of_free[self.mask] = stick
+        followed = np.take_along_axis(of_free, self.problem.edge.followed, axis=0)
+        return np.asarray(followed & (self.problem.bound > 0))
+
+    def spread(self, q: Array) -> Array:
+        """Tractions of all elements (n_x, n_s, 2) from those of the free ones (m, 2)."""
+        p = np.zeros(self.problem.rigid.shape)
+        p[self.mask] = q
+        return self.problem.edge.spread(p)
+
+    def slip(self, q: Array, c: Array) -> Array:
+        """L p + B c, shape (n_x, n_s, 2)."""
+        self.counter.products += 1
+        of_tractions = self.problem.compliance(self.spread(q))
+        free = self.problem.free
+        return of_tractions if free is None else of_tractions + np.tensordot(c, free.modes, 1)
+
+    def state(self, q: Array, c: Array, linear: Array | None = None) -> _State:
+        """The state of tractions and amplitudes."""
+        linear = self.slip(q, c) if linear is None else linear
+        slip = linear + self.problem.rigid
+        centred = self.problem.places.at_elements(slip)
+        wanted = q - self.scale * centred[self.mask]
+        length = np.maximum(np.linalg.norm(wanted, axis=1), 1e-300)[:, None]
+        stick, towards = length[:, 0] <= self.g[:, 0], wanted / length
+        of_elements = np.where(stick[:, None], self.scale * slip[self.mask], q - self.g * towards)
+        of_forces = self.forces(q) - self.wanted
+        residual = np.concatenate([of_elements.ravel(), of_forces])
+        projected = np.where(stick[:, None], wanted, self.g * towards)
+        defect = float(np.linalg.norm(np.concatenate([(q - projected).ravel(), of_forces])))
+        bound = max(float(np.max(self.g, initial=0.0)), 1e-300)
+        return _State(q, c, linear, slip, centred, stick, towards, self.g / length, residual, defect, bound)
+
+    def forces(self, q: Array) -> Array:
+        """Weighted sums of tractions over those of the weights, shape (k,)."""
+        free = self.problem.free
+        return (
+            np.zeros(0) if free is None else np.tensordot(free.weights, self.spread(q), 3) / self.sums(free)
+        )
+
+    @property
+    def wanted(self) -> Array:
+        """What these have to be."""
+        free = self.problem.free
+        return np.zeros(0) if free is None else free.targets / self.sums(free)
+
+    def sums(self, free: FreeAmplitudes) -> Array:
+        """Sums of the weights in contact, shape (k,)."""
+        return np.asarray(np.sum(np.abs(free.weights)[:, self.problem.bound > 0], axis=(1, 2)))
+
+    def next(self, state: _State, tolerance: float) -> _State:
+        """The state after a step."""
+        dq, dc = self.step(state, tolerance)
+        change = self.slip(dq, dc)
+        share = 1.0
+        while True:
+            found = self.state(state.q + share * dq, state.c + share * dc, state.linear + share * change)
+            if found.defect <= (1 - DECREASE * share) * state.defect or share <= LEAST_STEP:
+                return found
+            share /= 2
+
+    def step(self, state: _State, tolerance: float, loosest: float = LOOSEST) -> tuple[Array, Array]:
+        """The solution of the linear equations."""
+        m, k = len(state.q), len(state.c)
+        weak = np.where(state.stick[:, None], 0.0, state.share)
+        at_elements = self.problem.places.derivative_at_elements(state.slip)
+
+        def of_elements(q: Array, slip: Array) -> Array:
+            """The derivative of the law by tractions and slip."""
+            moved = q - self.scale * at_elements(slip)[self.mask]
+            across = moved - state.towards * np.sum(state.towards * moved, axis=1, keepdims=True)
+            return np.where(state.stick[:, None], self.scale * slip[self.mask], q - weak * across)
+
+        def derivative(v: Array) -> Array:
+            q, c = v[: 2 * m].reshape(m, 2), v[2 * m :]
+            return np.concatenate([of_elements(q, self.slip(q, c)).ravel(), self.forces(q)])
+
+        def inverse(v: Array) -> Array:
+            residual = np.zeros(self.problem.rigid.shape)
+            residual[self.mask] = np.where(state.stick[:, None], v.reshape(m, 2), 0.0)
+            of_sticking = self.problem.inverse(residual)[self.mask] / self.scale
+            return np.where(state.stick[:, None], of_sticking, v.reshape(m, 2))
+
+        bordered = _Bordered.of(self, inverse, of_elements, m, k)
+        size = 2 * m + k
+        wanted = tolerance * state.bound / np.max(np.abs(state.residual))
+        solution, _ = gmres(
+            LinearOperator((size, size), matvec=derivative, dtype=float),
+            -state.residual,
+            rtol=min(loosest, max(0.1 * wanted, min(LOOSEST, state.largest))),
+            restart=MOST_VECTORS,
+            maxiter=1,
+            M=LinearOperator((size, size), matvec=bordered, dtype=float),
+        )
+        return solution[: 2 * m].reshape(m, 2), solution[2 * m :]
+
+
+@dataclass(frozen=True, eq=False)
+class _Bordered:
+    """An approximate inverse for tractions and amplitudes, by that for tractions."""
+
+    newton: _Newton
+    inverse: Linear
+    of_amplitudes: Array  # (k, m, 2): the inverse of the residuals of unit amplitudes
+    of_forces: Array  # (k, k): the inverse of how amplitudes change forces, where they do
+    m: int
+
+    @classmethod
+    def of(
+        cls, newton: _Newton, inverse: Linear, of_elements: Callable[[Array, Array], Array], m: int, k: int
+    ) -> "_Bordered":
+        free = newton.problem.free
+        if free is None or k == 0:
+            return cls(newton, inverse, np.zeros((0, m, 2)), np.zeros((0, 0)), m)
+        none = np.zeros((m, 2))
+        columns = np.array([inverse(of_elements(none, mode)) for mode in free.modes])
+        complement = -np.array([newton.forces(column) for column in columns]).T
+        return cls(newton, inverse, columns, np.linalg.pinv(complement, rcond=SINGULAR), m)
+
+    def __call__(self, v: Array) -> Array:
+        q = self.inverse(v[: 2 * self.m])
+        if not len(self.of_amplitudes):
+            return q.ravel()
+        c = self.of_forces @ (v[2 * self.m :] - self.newton.forces(q))
+        return np.concatenate([(q - np.tensordot(c, self.of_amplitudes, 1)).ravel(), c])

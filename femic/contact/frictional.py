@@ -1,0 +1,363 @@
+"""Contact with friction on a curvilinear grid: normal and tangential tractions, with any ICs.
+
+Pressures for given tangential tractions (`bounded`) and tangential tractions for given pressures
+(`friction.coulomb`) are found in turn until neither changes any more (Panagiotopoulos 1975, Ingenieur-Archiv
+44, 421-432): ICs couple both, bounds are friction times pressure, and tangential tractions on inclined places
+carry load. Where tractions of an element go to and fro, as at edges with large friction, its steps become
+smaller.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol, Self
+
+import numpy as np
+
+from femic.contact.bound_constrained import pressures
+from femic.contact.edges import MARGIN, Extent, extents, near_ends
+from femic.contact.friction import coulomb
+from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes, Tangential
+from femic.contact.friction.force_limit import NotBorne
+from femic.contact.friction.leading import LeadingEdge
+from femic.contact.friction.motion import Motion
+from femic.contact.normal import NormalProblem, Operator, PotentialAreaTooSmall
+from femic.contact.operators.convolution import Convolution
+from femic.contact.operators.ring import RingInverse
+from femic.contact.resultants import in_global_axes
+from geometries.arrays import Array, Mask
+from geometries.errors import Failure, WrongInput
+from geometries.grids import Grid
+from geometries.patches import N, S, X
+
+TOLERANCE = 1e-6  # of tractions, as a share of the largest pressure
+MOST_TURNS = 200  # of normal and tangential problem
+FIRST_CHANGE = 0.1  # assumed before the first turn
+FULL_TURNS = 5  # after which elements whose tangential tractions go to and fro take a share of the steps
+BACK, ON = 0.7, 1.1  # factors of this share
+LEAST_PRESSED = 0.05  # share of a load that tangential tractions on inclined places must leave to pressures
+SHARPER = 0.1  # tolerance of each problem over the last change
+COARSEST = 16  # elements along x or s below which no contact is sought on a coarser grid first
+COARSE_TOLERANCE = 1e-4  # of contacts on coarser grids
+TANGENTIAL = (X, S)
+
+
+class FullOperator(Operator, Protocol):
+    """ICs of all directions."""
+
+    def restricted(self, directions: tuple[int, ...]) -> Self:
+        """The operator from tractions in some directions to displacements in the same."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionalProblem:
+    """Two bodies on a grid, with friction: their ICs in all directions, distance, and how surfaces incline.
+
+    `distance` [mm], (n_x, n_s), as in `NormalProblem`; `inclination` [rad], (n_s,); `flat` are the ICs of
+    half-spaces, whose inverse is a preconditioner; `friction` is the coefficient, zero or more. Beside the
+    contact `margin` elements are needed.
+    """
+
+    grid: Grid
+    operator: FullOperator
+    flat: Convolution
+    distance: Array
+    inclination: Array
+    friction: float
+    margin: int = MARGIN
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.friction < np.inf:
+            raise WrongInput(f"friction = {self.friction!r}: must be zero or positive, and finite")
+
+    @cached_property
+    def normal(self) -> NormalProblem:
+        """The problem of the pressures without tangential tractions; raises as `NormalProblem`."""
+        return NormalProblem(
+            self.grid,
+            self.operator.restricted((N,)),
+            self.flat.restricted((N,)),
+            self.distance,
+            np.cos(self.inclination),
+        )
+
+    @cached_property
+    def tangential(self) -> Operator:
+        """The ICs of tangential tractions and displacements."""
+        return self.operator.restricted(TANGENTIAL)
+
+    @property
+    def has_coarser(self) -> bool:
+        """Whether the grid can be made of elements twice as large."""
+        return self.grid.n_x % 2 == 0 and self.grid.n_s % 2 == 0
+
+    @cached_property
+    def coarsened(self) -> "FrictionalProblem":
+        """The problem on elements twice as large, the same tractions on four at a time.
+
+        One element beside its contact is enough: the area is the same, and ends of fewer elements only make
+        a reading of the edges less accurate.
+        """
+        normal = self.normal.coarsened
+        inclination = self.inclination.reshape(-1, 2).mean(axis=1)
+        return FrictionalProblem(
+            normal.grid,
+            self.operator.coarsened(),
+            self.flat.coarsened(),
+            normal.distance,
+            inclination,
+            self.friction,
+            margin=1,
+        )
+
+
+@dataclass(frozen=True)
+class Pressing:
+    """What presses the bodies on each other: a vertical load [N], or a vertical approach [mm]."""
+
+    load: float | None = None
+    approach: float | None = None
+
+    def __post_init__(self) -> None:
+        if (self.load is None) == (self.approach is None):
+            raise WrongInput(f"load = {self.load!r}, approach = {self.approach!r}: give one of them")
+        if self.load is not None and not 0 < self.load < np.inf:
+            raise WrongInput(f"load = {self.load!r}: must be positive and finite [N]")
+        if self.approach is not None and not np.isfinite(self.approach):
+            raise WrongInput(f"approach = {self.approach!r}: must be finite [mm]")
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionalContact:
+    """Tractions on the upper body [MPa], (n_x, n_s, 3), and what follows from them.
+
+    `slip` (n_x, n_s, 2) is that of the upper over the lower surface, per unit of rolled distance or [mm] of a
+    shift; `stick` (n_x, n_s) are the elements that stick; `coarser` is the same contact on elements twice as
+    large, None where there is none.
+    """
+
+    problem: FrictionalProblem
+    motion: Motion
+    p: Array
+    u: Array
+    gap: Array
+    approach: float
+    tangential: Tangential
+    turns: int
+    coarser: "FrictionalContact | None" = None
+
+    @property
+    def amplitudes(self) -> Array:
+        """Amplitudes of the free modes of the motion, shape (k,)."""
+        return self.tangential.amplitudes
+
+    @property
+    def in_contact(self) -> Mask:
+        """The elements in contact, shape (n_x, n_s)."""
+        return self.p[..., N] > 0
+
+    @property
+    def slip(self) -> Array:
+        """Slip at the centres of elements, shape (n_x, n_s, 2); 0 where they stick and outside contact."""
+        slips = self.in_contact & ~self.stick
+        return np.where(slips[..., None], self.tangential.slip, 0.0)
+
+    @property
+    def stick(self) -> Mask:
+        """The elements that stick, shape (n_x, n_s)."""
+        return self.tangential.stick
+
+    @property
+    def force(self) -> Array:
+        """Force on the upper body along x, y, z [N], shape (3,)."""
+        along = in_global_axes(self.p, np.sin(self.problem.inclination), np.cos(self.problem.inclination))
+        return np.array([np.sum(part) for part in along]) * self.problem.grid.area
+
+    @property
+    def area(self) -> float:
+        """Contact area [mm^2]."""
+        return float(np.count_nonzero(self.in_contact) * self.problem.grid.area)
+
+    @property
+    def sliding_share(self) -> float:
+        """Area of slip over the area of contact."""
+        slips = np.count_nonzero(self.in_contact & ~self.stick)
+        return float(slips / max(int(np.count_nonzero(self.in_contact)), 1))
+
+    @property
+    def dissipation(self) -> Array:
+        """Work of friction per area: - p . slip [MPa times the unit of slip], (n_x, n_s).
+
+        It is not negative but on elements whose tractions follow others (`friction.leading`).
+        In steady rolling its sum tends, with smaller elements, to the work of the tractions on the rigid
+        motion, the pressures' included (`contact.rolling`).
+        """
+        return np.asarray(-np.sum(self.p[..., :2] * self.slip, axis=-1))
+
+    @cached_property
+    def patches(self) -> list[Extent]:
+        """The contact patches, from the left to the right."""
+        return extents(self.p[..., N], self.gap)
+
+
+def solve(
+    problem: FrictionalProblem,
+    motion: Motion,
+    pressing: Pressing,
+    *,
+    start: FrictionalContact | None = None,
+    tolerance: float = TOLERANCE,
+) -> FrictionalContact:
+    """The contact after a motion.
+
+    `start` is a contact to begin with; without one it is sought on coarser grids first, where the motion has
+    a form on these.
+
+    Raises WrongInput for bad input, and Failure as `bounded.pressures` and `coulomb.tractions` do, where both
+    do not agree after `MOST_TURNS`, and where the contact comes too near to an end of the grid.
+    """
+    contact = _Turns(problem, motion, pressing, tolerance).from_start(start)
+    if ends := near_ends(contact.in_contact, problem.margin):
+        raise PotentialAreaTooSmall(ends)
+    return contact
+
+
+@dataclass(frozen=True, eq=False)
+class _Turns:
+    """Normal and tangential problem in turn."""
+
+    problem: FrictionalProblem
+    motion: Motion
+    pressing: Pressing
+    tolerance: float
+
+    def from_start(self, start: FrictionalContact | None) -> FrictionalContact:
+        """The contact, from one to begin with, or from those on coarser grids."""
+        if start is not None:
+            same = len(start.amplitudes) == len(self.motion.free)
+            return self.robustly(start.p, start.amplitudes if same else np.zeros(len(self.motion.free)))
+        coarser = self.coarser()
+        if coarser is None:
+            nothing = np.zeros((*self.problem.distance.shape, 3))
+            return self.robustly(nothing, np.zeros(len(self.motion.free)))
+        contact = self.robustly(coarser.p.repeat(2, axis=0).repeat(2, axis=1), coarser.amplitudes)
+        return replace(contact, coarser=coarser)
+
+    def coarser(self) -> FrictionalContact | None:
+        """The contact on elements twice as large, None where there is none or where it has no solution."""
+        sizes = self.problem.grid.n_x, self.problem.grid.n_s
+        if min(sizes) < 2 * COARSEST or not (self.problem.normal.has_coarser and self.motion.has_coarser):
+            return None
+        tolerance = max(self.tolerance, COARSE_TOLERANCE)
+        turns = _Turns(self.problem.coarsened, self.motion.coarsened(), self.pressing, tolerance)
+        try:
+            return turns.from_start(None)
+        except Failure:
+            return None
+
+    def robustly(self, p: Array, amplitudes: Array) -> FrictionalContact:
+        """The contact, with the motion in a simpler form if it is not found in its own."""
+        try:
+            return self.end(p, amplitudes)
+        except NotBorne:
+            raise
+        except Failure:
+            if self.motion.simpler is None:
+                raise
+        return replace(self, motion=self.motion.simpler).robustly(p, amplitudes)
+
+    def end(self, p: Array, amplitudes: Array) -> FrictionalContact:
+        """The contact at which neither problem changes the other any more; p are tractions to begin with."""
+        change, sharpest = FIRST_CHANGE, SHARPER / max(self.problem.friction, 1.0)  # of bounds, too
+        damping = _Damping(np.ones((*self.problem.distance.shape, 1)), np.zeros_like(p[..., :N]))
+        for turn in range(1, MOST_TURNS + 1):
+            before, sharp = p, sharpest * max(min(change, FIRST_CHANGE), self.tolerance)
+            p, approach, gap = self.pressed(p, sharp)
+            tangential = self.slipped(p, approach, amplitudes, sharp)
+            p, amplitudes = _joined(tangential.p, p), tangential.amplitudes
+            change = float(np.max(np.abs(p - before))) / max(float(np.max(p[..., N])), 1e-300)
+            borne = self.for_pressures(p) < LEAST_PRESSED
+            if (max(change, sharp) <= self.tolerance and not borne) or not np.any(p):
+                u = self.problem.operator(p)
+                return FrictionalContact(self.problem, self.motion, p, u, gap, approach, tangential, turn)
+            damping = damping.after((p - before)[..., :N], begins=turn > FULL_TURNS)
+            p = _joined(before[..., :N] + damping.share * damping.step, p)
+        if borne:
+            raise Failure(
+                "contact with friction: tangential tractions on inclined places bear nearly all of the load, "
+                "and little is left to pressures; use a larger load, smaller creepages or less friction"
+            )
+        raise Failure(
+            f"contact with friction: pressures and tangential tractions still change by {change:.1e} of the "
+            f"largest pressure after {MOST_TURNS} turns, not {self.tolerance:.1e}; use smaller steps of load "
+            "or less friction"
+        )
+
+    def for_pressures(self, p: Array) -> float:
+        """The share of the load that tangential tractions on inclined places leave to pressures."""
+        load = self.pressing.load
+        carried = np.sum(p[..., S] * np.sin(self.problem.inclination)) * self.problem.grid.area
+        return 1.0 if load is None else 1.0 + float(carried) / load
+
+    def pressed(self, p: Array, tolerance: float) -> tuple[Array, float, Array]:
+        """Tractions with new pressures, the approach, and gaps."""
+        problem, bounded = self.problem, self.problem.normal.bounded
+        bounded = replace(bounded, h=bounded.h + problem.operator(p * [1.0, 1.0, 0.0])[..., N])
+        load = self.pressing.load
+        if load is not None:
+            load *= max(self.for_pressures(p), LEAST_PRESSED) / problem.grid.area
+        found = pressures(
+            bounded, load=load, approach=self.pressing.approach, start=p[..., N], tolerance=tolerance
+        )
+        gap = np.where(found.p > 0, 0.0, found.gap)
+        return _joined(p, found.p[..., None]), found.approach, gap
+
+    def slipped(self, p: Array, approach: float, amplitudes: Array, tolerance: float) -> Tangential:
+        """The tangential tractions for given pressures."""
+        problem, motion = self.problem, self.motion
+        bound = problem.friction * p[..., N]
+        of_pressures = problem.operator(p * [0.0, 0.0, 1.0])[..., :N]
+        law = Coulomb(
+            lambda q: motion.slip_of(problem.tangential(q)),
+            self.inverse,
+            motion.given_at(approach) + motion.slip_of(of_pressures),
+            bound,
+            LeadingEdge.of(bound, motion.depth),
+            motion,
+            self.free(p),
+        )
+        return coulomb.tractions(law, start=p[..., :N], amplitudes=amplitudes, tolerance=tolerance)
+
+    def free(self, p: Array) -> FreeAmplitudes | None:
+        """The free amplitudes, and what tangential tractions have to bring about besides pressures."""
+        free = self.motion.free
+        if not free:
+            return None
+        weights = np.array([slip.weights for slip in free])
+        of_pressures = np.tensordot(weights[..., N], p[..., N], 2)
+        targets = np.array([slip.force for slip in free]) - of_pressures
+        return FreeAmplitudes(self.motion.of_free, weights[..., :N], targets)
+
+    @cached_property
+    def inverse(self) -> RingInverse:
+        """Approximately the tractions that cause a slip."""
+        return RingInverse.of(self.problem.flat.restricted(TANGENTIAL), self.motion.symbol)
+
+
+@dataclass(frozen=True, eq=False)
+class _Damping:
+    """By what share each element takes the steps of its tangential tractions, and the last of these."""
+
+    share: Array  # (n_x, n_s, 1)
+    step: Array  # (n_x, n_s, 2)
+
+    def after(self, step: Array, *, begins: bool) -> "_Damping":
+        """Smaller where a step goes back on the last one, and larger where it does not."""
+        back = np.sum(step * self.step, axis=-1, keepdims=True) < 0
+        share = np.where(back, BACK * self.share, np.minimum(ON * self.share, 1.0))
+        return _Damping(share if begins else self.share, step)
+
+
+def _joined(tangential: Array, normal: Array) -> Array:
+    """Tangential tractions of the first, the last ones of the other, shape (n_x, n_s, 3)."""
+    return np.concatenate([tangential[..., :N], normal[..., -1:]], axis=-1)

@@ -1,0 +1,217 @@
+"""Frictionless contact on a curvilinear grid: pressures that lift two surfaces apart, with any ICs.
+
+The gap along the normals of the lower surface is g = S p + h - zeta cos(delta), h the undeformed distance and
+zeta the vertical approach; p >= 0, g >= 0, p g = 0. Source: [BVSV] section 6, design section 6.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol, Self
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, cg
+
+from femic.contact.block_means import of_fours
+from femic.contact.bound_constrained import TOLERANCE, Bounded, Linear, Solution, pressures
+from femic.contact.edges import MARGIN, Extent, extents, near_ends
+from femic.contact.operators.convolution import Convolution
+from geometries.arrays import Array, Mask
+from geometries.errors import Failure, WrongInput
+from geometries.grids import Grid
+
+COARSEST = 4  # elements along x or s below which pressures are not sought on a coarser grid first
+
+
+class PotentialAreaTooSmall(Failure):
+    """A contact that comes too near to some ends of its grid: `ends`, of `edges.ENDS`."""
+
+    def __init__(self, ends: tuple[str, ...]) -> None:
+        super().__init__(
+            f"potential contact area: the contact comes nearer than {MARGIN} elements to its end at "
+            f"{' and '.join(ends)}; make the grid longer there, or the load smaller"
+        )
+        self.ends = ends
+
+
+class Operator(Protocol):
+    """ICs as an operator from tractions [MPa] to displacements [mm], shape (n_x, n_s, directions) each."""
+
+    def __call__(self, tractions: Array) -> Array:
+        """Displacements due to tractions."""
+        ...
+
+    def coarsened(self) -> Self:
+        """The operator on elements twice as large."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class NormalProblem:
+    """Two bodies on a grid: their nn ICs, undeformed distance, and how they come together.
+
+    `distance` [mm], (n_x, n_s), is infinite where no contact is possible; `cosine` (n_s,) is cos(delta);
+    `flat` are nn ICs of half-spaces, whose inverse is a preconditioner. Raises WrongInput for shapes that do
+    not fit, and for distances that are not numbers or infinite everywhere.
+    """
+
+    grid: Grid
+    operator: Operator
+    flat: Convolution
+    distance: Array
+    cosine: Array
+
+    def __post_init__(self) -> None:
+        n_x, n_s = self.grid.n_x, self.grid.n_s
+        if np.shape(self.distance) != (n_x, n_s) or np.shape(self.cosine) != (n_s,):
+            raise WrongInput(
+                f"distance of shape {np.shape(self.distance)}, cosine of shape {np.shape(self.cosine)}: "
+                f"{(n_x, n_s)} and {(n_s,)} are needed"
+            )
+        if np.any(np.isnan(self.distance)):
+            raise WrongInput("distance: some are not numbers")
+        if not np.any(np.isfinite(self.distance)):
+            raise WrongInput("distance: infinite everywhere, so that no contact is possible")
+
+    @cached_property
+    def coarsened(self) -> "NormalProblem":
+        """The problem on elements twice as large, the same pressure on four at a time."""
+        grid = self.grid
+        return NormalProblem(
+            Grid(grid.n_x // 2, grid.n_s // 2, 2 * grid.dx, 2 * grid.ds, grid.s),
+            self.operator.coarsened(),
+            self.flat.coarsened(),
+            of_fours(self.distance),
+            self.cosine.reshape(-1, 2).mean(axis=1),
+        )
+
+    @property
+    def bounded(self) -> Bounded:
+        """The problem in terms of pressures alone."""
+
+        def compliance(p: Array) -> Array:
+            return self.operator(p[..., None])[..., 0]
+
+        def inverse(u: Array) -> Array:
+            return self.flat.ring_inverse(u[..., None])[..., 0]
+
+        c = np.broadcast_to(self.cosine, self.distance.shape)
+        return Bounded(compliance, inverse, self.distance, c)
+
+    @property
+    def has_coarser(self) -> bool:
+        """Whether the grid can be made of elements twice as large, with contact possible on some."""
+        sizes = self.grid.n_x, self.grid.n_s
+        even = all(n % 2 == 0 and n >= 2 * COARSEST for n in sizes)
+        return even and bool(np.any(np.isfinite(of_fours(self.distance))))
+
+
+@dataclass(frozen=True, eq=False)
+class NormalContact:
+    """Pressures [MPa] and gaps [mm] of a contact, (n_x, n_s), and what follows from them.
+
+    `coarser` is the same contact on elements twice as large, None where the grid is too small for that.
+    """
+
+    problem: NormalProblem
+    solution: Solution
+    coarser: "NormalContact | None"
+
+    @property
+    def p(self) -> Array:
+        """Pressures [MPa], shape (n_x, n_s)."""
+        return self.solution.p
+
+    @property
+    def gap(self) -> Array:
+        """Gaps [mm] of the deformed bodies, shape (n_x, n_s); 0 in contact."""
+        return np.where(self.in_contact, 0.0, self.solution.gap)
+
+    @property
+    def in_contact(self) -> Mask:
+        """The elements in contact, shape (n_x, n_s)."""
+        return self.p > 0
+
+    @property
+    def approach(self) -> float:
+        """Vertical approach [mm]."""
+        return self.solution.approach
+
+    @property
+    def load(self) -> float:
+        """Vertical load [N]."""
+        return float(np.sum(self.problem.cosine * self.p) * self.problem.grid.area)
+
+    @property
+    def area(self) -> float:
+        """Contact area [mm^2]."""
+        return float(np.count_nonzero(self.in_contact) * self.problem.grid.area)
+
+    @cached_property
+    def patches(self) -> list[Extent]:
+        """The contact patches, from the left to the right."""
+        return extents(self.p, self.gap)
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy [N mm]: half of the work of the pressures on displacements."""
+        u = self.problem.bounded.compliance(self.p)
+        return float(np.sum(self.p * u) * self.problem.grid.area / 2)
+
+    @cached_property
+    def stiffness(self) -> float:
+        """Derivative of the load by the approach [N/mm], with the contact area as it is."""
+        bounded, mask = self.problem.bounded, self.in_contact
+        shape, size = mask.shape, mask.size
+
+        def masked(linear: Linear) -> LinearOperator:
+            def applied(v: Array) -> Array:
+                inner = v.reshape(shape)
+                return np.where(mask, linear(np.where(mask, inner, 0.0)), inner).ravel()
+
+            return LinearOperator((size, size), matvec=applied, dtype=float)
+
+        c = np.where(mask, bounded.c, 0.0)
+        q, failed = cg(
+            masked(bounded.compliance), c.ravel(), rtol=TOLERANCE, M=masked(bounded.inverse), maxiter=1000
+        )
+        if failed:
+            raise Failure("derivative of the load by the approach: no convergence; are the ICs positive?")
+        return float(c.ravel() @ q * self.problem.grid.area)
+
+
+def solve(
+    problem: NormalProblem,
+    *,
+    load: float | None = None,
+    approach: float | None = None,
+    start: Array | None = None,
+    tolerance: float = TOLERANCE,
+) -> NormalContact:
+    """The contact at a vertical load [N] or approach [mm]; `start` are pressures to begin with.
+
+    Raises WrongInput for a load that is not positive and an approach that is not finite, and Failure as
+    `bounded.pressures` does and where the contact comes closer than `MARGIN` elements to an end of the grid,
+    with the ends named.
+    """
+    if load is not None and not 0 < load < np.inf:
+        raise WrongInput(f"load = {load!r}: must be positive and finite [N]")
+    if approach is not None and not np.isfinite(approach):
+        raise WrongInput(f"approach = {approach!r}: must be finite [mm]")
+    contact = _solved(problem, load, approach, start, tolerance)
+    if ends := near_ends(contact.in_contact):
+        raise PotentialAreaTooSmall(ends)
+    return contact
+
+
+def _solved(
+    problem: NormalProblem, load: float | None, approach: float | None, start: Array | None, tolerance: float
+) -> NormalContact:
+    coarser = None
+    if problem.has_coarser:
+        coarse_start = None if start is None else of_fours(start)
+        coarser = _solved(problem.coarsened, load, approach, coarse_start, tolerance)
+        if start is None:
+            start = coarser.p.repeat(2, axis=0).repeat(2, axis=1)
+    wanted = None if load is None else load / problem.grid.area
+    solution = pressures(problem.bounded, load=wanted, approach=approach, start=start, tolerance=tolerance)
+    return NormalContact(problem, solution, coarser)

@@ -1,0 +1,111 @@
+"""Operators that are sums of 2D convolutions between factors that vary with s."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from femic.contact.operators.ring import RingInverse
+from geometries.arrays import Array
+
+Complex = NDArray[np.complex128]
+Factor = str  # name of a factor
+Place = tuple[int, Factor]  # a direction and the factor by which its displacement or traction is multiplied
+
+
+@dataclass(frozen=True, eq=False)
+class Convolution:
+    """Displacements [mm] due to tractions [MPa] on a grid: sums of factor * (kernel * (factor tractions)).
+
+    `kernels` [mm/MPa] by the place of the displacement and that of the traction, at all lags from -(n - 1) to
+    n - 1 along x and s, shape (2 n_x - 1, 2 n_s - 1) each; `factors` by name, shape (n_s,). `directions` are
+    those of the tractions and displacements, in their order.
+    """
+
+    directions: tuple[int, ...]
+    factors: Mapping[Factor, Array]
+    kernels: Mapping[tuple[Place, Place], Array]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of elements along x and s."""
+        lags_x, lags_s = next(iter(self.kernels.values())).shape
+        return (lags_x + 1) // 2, (lags_s + 1) // 2
+
+    def __call__(self, tractions: Array) -> Array:
+        """Displacements [mm] due to tractions [MPa], shape (n_x, n_s, directions) each."""
+        n_x, n_s = self.shape
+        spectra = {
+            (j, b): fft.rfft2(tractions[..., self.directions.index(j)] * self.factors[b], self.padded)
+            for j, b in {load for _, load in self.kernels}
+        }
+        sums: dict[Place, Complex] = {}
+        for (observer, load), kernel in self._transformed.items():
+            product = kernel * spectra[load]
+            sums[observer] = sums[observer] + product if observer in sums else product
+        u = np.zeros(tractions.shape)
+        for (i, a), total in sums.items():
+            back = fft.irfft2(total, self.padded, overwrite_x=True)[:n_x, :n_s]
+            u[..., self.directions.index(i)] += self.factors[a] * back
+        return u
+
+    def coarsened(self) -> "Convolution":
+        """The operator on elements twice as large: mean displacements due to the same traction on four.
+
+        Factors are averaged. Both numbers of elements must be even.
+        """
+        return Convolution(
+            self.directions,
+            {name: factor.reshape(-1, 2).mean(axis=1) for name, factor in self.factors.items()},
+            {places: merged(merged(kernel, 0), 1) for places, kernel in self.kernels.items()},
+        )
+
+    def restricted(self, directions: tuple[int, ...]) -> "Convolution":
+        """The operator from tractions in some directions to displacements in the same."""
+        return Convolution(
+            directions,
+            self.factors,
+            {
+                (observer, load): kernel
+                for (observer, load), kernel in self.kernels.items()
+                if observer[0] in directions and load[0] in directions
+            },
+        )
+
+    @cached_property
+    def ring_inverse(self) -> RingInverse:
+        """Approximately the inverse; for operators without factors, such as A of half-spaces."""
+        return RingInverse.of(self)
+
+    @property
+    def padded(self) -> tuple[int, int]:
+        """Numbers of elements along x and s of the transforms."""
+        lags_x, lags_s = (2 * n - 1 for n in self.shape)
+        return fft.next_fast_len(lags_x, real=True), fft.next_fast_len(lags_s, real=True)
+
+    @cached_property
+    def _transformed(self) -> dict[tuple[Place, Place], Complex]:
+        """The transforms of the kernels."""
+        n_x, n_s = self.shape
+        transformed = {}
+        for places, kernel in self.kernels.items():
+            wrapped = np.zeros(self.padded)
+            wrapped[: 2 * n_x - 1, : 2 * n_s - 1] = kernel
+            transformed[places] = fft.rfft2(np.roll(wrapped, (1 - n_x, 1 - n_s), axis=(0, 1)))
+        return transformed
+
+
+def merged(kernel: Array, axis: int) -> Array:
+    """A kernel between pairs of elements: the mean displacement due to the same traction on both.
+
+    Lags run from -(n - 1) to n - 1 along `axis`; of n / 2 pairs they are even ones of the n elements.
+    """
+    kernel = np.moveaxis(kernel, axis, 0)
+    n = (len(kernel) + 1) // 2
+    centre = n - 1
+    lags = centre + 2 * np.arange(1 - n // 2, n // 2)
+    pairs = (kernel[lags - 1] + 2 * kernel[lags] + kernel[lags + 1]) / 2
+    return np.asarray(np.moveaxis(pairs, 0, axis))

@@ -1,0 +1,203 @@
+"""An IC matrix as an operator from tractions to displacements on a grid, and its smallest eigenvalue.
+
+The operator is a convolution along x (by FFT), because elements of a strip differ by their lag only, and a
+dense matrix between strips.
+"""
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+from scipy import fft
+from scipy.sparse.linalg import LinearOperator, eigsh, lobpcg
+
+from femic.contact.operators.convolution import Convolution, merged
+from geometries.arrays import Array, Indices
+from geometries.patches import DIRECTIONS, N, S, X, mirror_signs
+
+Real = NDArray[np.floating[Any]]
+Complex = NDArray[np.complexfloating[Any, Any]]
+
+PARITY = mirror_signs(X)  # parity in x of the components (i, j): -1 odd
+EIGENVALUE_ACCURACY = 0.03  # accuracy of the smallest eigenvalue over the least IC of an element on itself
+PRECONDITIONER_SHIFT = 0.1  # smallest eigenvalue of the preconditioner's inverse over that IC
+ALL_BELOW, EVERY = 6, 6  # frequencies of the preconditioner: all below a number, then every sixth
+VANISHES = 1e-9  # size of a component over the largest one up to which it is zero by symmetry
+MOST_ITERATIONS = 100  # of the search for the smallest eigenvalue
+
+
+@dataclass(frozen=True, eq=False)
+class GridOperator:
+    """The transform along x of an IC matrix [mm/MPa], shape (frequency, m n_s, m n_s), of m directions.
+
+    It is that for tractions and displacements along x which are multiplied by -i: so it is real, because
+    components of x with others are odd in x, and the others even.
+    """
+
+    transformed: Real
+    n_x: int
+    directions: tuple[int, ...] = (X, S, N)
+
+    @classmethod
+    def of(cls, ics: Array, directions: tuple[int, ...] = (X, S, N)) -> "GridOperator":
+        """The operator of ICs (n_x, n_s, n_s, m, m) [mm/MPa] at lags >= 0, for tractions in m directions.
+
+        Negative lags follow by parity. It has the precision of the ICs, single or double.
+        """
+        n_x, n_s, _, m, _ = ics.shape
+        lags = np.zeros((2 * n_x, *ics.shape[1:]), ics.dtype)
+        lags[:n_x] = ics
+        parity = PARITY[np.ix_(directions, directions)]
+        lags[n_x + 1 :] = parity.astype(ics.dtype) * ics[:0:-1]
+        turned = fft.rfft(lags, axis=0)
+        turned *= np.conj(_phases(directions, turned.dtype))[:, None] * _phases(directions, turned.dtype)
+        rows = turned.real.transpose(0, 1, 3, 2, 4).reshape(n_x + 1, m * n_s, m * n_s)
+        return cls(np.ascontiguousarray(rows), n_x, directions)
+
+    @classmethod
+    def of_convolution(cls, convolution: Convolution) -> "GridOperator":
+        """The same operator as a convolution along s, too; its products are faster on grids of few strips."""
+        return cls.of(dense(convolution), convolution.directions)
+
+    def __call__(self, tractions: Array) -> Array:
+        """Displacements [mm] due to tractions [MPa], shape (n_x, n_s, m) each."""
+        phases = np.tile(_phases(self.directions, np.complex128), tractions.shape[1])
+        spectra = fft.rfft(tractions.reshape(self.n_x, -1), 2 * self.n_x, axis=0) / phases
+        parts = spectra.view(float).reshape(*spectra.shape, 2).astype(self.transformed.dtype)
+        moved = np.matmul(self.transformed, parts).astype(float).view(complex)[..., 0] * phases
+        return fft.irfft(moved, axis=0)[: self.n_x].reshape(tractions.shape)
+
+    def coarsened(self) -> "GridOperator":
+        """The operator on elements twice as large: mean displacements due to the same traction on four.
+
+        Both numbers of elements must be even.
+        """
+        m = len(self.directions)
+        dtype = np.result_type(self.transformed, np.complex64)
+        phases = np.tile(_phases(self.directions, dtype), self.transformed.shape[1] // m)
+        spectra = phases[:, None] * self.transformed * np.conj(phases)
+        n_x, lags = self.n_x, fft.irfft(spectra, axis=0)  # circular: the last one is lag -1
+        pairs = merged(np.concatenate([lags[1 - n_x :], lags[:n_x]]), 0)[n_x // 2 - 1 :]
+        of_strips = pairs.reshape(self.n_x // 2, -1, 2, m, pairs.shape[2] // m // 2, 2, m)
+        ics = of_strips.mean(axis=2).sum(axis=4)  # (lag, observed, i, loaded, j)
+        return GridOperator.of(np.moveaxis(ics, 2, 3), self.directions)
+
+    def restricted(self, directions: tuple[int, ...]) -> "GridOperator":
+        """The operator from tractions in some directions to displacements in the same."""
+        m, chosen = len(self.directions), [self.directions.index(direction) for direction in directions]
+        unknowns = self.transformed.shape[1]
+        places = (m * np.arange(unknowns // m)[:, None] + chosen).ravel()
+        part = self.transformed[:, places[:, None], places]
+        return GridOperator(np.ascontiguousarray(part), self.n_x, directions)
+
+    def smallest_eigenvalue(self) -> float:
+        """Smallest eigenvalue of the symmetric part [mm/MPa], to 3 % of the least IC of an element on itself.
+
+        It is positive where all tractions do positive work. On a ring of twice the grid's length the
+        frequencies are apart, and the smallest eigenvalue is not larger: so shifted, the inverse on that ring
+        is positive and preconditions the search (LOBPCG). It changes little between high frequencies.
+        """
+        symmetric = self._symmetric_part
+        own_ics = fft.irfft(np.diagonal(symmetric.transformed, axis1=1, axis2=2), axis=0)[0]
+        least = float(np.min(np.abs(own_ics)))
+        chosen, nearest = _frequencies(self.n_x + 1)
+        of_chosen = symmetric.transformed[chosen]
+        shift = np.min(np.linalg.eigvalsh(of_chosen)) - PRECONDITIONER_SHIFT * least
+        unknowns = of_chosen.shape[1]
+        shifted = of_chosen - (shift * np.eye(unknowns)).astype(of_chosen.dtype)
+        inverse = GridOperator(np.linalg.inv(shifted)[nearest], self.n_x, self.directions)
+        start = np.random.default_rng(0).standard_normal((self.n_x * unknowns, 1))
+        with warnings.catch_warnings(action="ignore"):  # of no convergence, which the residual tells
+            _, vectors = lobpcg(
+                symmetric.linear,
+                start,
+                M=inverse.linear,
+                largest=False,
+                tol=EIGENVALUE_ACCURACY * least,
+                maxiter=MOST_ITERATIONS,
+            )
+        vector = vectors[:, 0] / np.linalg.norm(vectors[:, 0])
+        moved = symmetric.linear @ vector
+        eigenvalue = float(vector @ moved)
+        if np.linalg.norm(moved - eigenvalue * vector) <= EIGENVALUE_ACCURACY * least:
+            return eigenvalue
+        return float(
+            eigsh(
+                symmetric.linear,
+                k=1,
+                which="SA",
+                tol=EIGENVALUE_ACCURACY,
+                v0=vector,
+                return_eigenvectors=False,
+            )[0]
+        )
+
+    @property
+    def _symmetric_part(self) -> "GridOperator":
+        """The symmetric part, in single precision."""
+        symmetric = (self.transformed + np.swapaxes(self.transformed, 1, 2)) / 2
+        return GridOperator(symmetric.astype(np.float32), self.n_x, self.directions)
+
+    @property
+    def linear(self) -> LinearOperator:
+        """The operator on tractions as one vector."""
+        size, m = self.n_x * self.transformed.shape[1], len(self.directions)
+
+        def applied(tractions: Array) -> Array:
+            return self(tractions.reshape(self.n_x, -1, m)).ravel()
+
+        return LinearOperator((size, size), dtype=float, matvec=applied)
+
+
+def dense(convolution: Convolution) -> Array:
+    """The ICs of a convolution [mm/MPa] at lags >= 0 between strips, shape (n_x, n_s, n_s, m, m)."""
+    (n_x, n_s), directions = convolution.shape, convolution.directions
+    lags = np.subtract.outer(np.arange(n_s), np.arange(n_s)) + n_s - 1
+    ics = np.zeros((n_x, n_s, n_s, len(directions), len(directions)))
+    for ((i, of_observer), (j, of_load)), kernel in convolution.kernels.items():
+        factors = np.outer(convolution.factors[of_observer], convolution.factors[of_load])
+        ics[..., directions.index(i), directions.index(j)] += factors * kernel[n_x - 1 :, lags]
+    return ics
+
+
+def _phases(directions: tuple[int, ...], dtype: DTypeLike) -> Complex:
+    """The factor i for direction x, else 1, shape (m,)."""
+    return np.where(np.array(directions) == X, 1j, 1.0).astype(dtype)
+
+
+def _frequencies(n: int) -> tuple[Indices, Indices]:
+    """Numbers of some of n frequencies, all low ones among them, and for each of n the nearest of these."""
+    numbers = np.arange(n)
+    chosen = np.flatnonzero((numbers < ALL_BELOW) | (numbers % EVERY == 0) | (numbers == n - 1))
+    return chosen, np.argmin(np.abs(numbers[:, None] - chosen), axis=1)
+
+
+def reciprocity_defects(ics: Array) -> Array:
+    """Largest |C(I, J) - C(J, I)^T| per pair of strips and component, shape (n_s, n_s, 3, 3).
+
+    Each is a share of the component's own largest value: what is little beside C_nn may be much of C_sn. Of
+    components that vanish it is 0. `ics` has the shape (n_x, n_s, n_s, 3, 3). ICs of curved bodies that are
+    observed at centres, and not averaged over elements, are not quite reciprocal.
+    """
+    exchanged = PARITY.astype(ics.dtype) * np.swapaxes(np.swapaxes(ics, 1, 2), 3, 4)
+    sizes = np.max(np.abs(ics), axis=(0, 1, 2))
+    sizes = np.maximum(sizes, sizes.T)  # ij and ji are the same ICs, seen from both ends
+    there = sizes > VANISHES * np.max(sizes)
+    return np.asarray(np.max(np.abs(ics - exchanged), axis=0) / np.where(there, sizes, np.inf))
+
+
+@dataclass(frozen=True)
+class Asymmetry:
+    """The largest of the reciprocity defects, and the component that has it."""
+
+    share: float  # of the component's largest value
+    component: str
+
+    @classmethod
+    def of(cls, ics: Array) -> "Asymmetry":
+        """That of ICs (n_x, n_s, n_s, 3, 3)."""
+        worst = np.max(reciprocity_defects(ics), axis=(0, 1))
+        i, j = divmod(int(np.argmax(np.triu(worst))), len(DIRECTIONS))
+        return cls(float(worst[i, j]), DIRECTIONS[i] + DIRECTIONS[j])

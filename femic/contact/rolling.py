@@ -1,0 +1,114 @@
+"""A wheel that rolls steadily on a rail: tractions for given creepages, or for given forces, and their work.
+
+In steady rolling the elastic energy does not change, so all work of the tractions on the rigid motion is
+lost to friction. Pressures do work, too: the wheel comes down ahead of the contact centre and rises behind
+it, and where tractions along x cause displacements along n, pressures ahead and behind differ. With
+reciprocal ICs that depend on the lag along x alone, the sum of p . du/dx vanishes; where the gap is closed,
+du_n/dx = -dh/dx, h the undeformed distance. So
+
+    sum -p_t . slip = sum (-p_t . w_t + p_n dh/dx),
+
+and a wheel that rotates as a rigid body has dh/dx = -w_n, nearly x cos(delta) / R.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+
+from femic.contact.friction.kinematics import NAMES, Creepages, Rolling
+from femic.contact.friction.motion import FreeSlip, SteadyRolling
+from femic.contact.frictional import TOLERANCE, FrictionalContact, FrictionalProblem, Pressing, solve
+from geometries.arrays import Array
+from geometries.errors import WrongInput
+from geometries.patches import N
+
+
+@dataclass(frozen=True, eq=False)
+class RollingContact:
+    """A contact in steady rolling and the creepages at which it rolls.
+
+    `simplified` says whether it was found in a less accurate form only than that of the order asked for.
+    """
+
+    contact: FrictionalContact
+    creepages: Creepages
+    simplified: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class RollingProblem:
+    """A contact with friction, and where its wheel rolls."""
+
+    problem: FrictionalProblem
+    rolling: Rolling
+    order: int = 2
+
+    def contact(
+        self,
+        creepages: Creepages,
+        pressing: Pressing,
+        *,
+        forces: Mapping[str, float] = MappingProxyType({}),
+        start: FrictionalContact | None = None,
+        tolerance: float = TOLERANCE,
+    ) -> RollingContact:
+        """The contact in steady rolling.
+
+        `forces` are those [N, for spin N mm] on the upper body that creepages have to bring about, by the
+        names of these: the longitudinal one F_x, the lateral one F_y, spin M_z about the contact centre.
+        Those of `creepages` are then the first guess. Raises as `frictional.solve`, and WrongInput for other
+        names.
+        """
+        if unknown := set(forces) - set(NAMES):
+            raise WrongInput(f"forces of {', '.join(sorted(unknown))}: creepages are {', '.join(NAMES)}")
+        free = tuple(
+            FreeSlip(self.rolling.per_creepage(name), self.weights[name], force)
+            for name, force in forces.items()
+        )
+        rigid = self.rolling.rigid_slip(creepages)
+        motion = SteadyRolling(rigid, free, dx=self.problem.grid.dx, order=self.order)
+        contact = solve(self.problem, motion, pressing, start=start, tolerance=tolerance)
+        found = {
+            name: getattr(creepages, name) + amplitude
+            for name, amplitude in zip(forces, contact.amplitudes, strict=True)
+        }
+        return RollingContact(contact, replace(creepages, **found), contact.motion.depth < motion.depth)
+
+    def power(self, rolling: RollingContact) -> float:
+        """Work of the tractions on the rigid motion per unit of rolled distance, - sum p . w area [N].
+
+        It is the torque about the axle times (1 + xi) / R less F_x, lateral F_y and spin M_z: what drives the
+        wheel less what it gives away. Less `climbing` it is the work that friction takes, but for shares of
+        the pressures' work as small as creepages and height over radius; with ICs of `operators.rolled` also
+        but for the sum of p_x u_z / R, which is the torque about the axle of tractions on a raised surface.
+        """
+        velocity = self.rolling.rigid_velocity(rolling.creepages)
+        return -float(np.sum(rolling.contact.p * velocity)) * self.problem.grid.area
+
+    def climbing(self, rolling: RollingContact) -> float:
+        """That part of `power` [N] with which lateral velocity and spin press inclined surfaces together.
+
+        The distance of a wheel at zero yaw does not follow this motion. So it is not lost to friction: while
+        a wheel moves aside, it is raised along a flank, and the contact is steady at each moment only.
+        """
+        turning = replace(rolling.creepages, lateral=0.0, spin=0.0)
+        moves, turns = (
+            self.rolling.rigid_velocity(creepages)[..., N] for creepages in (rolling.creepages, turning)
+        )
+        return -float(np.sum(rolling.contact.p[..., N] * (moves - turns))) * self.problem.grid.area
+
+    @cached_property
+    def weights(self) -> Mapping[str, Array]:
+        """What tractions contribute to the forces of each creepage, shape (n_x, n_s, 3) [mm^2, spin mm^3]."""
+        zero, one = np.zeros(self.problem.distance.shape), np.ones(self.problem.distance.shape)
+        sin, cos = np.sin(self.problem.inclination), np.cos(self.problem.inclination)
+        x, y = self.rolling.x[:, None], self.rolling.contour.position(self.rolling.s)[0]
+        of_each = {
+            "longitudinal": (one, zero, zero),
+            "lateral": (zero, one * cos, one * sin),
+            "spin": (-y * one, x * cos, x * sin),
+        }
+        return {name: self.problem.grid.area * np.stack(parts, axis=-1) for name, parts in of_each.items()}

@@ -1,0 +1,1 @@
+"""Reference influence coefficients (C) by finite elements: both engines, discount, estimates, matrices."""

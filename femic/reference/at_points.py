@@ -1,0 +1,53 @@
+"""C at points: the ICs of one loaded patch, refined until they are as accurate as asked for."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from femic.reference.estimate import total
+from femic.reference.job import Job
+from femic.reference.level import Level
+from femic.reference.models import RawICs
+from femic.reference.refinement import Assessed, converged
+from femic.reference.result import Reference, combine, scales, shares
+from femic.reference.run_options import DEFAULT, Means, Solved
+
+
+def references(
+    jobs: Mapping[str, Job], means: Means = DEFAULT, *, combined: bool = False
+) -> dict[str, Reference]:
+    """Solve all jobs and refine each until its estimate meets its tolerance.
+
+    With `combined` the estimate of the sum of the bodies must meet it, too. Solved models are kept in the
+    store, where the next run of the same code finds them. Raises WrongInput for points outside a model,
+    NotConverged where the tolerance would need a larger model than the job allows.
+    """
+    return converged(AtPoints(jobs, combined), means)
+
+
+@dataclass(frozen=True)
+class AtPoints:
+    """The ICs of bodies at points, as a problem of `femic.reference.refinement`."""
+
+    jobs: Mapping[str, Job]
+    combined: bool
+
+    def read(self, name: str, solved: Solved) -> RawICs:
+        """The displacements of a solved model at the points."""
+        return self.jobs[name].settings.engine.displacements(solved.task.request, solved.model)
+
+    def combine(self, name: str, level: Level, models: Mapping[Level, RawICs]) -> Reference:
+        """C of a body at a level, from the displacements of its models."""
+        return combine(self.jobs[name], level, models)
+
+    def assess(self, references: Mapping[str, Reference]) -> Assessed:
+        """The estimated errors of the references and, with `combined`, of their sum."""
+        own_shares = {
+            name: shares(job, references[name].c, scales([job], references[name].c.ic))
+            for name, job in self.jobs.items()
+        }
+        if not self.combined:
+            return Assessed(own_shares)
+        c = total([reference.c for reference in references.values()])
+        scale = scales(list(self.jobs.values()), c.ic)
+        combined_shares = {name: shares(job, references[name].c, scale) for name, job in self.jobs.items()}
+        return Assessed(own_shares, shares(next(iter(self.jobs.values())), c, scale), combined_shares)

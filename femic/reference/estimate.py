@@ -1,0 +1,105 @@
+"""The estimate of C's error, from models that are less accurate in one way each.
+
+By the solid engine every body is solved on three models: fine, coarse (cells `COARSER` times as large) and
+small (the coarse cells in a domain half as large). A model of the harmonic engine is varied in itself: with
+coarser cells, a nearer far arc, and fewer wavenumbers. The differences give the parts of the estimate, as in
+Roache's grid convergence index. The estimate assumes order 2 of the mesh, because its errors are partly
+random: two meshes may agree by luck; order 1 on the outline of the patch, where the traction jumps; and order
+1 of the truncation close to the far arc.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from femic.reference.level import COARSER, LARGER, TRUNCATION_ORDER
+from femic.reference.models import Points
+from geometries.arrays import Array
+from geometries.patches import Patch
+
+ESTIMATE_ORDER = 2  # in cell size, assumed by the estimate
+LOW_ORDER = 1  # assumed on the outline of the patch, and in 1 / domain size close to the far arc
+ON_OUTLINE = 0.2  # distance from the outline, in least half-sides, up to which a point is on it
+CLOSE_TO_ARC = 1 / 3  # distance from the load, in far radii, from which on a point is close to the arc
+SAFETY = 1.25  # Roache's factor
+WAVES_GAIN = {"sparser": 32.0, "lower": 3.0}  # error with these wavenumbers over that with all
+
+
+@dataclass(frozen=True)
+class Estimated:
+    """ICs per unit total load [mm/N], shape (3, 3, n), after the discount; NaN where nothing was solved."""
+
+    ic: Array
+    mesh_error: Array  # estimate of this part of the error of `ic` [mm/N], not negative; so the next two
+    truncation_error: Array
+    waves_error: Array  # from the wavenumbers; 0 by the solid engine
+
+    @property
+    def estimate(self) -> Array:
+        """Estimate of the error of `ic` [mm/N], shape (3, 3, n)."""
+        return self.mesh_error + self.truncation_error + self.waves_error
+
+
+def total(parts: Sequence[Estimated]) -> Estimated:
+    """The sum of the ICs of bodies; their estimates add up."""
+    return Estimated(
+        *(np.sum([getattr(part, field.name) for part in parts], axis=0) for field in fields(parts[0]))
+    )
+
+
+@dataclass(frozen=True)
+class Orders:
+    """Orders of convergence that an estimate assumes, everywhere or at each point, (n,)."""
+
+    mesh: Array | float = ESTIMATE_ORDER
+    truncation: Array | float = TRUNCATION_ORDER
+
+
+ALIKE_EVERYWHERE = Orders()
+
+
+def orders_at(patch: Patch, points: Points, far_radius: float) -> Orders:
+    """The orders at points: lower where gradients are infinite, and where half the domain hardly reaches."""
+    x, s = np.abs(points.x), np.abs(points.s - patch.s)
+    margin = ON_OUTLINE * min(patch.a, patch.b)
+    around = (x < patch.a + margin) & (s < patch.b + margin)
+    on_outline = around & ((x > patch.a - margin) | (s > patch.b - margin))
+    close_to_arc = np.hypot(x, s) > CLOSE_TO_ARC * far_radius
+    return Orders(
+        np.where(on_outline, LOW_ORDER, ESTIMATE_ORDER), np.where(close_to_arc, LOW_ORDER, TRUNCATION_ORDER)
+    )
+
+
+def estimated(
+    ic: Array,
+    perturbed: Mapping[str, Array],
+    *,
+    safety: float,
+    orders: Orders = ALIKE_EVERYWHERE,
+) -> Estimated:
+    """ICs (3, 3, ...) [mm/N] with estimates of their error, from less accurate ICs of the same shape.
+
+    `perturbed` has those with "coarser" cells, with "nearer" boundaries, unless these are a part of the body,
+    and, by the harmonic engine, with "sparser" and "lower" wavenumbers. `safety` is the factor on the part
+    from the mesh.
+    """
+    nearer = perturbed.get("nearer", ic)
+    waves = [
+        np.abs(ic - perturbed[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in perturbed
+    ]
+    return Estimated(
+        ic,
+        pooled(safety * np.abs(ic - perturbed["coarser"]) / (COARSER**orders.mesh - 1)),
+        SAFETY * np.abs(ic - nearer) / (LARGER**orders.truncation - 1),
+        SAFETY * np.sum([np.zeros_like(ic), *waves], axis=0),
+    )
+
+
+def pooled(error: Array) -> Array:
+    """The larger of the errors of ij and ji, which are of the same kind, shape (3, 3, ...) as of `error`.
+
+    NaN stays NaN. One of the two may be small by luck.
+    """
+    larger = np.fmax(error, np.swapaxes(error, 0, 1))
+    return np.where(np.isnan(error), np.nan, larger)

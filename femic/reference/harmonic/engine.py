@@ -1,0 +1,213 @@
+"""The harmonic engine: responses of one body to unit strip loads, one section problem per wavenumber.
+
+The section of a body is the same everywhere along x (round its axis). A load that varies as cos(k x) causes
+u_x = U sin(k x), u_y = V cos(k x), u_z = W cos(k x), where U, V, W are amplitudes on the section
+(`section_model`). For a load along x sines and cosines are exchanged: its K is K(-k), which is K(k) with the
+sign of U changed. So one factorisation per wavenumber serves all loads. On a closed body of revolution k = m
+/ R_roll. Sections that are their own mirror image are halved, with even and odd fields. `synthesis` computes
+displacements anywhere along x from the responses. Source: design section 4.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Protocol
+
+import numpy as np
+
+from femic.cache.threads import in_threads, one_blas_thread
+from femic.reference.accuracy import NotConverged
+from femic.reference.harmonic.request import NEARER, HarmonicRequest
+from femic.reference.harmonic.section import SectionMesh, section_mesh
+from femic.reference.harmonic.section_response import Respond
+from femic.reference.harmonic.section_size import Finer, SectionSize
+from femic.reference.harmonic.synthesis import Responses, displacements, odd_in_k
+from femic.reference.harmonic.wavenumbers import Sampled, sampled
+from femic.reference.models import Cost, RawICs, peak_memory
+from geometries.arrays import Array
+from geometries.patches import Patch
+
+FINER = 5.0  # the cells at the patches where M is fitted are this much smaller
+FINER_GROWTH, FINER_BEHIND = 0.7, 6.0  # their growth over growth, and up to where (half-sides): `Finer`
+WAVE_CELLS = 4.0  # longest cell on a strip times the largest wavenumber, over growth
+CENTRE_WAVE_CELLS = 17.5  # like `WAVE_CELLS`, where displacements are read at the centres of strips only
+
+Progress = Callable[[int], None]  # takes the number of answers found so far, 0 after the assembly
+Answer = tuple[Array, float]  # responses (arc, load, 3, len(s)) [mm^2/N] at a wavenumber, and their residual
+
+
+class Kept(Protocol):
+    """A store of the answers that were found before, by name."""
+
+    def get(self, name: str) -> Answer | None:
+        """The responses and their residual, None if they are not there."""
+
+    def put(self, name: str, answer: Answer) -> None:
+        """Keep the responses and their residual."""
+
+
+def build_section(request: HarmonicRequest) -> SectionMesh:
+    """Mesh the section of a request, half of it where the contour is symmetric."""
+    half_section = request.body.contour.symmetric
+    cells = request.cells
+    wave_cell = WAVE_CELLS * cells.growth / request.k_max
+    if request.even_strips:
+        wave_cell = min(cells.smallest, CENTRE_WAVE_CELLS * cells.growth / request.k_max)
+    size = SectionSize(cells, strips(load.patch for load in request.loads), wave_cell, _finer(request))
+    return section_mesh(request.body, size, half_section=half_section)
+
+
+def _finer(request: HarmonicRequest) -> Finer | None:
+    """The cells round the patches where M is fitted, if there are any: finer than under strips as wide."""
+    if not request.fit_patches:
+        return None
+    b = min(patch.b for patch in request.fit_patches)
+    of_strips = [load.patch.b for load in request.loads if load.patch not in request.fit_patches]
+    smallest = request.cells.smallest * b / min(of_strips, default=b)
+    behind = FINER_BEHIND * max(patch.b for patch in request.fit_patches)
+    growth = FINER_GROWTH * request.cells.growth
+    return Finer(strips(request.fit_patches), min(smallest, b) / FINER, growth, behind)
+
+
+def strips(patches: Iterable[Patch]) -> Array:
+    """Ends [mm] of the strips of s under patches, without repetitions, shape (n, 2)."""
+    return np.unique([[patch.s - patch.b, patch.s + patch.b] for patch in patches], axis=0)
+
+
+def raw_ics(
+    request: HarmonicRequest,
+    most_unknowns: int | None = None,
+    workers: int = 1,
+    progress: Progress = lambda _: None,
+) -> RawICs:
+    """Displacements [mm/N] at the points of a request: solve it (`solve`), then sum over the wavenumbers."""
+    solved = solve(request, most_unknowns, workers=workers, progress=progress)
+    return displacements(solved, request.loads, request.points)
+
+
+def solve(
+    request: HarmonicRequest,
+    most_unknowns: int | None = None,
+    *,
+    workers: int = 1,
+    progress: Progress = lambda _: None,
+    kept: Kept | None = None,
+) -> Responses:
+    """Mesh, assemble, and solve the wavenumbers in parallel threads.
+
+    Raises NotConverged if the section has more than `most_unknowns`, or if a wavenumber cannot be solved to
+    a small residual. The worst residual is part of the cost. `kept` holds the wavenumbers that an earlier
+    run has solved, and receives the new ones.
+    """
+    with one_blas_thread():
+        return _solve(request, most_unknowns, workers, progress, kept)
+
+
+def _solve(
+    request: HarmonicRequest, most_unknowns: int | None, workers: int, progress: Progress, kept: Kept | None
+) -> Responses:
+    """The responses of `solve`: first all of them, then those with coarser cells."""
+    prepared = _Prepared(most_unknowns)
+    answers = _Answers(workers, progress, kept)
+    section, samples = _sampled(request, prepared, answers)
+    coarser = _with_coarser_cells(request, prepared, answers, samples.sparser.k)
+    unknowns, cells = 3 * section.mesh.doflocs.shape[1], int(section.mesh.nelements)
+    solver = f"direct, {len(samples.k)} wavenumbers"
+    cost = Cost(unknowns, cells, solver, (), max(answers.residuals), prepared.seconds, peak_memory())
+    drawn = section.mesh.p[:, : section.mesh.nvertices], section.mesh.t
+    return Responses(request.body, request.loads, request.observed, samples, coarser, cost, drawn)
+
+
+def _sampled(
+    request: HarmonicRequest, prepared: "_Prepared", answers: "_Answers"
+) -> tuple[SectionMesh, Sampled]:
+    """The section of a request, and its responses (k, 2, load, 3, len(s)) with both far arcs."""
+    section, respond = prepared.of(request, (1.0, 1 / NEARER))
+    answers.progress(0)
+
+    def responses_at(wavenumbers: Sequence[float]) -> list[Array]:
+        return answers.to("", lambda k: _with_both_arcs(request, respond, k), wavenumbers)
+
+    with prepared.timed("solution"):
+        a = min(load.patch.a for load in request.loads)
+        return section, sampled(request.axis, responses_at, odd_in_k(request.loads), a, request.accuracy)
+
+
+def _with_coarser_cells(
+    request: HarmonicRequest, prepared: "_Prepared", answers: "_Answers", wavenumbers: Array
+) -> Array:
+    """The responses (k, load, 3, len(s)) with coarser cells at wavenumbers [1/mm]."""
+    _, respond = prepared.of(request.coarser, (1.0,))
+    with prepared.timed("solution"):
+        return np.concatenate(answers.to("coarser_", respond, wavenumbers.tolist()))
+
+
+@dataclass(eq=False)
+class _Prepared:
+    """Meshes and assembles sections, and adds up the seconds of each stage."""
+
+    most_unknowns: int | None
+    seconds: dict[str, float] = field(
+        default_factory=lambda: dict.fromkeys(("mesh", "assembly", "solution"), 0.0)
+    )
+
+    def of(self, request: HarmonicRequest, shares: Sequence[float]) -> tuple[SectionMesh, Respond]:
+        """The section of a request and its equations, with the far arc at some shares of its radius."""
+        with self.timed("mesh"):
+            section = build_section(request)
+        unknowns = 3 * section.mesh.doflocs.shape[1]
+        if self.most_unknowns is not None and unknowns > self.most_unknowns:
+            raise NotConverged(
+                f"a section needs {unknowns:,} unknowns, `most_unknowns` = {self.most_unknowns:,}: give a "
+                "larger `tolerance`, larger cells (`growth`) or a larger `most_unknowns`"
+            )
+        with self.timed("assembly"):
+            return section, Respond(section, request.loads, request.observed, shares)
+
+    @contextmanager
+    def timed(self, stage: str) -> Iterator[None]:
+        """Add the seconds that a block takes to those of a stage."""
+        start = perf_counter()
+        yield
+        self.seconds[stage] += perf_counter() - start
+
+
+@dataclass(eq=False)
+class _Answers:
+    """Finds answers in parallel threads, or where they are kept."""
+
+    workers: int
+    progress: Progress
+    kept: Kept | None
+    residuals: list[float] = field(default_factory=list)  # of all answers so far, kept ones included
+
+    def to(self, kind: str, respond: Callable[[float], Answer], wavenumbers: Sequence[float]) -> list[Array]:
+        """The responses at wavenumbers [1/mm]; `kind` tells their names from others at the same ones."""
+        all_responses = []
+        found = in_threads(lambda k: self._answer(kind, respond, k), wavenumbers, self.workers)
+        for responses, residual in found:
+            all_responses.append(responses)
+            self.residuals.append(residual)
+            self.progress(len(self.residuals))
+        return all_responses
+
+    def _answer(self, kind: str, respond: Callable[[float], Answer], k: float) -> Answer:
+        name = f"{kind}k{float(k)!r}"
+        answer = self.kept.get(name) if self.kept else None
+        if answer is None:
+            answer = respond(k)
+            if self.kept:
+                self.kept.put(name, answer)
+        return answer
+
+
+def _with_both_arcs(request: HarmonicRequest, respond: Respond, k: float) -> Answer:
+    """Responses (2, load, 3, len(s)) with both far arcs at k [1/mm], and the worse residual of the two.
+
+    From `request.felt` on the distance of the far arc does not matter: one solution serves both.
+    """
+    if k < request.felt:
+        return respond(k, (1.0, 1 / NEARER))
+    at_arc, residual = respond(k)
+    return np.concatenate([at_arc, at_arc]), residual

@@ -1,0 +1,176 @@
+"""Kept models that serve a request: their own, or one whose strips make up those of the request.
+
+A load on a strip is the mean of loads on equal strips that it consists of. So a model serves grids of fewer
+strips, of wider strips whose centres it observes, of other lengths of elements, and grids shifted by whole
+strips. Models are noted in the store by their body.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from femic.cache.store import Store
+from femic.reference.harmonic.entry import from_entry, to_entry
+from femic.reference.harmonic.request import SCALE_LOWEST, HarmonicRequest
+from femic.reference.harmonic.synthesis import Responses, part_of
+from femic.reference.harmonic.wavenumbers import Axis
+from femic.reference.meshing.cell_size import Cells
+from geometries.arrays import Array, Indices
+from geometries.bodies import Body, Domain
+from geometries.patches import Load, Patch
+
+SAME_PLACE = 1e-6  # of the half-width of a strip: arc lengths that are closer are the same
+AS_ACCURATE = 1.1  # factor by which the wavenumbers of a model may be less accurate than asked for
+ROUNDING = 1 + 1e-9  # factor by which numbers may differ that are the same
+
+
+def model_key(request: HarmonicRequest, store: Store) -> str:
+    """The key of the model of a request in the store."""
+    return store.key("harmonic", *request.determined_by)
+
+
+def kept(request: HarmonicRequest, store: Store) -> Responses | None:
+    """The wanted responses of a request by a kept model, None if there is none."""
+    for key, outline in _candidates(request, store):
+        entry = store.get(key)
+        if entry is not None:
+            body = outline.body_of(request)
+            return wanted(from_entry(entry, body, outline.loads, outline.axis(body)), request)
+    return None
+
+
+def keep(responses: Responses, request: HarmonicRequest, store: Store) -> None:
+    """Keep the model of a request, and note for which other requests it serves."""
+    key = model_key(request, store)
+    store.put(key, to_entry(responses))
+    if request.even_strips:
+        store.put_part(_notes_key(request, store), key, Outline.of(request).arrays)
+
+
+def wanted(solved: Responses, request: HarmonicRequest) -> Responses:
+    """The responses that a request wants, of a model that serves it."""
+    members = [_members(solved.loads, load) for load in request.wanted_loads]
+    s = request.wanted_s
+    places = np.argmin(np.abs(solved.s[:, None] - s), axis=0)
+    return part_of(solved, request.wanted_loads, members, s, places)
+
+
+def _candidates(request: HarmonicRequest, store: Store) -> Iterator[tuple[str, "Outline"]]:
+    """Keys and outlines of the models that may serve, the model of the request first."""
+    yield model_key(request, store), Outline.of(request)
+    if not request.even_strips:
+        return
+    notes = _notes_key(request, store)
+    noted = {key: store.part(notes, key) for key in store.part_names(notes)}
+    outlines = {key: Outline(**arrays) for key, arrays in noted.items() if arrays is not None}
+    for key in sorted(outlines, key=lambda key: (len(outlines[key].strips), key)):  # small models first
+        if outlines[key].serves(request):
+            yield key, outlines[key]
+
+
+def _notes_key(request: HarmonicRequest, store: Store) -> str:
+    """The key of the notes on all models of a body, whatever its domain."""
+    return store.key("harmonic-models", replace(request.body, domain=Domain(1.0, np.inf)))
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """What a kept model has: its loads, where it reads, its wavenumbers and cells; lengths in mm."""
+
+    far_radius: Array  # ()
+    k_max: Array  # () [1/mm]
+    accuracy: Array  # (), least one of the interpolation between wavenumbers [mm/N]
+    cells: Array  # smallest, growth, line_growth
+    strips: Array  # half-sides a, b and centre s of each load, (n, 3)
+    directions: Array  # (n,)
+    s: Array  # (m,)
+
+    @classmethod
+    def of(cls, request: HarmonicRequest) -> "Outline":
+        """The outline of the model of a request."""
+        cells = request.cells
+        return cls(
+            np.array(request.body.domain.far_radius),
+            np.array(request.k_max),
+            np.asarray(np.min(request.accuracy)),
+            np.array([cells.smallest, cells.growth, cells.line_growth]),
+            np.array([[load.patch.a, load.patch.b, load.patch.s] for load in request.loads]),
+            np.array([load.direction for load in request.loads], dtype=float),
+            request.observed,
+        )
+
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """The outline as arrays by name."""
+        return asdict(self)
+
+    @property
+    def loads(self) -> tuple[Load, ...]:
+        """The loads."""
+        return tuple(
+            Load(Patch(*strip), int(direction))
+            for strip, direction in zip(self.strips.tolist(), self.directions, strict=True)
+        )
+
+    def body_of(self, request: HarmonicRequest) -> Body:
+        """The body of a request in the domain of the model."""
+        body = request.body
+        return replace(body, domain=replace(body.domain, far_radius=float(self.far_radius)))
+
+    def axis(self, body: Body) -> Axis:
+        """The axis of wavenumbers."""
+        return Axis(SCALE_LOWEST / float(self.far_radius), float(self.k_max), body.rolling_radius)
+
+    def serves(self, request: HarmonicRequest) -> bool:
+        """Whether the model has all that a request wants, as accurate or more."""
+        patches = [load.patch for load in request.wanted_loads]
+        apart = SAME_PLACE * min(patch.b for patch in patches)
+        asked_cells, cells = request.cells, Cells(*self.cells.tolist())
+        return bool(
+            self._has_domain(request)
+            and ROUNDING * self.k_max >= request.k_max
+            and self.accuracy <= AS_ACCURATE * np.min(request.accuracy)
+            and np.min(self.strips[:, 0]) <= ROUNDING * min(patch.a for patch in patches)
+            and cells.smallest <= ROUNDING * asked_cells.smallest
+            and cells.growth <= ROUNDING * asked_cells.growth
+            and np.all(np.min(np.abs(self.s[:, None] - request.wanted_s), axis=0) < apart)
+            and self._has(request)
+        )
+
+    def _has_domain(self, request: HarmonicRequest) -> bool:
+        """Whether the far arc lies where a request has it, or farther away, where that is only better."""
+        asked = request.body.domain.far_radius
+        if request.given_domain:
+            return bool(asked / ROUNDING <= self.far_radius <= ROUNDING * asked)
+        return bool(ROUNDING * self.far_radius >= asked)
+
+    def _has(self, request: HarmonicRequest) -> bool:
+        """Whether the wanted loads are made up of those of the model; those that M is fitted to, of one each.
+
+        Only there are the cells as small as M needs them.
+        """
+        loads = self.loads
+        members = {load: len(_members(loads, load)) for load in request.wanted_loads}
+        return all(n == 1 if load.patch in request.fit_patches else n > 0 for load, n in members.items())
+
+
+def _members(loads: Sequence[Load], load: Load) -> Indices:
+    """Numbers of loads on equal strips that make up the strip of a load; none if there are no such loads.
+
+    The length of patches along x does not matter.
+    """
+    s, b = (np.array([getattr(other.patch, name) for other in loads]) for name in ("s", "b"))
+    apart = SAME_PLACE * load.patch.b
+    inside = np.abs(s - load.patch.s) + b < load.patch.b + apart
+    inside &= np.array([other.direction == load.direction for other in loads])
+    for half_width in -np.unique(-b[inside]):
+        numbers = np.flatnonzero(inside & (b == half_width))
+        n = round(load.patch.b / half_width)
+        if abs(n * half_width - load.patch.b) > apart:
+            continue
+        centres = load.patch.s - load.patch.b + half_width * (1 + 2 * np.arange(n))
+        gaps = np.abs(s[numbers] - centres[:, None])
+        if np.max(np.min(gaps, axis=1)) < apart:
+            return np.asarray(numbers[np.argmin(gaps, axis=1)])
+    return np.empty(0, dtype=int)

@@ -1,0 +1,98 @@
+"""The request for a model of the harmonic engine, and the range of wavenumbers that it needs."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from femic.reference.engine import Request, Specification
+from femic.reference.harmonic.tuned import HIGHEST, waves_for
+from femic.reference.harmonic.wavenumbers import Axis
+from femic.reference.level import COARSER
+from geometries.arrays import Array
+from geometries.bodies import Body
+from geometries.patches import Load, Patch
+
+SCALE_LOWEST = 0.7  # scale of the wavenumbers times the far radius: below it the clamped far arc rules
+CURVED_FROM = 0.05  # half-side over radius of curvature beyond which larger wavenumbers are needed
+FAR_REACH = 7.0  # lengths 1 / k beyond which the far arc is not felt
+NEARER = 2.0  # far radius over that of the nearer far arc, which shows the truncation error
+
+
+@dataclass(frozen=True)
+class HarmonicRequest(Request):
+    """What one model is solved for; only the s of points matters here.
+
+    `cells` gives the smallest cell and its growth away from the ends of the loaded strips. With `even_strips`
+    all cells on the strips are of the smallest size; near `fit_patches`, where M is fitted, they are `FINER`
+    times smaller. `accuracy` [mm/N], a number or an array (load, 1, observer), is that of the interpolation
+    between wavenumbers. `highest` is the largest wavenumber times the least half-side of the loads.
+
+    Spare loads and arc lengths are among the others, but only for later requests (`nesting`). With
+    `given_domain` the far arc is a part of the body, so that no model with a larger one serves.
+    """
+
+    accuracy: Array | float
+    highest: float = HIGHEST
+    even_strips: bool = False
+    fit_patches: tuple[Patch, ...] = ()
+    spare_loads: tuple[Load, ...] = ()
+    spare_s: tuple[float, ...] = ()
+    given_domain: bool = False
+
+    @property
+    def wanted_loads(self) -> tuple[Load, ...]:
+        """The loads without the spare ones."""
+        return tuple(load for load in self.loads if load not in self.spare_loads)
+
+    @property
+    def wanted_s(self) -> Array:
+        """The arc lengths of `observed` without the spare ones [mm], shape (n,)."""
+        return np.setdiff1d(self.observed, self.spare_s)
+
+    @property
+    def k_max(self) -> float:
+        """Largest wavenumber [1/mm]: the more curved the surface under the loads, the larger."""
+        patches = [load.patch for load in self.wanted_loads]
+        relative_curvature = max(
+            _curvature(self.body, patch.s, patch.b) * max(patch.a, patch.b) for patch in patches
+        )
+        a, b = min(patch.a for patch in patches), min(patch.b for patch in patches)
+        return self.highest / min(a, b) * max(1.0, relative_curvature / CURVED_FROM) ** 0.5
+
+    @property
+    def coarser(self) -> "HarmonicRequest":
+        """The same request with coarser cells, which show the error of the mesh."""
+        return replace(self, cells=self.cells.scaled(COARSER))
+
+    @property
+    def observed(self) -> Array:
+        """Arc lengths [mm] where the responses are read, in growing order without repetitions, shape (n,)."""
+        return np.unique(self.points.s)
+
+    @property
+    def felt(self) -> float:
+        """Wavenumber [1/mm] from which on the nearer far arc has no effect on the responses."""
+        return FAR_REACH * NEARER / self.body.domain.far_radius
+
+    @property
+    def determined_by(self) -> tuple[object, ...]:
+        """All inputs that the responses depend on."""
+        size = self.cells, self.even_strips, self.fit_patches
+        return self.body, self.loads, self.observed, size, self.accuracy, self.axis
+
+    @property
+    def axis(self) -> Axis:
+        """The axis of wavenumbers."""
+        return Axis(SCALE_LOWEST / self.body.domain.far_radius, self.k_max, self.body.rolling_radius)
+
+
+def _curvature(body: Body, s: float, b: float) -> float:
+    """Curvature [1/mm] of the surface over the strip s - b ... s + b: the larger of both directions."""
+    turn = float(np.ptp(body.contour.inclination(np.linspace(s - b, s + b, 9)))) / (2 * b)
+    return max(turn, 1 / float(body.surface.circle_radius(s)))
+
+
+def request_for(asked: Specification) -> HarmonicRequest:
+    """The request for a model, its wavenumbers as dense as the least scale of refinement needs."""
+    accuracy, factor = waves_for(asked.tolerance, asked.least_scale, asked.waves)
+    return HarmonicRequest(asked.body, asked.loads, asked.points, asked.cells, accuracy, factor * HIGHEST)

@@ -1,0 +1,178 @@
+"""Fourth-order meshes of a section, fine at the loaded strips, nodes on the true contour.
+
+On each edge of the contact contour a field is a polynomial of fourth degree in the arc length s, because the
+nodes of the edge lie evenly in s.
+"""
+
+from dataclasses import dataclass, replace
+from types import ModuleType
+
+import numpy as np
+from scipy.interpolate import BarycentricInterpolator
+from scipy.sparse import csr_matrix
+from skfem import ElementTriP4, MeshTri, MeshTri2
+
+from femic.reference.harmonic.section_size import SectionSize, set_section_size
+from femic.reference.meshing.collected import collected
+from femic.reference.meshing.edges import edge_numbers
+from femic.reference.meshing.gmsh_session import gmsh_session
+from femic.reference.meshing.outline import add_section
+from femic.reference.symmetry import held_by_supports
+from geometries.arrays import Array, Indices, Mask
+from geometries.bodies import Body
+
+FRONTAL, DELAUNAY = 6, 5  # Gmsh's numbers of its algorithms
+SLIVER_SHAPE = 0.25  # cells whose `shapes` value is below this are slivers
+ELEMENT_DEGREE = 4
+CLOSE_ENDS = 1e-3  # ends of strips that are closer than this share of the narrowest strip count as one
+INNER_NODES = slice(-3, None)  # the nodes of a cell that are not on its edges
+LAGRANGE = BarycentricInterpolator(np.arange(ELEMENT_DEGREE + 1) / ELEMENT_DEGREE, np.eye(ELEMENT_DEGREE + 1))
+
+
+@dataclass(repr=False)
+class MeshTri4(MeshTri2):  # type: ignore[misc]
+    """Triangles whose geometry is of fourth degree, as the fields on them; vertices in growing order."""
+
+    elem: type = ElementTriP4
+    sort_t: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class SectionMesh:
+    """A section, or its half y >= 0, in quartic triangles; the edges on its contour are sorted by s."""
+
+    body: Body
+    mesh: MeshTri4
+    knots: Array  # (n_edges + 1,) arc length of the vertices on the contour
+    contour_nodes: Indices  # (4 n_edges + 1,) nodes on the contour in order, evenly between knots
+    half_section: bool
+
+    @property
+    def nodes_of_cells(self) -> Indices:
+        """Numbers of the nodes of each cell, shape (cells, 15)."""
+        return np.asarray(self.mesh.dofs.element_dofs.T)
+
+    @property
+    def supported(self) -> Mask:
+        """Amplitudes that the far arc and the hub hold, shape (n_nodes, 3)."""
+        y, z = self.mesh.p[:, : self.mesh.nvertices]
+        return held_by_supports(self.body, self.mesh, y, z)
+
+    def interpolation(self, s: Array) -> csr_matrix:
+        """Matrix (len(s), n_nodes) that takes nodal values to the contour at arc lengths s [mm]."""
+        edge = np.clip(np.searchsorted(self.knots, s, side="right") - 1, 0, len(self.knots) - 2)
+        start, end = self.knots[edge], self.knots[edge + 1]
+        shapes = LAGRANGE((s - start) / (end - start)).T
+        columns = self.contour_nodes[ELEMENT_DEGREE * edge + np.arange(ELEMENT_DEGREE + 1)[:, None]]
+        rows = np.broadcast_to(np.arange(len(s)), shapes.shape)
+        shape = (len(s), self.mesh.doflocs.shape[1])
+        return csr_matrix((shapes.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+
+
+def section_mesh(body: Body, size: SectionSize, *, half_section: bool = False) -> SectionMesh:
+    """Mesh the section of a body, or only its half y >= 0 (`half_section`).
+
+    There is a vertex at each end of a strip, or close to it (`CLOSE_ENDS`). Raises Failure where Gmsh cannot
+    mesh the section.
+    """
+    apart = CLOSE_ENDS * float(np.min(np.diff(size.strips)))
+    ends = np.abs(size.strips) if half_section else size.strips
+    reserved = [*body.contour.joints, *body.s_range, *([0.0] if half_section else [])]
+    breaks = _distinct(ends.ravel(), np.array(reserved), apart)
+    with gmsh_session() as gmsh:
+        _, curves = add_section(gmsh, body, half_section=half_section, breaks=breaks.tolist())
+        gmsh.model.occ.synchronize()
+        set_section_size(gmsh, body, size.with_mirror_image() if half_section else size)
+        points, triangles, on_contour = _triangles(gmsh, curves)
+    return _curved(body, points, triangles, on_contour, half_section)
+
+
+def _distinct(s: Array, reserved: Array, apart: float) -> Array:
+    """The values s in growing order, without those that nearly repeat another one or a reserved one."""
+    s = np.sort(s)
+    s = s[np.append(True, np.diff(s) > apart)]
+    return s[np.all(np.abs(s[:, None] - reserved) > apart, axis=1)]
+
+
+def _triangles(gmsh: ModuleType, curves: list[int]) -> tuple[Array, Indices, Indices]:
+    """The triangulation of Gmsh's frontal algorithm, or of Delaunay's if that has fewer slivers.
+
+    Its arrays are points (y, z) (2, n) [mm], triangles (3, m) and edges of the contour (2, n_edges). Where
+    cells grow about as fast as the distance, the frontal algorithm may stop half way without an error.
+    """
+    frontal = _generated(gmsh, curves, FRONTAL)
+    if not _slivers(frontal):
+        return frontal
+    return min(frontal, _generated(gmsh, curves, DELAUNAY), key=_slivers)
+
+
+def _generated(gmsh: ModuleType, curves: list[int], algorithm: int) -> tuple[Array, Indices, Indices]:
+    """The triangulation (see `_triangles`) that one of Gmsh's algorithms makes."""
+    gmsh.option.setNumber("Mesh.Algorithm", algorithm)
+    gmsh.model.mesh.clear()
+    gmsh.model.mesh.generate(2)
+    points, triangles, on_contour = collected(gmsh, 2, curves)
+    return np.ascontiguousarray(points[1:]), triangles, on_contour
+
+
+def _slivers(triangulation: tuple[Array, Indices, Indices]) -> int:
+    """Number of slivers among the cells."""
+    points, triangles, _ = triangulation
+    return int(np.sum(shapes(points[:, triangles]) < SLIVER_SHAPE))
+
+
+def shapes(corners: Array) -> Array:
+    """Shape values of triangles with corners (2, 3, n): 4 sqrt(3) area / sum of squared edges, shape (n,).
+
+    The value is 1 for equal edges and 0 for a triangle without an area.
+    """
+    edges = np.roll(corners, -1, axis=1) - corners
+    (dy, next_dy, _), (dz, next_dz, _) = edges
+    twice_area = np.abs(dy * next_dz - dz * next_dy)
+    return np.asarray(2 * np.sqrt(3) * twice_area / np.sum(edges**2, axis=(0, 1)))
+
+
+def _curved(
+    body: Body, points: Array, triangles: Indices, on_contour: Indices, half_section: bool
+) -> SectionMesh:
+    """The mesh of fourth order whose nodes on the contact contour lie on the true contour, evenly in s.
+
+    Inner nodes of the cells at the contour are moved with them.
+    """
+    vertices = np.unique(on_contour)
+    s = np.full(points.shape[1], np.nan)
+    s[vertices] = body.contour.nearest(points[:, vertices], body.s_range)
+    if half_section:
+        s[vertices] = np.maximum(s[vertices], 0.0)
+    points[:, vertices] = body.contour.position(s[vertices])
+    mesh = MeshTri4.from_mesh(MeshTri(points, np.ascontiguousarray(triangles)))
+    edges = edge_numbers(mesh.facets, on_contour)
+    edges = edges[np.argsort(s[mesh.facets[:, edges]].mean(axis=0))]
+    starts, ends = s[mesh.facets[:, edges]]  # an edge runs from its vertex of lower number
+    nodes = np.vstack([mesh.facets[:1, edges], mesh.dofs.facet_dofs[:, edges], mesh.facets[1:, edges]])
+    node_s = np.linspace(starts, ends, ELEMENT_DEGREE + 1)  # (node, edge)
+    bulge = body.contour.position(node_s) - mesh.doflocs[:, nodes]  # (2, node, edge)
+    moved = mesh.doflocs.copy()
+    moved[:, nodes[1:-1]] += bulge[:, 1:-1]
+    _move_inner_nodes(mesh, edges, moved, bulge)
+    nodes = np.where(starts < ends, nodes, nodes[::-1])
+    order = np.append(nodes[:-1].T.ravel(), nodes[-1, -1])
+    knots = np.append(np.minimum(starts, ends), max(starts[-1], ends[-1]))
+    return SectionMesh(body, replace(mesh, doflocs=moved), knots, order, half_section)
+
+
+def _move_inner_nodes(mesh: MeshTri4, edges: Indices, moved: Array, bulge: Array) -> None:
+    """Move the inner nodes of cells by the bulge of their edge on the contour, less the further away.
+
+    `bulge` (2, node, edge) [mm] is how far the nodes of the edges `edges` move; `moved` (2, n_nodes) holds
+    the coordinates of all nodes and is changed.
+    """
+    cells = mesh.f2t[0, edges]
+    y, z = ElementTriP4.doflocs[INNER_NODES].T
+    corners = np.stack([1 - y - z, y, z])  # barycentric coordinates
+    for local, (a, b) in enumerate(((0, 1), (1, 2), (0, 2))):
+        on_this_edge = mesh.t2f[local, cells] == edges
+        weight = corners[a] + corners[b]
+        edge_shapes = LAGRANGE(corners[b] / weight)  # (inner node, node of the edge)
+        displacement = np.einsum("i,in,cne->cie", weight**2, edge_shapes, bulge[..., on_this_edge])
+        moved[:, mesh.dofs.interior_dofs[:, cells[on_this_edge]]] += displacement

@@ -1,0 +1,226 @@
+"""The response of a section at one wavenumber: displacements of observers under unit line loads on strips.
+
+Where half of the section is modelled, each load is the sum of an even and an odd part; a load at s = 0 has
+only one of them. Even and odd parts, and far arcs at several radii, differ by what is held: one factorisation
+serves them all, unless they differ at too many nodes.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import csc_matrix, csr_matrix, diags_array, hstack, kron
+
+from femic.reference.harmonic.condensation import Condensation
+from femic.reference.harmonic.section import SectionMesh
+from femic.reference.harmonic.section_model import SectionModel, assemble
+from femic.reference.symmetry import Parity, Y, parities
+from geometries.arrays import Array, Mask
+from geometries.patches import Load, S, X
+from geometries.quadrature import on_panels
+
+LOAD_POINTS = 4  # Gauss points per edge on a strip
+MOST_RETAINED = 1000  # amplitudes up to which a factorisation that serves all cases of support is faster
+ON_PLANE = 1e-9  # share of a half-width by which strips may cross the plane of symmetry unnoticed
+
+Case = tuple[int, float]  # parity in y, and the share of the far radius at which the far arc lies
+
+
+class Respond:
+    """Displacements of observers at arc lengths s [mm] in their local directions, at any wavenumber.
+
+    A call returns the amplitudes of sin(k x) or cos(k x) [mm^2/N] with the far arc at its radius and at
+    further shares of it, shape (share, load, 3, len(s)), and the residual of the solved equations.
+    """
+
+    def __init__(
+        self, section: SectionMesh, loads: Sequence[Load], s: Array, shares: Sequence[float] = (1.0,)
+    ) -> None:
+        """Assemble and prepare the equations for some shares of the far radius."""
+        ys = sorted({p.y for load in loads for p in parities(load, half_section=section.half_section)})
+        columns = list(dict.fromkeys(_Column.of(load, y) for y in ys for load in _with_part(loads, y)))
+        places, place_of_observer = np.unique(np.abs(s) if section.half_section else s, return_inverse=True)
+        self._together = _condensed_together(
+            section,
+            {(y, share): _held(section, y, share) for y in ys for share in shares},
+            hstack([csc_matrix(column.force(section)[:, None]) for column in columns], format="csr"),
+            observers(section, places),
+        )
+        observer_signs = {y: np.where((s < 0)[:, None], _mirror(y), 1.0) for y in ys}
+        self._parts = {y: _Part.of(loads, y, columns, observer_signs[y]) for y in ys}
+        self._n_loads, self._place_of_observer = len(loads), place_of_observer
+        self._axes = section.body.surface.axes(np.zeros_like(s), s)  # (direction, component, n)
+        along_x = np.array([load.direction == X for load in loads])
+        self._signs = np.where(along_x[:, None], [1, -1, -1], [1, 1, 1])[..., None]
+
+    def __call__(self, k: float, shares: Sequence[float] = (1.0,)) -> tuple[Array, float]:
+        """The amplitudes [mm^2/N] at wavenumber k [1/mm], and the worst residual; raises NotConverged."""
+        in_global_axes = np.zeros((len(shares), self._n_loads, 3, self._axes.shape[2]))
+        residuals = []
+        for together in self._together:
+            cases = [case for case in together.free if case[1] in shares]
+            if not cases:
+                continue
+            condensed = together.condensation.at(k)
+            for y, share in cases:
+                part = self._parts[y]
+                responses, residual = condensed.responses(together.free[y, share])
+                residuals.append(residual)
+                at_places = responses.reshape(-1, 3, responses.shape[1])
+                observed = part.observer_signs[..., None] * at_places[self._place_of_observer]
+                in_global_axes[shares.index(share), part.of_loads] += (
+                    part.signs[:, None, None] * np.transpose(observed, (2, 1, 0))[part.columns]
+                )
+        in_local_axes = np.einsum("icn,alcn->alin", self._axes, in_global_axes)
+        return np.asarray(self._signs * in_local_axes), max(residuals)
+
+
+@dataclass(frozen=True, eq=False)
+class _Together:
+    """Cases of support, by parity in y and share of the far radius, that one factorisation serves.
+
+    `free` marks which of the retained amplitudes each leaves free.
+    """
+
+    condensation: Condensation
+    free: Mapping[Case, Mask]
+
+    @classmethod
+    def of(
+        cls, model: SectionModel, held: Mapping[Case, Mask], forces: csr_matrix, seen: csr_matrix
+    ) -> "_Together":
+        """Prepare cases by what they hold, (n_nodes, 3); the model has the nodes of `_differing` last."""
+        always_held = np.all(list(held.values()), axis=0)
+        free = model.amplitudes[~always_held.ravel()[model.amplitudes]]
+        n_retained = int(np.sum(~always_held[_differing(held)]))
+        retained = free[len(free) - n_retained :]
+        stiffness = model.stiffness.restricted(~always_held.ravel()[model.amplitudes])
+        condensation = Condensation.of(
+            stiffness, n_retained, csc_matrix(forces[free]), csr_matrix(seen[:, free]), len(held)
+        )
+        return cls(condensation, {case: ~mask.ravel()[retained] for case, mask in held.items()})
+
+
+def _condensed_together(
+    section: SectionMesh, held: Mapping[Case, Mask], forces: csr_matrix, seen: csr_matrix
+) -> list[_Together]:
+    """All cases together, or each apart where more than `MOST_RETAINED` amplitudes would be retained."""
+    differing = _differing(held)
+    if 3 * np.sum(differing) <= MOST_RETAINED:
+        return [_Together.of(assemble(section, differing), held, forces, seen)]
+    model = assemble(section)
+    return [_Together.of(model, {case: mask}, forces, seen) for case, mask in held.items()]
+
+
+def _differing(held: Mapping[Case, Mask]) -> Mask:
+    """Nodes that some cases hold in another way than others do, (n_nodes,)."""
+    masks = np.stack(list(held.values()))
+    return np.asarray(np.any(np.any(masks, axis=0) & ~np.all(masks, axis=0), axis=1))
+
+
+def _held(section: SectionMesh, y: int, share: float) -> Mask:
+    """Amplitudes that are held for a parity in y, with the far arc at a share of its radius, (n_nodes, 3).
+
+    It takes only the first nodes beyond the arc, those of the cells that it crosses, to hold what is inside.
+    """
+    nodes, far_radius, of_cells = section.mesh.doflocs, section.body.domain.far_radius, section.nodes_of_cells
+    on_plane = np.abs(nodes[0]) < 1e-9 * far_radius
+    beyond = np.hypot(*nodes) > share * far_radius
+    crossed = of_cells[~np.all(beyond[of_cells], axis=1)]
+    on_arc = np.zeros_like(beyond)
+    on_arc[crossed] = beyond[crossed]
+    return np.asarray(section.supported | (on_plane[:, None] & (_mirror(y) < 0)) | on_arc[:, None])
+
+
+def _with_part(loads: Sequence[Load], y: int) -> list[Load]:
+    """The loads that have a part of a parity in y; y = 0 stands for all of them on a whole section."""
+    return [load for load in loads if any(p.y == y for p in parities(load, half_section=y != 0))]
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A column of the forces: the load at |s|, or on a strip that crosses y = 0 its part of a parity.
+
+    Elsewhere even and odd part are the same on the half of the section that is modelled. On a whole section
+    y = 0.
+    """
+
+    load: Load
+    y: int
+
+    @classmethod
+    def of(cls, load: Load, y: int) -> "_Column":
+        """The column that has the part of a load."""
+        if y == 0:
+            return cls(load, 0)
+        patch = replace(load.patch, s=abs(load.patch.s))
+        crosses = patch.s - patch.b < -ON_PLANE * patch.b
+        return cls(replace(load, patch=patch), y if crosses else 1)
+
+    def force(self, section: SectionMesh) -> Array:
+        """The consistent forces (unknowns,)."""
+        return strip_force(section, self.load, self.y)
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """The even or the odd part of the loads, or all of them on a whole section.
+
+    Loads at s and -s have parts that are equal or opposite: they share a column of the forces. So do
+    observers share a place.
+    """
+
+    of_loads: list[int]  # numbers of the loads that have this part
+    columns: list[int]  # the column of the forces that each of these loads uses
+    signs: Array  # the factor of each of these loads on its column
+    observer_signs: Array  # the factors of each observer on the components at its place, (n, 3)
+
+    @classmethod
+    def of(cls, loads: Sequence[Load], y: int, columns: Sequence[_Column], observer_signs: Array) -> "_Part":
+        """The part of a parity in y, or all of the loads (0)."""
+        with_part = set(_with_part(loads, y))
+        of_loads = [number for number, load in enumerate(loads) if load in with_part]
+        column_number = {column: number for number, column in enumerate(columns)}
+        return cls(
+            of_loads,
+            [column_number[_Column.of(loads[number], y)] for number in of_loads],
+            np.array([_sign(loads[number], y) for number in of_loads]),
+            observer_signs,
+        )
+
+
+def _sign(load: Load, y: int) -> float:
+    """The factor of the part of a load on that of the load at |s|."""
+    if y == 0 or load.patch.s >= 0:
+        return 1.0
+    return float(-y if load.direction == S else y)
+
+
+def _mirror(y: int) -> Array:
+    """Signs (3,) by which the components differ on the other side of y = 0; 1 on a whole section."""
+    return Parity(1, y).signs(Y) if y else np.ones(3)
+
+
+def observers(section: SectionMesh, s: Array, y: int = 0) -> csr_matrix:
+    """Matrix (3 len(s), unknowns) from amplitudes to u_x, u_y, u_z on the contour at arc lengths s [mm].
+
+    With a parity in y, amplitudes are those of the half section.
+    """
+    signs = np.where((s < 0)[:, None], _mirror(y), 1.0).ravel()
+    trace = section.interpolation(np.abs(s) if y else s)
+    return csr_matrix(diags_array(signs) @ kron(trace, np.eye(3), format="csr"))
+
+
+def strip_force(section: SectionMesh, load: Load, y: int = 0) -> Array:
+    """Consistent forces (unknowns,) of the part of a unit line load that has a parity in y.
+
+    The line load is uniform over the strip of the load; y = 0 stands for all of it on a whole section.
+    """
+    low, high = load.patch.s - load.patch.b, load.patch.s + load.patch.b
+    knots = np.concatenate([-section.knots, section.knots]) if y else section.knots
+    edges = np.unique([low, *knots[(knots > low) & (knots < high)], high])
+    nodes, weights = on_panels(edges[:-1], edges[1:], LOAD_POINTS)
+    s, density = nodes.ravel(), weights.ravel() / (high - low)
+    direction = section.body.surface.axes(0.0, s)[load.direction]  # (3, n)
+    modelled_share = 0.5 if y else 1.0  # half of the section carries half of the even and of the odd part
+    return np.asarray(modelled_share * (observers(section, s, y).T @ (density * direction).T.ravel()))

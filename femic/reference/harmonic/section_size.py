@@ -1,0 +1,113 @@
+"""The size of the cells of a section.
+
+A displacement is disturbed at the ends of the loaded strips, at joints (where the curvature jumps), and where
+the contour turns on a small radius. Away from a disturbance it is smooth on the scale of the distance from
+it: cells in proportion to that distance, with polynomials of fourth degree on them, need few unknowns.
+"""
+
+from dataclasses import dataclass, replace
+from types import ModuleType
+
+import numpy as np
+
+from femic.reference.meshing.cell_size import Cells, distance, round_the_axis, set_cell_size
+from geometries.arrays import Array
+from geometries.bodies import Body
+from geometries.contours import Contour
+
+JOINT_SHARE = 0.2  # cell at a joint over the cell that the nearest strip asks for there
+CELL_TURN = 0.5  # rad, largest turn of the contour within a cell
+LOCAL_RADII = 2.0  # rolling radii from the load beyond which little of its field is left
+CONTOUR_SAMPLES = 2001  # points of the contour where its curvature is taken
+
+
+@dataclass(frozen=True, eq=False)
+class Finer:
+    """Smaller cells of size h0 [mm] on strips (n, 2) [mm], and more slowly growing ones round them.
+
+    A distance of `behind` [mm] later than on their own growth they are as large as all others.
+    """
+
+    strips: Array
+    h0: float
+    growth: float
+    behind: float
+
+
+@dataclass(frozen=True, eq=False)
+class SectionSize:
+    """Cells of the least of the sizes sqrt(h0^2 + (growth r)^2), r the distance from each disturbance.
+
+    h0 is `cells.smallest` at the ends of `strips` (n, 2) [mm] and follows the disturbance elsewhere. On the
+    strips themselves cells are not larger than `wave` [mm], and as small as `finer` says on other ones.
+    """
+
+    cells: Cells
+    strips: Array
+    wave: float = np.inf
+    finer: Finer | None = None
+
+    def with_mirror_image(self) -> "SectionSize":
+        """The same size for the strips and their mirror images at -s."""
+        finer = self.finer and replace(self.finer, strips=_both_sides(self.finer.strips))
+        return replace(self, strips=_both_sides(self.strips), finer=finer)
+
+
+def _both_sides(strips: Array) -> Array:
+    """Strips (n, 2) and their mirror images, shape (2 n, 2)."""
+    return np.vstack([strips, -strips[:, ::-1]])
+
+
+def set_section_size(gmsh: ModuleType, body: Body, size: SectionSize) -> None:
+    """Set the size of cells as the background field of Gmsh's model."""
+    contour, cells, growth, strips = body.contour, size.cells, size.cells.growth, size.strips
+    ends = np.unique(strips)
+    disturbances = [(ends, cells.smallest)]
+    for joint in contour.joints:
+        gap = max(float(np.min(np.abs(ends - joint))), cells.smallest / growth)
+        disturbances.append((np.array([joint]), max(JOINT_SHARE * growth * gap, cells.smallest)))
+    disturbances += _turns(contour, ends, growth)
+    widest = float(np.max(np.ptp(strips, axis=1)))
+    if size.wave < growth * widest / 2:
+        disturbances.append((_between(strips, size.wave), size.wave))
+    fields = [distance(gmsh, np.stack([0 * s, *contour.position(s)])) for s, _ in disturbances]
+    formulas = [
+        f"sqrt({h0:.17g}^2+({growth:.17g}*F{field})^2)"
+        for field, (_, h0) in zip(fields, disturbances, strict=True)
+    ]
+    if size.finer:
+        formulas.append(_finer_size(gmsh, contour, size.finer, growth))
+    if body.rolling_radius < np.inf:
+        beyond_local = f"{growth:.17g}*(F{fields[0]}-{LOCAL_RADII * body.rolling_radius:.17g})"
+        formulas.append(f"max({round_the_axis(body)},{beyond_local})")
+    set_cell_size(gmsh, formulas)
+
+
+def _finer_size(gmsh: ModuleType, contour: Contour, finer: Finer, growth: float) -> str:
+    """Formula of the size of the cells round finer strips."""
+    s = _between(finer.strips, finer.h0)
+    field = distance(gmsh, np.stack([0 * s, *contour.position(s)]))
+    slowly = f"sqrt({finer.h0:.17g}^2+({finer.growth:.17g}*F{field})^2)"
+    return f"max({slowly},{growth:.17g}*(F{field}-{finer.behind:.17g}))"
+
+
+def _turns(contour: Contour, ends: Array, growth: float) -> list[tuple[Array, float]]:
+    """Arc lengths [mm] where the contour's radius asks for smaller cells than the strips' distance does.
+
+    They are grouped by the size of the cells [mm], a power of two.
+    """
+    if not contour.joints:
+        return []
+    s = np.linspace(*contour.limits, CONTOUR_SAMPLES)
+    curvature = np.abs(np.gradient(contour.inclination(s), s))
+    size = CELL_TURN / np.maximum(curvature, CELL_TURN / np.ptp(s))
+    strip_distance = np.min(np.abs(s[:, None] - ends), axis=1)
+    octave = np.floor(np.log2(size))
+    refined = size < growth * strip_distance
+    return [(s[refined & (octave == power)], float(2**power)) for power in np.unique(octave[refined])]
+
+
+def _between(strips: Array, spacing: float) -> Array:
+    """Arc lengths on strips with spacings of at most `spacing` [mm], shape (n,)."""
+    n = int(np.ceil(float(np.max(np.ptp(strips, axis=1))) / spacing)) + 1
+    return np.unique(np.linspace(strips[:, 0], strips[:, 1], n))

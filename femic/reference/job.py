@@ -1,0 +1,129 @@
+"""The job of C at points: a body, a loaded patch, components, points, and the accuracy."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from approx.pair import Solid
+from femic.reference.accuracy import FLOOR
+from femic.reference.discount import Condition
+from femic.reference.discount_rules import SourceRule
+from femic.reference.engine import Engine, Specification
+from femic.reference.level import Level, factors
+from femic.reference.meshing.cell_size import Cells
+from femic.reference.models import Points, SolverChoice
+from geometries.arrays import Array
+from geometries.bodies import Body
+from geometries.patches import Load, N, Patch, indices
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How C is computed: the engine, the accuracy, and where M is fitted (`discount_rules`) [mm].
+
+    `cells` are those of the first model, by default those that the tolerance needs. No model may have more
+    than `most_unknowns`. `solver` is that of the solid engine.
+    """
+
+    engine: Engine
+    tolerance: float = 0.01
+    cells: Cells | None = None
+    most_unknowns: int = 1_000_000
+    rotation_reach: float = 20.0
+    moment_arm: float = 5.0
+    approach_side: float = 0.2
+    solver: SolverChoice = "auto"
+
+    def source_rule(self, a: float, b: float) -> SourceRule:
+        """The rule of [BVSV] for M, with loads on patches of half-sides a, b [mm]."""
+        return SourceRule(a, b, self.rotation_reach, self.moment_arm)
+
+    def solved(self, components: Iterable[str]) -> tuple[str, ...]:
+        """The components that are solved for those that are asked for; by some engines C_ji with C_ij.
+
+        By these engines loads share a factorisation, and the error of C_ij is estimated by that of C_ji as
+        well (`pooled`). So the estimate does not depend on which other components are asked for.
+        """
+        asked = tuple(components)
+        transposed = [component[::-1] for component in asked] if self.engine.both_loads else []
+        return tuple(dict.fromkeys([*asked, *transposed]))
+
+    def first_cells(self, patch: Patch) -> Cells:
+        """The cells to start with."""
+        return self.cells or self.engine.tuned.cells_for(self.tolerance, patch)
+
+
+@dataclass(frozen=True)
+class Job:
+    """The reference ICs of one body.
+
+    `lines` says which points lie on which line: tolerance and estimates refer to the scale of refinement of
+    a line.
+    """
+
+    body: Body
+    patch: Patch
+    components: tuple[str, ...]
+    points: Points
+    lines: Mapping[str, slice]
+    settings: Settings
+
+    @property
+    def first_cells(self) -> Cells:
+        """The cells to start with."""
+        return self.settings.first_cells(self.patch)
+
+    @property
+    def loads(self) -> tuple[Load, ...]:
+        """The loads of the components that are solved."""
+        solved = self.settings.solved(self.components)
+        return tuple(Load(self.patch, direction) for direction in directions_of(solved))
+
+    @property
+    def rule(self) -> SourceRule:
+        """The rule by which M is fitted: C of single loads is compared with ICs of half-spaces."""
+        return self.settings.source_rule(self.patch.a, self.patch.b)
+
+    @property
+    def half_space_nn(self) -> Array:
+        """A_nn at the points per unit total load [mm/N], shape (n,)."""
+        solid, points = Solid(self.body.material, self.body.surface), (self.points.x, self.points.s)
+        return solid.approximate("A", self.patch, points)[N, N] / self.patch.area
+
+    @property
+    def fit(self) -> list[Condition]:
+        """The conditions that determine M."""
+        return self.rule.conditions(self.body, self.loads)
+
+    @property
+    def solved_loads(self) -> tuple[Load, ...]:
+        """The loads of the job, then the further loads that M needs."""
+        fit_loads = (load for condition in self.fit for load in condition.loads)
+        return tuple(dict.fromkeys([*self.loads, *fit_loads]))
+
+    def request(self, level: Level) -> Any:
+        """The model at a level, as the job's engine takes it."""
+        return self.settings.engine.request(self.specification(level))
+
+    def specification(self, level: Level) -> Specification:
+        """The model at a level: the points of the job come first, then those where M is fitted."""
+        fit_points = self.rule.observers(self.body, self.fit)
+        cells, domain = factors(level)
+        a_nn = self.half_space_nn
+        return Specification(
+            self.body.enlarged(domain),
+            self.solved_loads,
+            Points(np.append(self.points.x, fit_points.x), np.append(self.points.s, fit_points.s)),
+            self.first_cells.scaled(cells),
+            self.settings.tolerance,
+            FLOOR * min(float(np.max(a_nn[line])) for line in self.lines.values()),
+            level.waves,
+            self.settings.solver,
+        )
+
+
+def directions_of(components: Iterable[str]) -> tuple[int, ...]:
+    """Load directions that the components ("xn": displacement x due to traction n) need."""
+    return tuple(sorted({indices(component)[1] for component in components}))

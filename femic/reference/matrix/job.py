@@ -1,0 +1,205 @@
+"""The job of an IC matrix: a body, a grid, and the accuracy that is asked for."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from approx.pair import Solid
+from femic.reference.accuracy import FLOOR
+from femic.reference.discount import Condition, Rule
+from femic.reference.discount_rules import ApproachRule, NoRule
+from femic.reference.engine import Tuned
+from femic.reference.harmonic.record import HARMONIC
+from femic.reference.harmonic.request import HarmonicRequest
+from femic.reference.harmonic.tuned import FAR_RADIUS, waves_for
+from femic.reference.job import Settings, directions_of
+from femic.reference.level import TRUNCATION_ORDER, Level, factors
+from femic.reference.meshing.cell_size import Cells
+from femic.reference.models import Points
+from geometries.arrays import Array
+from geometries.bodies import Body
+from geometries.errors import WrongInput
+from geometries.grids import Grid
+from geometries.patches import COMPONENTS, Load, N, Patch
+
+CELLS_PER_HALF_STRIP, GROWTH_OF_CELLS = 2, 0.55  # displacements are read at the centres of strips only
+WAVES_OVERESTIMATE = 4.0  # expected over actual error of the interpolation between wavenumbers
+FAR_OVER_HALF_WIDTH = 600.0  # far radius over the half-width of the grid
+MERGED = 2  # strips that one strip of a later, coarser grid may consist of
+HIGHEST_OF_FIT = 6 * np.pi  # largest wavenumber times the least half-side: M needs more digits than C
+
+
+def _cells(patch: Patch) -> Cells:
+    """Cells that meet the tuned tolerance on strips as wide as a patch."""
+    return Cells(patch.b / CELLS_PER_HALF_STRIP, GROWTH_OF_CELLS, GROWTH_OF_CELLS)
+
+
+Discount = Literal["approach", "source", "none"]  # the rules of `femic.reference.discount_rules`
+MATRIX_TUNED = Tuned(tolerance=0.001, cells=_cells, coarsest=1.25)
+
+
+def far_radius_for(tolerance: float, grid: Grid) -> float:
+    """Radius [mm] of the far arc that is likely to meet a tolerance; it grows with the grid's width."""
+    half_width = grid.n_s * grid.ds / 2
+    tightening = MATRIX_TUNED.tighter(tolerance) ** (1 / TRUNCATION_ORDER)
+    return max(FAR_RADIUS, FAR_OVER_HALF_WIDTH * half_width) * tightening
+
+
+@dataclass(frozen=True)
+class MatrixJob:
+    """The IC matrix of one body by the harmonic engine; its scale of refinement: `columns`.
+
+    Only loads of the directions that `components` need are solved, and those that M needs for them. C is
+    what is left after the first of the `discounts`; the same model gives it after the others, too. With
+    "source" the far arc stands for a body without end, and C is enlarged until it does not matter. With
+    "approach" and "none" the supports are those of the body, and part of C.
+    """
+
+    body: Body
+    grid: Grid
+    settings: Settings
+    components: tuple[str, ...] = COMPONENTS
+    discounts: tuple[Discount, ...] = ("approach",)
+
+    def __post_init__(self) -> None:
+        """Raise WrongInput for another engine."""
+        if self.settings.engine is not HARMONIC:
+            raise WrongInput(
+                f"`engine`: IC matrices are solved by the {HARMONIC.name} engine, not by "
+                f"{self.settings.engine.name}: give Settings(HARMONIC)"
+            )
+
+    @property
+    def first_cells(self) -> Cells:
+        """The cells of the first model."""
+        cells = MATRIX_TUNED.cells_for(self.settings.tolerance, self.grid.patch(0))
+        return self.settings.cells or cells
+
+    @property
+    def solved(self) -> tuple[str, ...]:
+        """The components that are solved."""
+        return self.settings.solved(self.components)
+
+    @property
+    def strip_loads(self) -> tuple[Load, ...]:
+        """Unit loads on every strip in the directions of the components that are solved."""
+        patches = [self.grid.patch(strip) for strip in range(self.grid.n_s)]
+        return tuple(Load(patch, direction) for patch in patches for direction in directions_of(self.solved))
+
+    @cached_property
+    def rules(self) -> Mapping[Discount, Rule]:
+        """The rules by which M is fitted, by discount."""
+        return self._rules(1)
+
+    def _rules(self, merged: int) -> dict[Discount, Rule]:
+        """The rules of a grid whose elements are this number of times as long and as wide."""
+        a, b = merged * self.grid.dx / 2, merged * self.grid.ds / 2
+        every: dict[Discount, Rule] = {
+            "approach": ApproachRule(self.settings.approach_side),
+            "source": self.settings.source_rule(a, b),
+            "none": NoRule(),
+        }
+        return {name: every[name] for name in self.discounts}
+
+    @cached_property
+    def fits(self) -> Mapping[Discount, list[Condition]]:
+        """The conditions that determine M, by discount."""
+        return self._fits(1)
+
+    def _fits(self, merged: int) -> dict[Discount, list[Condition]]:
+        rules = self._rules(merged)
+        return {name: rule.conditions(self.body, self.strip_loads) for name, rule in rules.items()}
+
+    @property
+    def fit_loads(self) -> tuple[Load, ...]:
+        """The loads of these conditions."""
+        return _loads_of(self.fits)
+
+    def fit_points(self, discount: Discount) -> Points:
+        """The points at which the conditions of a discount read displacements."""
+        return self.rules[discount].observers(self.body, self.fits[discount])
+
+    @property
+    def merged_strips(self) -> Array:
+        """Centres of strips that consist of `MERGED` strips each [mm], from the left end of the grid."""
+        n_s, n = self.grid.n_s, MERGED
+        return np.asarray(np.mean(self.grid.strips[: n_s - n_s % n].reshape(-1, n), axis=1))
+
+    @property
+    def merged_fit_loads(self) -> tuple[Load, ...]:
+        """The loads that determine M where strips and their lengths are `MERGED` times as large."""
+        return _loads_of(self._fits(MERGED))
+
+    @property
+    def given_domain(self) -> bool:
+        """Whether the far arc of the body is a part of C, and not an approximation of a body without end."""
+        return self.discounts[0] != "source"
+
+    def request(self, level: Level) -> HarmonicRequest:
+        """The model at a level, with all strips as loads and observers, and with what M needs.
+
+        It serves later grids of strips `MERGED` times as wide, too (`femic.reference.harmonic.nesting`).
+        """
+        cells, domain = factors(level)
+        strips, merged = self.grid.strips, self.merged_strips
+        s = np.concatenate([strips, merged])
+        fitted = [self.fit_points(name) for name in self.discounts]
+        points = Points(
+            np.concatenate([np.full_like(s, self.grid.lags[-1]), *(at.x for at in fitted)]),
+            np.concatenate([s, *(at.s for at in fitted)]),
+        )
+        wanted = dict.fromkeys([*self.strip_loads, *self.fit_loads])
+        loads = tuple(dict.fromkeys([*wanted, *self.merged_fit_loads]))
+        accuracy, factor = waves_for(self.settings.tolerance, WAVES_OVERESTIMATE, level.waves)
+        return HarmonicRequest(
+            self.body.enlarged(domain),
+            loads,
+            points,
+            self.first_cells.scaled(cells),
+            accuracy * self._least_scales(loads, np.unique(points.s)),
+            factor * HIGHEST_OF_FIT,
+            even_strips=True,
+            fit_patches=tuple(dict.fromkeys(load.patch for load in self.fit_loads)),
+            spare_loads=loads[len(wanted) :],
+            spare_s=tuple(np.setdiff1d(merged, [*strips, *self._fit_s]).tolist()),
+            given_domain=self.given_domain,
+        )
+
+    @property
+    def _fit_s(self) -> Array:
+        """Arc lengths [mm] at which conditions read displacements."""
+        return np.concatenate([self.fit_points(name).s for name in self.discounts])
+
+    @cached_property
+    def half_space_column(self) -> Array:
+        """A_nn per unit load [mm/N] at all lags and numbers of strips apart, shape (n_x, n_s)."""
+        return self.half_space_nn(self.grid.lags[:, None], self.grid.ds * np.arange(self.grid.n_s))
+
+    def half_space_nn(self, x: ArrayLike, s: ArrayLike) -> Array:
+        """A_nn per unit load [mm/N] at distances x, s [mm], of their common shape."""
+        patch = Patch(self.grid.dx / 2, self.grid.ds / 2)
+        return Solid(self.body.material, self.body.surface).approximate("A", patch, (x, s))[N, N] / patch.area
+
+    def _least_scales(self, loads: Sequence[Load], s: Array) -> Array:
+        """Least scale of refinement [mm/N] per load and arc length, shape (load, 1, len(s)).
+
+        Where the conditions of M read, it is the least A_nn of all.
+        """
+        load_s = np.array([load.patch.s for load in loads])
+        scales = FLOOR * self.half_space_nn(0.0, s - load_s[:, None])
+        fit_loads = {*self.fit_loads, *self.merged_fit_loads}
+        is_fit_load = np.array([load in fit_loads for load in loads])
+        fitted = np.ix_(is_fit_load, np.isin(s, self._fit_s))
+        scales[fitted] = np.min(scales) / FLOOR
+        return scales[:, None]
+
+
+def _loads_of(fits: Mapping[Discount, Sequence[Condition]]) -> tuple[Load, ...]:
+    """The loads of conditions, each once."""
+    return tuple(
+        dict.fromkeys(load for fit in fits.values() for condition in fit for load in condition.loads)
+    )

@@ -1,0 +1,186 @@
+"""The IC matrix of each body at all lags and strips, with the estimate of its error.
+
+One model serves all strips: the wavenumbers are solved once, with every strip as a load. Displacements at the
+lags are computed from the responses strip by strip, when they are asked for, so that no more than one loaded
+strip of a large matrix is in memory. The discount takes one matrix M per body (`discount_rules`).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+
+from femic.reference.accuracy import Shares
+from femic.reference.discount import FZ, discount, fit_discount, motions
+from femic.reference.estimate import Estimated, estimated, total
+from femic.reference.harmonic.lags import LagSynthesis, syntheses
+from femic.reference.harmonic.record import HARMONIC
+from femic.reference.harmonic.synthesis import Responses, displacements
+from femic.reference.level import Level, factors
+from femic.reference.matrix.columns import column_scale, column_shares, worst_of
+from femic.reference.matrix.job import Discount, MatrixJob
+from femic.reference.meshing.cell_size import Cells
+from femic.reference.models import Cost, Points
+from femic.reference.refinement import Assessed, converged
+from femic.reference.result import costs_of
+from femic.reference.run_options import DEFAULT, Means, Solved
+from geometries.arrays import Array
+from geometries.bodies import Body
+
+REMEMBERED_ENTRIES = 40_000_000  # largest number of entries of a matrix whose columns are all kept in memory
+
+
+@dataclass(frozen=True)
+class MatrixReference:
+    """The IC matrix of one body per unit total load [mm/N], computed strip by strip from solved responses.
+
+    Components that are not solved are NaN.
+    """
+
+    job: MatrixJob
+    level: Level
+    cells: Cells
+    body: Body
+    models: Mapping[str, Cost]
+    solved: Responses
+
+    @cached_property
+    def _syntheses(self) -> dict[str, LagSynthesis]:
+        """The synthesis at the lags: of the model (""), and of its variations."""
+        return syntheses(self.solved, self.job.grid, self.job.solved)
+
+    @cached_property
+    def _compliances(self) -> dict[Discount, dict[str, Array]]:
+        """M (4, 4) by discount: of the model (""), and of its variations."""
+        return {name: self._fitted(name) for name in self.job.discounts}
+
+    def _fitted(self, name: Discount) -> dict[str, Array]:
+        job = self.job
+        if not job.fits[name]:
+            return dict.fromkeys(self._syntheses, np.zeros((4, 4)))
+        u = displacements(self.solved, job.fit_loads, job.fit_points(name))
+        return {
+            variation: fit_discount(
+                job.body, job.rules[name], job.fits[name], dict(zip(job.fit_loads, of_loads, strict=True))
+            )
+            for variation, of_loads in {"": u.u, **u.perturbed}.items()
+        }
+
+    @property
+    def discount(self) -> Array:
+        """M of the first discount [mm/N, 1/N, 1/(N mm)], shape (4, 4)."""
+        return self._compliances[self.job.discounts[0]][""]
+
+    def raw_column(self, strip: int) -> Array:
+        """C before the discount [mm/N] due to unit total loads on one strip, shape (3, 3, n_x, n_s)."""
+        return self._raw(strip, "")
+
+    @cached_property
+    def _columns(self) -> list[Estimated] | None:
+        """All columns of a small matrix; None for a large one."""
+        n_x, n_s = self.job.grid.n_x, self.job.grid.n_s
+        if 9 * n_x * n_s**2 > REMEMBERED_ENTRIES:
+            return None
+        return [self._column(strip, self.job.discounts[0]) for strip in range(n_s)]
+
+    def column(self, strip: int, discount: Discount | None = None) -> Estimated:
+        """C [mm/N] due to unit total loads on one strip; its arrays have the shape (3, 3, n_x, n_s).
+
+        It is C after the first discount of the job, or after another one of them.
+        """
+        if discount in (None, self.job.discounts[0]) and self._columns is not None:
+            return self._columns[strip]
+        return self._column(strip, discount or self.job.discounts[0])
+
+    def _column(self, strip: int, name: Discount) -> Estimated:
+        """C [mm/N] due to unit total loads on one strip, after a discount, with its estimate."""
+        by_variation = {
+            variation: self._varied(strip, name, variation)
+            for variation in self._syntheses
+            if variation != "nearer" or name == "source"  # elsewhere the far arc is a part of the body
+        }
+        column = estimated(by_variation.pop(""), by_variation, safety=HARMONIC.safety)
+        errors = column.mesh_error, column.truncation_error, column.waves_error
+        return Estimated(column.ic, *(cast(Array, error.astype(np.float32)) for error in errors))
+
+    def paired_column(self, strip: int, variation: str = "") -> Array:
+        """C [mm/N] as a pair of bodies takes it, before its approach is subtracted, shape (3, 3, n_x, n_s).
+
+        Of each body's own discount this is what is no approach: all of "source", nothing of the others.
+        `variation` is that of the model: "nearer" has a far arc of half the radius.
+        """
+        name = self.job.discounts[0]
+        return self._varied(strip, name, variation) if name == "source" else self._raw(strip, variation)
+
+    def approach(self, variation: str = "") -> float:
+        """M_zz [mm/N], which is subtracted from the approach of a pair; 0 for other discounts."""
+        name = self.job.discounts[0]
+        return float(self._compliances[name][variation][FZ, FZ]) if name == "approach" else 0.0
+
+    def _raw(self, strip: int, variation: str) -> Array:
+        return self._syntheses[variation].column(strip)
+
+    def _varied(self, strip: int, name: Discount, variation: str) -> Array:
+        """A variation of C [mm/N] after a discount, shape (3, 3, n_x, n_s)."""
+        elements = Points(self.job.grid.lags[:, None], self.job.grid.strips[None])
+        unit_motions = motions(self.job.body, elements, float(self.job.grid.strips[strip]))
+        rigid = discount(self._compliances[name][variation], unit_motions)
+        return np.asarray(self._raw(strip, variation) - rigid)
+
+
+def matrices(
+    jobs: Mapping[str, MatrixJob], means: Means = DEFAULT, *, combined: bool = False
+) -> dict[str, MatrixReference]:
+    """Solve all bodies and refine each until its estimate meets its tolerance.
+
+    With `combined` the estimate of the sum of the bodies must meet it, too. Errors are measured on the scale
+    of `column_scale`. Raises as `femic.reference.at_points.references`.
+    """
+    return converged(AtLags(jobs, combined), means)
+
+
+@dataclass(frozen=True)
+class AtLags:
+    """The IC matrices of bodies, as a problem of `femic.reference.refinement`."""
+
+    jobs: Mapping[str, MatrixJob]
+    combined: bool
+
+    def read(self, _name: str, solved: Solved) -> Responses:
+        """The responses of a solved model."""
+        responses: Responses = solved.model
+        return responses
+
+    def combine(self, name: str, level: Level, models: Mapping[Level, Responses]) -> MatrixReference:
+        """The IC matrix of a body at a level, from the responses of its models."""
+        job, level_of_model = self.jobs[name], level.models(HARMONIC.models)
+        solved, costs = models[level], costs_of(level_of_model, models)
+        cells = job.first_cells.scaled(factors(level)[0])
+        return MatrixReference(job, level, cells, solved.body, costs, solved)
+
+    def assess(self, references: Mapping[str, MatrixReference]) -> Assessed:
+        """The estimated errors of the bodies, at worst over all strips, and those of their sum."""
+        own: dict[str, list[Shares]] = {name: [] for name in references}
+        in_sum: dict[str, list[Shares]] = {name: [] for name in references}
+        of_sum: list[Shares] = []
+        job = next(iter(self.jobs.values()))
+        components = job.components
+        for strip in range(job.grid.n_s):
+            of_body = {name: reference.column(strip) for name, reference in references.items()}
+            for name, c in of_body.items():
+                scale = column_scale(strip, c.ic, [self.jobs[name]])
+                own[name].append(column_shares(strip, c, scale, components))
+            if self.combined:
+                c = total(list(of_body.values()))
+                scale = column_scale(strip, c.ic, list(self.jobs.values()))
+                of_sum.append(column_shares(strip, c, scale, components))
+                for name, body_column in of_body.items():
+                    in_sum[name].append(column_shares(strip, body_column, scale, components))
+        own_worst = {name: worst_of(shares) for name, shares in own.items()}
+        if not self.combined:
+            return Assessed(own_worst)
+        return Assessed(
+            own_worst, worst_of(of_sum), {name: worst_of(shares) for name, shares in in_sum.items()}
+        )

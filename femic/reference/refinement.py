@@ -1,0 +1,213 @@
+"""Models are solved and refined until the estimate of C's error meets the tolerance.
+
+One driver serves C at points and on grids (`Problem`). Each body is refined until its own estimate meets the
+tolerance. Where the sum of both bodies is compared, they are refined further: there the errors add up, while
+a component of the sum, and with it the scale, may be smaller than its parts. Each part of the error that is
+too large is reduced: the mesh part by smaller cells, the truncation part by a larger domain, the part of the
+waves by more and larger wavenumbers, each by as many steps as its order promises.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+
+from femic.reference.accuracy import NotConverged, Shares
+from femic.reference.engine import Engine, Request
+from femic.reference.job import Settings
+from femic.reference.level import (
+    COARSER,
+    HIGHER,
+    LARGER,
+    MESH_ORDER,
+    MODELS,
+    TRUNCATION_ORDER,
+    WAVES_ORDER,
+    Level,
+    factors,
+)
+from femic.reference.models import Cost
+from femic.reference.run_options import Means, Solved, Task
+from geometries.errors import WrongInput
+
+MOST_STEPS = 3  # largest number of steps of refinement per round
+FURTHEST = 4  # largest number of steps of cells, domain or waves from where a job starts
+
+
+@dataclass(frozen=True)
+class Assessed:
+    """Estimated errors of the bodies, and where their sum is judged, of the sum and of each body in it."""
+
+    own: Mapping[str, Shares]
+    combined: Shares | None = None
+    in_combined: Mapping[str, Shares] = field(default_factory=dict)
+
+
+class Refinable(Protocol):
+    """A result that may need refinement."""
+
+    @property
+    def level(self) -> Level:
+        """The level up to which it has been refined."""
+
+    @property
+    def models(self) -> Mapping[str, Cost]:
+        """The costs of its models."""
+
+
+class Asked(Protocol):
+    """A job: the ICs that are asked for of one body."""
+
+    @property
+    def settings(self) -> Settings:
+        """The engine, the tolerance, and the largest number of unknowns."""
+
+    def request(self, level: Level) -> Any:
+        """The model at a level, as the job's engine takes it."""
+
+
+Result = TypeVar("Result", bound=Refinable)
+
+
+class Problem(Protocol[Result]):
+    """Jobs that are solved together: how solved models are read, combined, and judged."""
+
+    @property
+    def jobs(self) -> Mapping[str, Asked]:
+        """The jobs by the names of their bodies."""
+
+    def read(self, name: str, solved: Solved) -> Any:
+        """The data that a solved model contributes to the result."""
+
+    def combine(self, name: str, level: Level, models: Mapping[Level, Any]) -> Result:
+        """The result of a job at a level, with its estimate, from the data of its models."""
+
+    def assess(self, results: Mapping[str, Result]) -> Assessed:
+        """The estimated errors of the results."""
+
+
+def converged(problem: Problem[Result], means: Means) -> dict[str, Result]:
+    """Solve and refine all jobs of a problem until their estimates meet their tolerances.
+
+    Raises WrongInput for points outside a model, NotConverged where a tolerance would need a larger model
+    than its job allows.
+    """
+    jobs = problem.jobs
+    for name, job in jobs.items():
+        require_inside(name, job.request(Level(domain=-1)))
+    levels = dict.fromkeys(jobs, Level())
+    models: dict[str, dict[Level, Any]] = {name: {} for name in jobs}
+    while True:
+        unsolved = [
+            (job.settings.engine, Task(name, level, job.request(level), job.settings.most_unknowns))
+            for model in MODELS
+            for name, job in jobs.items()
+            if (level := levels[name].models(job.settings.engine.models).get(model))
+            and level not in models[name]
+        ]
+        means.watch.on_round([task for _, task in unsolved])
+        for solved in solve_models(unsolved, means):
+            models[solved.task.job][solved.task.level] = problem.read(solved.task.job, solved)
+            means.watch.on_model(solved)
+        results = {name: problem.combine(name, levels[name], models[name]) for name in jobs}
+        refinements = refine(jobs, results, problem.assess(results))
+        if not refinements:
+            return results
+        means.watch.on_stage(
+            f"  {' and '.join(refinements)} body: not yet as accurate as the tolerance asks: refining"
+        )
+        levels |= refinements
+
+
+def solve_models(unsolved: Sequence[tuple[Engine, Task]], means: Means) -> Iterator[Solved]:
+    """Solve models, engine by engine, and yield them as they finish.
+
+    They are kept in the store: an interrupted run of the same code does not solve them again.
+    """
+    engines = dict.fromkeys(engine for engine, _ in unsolved)
+    for engine in engines:
+        yield from engine.solve([task for task_engine, task in unsolved if task_engine is engine], means)
+
+
+def refine(
+    jobs: Mapping[str, Asked], results: Mapping[str, Refinable], assessed: Assessed
+) -> dict[str, Level]:
+    """The next levels of the bodies that are not accurate enough.
+
+    If only their sum is not, the body with the larger estimate in it is refined.
+    """
+    inaccurate = [
+        name for name, job in jobs.items() if not assessed.own[name].total <= job.settings.tolerance
+    ]
+    if inaccurate or assessed.combined is None:
+        return {name: refined(name, jobs[name], results[name], assessed.own[name]) for name in inaccurate}
+    tolerance = next(iter(jobs.values())).settings.tolerance
+    if assessed.combined.total <= tolerance:
+        return {}
+    name = max(results, key=lambda name: assessed.in_combined[name].total)
+    return {name: refined(name, jobs[name], results[name], assessed.in_combined[name], 1 / len(jobs))}
+
+
+def require_inside(name: str, smallest: Request) -> None:
+    """Raise WrongInput if a point or a patch of a request lies outside its model."""
+    body = smallest.body
+    xi_end = body.xi_end
+    low, high = body.s_range
+    for patch in dict.fromkeys(load.patch for load in smallest.loads):
+        ends = np.array([patch.s - patch.b, patch.s + patch.b])
+        s = np.append(smallest.points.s, ends)
+        xi = body.surface.chart_x(np.append(smallest.points.x, [patch.a, patch.a]), s, patch.s)
+        outside = np.flatnonzero((np.abs(xi) > xi_end) | (s < low) | (s > high))
+        if len(outside):
+            k = int(outside[0])
+            raise WrongInput(
+                f"{name} body: the point s = {s[k]:g} mm, {abs(xi[k]):g} mm along x, lies outside the model "
+                f"of the error estimate, which goes from s = {low:.4g} to {high:.4g} mm and "
+                f"{xi_end:.4g} mm along x: shorten lines, `rotation_reach` or `moment_arm`, move the patch, "
+                "or enlarge `far_radius` and `half_length`"
+            )
+
+
+def refined(name: str, job: Asked, result: Refinable, estimated: Shares, share: float = 1.0) -> Level:
+    """The next level of a body: finer cells, a larger domain, more waves, as the parts of its error need.
+
+    `estimated` is its error on the scale of refinement of its own ICs, or on that of the sum of both bodies,
+    of whose tolerance it may take a share. Raises NotConverged where the next level would be too expensive.
+    """
+    tolerance = share * job.settings.tolerance
+    level = Level(
+        result.level.cells + _steps(estimated.mesh, tolerance, COARSER**MESH_ORDER),
+        result.level.domain + _steps(estimated.truncation, tolerance, LARGER**TRUNCATION_ORDER),
+        result.level.waves + _steps(estimated.waves, tolerance, HIGHER**WAVES_ORDER),
+    )
+    if level == result.level:  # no part is too large, only their sum
+        level = replace(level, cells=level.cells + 1)
+    unknowns = result.models["fine"].unknowns
+    growth = job.settings.engine.growth_of_unknowns
+    expected = round(unknowns * COARSER ** (growth * (level.cells - result.level.cells)))
+    if max(level.cells, level.domain, level.waves) > FURTHEST or expected > job.settings.most_unknowns:
+        raise NotConverged(_too_expensive(name, job, result, estimated, expected))
+    return level
+
+
+def _steps(error: float, tolerance: float, gain: float) -> int:
+    """Steps that bring a part of the error to half of the tolerance, each dividing it by `gain`."""
+    if error <= tolerance / 2:
+        return 0
+    return int(np.clip(np.ceil(np.log(2 * error / tolerance) / np.log(gain)), 1, MOST_STEPS))
+
+
+def _too_expensive(name: str, job: Asked, result: Refinable, worst: Shares, expected: int) -> str:
+    cells, domain = factors(result.level)
+    settings = job.settings
+    return (
+        f"{name} body: the estimated error of C_{worst.component} on the line {worst.line} is "
+        f"{worst.total:.2%} with "
+        f"{result.models['fine'].unknowns:,} unknowns, cells x {cells:.3g}, domain x {domain:.3g} (at worst "
+        f"{worst.mesh:.2%} from the mesh, {worst.truncation:.2%} from the domain, "
+        f"{worst.waves:.2%} from the wavenumbers); the tolerance "
+        f"{settings.tolerance:.2%} would take about {expected:,} unknowns (`most_unknowns` = "
+        f"{settings.most_unknowns:,}) or a domain more than {LARGER**FURTHEST:g} times the first. Try a "
+        "larger `tolerance` or `most_unknowns`, shorter lines, or only the components that matter"
+    )

@@ -1,0 +1,137 @@
+"""Displacements and stresses at the nodes of a body, for pictures and for programs that read VTK files.
+
+The field of a load is the sum of parts with a parity. On the mirror images of the model each part follows
+from its parity.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from skfem import ElementTetP2
+from skfem.quadrature import get_quadrature
+
+from femic.reference.solid.elasticity import CELLS_AT_ONCE
+from femic.reference.solid.engine import Field, assemble, build_mesh, solve
+from femic.reference.solid.mesh import SolidMesh
+from femic.reference.solid.request import SolidRequest
+from femic.reference.symmetry import Y, on_plane
+from geometries.arrays import Array, Indices, Mask
+from geometries.materials import Material
+from geometries.patches import Load, X
+
+P2 = ElementTetP2()
+
+
+@dataclass(frozen=True, eq=False)
+class VolumeGrid:
+    """Quadratic tetrahedra of a model and of its mirror images, joined on the planes of symmetry."""
+
+    nodes: Array  # (3, n_nodes) [mm]
+    cells: Indices  # (10, n_cells): vertices, then the edges' mid-side nodes as scikit-fem orders them
+    source: Indices  # (n_nodes,) the model's node that each node is, or of which it is an image
+    image: Mask  # (2, n_nodes) whether each node is an image in x, in y
+
+
+@dataclass(frozen=True, eq=False)
+class NodalField:
+    """The field of one unit total load at the nodes of a grid."""
+
+    grid: VolumeGrid
+    displacement: Array  # (n_nodes, 3), components x, y, z [mm/N]
+    von_mises: Array  # (n_nodes,) [MPa/N]
+
+
+def nodal_fields(request: SolidRequest) -> Iterator[tuple[Load, NodalField]]:
+    """Solve the loads of a request, and yield each with its field on the whole body."""
+    model = assemble(build_mesh(request))
+    grid = grid_of(model.solid)
+    for load, field in solve(model, request.loads, request.solver).items():
+        u = displacement(grid, field)
+        yield load, NodalField(grid, u, von_mises(stress(grid, request.body.material, u)))
+
+
+def grid_of(solid: SolidMesh, *, whole: bool = True) -> VolumeGrid:
+    """The model's nodes and cells, with their mirror images for the `whole` body."""
+    n_nodes = solid.nodes.shape[1]
+    cells = solid.mesh.dofs.element_dofs.astype(np.int64)
+    grid = VolumeGrid(solid.nodes, cells, np.arange(n_nodes), np.zeros((2, n_nodes), dtype=bool))
+    for mirrored in (X, Y) if solid.half_section else (X,):
+        grid = _with_image(grid, mirrored) if whole else grid
+    return grid
+
+
+def _with_image(grid: VolumeGrid, mirrored: int) -> VolumeGrid:
+    """The grid and its mirror image, which share the nodes on the plane of symmetry."""
+    doubled = ~on_plane(grid.nodes, mirrored)
+    n_nodes = len(doubled)
+    node_of_image = np.where(doubled, n_nodes - 1 + np.cumsum(doubled), np.arange(n_nodes))
+    signs, image = np.ones((3, 1)), grid.image[:, doubled]
+    signs[mirrored], image[mirrored] = -1, True
+    return VolumeGrid(
+        np.hstack([grid.nodes, signs * grid.nodes[:, doubled]]),
+        np.hstack([grid.cells, node_of_image[grid.cells]]),
+        np.append(grid.source, grid.source[doubled]),
+        np.hstack([grid.image, image]),
+    )
+
+
+def displacement(grid: VolumeGrid, field: Field) -> Array:
+    """Displacements [mm/N] of the nodes of a grid, shape (n_nodes, 3)."""
+    u = np.zeros((len(grid.source), 3))
+    for parity, solution in field:
+        in_x, in_y = (
+            np.where(image[:, None], parity.signs(mirrored), 1.0)
+            for mirrored, image in zip((X, Y), grid.image, strict=True)
+        )
+        u += in_x * in_y * solution.displacement[grid.source]
+    return u
+
+
+def stress(grid: VolumeGrid, material: Material, u: Array) -> Array:
+    """Stresses [MPa per unit of load] at the nodes, shape (n_nodes, 3, 3), from displacements (n_nodes, 3).
+
+    In each cell the stresses at four Gauss points, where those of quadratic cells are most accurate, are
+    continued linearly to the nodes. A node has the mean over its cells, weighted with their volumes.
+    """
+    n_nodes = grid.nodes.shape[1]
+    total, volume = np.zeros((9, n_nodes)), np.zeros(n_nodes)
+    for start in range(0, grid.cells.shape[1], CELLS_AT_ONCE):
+        cells = grid.cells[:, start : start + CELLS_AT_ONCE]
+        sigma, cell_volume = _cell_stress(grid.nodes[:, cells], material, u[cells])
+        volume += np.bincount(cells.ravel(), np.tile(cell_volume, len(cells)), minlength=n_nodes)
+        for number, component in enumerate(
+            (cell_volume[:, None, None, None] * sigma).reshape(*sigma.shape[:2], 9).T
+        ):
+            total[number] += np.bincount(cells.ravel(), component.ravel(), minlength=n_nodes)
+    return np.asarray((total / volume).T.reshape(n_nodes, 3, 3))
+
+
+def _cell_stress(nodes: Array, material: Material, u: Array) -> tuple[Array, Array]:
+    """Stresses at the nodes of cells, shape (n_cells, 10, 3, 3), and the volumes of the cells [mm^3].
+
+    They follow from the nodes (3, 10, n_cells) [mm] and the displacements u (10, n_cells, 3).
+    """
+    gauss_points, weights = get_quadrature(P2, 2)  # four Gauss points
+    slopes = np.stack([P2.lbasis(gauss_points, a)[1] for a in range(10)])  # (10, 3, 4)
+    jacobian = np.einsum("iae,ajq->eqij", nodes, slopes, optimize=True)
+    gradient = np.einsum("aei,ajq->eqij", u, slopes, optimize=True) @ np.linalg.inv(jacobian)
+    strain = (gradient + np.swapaxes(gradient, -1, -2)) / 2
+    trace = np.einsum("eqkk->eq", strain)[..., None, None]
+    sigma = material.lame * trace * np.eye(3) + 2 * material.G * strain
+    continued = np.einsum("aq,eqij->eaij", _continuation(gauss_points), sigma, optimize=True)
+    return continued, np.abs(np.linalg.det(jacobian)) @ weights
+
+
+def _continuation(gauss_points: Array) -> Array:
+    """Matrix (10, 4) that takes the values of a linear function at four points to the cell's nodes."""
+    linear_functions = [
+        np.column_stack([np.ones(len(points)), points]) for points in (P2.doflocs, gauss_points.T)
+    ]
+    return linear_functions[0] @ np.linalg.inv(linear_functions[1])
+
+
+def von_mises(sigma: Array) -> Array:
+    """Von Mises stress of stresses (n, 3, 3): sqrt(3/2) times the norm of their deviators, shape (n,)."""
+    mean = np.einsum("nkk->n", sigma)[:, None, None] / 3
+    return np.sqrt(1.5) * np.linalg.norm(sigma - mean * np.eye(3), axis=(1, 2))

@@ -1,0 +1,151 @@
+"""Symmetric positive definite systems of elasticity: multigrid with CG, or a sparse direct solver.
+
+Multigrid: one step from quadratic to linear elements (the vertices), then PyAMG's smoothed
+aggregation with 3 x 3 blocks and the six rigid-body modes. Held components stay in the system as rows of
+the unit matrix (scaled), with zeros in the modes, so that the blocks stay complete.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pyamg
+from pyamg.multilevel import MultilevelSolver
+from pyamg.relaxation.smoothing import change_smoothers
+from scipy.sparse import bsr_matrix, csr_matrix, diags_array, kron, triu
+from scipy.sparse.linalg import LinearOperator, cg
+
+from femic.cache.threads import one_blas_thread
+from femic.reference.accuracy import NotConverged
+from femic.reference.models import SolverChoice
+from femic.reference.solid import pardiso
+from geometries.arrays import Array, Mask
+
+MAX_ITERATIONS = 300
+DIRECT_LIMIT = 80_000  # largest number of unknowns for which the direct solver is faster
+SMOOTHER = ("block_gauss_seidel", {"sweep": "symmetric"})
+
+
+@dataclass(frozen=True)
+class System:
+    """A stiffness matrix with held components and what multigrid needs.
+
+    `modes` are the rigid-body modes; `from_vertices` takes values at vertices to all nodes.
+    """
+
+    matrix: bsr_matrix
+    held: Mask  # (n_nodes, 3)
+    modes: Array  # (3 n_nodes, 6)
+    from_vertices: csr_matrix  # (n_nodes, n_vertices)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Nodal displacements (n_nodes, 3) [mm/N], with the solver that found them and its residual."""
+
+    displacement: Array
+    solver: str
+    iterations: int  # 0 for the direct solver
+    residual: float  # ||f - K u|| / ||f|| over the free components
+
+
+def prepare(system: System, solver: SolverChoice, *, n_loads: int = 1) -> Callable[[Array, float], Solution]:
+    """Factor the matrix or build the hierarchy once; the result solves K u = f to a relative residual.
+
+    "auto" takes the direct solver where it is installed and was measured to be faster (docs/performance.md):
+    for several loads on one matrix of moderate size. The result raises NotConverged where the residual is
+    more than twice as large as asked for.
+    """
+    direct_is_faster = n_loads > 1 and system.matrix.shape[0] <= DIRECT_LIMIT
+    if solver == "direct" or (solver == "auto" and direct_is_faster and pardiso.available()):
+        return _prepare_direct(system)
+    return _prepare_multigrid(system)
+
+
+def _prepare_multigrid(system: System) -> Callable[[Array, float], Solution]:
+    """A solver by conjugate gradients with a multigrid preconditioner."""
+    free = ~system.held.ravel()
+    matrix, preconditioner = multigrid(system)
+
+    def solve(force: Array, tolerance: float) -> Solution:
+        load = np.where(free, force.ravel(), 0.0)
+        steps: list[None] = []
+        with one_blas_thread():
+            u, _ = cg(
+                matrix,
+                load,
+                rtol=tolerance,
+                maxiter=MAX_ITERATIONS,
+                M=preconditioner,
+                callback=lambda _: steps.append(None),
+            )
+        solution = Solution(u.reshape(-1, 3), "multigrid", len(steps), _residual(matrix, u, load))
+        return _checked(solution, tolerance)
+
+    return solve
+
+
+def multigrid(system: System) -> tuple[bsr_matrix, LinearOperator]:
+    """The matrix with unit rows (scaled) for held components, and one cycle of multigrid for it."""
+    free = ~system.held.ravel()
+    matrix = _with_unit_rows(system.matrix, free)
+    with one_blas_thread():
+        return matrix, _hierarchy(system, matrix, free).aspreconditioner()
+
+
+def _hierarchy(system: System, matrix: bsr_matrix, free: Mask) -> MultilevelSolver:
+    """The multigrid levels: quadratic elements, linear elements, aggregates."""
+    n_vertices = system.from_vertices.shape[1]
+    free_vertices = free[: 3 * n_vertices]
+    prolongation = kron(system.from_vertices, np.eye(3), format="csr")
+    prolongation = diags_array(free * 1.0) @ prolongation @ diags_array(free_vertices * 1.0)
+    prolongation = prolongation.tobsr((3, 3))
+    coarse = (prolongation.T.tocsr() @ matrix.tocsr() @ prolongation.tocsr()).tobsr((3, 3))
+    coarse = _with_unit_rows(coarse, free_vertices)
+    modes = np.where(free_vertices[:, None], system.modes[: 3 * n_vertices], 0.0)
+    aggregation = pyamg.smoothed_aggregation_solver(
+        coarse, B=modes, strength=("symmetric", {"theta": 0.0}), improve_candidates=None
+    )
+    finest = MultilevelSolver.Level()
+    finest.A, finest.P, finest.R = matrix, prolongation, prolongation.T.tobsr((3, 3))
+    hierarchy = MultilevelSolver([finest, *aggregation.levels], coarse_solver="pinv")
+    change_smoothers(hierarchy, SMOOTHER, SMOOTHER)
+    return hierarchy
+
+
+def _with_unit_rows(matrix: bsr_matrix, free: Mask) -> bsr_matrix:
+    """The matrix with held rows and columns cleared and its mean diagonal entry on their diagonal."""
+    keep = diags_array(free * 1.0)
+    scale = float(np.mean(matrix.diagonal()))
+    return (keep @ matrix.tocsr() @ keep + diags_array(np.where(free, 0.0, scale))).tobsr((3, 3))
+
+
+def _prepare_direct(system: System) -> Callable[[Array, float], Solution]:
+    """A solver by a sparse factorisation."""
+    free = np.flatnonzero(~system.held.ravel())
+    matrix = system.matrix.tocsr()[free][:, free]
+    back_substitute = pardiso.factor(triu(matrix, format="csr"))
+
+    def solve(force: Array, tolerance: float) -> Solution:
+        load = force.ravel()[free]
+        u = np.zeros(force.size)
+        u[free] = back_substitute(load)
+        return _checked(Solution(u.reshape(-1, 3), "direct", 0, _residual(matrix, u[free], load)), tolerance)
+
+    return solve
+
+
+def _residual(matrix: csr_matrix, u: Array, load: Array) -> float:
+    """Relative residual ||f - K u|| / ||f||."""
+    return float(np.linalg.norm(load - matrix @ u) / np.linalg.norm(load))
+
+
+def _checked(solution: Solution, tolerance: float) -> Solution:
+    """The solution; raises NotConverged where its residual is more than twice the tolerance."""
+    if not solution.residual <= 2 * tolerance:
+        raise NotConverged(
+            f"linear solver: relative residual {solution.residual:.1e} after {solution.iterations} "
+            f"iterations, {tolerance:.0e} asked for. Likely cause: strongly distorted cells or a "
+            "Poisson's ratio near 0.5. Try `solver` = 'direct', or a smaller `growth`"
+        )
+    return solution

@@ -1,0 +1,97 @@
+"""A scene file with every key, unit and default spelled out, ready to copy."""
+
+import types
+from collections.abc import Iterator
+from copy import deepcopy
+from typing import Any, get_args, get_origin
+
+import tomlkit
+from pydantic import BaseModel
+
+from femic.scenes import file as files
+from femic.scenes.load import parse, read_scene, scene_path
+
+TABLES = ("lower", "upper", "patch", "grid", "calibration", "contact", "engine")
+
+
+def listing(name_or_path: str) -> str:
+    """The scene as TOML: keys that it sets, and as comments those that it leaves at their defaults."""
+    path = scene_path(name_or_path)
+    _, table = read_scene(path)
+    parse(deepcopy(table), path)
+    plain_keys = [key for key in files.SceneFile.model_fields if key not in (*TABLES, "effective", "lines")]
+    lines = list(_entries(files.SceneFile, table, only=plain_keys))
+    for name in TABLES:
+        field = files.SceneFile.model_fields[name]
+        left_out = name not in table and field.default is None
+        lines += ["", f"# {field.description}", f"{'# ' if left_out else ''}[{name}]"]
+        lines += _entries(_table_of(field.annotation), table.get(name, {}))
+        lines += _contour_kinds() if name == "lower" else []
+    lines += ["", f"# {files.SceneFile.model_fields['effective'].description}"]
+    lines += _effective(table.get("effective", {}))
+    lines += ["", f"# {files.SceneFile.model_fields['lines'].description}"]
+    default = files.default_lines(table.get("patch", {}).get("s", 0.0))
+    for entry in table.get("lines", [line.model_dump() for line in default]):
+        kind = files.LineAlongX if entry["along"] == "x" else files.LineAlongS
+        lines += ["[[lines]]", *_entries(kind, entry)]
+    return "\n".join(lines) + "\n"
+
+
+def _table_of(annotation: Any) -> type[BaseModel]:
+    """The table that a key holds, or may hold."""
+    tables = [part for part in get_args(annotation) if part is not types.NoneType] or [annotation]
+    return tables[0]
+
+
+def _effective(table: dict[str, Any]) -> Iterator[str]:
+    """Yield the effective properties that are given, and as comments how to give the others."""
+    for name, field in files.EffectiveTable.model_fields.items():
+        given = name in table
+        yield f"{'' if given else '# '}[effective.{name}]  # {field.description}"
+        yield from _entries(files.PropertiesTable, table[name]) if given else ()
+        if name == "combined":
+            yield from _entries(files.CombinedTable, table.get(name, {}), only=["curvature"])
+    keys = files.TransitionTable.model_fields.items()
+    yield "#   mismatch_k, G or nu = { " + ", ".join(f"{key} = ..." for key, _ in keys) + " }"
+    yield from (f"#     {key}: {field.description}" for key, field in keys)
+
+
+def _contour_kinds() -> Iterator[str]:
+    """Yield all kinds of contours with their keys, as comments."""
+    yield "#   contours:"
+    for name, table in files.CONTOURS.items():
+        keys = [f"{key}: {field.description}" for key, field in table.model_fields.items() if key != "kind"]
+        yield f'#   kind = "{name}": {table.model_fields["kind"].description}'
+        yield from (f"#     {key}" for key in keys)
+
+
+def _entries(model: type[BaseModel], table: dict[str, Any], only: list[str] | None = None) -> Iterator[str]:
+    for key, field in model.model_fields.items():
+        if only is not None and key not in only:
+            continue
+        if key in table:
+            yield f"{key} = {_toml(table[key])}  # {field.description}"
+        else:
+            default = None if field.is_required() else field.get_default()
+            shown = "..." if default is None else _toml(default)
+            yield f"# {key} = {shown}  # {field.description}"
+        if choices := _choices(field.annotation):
+            number = "one or more" if "tuple" in str(field.annotation) else "one"
+            yield f"#   {number} of: {', '.join(choices)}"
+
+
+def _choices(annotation: Any) -> list[str]:
+    """The literal values that a key may take."""
+    if get_origin(annotation) in (tuple, types.UnionType):
+        return [choice for part in get_args(annotation) for choice in _choices(part)]
+    values = get_args(annotation) if str(annotation).startswith("typing.Literal") else ()
+    return [f'"{value}"' for value in values] if len(values) > 1 else []
+
+
+def _toml(value: Any) -> str:
+    """A value as TOML; a table in a single line."""
+    if not isinstance(value, dict):
+        return tomlkit.item(value).as_string()
+    table = tomlkit.inline_table()
+    table.update(value)
+    return table.as_string()

@@ -1,0 +1,102 @@
+"""Messages about a scene file, one line per error: field = value: what is wrong; remedy."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+
+from pydantic_core import ErrorDetails
+
+from femic.scenes import file as files
+
+REASONS: Mapping[str, str] = {
+    "tuple_type": "Input should be a list",
+    "bool_type": "Input should be true or false",
+}
+LIMITS: Mapping[str, str] = {"ge": "at least", "le": "at most", "gt": "greater than", "lt": "less than"}
+REMEDIES: Mapping[str, str] = {
+    "missing": "add the key",
+    "path_not_file": "give a path to an existing file, relative to the scene file",
+}
+
+
+def messages(details: Sequence[ErrorDetails]) -> list[str]:
+    """Errors of validation as lines, one per value.
+
+    Where a value may be of several types, only errors of the type that it has are listed, or all that it may
+    be.
+    """
+    fields_of_right_type = [f"{_field(detail)}." for detail in details if not _of_container(detail)]
+    of_fields: dict[str, list[ErrorDetails]] = {}
+    for detail in details:
+        field = _field(detail)
+        of_inner_value = any(inner.startswith(f"{field}.") for inner in fields_of_right_type)
+        if not (_of_container(detail) and of_inner_value):
+            of_fields.setdefault(field, []).append(detail)
+    return [
+        " or ".join([message(first), *(_reason(other).removeprefix("Input should be ") for other in others)])
+        for first, *others in of_fields.values()
+    ]
+
+
+def _of_container(detail: ErrorDetails) -> bool:
+    """Whether an error is that of a whole value: of another type, or short of valid entries."""
+    return detail["type"].endswith("_type") or detail["type"] == "too_short"
+
+
+def in_keys(message: object) -> str:
+    """A message of `femic` for the user: its `names` become keys of a scene file or options of commands."""
+    text = re.sub(r"`workers` = (\d+)", r"--workers \1", str(message))
+    return re.sub(r"`(\w+)`", lambda match: _key_of(match[1]), text)
+
+
+def _key_of(name: str) -> str:
+    if name in files.EngineTable.model_fields:
+        return f"engine.{name}"
+    return f"--{name}" if name == "workers" else name
+
+
+def _field(detail: ErrorDetails) -> str:
+    return ".".join(str(part) for part in _without_tags(detail["loc"]))
+
+
+def message(detail: ErrorDetails) -> str:
+    """One error as a line: field = value: what is wrong; remedy."""
+    field = _field(detail)
+    kind = detail["type"]
+    if kind == "extra_forbidden":
+        key = str(detail["loc"][-1])
+        similar = get_close_matches(key, sorted(_keys() - {key}), n=1)
+        hint = f"did you mean {similar[0]!r}?" if similar else "see `femic scenes --show flat` for all keys"
+        return f"{field}: unknown key; {hint}"
+    value = "" if kind == "missing" else f" = {_shown(detail['input'])}"
+    remedy = f"; {REMEDIES[kind]}" if kind in REMEDIES else ""
+    return f"{field}{value}: {_reason(detail)}{remedy}"
+
+
+def _reason(detail: ErrorDetails) -> str:
+    """What is wrong with a value."""
+    for limit, words in LIMITS.items():
+        if limit in detail.get("ctx", {}):
+            return f"Input should be {words} {detail['ctx'][limit]:g}"
+    return REASONS.get(detail["type"], detail["msg"].removeprefix("Value error, "))
+
+
+def _shown(value: object) -> str:
+    return str(value) if isinstance(value, Path) else repr(value)[:80]
+
+
+def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
+    """The location without the names of union members that pydantic inserts."""
+    for k, part in enumerate(location):
+        previous = location[k - 1] if k else None
+        of_contour = previous == "contour" and part in files.CONTOURS
+        of_line = isinstance(previous, int) and part in {"x", "s"} and location[0] == "lines"
+        of_flanks = previous == "flank_inclination_deg" and isinstance(part, str)
+        if not (of_contour or of_line or of_flanks):
+            yield part
+
+
+def _keys() -> set[str]:
+    """All keys that any table of a scene file may have."""
+    return {key for table in files.Section.__subclasses__() for key in table.model_fields}

@@ -1,0 +1,75 @@
+"""Receipts of finished results: what a run has computed from what, and the digests of the files it wrote.
+
+A later run takes finished results only with their receipt, and only while no file of it has changed.
+"""
+
+from collections.abc import Iterable
+from hashlib import file_digest
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from femic.cache.digests import results_digest
+from femic.cache.files import write_text
+from femic.cache.store import Store
+from femic.scenes.scene import Scene
+
+
+class Receipt(BaseModel):
+    """What finished results were made of, and the digests of their files by name."""
+
+    key: str
+    sha256: dict[str, str]
+
+
+def key_of(scene: Scene, module: str, *further: object) -> str:
+    """The key of all that results of a scene depend on: the code of a module, text, bodies, and what else.
+
+    Contents of files that the scene names are in its bodies.
+    """
+    return Store().key("results", results_digest(module), scene.text, dict(scene.bodies), *further)
+
+
+def leave(folder: Path, command: str, key: str, files: Iterable[str]) -> None:
+    """Leave a receipt of the files of finished results with a key, by the command that has written them."""
+    found = Receipt(key=key, sha256={name: _digest(folder / name) for name in files})
+    write_text(found.model_dump_json(indent=1), _path(folder, command))
+
+
+def holds(folder: Path, command: str, key: str) -> bool:
+    """Whether a folder has the results of a key, with unchanged files."""
+    receipt = _read(folder, command)
+    return receipt is not None and receipt.key == key and not changed(folder, command)
+
+
+def changed(folder: Path, command: str) -> list[str]:
+    """Names of files of a receipt that are missing or have changed since; none where there is no receipt."""
+    receipt = _read(folder, command)
+    digests = receipt.sha256 if receipt else {}
+    return [name for name, digest in digests.items() if _digest(folder / name) != digest]
+
+
+def withdraw(folder: Path, command: str) -> None:
+    """Remove a receipt, before files of it are written anew."""
+    _path(folder, command).unlink(missing_ok=True)
+
+
+def _path(folder: Path, command: str) -> Path:
+    return folder / f"{command}.receipt.json"
+
+
+def _read(folder: Path, command: str) -> Receipt | None:
+    """A receipt, None where there is none that can be read."""
+    try:
+        return Receipt.model_validate_json(_path(folder, command).read_bytes())
+    except (OSError, ValueError):
+        return None
+
+
+def _digest(path: Path) -> str:
+    """The digest of a file, "" where it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return ""

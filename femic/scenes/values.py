@@ -1,0 +1,71 @@
+"""Values of swept keys from text: cells of tables, and names of points such as flank=30,ratio=1.1."""
+
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+import tomlkit
+from tomlkit.exceptions import TOMLKitError
+from tomlkit.items import AbstractTable, Array, Float, Integer
+
+from femic.scenes.errors import BadScene
+
+Value = bool | int | float | str | list[Any]
+
+WHOLE = re.compile(r"[+-]?[0-9]+")
+DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+LARGEST_WHOLE = 2**53  # beyond, floats do not have all whole numbers
+SHOWN = 40  # characters of a text that messages show
+
+
+def value_of(text: str) -> Value:
+    """The value of a text as TOML has it: a number, true or false, a list; other text is text.
+
+    Numbers are plain decimals, also .5, 05 and 1.; raises BadScene for others, such as 0x10, 1_2, nan.
+    """
+    text = text.strip()
+    if DECIMAL.fullmatch(text):
+        return _number(text)
+    if _is_number(text):
+        raise _no_decimal(text)
+    item = None
+    with suppress(TOMLKitError, RecursionError):  # the latter of lists that lie thousands deep
+        item = tomlkit.value(text)
+    for number in _numbers(item):
+        if not DECIMAL.fullmatch(number):
+            raise _no_decimal(number)
+        _number(number)
+    value = None if item is None else item.unwrap()
+    return value if isinstance(value, bool | str | list) else text
+
+
+def _number(text: str) -> int | float:
+    """A plain decimal number; raises BadScene where it is too large."""
+    value = float(text)
+    if not np.isfinite(value):
+        raise BadScene(f"{text[:SHOWN]}: is too large for a number")
+    return int(text) if WHOLE.fullmatch(text) and abs(value) <= LARGEST_WHOLE else value
+
+
+def _is_number(text: str) -> bool:
+    """Whether Python takes a text for a number."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _numbers(item: object) -> Iterator[str]:
+    """Yield the numbers in an item of TOML as they are written."""
+    if isinstance(item, Integer | Float):
+        yield item.as_string()
+    elif isinstance(item, Array | AbstractTable):
+        for part in item.values() if isinstance(item, AbstractTable) else item:
+            yield from _numbers(part)
+
+
+def _no_decimal(number: str) -> BadScene:
+    return BadScene(f"{number[:SHOWN]}: is no finite plain decimal number: write one, such as 16 or 1.5e3")

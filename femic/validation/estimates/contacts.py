@@ -1,0 +1,150 @@
+"""Random contacts of a wheel on a rail: arcs and ellipses, unsymmetric, half of them off the crown."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from approx.pair import Pair, Solid
+from compare.contact.automatic_grid import Sizing
+from compare.contact.pair_on_grid import Case, Placed
+from compare.friction.operators import approximation
+from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulus
+from femic.contact.friction.kinematics import Creepages, Rolling
+from femic.contact.frictional import FrictionalProblem
+from femic.contact.operators.approximations import turned
+from femic.contact.rolling import RollingProblem
+from femic.contact.undeformed import Undeformed
+from geometries.contours import Contour, arc, ellipse
+from geometries.errors import Failure
+from geometries.grids import Grid
+from geometries.materials import Material
+from geometries.surfaces import LOWER, UPPER, Surface
+
+FINER = 4  # by which elements of the reference are smaller
+RADIUS = 10.0  # of the rail, of an arc or at the crown of an ellipse [mm]
+FLANKS = (1.1, 0.9)  # inclination at which contours go on straight, to the left and to the right [rad]
+REACH = 9.0  # arc length to both sides on which bodies may touch [mm]
+ICS = ("A", "A", "A", "B", "Bhat", "mix")  # each as often as it is named
+FEWEST, MOST, MOST_OF_OTHERS = 8, 20, 13  # elements across the patch; products of A are faster
+ROOM = (3, 6)  # elements beside the patch
+FREE = 0.25  # share of contacts without force along x
+LONGEST = 12.0  # half-length of a patch [mm]
+STEEL = Material(210e3, 0.3)
+
+
+@dataclass(frozen=True)
+class RandomContact:
+    """A wheel on a rail, ICs, load [N], friction, creepages, and a grid."""
+
+    placed: Placed
+    ics: str
+    load: float
+    friction: float
+    creepages: Creepages
+    free: bool  # along x: the creepage is that without force
+
+    @property
+    def finer(self) -> "RandomContact":
+        """The same on elements four times smaller."""
+        grid = self.placed.grid
+        n_x, n_s = FINER * grid.n_x, FINER * grid.n_s
+        return replace(
+            self, placed=replace(self.placed, grid=Grid(n_x, n_s, grid.dx / FINER, grid.ds / FINER, grid.s))
+        )
+
+    @property
+    def problem(self) -> FrictionalProblem:
+        """The contact with friction on the grid."""
+        placed = self.placed
+        return FrictionalProblem(
+            placed.grid,
+            approximation(placed, self.ics),
+            turned("A", placed.pair, placed.grid),
+            placed.distance,
+            placed.undeformed.lower.contour.inclination(placed.grid.strips),
+            self.friction,
+        )
+
+    def rolling(self, problem: FrictionalProblem) -> RollingProblem:
+        """The wheel that rolls on the grid of a problem."""
+        placed = replace(self.placed, grid=problem.grid)
+        contour, radius = placed.undeformed.lower.contour, placed.undeformed.upper.rolling_radius
+        strips = placed.grid.strips
+        height = placed.undeformed.upper_height(strips)
+        return RollingProblem(problem, Rolling(contour, radius, placed.x, strips, height))
+
+
+def random_contact(seed: int, number: int, ics: Sequence[str] = ICS) -> RandomContact:
+    """The contact of a number among those of a seed: the first of its own random ones that a grid fits."""
+    random = np.random.default_rng([seed, number])
+    while True:
+        try:
+            return _tried(random, ics)
+        except Failure:
+            continue
+
+
+def _tried(random: np.random.Generator, ics: Sequence[str]) -> RandomContact:
+    """A contact; raises Failure where no grid fits it."""
+    rolling_radius = random.uniform(250, 700)
+    ratio = 1 + 10 ** random.uniform(-1.7, 0)
+    contours = _contours(random, ratio)
+    low, high = (_curvature(contour) for contour in contours)
+    shift = random.choice([0.0, 1.0]) * random.uniform(-0.4, 0.4) * (1 / high - 1 / low)
+    materials = STEEL, Material(STEEL.E * 10 ** random.uniform(-0.3, 0.3), STEEL.nu)
+    rail, wheel = Surface(LOWER, contours[0]), Surface(UPPER, contours[1], rolling_radius)
+    hertz = PointContact(1 / rolling_radius, low - high, combined_modulus(*materials))
+    half_width = 10 ** random.uniform(-0.7, 0.6)  # of Hertz's patch [mm]
+    load = (half_width / hertz.at_load(1.0).b) ** 3
+    patch = hertz.at_load(load)
+    if patch.a > LONGEST:
+        raise Failure("a patch longer than those of wheels")
+    placed = Placed(
+        Pair(Solid(materials[0], wheel), Solid(materials[1], rail)),
+        Undeformed(wheel, rail, (-REACH, REACH), shift),
+        Grid(16, 16, 0.1, 0.1),
+    )
+    name = str(random.choice(list(ics)))
+    placed = replace(placed, grid=_grid(random, placed, load, MOST if name == "A" else MOST_OF_OTHERS))
+    friction = random.uniform(0.1, 0.6)
+    creepages = _creepages(random, friction, load, patch)
+    return RandomContact(placed, name, load, friction, creepages, free=bool(random.random() < FREE))
+
+
+def _contours(random: np.random.Generator, ratio: float) -> tuple[Contour, Contour]:
+    """Two arcs, or two ellipses."""
+    if random.random() < 0.7:
+        return arc(RADIUS, *FLANKS), arc(ratio * RADIUS, *FLANKS)
+    along, deep = (RADIUS * random.uniform(0.7, 1.3) for _ in range(2))
+    return ellipse(along, deep, *FLANKS), ellipse(ratio * along, deep, *FLANKS)
+
+
+def _curvature(contour: Contour) -> float:
+    """The curvature at the crown [1/mm]."""
+    return abs(float(np.gradient(contour.inclination(np.array([-0.01, 0.0, 0.01])), 0.01)[1]))
+
+
+def _grid(random: np.random.Generator, placed: Placed, load: float, most: int) -> Grid:
+    """A grid with elements of some size about the patch; raises Failure where it does not fit the bodies."""
+    size = Sizing(placed, 10).size(Case(load, None))
+    n_x, dx, _ = _line(random, most, size.x[1] - size.x[0], 0.0)
+    n_s, ds, middle = _line(random, most, size.s[1] - size.s[0], (size.s[0] + size.s[1]) / 2)
+    return Grid(n_x, n_s, dx, ds, middle)
+
+
+def _line(random: np.random.Generator, most: int, length: float, middle: float) -> tuple[int, float, float]:
+    """Number, size and middle of elements along a line of the patch."""
+    elements, room = FEWEST * (most / FEWEST) ** random.random(), 2 * random.integers(ROOM[0], ROOM[1] + 1)
+    step = length / elements
+    count = 4 * int(np.ceil((elements + room) / 4))
+    return count, float(step), float(middle + step * random.uniform(-0.5, 0.5))
+
+
+def _creepages(random: np.random.Generator, friction: float, load: float, hertz: LoadedPoint) -> Creepages:
+    """From nearly full sticking to full sliding: Kalker's linear theory has G a b C = 3e5 * a * b about."""
+    saturated = friction * load / (80e3 * hertz.a * hertz.b * 4)
+    size = saturated * 10 ** random.uniform(-1.0, 0.7)
+    turn = random.uniform(0, 2 * np.pi)
+    spin = random.choice([0.0, 1.0]) * random.uniform(-1, 1) * size / np.sqrt(hertz.a * hertz.b)
+    return Creepages(float(size * np.cos(turn)), float(size * np.sin(turn)), float(spin))

@@ -1,0 +1,207 @@
+"""The analytic ICs at their limits, compared with formulas in many digits.
+
+Cases are the corners of the ranges, and those that hypothesis draws.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from approx.orientation import turn_between
+from approx.pair import Pair, Solid
+from femic.validation.extremes import exact
+from femic.validation.extremes.drawing import drawing
+from femic.validation.extremes.found import ANALYTIC, Beyond, Parameter, Reached, refused
+from geometries.contours import arc, plane
+from geometries.materials import Material
+from geometries.patches import Patch
+from geometries.surfaces import LOWER, UPPER, Surface
+
+DRAWN_CASES = 150  # cases that hypothesis draws for each parameter
+SMALLEST_NONZERO = 1e-60  # smaller values are drawn as 0: the digits would not suffice
+IN_DIGITS = f"{exact.DIGITS} digits"
+
+
+@dataclass(frozen=True)
+class HalfSpaces:
+    """Two half-spaces, a patch, and an observer whose place is given in half-sides of the patch."""
+
+    nu: float = 0.28
+    size: float = 0.3  # b [mm]
+    aspect: float = 0.7  # a / b
+    x: float = 0.4  # over a
+    s: float = -1.7  # over b
+    ratio: float = 1.0  # E of the upper over that of the lower body
+
+    def error(self) -> float:
+        """The largest relative error of a component of A of both bodies [-].
+
+        It is infinite if a component that vanishes is not computed as 0.
+        """
+        patch = Patch(self.size * self.aspect, self.size)
+        x, s = self.x * patch.a, self.s * patch.b
+        lower, upper = Material(210e3, self.nu), Material(210e3 * self.ratio, self.nu / 2)
+        pair = Pair(Solid(upper, Surface(UPPER, plane())), Solid(lower, Surface(LOWER, plane())))
+        ics = pair.approximate("A", patch, (np.array(x), np.array(s)))
+        integrals = exact.integrals(patch, x, s)
+        bodies = exact.one_body(upper, UPPER, integrals), exact.one_body(lower, LOWER, integrals)
+        return max(
+            _relative(float(ics[i, j]), [body_ics[i][j] for body_ics in bodies]) for i, j in np.ndindex(3, 3)
+        )
+
+
+def _relative(computed: float, parts: list[exact.Number]) -> float:
+    """The error of a sum, as a share of the sum of the sizes of its parts."""
+    size = sum(abs(part) for part in parts)
+    if size == 0:
+        return 0.0 if computed == 0 else np.inf
+    with exact.many_digits():
+        return float(abs(computed - sum(parts)) / size)
+
+
+@dataclass(frozen=True)
+class Turned:
+    """Two elements on a surface of revolution, or on a prismatic one."""
+
+    flank: float = 60.0  # degrees
+    rolling_radius: float = np.inf
+    x: float = 3.0  # mm
+    s: float = 4.0
+    s_load: float = -7.0
+    side: int = UPPER
+
+    def error(self) -> float:
+        """The largest error of an entry of the turn T between the two elements [-]."""
+        angle = np.radians(self.flank)
+        surface = Surface(self.side, arc(10.0, angle, angle), self.rolling_radius)
+        computed = turn_between(surface, (np.array(self.x), np.array(self.s)), self.s_load).matrix
+        z = surface.contour.position(np.array([self.s, self.s_load]))[1].mean()
+        theta = self.x / (self.rolling_radius - self.side * z)
+        delta_i, delta_j = surface.contour.inclination(np.array([self.s, self.s_load]))
+        expected = exact.turn(float(delta_i), float(delta_j), theta, self.side)
+        return max(float(abs(float(computed[i, j]) - expected[i, j])) for i, j in np.ndindex(3, 3))
+
+
+Case = HalfSpaces | Turned
+Untried = Callable[[], Beyond]
+
+
+def parameters() -> list[Parameter]:
+    """The parameters of the analytic ICs, with their cases within and beyond the limits."""
+    near = st.floats(-3, 3).map(_or_zero)
+    *of_one_body, modulus_ratio = _of_half_spaces(near)
+    return [*of_one_body, *_of_turns(near), modulus_ratio]
+
+
+def _of_half_spaces(near: st.SearchStrategy[float]) -> list[Parameter]:
+    """Poisson's ratio, the patch, the distance, both moduli."""
+    half, decades = HalfSpaces(), st.floats(-6, 6)
+    at = st.builds(lambda x, s: replace(half, x=x, s=s), near, near)
+    nu = st.builds(lambda case, nu: replace(case, nu=nu), at, st.floats(0, 0.5).map(_or_zero))
+    aspect = st.builds(lambda case, exponent: replace(case, aspect=10**exponent), at, decades)
+    ratio = st.builds(lambda case, exponent: replace(case, ratio=10**exponent), at, decades)
+    far = st.builds(_at_distance, st.floats(-3, 10), st.floats(1e-9, 6.28))
+    extremes, places = (10.0**-6, 10.0**6), (0.0, 1.0, 1e10)
+    beyond_nu = refused("ν = 0.51", replace(half, nu=0.51).error)
+    return [
+        _row("ν", "0 … 0.5", nu, [replace(half, nu=v) for v in (0.0, 0.5)], [beyond_nu]),
+        _row(
+            "patch aspect a/b",
+            "1e-6 … 1e6",
+            aspect,
+            [replace(half, aspect=value, x=x) for value in extremes for x in (0.0, 1.0, 1 + 1e-12)],
+            [_computed("a/b = 1e9", replace(half, aspect=1e9))],
+        ),
+        _row(
+            "distance / patch",
+            "0 … 1e10",
+            far,
+            [replace(half, x=x, s=s) for x in places for s in places],
+            [
+                _computed("1e14", replace(half, x=1e14, s=-1e14)),
+                refused("lengths of 1e80 mm", lambda: replace(half, size=1e80).error()),
+            ],
+        ),
+        _row(
+            "modulus ratio",
+            "1e-6 … 1e6",
+            ratio,
+            [replace(half, ratio=value) for value in extremes],
+            [_computed("1e12", replace(half, ratio=1e12))],
+        ),
+    ]
+
+
+def _of_turns(near: st.SearchStrategy[float]) -> list[Parameter]:
+    """Flanks and rolling radii."""
+    flank, sides, prismatic = st.floats(0, 89.9), st.sampled_from([1, -1]), st.just(np.inf)
+    at_s = st.floats(-20, 20)
+    flanks = st.builds(Turned, flank, prismatic, near, at_s, at_s, sides)
+    wheels = st.builds(
+        lambda exponent, *rest: Turned(30.0, 10**exponent, *rest),
+        st.floats(1.4, 12),
+        near,
+        at_s,
+        at_s,
+        st.just(UPPER),
+    )
+    return [
+        _row("flank inclination", "any", flanks, [Turned(89.9, s=100.0, s_load=-100.0)], []),
+        _row(
+            "R_roll",
+            "any",
+            wheels,
+            [Turned(30.0, radius) for radius in (25.0, 1e12, np.inf)],
+            [refused("R_roll = -1 mm", lambda: Turned(rolling_radius=-1.0).error())],
+        ),
+    ]
+
+
+def _or_zero(value: float) -> float:
+    return value if abs(value) > SMALLEST_NONZERO else 0.0
+
+
+def _at_distance(decades: float, angle: float) -> HalfSpaces:
+    r = 10**decades
+    return HalfSpaces(x=r * float(np.cos(angle)), s=r * float(np.sin(angle)))
+
+
+def _row(
+    name: str,
+    allowed: str,
+    strategy: st.SearchStrategy[Case],
+    corners: Iterable[Case],
+    beyond: Sequence[Untried],
+) -> Parameter:
+    cases = list(corners)
+    reached = [lambda: _worst(f"{len(cases)} corners", cases), lambda: _drawn(strategy)]
+    return Parameter(ANALYTIC, name, allowed, reached, beyond)
+
+
+def _worst(label: str, cases: Iterable[Case]) -> Reached:
+    """The largest error of several cases, with the mean seconds of a case."""
+    start = perf_counter()
+    errors = [case.error() for case in cases]
+    return Reached(label, max(errors), None, None, IN_DIGITS, (perf_counter() - start) / len(errors))
+
+
+def _drawn(strategy: st.SearchStrategy[Case]) -> Reached:
+    """The largest error of the cases that hypothesis draws from a strategy."""
+    cases: list[Case] = []
+
+    @drawing(DRAWN_CASES)
+    @given(strategy)
+    def draw(case: Case) -> None:
+        cases.append(case)
+
+    draw()
+    return _worst(f"{len(cases)} drawn", cases)
+
+
+def _computed(label: str, case: HalfSpaces) -> Untried:
+    """A case beyond the limits that is computed all the same, with its error."""
+    return lambda: Beyond(label, f"computed: error {case.error():.0e}")

@@ -1,0 +1,254 @@
+"""C by both engines at their limits, compared with A on planes and with a more accurate C elsewhere."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+from scipy.stats.qmc import LatinHypercube
+
+from compare.ics.compute import Results, compute, ics_of, reference_of, seconds_of
+from compare.ics.errors import refinement_shares_of
+from femic.reference.accuracy import component_of
+from femic.reference.run_options import Means
+from femic.scenes.load import load_scene
+from femic.scenes.scene import Scene
+from femic.validation.extremes.found import HARMONIC, SOLID, Parameter, Reached, refused
+
+SIX = ("nn", "ss", "xx", "xs", "xn", "sn")
+ENGINE_TOLERANCE = {HARMONIC: 0.01, SOLID: 0.1}
+REFERENCE_SETTINGS = {  # of the C against which errors are measured if there is no closed form
+    "tolerance": 0.001,
+    "growth": 0.2,  # cells < 1/2
+    "far_radius": 3000.0,  # domain > 2 times
+}
+DRAWN_PLANES = 40  # plane scenes drawn
+DRAWN_TOLERANCES = (0.1, 0.01, 0.001)  # theirs, in turn
+ROUNDING_SHARE = 1e-9  # of the scale of refinement: smaller estimates count as this
+POINTS = 102  # of a line; none lies on the outline of the patch, which has a row of its own
+Changes = Mapping[str, Any]
+NO_CHANGES: Changes = {}
+
+
+@dataclass(frozen=True)
+class Engines:
+    """Computes the cases of both engines."""
+
+    means: Means
+
+    def parameters(self, engine: str) -> list[Parameter]:
+        """The parameters of an engine, with their cases within and beyond the limits."""
+        parameters = [
+            Parameter(
+                engine,
+                name,
+                allowed,
+                [partial(self._reached, engine, case) for case in within],
+                [refused(case.label, partial(_scene, case, engine)) for case in beyond],
+            )
+            for name, allowed, within, beyond in (_harmonic() if engine == HARMONIC else _solid())
+        ]
+        if engine == HARMONIC:
+            drawn = [self._drawn_planes]
+            parameters.append(
+                Parameter(engine, "all of a plane at once", "ν, a/b 0.1 … 10, 0.1 … 1 mm", drawn)
+            )
+        return parameters
+
+    def _reached(self, engine: str, scene_case: "SceneCase") -> Reached:
+        results = self._solved(scene_case, engine, {"tolerance": ENGINE_TOLERANCE[engine]})
+        on_plane = scene_case.base == "flat"
+        return _found(
+            scene_case, results, None if on_plane else self._solved(scene_case, HARMONIC, REFERENCE_SETTINGS)
+        )
+
+    def _solved(self, scene_case: "SceneCase", engine: str, engine_settings: Changes) -> Results:
+        return compute(_scene(scene_case, engine, engine_settings), self.means)
+
+    def _drawn_planes(self) -> Reached:
+        """Of plane scenes, drawn from a hypercube, the one with the largest error over its estimate.
+
+        They are the same each time.
+        """
+        reached: list[Reached] = []
+        used: list[float] = []
+        lowest, highest = np.array([[0.0, -1.0, -1.0, 0.5], [0.49, 1.0, 0.0, 8.0]])
+        drawn = lowest + (highest - lowest) * LatinHypercube(4, rng=0).random(DRAWN_PLANES)
+        for (nu, aspect, size, beside), tolerance in zip(
+            drawn.tolist(), cycle(DRAWN_TOLERANCES), strict=False
+        ):
+            scene_case = flat(nu=nu, aspect=10**aspect, size=10**size, beside=beside)
+            results = self._solved(scene_case, HARMONIC, {"tolerance": tolerance})
+            reached.append(_found(scene_case, results, None))
+            used.extend(share for _, _, share in each(results, None))
+        held = sum(share <= 1 for share in used)
+        note = (
+            f"{len(reached)} scenes: {held} of {len(used)} errors (of components on lines) within estimates"
+        )
+        return replace(max(reached, key=lambda case: case.used or 0.0), note=note)
+
+
+@dataclass(frozen=True)
+class SceneCase:
+    """A built-in scene with changes, under a label."""
+
+    label: str
+    base: str
+    changes: Changes
+
+
+Row = tuple[str, str, list[SceneCase], list[SceneCase]]  # name, range, cases within and beyond it
+
+
+def _harmonic() -> list[Row]:
+    return [
+        ("ν", "0 … 0.4999", [flat(nu=0.0), flat(nu=0.4999)], [flat(nu=0.49995)]),
+        ("patch aspect a/b", "0.01 … 100", [flat(aspect=0.01), flat(aspect=100.0)], [flat(aspect=0.005)]),
+        ("distance / half-side", "0 … 1000", [flat(distance=1000.0)], [flat(distance=3300.0)]),
+        ("flank inclination", "0 … 85°", [curved(flank=0.0), curved(flank=85.0)], [curved(flank=86.0)]),
+        ("R_roll [mm]", "20 … ∞", [wheel(20.0), wheel(1e6)], [wheel(19.0)]),
+        ("R_w / R_r − 1", "≥ 0", [ratio(1.0), ratio(10.0)], []),
+        ("modulus ratio", "1e-6 … 1e6", [moduli(1e-6), moduli(1e6)], []),
+        ("observer", "anywhere", [on_outline()], []),
+    ]
+
+
+def _solid() -> list[Row]:
+    return [
+        ("ν", "0 … 0.49", [flat(nu=0.0), flat(nu=0.49)], [flat(nu=0.495)]),
+        ("patch aspect a/b", "0.1 … 10", [flat(aspect=0.1), flat(aspect=10.0)], [flat(aspect=0.05)]),
+        ("distance / half-side", "0 … 200", [flat(distance=200.0)], [flat(distance=820.0)]),
+        ("flank inclination", "0 … 75°", [curved(flank=0.0), curved(flank=75.0)], [curved(flank=76.0)]),
+        ("R_roll [mm]", "50 … ∞", [wheel(50.0), wheel(1e6)], [wheel(49.0)]),
+        ("R_w / R_r − 1", "≥ 0", [ratio(10.0)], []),
+        ("modulus ratio", "1e-6 … 1e6", [moduli(1e-6), moduli(1e6)], []),
+        ("observer", "anywhere", [on_outline()], []),
+    ]
+
+
+def _scene(scene_case: SceneCase, engine: str, engine_settings: Changes = NO_CHANGES) -> Scene:
+    table = {"kind": engine, "check": False, **engine_settings}
+    return load_scene(scene_case.base, {**scene_case.changes, "engine": table})
+
+
+def flat(
+    *, nu: float = 0.28, aspect: float = 1.0, size: float = 0.2, distance: float = 25.0, beside: float = 4.0
+) -> SceneCase:
+    """One half-space, with lines along x through and beside the patch, and a line along s.
+
+    `size` is half the side of the patch along s [mm], `aspect` that along x over it. The line along s lies at
+    `distance` times the smaller half-side, the line beside the patch at `beside` times `size`.
+    """
+    b, a = size, size * aspect
+    parameters = {"ν": (nu, 0.28), "a/b": (aspect, 1.0), "distance / half-side": (distance, 25.0)}
+    label = ", ".join(
+        f"{name} = {value:.5g}" for name, (value, usual) in parameters.items() if value != usual
+    )
+    longest = max(a, b)
+    lines = [
+        {"along": "x", "s": beside * b, "reach": 25 * longest, "points": POINTS},
+        {"along": "x", "s": 0.0, "reach": 25 * longest, "points": POINTS},
+        {"along": "s", "x": distance * min(a, b), "reach": 25 * longest, "points": POINTS},
+    ]
+    material = {"nu": nu}
+    return SceneCase(
+        label,
+        "flat",
+        {
+            "bodies": ["lower"],
+            "components": list(SIX),
+            "variants": ["A"],
+            "lower": material,
+            "upper": material,
+            "patch": {"a": a, "b": b},
+            "lines": lines,
+        },
+    )
+
+
+def on_outline() -> SceneCase:
+    """One half-space, with points on the outline of the patch."""
+    plane = flat()
+    patch = plane.changes["patch"]
+    lines = [
+        {"along": "x", "s": 0.0, "reach": 5 * patch["a"], "points": 11},
+        {"along": "s", "x": 0.0, "reach": 5 * patch["b"], "points": 11},
+    ]
+    return SceneCase("on the outline of the patch", plane.base, {**plane.changes, "lines": lines})
+
+
+def _lines(reach: float = 25.0) -> list[dict[str, Any]]:
+    return [
+        {"along": "x", "s": 1.6, "reach": reach, "points": 101},
+        {"along": "x", "s": 0.0, "reach": reach, "points": 101},
+        {"along": "s", "x": 1.6, "reach": reach, "points": 101},
+    ]
+
+
+def _of_geometry1(label: str, changes: Changes, body: str = "lower", reach: float = 25.0) -> SceneCase:
+    usual = {"bodies": [body], "components": list(SIX), "variants": ["A"], "lines": _lines(reach)}
+    return SceneCase(label, "geometry1", {**usual, **changes})
+
+
+def _arc(flank: float, radius: float = 10.0) -> Changes:
+    return {"contour": {"kind": "arc", "radius": radius, "flank_inclination_deg": flank}}
+
+
+def curved(flank: float) -> SceneCase:
+    """The lower body of Geometry 1 with another flank inclination [deg]."""
+    arcs = {"lower": _arc(flank), "upper": _arc(flank)}
+    return _of_geometry1(f"{flank:g}°", arcs)
+
+
+def wheel(rolling_radius: float) -> SceneCase:
+    """The upper body of Geometry 1, revolved with a rolling radius [mm]."""
+    reach = min(25.0, rolling_radius / 5)
+    return _of_geometry1(
+        f"{rolling_radius:g} mm", {"upper": {"rolling_radius": rolling_radius}}, "upper", reach
+    )
+
+
+def ratio(over: float) -> SceneCase:
+    """Both bodies of Geometry 1, the radius of the upper arc `over` times that of the lower."""
+    return _of_geometry1(f"{over - 1:g}", {"upper": _arc(25.5, 10.0 * over)}, "combined")
+
+
+def moduli(over: float) -> SceneCase:
+    """Both half-spaces, the modulus of elasticity of the upper one `over` times 210 GPa."""
+    plane = flat()
+    changes = {**plane.changes, "bodies": ["combined"], "upper": {"E": 210e3 * over}}
+    return SceneCase(f"{over:g}", plane.base, changes)
+
+
+def _found(scene_case: SceneCase, results: Results, finer: Results | None) -> Reached:
+    """A case with its errors against a finer C, or where there is none against A."""
+    against = "A" if finer is None else "a finer C"
+    return Reached(scene_case.label, *compared(results, finer), against, seconds_of(results.models))
+
+
+def compared(results: Results, finer: Results | None) -> tuple[float, float, float]:
+    """The largest error, the largest estimate and the largest error over its estimate, all [-].
+
+    Each is the largest over lines and components.
+    """
+    errors, estimates, used = zip(*each(results, finer), strict=True)
+    return max(errors), max(estimates), max(used)
+
+
+def each(results: Results, finer: Results | None) -> Iterator[tuple[float, float, float]]:
+    """Yield error, estimate and error over estimate [-] of every component on every line.
+
+    Errors are those of C itself, against A or a finer C, on the scale of refinement, which the tolerance is
+    for. A component that vanishes by symmetry has an error of rounding and no estimate: estimates count as
+    `ROUNDING_SHARE` at least.
+    """
+    body = results.scene.compared[0]
+    c = reference_of(results, body)
+    truth = ics_of(results, "A", body) if finer is None else reference_of(finer, body).ic
+    errors, estimates = (refinement_shares_of(results, body, ics) for ics in (c.ic - truth, c.estimate))
+    for line in errors:
+        for name in SIX:
+            error, estimate = component_of(errors[line], name), component_of(estimates[line], name)
+            yield error, estimate, error / max(estimate, ROUNDING_SHARE)

@@ -1,0 +1,234 @@
+"""Statements 5, 17, 18 and 19: deviations of two bodies alone, together and near the load; their rotation."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from compare.ics.compute import Results
+from compare.report.panels import Panel
+from femic.reference.discount import FY, MOMENT
+from femic.validation.statements.criteria import (
+    FOLLOWS,
+    MUCH,
+    SATISFACTORY,
+    Criterion,
+    Statement,
+    of_bodies,
+    of_geometries,
+    on_both,
+)
+from femic.validation.statements.curves import (
+    ACROSS,
+    ALONE,
+    BODIES,
+    CONVEX,
+    INDEPENDENT,
+    STEEP,
+    THROUGH,
+    along,
+    curve,
+    difference,
+    line_of,
+    on_its_line,
+    panel,
+    unit,
+)
+from femic.validation.statements.runs import GEOMETRIES, Runs
+from femic.validation.statements.tangential import of_xx
+from geometries.arrays import Array
+from geometries.patches import N, S
+
+CANCEL, ADD = ("nn", "ss", "xx", "xs"), ("xn", "sn")
+ON_THROUGH = ("nn", "ss", "xx", "xn")  # the other components vanish on s = 0 by symmetry
+AT_LOAD, NEAR_LENGTHS, FAR_LENGTHS = 0.1, 0.25, (1.0, 2.0)  # reference lengths from the load
+SHOWN_NEAR = 1.0  # reference lengths from the load, up to which curves are drawn
+
+
+def kept_of_both(results: Results, component: str) -> float:
+    """Norm of the sum of both bodies' C - A over the sum of their norms, on all lines.
+
+    It is 0 if the deviations cancel and 1 if they add.
+    """
+    convex, concave = (difference(results, "A", (body, component)) for body in ALONE)
+    return float(np.linalg.norm(convex + concave) / (np.linalg.norm(convex) + np.linalg.norm(concave)))
+
+
+def of_b_ss_across(results: Results, body: str) -> float:
+    """Largest |B_ss - C_ss| on the line along s, as a share of max |C_ss| there."""
+    return on_its_line(results, "B", (body, "ss"), line_of(results, ACROSS))
+
+
+def opposite_in_ss(results: Results, way: str) -> float:
+    """Cosine of both bodies' C_ss - A_ss on all lines of a direction, "along x" or "along s"."""
+    convex, concave = (difference(results, "A", (body, "ss"), along(results, way[-1])) for body in ALONE)
+    return float(convex @ concave / (np.linalg.norm(convex) * np.linalg.norm(concave)))
+
+
+def from_half_space(results: Results, body: str, component: str) -> Array:
+    """(C - A) / A_nn [-] of a body's component at every point, (n,)."""
+    return np.asarray(difference(results, "A", (body, component)) / curve(results, "A", body, "nn"))
+
+
+def at_load(results: Results, body: str, component: str) -> float:
+    """Largest |C - A| / A_nn on s = 0 within a tenth of the reference length."""
+    part, x = results.lines[THROUGH], line_of(results, THROUGH).x
+    near = np.abs(x) <= AT_LOAD * results.scene.reference_length
+    return float(np.max(np.abs(from_half_space(results, body, component)[part][near])))
+
+
+def near_over_far(results: Results, body: str, component: str) -> float:
+    """Largest |C - A| / A_nn up to a quarter of the reference length away, over that 1 to 2 lengths away."""
+    length = results.scene.reference_length
+    r = np.hypot(results.points.x, results.points.s - results.scene.patch.s) / length
+    differences = np.abs(from_half_space(results, body, component))
+    return float(
+        np.max(differences[r <= NEAR_LENGTHS])
+        / np.max(differences[(r >= FAR_LENGTHS[0]) & (r <= FAR_LENGTHS[1])])
+    )
+
+
+def rotation(results: Results, body: str) -> float:
+    """The rotation about x [1/N] that is discounted under a unit lateral load at s = 0."""
+    return float(results.references[body].discount[FY, MOMENT])
+
+
+def convex_share(results: Results) -> float:
+    """The convex body's part of the sum of both bodies' |discounted rotation|."""
+    sizes = {body: abs(rotation(results, body)) for body in ALONE}
+    return sizes[CONVEX] / sum(sizes.values())
+
+
+def rotations(runs: Runs) -> Mapping[str, float]:
+    """The discounted rotations of each body alone, times E L^2."""
+
+    def scaled(results: Results, body: str) -> float:
+        return rotation(results, body) * unit(results) * results.scene.reference_length
+
+    return {f"rotation · E L²: {case}": value for case, value in of_bodies(scaled, ALONE)(runs).items()}
+
+
+def _sums(runs: Runs) -> list[Panel]:
+    results = runs.geometry(GEOMETRIES[0])
+    return [
+        panel(results, ("A",), (body, component), along(results, direction)[0])
+        for component, direction in (("nn", "s"), ("sn", "s"), ("xn", "x"))
+        for body in BODIES
+    ]
+
+
+def _bodies(results: Results) -> list[Panel]:
+    places = [("xx", THROUGH), ("ss", THROUGH), ("ss", ACROSS)]
+    return [
+        panel(results, ("A", "B"), (body, component), line_of(results, name)).beyond(STEEP)
+        for component, name in places
+        for body in ALONE
+    ]
+
+
+def _near(results: Results) -> list[Panel]:
+    """Panels of (C - A) / A_nn near the load on s = 0, and along s for what vanishes on s = 0."""
+    lines = ((THROUGH, ON_THROUGH), (ACROSS, ("xs", "sn")))
+    return [
+        _half_space_panel(results, body, line, components) for line, components in lines for body in ALONE
+    ]
+
+
+def _half_space_panel(results: Results, body: str, name: str, components: tuple[str, ...]) -> Panel:
+    line, length = line_of(results, name), results.scene.reference_length
+    shown = (line.running >= 0) & (line.running <= SHOWN_NEAR * length)
+    curves = {c: from_half_space(results, body, c)[results.lines[name]][shown] for c in components}
+    title = f"{results.scene.name}, {body}: {', '.join(components)} on {name}"
+    return Panel(title, f"{line.along} / L  [-]", line.running[shown] / length, "(C - A) / A_nn  [-]", curves)
+
+
+def _turning(results: Results) -> list[Panel]:
+    """Panels of C_sn before the discount and after it."""
+    line = line_of(results, ACROSS)
+    part = results.lines[line.name]
+    raw = {body: unit(results) * results.references[body].raw[S, N, part] for body in ALONE}
+    return [panel(results, (), (body, "sn"), line, {"C before the discount": raw[body]}) for body in ALONE]
+
+
+STATEMENTS = (
+    Statement(
+        5,
+        "Deviations of the two bodies from A cancel in nn, ss, xx, xs and add in xn, sn.",
+        (
+            Criterion(
+                "cancel",
+                "|sum of both deviations| / sum of their norms: nn, ss, xx, xs",
+                "<",
+                MUCH,
+                of_bodies(kept_of_both, CANCEL),
+            ),
+            Criterion("add", "the same: xn, sn", ">", 0.75, of_bodies(kept_of_both, ADD)),
+        ),
+        _sums,
+        columns=3,
+    ),
+    Statement(
+        17,
+        "Of the bodies alone C_xx deviates little from A_xx, and C_ss from A_ss to opposite sides; B_ss is "
+        "good along s.",
+        (
+            Criterion(
+                "xx",
+                "largest |A_xx - C_xx| on a line, of max |C_xx| there: body alone",
+                "<",
+                FOLLOWS,
+                of_bodies(of_xx, ALONE),
+            ),
+            Criterion(
+                "ss",
+                "cosine between both bodies' C_ss - A_ss",
+                "<",
+                -MUCH,
+                of_bodies(opposite_in_ss, ("along x", "along s")),
+            ),
+            Criterion(
+                "B_ss",
+                "largest |B_ss - C_ss| at x = 1.6 mm, of max |C_ss| there",
+                "<",
+                FOLLOWS,
+                of_bodies(of_b_ss_across),
+            ),
+        ),
+        on_both(_bodies),
+    ),
+    Statement(
+        18,
+        "All ICs converge to those of the half-space near the load.",
+        (
+            Criterion(
+                "at the load",
+                "largest |C - A| / A_nn on s = 0, |x| ≤ 1 mm",
+                "<",
+                SATISFACTORY,
+                of_geometries(at_load, BODIES, ON_THROUGH),
+            ),
+            Criterion(
+                "converge",
+                "largest |C - A| / A_nn up to 2.5 mm from the load over that at 10 to 20 mm",
+                "<",
+                MUCH,
+                of_geometries(near_over_far, BODIES, INDEPENDENT),
+            ),
+        ),
+        on_both(_near),
+    ),
+    Statement(
+        19,
+        "The rotation that is discounted is mostly that of the convex body.",
+        (
+            Criterion(
+                "convex",
+                "rotation of the convex body under a lateral load over the sum of both sizes",
+                ">",
+                MUCH,
+                of_geometries(convex_share),
+            ),
+        ),
+        on_both(_turning),
+        rotations,
+    ),
+)

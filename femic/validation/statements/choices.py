@@ -1,0 +1,157 @@
+"""Statements 11 and 12: the effect of Poisson's ratio on the comparison, and whether the mix is best."""
+
+from collections.abc import Callable, Mapping
+from itertools import product
+
+import numpy as np
+
+from compare.ics.compute import Results, ics_of
+from compare.report.panels import Panel
+from compare.report.styles import SYMBOLS
+from femic.validation.statements.criteria import SATISFACTORY, Criterion, Numbers, Statement, of_bodies
+from femic.validation.statements.curves import BODIES, INDEPENDENT, along, curve, error, panel
+from femic.validation.statements.runs import GEOMETRIES, Runs
+from geometries.arrays import Array
+
+COMPARED_VARIANTS = ("A", "B", "Bbar", "Bhat")
+
+
+# --- 11 -------------------------------------------------------------------------------------------------
+
+
+def change_of_errors(at_own_nu: Results, at_other_nu: Results, body: str, component: str) -> float:
+    """Largest change of the error of an approximation from one Poisson's ratio to the other."""
+    first, second = (_errors(results, body, component) for results in (at_own_nu, at_other_nu))
+    return float(np.max(np.abs(second - first)))
+
+
+def regret(at_own_nu: Results, at_other_nu: Results, body: str, component: str) -> float:
+    """Error at the other Poisson's ratio of what is best at its own, less the best error at the other."""
+    first, second = (_errors(results, body, component) for results in (at_own_nu, at_other_nu))
+    return float(second[np.argmin(first)] - np.min(second))
+
+
+def _errors(results: Results, body: str, component: str) -> Array:
+    return np.array([error(results, variant, body, component) for variant in COMPARED_VARIANTS])
+
+
+def with_other_nu(number: Callable[[Results, Results, str, str], float]) -> Numbers:
+    """Measure a number of each geometry at its own and the other Poisson's ratio, by body and component."""
+    return lambda runs: {
+        f"{name}, {body}, {component}": number(runs.geometry(name), runs.other_nu(name), body, component)
+        for name, body, component in product(GEOMETRIES, BODIES, INDEPENDENT)
+    }
+
+
+def _both_nu(runs: Runs) -> list[Panel]:
+    """Panels of C and B at both Poisson's ratios."""
+    panels = []
+    for name in GEOMETRIES:
+        at_own_nu, at_other_nu = runs.geometry(name), runs.other_nu(name)
+        for body, component in (("combined", "nn"), ("combined", "xn"), ("lower", "sn")):
+            line = along(at_own_nu, "s" if component == "sn" else "x")[0]
+            more = {
+                f"{variant}, other ν": curve(at_other_nu, variant, body, component, [line])
+                for variant in ("C", "B")
+            }
+            panels.append(panel(at_own_nu, ("B",), (body, component), line, more))
+    return panels
+
+
+# --- 12 -------------------------------------------------------------------------------------------------
+
+
+def worst_of_mix(results: Results, body: str) -> float:
+    """Worst error of a component of the mix, over that of the best single variant."""
+    return _mix_over_best(results, body, np.max)
+
+
+def mean_of_mix(results: Results, body: str) -> float:
+    """Mean error over the components of the mix, over that of the best single variant."""
+    return _mix_over_best(results, body, np.mean)
+
+
+def _mix_over_best(results: Results, body: str, pooled: Callable[[Array], float]) -> float:
+    errors = _errors_of_variants(results, body)
+    single = [pooled(variant_errors) for variant, variant_errors in errors.items() if variant != "mix"]
+    return float(pooled(errors["mix"]) / min(single))
+
+
+def _errors_of_variants(results: Results, body: str) -> dict[str, Array]:
+    """Errors (6,) [-] of the components, by variant, of all variants that exist for a body."""
+    return {
+        variant: np.array([error(results, variant, body, component) for component in INDEPENDENT])
+        for variant in results.scene.variants
+        if not np.any(np.isnan(ics_of(results, variant, body)))
+    }
+
+
+def mean_errors(runs: Runs) -> Mapping[str, float]:
+    """The mean error over the components of every variant, by geometry and body."""
+    return {
+        f"mean error of {SYMBOLS[variant]}: {name}, {body}": float(np.mean(variant_errors))
+        for name, body in product(GEOMETRIES, BODIES)
+        for variant, variant_errors in _errors_of_variants(runs.fitted(name), body).items()
+    }
+
+
+def _mix(runs: Runs) -> list[Panel]:
+    fitted = runs.fitted(GEOMETRIES[0])
+    return [
+        panel(
+            fitted,
+            ("Bhat", "mix"),
+            ("combined", component),
+            along(fitted, "x" if component in ("xx", "xn") else "s")[0],
+        )
+        for component in INDEPENDENT
+    ]
+
+
+STATEMENTS = (
+    Statement(
+        11,
+        "ν = 0.28 or 0.30 makes no difference that matters to the comparison.",
+        (
+            Criterion(
+                "change",
+                "largest change of the error of A, B, B̄ or B̂ with ν",
+                "<",
+                SATISFACTORY,
+                with_other_nu(change_of_errors),
+            ),
+            Criterion(
+                "order",
+                "error of what is best at this ν, at the other one, less the best error there",
+                "<",
+                SATISFACTORY,
+                with_other_nu(regret),
+            ),
+        ),
+        _both_nu,
+        columns=3,
+    ),
+    Statement(
+        12,
+        "The mix beats each single variant.",
+        (
+            Criterion(
+                "worst",
+                "worst error of a component: mix over the best single variant",
+                "<",
+                1.0,
+                of_bodies(worst_of_mix, fitted=True),
+            ),
+            Criterion(
+                "mean",
+                "mean error over the components: likewise",
+                "<",
+                1.0,
+                of_bodies(mean_of_mix, fitted=True),
+            ),
+        ),
+        _mix,
+        mean_errors,
+        columns=3,
+    ),
+)

@@ -1,0 +1,109 @@
+"""Statements and the criteria that decide them: numbers with thresholds, measured in several cases.
+
+A statement holds its claim, its criteria and their measures. Modules of this package define statements,
+grouped by component; `statements` has all of them in one table.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Literal
+
+from compare.ics.compute import Results
+from compare.report.panels import Panel
+from femic.validation.statements.curves import BODIES, Measured
+from femic.validation.statements.runs import GEOMETRIES, Runs
+
+FOLLOWS = 0.10  # largest error of a curve that follows another one
+POOR = 0.20  # smallest error of a poor curve
+SATISFACTORY = 0.05  # largest error that is fully satisfactory
+SMALL_PART = 1 / 3
+MUCH = 1 / 2
+
+CLOSE = 0.002  # of the threshold, or of 1 if that is 0: C, known to 0.001, cannot decide closer numbers
+
+Numbers = Callable[[Runs], Mapping[str, float]]  # measures a number in all its cases
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """A number with its measure and its threshold; it is met or not in each case (geometry, body, ...)."""
+
+    name: str
+    says: str
+    relation: Literal["<", ">"]
+    threshold: float
+    measure: Numbers
+
+    def met(self, value: float) -> bool:
+        """Whether a value is on the right side of the threshold; a value that is NaN is not."""
+        return bool(value < self.threshold if self.relation == "<" else value > self.threshold)
+
+    def close(self, value: float) -> bool:
+        """Whether a value is so close to the threshold that the accuracy of C does not suffice to decide."""
+        return abs(value - self.threshold) <= CLOSE * (abs(self.threshold) or 1.0)
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A claim with the criteria that decide it, and panels that illustrate it in a number of columns.
+
+    `details` measures numbers that explain the statement and decide nothing.
+    """
+
+    number: int
+    claim: str
+    criteria: tuple[Criterion, ...]
+    panels: Callable[[Runs], Sequence[Panel]]
+    details: Numbers = lambda _: {}
+    columns: int = 2  # one for each geometry
+
+    def measured(self, runs: Runs) -> Measured:
+        """Measure all numbers and make all panels."""
+        values = {criterion.name: criterion.measure(runs) for criterion in self.criteria}
+        return Measured(values, tuple(self.panels(runs)), self.details(runs))
+
+
+def of_geometries(number: Callable[..., float], *choices: Sequence[str], fitted: bool = False) -> Numbers:
+    """Measure a number of each geometry and of each choice: of its bodies, lines or components.
+
+    With `fitted` the results are those with B-hat-prime.
+    """
+    return lambda runs: {
+        ", ".join((name, *chosen)): number(_results(runs, name, fitted), *chosen)
+        for name, *chosen in product(GEOMETRIES, *choices)
+    }
+
+
+def of_bodies(
+    number: Callable[[Results, str], float], bodies: Sequence[str] = BODIES, *, fitted: bool = False
+) -> Numbers:
+    """Measure a number of each geometry and body."""
+    return of_geometries(number, bodies, fitted=fitted)
+
+
+def more_on_second(number: Callable[[Results], float], *, fitted: bool = False) -> Numbers:
+    """Measure a number of Geometry 2 less that of Geometry 1."""
+    first, second = GEOMETRIES
+
+    def difference(runs: Runs) -> Mapping[str, float]:
+        values = of_geometries(number, fitted=fitted)(runs)
+        return {"both": values[second] - values[first]}
+
+    return difference
+
+
+def on_both(
+    panels_of: Callable[[Results], Sequence[Panel]], *, fitted: bool = False
+) -> Callable[[Runs], list[Panel]]:
+    """Make panels of both geometries, side by side."""
+
+    def panels(runs: Runs) -> list[Panel]:
+        columns = [panels_of(_results(runs, name, fitted)) for name in GEOMETRIES]
+        return [panel for row in zip(*columns, strict=True) for panel in row]
+
+    return panels
+
+
+def _results(runs: Runs, name: str, fitted: bool) -> Results:
+    return runs.fitted(name) if fitted else runs.geometry(name)

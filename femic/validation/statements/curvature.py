@@ -1,0 +1,124 @@
+"""Statements 8 and 21: the effect of a wheel's curvature along x on the longitudinal displacement."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from compare.ics.compute import Results
+from compare.report.panels import Panel
+from femic.validation.statements.criteria import POOR, SMALL_PART, Criterion, Statement
+from femic.validation.statements.curves import CONCAVE, THROUGH, curve, line_of, panel, rms
+from femic.validation.statements.runs import GEOMETRIES, Runs
+from geometries.arrays import Array
+
+XN = ("combined", "xn")
+PLACES = {"8 mm": 8.0, "16 mm": 16.0}  # x [mm] at which eq. (16) is compared
+
+
+def second_over_first(runs: Runs) -> Mapping[str, float]:
+    """Rms of C_xn on s = 0: Geometry 2 over Geometry 1."""
+    first, second = (_rms_through(runs.geometry(name)) for name in GEOMETRIES)
+    return {"both": second / first}
+
+
+def part_of_curvature(runs: Runs) -> Mapping[str, float]:
+    """The part of the difference between the geometries that vanishes if the wheel is not revolved."""
+    first, second = (_rms_through(runs.geometry(name)) for name in GEOMETRIES)
+    return {"both": abs((second - _rms_through(runs.not_revolved())) / (second - first))}
+
+
+def _rms_through(results: Results) -> float:
+    return rms(_through(results))
+
+
+def _through(results: Results) -> Array:
+    """C_xn on s = 0, (n,), dimensionless."""
+    return curve(results, "C", *XN, [line_of(results, THROUGH)])
+
+
+def term_over_change(runs: Runs) -> Mapping[str, float]:
+    """|term / change - 1| at each place: the term of eq. (16) against the change by curvature along x."""
+    return {f"x = {name}": abs(term / change - 1) for name, (term, change) in _at_places(runs).items()}
+
+
+def terms_and_changes(runs: Runs) -> Mapping[str, float]:
+    """The terms and the changes at all places, dimensionless."""
+    pairs = _at_places(runs)
+    terms = {f"-½ (A_xx + A_nn) sin α_x: x = {name}": term for name, (term, _) in pairs.items()}
+    return terms | {f"C_xn less C_xn not revolved: x = {name}": change for name, (_, change) in pairs.items()}
+
+
+def _at_places(runs: Runs) -> dict[str, tuple[float, float]]:
+    x = line_of(runs.geometry(GEOMETRIES[1]), THROUGH).x
+    term, change = _term(runs), _change(runs)
+    return {
+        name: (float(np.interp(place, x, term)), float(np.interp(place, x, change)))
+        for name, place in PLACES.items()
+    }
+
+
+def _term(runs: Runs) -> Array:
+    """-½ (A_xx + A_nn) sin α_x of the wheel on s = 0, (n,), dimensionless; α_x = -x / R_roll."""
+    wheel = runs.geometry(GEOMETRIES[1])
+    line = line_of(wheel, THROUGH)
+    a_xx, a_nn = (curve(wheel, "A", CONCAVE, component, [line]) for component in ("xx", "nn"))
+    alpha = -line.x / wheel.scene.bodies[CONCAVE].surface.rolling_radius
+    return np.asarray(-(a_xx + a_nn) * np.sin(alpha) / 2)
+
+
+def _change(runs: Runs) -> Array:
+    """C_xn of Geometry 2 less that with a wheel that is not revolved, on s = 0, (n,), dimensionless."""
+    return _through(runs.geometry(GEOMETRIES[1])) - _through(runs.not_revolved())
+
+
+def _geometry_panels(runs: Runs) -> list[Panel]:
+    first, wheel = (runs.geometry(name) for name in GEOMETRIES)
+    line = line_of(wheel, THROUGH)
+    more = {"C, not revolved": _through(runs.not_revolved())}
+    return [panel(wheel, (), XN, line, more), panel(first, (), XN, line_of(first, THROUGH))]
+
+
+def _curvature(runs: Runs) -> list[Panel]:
+    wheel = runs.geometry(GEOMETRIES[1])
+    line = line_of(wheel, THROUGH)
+    shown, length = line.x >= 0, wheel.scene.reference_length
+    curves = {"C less C not revolved": _change(runs)[shown], "term of eq. (16)": _term(runs)[shown]}
+    title = "geometry2, combined: xn by curvature along x"
+    return [Panel(title, "x / L  [-]", line.x[shown] / length, "IC · E · L  [-]", curves)]
+
+
+STATEMENTS = (
+    Statement(
+        8,
+        "C_xn is larger on Geometry 2; longitudinal curvature explains a small part of it.",
+        (
+            Criterion(
+                "larger", "rms of C_xn on s = 0: Geometry 2 over Geometry 1", ">", 1.0, second_over_first
+            ),
+            Criterion(
+                "curvature",
+                "part of the difference that is gone with a wheel that is not revolved",
+                "<",
+                SMALL_PART,
+                part_of_curvature,
+            ),
+        ),
+        _geometry_panels,
+    ),
+    Statement(
+        21,
+        "The term -½ (A_xx + A_nn) sin α_x of eq. (16) is what curvature along x changes in C_xn.",
+        (
+            Criterion(
+                "size",
+                "Geometry 2, s = 0: |term / (C_xn - C_xn not revolved) - 1|",
+                "<",
+                POOR,
+                term_over_change,
+            ),
+        ),
+        _curvature,
+        terms_and_changes,
+        columns=1,
+    ),
+)

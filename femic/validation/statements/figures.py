@@ -1,0 +1,39 @@
+"""Figures of a statement: its curves, and its numbers beside their thresholds."""
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from compare.report.panels import drawn
+from compare.report.styles import RC
+from femic.validation.statements.verdicts import Judged
+
+MET, UNMET = "tab:green", "tab:red"
+
+
+def curves(judged: Judged) -> Figure:
+    """Draw all panels of a statement."""
+    return drawn(judged.measured.panels, judged.statement.columns)
+
+
+def numbers(judged: Judged) -> Figure:
+    """Draw every number beside its threshold, with a separate scale for each criterion."""
+    criteria = judged.statement.criteria
+    values = judged.measured.values
+    heights = [len(values[criterion.name]) + 1.6 for criterion in criteria]
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=(9, 0.24 * sum(heights) + 0.4), layout="constrained")
+        grid = figure.subplots(len(criteria), 1, squeeze=False, height_ratios=heights)[:, 0]
+        for axes, criterion in zip(grid, criteria, strict=True):
+            case_values = values[criterion.name]
+            positions = np.arange(len(case_values))
+            colours = [MET if criterion.met(value) else UNMET for value in case_values.values()]
+            axes.barh(positions, list(case_values.values()), color=colours, height=0.6)
+            axes.axvline(criterion.threshold, color="black", linewidth=1.2, linestyle="--")
+            axes.set_yticks(positions, list(case_values), fontsize=7)
+            title = f"{criterion.says}: {criterion.relation} {criterion.threshold:.3g}"
+            axes.set_title(title, fontsize=8, loc="left")
+            axes.tick_params(axis="x", labelsize=7)
+            axes.set_ylim(len(case_values) - 0.4, -0.6)
+            axes.margins(x=0.08)
+        return figure

@@ -1,0 +1,188 @@
+"""Statements 22 and 23: whether contact by C is that of two meshed bodies, which use no ICs.
+
+Both have the same supports, and nothing is fitted between them.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from compare.finite_elements.dataset import APPROACH, FE, OF_PATCH, OF_PLACE
+from compare.finite_elements.deviations import deviations, differences, known, known_to
+from compare.report.panels import Panel
+from compare.report.styles import SYMBOLS
+from femic.contact.finite_elements.result import CELLS, FEWEST
+from femic.validation.statements.criteria import Criterion, Numbers, Statement
+from femic.validation.statements.runs import Runs
+
+AGREES = 0.02  # of a number, beside the estimate of finite elements
+AGREES_FORCE, AGREES_CENTRE = 0.02, 0.2  # lateral force over load; centre of pressure [mm]
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contacts of a built-in scene: loads [N], position of the upper body [mm], fineness of meshes."""
+
+    scene: str
+    loads: tuple[float, ...]
+    shift: float = 0.0
+    cells: float = CELLS
+
+    def solved(self, runs: Runs) -> xr.Dataset:
+        """Their numbers by ICs and by finite elements."""
+        return runs.judged(self.scene, self.loads, shift=self.shift, cells=self.cells)
+
+
+CENTRED = Contacts("wide", (660e3, 5300e3))  # patches over 39 and 77 degrees
+BESIDE = Contacts(
+    "tall", (58e3,), shift=0.1, cells=FEWEST
+)  # touching first where the rail inclines by 61 deg
+
+
+def apart(contacts: Contacts, names: Sequence[str]) -> Numbers:
+    """Measure how far numbers by C are from those by finite elements, beyond their estimate, by load."""
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset = contacts.solved(runs)
+        return _by_case(
+            dataset, {name: abs(deviations(dataset, name)) - known(dataset, name) for name in names}
+        )
+
+    return measure
+
+
+def beside(contacts: Contacts, name: str, *, over_load: bool = False) -> Numbers:
+    """Measure the same of a number that vanishes where all is symmetric, in its unit or over the load."""
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset = contacts.solved(runs)
+        beyond = abs(differences(dataset, name)) - known_to(dataset, name)
+        return _by_case(dataset, {name: beyond / dataset["load"] if over_load else beyond})
+
+    return measure
+
+
+def _by_case(dataset: xr.Dataset, by_name: Mapping[str, xr.DataArray]) -> dict[str, float]:
+    """Numbers of C by load and name."""
+    return {
+        f"{case}, {name}": float(values.sel(ics="C")[k])
+        for name, values in by_name.items()
+        for k, case in enumerate(dataset.case.values)
+    }
+
+
+def details(contacts: Contacts) -> Numbers:
+    """Measure how far all ICs are from finite elements, and what these are known to.
+
+    In shares of the numbers by finite elements, but for those that vanish where all is symmetric.
+    """
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        dataset = contacts.solved(runs)
+        names = [*OF_PATCH, APPROACH, *(OF_PLACE if contacts.shift else ())]
+        found: dict[str, float] = {}
+        for name in names:
+            in_unit = name in OF_PLACE
+            off = (differences if in_unit else deviations)(dataset, name)
+            to = (known_to if in_unit else known)(dataset, name)
+            for k, case in enumerate(dataset.case.values):
+                found |= {
+                    f"{case}, {name} by {SYMBOLS[ics]}": float(off.sel(ics=ics)[k])
+                    for ics in map(str, off.ics.values)
+                }
+                found[f"{case}, {name}: estimate of FE"] = float(to[k])
+        return found
+
+    return measure
+
+
+def panels(contacts: Contacts) -> Callable[[Runs], list[Panel]]:
+    """Draw pressures across the patch by finite elements and by ICs, a panel per load."""
+
+    def draw(runs: Runs) -> list[Panel]:
+        dataset = contacts.solved(runs)
+        return [_panel(dataset, contacts.scene, number) for number in range(dataset.sizes["case"])]
+
+    return draw
+
+
+def _panel(dataset: xr.Dataset, scene: str, number: int) -> Panel:
+    """Pressures across the patch by finite elements and by ICs."""
+    s = dataset[f"s_fe_{number}"].values
+    p = dataset[f"p_{number}"].dropna("ics", how="all")
+    by_ics = {
+        SYMBOLS[str(name)]: np.interp(s, p[f"s_{number}"].values, p.sel(ics=name).values)
+        for name in p.ics.values
+    }
+    return Panel(
+        f"{scene}, {dataset.case.values[number]}",
+        "s [mm]",
+        s,
+        "pressure at x = 0 [MPa]",
+        by_ics | {FE: dataset[f"p_fe_{number}"].values},
+    )
+
+
+STATEMENTS = (
+    Statement(
+        22,
+        "Contact by C is that of two meshed bodies without ICs.",
+        (
+            Criterion(
+                "patch",
+                f"{CENTRED.scene}: a, b, Δδ, p_max by C: deviation from finite elements less their estimate",
+                "<",
+                AGREES,
+                apart(CENTRED, OF_PATCH),
+            ),
+            Criterion(
+                "approach",
+                f"{CENTRED.scene}: approach by C, likewise; without M_zz of both bodies, and nothing fitted",
+                "<",
+                AGREES,
+                apart(CENTRED, (APPROACH,)),
+            ),
+        ),
+        panels(CENTRED),
+        details(CENTRED),
+    ),
+    Statement(
+        23,
+        "Beside the crown, too, contact by C is that of two meshed bodies without ICs.",
+        (
+            Criterion(
+                "pressure",
+                f"{BESIDE.scene}, upper body moved by {BESIDE.shift:g} mm: p_max by C: deviation from finite "
+                "elements less their estimate",
+                "<",
+                AGREES,
+                apart(BESIDE, ("p_max",)),
+            ),
+            Criterion(
+                "force",
+                "lateral force by C, likewise, over the load",
+                "<",
+                AGREES_FORCE,
+                beside(BESIDE, "F_y", over_load=True),
+            ),
+            Criterion(
+                "centre",
+                "centre of pressure by C, likewise [mm]",
+                "<",
+                AGREES_CENTRE,
+                beside(BESIDE, "s_centre"),
+            ),
+            Criterion(
+                "approach",
+                "approach by C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
+                "<",
+                AGREES,
+                apart(BESIDE, (APPROACH,)),
+            ),
+        ),
+        panels(BESIDE),
+        details(BESIDE),
+    ),
+)

@@ -1,0 +1,145 @@
+"""Statements 1, 16 and 20: the normal displacement under a normal load."""
+
+from collections.abc import Callable
+
+from compare.ics.compute import Results
+from compare.report.panels import Panel
+from femic.validation.statements.criteria import (
+    FOLLOWS,
+    Criterion,
+    Statement,
+    more_on_second,
+    of_bodies,
+    of_geometries,
+    on_both,
+)
+from femic.validation.statements.curves import (
+    ACROSS,
+    BESIDE,
+    BODIES,
+    CONCAVE,
+    CONVEX,
+    STEEP,
+    THROUGH,
+    across_over_along,
+    error,
+    line_of,
+    panel,
+    relative,
+    value_at,
+)
+
+AWAY, HALF_WAY = 10.0, 5.0  # coordinates [mm], with the load at 0
+NN = ("combined", "nn")
+
+
+def missed_across(variant: str, s: float = AWAY) -> Callable[[Results], float]:
+    """Measure |v / C - 1| of the combined nn of a variant v at s [mm] on the line along s."""
+    return lambda results: relative(results, variant, NN, (ACROSS, s))
+
+
+def missed_along(variant: str) -> Callable[[Results, str], float]:
+    """Measure |v / C - 1| of the combined nn of a variant v at x = 10 mm on a line along x."""
+    return lambda results, line: relative(results, variant, NN, (line, AWAY))
+
+
+def growth_of_a(results: Results) -> float:
+    """|A / C - 1| of the combined nn at s = 10 mm, less the same at s = 5 mm."""
+    return missed_across("A")(results) - missed_across("A", HALF_WAY)(results)
+
+
+def b_over_a(results: Results) -> float:
+    """|B_nn - C_nn| over |A_nn - C_nn| at s = 10 mm."""
+    a, b, c = (value_at(results, variant, NN, (ACROSS, AWAY)) for variant in ("A", "B", "C"))
+    return abs(b - c) / abs(a - c)
+
+
+def b_hat_over_b(results: Results, body: str) -> float:
+    """Error of B-hat_nn over that of B_nn on the line along s; both are A on s = 0."""
+    b_hat, b = (error(results, variant, body, "nn", [line_of(results, ACROSS)]) for variant in ("Bhat", "B"))
+    return b_hat / b
+
+
+def _both_ways(results: Results) -> list[Panel]:
+    return [panel(results, ("A", "B"), NN, line_of(results, name)) for name in (ACROSS, BESIDE)]
+
+
+def _body_panels(results: Results) -> list[Panel]:
+    across = [panel(results, ("A",), (body, "nn"), line_of(results, ACROSS)) for body in BODIES]
+    return [*across, panel(results, ("A",), (CONCAVE, "nn"), line_of(results, THROUGH)).beyond(STEEP)]
+
+
+def _with_b_hat(results: Results) -> list[Panel]:
+    return [panel(results, ("B", "Bhat"), (body, "nn"), line_of(results, ACROSS)) for body in BODIES]
+
+
+STATEMENTS = (
+    Statement(
+        1,
+        "Laterally A_nn departs from C_nn with distance, more on Geometry 2, and B_nn follows; "
+        "longitudinally all three agree (both bodies together).",
+        (
+            Criterion(
+                "A departs", "|A_nn / C_nn - 1| at s = 10 mm", ">", FOLLOWS, of_geometries(missed_across("A"))
+            ),
+            Criterion(
+                "with distance", "the same: at s = 10 mm less at 5 mm", ">", 0.0, of_geometries(growth_of_a)
+            ),
+            Criterion(
+                "geometry",
+                "the same at s = 10 mm: Geometry 2 less Geometry 1",
+                ">",
+                0.0,
+                more_on_second(missed_across("A")),
+            ),
+            Criterion(
+                "B follows", "|B_nn / C_nn - 1| at s = 10 mm", "<", FOLLOWS, of_geometries(missed_across("B"))
+            ),
+            Criterion(
+                "B better", "|B_nn - C_nn| over |A_nn - C_nn| at s = 10 mm", "<", 1.0, of_geometries(b_over_a)
+            ),
+            Criterion(
+                "A along x",
+                "|A_nn / C_nn - 1| at x = 10 mm",
+                "<",
+                FOLLOWS,
+                of_bodies(missed_along("A"), (BESIDE, THROUGH)),
+            ),
+            Criterion(
+                "B along x",
+                "|B_nn / C_nn - 1| at x = 10 mm",
+                "<",
+                FOLLOWS,
+                of_bodies(missed_along("B"), (BESIDE, THROUGH)),
+            ),
+        ),
+        on_both(_both_ways),
+    ),
+    Statement(
+        16,
+        "C_nn departs most from A_nn along s; that of the concave body along x.",
+        (
+            Criterion(
+                "along s",
+                "largest |C_nn - A_nn|: line along s over lines along x",
+                ">",
+                1.0,
+                of_bodies(across_over_along("nn"), ("combined", CONVEX)),
+            ),
+            Criterion(
+                "concave", "the same, concave body", "<", 1.0, of_bodies(across_over_along("nn"), (CONCAVE,))
+            ),
+        ),
+        on_both(_body_panels),
+    ),
+    Statement(
+        20,
+        "B̂_nn is no worse than B_nn.",
+        (
+            Criterion(
+                "B̂", "error of B̂_nn over that of B_nn on the line along s", "<", 1.0, of_bodies(b_hat_over_b)
+            ),
+        ),
+        on_both(_with_b_hat),
+    ),
+)

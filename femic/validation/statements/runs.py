@@ -1,0 +1,135 @@
+"""The runs that statements are judged by, each computed when it is first used."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import xarray as xr
+
+from approx.effective import EffectiveProperties
+from approx.variants import VARIANTS
+from compare.calibration.compute import calibrate
+from compare.contact.compute import compute_contact
+from compare.contact.dataset import to_dataset
+from compare.finite_elements.compute import compute_judged
+from compare.ics.compute import Results, compute, with_approximations
+from femic.contact.finite_elements.result import CELLS
+from femic.reference.run_options import Means
+from femic.scenes.load import load_scene
+from femic.scenes.scene import Scene
+from femic.validation.estimates.coverage import kept_outcomes
+from femic.validation.estimates.outcomes import Outcome
+from geometries.patches import COMPONENTS
+
+GEOMETRIES = ("geometry1", "geometry2")
+TOLERANCE = 1e-3  # of C, by default
+TIGHTEST, LOOSEST = 1e-4, 0.02  # limits of the tolerance of C
+OTHER_NU = {"geometry1": 0.30, "geometry2": 0.28}
+NEARLY_PLANE = 1e4  # mm, radius of the arcs
+
+
+@dataclass(eq=False)
+class Runs:
+    """Results of scenes with C in all nine components and every variant, each computed once."""
+
+    means: Means
+    tolerance: float = TOLERANCE
+    done: dict[str, Results] = field(default_factory=dict)
+    fits: dict[str, Mapping[str, EffectiveProperties]] = field(default_factory=dict)
+    contacts: dict[str, xr.Dataset] = field(default_factory=dict)
+    outcomes: dict[tuple[str, int, int], list[Outcome]] = field(default_factory=dict)
+
+    def geometry(self, name: str) -> Results:
+        """The results of a geometry of the source [BVSV]."""
+        return self._once(name, lambda: self._compute(self._scene(name)))
+
+    def fitted(self, name: str) -> Results:
+        """The results of a geometry with B-hat-prime, which is fitted to that geometry."""
+        return self._once(f"{name}, fitted", lambda: self._with_fit(self.geometry(name)))
+
+    def with_both_engines(self, name: str) -> Results:
+        """The results of a geometry with C by both engines."""
+        return self._once(f"{name}, both engines", lambda: self._compute(self._scene(name, check=True)))
+
+    def other_nu(self, name: str) -> Results:
+        """The results of a geometry with the Poisson's ratio of the other geometry."""
+        nu = {"nu": OTHER_NU[name]}
+        return self._once(
+            f"{name}, nu = {OTHER_NU[name]:.2f}",
+            lambda: self._compute(self._scene(name, {"lower": nu, "upper": nu})),
+        )
+
+    def not_revolved(self) -> Results:
+        """The results of Geometry 2 with a prismatic wheel."""
+        prismatic = {"upper": {"rolling_radius": float("inf")}}
+        name = "geometry2, not revolved"
+        return self._once(
+            name, lambda: self._compute(replace(self._scene("geometry2", prismatic), name=name))
+        )
+
+    def plane(self) -> Results:
+        """The results of two half-spaces."""
+        return self._once("flat", lambda: self._compute(self._scene("flat")))
+
+    def nearly_plane(self) -> Results:
+        """The results of Geometry 1 with arcs of a very large radius."""
+        arc = {"contour": {"kind": "arc", "radius": NEARLY_PLANE, "flank_inclination_deg": 25.5}}
+        changes = {"lower": arc, "upper": arc, "reference_length": 10.0}
+        name = f"arcs of {NEARLY_PLANE / 1000:g} m"
+        return self._once(name, lambda: self._compute(replace(self._scene("geometry1", changes), name=name)))
+
+    def judged(
+        self, name: str, loads: tuple[float, ...], *, shift: float = 0.0, cells: float = CELLS
+    ) -> xr.Dataset:
+        """Numbers of the contacts of a scene by ICs and by finite elements, at some loads [N].
+
+        The upper body is moved by `shift` [mm] along y; `cells` lie along the patch's shorter half-length.
+        """
+        key = f"{name}, shift {shift:g} mm"
+        if key not in self.contacts:
+            self.means.watch.on_stage(f"  {key}: contact by ICs and by finite elements")
+            scene = load_scene(name, {"contact": {"loads": list(loads), "shift": shift}})
+            by_ics = to_dataset(compute_contact(scene, self.means))
+            self.contacts[key] = compute_judged(scene, by_ics, self.means, cells)
+        return self.contacts[key]
+
+    def contact(self, name: str, changes: Mapping[str, Any]) -> xr.Dataset:
+        """Numbers of the contacts of a scene with some keys of [contact] changed."""
+        key = f"{name}, {dict(changes)}"
+        if key not in self.contacts:
+            self.means.watch.on_stage(f"  contact of {key}")
+            scene = load_scene(name, {"contact": dict(changes)})
+            self.contacts[key] = to_dataset(compute_contact(scene, self.means))
+        return self.contacts[key]
+
+    def random_contacts(self, study: str, seed: int, wanted: int) -> list[Outcome]:
+        """What random contacts of a study give, on their elements and on those four times smaller."""
+        key = study, seed, wanted
+        if key not in self.outcomes:
+            self.outcomes[key] = kept_outcomes(study, seed, wanted, self.means)
+        return self.outcomes[key]
+
+    def _once(self, name: str, make: Callable[[], Results]) -> Results:
+        if name not in self.done:
+            self.means.watch.on_stage(f"  {name}")
+            self.done[name] = make()
+        return self.done[name]
+
+    def _scene(self, name: str, changes: Mapping[str, Any] | None = None, *, check: bool = False) -> Scene:
+        engine = {"tolerance": self.tolerance, "check": check}
+        variants = [variant for variant in VARIANTS if variant != "Bhat_prime"]
+        defaults = {"components": list(COMPONENTS), "variants": variants, "engine": engine}
+        return load_scene(name, defaults | dict(changes or {}))
+
+    def _with_fit(self, results: Results) -> Results:
+        fit = self._fit(results.scene.name)
+        return with_approximations(results, replace(results.scene, effective=fit, variants=tuple(VARIANTS)))
+
+    def _fit(self, name: str) -> Mapping[str, EffectiveProperties]:
+        """Effective properties of a geometry, fitted to C_xn of one load position."""
+        if name not in self.fits:
+            self.fits[name] = calibrate(self._scene(name), self.means).scene.effective
+        return self.fits[name]
+
+    def _compute(self, scene: Scene) -> Results:
+        return compute(scene, self.means)

@@ -1,0 +1,241 @@
+"""Statements 9 and 10: the lateral displacement under a normal load."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from approx.halfspace import HalfSpace
+from approx.orientation import Turn, both_turned, load_turned, turn_between
+from compare.ics.compute import Results, parts_of, reference_of
+from compare.report.panels import Panel
+from compare.report.styles import SYMBOLS
+from femic.validation.statements.criteria import (
+    FOLLOWS,
+    MUCH,
+    POOR,
+    Criterion,
+    Statement,
+    of_bodies,
+    of_geometries,
+    on_both,
+)
+from femic.validation.statements.curves import (
+    ACROSS,
+    ALONE,
+    CONCAVE,
+    CONVEX,
+    curve,
+    deviation,
+    difference,
+    error,
+    line_of,
+    panel,
+    unit,
+)
+from femic.validation.statements.runs import GEOMETRIES, Runs
+from geometries.arrays import Array
+from geometries.patches import N, S
+
+SN = ("combined", "sn")
+GAIN = 0.9  # error with the factor over that without it: at most this is a gain
+TURNED: Mapping[str, Callable[[Array, Turn], Array]] = {"B": load_turned, "Bhat": both_turned}
+
+
+# --- 9: all on the line along s -------------------------------------------------------------------------
+
+
+def above_a(results: Results, body: str) -> float:
+    """Mean of (C - A) sgn A / max |A| of sn on the line along s, s > 0.
+
+    The sign of A is used because the source draws each body in its own frame, in which A_sn of both bodies is
+    alike; here those of the lower and the upper body have opposite signs.
+    """
+    line = line_of(results, ACROSS)
+    c, a = (curve(results, variant, body, "sn", [line])[line.s > 0] for variant in ("C", "A"))
+    return float(np.mean((c - a) * np.sign(a) / np.max(np.abs(a))))
+
+
+def over_b_hat(variant: str) -> Callable[[Results], float]:
+    """Measure the error of a variant's sn over that of B-hat_sn on the line along s, of both bodies."""
+
+    def ratio(results: Results) -> float:
+        lines = [line_of(results, ACROSS)]
+        return error(results, variant, *SN, lines) / error(results, "Bhat", *SN, lines)
+
+    return ratio
+
+
+def translation(results: Results) -> float:
+    """Part of |C_sn - B-hat_sn|^2 that the best vertical translation of both bodies explains."""
+    misfit = _c_minus_b_hat(results)
+    lean = np.sin(results.scene.bodies[CONVEX].contour.inclination(line_of(results, ACROSS).s))
+    remainder = misfit - lean * (lean @ misfit) / (lean @ lean)
+    return float(1 - (remainder @ remainder) / (misfit @ misfit))
+
+
+def furthest_misfit(results: Results) -> float:
+    """|s| of the largest |C_sn - B-hat_sn| on the line along s, over |s| of the joint of arc and flank."""
+    s = line_of(results, ACROSS).s
+    return float(abs(s[np.argmax(np.abs(_c_minus_b_hat(results)))]) / _joint(results))
+
+
+def within_arc(results: Results, variant: str) -> float:
+    """Largest |v - C| of sn on the line along s between the joints, as a share of max |C_sn| of all lines."""
+    line = line_of(results, ACROSS)
+    on_arc = np.abs(line.s) <= _joint(results)
+    return float(
+        np.max(np.abs(difference(results, variant, SN, [line]))[on_arc])
+        / np.max(np.abs(curve(results, "C", *SN)))
+    )
+
+
+def _c_minus_b_hat(results: Results) -> Array:
+    return difference(results, "Bhat", SN, [line_of(results, ACROSS)])
+
+
+def _joint(results: Results) -> float:
+    """The smallest |s| [mm] of a joint of arc and flank of either body."""
+    return min(abs(s) for body in results.scene.bodies.values() for s in body.contour.joints)
+
+
+def misfit_of_first(runs: Runs) -> Mapping[str, float]:
+    """|s| of the largest misfit of Geometry 1, over |s| of the joint."""
+    first = GEOMETRIES[0]
+    return {first: furthest_misfit(runs.geometry(first))}
+
+
+# --- 10 -------------------------------------------------------------------------------------------------
+
+
+def share_of_gains(runs: Runs) -> Mapping[str, float]:
+    """The share of cases in which the factor makes the error at least a tenth smaller."""
+    return {"all": float(np.mean([ratio <= GAIN for ratio in errors_with_factor(runs).values()]))}
+
+
+def errors_with_factor(runs: Runs) -> Mapping[str, float]:
+    """Error of sn with the factor over that without it, of each body alone.
+
+    Of both bodies together, A_sn cancels where they are alike, and the factor with it.
+    """
+    return {
+        f"error with over without: {case}, {variant}": ratio
+        for variant in TURNED
+        for case, ratio in of_bodies(_with_over_without(variant), ALONE)(runs).items()
+    }
+
+
+def _with_over_without(variant: str) -> Callable[[Results, str], float]:
+    def ratio(results: Results, body: str) -> float:
+        differences = with_factor(results, variant, body) - reference_of(results, body).ic
+        return deviation(results, differences, body, "sn") / error(results, variant, body, "sn")
+
+    return ratio
+
+
+def with_factor(results: Results, variant: str, body: str) -> Array:
+    """B or B-hat [mm/N], (3, 3, n), from A with sn and ns times (pi - |alpha|) / pi.
+
+    alpha is the angle between the normals of the observer and the load.
+    """
+    scene, points = results.scene, (results.points.x, results.points.s)
+    total = np.zeros((3, 3, len(points[0])))
+    for name in parts_of(body):
+        solid = getattr(scene.pair, name)
+        a = HalfSpace(solid.constants).ics(scene.patch, points[0], points[1] - scene.patch.s)
+        inclination = solid.surface.contour.inclination
+        alpha = np.abs(inclination(points[1]) - inclination(scene.patch.s))
+        a[[S, N], [N, S]] *= (np.pi - alpha) / np.pi
+        total += TURNED[variant](a, turn_between(solid.surface, points, scene.patch.s))
+    return total / scene.patch.area
+
+
+# --- panels ---------------------------------------------------------------------------------------------
+
+
+def _body_panels(results: Results) -> list[Panel]:
+    line = line_of(results, ACROSS)
+    extras = (("combined", ("Bhat_prime",)), (CONVEX, ()), (CONCAVE, ()))
+    return [panel(results, ("A", "B", "Bhat", *extra), (body, "sn"), line) for body, extra in extras]
+
+
+def _factor(results: Results) -> list[Panel]:
+    line = line_of(results, ACROSS)
+    part = results.lines[line.name]
+
+    def more(body: str) -> dict[str, Array]:
+        return {
+            f"{SYMBOLS[variant]} with the factor": unit(results)
+            * with_factor(results, variant, body)[S, N, part]
+            for variant in TURNED
+        }
+
+    return [panel(results, ("B", "Bhat"), (body, "sn"), line, more(body)) for body in ALONE]
+
+
+STATEMENTS = (
+    Statement(
+        9,
+        "C_sn along s: convex body well below A, concave above; B_sn better than B̂_sn, B̂′_sn worst, and "
+        "within the arc C_sn is captured; much of C_sn - B̂_sn is a vertical translation; the largest misfit "
+        "lies beyond the arc/flank joint of Geometry 1.",
+        (
+            Criterion(
+                "convex",
+                "mean of (C - A) sgn A / max |A| at x = 1.6 mm, s > 0, convex body",
+                "<",
+                -POOR,
+                of_geometries(lambda r: above_a(r, CONVEX)),
+            ),
+            Criterion(
+                "concave", "the same, concave body", ">", 0.0, of_geometries(lambda r: above_a(r, CONCAVE))
+            ),
+            Criterion(
+                "B", "error of B_sn over that of B̂_sn at x = 1.6 mm", "<", 1.0, of_geometries(over_b_hat("B"))
+            ),
+            Criterion(
+                "B̂′",
+                "error of B̂′_sn over that of B̂_sn at x = 1.6 mm",
+                ">",
+                1.0,
+                of_geometries(over_b_hat("Bhat_prime"), fitted=True),
+            ),
+            Criterion(
+                "arc",
+                "largest |B_sn - C_sn| at x = 1.6 mm up to the joint, of max |C_sn|",
+                "<",
+                FOLLOWS,
+                of_geometries(lambda r: within_arc(r, "B")),
+            ),
+            Criterion(
+                "translation",
+                "part of |C_sn - B̂_sn|² at x = 1.6 mm that a vertical translation explains",
+                ">",
+                MUCH,
+                of_geometries(translation),
+            ),
+            Criterion(
+                "flank",
+                "|s| of the largest |C_sn - B̂_sn| at x = 1.6 mm over that of the joint",
+                ">",
+                1.0,
+                misfit_of_first,
+            ),
+        ),
+        on_both(_body_panels, fitted=True),
+    ),
+    Statement(
+        10,
+        "The factor (π - |α|) / π on A_sn brings no consistent gain.",
+        (
+            Criterion(
+                "gain",
+                "share of cases (bodies alone) in which the error of sn falls by a tenth",
+                "<",
+                0.75,
+                share_of_gains,
+            ),
+        ),
+        on_both(_factor),
+        errors_with_factor,
+    ),
+)

@@ -1,0 +1,200 @@
+"""Statements 2, 3 and 4: tangential displacements under tangential loads."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from compare.ics.compute import Results
+from compare.report.panels import Panel
+from femic.validation.statements.criteria import (
+    FOLLOWS,
+    SATISFACTORY,
+    Criterion,
+    Statement,
+    more_on_second,
+    of_bodies,
+    of_geometries,
+    on_both,
+)
+from femic.validation.statements.curves import (
+    ACROSS,
+    ALONE,
+    BODIES,
+    CONCAVE,
+    CONVEX,
+    STEEP,
+    THROUGH,
+    across_over_along,
+    along,
+    curve,
+    difference,
+    error,
+    largest,
+    line_of,
+    on_its_line,
+    panel,
+    value_at,
+)
+from femic.validation.statements.runs import GEOMETRIES, Runs
+from geometries.arrays import Array
+
+XX = ("combined", "xx")
+
+
+def of_xx(results: Results, body: str) -> float:
+    """Largest |A_xx - C_xx| on a line, as a share of max |C_xx| there, over all lines."""
+    return max(on_its_line(results, "A", (body, "xx"), line) for line in results.scene.lines)
+
+
+def apart_in_xx(runs: Runs) -> Mapping[str, float]:
+    """Largest difference between the geometries of (C_xx - A_xx) / max |C_xx| of a line."""
+    first, second = (_xx_from_a(runs.geometry(name)) for name in GEOMETRIES)
+    return {"both": float(np.max(np.abs(first - second)))}
+
+
+def _xx_from_a(results: Results) -> Array:
+    parts = []
+    for line in results.scene.lines:
+        c = curve(results, "C", *XX, [line])
+        parts.append(difference(results, "A", XX, [line]) / np.max(np.abs(c)))
+    return np.concatenate(parts)
+
+
+def lacking(results: Results, body: str) -> float:
+    """1 - C_ss / B_ss at x = reference length, s = 0."""
+    place = THROUGH, results.scene.reference_length
+    c, b = (value_at(results, variant, (body, "ss"), place) for variant in ("C", "B"))
+    return 1 - c / b
+
+
+def convex_less_concave(runs: Runs) -> Mapping[str, float]:
+    """|1 - C_ss / B_ss| of Geometry 2 of the convex body, less that of the concave body."""
+    name = GEOMETRIES[1]
+    convex, concave = (abs(lacking(runs.geometry(name), body)) for body in ALONE)
+    return {name: convex - concave}
+
+
+def convex_over_concave(results: Results) -> float:
+    """Largest |C_xs - A_xs| of the convex body over that of the concave one."""
+    convex, concave = (largest(results, "A", (body, "xs")) for body in ALONE)
+    return convex / concave
+
+
+def b_over_b_hat(results: Results, body: str) -> float:
+    """Error of B_xs over that of B-hat_xs."""
+    return error(results, "B", body, "xs") / error(results, "Bhat", body, "xs")
+
+
+def left(results: Results, body: str) -> float:
+    """The smaller one of the errors of B_xs and B-hat_xs."""
+    return min(error(results, variant, body, "xs") for variant in ("B", "Bhat"))
+
+
+def sizes_in_xs(runs: Runs) -> Mapping[str, float]:
+    """Largest |C_xs - A_xs| of each body, dimensionless."""
+    sizes = of_bodies(lambda results, body: largest(results, "A", (body, "xs")), ALONE)(runs)
+    return {f"largest |C_xs - A_xs| E L: {case}": size for case, size in sizes.items()}
+
+
+def _xx(results: Results) -> list[Panel]:
+    lines = along(results, "x")[:1] + along(results, "s")
+    return [panel(results, ("A",), XX, line) for line in lines]
+
+
+def _ss(results: Results) -> list[Panel]:
+    line = line_of(results, THROUGH)
+    return [panel(results, ("A", "B"), (body, "ss"), line).beyond(STEEP) for body in BODIES]
+
+
+def _xs(results: Results) -> list[Panel]:
+    line = line_of(results, ACROSS)
+    return [panel(results, ("A", "B", "Bhat"), (body, "xs"), line) for body in BODIES]
+
+
+STATEMENTS = (
+    Statement(
+        2,
+        "The combined C_xx is about A_xx, alike in both geometries.",
+        (
+            Criterion(
+                "A",
+                "largest |A_xx - C_xx| on a line, of max |C_xx| there",
+                "<",
+                FOLLOWS,
+                of_geometries(lambda r: of_xx(r, "combined")),
+            ),
+            Criterion(
+                "alike",
+                "largest difference of (C_xx - A_xx) / max |C_xx| of a line between geometries",
+                "<",
+                FOLLOWS,
+                apart_in_xx,
+            ),
+        ),
+        on_both(_xx),
+    ),
+    Statement(
+        3,
+        "C_ss falls faster than B_ss along x for both bodies together and for the convex one, most on "
+        "Geometry 2 and on its convex body; the concave body deviates the other way.",
+        (
+            Criterion(
+                "faster",
+                "1 - C_ss / B_ss at x = reference length, s = 0",
+                ">",
+                0.0,
+                of_bodies(lacking, ("combined", CONVEX)),
+            ),
+            Criterion(
+                "other way", "the same, concave body", "<", 0.0, of_geometries(lambda r: lacking(r, CONCAVE))
+            ),
+            Criterion(
+                "geometry",
+                "the same of both bodies: Geometry 2 less Geometry 1",
+                ">",
+                0.0,
+                more_on_second(lambda r: lacking(r, "combined")),
+            ),
+            Criterion(
+                "convex geometry",
+                "the same of the convex body: Geometry 2 less Geometry 1",
+                ">",
+                0.0,
+                more_on_second(lambda r: lacking(r, CONVEX)),
+            ),
+            Criterion(
+                "convex",
+                "|1 - C_ss / B_ss| on Geometry 2: convex body less concave body",
+                ">",
+                0.0,
+                convex_less_concave,
+            ),
+        ),
+        on_both(_ss),
+    ),
+    Statement(
+        4,
+        "In absolute numbers the convex body deviates more from A_xs than the concave one, and both most "
+        "along s; of each body alone B_xs is better than B̂_xs; neither is fully satisfactory.",
+        (
+            Criterion(
+                "convex",
+                "largest |C_xs - A_xs|: convex body over concave body",
+                ">",
+                1.0,
+                of_geometries(convex_over_concave),
+            ),
+            Criterion(
+                "along s",
+                "largest |C_xs - A_xs|: line along s over lines along x",
+                ">",
+                1.0,
+                of_bodies(across_over_along("xs")),
+            ),
+            Criterion("better", "error of B_xs over that of B̂_xs", "<", 1.0, of_bodies(b_over_b_hat, ALONE)),
+            Criterion("left", "the smaller of both errors", ">", SATISFACTORY, of_bodies(left)),
+        ),
+        on_both(_xs),
+        sizes_in_xs,
+    ),
+)

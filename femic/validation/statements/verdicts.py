@@ -1,0 +1,68 @@
+"""Judges statements: which criteria are met in which cases, and the verdict that follows."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from femic.scenes.messages import in_keys
+from femic.validation.statements.criteria import Criterion, Statement
+from femic.validation.statements.curves import Measured
+from femic.validation.statements.registry import STATEMENTS
+from femic.validation.statements.runs import Runs
+from geometries.errors import Failure, WrongInput
+
+REPRODUCED, NOT_REPRODUCED, DEPENDS = "reproduced", "not reproduced", "depends"
+NOT_DECIDED = "not decided"
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A statement with its measured numbers, and the verdict that follows from them."""
+
+    statement: Statement
+    measured: Measured
+    failed: str = ""  # why nothing could be measured
+
+    @property
+    def verdict(self) -> str:
+        """Reproduced if every criterion is met in every case, not reproduced if none is met in any case.
+
+        Otherwise it depends. It is not decided if nothing could be measured.
+        """
+        if self.failed:
+            return NOT_DECIDED
+        met = [criterion.met(value) for criterion, _, value in self.numbers]
+        if all(met):
+            return REPRODUCED
+        return DEPENDS if any(met) else NOT_REPRODUCED
+
+    @property
+    def numbers(self) -> Iterator[tuple[Criterion, str, float]]:
+        """Every criterion with each of its cases and values; nothing if nothing could be measured."""
+        for criterion in () if self.failed else self.statement.criteria:
+            for case, value in self.measured.values[criterion.name].items():
+                yield criterion, case, value
+
+    @property
+    def unmet(self) -> list[tuple[Criterion, str, float]]:
+        """The criteria, cases and values that are not met."""
+        return [
+            (criterion, case, value) for criterion, case, value in self.numbers if not criterion.met(value)
+        ]
+
+
+def judge(number: int, runs: Runs) -> Judged:
+    """Measure a statement and judge it; it is not decided if C cannot be computed."""
+    statement = STATEMENTS[number]
+    try:
+        return Judged(statement, statement.measured(runs))
+    except Failure as error:
+        return Judged(statement, Measured({}), in_keys(error))
+
+
+def chosen(only: Iterable[int] | None) -> tuple[int, ...]:
+    """The numbers of the statements to judge, all by default; raises WrongInput for unknown numbers."""
+    numbers = tuple(dict.fromkeys(only)) if only is not None else tuple(STATEMENTS)
+    unknown = [number for number in numbers if number not in STATEMENTS]
+    if unknown or not numbers:
+        raise WrongInput(f"--only {' '.join(map(str, unknown)) or '?'}: give some of 1 to {len(STATEMENTS)}")
+    return numbers

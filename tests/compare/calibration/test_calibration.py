@@ -1,0 +1,373 @@
+"""`femic calibrate`, `calibrate-map`: what is fitted to what, files, scenes with the fit, messages."""
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from approx.calibration import fit
+from approx.effective import EffectiveProperties, Transition
+from compare.calibration.compute import calibrate, target_from, with_properties
+from compare.calibration.figures import REFITTED, WITHOUT, curve, overlaid, translation
+from compare.ics.compute import compute, reference_of
+from femic.cache.store import Store
+from femic.cli.main import DONE, WRONG_INPUT, exit_code
+from femic.reference.harmonic import engine as harmonic
+from femic.reference.run_options import Means
+from femic.reference.solid import engine as solid
+from femic.scenes.load import load_scene, scene_from_table
+from geometries.errors import WrongInput
+from tests.compare.conftest import scene_text
+
+CALIBRATION = "\n[calibration]\npoints = 40\nx_max = 12.0\n"
+HARMONIC = "[engine]\nfar_radius = 80.0\ntolerance = 0.5\ncheck = true\n" + CALIBRATION
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A scene of two unlike bodies, calibrated from the command line: its path and the folder of results."""
+    folder = tmp_path_factory.mktemp("calibration")
+    path = folder / "mine.toml"
+    path.write_text(scene_text(engine=HARMONIC, upper_E=70e3), encoding="utf-8")
+    out = folder / "out"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(solid, "assemble", lambda _: pytest.fail("a 3D model, which no fit needs"))
+        assert exit_code(["calibrate", str(path), "--out", str(out), "--workers", "2"]) == DONE
+    return path, out
+
+
+@pytest.fixture(scope="module")
+def calibrated(made):
+    path, out = made
+    return calibrate(load_scene(str(path)), Means(store=Store(out / "store")))
+
+
+def test_the_fit_is_kept_with_points_weights_covariance_and_residual(made, calibrated):
+    _, out = made
+    with xr.open_dataset(out / "calibration.nc", engine="h5netcdf") as kept:
+        assert kept.sizes == {"body": 1, "parameter": 4, "parameter_": 4, "component": 1, "point": 80}
+        assert list(kept.parameter.values) == [f"mismatch_k.{p}" for p in ("far", "r_inf", "m", "n")]
+        assert set(kept.s.values) == {0.0, 1.6}
+        np.testing.assert_allclose([kept.x.min(), kept.x.max()], [0.6 + 11.4 / 40, 12.0])
+        np.testing.assert_array_equal(kept.weight, 1.0)
+        off = abs(kept.fitted - kept.c).sel(body="combined", component="xn") / abs(kept.c).max()
+        np.testing.assert_allclose(kept.worst.item(), off.max(), rtol=1e-9)
+        np.testing.assert_allclose(kept.rms.item(), np.sqrt((off**2).mean()), rtol=1e-9)
+        fitted = ~np.isnan(np.diag(kept.covariance[0]))
+        told = [parameter.deviation for parameter in calibrated.fits["combined"].parameters]
+        np.testing.assert_array_equal(fitted, [deviation is not None for deviation in told])
+        variances = np.diag(kept.covariance[0])[fitted]
+        np.testing.assert_allclose(np.sqrt(variances), [d for d in told if d is not None])
+
+
+def test_c_of_the_fit_is_c_of_the_scene(calibrated, made):
+    path, out = made
+    target = calibrated.targets["combined"]
+    line = [{"along": "x", "s": 1.6, "reach": 12.0, "points": 801}]
+    scene = load_scene(str(path), {"lines": line, "components": ["nn", "xn"], "engine": {"check": False}})
+    results = compute(scene, Means(store=Store(out / "store")))
+    c = reference_of(results, "combined").ic[0, 2] * scene.patch.area
+    on_line = target.s == 1.6
+    assert np.sum(on_line) == 40
+    between = np.interp(target.x[on_line], results.points.x, c)
+    np.testing.assert_allclose(target.ics[0, on_line], between, atol=0.005 * np.max(np.abs(c)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("components", [["xn"], ["nn", "xn", "xx"]])
+def test_c_of_the_fit_of_a_wheel_is_c_of_the_scene_whatever_it_asks_for(tmp_path, components):
+    text = scene_text(engine=HARMONIC, upper_E=70e3).replace("[upper]", "[upper]\nrolling_radius = 60.0")
+    path = tmp_path / "wheel.toml"
+    path.write_text(text, encoding="utf-8")
+    target = calibrate(load_scene(str(path)), Means(1)).targets["combined"]
+    line = [{"along": "x", "s": 1.6, "reach": 12.0, "points": 801}]
+    scene = load_scene(str(path), {"lines": line, "components": components, "engine": {"check": False}})
+    results = compute(scene, Means(1))
+    c = reference_of(results, "combined").ic[0, 2] * scene.patch.area
+    on_line = target.s == 1.6
+    between = np.interp(target.x[on_line], results.points.x, c)
+    np.testing.assert_allclose(target.ics[0, on_line], between, atol=0.005 * np.max(np.abs(c)))
+
+
+def test_the_written_scene_has_the_fit_and_reproduces_its_b_hat_prime(made, calibrated):
+    _, out = made
+    scene = load_scene(str(out / "mine_calibrated.toml"))
+    assert scene.variants[-1] == "Bhat_prime"
+    target, fitted = calibrated.targets["combined"], calibrated.fits["combined"]
+    points = target.x, target.s
+    got = scene.pair.approximate("Bhat_prime", scene.patch, points)[0, 2]
+    expected = target.of(fitted.effective)[0]
+    np.testing.assert_allclose(got, expected, atol=1e-4 * np.max(np.abs(expected)))
+    mix = scene.pair.approximate("mix", scene.patch, points)[0, 2]
+    np.testing.assert_array_equal(mix, got)
+
+
+def test_the_report_shows_the_fit_and_is_self_contained(made):
+    _, out = made
+    html = (out / "calibration.html").read_text(encoding="utf-8")
+    assert html.count("data:image/png") == len(list((out / "figures").glob("*.png"))) == 6
+    assert "://" not in html
+    assert "mismatch_k.far" in html
+    assert "[effective.combined]" in html
+
+
+def test_b_hat_prime_is_closer_than_no_fit_at_all(calibrated):
+    """Least squares: no transition, and each neighbour, is worse."""
+    target, best = calibrated.targets["combined"], calibrated.fits["combined"].effective
+
+    def cost(effective):
+        return np.sum((target.of(effective) - target.ics) ** 2)
+
+    transition = best.mismatch_k
+    half_space = target.solid.constants.mismatch_k
+    assert cost(best) < 0.5 * cost(EffectiveProperties(mismatch_k=replace(transition, far=half_space)))
+    for factor in (0.95, 1.05):
+        other = replace(transition, far=factor * transition.far)
+        assert cost(best) < cost(EffectiveProperties(mismatch_k=other))
+
+
+def test_a_second_time_nothing_is_solved(made, monkeypatch, calibrated):
+    path, out = made
+    monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
+    other = load_scene(str(path), {"calibration": {"weights": "logarithmic"}})
+    found = calibrate(other, Means(store=Store(out / "store")))
+    weights = found.targets["combined"].weights
+    target = found.targets["combined"]
+    np.testing.assert_allclose(weights**2 * target.r, np.min(target.r))
+    assert len(target.x) == 80
+    assert found.fits["combined"].effective != calibrated.fits["combined"].effective
+
+
+def test_several_scenes_share_a_report(made, tmp_path, monkeypatch):
+    path, out = made
+    other = path.parent / "other.toml"
+    other.write_text(path.read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
+    arguments = ["calibrate", str(path), str(other), "--out", str(tmp_path), "--store", str(out / "store")]
+    assert exit_code(arguments) == DONE
+    assert (tmp_path / "mine" / "mine_calibrated.toml").is_file()
+    assert (tmp_path / "other" / "calibration.nc").is_file()
+    assert "other" in (tmp_path / "calibration.html").read_text(encoding="utf-8")
+
+
+def test_the_translation_leaves_a_deviation_that_no_other_improves(calibrated):
+    scene, results = calibrated.scene, calibrated.results
+    points = np.concatenate(
+        [np.arange(len(results.points.x))[results.lines[line.name]] for line in scene.lines]
+    )
+    lean = -np.sin(scene.bodies["lower"].contour.inclination(results.points.s[points]))
+    lack = (
+        results.approximations["Bhat_prime", "combined"][1, 2, points]
+        - reference_of(results, "combined").ic[1, 2, points]
+    )
+    moved = translation(calibrated)
+    assert abs(lean @ (lack - moved * lean)) < 1e-12 * np.abs(lean) @ np.abs(lack)
+
+
+def test_c_lies_behind_the_fit_that_may_hide_it(calibrated):
+    figure = overlaid([calibrated], "xn")
+    for axes in figure.axes:
+        assert [line.get_label() for line in axes.get_lines()] == ["C", "A", "B", "B̂", "B̂′"]
+    assert figure.legends[1].get_texts()[0].get_text() == "C"
+
+
+def test_the_curves_drawn_go_the_right_way(calibrated):
+    """The refitted translation brings C_sn closer to B-hat-prime; without wheels there is no curvature."""
+    part = calibrated.results.lines["x = 1.6 mm"]
+    c, refitted, b_hat_prime = (curve(calibrated, n, "sn", part) for n in ("C", REFITTED, "Bhat_prime"))
+    assert np.sum((refitted - b_hat_prime) ** 2) < np.sum((c - b_hat_prime) ** 2)
+    xn = curve(calibrated, "C", "xn", part)
+    np.testing.assert_array_equal(curve(calibrated, WITHOUT, "xn", part), xn)
+    wheel = scene_from_table(TABLE | {"upper": TABLE["upper"] | {"rolling_radius": 100.0}}, "wheel")
+    on_wheel = replace(calibrated, scene=replace(calibrated.scene, bodies=wheel.bodies))
+    x, s = calibrated.results.points.x[part], calibrated.results.points.s[part]
+    upper = wheel.pair.upper
+    along = upper.approximate("Bhat", wheel.patch, (x, s)) - upper.approximate("A", wheel.patch, (x, s))
+    at_crown = np.argmin(np.abs(s))  # no other turn there than the curvature's
+    got = xn[at_crown] - curve(on_wheel, WITHOUT, "xn", part)[at_crown]
+    assert got == pytest.approx(along[0, 2, at_crown] / wheel.patch.area, rel=1e-9)
+
+
+FOUND = {"combined": EffectiveProperties(mismatch_k=Transition(0.1, 12.0, 1.0, 2.0))}
+UPPER_ARC = 'contour = { kind = "arc", radius = 10.0, flank_inclination_deg = 25.0 }'
+
+
+def test_a_file_of_points_is_found_from_the_folder_of_the_fit(tmp_path):
+    """Also through a link to a folder elsewhere."""
+    y = np.linspace(-12, 12, 49)
+    np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 25]))
+    path = tmp_path / "mine.toml"
+    text = scene_text(engine=HARMONIC).replace(
+        UPPER_ARC, 'contour = { kind = "points", file = "rail.txt" }', 1
+    )
+    path.write_text(text, encoding="utf-8")
+    scene = load_scene(str(path))
+    (tmp_path / "deep" / "er" / "out").mkdir(parents=True)
+    (tmp_path / "out").symlink_to(tmp_path / "deep" / "er" / "out")
+    for out in (tmp_path / "deep", tmp_path / "out"):
+        (out / "again.toml").write_text(with_properties(scene, FOUND, out), encoding="utf-8")
+        again = load_scene(str(out / "again.toml"))
+        first, second = (one.bodies["lower"].contour.position(y) for one in (scene, again))
+        np.testing.assert_array_equal(first, second)
+        assert again.effective == FOUND
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        "",
+        "effective.combined.mismatch_k = { far = 0.3, r_inf = 5.0, m = 1.0, n = 1.0 }\n",
+        "effective = { lower = { G = { far = 7e4, r_inf = 5.0, m = 1.0, n = 1.0 } } }\n",
+    ],
+)
+def test_a_scene_with_a_fit_is_the_scene_in_all_else(given, tmp_path):
+    """However its effective properties were written."""
+    path = tmp_path / "mine.toml"
+    path.write_text(given + scene_text(engine=HARMONIC), encoding="utf-8")
+    scene = load_scene(str(path))
+    after = tomllib.loads(with_properties(scene, FOUND, tmp_path))
+    before = tomllib.loads(scene.text)
+    assert after.pop("variants") == [*scene.variants, "Bhat_prime"]
+    effective = after.pop("effective")
+    assert effective.pop("combined") == {"mismatch_k": {"far": 0.1, "r_inf": 12.0, "m": 1.0, "n": 2.0}}
+    kept = before.pop("effective", {})
+    assert effective == {name: table for name, table in kept.items() if name != "combined"}
+    before.pop("variants", None)
+    assert after == before
+
+
+def test_properties_of_each_body_replace_those_of_both(tmp_path):
+    """Those of both would outweigh them."""
+    path = tmp_path / "mine.toml"
+    text = with_properties(scene_from_table(TABLE, "mine"), FOUND, tmp_path)
+    path.write_text(text, encoding="utf-8")
+    scene = load_scene(str(path))
+    assert scene.pair.effective
+    each = dict.fromkeys(("lower", "upper"), FOUND["combined"])
+    path.write_text(with_properties(scene, each, tmp_path), encoding="utf-8")
+    again = load_scene(str(path)).pair
+    assert again.effective is None
+    assert again.has_effective("combined")
+
+
+@pytest.mark.slow
+def test_few_variants_and_properties_of_each_body_make_a_report_too(made, tmp_path):
+    """Figures need A, B, B-hat whatever the scene lists; two scenes may have different properties."""
+    path, out = made
+    table = "bodies = ['lower', 'upper']\nproperties = ['G', 'nu']\ncomponents = ['xn', 'nn']\n"
+    text = path.read_text(encoding="utf-8").replace(CALIBRATION, CALIBRATION + table)
+    other = tmp_path / "other.toml"
+    other.write_text('variants = ["Bhat"]\n' + text, encoding="utf-8")
+    store = ["--store", str(out / "store"), "--out", str(tmp_path / "o")]
+    assert exit_code(["calibrate", str(path), str(other), *store]) == DONE
+    with xr.open_dataset(tmp_path / "o" / "other" / "calibration.nc", engine="h5netcdf") as kept:
+        assert list(kept.body.values) == ["lower", "upper"]
+        assert kept.sizes["parameter"] == 8
+    scene = load_scene(str(tmp_path / "o" / "other" / "other_calibrated.toml"))
+    assert scene.variants == ("Bhat", "Bhat_prime")
+    assert set(scene.effective) == {"lower", "upper"}
+    assert (tmp_path / "o" / "figures" / "effective_upper.png").is_file()
+
+
+TABLE = tomllib.loads(scene_text(engine=HARMONIC))
+
+
+def test_a_calibrated_scene_keeps_the_comments_of_its_author(tmp_path):
+    text = "# tried on the twin-disc rig\n" + scene_text(engine=HARMONIC).replace(
+        "[lower]", "[lower]  # the rail"
+    )
+    path = tmp_path / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    after = with_properties(load_scene(str(path)), FOUND, tmp_path)
+    assert after.startswith("# tried on the twin-disc rig\n")
+    assert "[lower]  # the rail" in after
+
+
+def test_curvature_apart_finds_k_of_the_prismatic_bodies():
+    """ICs that are B-hat-prime of prismatic bodies and what the wheel's curvature adds to B-hat."""
+    wheel = TABLE | {"upper": TABLE["upper"] | {"rolling_radius": 100.0}}
+    true = Transition(-0.1, 9.0, 1.2, 3.0)
+    found = {}
+    for curvature in ("contained", "apart"):
+        calibration = TABLE["calibration"] | {"curvature": curvature}
+        scene = scene_from_table(wheel | {"calibration": calibration}, "wheel")
+        empty = target_from(scene, np.ones((1, 80)))
+        points = empty.x, empty.s
+        prismatic = scene_from_table(TABLE, "prismatic").pair
+        with_k = replace(prismatic, effective=EffectiveProperties(mismatch_k=true))
+        ics = with_k.approximate("Bhat_prime", scene.patch, points)[0, 2]
+        for body in ("upper", "lower"):
+            one, flat = getattr(scene.pair, body), getattr(prismatic, body)
+            ics = (
+                ics
+                + (
+                    one.approximate("Bhat", scene.patch, points)
+                    - flat.approximate("Bhat", scene.patch, points)
+                )[0, 2]
+            )
+        found[curvature] = fit(replace(empty, ics=ics[None])).effective.mismatch_k
+    np.testing.assert_allclose(found["apart"].at(points[0], 0.0), true.at(points[0], 0.0), rtol=1e-6)
+    assert abs(found["contained"].far - true.far) > 0.02
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("x_min = 13.0\nx_max = 12.0", "x_min, x_max: the furthest points must be further"),
+        ("s = [0.0, 0.0]", "two of the lines are the same"),
+        ("s = [4000.0]", "calibration.x_max: points 4000.08 mm away, more than half of"),
+        ("x_max = 3000.0", "calibration.x_max: points 3000 mm away"),
+        ('bodies = ["lower"]\ncurvature = "apart"', "curvature = 'apart': only of the combined"),
+        ('properties = ["E"]', "calibration.properties.0"),
+        ('properties = ["G", "G"]', "G given twice"),
+        ('components = ["xn", "xn"]', "xn given twice"),
+        ("s = []", "no line at all"),
+        ("x = [0.1]", "calibration.x (fit x = 0.1 mm): not beyond x_min = 0.6 mm"),
+        ("x_min = 10.0\nx_max = 12.0", "calibration: points lie 10"),
+        ("points = 3", "calibration.points = 3"),
+        ("x_min = -1.0", "calibration.x_min = -1"),
+    ],
+)
+def test_bad_calibrations_are_refused_before_any_work(table, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
+    path = tmp_path / "mine.toml"
+    engine = HARMONIC.replace(CALIBRATION, f"\n[calibration]\n{table}\n")
+    path.write_text(scene_text(engine=engine), encoding="utf-8")
+    assert exit_code(["calibrate", str(path), "--out", str(tmp_path / "o")]) == WRONG_INPUT
+    assert message in " ".join(capsys.readouterr().err.split())
+
+
+def test_bodies_that_are_not_compared_cannot_be_calibrated(tmp_path, capsys):
+    path = tmp_path / "mine.toml"
+    path.write_text(scene_text('bodies = ["lower"]', engine="[engine]\ntolerance = 0.1\n"), encoding="utf-8")
+    assert exit_code(["calibrate", str(path), "--out", str(tmp_path / "o")]) == WRONG_INPUT
+    assert "calibration.bodies: combined not in bodies = lower" in capsys.readouterr().err
+
+
+def test_equal_planes_have_nothing_to_fit_which_is_known_before(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
+    assert exit_code(["calibrate", "flat", "--out", str(tmp_path)]) == WRONG_INPUT
+    assert "calibration: xn: all of its ICs are 0" in capsys.readouterr().err
+
+
+def test_scenes_of_one_name_are_refused(tmp_path, capsys):
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "same.toml").write_text(scene_text(engine=HARMONIC), encoding="utf-8")
+    paths = [str(tmp_path / folder / "same.toml") for folder in ("a", "b")]
+    assert exit_code(["calibrate", *paths, "--out", str(tmp_path / "o")]) == WRONG_INPUT
+    assert "two of the same name" in capsys.readouterr().err
+
+
+def test_a_table_of_properties_without_one_is_refused(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(scene_text() + '\n[effective.combined]\ncurvature = "apart"\n', encoding="utf-8")
+    with pytest.raises(WrongInput, match=r"effective\.combined: names no property"):
+        load_scene(str(path))
+
+
+def test_no_scene_is_not_a_calibration(capsys):
+    assert exit_code(["calibrate"]) == WRONG_INPUT
+    assert "give 1 to 5" in capsys.readouterr().err

@@ -1,0 +1,143 @@
+"""Contacts that have no solution are refused before anything is solved, with the reason and a remedy."""
+
+import numpy as np
+import pytest
+
+from compare.contact.compute import cases_of, compute_contact
+from compare.contact.feasibility import BEYOND, impossible
+from femic.contact.exact.creepage_coefficients import creepage_coefficients
+from femic.contact.exact.hertz import PointContact, combined_modulus
+from femic.scenes.errors import BadScene
+from femic.scenes.load import load_scene, scene_from_table
+
+FLANKS = 60.0
+R_LOWER, R_UPPER, R_ROLL = 10.0, 14.0, 400.0
+STEEL = {"E": 210e3, "nu": 0.3}
+SPREAD = 2 * (2 * R_LOWER * np.radians(FLANKS))  # arc and flanks: what the bodies may touch over
+
+
+def scene(upper=None, lower=None, **contact):
+    """A wheel on a rail, whose contact would be solved by A."""
+    arcs = [
+        {"kind": "arc", "radius": radius, "flank_inclination_deg": FLANKS} for radius in (R_LOWER, R_UPPER)
+    ]
+    return scene_from_table(
+        {
+            "lower": STEEL | {"contour": arcs[0]} | (lower or {}),
+            "upper": STEEL | {"contour": arcs[1], "rolling_radius": R_ROLL} | (upper or {}),
+            "contact": {"ics": ["A"], "loads": [100.0]} | contact,
+            "lines": [{"along": "x", "s": 0.0, "reach": 3.0}],
+            "rotation_reach": 5.0,
+        },
+        "pair",
+    )
+
+
+PRISMATIC = {"rolling_radius": float("inf")}
+MODULUS = combined_modulus(*[scene().bodies[name].material for name in ("upper", "lower")])
+BEARABLE = MODULUS * SPREAD**2
+LARGEST_SIDEWAYS = 100.0 * np.tan(np.radians(FLANKS))
+UPPER_ENDS = {"kind": "points", "points": [[y, -(y**2) / 60] for y in np.linspace(-6, 6, 25)]}  # flatter
+LIMITS = {  # what is allowed, what is not, and what is said
+    "parallel cylinders": (
+        {"upper": {"rolling_radius": 1e5}},
+        {"upper": PRISMATIC},
+        r"upper\.rolling_radius = inf: two prismatic bodies touch all along x.*give upper\.rolling_radius",
+    ),
+    "parallel cylinders on a grid": (
+        {"grid": "scene"},
+        {"upper": PRISMATIC, "grid": "scene"},
+        r"upper\.rolling_radius = inf",
+    ),
+    "a lower wheel": (
+        {},
+        {"lower": {"rolling_radius": 300.0}},
+        r"lower\.rolling_radius = 300: a contact has a prismatic lower body: leave it out, or exchange",
+    ),
+    "a load": (
+        {"loads": [1.0, 0.99 * BEARABLE]},
+        {"loads": [1.0, 1.01 * BEARABLE]},
+        r"contact\.loads\.1 = .*: strains would be larger than 1: .* give a smaller load, or larger E",
+    ),
+    "a modulus": (
+        {"lower": {"E": 1.0}},
+        {"lower": {"E": 1e-3}},
+        r"contact\.loads\.0 = 100: strains would be larger than 1: .* with E\* = 0\.0011 MPa",
+    ),
+    "an approach": (
+        {"loads": [], "approaches": [0.99 * SPREAD]},
+        {"loads": [], "approaches": [1.01 * SPREAD]},
+        r"contact\.approaches\.0 = 42\.3.*: strains would be larger than 1",
+    ),
+    "a place": (
+        {"shift": -0.5},
+        {"shift": -1.01 * SPREAD},
+        r"contact\.shift = -42\.3.*: more than the 41\.8879 mm over which the bodies may touch",
+    ),
+    "contours that do not fit": (
+        {"upper": {"contour": {"kind": "plane"}}},
+        {"lower": {"contour": {"kind": "arc", "radius": -20.0, "flank_inclination_deg": FLANKS}}},
+        r"contact\.shift = 0: the bodies touch first at the end of a contour, s = -?41\.8",
+    ),
+    "a cylinder on a plane": (
+        {},
+        {"lower": {"contour": {"kind": "plane"}}, "upper": {"contour": {"kind": "plane"}}},
+        r"lower\.contour, upper\.contour: the bodies touch all over, .*: give contours that are not alike",
+    ),
+    "the end of the upper contour": (
+        {"upper": {"contour": UPPER_ENDS}},
+        {"upper": {"contour": UPPER_ENDS}, "shift": 5.0},
+        r"contact\.shift = 5: the bodies touch first at the end of a contour, s = -",
+    ),
+    "a lateral force": (
+        {"lateral_force": -0.99 * LARGEST_SIDEWAYS},
+        {"lateral_force": -1.01 * LARGEST_SIDEWAYS},
+        r"contact\.lateral_force = -174\.9.*: without friction it is at most 173\.2 N at 100 N",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LIMITS)
+def test_what_has_no_solution_is_refused_from_its_limit_on(name):
+    allowed, refused, says = LIMITS[name]
+    assert cases_of(scene(**allowed))
+    with pytest.raises(BadScene, match=rf"pair: 1 error\(s\)\n  {says}"):
+        cases_of(scene(**refused))
+
+
+def test_a_gap_that_ends_a_contact_along_x_makes_one_of_two_cylinders(tmp_path):
+    """It is refused where the gap is the same at all x."""
+    x, s = (values.ravel() for values in np.meshgrid(np.linspace(-9, 9, 19), [-9.0, 9.0]))
+    gap = tmp_path / "gap.txt"
+    np.savetxt(gap, np.column_stack([x, s, 1e-3 * x**2]))
+    of = scene(upper=PRISMATIC, extra_gap=str(gap), elements=8)
+    (contact,) = compute_contact(of).contacts.values()
+    assert contact.normal.load == pytest.approx(100.0)
+    np.savetxt(gap, [(-9.0, 0.0), (9.0, 0.0)])
+    with pytest.raises(BadScene, match=r"upper\.rolling_radius = inf"):
+        cases_of(scene(upper=PRISMATIC, extra_gap=str(gap)))
+
+
+def test_forces_of_rolling_beyond_those_without_slip_are_refused():
+    """Kalker's, on the ellipse of Hertz: a crown of another radius beside it adds a millionth."""
+    load, creepage, share = 100.0, 0.004, 0.25
+    ellipse = PointContact(1 / R_ROLL, 1 / R_LOWER - 1 / R_UPPER, MODULUS).at_load(load)
+    G = STEEL["E"] / (2 * (1 + STEEL["nu"]))
+    without_slip, _, _ = creepage_coefficients(ellipse.a, ellipse.b, STEEL["nu"]).forces(
+        G, creepage, 0.0, 0.0
+    )
+    limit = BEYOND * without_slip / (share * load)
+
+    def misfits(friction):
+        of = {"motion": "rolling", "longitudinal": [-creepage, 0.0], "equal_force": -share}
+        return list(impossible(scene(loads=[load], friction=[0.3, friction], **of)))
+
+    assert misfits(0.98 * limit) == []
+    (told,) = misfits(1.02 * limit)
+    assert told.startswith(f"contact.friction.1 = {1.02 * limit:g}: tractions are compared at F_x = ")
+    assert "give larger ones in contact.longitudinal, less friction, or a smaller equal_force" in told
+
+
+def test_enormous_friction_is_refused_before_any_work():
+    with pytest.raises(BadScene, match=r"rolling: 1 error\(s\)\n  contact\.friction\.0 = 1000: "):
+        cases_of(load_scene("rolling", {"contact": {"friction": [1000.0]}}))

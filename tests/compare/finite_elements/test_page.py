@@ -1,0 +1,116 @@
+"""What `femic judge` writes: deviations of ICs from finite elements, and from where on they are too large."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.finite_elements.page import cost, deviations, off_by, summary, write_judged
+
+ANGLES, LOADS = [20.0, 60.0, 100.0], [1e3, 1e4, 1e5]
+OFF = {"A": [0.015, 0.06, 0.2], "C": [0.0, 0.004, -0.004], "FE": [0.0, 0.0, 0.0]}
+KNOWN = 0.005
+
+
+@pytest.fixture
+def dataset():
+    """ICs that are off by known shares, all numbers alike."""
+    off = 1 + np.array([OFF[name] for name in OFF]).T
+    dims = ("case", "ics")
+    numbers = dict.fromkeys(("a", "b", "p_max", "approach"), (dims, 10 * off))
+    sideways = np.outer(LOADS, [-0.6, -0.2, -0.25])
+    numbers |= {"F_y": (dims, sideways), "M_x": (dims, 9 * sideways)}
+    numbers["s_centre"] = (dims, [[-2.0, -0.8, -0.9]] * 3)
+    estimates = {f"estimate_{name}": (dims, np.full((3, 3), 10 * KNOWN)) for name in (*numbers, "angle")}
+    angle = {"angle": (dims, np.array(ANGLES)[:, None] * np.ones(3))}
+    checks = {
+        "load": ("case", LOADS),
+        "rigid_compliance": ((), 1e-7),
+        "seconds": (dims, np.full((3, 3), 0.1)),
+        "fe_load_of_pressures": ("case", [1e3, 1.002e4, 1e5]),
+        "fe_reaction": (("case", "body"), np.outer(LOADS, [1, -1])),
+        "fe_seconds": (("case", "stage"), np.ones((3, 2))),
+        "fe_unknowns": (("case", "body"), np.full((3, 2), 1000)),
+        "fe_memory": ("case", [1e3] * 3),
+        "fe_tension": ("case", [0.0] * 3),
+        "fe_penetration": ("case", [1e-6] * 3),
+    }
+    s = np.linspace(-2, 2, 9)
+    lines = {
+        f"p_{k}": (("ics", f"s_{k}"), [[0.0, 1, 2, 3, 4, 3, 2, 1, 0]] * 2 + [[np.nan] * 9]) for k in range(3)
+    } | {f"p_fe_{k}": (f"s_fe_{k}", [4.0, 3, 2, 1, 0]) for k in range(3)}
+    places = {f"s_{k}": s for k in range(3)} | {f"s_fe_{k}": s[4:] for k in range(3)}
+    return xr.Dataset(
+        numbers | estimates | angle | checks | lines,
+        coords={"ics": list(OFF), "case": [f"{load:g} N" for load in LOADS], **places},
+        attrs={"title": "a title", "scene": "a scene", "left_out": ""},
+    )
+
+
+def test_deviations_are_those_from_finite_elements(dataset):
+    for name in ("p_max", "b", "approach"):
+        np.testing.assert_allclose(deviations(dataset, name).sel(ics="A"), OFF["A"], rtol=1e-9)
+    assert "FE" not in deviations(dataset, "b").ics
+
+
+def test_from_which_angle_on_ics_fail_by_a_share_counts_only_what_is_beyond_the_estimate(dataset):
+    for share, beyond in ((0.0099, 3), (0.0101, 2), (0.05, 2), (0.056, 1)):
+        assert list(off_by(dataset, "A", share).values) == [False] * (3 - beyond) + [True] * beyond
+    assert not off_by(dataset, "C", 0.0).any()
+
+
+def test_the_summary_says_so(dataset):
+    told = summary(dataset)
+    assert "known to 0.5%" in told
+    assert "A: at worst +20.0% in p_max" in told
+    assert "off by more than 1% from between 20 and 60 degrees on, more than 2% from between" in told
+    assert "C: at worst +0.4% in p_max" in told
+    assert "within 1% and the estimate." in told
+
+
+def test_the_summary_says_what_happens_beside_the_crown_and_nothing_where_all_is_symmetric(dataset):
+    told = summary(dataset)
+    assert "lateral force on the upper body is -0.250 ± 5e-05 of the load" in told
+    assert "the centre of pressure -0.90 ± 0.05 mm; -0.600, -2.00 mm by A and -0.200, -0.80 mm by C." in told
+    symmetric = dataset.assign({name: 1e-9 * dataset[name] for name in ("F_y", "M_x", "s_centre")})
+    assert "Beside the crown" not in summary(symmetric)
+
+
+def test_numbers_that_vanish_are_compared_in_their_unit_and_are_0_where_all_is_symmetric(dataset, tmp_path):
+    page = write_judged(dataset, tmp_path).read_text(encoding="utf-8")
+    assert "-0.8<br><small>± 0.05, +0.1</small>" in page
+    symmetric = dataset.assign({name: 1e-9 * dataset[name] for name in ("F_y", "M_x", "s_centre")})
+    assert "-8e-10" not in write_judged(symmetric, tmp_path).read_text(encoding="utf-8")
+
+
+def test_the_page_says_what_is_in_approaches(dataset, tmp_path):
+    page = write_judged(dataset, tmp_path).read_text(encoding="utf-8")
+    assert "without the rigid part M_zz" in page
+    assert "M_zz = 1e-07 mm/N" in page
+    raw = write_judged(dataset.assign(rigid_compliance=0.0), tmp_path).read_text(encoding="utf-8")
+    assert "have the compliance of the whole bodies in them" in raw
+
+
+def test_the_balance_of_forces_is_told(dataset):
+    assert "Pressures and reactions carry the load to 0.002" in cost(dataset)
+
+
+def test_file_and_page_are_written(dataset, tmp_path):
+    page = write_judged(dataset, tmp_path).read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") == 2
+    assert "+20.00%" in page
+    assert xr.open_dataset(tmp_path / "judge.nc").attrs["title"] == "a title"
+
+
+def test_a_load_that_finite_elements_do_not_solve_is_told_and_drawn_without_them(dataset, tmp_path):
+    some, unsolved = dataset.drop_vars("p_fe_2"), (dataset.ics == "FE") & (dataset.case == "100000 N")
+    for name in ("a", "b", "p_max", "approach", "angle"):
+        some[name] = dataset[name].where(~unsolved)
+    for name in ("fe_unknowns", "fe_seconds", "fe_reaction", "fe_load_of_pressures"):
+        some[name] = dataset[name].where(dataset.case != "100000 N")
+    assert "Finite elements: 2,000 unknowns of the modelled parts, 2 s a load" in cost(some)
+    assert "carry the load to 0.002" in cost(some)
+    told = summary(some.assign_attrs(left_out="100000 N: too much"))
+    assert told.endswith("Finite elements did not solve 100000 N: too much")
+    assert "A: at worst +6.0% in p_max" in told
+    page = write_judged(some.assign_attrs(left_out="100000 N: too much"), tmp_path)
+    assert page.read_text(encoding="utf-8").count("data:image/png;base64,") == 2

@@ -1,0 +1,118 @@
+"""Compression of scenes: frictionless and sticking limits, steps, estimates, what C changes."""
+
+import numpy as np
+import pytest
+
+from compare.contact.compute import compute_contact
+from compare.contact.dataset import to_dataset as frictionless_dataset
+from compare.contact.pair_on_grid import placed_on
+from compare.friction.bodies import Solver
+from compare.friction.compression import compute_compression, in_halves
+from femic.contact.compression import compressed
+from femic.contact.frictional import Pressing
+from femic.contact.operators.approximations import turned
+from femic.contact.operators.dense import GridOperator, dense
+from femic.reference.run_options import Means
+from geometries.errors import Failure
+from geometries.grids import Grid
+from geometries.patches import N, S, X
+from tests.compare.friction.scenes import scene
+from tests.compare.friction.test_rolling import in_place_of_c
+
+LOADS = [2e3, 5e3, 1e4]
+
+
+def pressed(**contact):
+    return scene(10.3, **{"motion": "compression", "loads": LOADS} | contact)
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    return compute_compression(pressed(friction=[1e-4, 0.3, 100.0]))
+
+
+def test_with_hardly_any_friction_all_slides_and_pressures_are_frictionless(dataset):
+    least = dataset.sel(friction=1e-4)
+    np.testing.assert_allclose(least.sliding_share, 1.0)
+    frictionless = frictionless_dataset(compute_contact(scene(10.3, loads=LOADS)))
+    for name in ("approach", "p_max"):
+        np.testing.assert_allclose(least[name].values.T, frictionless[name], rtol=0.03)
+
+
+def test_with_much_friction_nothing_slides(dataset):
+    np.testing.assert_allclose(dataset.sliding_share.sel(friction=100.0), 0.0)
+
+
+def test_more_friction_leaves_less_sliding_and_less_approach(dataset):
+    assert np.all(np.diff(dataset.sliding_share, axis=0) <= 0)
+    approach = dataset.approach.values
+    assert np.all(np.diff(approach, axis=0) < 1e-6 * approach.max())  # none where all sticks
+    assert np.all(approach[0] > approach[-1])
+
+
+def test_patches_grow_with_the_load(dataset):
+    assert np.all(dataset.angle.diff("load") > 0)
+    assert np.all(dataset.area.diff("load") > 0)
+
+
+def test_contact_is_symmetric_and_carries_the_load(dataset):
+    p, delta = dataset.p, dataset.inclination
+    vertical = p.sel(direction="n") * np.cos(delta) - p.sel(direction="s") * np.sin(delta)
+    area = float(np.diff(dataset.x)[0] * np.diff(dataset.s)[0])
+    np.testing.assert_allclose(vertical.sum(["x", "s"]) * area, LOADS[-1], rtol=1e-4)
+    np.testing.assert_allclose(p.sel(direction="n"), p.sel(direction="n")[:, :, ::-1, ::-1], atol=1e-3)
+
+
+def test_c_has_the_change_by_its_error_in_its_estimates(monkeypatch):
+    monkeypatch.setattr("compare.friction.bodies.full_reference_ics", in_place_of_c)
+    dataset = compute_compression(pressed(friction=[0.3], ics=["Bhat", "C"], loads=LOADS[-1:]))
+    both = dataset.isel(friction=0, load=0)
+    assert float(both.p_max.sel(ics="C")) == pytest.approx(float(both.p_max.sel(ics="Bhat")), rel=0.02)
+    assert float(both.estimate_approach.sel(ics="C")) > float(both.estimate_approach.sel(ics="Bhat"))
+
+
+def test_loads_are_halved_from_nothing_on():
+    assert in_halves([2.0, 5.0]) == [1.0, 2.0, 3.5, 5.0]
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.2])
+def test_estimates_bound_what_steps_of_load_do(friction):
+    """Against sixteen steps in the place of two, on the same elements: sliding is most sensitive to them."""
+    few, many = (
+        compute_compression(
+            pressed(loads=list(np.linspace(0, 1e4, 1 + n)[1:]), friction=[friction], ics=["Bhat"])
+        ).isel(load=-1, friction=0, ics=0)
+        for n in (2, 16)
+    )
+    by_steps = abs(float(few.sliding_share - many.sliding_share))
+    assert 0.01 < by_steps < float(few.estimate_sliding_share)
+    assert float(few.estimate_sliding_share) > float(many.estimate_sliding_share) + by_steps
+
+
+def test_failures_name_friction_ics_and_load(monkeypatch):
+    def failing(*_):
+        raise Failure("no solution")
+        yield
+
+    monkeypatch.setattr("compare.friction.compression.compressed", failing)
+    with pytest.raises(Failure, match=r"friction 0\.2, A, 1000 N: no solution"):
+        compute_compression(pressed())
+
+
+def test_ns_matters_where_bodies_are_pressed_together_and_nx_does_not():
+    """Tractions along s, by which conforming surfaces resist the approach, cause displacements along n.
+
+    Without them largest pressures are 4 % too large, on both grids; tractions along x hardly arise.
+    """
+    of = pressed(loads=[8e4], friction=[0.4], ics=["Bhat"])
+    placed = placed_on(of, Grid(16, 18, 1.3, 1.2))
+    p_max = {}
+    for left_out in ("nothing", "ns", "nx"):
+        ics = dense(turned("Bhat", placed.pair, placed.grid))
+        if left_out != "nothing":
+            ics[..., N, {"ns": S, "nx": X}[left_out]] = 0.0
+        problem = Solver(of, placed, Means()).problem(GridOperator.of(ics), 0.4)
+        *_, last = compressed(problem, [Pressing(load=load) for load in (2e4, 4e4, 6e4, 8e4)])
+        p_max[left_out] = float(np.max(last.p[..., N]))
+    assert p_max["ns"] / p_max["nothing"] > 1.03
+    assert p_max["nx"] / p_max["nothing"] == pytest.approx(1.0, abs=1e-3)

@@ -1,0 +1,152 @@
+"""What `femic contact` writes of rolling and compression: file, sentences, figures, tables."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.friction import compression_page, rolling_page
+from compare.friction.compression import compute_compression
+from compare.friction.page import cost
+from compare.friction.rolling import compute_rolling
+from compare.report.parts import listed
+from tests.compare.friction.scenes import scene
+
+COARSE = 8  # elements across the patch
+
+
+@pytest.fixture(scope="module")
+def rolled():
+    keys = {"motion": "rolling", "loads": [1e4], "longitudinal": [-4e-3, 0.0, 4e-3]}
+    return compute_rolling(scene(10.3, elements=COARSE, friction=[0.5], **keys))
+
+
+@pytest.fixture(scope="module")
+def pressed():
+    return compute_compression(
+        scene(10.3, elements=COARSE, friction=[0.2, 0.5], motion="compression", loads=[5e3, 1e4])
+    )
+
+
+def test_the_page_and_file_of_rolling_are_written_and_hang_together(rolled, tmp_path):
+    page = rolling_page.write_rolling(rolled, tmp_path).read_text(encoding="utf-8")
+    written = xr.open_dataset(tmp_path / "contact.nc")
+    assert {path.stem for path in (tmp_path / "figures").iterdir()} == {
+        f"contact_{name}" for name in ("creep_force", "centre_line", "stick", "work")
+    }
+    assert page.count("data:image/png;base64,") == 4
+    assert rolling_page.summary(written) in page.replace("&#39;", "'")
+    for name in ("A", "Bhat"):
+        zero = float(written.zero_creepage.sel(ics=name, friction=0.5))
+        assert f"<td>{zero:.4g}<br>" in page
+    assert np.all(written.F_x.diff("xi") > 0)
+
+
+def test_the_summary_of_rolling_says_which_ics_suffice_by_which_number(rolled):
+    dataset = rolled.copy()
+    told, worst = rolling_page.summary(dataset), dataset[["largest", "rms"]].sel(ics="A").max()
+    assert f"A: its creep-force curve is up to {float(worst.largest):.1%} of friction times load" in told
+    assert f"(root mean square over the creepages at most {float(worst.rms):.1%})" in told
+
+
+@pytest.mark.parametrize(
+    ("largest", "known", "verdict"),
+    [
+        (
+            [0.07, 0.03, 0.0],
+            0.0,
+            "None of them is within 2% of friction times load from B̂ at all creepages; B",
+        ),
+        ([0.07, 0.015, 0.0], 0.001, "Within 2% of friction times load from B̂ at all creepages, B suffices."),
+        ([0.01, 0.015, 0.0], 0.001, "at all creepages, A and B suffice."),
+        ([0.07, 0.019, 0.0], 0.004, "Whether B is within 2% from B̂ at all creepages, estimates leave open."),
+        (
+            [0.010, 0.013, 0.0],
+            0.004,
+            "A and B suffice. A and B tie: they differ by less than their estimates.",
+        ),
+        ([0.060, 0.063, 0.0], 0.004, "with 6.0%. A and B tie: they differ by less than their estimates."),
+    ],
+)
+def test_the_verdict_is_by_the_largest_difference_and_its_estimate(rolled, largest, known, verdict):
+    """Though all are within 2 % by root mean square."""
+    wide = rolled.reindex(ics=["A", "B", "Bhat"], fill_value=0)
+    values = (("friction", "ics"), [largest])
+    told = rolling_page.summary(
+        wide.assign(largest=values, estimate_largest=(values[0], [[known] * 3]), rms=0.01 * wide.rms)
+    )
+    assert verdict in told
+    assert ("tie" in told) == ("tie" in verdict)
+
+
+def test_without_an_estimate_of_its_own_a_difference_has_those_of_both_curves(rolled):
+    scale = 0.5 * rolled.attrs["load"]
+    of_curves = rolled.estimate_F_x.sel(friction=0.5).max("xi") / scale
+    expected = float(of_curves.sel(ics="A") + of_curves.sel(ics="Bhat"))
+    assert rolling_page._known(rolled, "A") == pytest.approx(expected)
+    assert rolling_page._known(rolled.assign(estimate_largest=0 * rolled.largest + 0.3), "A") == 0.3
+
+
+def test_the_summary_says_which_contacts_are_less_accurate(rolled):
+    assert "less accurate" not in rolling_page.summary(rolled)
+    some = rolled.assign(simplified=rolled.simplified.copy(data=[[[True, False, True], [False] * 3]]))
+    assert "A: 2 of 3 contacts were found with fewer elements only" in rolling_page.summary(some)
+    assert "B̂: " not in rolling_page.summary(some).split("all creepages")[-1]
+
+
+def test_one_ics_alone_have_a_page_too(rolled):
+    alone = rolled.sel(ics=["A"])
+    assert "No other ICs than A are compared." in rolling_page.summary(alone)
+
+
+def test_what_the_linearised_distance_changes_is_told_where_it_is_known(rolled):
+    moved = rolled.assign(
+        displaced_zero_creepage=rolled.zero_creepage - 3e-5, displaced_p_max=0.97 * rolled.p_max.sel(xi=0.0)
+    )
+    assert (
+        "would move the creepage without force by -3e-05 and change p_max by -3.0%, by B̂."
+        in rolling_page.summary(moved)
+    )
+    unknown = rolled.assign(displaced_zero_creepage=np.nan * rolled.zero_creepage)
+    assert "displaced wheel" not in rolling_page.summary(unknown)
+
+
+def test_ics_with_an_exchanged_component_are_solved_drawn_and_named(tmp_path):
+    keys = {"motion": "rolling", "loads": [1e4], "longitudinal": [-4e-3, 0.0, 4e-3], "friction": [0.5]}
+    dataset = compute_rolling(scene(10.3, elements=COARSE, ics=["B", "Bhat+sn:B", "Bhat"], **keys))
+    page = rolling_page.write_rolling(dataset, tmp_path).read_text(encoding="utf-8")
+    assert "B̂ (sn B): its creep-force curve is" in page
+    assert (
+        1e-4
+        < float(dataset.rms.sel(ics="Bhat+sn:B", friction=0.5))
+        < float(dataset.rms.sel(ics="B", friction=0.5))
+    )
+
+
+def test_the_page_of_compression_says_how_much_slides(pressed, tmp_path):
+    page = compression_page.write_compression(pressed, tmp_path).read_text(encoding="utf-8")
+    dataset = pressed
+    last = dataset.isel(load=-1).sel(friction=0.2)
+    slides = {name: f"{float(last.sliding_share.sel(ics=name)):.0%}" for name in ("A", "Bhat")}
+    assert f"With friction 0.2, {slides['Bhat']} of the contact area slides by B̂" in page
+    assert f"{slides['A']} by A." in page
+    assert page.count("data:image/png;base64,") == 3
+    assert (tmp_path / "contact.nc").is_file()
+
+
+def test_what_c_took_and_is_known_to_is_told(rolled):
+    dataset = rolled.copy()
+    assert "C on this grid" not in cost(dataset)
+    dataset.attrs |= {
+        "C_seconds": 12.3,
+        "C_estimate": 0.012,
+        "C_asymmetry": 0.061,
+        "C_asymmetry_component": "sn",
+    }
+    told = cost(dataset)
+    assert "C on this grid took 12 s; its largest estimated error is 1.20% of the largest C_nn" in told
+    assert "both differ by up to 6.1% of the largest C_sn" in told
+
+
+def test_words_are_listed_with_commas_and_and():
+    assert listed(["a"]) == "a"
+    assert listed(["a", "b", "c"]) == "a, b and c"

@@ -1,0 +1,86 @@
+"""Finished results with friction are kept: what a second run solves, what scenes share."""
+
+import pytest
+import xarray as xr
+
+from compare.friction import compression, rolling
+from compare.friction.compression import compute_compression
+from compare.friction.rolling import compute_rolling
+from femic.cache.store import Store
+from femic.reference.run_options import Means
+from tests.compare.friction.scenes import scene
+from tests.compare.friction.test_rolling import in_place_of_c
+
+ROLLING = {"motion": "rolling", "loads": [200.0], "friction": [0.2, 0.5], "longitudinal": [0.0, 1e-3]}
+COMPRESSION = {"motion": "compression", "loads": [100.0, 200.0], "friction": [0.2, 0.5]}
+COMPUTE = {"rolling": (compute_rolling, rolling), "compression": (compute_compression, compression)}
+COSTS = ["seconds"]
+
+
+@pytest.fixture
+def solved(monkeypatch):
+    """By which friction and ICs parts were solved, in their order; raises at those in `interrupted`."""
+    calls, interrupted = [], set()
+    for _, module in COMPUTE.values():
+
+        def counting(solver, *case, solve=module._solved):
+            if case in interrupted:
+                raise KeyboardInterrupt
+            calls.append(case)
+            return solve(solver, *case)
+
+        monkeypatch.setattr(module, "_solved", counting)
+    return calls, interrupted
+
+
+def same(first, second):
+    """Equal in everything but what it took."""
+    attributes = [{k: v for k, v in one.attrs.items() if k not in COSTS} for one in (first, second)]
+    assert attributes[0] == attributes[1]
+    xr.testing.assert_equal(first.drop_vars(COSTS), second.drop_vars(COSTS))
+
+
+@pytest.mark.parametrize("keys", [ROLLING, COMPRESSION], ids=["rolling", "compression"])
+def test_an_interrupted_run_goes_on_after_what_was_finished(keys, solved, tmp_path):
+    compute, (calls, interrupted) = COMPUTE[keys["motion"]][0], solved
+    of, means = scene(13.0, **keys), Means(store=Store(tmp_path))
+    interrupted.add((0.2, "Bhat"))
+    with pytest.raises(KeyboardInterrupt):
+        compute(of, means)
+    assert calls == [(0.2, "A"), (0.5, "A")]
+    interrupted.clear()
+    resumed = compute(of, means)
+    assert calls[2:] == [(0.2, "Bhat"), (0.5, "Bhat")]
+    assert list(resumed.friction.values) == [0.2, 0.5]
+    assert list(resumed.ics.values) == ["A", "Bhat"]
+    same(resumed, compute(of))
+
+
+def test_scenes_share_what_is_the_same_and_nothing_else(solved, tmp_path):
+    means, (calls, _) = Means(store=Store(tmp_path)), solved
+    alone = ROLLING | {"ics": ["A"], "friction": [0.2]}
+    compute_rolling(scene(13.0, **alone), means)
+    for other in (ROLLING, alone | {"longitudinal": [0.0, 2e-3]}, alone | {"loads": [220.0]}):
+        compute_rolling(scene(13.0, **other), means)
+    compute_rolling(scene(13.0, rolling_radius=401.0, **alone), means)
+    first, *_, last = [(0.2, "A")] * 2
+    assert calls == [first, (0.5, "A"), (0.2, "Bhat"), (0.5, "Bhat"), last, last, last]
+
+
+def test_c_is_not_solved_for_curves_that_are_kept_and_what_is_known_of_it_is(solved, tmp_path, monkeypatch):
+    made, (calls, _) = [], solved
+
+    def of_c(*placed):
+        made.append(placed)
+        return in_place_of_c(*placed)
+
+    monkeypatch.setattr("compare.friction.bodies.full_reference_ics", of_c)
+    means = Means(store=Store(tmp_path))
+    of = scene(13.0, **ROLLING | {"ics": ["C"], "friction": [0.2]})
+    first, again = compute_rolling(of, means), compute_rolling(of, means)
+    assert (len(made), calls) == (1, [(0.2, "C")])
+    assert again.attrs["C_estimate"] == 0.02
+    same(first, again)
+    tighter = scene(13.0, tolerance=0.02, **ROLLING | {"ics": ["C"], "friction": [0.2]})
+    compute_rolling(tighter, means)
+    assert len(made) == 2

@@ -1,0 +1,295 @@
+"""`femic frontier` and `femic advise`: the front, the budget, and that advice keeps what it promises."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+from compare.frontier import page as frontier_report
+from compare.frontier import trade as frontier
+from compare.frontier.advice import AS_CHEAP, Question, advise, asked_for
+from compare.frontier.choice import choose, question_of
+from compare.frontier.trade import FrontierRequest, compute_frontier, front, known_errors
+from compare.frontier.ways import Way, by_engine, harmonic
+from compare.ics.compute import compute
+from compare.ics.dataset import errors, to_dataset
+from femic.cache.store import Store
+from femic.cli.main import DONE, WRONG_INPUT, exit_code
+from femic.reference.harmonic import engine as harmonic_engine
+from femic.reference.run_options import Means
+from femic.scenes.load import load_scene
+from geometries.errors import Failure, WrongInput
+from tests.compare.conftest import scene_text
+
+HARMONIC = "[engine]\ncheck = true\n"
+COMPONENTS = ("nn", "xn", "sn")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A scene of unlike bodies, its frontier by the harmonic engine to 1e-2: path, store, dataset."""
+    folder = tmp_path_factory.mktemp("frontier")
+    path = folder / "mine.toml"
+    top = 'components = ["nn", "xn", "sn"]\nbodies = ["combined", "lower"]\n'
+    path.write_text(scene_text(top, engine=HARMONIC, upper_E=70e3), encoding="utf-8")
+    store = Store(folder / "store")
+    return path, store, compute_frontier(str(path), FrontierRequest(tuple(harmonic(1e-2))), Means(2, store))
+
+
+points = st.tuples(st.integers(0, 6), st.integers(0, 6))
+
+
+@given(st.lists(points, min_size=1, max_size=12))
+def test_the_front_has_all_that_is_not_dominated_and_nothing_else(ways):
+    seconds, errors = np.array(ways, dtype=float).T
+    chosen = front(seconds, errors)
+    assert np.any(chosen)
+    for k, (s, e) in enumerate(ways):
+        beaten = any(a <= s and b <= e and (a, b) != (s, e) for a, b in ways)
+        assert chosen[k] == (not beaten)
+
+
+def test_all_ways_are_there_with_what_they_took(made):
+    _, _, found = made
+    assert list(found.way.values) == [
+        *("A", "B", "Bbar", "Bhat", "mix"),
+        *("harmonic 0.1", "harmonic 0.01"),
+    ]
+    worst = found.estimate.max(["body", "component"])
+    assert worst.sel(way=found.attrs["best"]) == worst.where(found.kind == "harmonic").min()
+    assert np.all(found.seconds > 0)
+    approximations = found.kind == "approximation"
+    assert found.seconds.where(approximations).max() < 0.1 * found.seconds.where(~approximations).min()
+    np.testing.assert_array_equal(found.unknowns > 0, ~approximations)
+    assert found.seconds.sel(body="combined", way="harmonic 0.1") > found.seconds.sel(
+        body="lower", way="harmonic 0.1"
+    )
+
+
+def test_errors_are_those_of_a_run_against_the_best_c(made):
+    """By another route: the report's table of `femic run` at the tolerance of the best."""
+    path, store, found = made
+    results = compute(
+        load_scene(
+            str(path), {"engine": {"tolerance": float(found.attrs["best"].split()[1]), "check": False}}
+        ),
+        Means(2, store),
+    )
+    worst = errors(results, to_dataset(results)).error.max("line")
+    for i, j in COMPONENTS:
+        for variant in ("A", "Bhat", "mix"):
+            expected = worst.sel(variant=variant, i=i, j=j, body="combined").item()
+            got = found.error.sel(way=variant, component=i + j, body="combined").item()
+            assert got == pytest.approx(expected, rel=1e-9)
+        own = worst.sel(variant="C", i=i, j=j, body="lower").item()
+        best = found.sel(way=found.attrs["best"], component=i + j, body="lower")
+        assert best.error.item() == pytest.approx(own) == best.estimate.item()
+
+
+def test_c_is_as_close_to_the_best_c_as_its_tolerance_says(made):
+    _, _, found = made
+    for way in harmonic(1e-2):
+        assert np.all(found.error.sel(way=way.name) <= way.engine["tolerance"])
+        assert np.all(found.estimate.sel(way=way.name) <= way.engine["tolerance"])
+    assert np.all(found.estimate.sel(way=["A", "mix"]) == 0)
+
+
+@pytest.mark.parametrize("tolerance", [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.004])
+@pytest.mark.parametrize("components", [("nn",), ("sn",), ("nn", "xn"), COMPONENTS])
+@pytest.mark.parametrize("body", ["combined", "lower"])
+def test_advice_keeps_its_promise_and_is_the_cheapest_that_does(made, tolerance, components, body):
+    _, _, found = made
+    advice = advise(found, Question(body, components, tolerance))
+    at_most = known_errors(found, body).sel(component=list(components)).max("component")
+    assert float(at_most.sel(way=advice.way)) <= tolerance
+    measured = found.error.sel(way=advice.way, body=body, component=list(components)).max()
+    assert float(measured) <= advice.error <= tolerance
+    seconds = found.seconds.sel(body=body)
+    far_cheaper = found.way.values[(AS_CHEAP * seconds < advice.seconds).values]
+    assert np.all(at_most.sel(way=far_cheaper) > tolerance)
+    as_cheap = found.way.values[(seconds <= advice.seconds).values]
+    enough = at_most.sel(way=as_cheap).where(at_most.sel(way=as_cheap) <= tolerance)
+    assert advice.error == float(enough.min())
+
+
+def test_what_no_way_meets_is_a_failure(made):
+    _, _, found = made
+    with pytest.raises(Failure, match=r"no way meets 1e-07: the best, harmonic 0\.0?1, is known to"):
+        advise(found, Question("combined", COMPONENTS, 1e-7))
+
+
+@pytest.mark.parametrize(
+    ("components", "body", "message"),
+    [(("ss",), "combined", "component = ss: the scene has nn"), (("nn",), "upper", "body = upper")],
+)
+def test_advice_on_what_is_not_there_is_refused(made, components, body, message):
+    _, _, found = made
+    with pytest.raises(WrongInput, match=message):
+        advise(found, Question(body, components, 0.1))
+
+
+def test_only_what_the_advice_needs_is_tried():
+    asked = asked_for(Question("lower", ("nn",), 0.02))
+    assert [way.name for way in asked.ways] == ["harmonic 0.1", "harmonic 0.01", "harmonic 0.001"]
+    scene = asked.scene("geometry1", asked.ways[0].engine)
+    assert (scene.components, scene.compared, scene.solved) == (("nn",), ("lower",), ("lower",))
+    with pytest.raises(WrongInput, match="--tolerance 0"):
+        asked_for(Question("lower", ("nn",), 0.0))
+
+
+def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
+    """Ways that are predicted to take longer are not begun."""
+    path, store, _ = made
+    predicted = {"harmonic 0.1": 1.0, "harmonic 0.01": 1e5}
+    steps = iter(predicted.values())
+    monkeypatch.setattr(frontier.plan, "run_steps", lambda *_: [])
+    monkeypatch.setattr(frontier.plan, "seconds", lambda *_: next(steps))
+    found = compute_frontier(
+        str(path), FrontierRequest(tuple(harmonic(1e-2)), budget=1000.0), Means(2, store)
+    )
+    assert "harmonic 0.01" not in found.way.values
+    assert found.attrs["best"] == "harmonic 0.1"
+    assert "about 100000 s" in json.loads(found.attrs["skipped"])["harmonic 0.01"]
+
+
+def test_without_a_reference_there_is_no_frontier(made):
+    path, store, _ = made
+    with pytest.raises(Failure, match="no reference C within the budget of 1e-06 s"):
+        compute_frontier(str(path), FrontierRequest(tuple(harmonic(0.1)), budget=1e-6), Means(2, store))
+
+
+def test_b_hat_prime_is_tried_where_there_are_properties_for_it(made, tmp_path):
+    path, store, found = made
+    fitted = tmp_path / "fitted.toml"
+    properties = "\n[effective.combined]\nmismatch_k = { far = 0.1, r_inf = 9.0, m = 1.0, n = 2.0 }\n"
+    fitted.write_text(path.read_text(encoding="utf-8") + properties, encoding="utf-8")
+    with_fit = compute_frontier(str(fitted), FrontierRequest(tuple(harmonic(0.1))), Means(2, store))
+    b_hat_prime = with_fit.error.sel(way="Bhat_prime")
+    assert np.all(b_hat_prime.sel(body="combined") > 0)
+    assert np.all(np.isnan(b_hat_prime.sel(body="lower")))
+    assert "Bhat_prime" not in found.way.values
+    advice = advise(with_fit, Question("lower", ("nn",), 0.5))
+    assert advice.way != "Bhat_prime"
+    frontier_report.write_frontier(with_fit, tmp_path / "out")
+
+
+def test_a_way_that_is_none_is_not_on_the_front():
+    assert list(front(np.array([1.0, np.nan, 2.0]), np.array([0.2, np.nan, 0.1]))) == [True, False, True]
+
+
+def test_what_an_engine_cannot_do_is_listed(made, tmp_path):
+    path, *_ = made
+    soft = tmp_path / "soft.toml"
+    soft.write_text(path.read_text(encoding="utf-8").replace("nu = 0.3", "nu = 0.4995"), encoding="utf-8")
+    asked = FrontierRequest((*harmonic(0.1), *by_engine("solid")))
+    monkey = [way.name for way in asked.ways if way.kind == "solid"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(frontier, "compute", lambda *_, **__: pytest.fail("solved"))
+        skipped = {}
+        frontier._by_cost(str(soft), asked, 2, skipped)
+    assert list(skipped) == monkey
+    assert "lower.nu = 0.4995" in skipped[monkey[0]]
+
+
+def test_the_commands_write_a_report_and_solve_nothing_twice(made, tmp_path, monkeypatch, capsys):
+    path, store, _ = made
+    monkeypatch.setattr(harmonic_engine, "build_section", lambda *_: pytest.fail("a mesh was made"))
+    monkeypatch.setitem(frontier.ways.TOLERANCES, "harmonic", (1e-1, 1e-2))
+    monkeypatch.setitem(frontier.ways.TOLERANCES, "solid", ())
+    out = tmp_path / "out"
+    place = ["--out", str(out), "--store", str(store.location)]
+    assert exit_code(["frontier", str(path), *place]) == DONE
+    html = (out / "frontier.html").read_text(encoding="utf-8")
+    assert html.count("data:image/png") == 2
+    assert "://" not in html
+    with xr.open_dataset(out / "frontier.nc", engine="h5netcdf") as kept:
+        assert kept.sizes == {"way": 7, "body": 2, "component": 3}
+    capsys.readouterr()
+
+
+def test_advice_from_the_command_line(made, tmp_path, capsys):
+    path, _, _ = made
+    place = ["--out", str(tmp_path / "out")]
+    arguments = ["advise", str(path), "--tolerance", "0.04", "--components", "nn", "--body", "lower", *place]
+    assert exit_code(arguments) == DONE
+    assert "Use B̂: lower ICs to" in capsys.readouterr().out
+    assert exit_code(["advise", str(path), "--tolerance", "2", *place]) == WRONG_INPUT
+    assert exit_code(["advise", str(path), "--components", "nq", *place]) == WRONG_INPUT
+    assert exit_code(["frontier", str(path), "--budget", "-1", *place]) == WRONG_INPUT
+
+
+# --- ics = "auto" ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "kind"), [(0.5, "approximation"), pytest.param(0.02, "harmonic", marks=pytest.mark.slow)]
+)
+def test_auto_chooses_what_advise_names(made, tolerance, kind):
+    path, store, _ = made
+    scene = load_scene(str(path), {"ics_tolerance": tolerance})
+    chosen = choose(str(path), question_of(scene), Means(2, store))
+    question = Question("combined", scene.components, tolerance)
+    found = compute_frontier(str(path), asked_for(question), Means(2, store))
+    way = advise(found, question).way
+    assert chosen.advice.way == way
+    assert chosen.advice.error <= tolerance == chosen.advice.question.tolerance
+    assert found.kind.sel(way=way) == kind
+    if kind == "approximation":
+        assert (chosen.ics, chosen.engine) == (way, {})
+    else:
+        assert (chosen.ics, chosen.engine["tolerance"]) == ("C", float(way.split()[1]))
+
+
+def test_ways_keep_what_belongs_to_the_body(made, tmp_path):
+    """A far radius is part of the answer; cells follow from the tolerance, other engines have their own."""
+    path, *_ = made
+    mine = tmp_path / "mine.toml"
+    engine = "check = true\nfar_radius = 2000.0\nsmallest_cell = 0.01\nmost_unknowns = 5000\n"
+    mine.write_text(path.read_text(encoding="utf-8").replace("check = true", engine), encoding="utf-8")
+    asked = asked_for(Question("lower", ("nn",), 0.1))
+    scene = asked.scene(str(mine), asked.ways[0].engine)
+    assert scene.bodies["lower"].domain.far_radius == 2000.0
+    assert (scene.settings.most_unknowns, scene.settings.tolerance, scene.check) == (5000, 0.1, None)
+    assert scene.first_cells.smallest != 0.01
+    other = asked.scene(str(mine), next(by_engine("solid")).engine)
+    assert (other.bodies["lower"].domain.far_radius, other.settings.most_unknowns) == (320.0, 5000)
+
+
+@pytest.mark.slow
+def test_run_and_export_say_and_use_what_auto_chose(made, tmp_path, capsys):
+    path, store, _ = made
+    mine = tmp_path / "mine.toml"
+    auto = 'ics = "auto"\nics_tolerance = 0.5\n'
+    grid = "\n[grid]\nn_x = 4\nn_s = 3\n"
+    mine.write_text(
+        auto + path.read_text(encoding="utf-8").replace("check = true", "") + grid, encoding="utf-8"
+    )
+    place = ["--out", str(tmp_path / "out"), "--store", str(store.location)]
+    assert exit_code(["export", str(mine), *place]) == DONE
+    said = capsys.readouterr().out
+    assert "50.00% asked for" in said
+    nine = Question("combined", tuple(i + j for i in "xsn" for j in "xsn"), 0.5)
+    chosen = choose(str(mine), nine, Means(2, store))
+    assert f"contact_{chosen.ics}.txt" in said
+    assert (tmp_path / "out" / f"contact_{chosen.ics}.txt").is_file()
+    assert exit_code(["run", str(mine), *place]) == DONE
+    of_run = choose(str(mine), question_of(load_scene(str(mine))), Means(2, store))
+    assert f"Use {of_run.advice.label}" in capsys.readouterr().out
+
+
+def test_export_refuses_before_it_asks_what_to_use(made, tmp_path, monkeypatch, capsys):
+    path, *_ = made
+    mine = tmp_path / "mine.toml"
+    text = path.read_text(encoding="utf-8").replace('"combined", "lower"', '"lower"')
+    mine.write_text('ics = "auto"\n' + text, encoding="utf-8")
+    monkeypatch.setattr("femic.cli.scenes.choose", lambda *_, **__: pytest.fail("asked"))
+    assert exit_code(["export", str(mine), "--out", str(tmp_path / "out")]) == WRONG_INPUT
+    assert "add 'combined'" in capsys.readouterr().err
+
+
+def test_ways_have_labels():
+    assert Way("Bhat", "approximation").label == "B̂"
+    assert next(harmonic()).label == "C, harmonic 0.1"

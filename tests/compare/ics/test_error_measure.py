@@ -1,0 +1,199 @@
+"""The measure of errors on hand-made ICs whose shares are known without a computer."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from compare.ics.error_measure import Measure, far_from
+from femic.reference.estimate import Estimated
+from geometries.patches import N, Patch, S, X
+
+NEAR, FAR = "near", "far"  # two lines of three points each
+LINES = {NEAR: slice(0, 3), FAR: slice(3, 6)}
+EVERYWHERE = np.ones(6, dtype=bool)  # far from the load
+A_NN = np.array([5.0, 6.0, 5.0, 0.5, 1.0, 0.5])
+
+
+def of(ic, estimate=None):
+    zero = np.zeros_like(ic)
+    return Estimated(ic, zero if estimate is None else estimate, zero, zero)
+
+
+@pytest.fixture
+def c():
+    """C_nn up to 4 near and 1 far; C_xn up to 0.02, 0.1 of what 5 % of C_nn is; C_sn 0."""
+    ic = np.zeros((3, 3, 6))
+    ic[N, N] = [3, 4, 3, -0.5, 1, 0.5]
+    ic[X, N] = [-0.02, 0, 0.01, 0, 0.005, 0]
+    ic[X, X] = [2, 2, 1, 1, 1, 1]
+    return ic
+
+
+def off_by(component, value, point):
+    off = np.zeros((3, 3, 6))
+    off[(*component, point)] = value
+    return off
+
+
+def measure(ic, estimate=None):
+    return Measure.of(of(ic, estimate), A_NN, LINES, EVERYWHERE)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-9, 1e9])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_what_vanishes_and_all_shares_do_not_depend_on_the_unit_or_on_the_sign_of_c_nn(c, unit, sign):
+    c[S, N] = 1e-12
+    c[N, N] = sign * np.abs(c[N, N])
+    off = off_by((S, N), 0.01, 4)
+    first, other = measure(c), Measure.of(of(unit * c), unit * A_NN, LINES, EVERYWHERE)
+    assert first.zero[S, N]
+    assert not first.zero[X, N]
+    np.testing.assert_array_equal(other.zero, first.zero)
+    np.testing.assert_array_equal(other.vanishing, first.vanishing)
+    assert other.shares(unit * off)[FAR][S, N] == pytest.approx(first.shares(off)[FAR][S, N])
+    assert first.shares(off)[FAR][S, N] == pytest.approx(0.01 / (0.05 * 4))
+    assert first.weights(off)[FAR][S, N] == other.weights(unit * off)[FAR][S, N] == pytest.approx(0.01)
+    assert first.zero.shape == (3, 3)
+
+
+def test_an_error_is_a_share_of_the_component_itself_over_all_lines(c):
+    near = measure(c).shares(off_by((X, N), -0.01, 1))
+    assert near[NEAR][X, N] == pytest.approx(0.5)  # of 0.02, however small beside C_nn
+    assert near[FAR][X, N] == 0
+    far = measure(c).shares(off_by((X, N), 0.005, 4))
+    assert far[FAR][X, N] == pytest.approx(0.25)  # of 0.02 on the other line, not of 0.005
+    assert far[NEAR][X, N] == 0
+
+
+def test_what_is_zero_where_c_is_not_is_a_hundred_percent_wrong(c):
+    assert measure(c).shares(-c)[NEAR][X, N] == 1
+    assert measure(c).shares(-c)[NEAR][N, N] == 1
+    assert measure(c).shares(-c)[FAR][N, N] == pytest.approx(1 / 4)
+
+
+def test_a_component_of_rounding_vanishes_and_is_tested_as_a_zero(c):
+    c[S, N] = 1e-12
+    of_c = measure(c)
+    assert of_c.vanishing[S, N]
+    assert not np.any(of_c.vanishing[[X, X, N], [X, N, N]])
+    share = of_c.shares(off_by((S, N), 0.1, 4))[FAR][S, N]
+    assert share == pytest.approx(0.1 / (0.05 * 4))  # 4: C_nn on the other line
+
+
+@pytest.mark.parametrize(("known", "gone"), [(0.0019, False), (0.0021, True)])
+def test_a_component_below_ten_times_its_estimate_vanishes(c, known, gone):
+    """C_xn is 0.02; the estimate is largest on the line where C_xn is small."""
+    estimate = np.zeros_like(c)
+    estimate[X, N, 5] = known
+    of_c = measure(c, estimate)
+    assert of_c.vanishing[X, N] == gone
+    assert of_c.shares(off_by((X, N), 0.01, 0))[NEAR][X, N] == pytest.approx(0.01 / (0.2 if gone else 0.02))
+    assert not of_c.vanishing[N, N]
+
+
+def test_an_estimate_of_another_component_does_not_count(c):
+    estimate = np.zeros_like(c)
+    estimate[S, S] = 1.0
+    assert not measure(c, estimate).vanishing[X, N]
+
+
+def test_rms_is_a_share_of_the_same(c):
+    off = np.zeros_like(c)
+    off[X, N] = [0.01, -0.01, 0.02, 0, 0, 0]
+    off[S, N] = 0.3
+    rms = measure(c).rms(off)
+    assert rms[NEAR][X, N] == pytest.approx(np.sqrt((1 + 1 + 4) / 3) / 2)
+    assert rms[FAR][X, N] == 0
+    assert rms[FAR][S, N] == pytest.approx(0.3 / 0.2)
+
+
+def test_the_weight_is_a_share_of_nn_on_the_line(c):
+    weights = measure(c).weights(off_by((X, N), -0.01, 1) + off_by((X, N), 0.02, 3))
+    assert weights[NEAR][X, N] == pytest.approx(0.01 / 4)
+    assert weights[FAR][X, N] == pytest.approx(0.02 / 1)
+
+
+def test_a_nn_takes_the_place_of_an_nn_that_was_not_computed(c):
+    c[:, X] = np.nan
+    c[N, N] = np.nan
+    of_c = measure(c)
+    off = off_by((X, N), 0.01, 1)
+    assert of_c.weights(off)[NEAR][X, N] == pytest.approx(0.01 / 6)
+    assert of_c.shares(off)[NEAR][X, N] == pytest.approx(0.5)
+    assert of_c.shares(off_by((S, N), 0.1, 4))[FAR][S, N] == pytest.approx(0.1 / (0.05 * 6))
+    assert np.isnan(of_c.shares(off)[NEAR][X, X])
+    assert not of_c.vanishing[X, X]
+    assert not of_c.vanishing[N, N]
+
+
+def test_units_do_not_matter(c):
+    off = off_by((X, N), 0.01, 1) + off_by((S, N), 0.1, 4) + off_by((N, N), 0.3, 2)
+    estimate = np.full_like(c, 1e-4)
+    one = measure(c, estimate)
+    for unit in (1e-9, 2.1e6):
+        other = Measure.of(of(unit * c, unit * estimate), unit * A_NN, LINES, EVERYWHERE)
+        np.testing.assert_array_equal(other.vanishing, one.vanishing)
+        for how in ("shares", "rms", "weights"):
+            for line, of_line in getattr(one, how)(off).items():
+                np.testing.assert_allclose(getattr(other, how)(unit * off)[line], of_line, rtol=1e-12)
+
+
+def test_a_line_more_changes_shares_only_where_its_c_is_larger(c):
+    """The far line by itself: its C_nn is a quarter, its C_xn too, its C_xx half of the near line's."""
+    both = measure(c)
+    alone = replace(both, lines={FAR: LINES[FAR]})
+    off = np.full_like(c, 0.001)
+    ratios = alone.shares(off)[FAR] / both.shares(off)[FAR]
+    assert ratios[X, X] == pytest.approx(2)
+    assert ratios[N, N] == pytest.approx(4)
+    assert ratios[X, N] == pytest.approx(4)
+    assert ratios[S, N] == pytest.approx(4)  # a share of 0.05 C_nn, which is a quarter
+    np.testing.assert_array_equal(alone.weights(off)[FAR], both.weights(off)[FAR])
+
+
+def test_other_components_do_not_matter(c):
+    """Unlike the scale of refinement, which has C_nn in it."""
+    off = off_by((X, N), 0.01, 1)
+    larger = c.copy()
+    larger[N, N] *= 10
+    assert measure(larger).shares(off)[NEAR][X, N] == measure(c).shares(off)[NEAR][X, N]
+    assert measure(larger).weights(off)[NEAR][X, N] == pytest.approx(measure(c).weights(off)[NEAR][X, N] / 10)
+
+
+def test_points_of_no_line_do_not_count(c):
+    of_c = replace(measure(c), lines={NEAR: LINES[NEAR]})
+    c[X, N, 5] = 7.0
+    assert of_c.shares(off_by((X, N), 0.01, 1))[NEAR][X, N] == pytest.approx(0.5)
+
+
+def test_the_peak_under_the_load_does_not_hide_errors_away_from_it(c):
+    """A line more, through the load: errors elsewhere stay; at the load they are shares of the peak."""
+    peak = np.concatenate([c, 20 * c[..., 1:2]], axis=-1)
+    lines = LINES | {"through the load": slice(6, 7)}
+    far = np.append(EVERYWHERE, False)
+    with_peak = Measure.of(of(peak), np.append(A_NN, 90.0), lines, far)
+    off = np.zeros_like(peak)
+    off[N, N] = 0.4
+    off[S, N] = 0.1
+    assert with_peak.shares(off)[NEAR][N, N] == measure(c).shares(off[..., :6])[NEAR][N, N] == 0.1
+    assert with_peak.shares(off)["through the load"][N, N] == pytest.approx(0.4 / 80)
+    assert with_peak.shares(off)[FAR][S, N] == pytest.approx(0.1 / (0.05 * 4))
+    assert with_peak.shares(off)["through the load"][S, N] == pytest.approx(0.1 / (0.05 * 80))
+    only_near = replace(with_peak, far=np.zeros(7, dtype=bool))
+    assert only_near.shares(off)[NEAR][N, N] == pytest.approx(0.4 / 80)
+
+
+def test_a_component_that_is_known_badly_at_the_load_only_does_not_vanish(c):
+    estimate = np.zeros_like(c)
+    estimate[X, N, 1] = 0.01
+    far = EVERYWHERE.copy()
+    assert measure(c, estimate).vanishing[X, N]
+    far[1] = False
+    assert not Measure.of(of(c, estimate), A_NN, LINES, far).vanishing[X, N]
+
+
+def test_far_is_four_elements_away():
+    patch = Patch(0.2, 0.3, 1.0)
+    x, s = np.array([0.0, 1.6, 1.59, 0.0, 0.0, 1.2]), np.array([1.0, 1.0, 1.0, -1.4, 3.39, 2.8])
+    np.testing.assert_array_equal(far_from(patch, x, s), [False, True, False, True, False, True])

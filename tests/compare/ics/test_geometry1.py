@@ -1,0 +1,98 @@
+"""Geometry 1: known accuracy, and the signs that the theory predicts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from compare.ics.errors import refinement_scales_of
+from compare.ics.page import agreement
+from femic.reference.accuracy import component_of
+from tests.compare.conftest import estimated_errors, on_line
+
+BODIES = ("lower", "upper", "combined")
+
+
+def test_every_component_of_each_body_is_known_to_a_thousandth(geometry1):
+    results, *_ = geometry1
+    estimates = estimated_errors(results)
+    assert {body for body, _ in estimates} == {"lower", "upper"}
+    for (body, line), errors in estimates.items():
+        for component in results.scene.components:
+            assert component_of(errors, component) < 0.001, (body, line, component)
+
+
+@pytest.mark.parametrize("line", ["s = 1.6 mm", "s = 0 mm", "x = 1.6 mm"])
+def test_combined_xn_is_known_to_one_percent_and_to_two_of_its_own_maximum(geometry1, line):
+    """What is left of it where the bodies' xn, 60 times as large, cancel."""
+    _, dataset, errors = geometry1
+    known = errors.sel(variant="C", body="combined", line=line, i="x", j="n")
+    on = on_line(dataset, line).sel(body="combined", i="x", j="n")
+    assert known.estimate_refinement < 0.01
+    assert known.error < 0.02
+    assert on.estimate.max() < 0.02 * abs(on.ic.sel(variant="C")).max()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("body", BODIES)
+def test_the_solid_engine_agrees_within_the_sum_of_the_estimates(geometry1_checked, body):
+    results, dataset, _ = geometry1_checked
+    of_body = dataset.sel(body=body)
+    apart = np.abs(of_body.ic.sel(variant="C") - of_body.ic.sel(variant="C_solid")).values
+    known = (of_body.estimate + of_body.estimate_solid).values
+    scales = refinement_scales_of(results, body)
+    for line, part in results.lines.items():
+        off, sum_of_estimates = (np.max(v[..., part], axis=-1) / scales[line] for v in (apart, known))
+        for component in results.scene.components:
+            estimate = component_of(sum_of_estimates, component)
+            assert component_of(off, component) <= estimate + 1e-12, (line, component)
+            assert body == "combined" or estimate < 0.015, (line, component)
+
+
+@pytest.mark.slow
+def test_the_report_says_that_both_engines_agree(geometry1_checked):
+    results, _, _ = geometry1_checked
+    rows = list(agreement(results))
+    assert [row["body"] for row in rows] == [body for body in results.scene.compared for _ in range(3)]
+    assert {row["verdict"] for row in rows} == {"yes"}
+    off = {
+        name: replace(check, c=replace(check.c, ic=1.05 * check.c.ic))
+        for name, check in results.checks.items()
+    }
+    assert "no" in {row["verdict"] for row in agreement(replace(results, checks=off))}
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_sn_has_the_sign_and_size_of_b(geometry1, body):
+    _, dataset, _ = geometry1
+    line = on_line(dataset, "x = 1.6 mm")
+    part = line.isel(point=np.flatnonzero((abs(line.s) >= 4) & (abs(line.s) <= 12))).sel(
+        body=body, i="s", j="n"
+    )
+    c, b, a = (part.ic.sel(variant=v).values for v in ("C", "B", "A"))
+    assert len(c) > 100
+    assert np.all((c / b > 0.6) & (c / b < 1.7))
+    if body == "lower":
+        assert np.all(c * a < 0)
+
+
+def test_c_is_reciprocal_at_the_crown(geometry1):
+    """At s = 0 load and observer change places by x -> -x: xn(x) = nx(-x), xs = sx = 0."""
+    _, dataset, _ = geometry1
+    ic = on_line(dataset, "s = 0 mm").ic.sel(variant="C")
+    scale = abs(ic.sel(i="n", j="n")).max("point")
+    swapped = ic.sel(i="n", j="x").values[:, ::-1]
+    # one element's mean against another's centre: the patch is finite, so near it they differ
+    far = np.abs(on_line(dataset, "s = 0 mm").x.values) > 1.5
+    difference = np.abs((ic.sel(i="x", j="n").values - swapped)[:, far]).max(axis=1)
+    assert np.all(difference < 0.002 * scale.values)
+    assert np.all(np.abs(ic.sel(i="x", j="s")).max("point") < 1e-12 * scale)
+
+
+def test_the_approximations_are_of_the_right_size(geometry1):
+    """B and its kin follow C_nn laterally better than A does; A_sn of equal materials vanishes."""
+    _, dataset, errors = geometry1
+    nn = errors.error.sel(body="combined", i="n", j="n", line="x = 1.6 mm")
+    assert nn.sel(variant="B") < 0.6 * nn.sel(variant="A")
+    assert nn.sel(variant="Bhat") < 0.6 * nn.sel(variant="A")
+    assert np.all(dataset.ic.sel(variant="A", body="combined", i="s", j="n") == 0)

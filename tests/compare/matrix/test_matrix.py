@@ -1,0 +1,320 @@
+"""`femic matrix` and `femic plan`: files, messages, what is solved and what is not."""
+
+import json
+import re
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.ics.compute import jobs
+from compare.matrix import compute as matrix
+from compare.matrix import page
+from compare.matrix.check import check, checked_strips
+from compare.matrix.compute import compute_matrix, file_size, matrix_jobs
+from compare.matrix.contact_file import read
+from compare.matrix.export import SUFFIXES
+from femic.cache.store import Store
+from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from femic.reference.harmonic import engine as harmonic
+from femic.reference.harmonic.condensation import Condensation
+from femic.reference.level import Level
+from femic.reference.run_options import Means
+from femic.reference.solid import engine as solid
+from femic.reference.solid.record import SOLID
+from femic.scenes.errors import BadScene
+from femic.scenes.load import load_scene, scene_from_table
+from femic.scenes.receipts import key_of
+from geometries.errors import Failure
+from geometries.patches import DIRECTIONS
+from tests.compare.conftest import COARSE_ENGINE, scene_text
+
+GRID = "\n[grid]\nn_x = 5\nn_s = 4\n"
+HARMONIC = "[engine]\ntolerance = 0.1\n"
+WIDER = "a = 0.3\nb = 0.2", "a = 1.0\nb = 1.0"  # a patch on which fewer wavenumbers do
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A scene of two bodies of different stiffness, its matrix and the folder it was written to."""
+    folder = tmp_path_factory.mktemp("matrix")
+    path = folder / "mine.toml"
+    path.write_text(scene_text(engine=HARMONIC + GRID, upper_E=70e3), encoding="utf-8")
+    out = folder / "out"
+    assert exit_code(["matrix", str(path), "--out", str(out), "--workers", "2"]) == DONE
+    return path, out
+
+
+def test_the_file_has_what_its_attributes_say(made):
+    _, out = made
+    with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as file:
+        assert file.ic.dims == ("body", "lag", "observed", "loaded", "i", "j")
+        assert file.ic.shape == (3, 5, 4, 4, 3, 3)
+        np.testing.assert_allclose(file.lag, 0.6 * np.arange(5))
+        np.testing.assert_allclose(file.loaded, 0.4 * (np.arange(4) - 1.5))
+        both = file.ic.sel(body="upper") + file.ic.sel(body="lower")
+        np.testing.assert_allclose(file.ic.sel(body="combined"), both, rtol=1e-12, atol=1e-18)
+        share = (file.estimate / file.ic.sel(i="n", j="n")).max()
+        assert 0 < share < 0.1
+        assert file.ic.isel(lag=0, observed=1, loaded=1).sel(i="n", j="n").min() > 0
+        # softer by three: E of the upper body is a third of the lower's
+        ratio = file.ic.sel(body="upper", i="n", j="n") / file.ic.sel(body="lower", i="n", j="n")
+        assert float(ratio.isel(lag=0, observed=1, loaded=1)) == pytest.approx(3.0, rel=0.02)
+        eigenvalues = json.loads(file.attrs["smallest_eigenvalue"])
+        assert set(eigenvalues) > {"lower, raw", "upper, raw", "combined, discounted"}
+        assert min(eigenvalues.values()) > 0
+        assert json.loads(file.attrs["models"])["lower, fine"]["unknowns"] > 1000
+        assert file.ic.attrs["units"] == file.estimate.attrs["units"] == "mm/MPa"
+
+
+def test_the_report_shows_maps_and_is_self_contained(made):
+    _, out = made
+    html = (out / "matrix.html").read_text(encoding="utf-8")
+    assert html.count("data:image/png") == len(list((out / "figures").glob("matrix_*.png"))) == 3
+    assert "://" not in html
+    assert "planned / taken" in html
+
+
+def test_a_second_time_nothing_is_meshed_or_factored(made, monkeypatch, capsys):
+    path, out = made
+    monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
+    monkeypatch.setattr(Condensation, "at", lambda *_: pytest.fail("a matrix was factored"))
+    assert exit_code(["matrix", str(path), "--out", str(out)]) == DONE
+    assert "as it is there already" in capsys.readouterr().out
+    scene = load_scene(str(path))
+    again = compute_matrix(scene, out / "again.nc", Means(store=Store(out / "store")))
+    with (
+        xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as first,
+        xr.open_dataset(out / "again.nc", engine="h5netcdf") as second,
+    ):
+        xr.testing.assert_equal(first, second)
+    assert again.seconds > 0
+
+
+def test_a_contour_file_that_has_changed_makes_another_matrix(tmp_path):
+    """The text of the scene is the same."""
+    table = {"E": 210e3, "nu": 0.3, "contour": {"kind": "points", "file": str(tmp_path / "rail.txt")}}
+    scene = {
+        "lower": table,
+        "upper": table,
+        "patch": {"a": 0.2, "b": 0.2},
+        "lines": [{"along": "x", "s": 1.0}],
+    }
+    y, keys = np.linspace(-9, 9, 31), []
+    for radius in (30.0, 30.0, 40.0):
+        np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / (2 * radius)]))
+        keys.append(key_of(scene_from_table(scene, "rail"), "compare.matrix.page", 3))
+    assert keys[0] == keys[1] != keys[2]
+
+
+def test_other_maps_need_no_new_models(made, monkeypatch):
+    path, out = made
+    before = (out / "figures" / "matrix_combined_C.png").read_bytes()
+    monkeypatch.setattr(Condensation, "at", lambda *_: pytest.fail("a matrix was factored"))
+    assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "0"]) == DONE
+    assert (out / "figures" / "matrix_combined_C.png").read_bytes() != before
+    assert exit_code(["matrix", str(path), "--out", str(out), "--strip", "4"]) == WRONG_INPUT
+
+
+def test_large_matrices_are_never_held_as_a_whole(made, monkeypatch):
+    path, out = made
+    monkeypatch.setattr(matrix, "LARGEST_WHOLE_MATRIX", 100)
+    monkeypatch.setattr("femic.reference.matrix.reference.REMEMBERED_ENTRIES", 100)
+    results = compute_matrix(load_scene(str(path)), out / "large.nc", Means(store=Store(out / "store")))
+    assert not results.eigenvalues
+    assert not results.reciprocity
+    with (
+        xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as first,
+        xr.open_dataset(out / "large.nc", engine="h5netcdf") as second,
+    ):
+        xr.testing.assert_equal(first, second)
+
+
+@pytest.mark.parametrize(
+    ("grid", "text"),
+    [
+        ("n_x = 0", r"grid\.n_x = 0"),
+        ("dx = 20.0\nds = 0.1", r"grid\.dx / grid\.ds = 200 is outside 0\.01"),
+        ("n_s = 600", r"grid\.n_s = 600"),
+    ],
+)
+def test_a_grid_that_does_not_fit_is_refused_before_any_work(write_scene, grid, text, capsys, tmp_path):
+    path = write_scene(engine=HARMONIC + f"\n[grid]\n{grid}\n")
+    assert exit_code(["matrix", str(path), "--out", str(tmp_path / "o")]) == WRONG_INPUT
+    assert re.search(text, capsys.readouterr().err.replace("\n", " "))
+
+
+def test_a_grid_beyond_a_measured_contour_is_refused_by_the_matrix_only():
+    y = np.linspace(-4, 4, 21)
+    contour = {"kind": "points", "points": np.column_stack([y, -(y**2) / 20]).tolist()}
+    body = {"E": 210e3, "nu": 0.3, "contour": contour}
+    table = {"lower": body, "upper": body, "patch": {"a": 0.2, "b": 0.2}, "lines": [{"along": "x", "s": 1.0}]}
+    scene = scene_from_table(table, "short")
+    with pytest.raises(BadScene, match=r"32 strips of 0\.4 mm go from s = -6\.4 to 6\.4 mm, the contours"):
+        matrix_jobs(scene)
+    with pytest.raises(BadScene, match="give fewer"):
+        scene_from_table(table | {"grid": {"n_s": 40}}, "short")
+
+
+def test_an_interrupted_matrix_goes_on_where_it_was(write_scene, tmp_path, monkeypatch):
+    engine = "[engine]\ntolerance = 0.5\n[grid]\nn_x = 2\nn_s = 2\n"
+    path, out = write_scene('bodies = ["lower"]', engine=engine), tmp_path / "o"
+    path.write_text(path.read_text(encoding="utf-8").replace(*WIDER), encoding="utf-8")
+    solved, solve = [], Condensation.at
+
+    def counted(self, k):
+        if len(solved) == 25 and not interrupted:
+            interrupted.append(k)
+            raise KeyboardInterrupt
+        solved.append((self.forces.shape, k))  # coarser cells are solved at some of them, too
+        return solve(self, k)
+
+    interrupted = []
+    monkeypatch.setattr(Condensation, "at", counted)
+    command = ["matrix", str(path), "--out", str(out), "--workers", "1"]
+    assert exit_code(command) == INTERRUPTED
+    assert not (out / "matrix.nc").exists()
+    assert exit_code(command) == DONE
+    assert len(set(solved)) == len(solved) > 25
+
+
+def test_what_cannot_be_written_is_an_error(made, tmp_path, capsys):
+    path, out = made
+    (tmp_path / "o" / "matrix.nc").mkdir(parents=True)
+    place = ["--out", str(tmp_path / "o"), "--store", str(out / "store")]
+    assert exit_code(["matrix", str(path), *place]) == WRONG_INPUT
+    assert "matrix.nc in it is a folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("damaged", ["matrix.nc", "matrix.html"])
+def test_a_matrix_that_has_changed_since_is_made_again(made, tmp_path, monkeypatch, capsys, damaged):
+    path, out = made
+    folder = tmp_path / "o"
+    shutil.copytree(out, folder, ignore=shutil.ignore_patterns("store"))
+    place = ["--out", str(folder), "--store", str(out / "store")]
+    content = bytearray((folder / damaged).read_bytes())
+    content[len(content) // 2] ^= 1
+    (folder / damaged).write_bytes(content)
+
+    def begun(*_):
+        raise Failure("it is made")
+
+    monkeypatch.setattr(page, "compute_matrix", begun)
+    assert exit_code(["matrix", str(path), *place]) == FAILED
+    assert "it is made" in capsys.readouterr().err
+    assert not (folder / "matrix.receipt.json").exists()
+
+
+def first_chunk(variable):
+    """Where the first piece of a variable is in its file, and its size [bytes]."""
+    found = variable.id.get_chunk_info(0)
+    return found.byte_offset, found.size
+
+
+def test_pieces_of_a_matrix_have_checksums(made, tmp_path):
+    """Damaged values are not read."""
+    _, out = made
+    with h5py.File(out / "matrix.nc", "r") as file:
+        place, size = first_chunk(file["ic"])
+    content = bytearray((out / "matrix.nc").read_bytes())
+    content[place + size // 2] ^= 1
+    (tmp_path / "matrix.nc").write_bytes(content)
+    with (
+        xr.open_dataset(tmp_path / "matrix.nc", engine="h5netcdf") as damaged,
+        pytest.raises(OSError, match="filter"),
+    ):
+        damaged.ic.load()
+
+
+# --- plan ------------------------------------------------------------------------------------------------
+
+
+def test_a_plan_solves_nothing_and_names_every_model(write_scene, monkeypatch, capsys):
+    for module, name in ((harmonic, "Respond"), (solid, "assemble")):
+        monkeypatch.setattr(module, name, lambda *_: pytest.fail("something was assembled"))
+    path = write_scene(engine=HARMONIC + GRID + "\n")
+    assert exit_code(["plan", str(path)]) == DONE
+    text = capsys.readouterr().out
+    for name in ("lower, fine", "upper, fine"):
+        assert text.count(name) == 2, name  # of the run and of the matrix
+    assert "5 lags of 0.6 mm" in text
+
+
+def test_a_plan_knows_the_unknowns_and_the_file(made):
+    path, out = made
+    scene = load_scene(str(path))
+    with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as file:
+        models = json.loads(file.attrs["models"])
+    for step in models.matrix_steps(scene, 2):
+        assert step.takes.unknowns == models[step.name]["unknowns"]
+        wavenumbers = int(models[step.name]["solver"].split(", ")[-1].split()[0])
+        assert wavenumbers / 2 < step.takes.wavenumbers < 2 * wavenumbers
+    planned_size = file_size(scene)
+    assert planned_size < (out / "matrix.nc").stat().st_size < planned_size + 100_000
+
+
+def test_a_plan_of_a_solid_is_right_to_a_factor_of_two(write_scene):
+    scene = load_scene(str(write_scene('bodies = ["lower"]', engine=COARSE_ENGINE)))
+    asked = jobs(scene)["lower"].request(Level())
+    cells = solid.build_mesh(asked)
+    assert 0.5 < SOLID.planned(asked, 2).unknowns / (3 * cells.nodes.shape[1]) < 2
+
+
+# --- the solid engine --------------------------------------------------------------------------------
+
+
+def test_strips_that_are_checked_are_spread_over_the_grid(made):
+    path, _ = made
+    for count, strips in ((0, []), (1, [2]), (2, [0, 3]), (3, [0, 2, 3])):
+        assert checked_strips(load_scene(str(path), {"grid": {"check": count}})) == strips
+
+
+@pytest.mark.slow
+def test_a_column_by_the_solid_engine_agrees_within_the_estimates(made, tmp_path):
+    path, _ = made
+    scene = load_scene(str(path), {"bodies": ["lower"], "grid": {"check": 1, "n_x": 8}})
+    results = compute_matrix(scene, tmp_path / "matrix.nc", Means(2))
+    (one,) = check(results, Means(2, Store(tmp_path / "store")))
+    assert (one.body, one.strip) == ("lower", 2)
+    assert one.component in {i + j for i in DIRECTIONS for j in DIRECTIONS}
+    assert one.closest <= 1.0
+    assert one.apart < 5e-3
+
+
+def test_the_export_for_contact_is_the_matrix_times_the_combined_shear_modulus(made):
+    path, out = made
+    assert exit_code(["export", str(path), "--out", str(out)]) == DONE
+    file, scene = read(out / "contact_C.txt"), load_scene(str(path))
+    assert (file.n_x, file.n_s, len(file.values), file.convex) == (5, 4, 4, 2)
+    with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as kept:
+        both = kept.ic.sel(body="combined").values
+    for loaded, observed in np.ndindex(4, 4):
+        expected = scene.pair.constants.G * both[:, observed, loaded]
+        np.testing.assert_array_equal(file.values[loaded, observed - loaded + 3], expected)
+
+
+@pytest.mark.parametrize(("discount", "rank"), [("approach", 1), ("source", 4)])
+def test_raw_c_differs_from_c_by_one_rigid_motion_of_each_body(made, capsys, discount, rank):
+    """The same at all lags, as bodies are prismatic; symmetric; of rank 4: three forces and a moment.
+
+    The approach is one force. Both contours are alike, so their rigid parts have the same wrenches.
+    """
+    path, out = made
+    command = ["export", str(path), "--out", str(out), "--discount"]
+    assert exit_code([*command, discount]) == exit_code([*command, "none"]) == DONE
+    said = " ".join(capsys.readouterr().out.split())
+    assert "contact_C_raw.txt: 4 matrices, one a loaded strip, 5 lags; raw: with the rigid give" in said
+    ruled, raw = (read(out / f"contact_C{name}.txt") for name in (SUFFIXES[discount], "_raw"))
+    assert raw.values.shape == ruled.values.shape == (4, 7, 5, 3, 3)
+    taken = raw.values - ruled.values
+    for loaded, observed in np.ndindex(4, 4):
+        of_lags = taken[loaded, observed - loaded + 3]
+        np.testing.assert_allclose(of_lags, np.broadcast_to(of_lags[0], of_lags.shape), atol=1e-9)
+    pairs = np.array([[taken[m, o - m + 3, 0] for m in range(4)] for o in range(4)])  # (o, m, i, j)
+    rigid = pairs.transpose(0, 2, 1, 3).reshape(12, 12)
+    np.testing.assert_allclose(rigid, rigid.T, atol=1e-9)
+    sizes = np.linalg.svd(rigid, compute_uv=False)
+    assert sizes[rank - 1] > 1e-6 * sizes[0] > 1e3 * sizes[rank]
+    assert np.max(np.abs(taken)) > 1e-4 * np.max(ruled.values)

@@ -1,0 +1,371 @@
+"""Overlays of scenes: curves and errors as in the files, what is computed when, messages."""
+
+import csv
+import json
+import re
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.ics.run import key_of
+from compare.overlay.curves import curve, is_mirrored, load, worst
+from compare.overlay.differences import differences
+from compare.overlay.figures import curves, drawn_variants
+from compare.overlay.page import _rank, summary
+from compare.overlay.sources import MOST_SCENES, sources, up_to_date
+from compare.report.styles import DASHES, SYMBOLS
+from femic.cache.digests import code_digest
+from femic.cache.folders import LOCK
+from femic.cli import scenes
+from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
+from femic.scenes import receipts
+from tests.compare.conftest import on_line, scene_text
+
+ALONG_S = '\n[[lines]]\nalong = "s"\nx = 1.6\nreach = 8.0\npoints = 33\n'
+ALONG_X = '\n[[lines]]\nalong = "x"\ns = 0.0\nreach = 8.0\npoints = 33\n'
+GENTLE = 'bodies = ["lower"]\ncomponents = ["nn", "sn", "xn"]\nvariants = ["A", "B", "Bbar", "Bhat"]'
+STEEP = (
+    'bodies = ["lower"]\ncomponents = ["sn", "nn"]\nvariants = ["Bhat", "A", "Bbar"]\nreference_length = 4.0'
+)
+LINE = "x = 1.6 mm"  # the one that both have
+SCENES = ("gentle.toml", "steep.toml")
+
+
+@pytest.fixture(scope="session")
+def compared(tmp_path_factory):
+    """Two scene files and results/ of their comparison; nobody changes this folder."""
+    folder = tmp_path_factory.mktemp("overlay")
+    steep = scene_text(STEEP, flanks="50.0", lines=ALONG_S).replace("E = 210000.0", "E = 70e3", 1)
+    (folder / "gentle.toml").write_text(scene_text(GENTLE, flanks="20.0"), encoding="utf-8")
+    (folder / "steep.toml").write_text(steep, encoding="utf-8")
+    assert compare(folder, *SCENES) == DONE
+    return folder
+
+
+@pytest.fixture
+def copied(compared, tmp_path):
+    """A copy of the scenes and their results."""
+    return shutil.copytree(
+        compared, tmp_path / "copy", ignore=shutil.ignore_patterns("gentle_steep", "figures")
+    )
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """Names of the scenes whose computation starts; it is interrupted at once."""
+    names = []
+
+    def run_scene(scene, *_, **__):
+        names.append(scene.name)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(scenes, "run_scene", run_scene)
+    return names
+
+
+def compare(folder, *scenes, out=None):
+    where = ["--results", str(folder / "results"), *(["--out", str(out)] if out else [])]
+    return exit_code(["compare", *(str(folder / scene) for scene in scenes), *where, "--workers", "1"])
+
+
+def opened(folder):
+    return load(sources([str(folder / scene) for scene in SCENES], folder / "results"))
+
+
+def read(folder, name):
+    return xr.load_dataset(folder / "results" / name, engine="h5netcdf")
+
+
+def test_an_overlay_writes_report_figures_and_csv(compared):
+    out = compared / "results" / "gentle_steep"
+    assert {path.name for path in out.iterdir()} - {LOCK} == {"report.html", "figures", "curves_x1.6mm.csv"}
+    assert {path.name for path in (out / "figures").iterdir()} == {"curves_nn.png", "curves_sn.png"}
+    html = (out / "report.html").read_text(encoding="utf-8")
+    assert html.count("data:image/png") == 2
+    assert "http" not in html  # self-contained
+    assert str(compared) not in html
+
+
+@pytest.mark.parametrize(("k", "name", "E", "L"), [(0, "gentle", 210e3, 10.0), (1, "steep", 70e3, 4.0)])
+def test_curves_are_those_of_ics_nc_in_the_unit_of_the_scene(k, name, E, L, compared):
+    drawn = curve(opened(compared).results[k], LINE, "lower", "sn")
+    line = on_line(read(compared, f"{name}/ics.nc"), LINE).sel(body="lower", i="s", j="n")
+    assert drawn.across == "s / L  [-]"
+    np.testing.assert_allclose(drawn.at, line.s / L, rtol=1e-13)
+    np.testing.assert_allclose(drawn.estimate, line.estimate * E * L, rtol=1e-13)
+    for variant in ("A", "Bbar", "Bhat", "C"):
+        np.testing.assert_allclose(
+            drawn.curves[SYMBOLS[variant]], line.ic.sel(variant=variant) * E * L, rtol=1e-13
+        )
+
+
+def test_the_figure_draws_the_curves_of_all_scenes(compared):
+    overlay = opened(compared)
+    assert drawn_variants(overlay) == ("C", "A", "Bhat")
+    (panel,) = curves(overlay, "sn").axes
+    drawn = np.reshape(panel.get_lines(), (2, 3))  # scenes, variants
+    for result, lines in zip(overlay.results, drawn, strict=True):
+        expected = curve(result, LINE, "lower", "sn")
+        half = expected.at >= 0
+        for variant, line in zip(("C", "A", "Bhat"), lines, strict=True):
+            np.testing.assert_allclose(line.get_xdata(), expected.at[half])
+            np.testing.assert_allclose(line.get_ydata(), expected.curves[SYMBOLS[variant]][half])
+    for gentle, steep in drawn.T:
+        assert gentle.get_color() == steep.get_color()
+        assert gentle.get_linestyle() != steep.get_linestyle()
+    assert len(DASHES) == MOST_SCENES
+
+
+def test_both_halves_of_a_line_are_shown_if_a_scene_is_not_symmetric(compared):
+    overlay = opened(compared)
+    assert is_mirrored(overlay, LINE)
+    gentle, steep = overlay.results
+    tilted = steep.ics.assign(ic=steep.ics.ic.where(steep.ics.s > 0, 1.01 * steep.ics.ic))
+    overlay = replace(overlay, results=(gentle, replace(steep, ics=tilted)))
+    assert not is_mirrored(overlay, LINE)
+    (panel,) = curves(overlay, "nn").axes
+    assert min(panel.get_lines()[0].get_xdata()) == -6.0 / 10.0
+
+
+def test_the_csv_has_the_curves(compared):
+    path = compared / "results" / "gentle_steep" / "curves_x1.6mm.csv"
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if (row["scene"], row["component"]) == ("steep", "sn")]
+    steep = curve(opened(compared).results[1], LINE, "lower", "sn")
+    expected = {"s/L": steep.at, "A": steep.curves["A"], "C": steep.curves["C"], "estimate": steep.estimate}
+    for column, values in expected.items():
+        np.testing.assert_allclose([float(row[column]) for row in rows], values, rtol=1e-7, atol=1e-12)
+
+
+def test_errors_are_those_of_errors_nc_on_the_common_lines(compared):
+    overlay = opened(compared)
+    assert overlay.common.lines == (LINE,)  # not s = 1.6 mm, which only one has
+    for result in overlay.results:
+        file = read(compared, f"{result.name}/errors.nc").error.sel(body="lower", line=LINE)
+        for component in ("nn", "sn"):
+            found = worst(overlay, result, "lower", component).error
+            for variant in ("A", "Bbar", "Bhat", "C"):
+                assert found.sel(variant=variant) == file.sel(variant=variant, i=component[0], j=component[1])
+
+
+def test_the_table_has_the_errors_of_both_scenes(compared):
+    html = (compared / "results" / "gentle_steep" / "report.html").read_text(encoding="utf-8")
+    (rows,) = re.findall(r'name">A</th>(.*?)name">B', html, flags=re.DOTALL)
+    shown = [float(error) for error in re.findall(r">([\d.]+) %<br>", rows)]
+    files = [
+        read(compared, f"{name}/errors.nc").error.sel(variant="A", line=LINE) for name in ("gentle", "steep")
+    ]
+    expected = [100 * file.sel(body="lower", i=i, j="n").item() for file in files for i in "ns"]
+    np.testing.assert_allclose(shown, expected, atol=0.05)
+
+
+def test_the_summary_names_the_scene_of_the_larger_error_and_the_factor(compared):
+    overlay = opened(compared)
+    errors = {
+        result.name: {v: worst(overlay, result, "lower", "sn").error.sel(variant=v).item() for v in "AC"}
+        for result in overlay.results
+    }
+    less, more = sorted(errors, key=lambda name: errors[name]["A"])
+    assert errors[more]["A"] - errors[less]["A"] > errors[more]["C"] + errors[less]["C"] > 0
+    of_a = summary(overlay).split("deviates from A ")[1].split(". ")[0]
+    (rank,) = (rank for rank in of_a.split("; ") if "sn" in rank)
+    assert rank.startswith(f"more in {more}: ")
+    assert f"sn {errors[more]['A'] / errors[less]['A']:.2f} ×" in rank
+
+
+RANKS = {
+    "known": ([(0.1, 0.01, "a"), (0.3, 0.01, "b")], ("b", " 3.00 ×")),
+    "within the accuracy": ([(0.1, 0.01, "a"), (0.11, 0.01, "b")], ("", "")),
+    "least within its accuracy": (
+        [(0.3, 0.0, "a"), (0.01, 0.02, "b")],
+        ("a", " over 15 ×"),
+    ),
+    "nothing elsewhere": ([(0.3, 0.0, "a"), (0.0, 0.0, "b")], ("a", " (0 elsewhere)")),
+    "three": ([(0.2, 0.0, "a"), (0.1, 0.0, "b"), (0.4, 0.0, "c")], ("c", " 4.00 ×")),
+}
+
+
+@pytest.mark.parametrize("case", RANKS)
+def test_factors_are_no_finer_than_c_is_known(case):
+    errors, expected = RANKS[case]
+    assert _rank(errors) == expected
+
+
+def test_only_what_differs_is_listed(compared):
+    listed = list(differences(opened(compared)))
+    found = {difference.key: difference.values for difference in listed}
+    assert found["lower.E"] == ["210000", "70000"]
+    assert found["lower.contour.flank_inclination_deg"] == ["20", "50"]
+    assert found["reference_length"] == ["10", "4"]  # that of gentle is a default
+    assert found["lines.1.along"] == ["s", "–"]
+    assert not {"lower.nu", "upper.E", "patch.a", "engine.far_radius", "rotation_reach"} & found.keys()
+    assert "Young's modulus [MPa]" in {difference.meaning for difference in listed}
+
+
+def differences_with(overlay, **attributes):
+    """The table of differences if the second results had other attributes."""
+    first, second = overlay.results
+    second = replace(second, ics=second.ics.assign_attrs(attributes))
+    return {found.key: found.values for found in differences(replace(overlay, results=(first, second)))}
+
+
+def test_programs_of_another_version_are_listed(compared):
+    overlay = opened(compared)
+    attributes = overlay.results[1].ics.attrs
+    assert not {key for key in differences_with(overlay) if key.startswith("computed with")}
+    versions = json.loads(attributes["versions"]) | {"gmsh": "0.1"}
+    found = differences_with(overlay, versions=json.dumps(versions), code="0123456789ab")
+    assert found["computed with gmsh"][1] == "0.1"
+    assert found["computed with code"] == [attributes["code"], "0123456789ab"]
+    assert "computed with femic" not in found
+
+
+def test_defaults_that_depend_on_the_scene_are_listed_with_their_values(compared):
+    overlay = opened(compared)
+    assert differences_with(overlay)["moment_arm"] == ["3.75", "2"]  # 60 / 16, 4 / 2
+    settings = json.loads(overlay.results[1].ics.attrs["settings"])
+    other = {"first smallest_cell [mm]": 0.05, "first growth": 0.2, "first line_growth": 0.07}
+    found = differences_with(overlay, settings=json.dumps(settings | other))
+    assert found["engine.smallest_cell"] == ["0.1", "0.05"]
+    assert found["engine.growth"] == ["0.3", "0.2"]
+    assert found["engine.line_growth"] == ["0.2", "0.07"]
+
+
+def test_results_that_are_up_to_date_are_not_computed_again(copied, computed):
+    assert compare(copied, *SCENES) == DONE
+    assert computed == []
+
+
+def test_results_of_another_text_are_computed_again(copied):
+    changed = (copied / "steep.toml").read_text(encoding="utf-8") + "# changed\n"
+    (copied / "steep.toml").write_text(changed, encoding="utf-8")
+    before = (copied / "results/gentle/ics.nc").stat().st_mtime_ns
+    assert compare(copied, *SCENES) == DONE
+    assert read(copied, "steep/ics.nc").attrs["scene"] == changed
+    assert (copied / "results/gentle/ics.nc").stat().st_mtime_ns == before
+    assert "# changed" in (copied / "results/gentle_steep/report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("code", [None, "0123456789ab"])
+def test_results_of_other_code_are_computed_again(code, copied, computed):
+    path = copied / "results" / "steep" / "ics.nc"
+    ics = read(copied, "steep/ics.nc")
+    ics.attrs = {key: value for key, value in ics.attrs.items() if key != "code"}
+    ics.assign_attrs({"code": code} if code else {}).to_netcdf(path, engine="h5netcdf")
+    assert compare(copied, *SCENES) == INTERRUPTED
+    assert computed == ["steep"]
+
+
+@pytest.mark.parametrize("name", ["ics.nc", "errors.nc"])
+@pytest.mark.parametrize("content", [None, "not NetCDF"])
+def test_missing_and_broken_results_are_computed_again(name, content, copied, computed):
+    path = copied / "results" / "steep" / name
+    path.unlink()
+    if content:
+        path.write_text(content, encoding="utf-8")
+    assert compare(copied, *SCENES) == INTERRUPTED
+    assert computed == ["steep"]
+
+
+def test_results_of_another_file_of_points_are_out_of_date(tmp_path):
+    y = np.linspace(-40, 40, 41)
+    np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 100]))
+    arc = '"arc", radius = 10.0, flank_inclination_deg = 25.0'
+    text = (
+        scene_text()
+        .replace(arc, '"points", file = "rail.txt"')
+        .replace("far_radius = 60", "far_radius = 160")
+    )
+    for name in ("mine", "other"):
+        (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
+    mine, _ = sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)
+    assert not up_to_date(mine)
+    mine.folder.mkdir()
+    receipts.leave(mine.folder, "run", key_of(mine.scene), [])
+    assert up_to_date(mine)
+    (tmp_path / "rail.txt").touch()  # the same points
+    mine, _ = sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)
+    assert up_to_date(mine)
+    np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 90]))
+    mine, _ = sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)
+    assert not up_to_date(mine)
+
+
+def test_a_folder_whose_files_have_changed_since_is_not_shown(copied, capsys):
+    """Its numbers would not be what its text says."""
+    path = copied / "results" / "steep" / "errors.nc"
+    errors = read(copied, "steep/errors.nc")
+    (errors * 2).to_netcdf(path, engine="h5netcdf")
+    assert compare(copied, str(copied / "results/steep"), str(copied / "results/gentle")) == WRONG_INPUT
+    assert "errors.nc: not as `femic run` has written it" in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.parametrize("name", ["ics.nc", "errors.nc"])
+def test_results_of_an_older_compare_are_computed_again(copied, computed, name):
+    """The models' code is the same, the formula of what is written has changed."""
+    path = copied / "results" / "gentle" / name
+    xr.load_dataset(path, engine="h5netcdf").assign_attrs(code=code_digest()).to_netcdf(
+        path, engine="h5netcdf"
+    )
+    assert compare(copied, *SCENES) == INTERRUPTED
+    assert computed == ["gentle"]
+
+
+def test_a_result_folder_is_taken_as_it_is(copied, computed):
+    (copied / "steep.toml").unlink()
+    out = copied / "elsewhere"
+    assert compare(copied, "gentle.toml", "results/steep", out=out) == DONE
+    assert computed == []
+    assert "steep" in (out / "report.html").read_text(encoding="utf-8")
+
+
+ALL = 'bodies = ["upper"]\ncomponents = ["xx"]\nvariants = ["A"]'
+BAD = {
+    "none": ([], r"scenes = none: 0 of them; give 2 to 5"),
+    "one": (["gentle.toml"], r"scenes = \S*gentle\.toml: 1 of them; give 2 to 5"),
+    "twice": (["gentle.toml", "gentle.toml"], r"'gentle' twice; give different scenes"),
+    "of the same name": (["gentle.toml", "results/gentle"], r"'gentle' twice; .* rename one"),
+    "nothing in common": (
+        ["gentle.toml", "other.toml"],
+        r"bodies = \[lower\] of gentle against \[upper\] of other: none in common; add(.|\n)*"
+        r"components = \[nn, sn, xn\] of gentle against \[xx\] of other(.|\n)*"
+        r"lines = \[s = 1\.6 mm, x = 1\.6 mm\] of gentle against \[s = 0 mm\] of other",
+    ),
+    "no such scene": (["gentle.toml", "nowhere.toml"], r"no such file"),
+    "no results": (
+        ["gentle.toml", "empty"],
+        r"empty: no ics\.nc and errors\.nc of femic in this folder (.|\n)*give one that",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_wrong_scenes_are_refused_before_any_work(case, copied, computed, capsys):
+    scenes, expected = BAD[case]
+    (copied / "empty").mkdir()
+    (copied / "other.toml").write_text(scene_text(ALL, lines=ALONG_X), encoding="utf-8")
+    if case != "of the same name":
+        (copied / "results" / "gentle" / "ics.nc").unlink()  # would have to be computed
+    before = sorted(copied.rglob("*"))
+    assert compare(copied, *scenes) == WRONG_INPUT
+    message = capsys.readouterr().err
+    assert re.search(expected, message), message
+    assert computed == []
+    assert sorted(copied.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    ("out", "expected"),
+    [
+        ("steep.toml", "is a file; name a folder"),
+        ("results/steep", "has the results of a scene; name another"),
+    ],
+)
+def test_an_overlay_overwrites_no_results(out, expected, copied, computed, capsys):
+    (copied / "results" / "gentle" / "ics.nc").unlink()
+    assert compare(copied, *SCENES, out=copied / out) == WRONG_INPUT
+    assert f"{out}: {expected}" in capsys.readouterr().err
+    assert computed == []

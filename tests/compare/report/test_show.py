@@ -1,0 +1,176 @@
+"""`femic show` and `fields = true`: files, messages, exit codes, pictures."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.image import imread
+
+from compare.ics.fields import on_screen
+from compare.report import views
+from femic.cli.main import DONE, FAILED, WRONG_INPUT, exit_code
+from femic.scenes.listing import listing
+from femic.scenes.load import load_scene
+
+ONE = 'bodies = ["upper"]\ncomponents = ["nn"]\nvariants = ["A"]'
+FILES = Path("out/mine/show")
+
+
+@pytest.fixture(autouse=True)
+def no_screen(monkeypatch, tmp_path):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def renders():
+    if not views.can_render():
+        pytest.skip(views.NO_RENDERING)
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """What would be drawn: (PNG, title, in a window) each."""
+    pictures = []
+    monkeypatch.setattr(
+        views, "draw_fields", lambda _, png, title, window: pictures.append((png, title, window))
+    )
+    monkeypatch.setattr(views, "can_render", lambda: True)
+    return pictures
+
+
+def quarters(png):
+    """The four panels of a picture as (height, width, 3) in 0 ... 1."""
+    pixels = imread(png)[..., :3]
+    assert pixels.shape == (1200, 1600, 3)
+    return [half for row in np.split(pixels, 2) for half in np.split(row, 2, axis=1)]
+
+
+@pytest.mark.usefixtures("renders")
+@pytest.mark.parametrize("body", ["lower", "upper"])
+def test_a_scene_is_solved_and_drawn(body, write_scene, capsys):
+    assert exit_code(["show", str(write_scene()), "--body", body, "--load", "s"]) == DONE
+    assert {path.name for path in FILES.iterdir()} == {f"{body}_s.vtu", f"{body}_s.png"}
+    assert str(FILES / f"{body}_s.png") in capsys.readouterr().out
+    panels = quarters(FILES / f"{body}_s.png")
+    for panel in panels:
+        assert 0.1 < np.mean(panel.min(axis=2) < 0.95) < 0.9  # something on white
+        assert np.any(panel[10:50, 20:300].max(axis=2) < 0.3)  # a caption
+    red, green, blue = np.moveaxis(panels[2] - panels[2].min(axis=2, keepdims=True), 2, 0)
+    assert np.mean(blue > red + 0.2) > 0.005  # large displacements are blue
+    red, green, blue = np.moveaxis(panels[3] - panels[3].min(axis=2, keepdims=True), 2, 0)
+    assert np.mean(red > np.maximum(green, blue) + 0.3) > 0.005  # large stresses red
+
+
+@pytest.mark.usefixtures("renders")
+def test_a_file_is_drawn_beside_itself(write_scene, tmp_path):
+    assert exit_code(["show", str(write_scene(ONE)), "--out", "elsewhere/first.png"]) == DONE
+    first, again = Path("elsewhere/first.png"), FILES / "upper_n.png"
+    assert not again.exists()
+    assert exit_code(["show", str(tmp_path / FILES / "upper_n.vtu")]) == DONE
+    for one, other in list(zip(quarters(first), quarters(again), strict=True))[1:]:
+        np.testing.assert_allclose(one, other, atol=0.01)  # all but the title
+
+
+def test_the_first_solved_body_and_the_normal_load_are_the_default(write_scene, drawn):
+    assert exit_code(["show", str(write_scene(ONE))]) == DONE
+    assert drawn == [(FILES / "upper_n.png", "mine, upper body, 1 N along +n", False)]
+    assert (FILES / "upper_n.vtu").is_file()
+
+
+def test_a_body_that_the_scene_does_not_compare(write_scene, drawn):
+    assert exit_code(["show", str(write_scene(ONE)), "--body", "lower", "--load", "x"]) == DONE
+    assert drawn[0][0] == FILES / "lower_x.png"
+
+
+@pytest.mark.usefixtures("drawn")
+def test_contact_surfaces_face_the_camera(write_scene):
+    path = str(write_scene())
+    for body, from_above in (("lower", True), ("upper", False)):
+        assert exit_code(["show", path, "--body", body]) == DONE
+        loaded = views.read_loaded(FILES / f"{body}_n.vtu")
+        assert (loaded.seen_from[2] > 0) == from_above
+        np.testing.assert_allclose(loaded.centre, 0, atol=1e-12)
+        assert 0.3 < loaded.reach < 5  # the patch has half-sides 0.3 and 0.2 mm
+
+
+def test_where_nothing_can_be_drawn_the_file_is_written_all_the_same(write_scene, monkeypatch, capsys):
+    monkeypatch.setattr(views, "can_render", lambda: False)
+    assert exit_code(["show", str(write_scene(ONE))]) == FAILED
+    assert "apt-get install libegl1" in capsys.readouterr().err
+    assert [path.name for path in FILES.iterdir()] == ["upper_n.vtu"]
+
+
+WRONG = [
+    (["--window"], "no screen"),
+    (["--out", "picture.jpg"], ".png"),
+    (["--load", "q"], "load"),
+    (["--body", "combined"], "body"),
+]
+
+
+@pytest.mark.parametrize(("options", "message"), WRONG)
+def test_wrong_options_exit_with_2_before_any_work(options, message, write_scene, capsys):
+    assert exit_code(["show", str(write_scene(ONE)), *options]) == WRONG_INPUT
+    assert message in capsys.readouterr().err
+    assert not Path("out").exists()
+
+
+def test_wrong_files_exit_with_2(tmp_path, capsys):
+    assert exit_code(["show", "nowhere.vtu"]) == WRONG_INPUT
+    assert "no such file" in capsys.readouterr().err
+    other = tmp_path / "other.vtu"
+    pytest.importorskip("pyvista").ImageData(dimensions=(2, 2, 2)).cast_to_unstructured_grid().save(other)
+    assert exit_code(["show", str(other)]) == WRONG_INPUT
+    assert "von_mises" in capsys.readouterr().err
+    assert exit_code(["show", str(other), "--body", "lower"]) == WRONG_INPUT
+    assert "--body" in capsys.readouterr().err
+    assert exit_code(["show", "nowhere"]) == WRONG_INPUT
+    assert "Built-in" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("platform", ["linux", "darwin"])
+def test_a_window_opens_where_there_is_a_screen(platform, monkeypatch):
+    monkeypatch.setattr(sys, "platform", platform)
+    monkeypatch.setenv("DISPLAY", ":0" if platform == "linux" else "")
+    assert on_screen(None)
+    assert on_screen(True)
+    assert not on_screen(False)
+
+
+def test_no_window_without_a_screen():
+    assert not on_screen(None)
+    assert not on_screen(False)
+
+
+def test_a_run_writes_the_fields_of_the_finest_model_where_asked(write_scene, capsys):
+    pyvista = pytest.importorskip("pyvista")
+    path = write_scene(f"fields = true\n{ONE}")
+    assert exit_code(["run", str(path), "--out", "o", "--workers", "1"]) == DONE
+    assert [file.name for file in Path("o/fields").iterdir()] == ["upper_n.vtu"]
+    assert "o/fields/upper_n.vtu" in capsys.readouterr().out
+    with xr.open_dataset("o/ics.nc", engine="h5netcdf") as dataset:
+        raw = dataset.raw.sel(solved="upper", i="n", j="n")
+        x, s = raw.x.values, raw.s.values
+    body = load_scene(str(path)).bodies["upper"]
+    normal = body.surface.axes(x, s)[2]
+    inside = body.surface.position(x, s) + 1e-5 * normal
+    seen = pyvista.PolyData(inside.T).sample(pyvista.read("o/fields/upper_n.vtu"))
+    assert np.all(seen["vtkValidPointMask"])
+    u = np.sum(seen["displacement"].T * normal, axis=0)
+    # between points in a facet's plane and on its parabola VTK may take the neighbouring cell's side
+    defect = np.abs(u - raw) / np.abs(raw).max()
+    assert np.median(defect) < 1e-4
+    assert np.quantile(defect, 0.95) < 0.003
+    assert np.max(defect) < 0.03
+
+
+def test_fields_are_a_key_of_scenes_that_is_off_by_default(write_scene):
+    assert not load_scene("geometry1").fields
+    assert "# fields = false  # write the displacement" in listing("geometry1")
+    path = write_scene(f"fields = true\n{ONE}")
+    assert load_scene(str(path)).fields
+    assert "\nfields = true  #" in listing(str(path))

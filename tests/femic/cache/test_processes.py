@@ -1,0 +1,103 @@
+"""Parallel processes: what they give, and that they do not outlive the process that started them."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from femic.cache import processes
+from femic.cache.processes import in_processes
+
+IDLE, BUSY = "time.sleep(300)", "sum(range(10**11))"  # the latter never gives other threads a turn
+PARENT = """
+import os, sys, time
+from femic.cache.processes import in_processes
+
+def task(folder):
+    open(os.path.join(folder, str(os.getpid())), "w").close()
+    {work}
+
+if __name__ == "__main__":
+    list(in_processes(task, [sys.argv[1]] * 2, workers=2))
+"""
+
+
+def until(condition, seconds):
+    end = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.05)
+    return condition()
+
+
+def alive(pid):
+    """Whether a process is there and not only waiting to be buried."""
+    try:
+        return "\nState:\tZ" not in Path(f"/proc/{pid}/status").read_text()
+    except FileNotFoundError:
+        return False
+
+
+@pytest.fixture
+def started(tmp_path):
+    """Starts a process that works in two others; gives it and their ids."""
+    begun = []
+
+    def start(work):
+        script, notes = tmp_path / "parent.py", tmp_path / "pids"
+        script.write_text(PARENT.format(work=work))
+        notes.mkdir()
+        begun.append(subprocess.Popen([sys.executable, str(script), str(notes)], env=environment()))
+        assert until(lambda: len(list(notes.iterdir())) == 2, 30)
+        begun.extend(int(one.name) for one in notes.iterdir())
+        return begun[0], begun[1:]
+
+    yield start
+    for pid in begun[1:]:
+        if alive(pid):
+            os.kill(pid, signal.SIGKILL)
+
+
+def environment():
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+@pytest.mark.parametrize("work", [IDLE, BUSY])
+def test_workers_end_with_a_parent_that_is_killed(started, work):
+    parent, workers = started(work)
+    assert all(alive(pid) for pid in workers)
+    parent.kill()
+    parent.wait()
+    assert until(lambda: not any(alive(pid) for pid in workers), 2.0)
+
+
+def test_what_is_made_comes_once_each_and_one_worker_is_this_process():
+    assert sorted(in_processes(abs, range(-3, 3), workers=2)) == [0, 1, 1, 2, 2, 3]
+    assert set(in_processes(_process, range(3), workers=1)) == {os.getpid()}
+    assert os.getpid() not in set(in_processes(_process, range(3), workers=2))
+
+
+def _process(_):
+    return os.getpid()
+
+
+def test_where_no_signal_comes_a_thread_looks_whether_the_parent_is_there(monkeypatch):
+    """On other systems: with the parent there it goes on, without it the process ends."""
+    ended, looked = [], []
+    monkeypatch.setattr(processes.os, "_exit", ended.append)
+
+    def another_look(seconds):
+        looked.append(seconds)
+        if len(looked) == 2:
+            monkeypatch.setattr(processes.os, "getppid", lambda: 1)
+        if len(looked) == 3:
+            raise StopIteration
+
+    monkeypatch.setattr(processes, "sleep", another_look)
+    with pytest.raises(StopIteration):
+        processes._watch(os.getppid())
+    assert ended == [1]

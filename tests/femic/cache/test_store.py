@@ -1,0 +1,272 @@
+"""The store: nothing finished is lost, nothing damaged is believed."""
+
+import errno
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from femic.cache.digests import code_digest
+from femic.cache.store import Store
+from femic.reference.harmonic import engine
+from femic.reference.harmonic.record import HARMONIC
+from femic.reference.harmonic.section_response import Respond
+from femic.reference.refinement import solve_models
+from femic.reference.run_options import Means
+from tests.femic.reference.kept_model import TASK
+
+ENTRY = xr.Dataset({"u": (("i",), np.arange(5.0))})
+
+
+@pytest.fixture(params=["folder", "memory"])
+def store(request, tmp_path):
+    location = tmp_path if request.param == "folder" else f"memory://{tmp_path.name}-{time.time_ns()}"
+    return Store(location)
+
+
+def files(folder):
+    return sorted(path for path in Path(folder).rglob("*") if path.is_file())
+
+
+# --- entries and parts -------------------------------------------------------------------------------
+
+
+def test_what_is_put_is_got(store):
+    key = store.key("kind", 1.5, "request")
+    assert store.get(key) is None
+    store.put(key, ENTRY)
+    xr.testing.assert_identical(store.get(key), ENTRY)
+
+
+def test_keys_depend_on_all_that_determines_a_result():
+    asked = TASK.request
+    same = Store().key("harmonic", *asked.determined_by)
+    assert same == Store("elsewhere").key("harmonic", *asked.determined_by)
+    assert same != Store().key("solid", *asked.determined_by)
+    for change in ({"accuracy": 2e-9}, {"cells": asked.cells.scaled(2)}, {"loads": asked.loads[:1]}):
+        assert same != Store().key("harmonic", *engine.HarmonicRequest(**vars(asked) | change).determined_by)
+
+
+def test_lines_along_x_do_not_determine_the_responses():
+    asked = TASK.request
+    longer = type(asked.points)(2 * asked.points.x, asked.points.s)
+    again = engine.HarmonicRequest(**vars(asked) | {"points": longer})
+    assert Store().key("harmonic", *asked.determined_by) == Store().key("harmonic", *again.determined_by)
+
+
+def test_parts_are_there_until_the_entry_is(store):
+    key = store.key("kind")
+    store.put_part(key, "k0.5", {"responses": np.eye(3), "residual": np.float64(1e-12)})
+    part = store.part(key, "k0.5")
+    np.testing.assert_array_equal(part["responses"], np.eye(3))
+    assert part["residual"] == 1e-12
+    assert store.part(key, "k0.25") is None
+    store.put(key, ENTRY)
+    assert store.part(key, "k0.5") is None
+
+
+def test_without_a_location_nothing_is_kept():
+    store = Store()
+    store.put("key", ENTRY)
+    store.put_part("key", "part", {"u": np.eye(2)})
+    store.forget_other_code()
+    assert store.get("key") is store.part("key", "part") is None
+
+
+def test_models_of_other_code_are_deleted_and_nothing_else(tmp_path):
+    for name in ("0123456789ab", "0123456789abc", "mine", code_digest()):
+        (tmp_path / name).mkdir()
+    Store(tmp_path).forget_other_code()
+    assert {path.name for path in tmp_path.iterdir()} == {"0123456789abc", "mine", code_digest()}
+
+
+# --- what may go wrong ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("damage", ["cut", "changed", "empty"])
+def test_damage_is_noticed_and_mended(tmp_path, damage, caplog):
+    store, key = Store(tmp_path), Store().key("kind")
+    store.put(key, ENTRY)
+    (path,) = files(tmp_path)
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes({"cut": content[:-100], "changed": content, "empty": b""}[damage])
+    assert store.get(key) is None
+    assert "damaged" in caplog.text
+    store.put(key, ENTRY)
+    xr.testing.assert_identical(store.get(key), ENTRY)
+    assert len(files(tmp_path)) == 1
+
+
+@pytest.mark.parametrize("kind", ["entry", "part"])
+def test_another_entry_in_the_place_of_one_is_not_believed(tmp_path, kind, caplog):
+    """Its content is undamaged; it may be copied, moved, or come from other code."""
+    store = Store(tmp_path)
+    for name, value in (("one", 1.0), ("other", 2.0)):
+        if kind == "entry":
+            store.put(name, ENTRY * value)
+        else:
+            store.put_part("key", name, {"u": np.full(3, value)})
+    one, other = files(tmp_path)
+    one.write_bytes(other.read_bytes())
+    if kind == "entry":
+        assert store.get("one") is None
+        xr.testing.assert_identical(store.get("other"), 2 * ENTRY)
+    else:
+        assert store.part("key", "one") is None
+        np.testing.assert_array_equal(store.part("key", "other")["u"], np.full(3, 2.0))
+    assert "another entry" in caplog.text
+
+
+def test_an_entry_of_other_code_is_not_believed(tmp_path, monkeypatch):
+    store = Store(tmp_path)
+    monkeypatch.setattr("femic.cache.store.code_digest", lambda: "0123456789ab")
+    store.put("key", ENTRY)
+    monkeypatch.undo()
+    (tmp_path / "0123456789ab").rename(tmp_path / code_digest())
+    assert store.get("key") is None
+
+
+def test_folders_and_files_in_the_place_of_entries_are_replaced(tmp_path, caplog):
+    store, place = Store(tmp_path), tmp_path / code_digest()
+    (place / "key.nc" / "in").mkdir(parents=True)
+    (place / "others.parts").touch()
+    assert store.get("key") is store.part("others", "part") is None
+    assert store.part_names("others") == []
+    assert caplog.text.count("computed again") == 2
+    store.put("key", ENTRY)
+    store.put_part("others", "part", {"u": np.eye(2)})
+    assert store.writable
+    xr.testing.assert_identical(store.get("key"), ENTRY)
+    np.testing.assert_array_equal(store.part("others", "part")["u"], np.eye(2))
+
+
+@pytest.mark.parametrize("read", ["get", "part"])
+def test_what_cannot_be_parsed_is_computed_again_and_told(tmp_path, read, caplog, monkeypatch):
+    """Undamaged, and not what the library that reads it expects."""
+    store = Store(tmp_path)
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", lambda *_args, **_named: b"no NetCDF")
+    monkeypatch.setattr("femic.cache.store._npz", lambda _: b"no archive")
+    store.put("key", ENTRY)
+    store.put_part("key", "part", {"u": np.eye(2)})
+    assert (store.get("key") if read == "get" else store.part("key", "part")) is None
+    assert "cannot be read" in caplog.text
+
+
+@pytest.mark.parametrize("error", [errno.ENOSPC, errno.EROFS, errno.EACCES])
+def test_where_nothing_can_be_written_the_work_goes_on_with_one_warning(tmp_path, error, monkeypatch, caplog):
+    store, key = Store(tmp_path), Store().key("kind")
+    store.put(key, ENTRY)
+
+    def full(_, path, data):
+        Path(path).write_bytes(data[: len(data) // 2])
+        raise OSError(error, os.strerror(error))
+
+    monkeypatch.setattr(type(store._fs), "pipe_file", full)
+    for n in range(3):
+        store.put(store.key("other", n), ENTRY)
+        store.put_part(store.key("other", n), "part", {"u": np.eye(2)})
+    assert caplog.text.count(os.strerror(error)) == 1
+    assert store.get(store.key("other", 0)) is None
+    xr.testing.assert_identical(store.get(key), ENTRY)  # what was there can still be read
+    assert len(files(tmp_path)) == 1  # and no half of a file is left
+
+
+def write_often(location, mark):
+    store = Store(location)
+    for n in range(20):
+        store.put("key", ENTRY.assign_attrs(mark=mark, n=n))
+        store.put_part("key", "part", {"u": np.full(1000, float(n))})
+        if store.get("key") is None:
+            return False
+    return True
+
+
+def test_two_processes_may_write_the_same(tmp_path):
+    with ProcessPoolExecutor(2) as pool:
+        assert all(pool.map(write_often, [tmp_path] * 2, ["one", "other"]))
+    found = Store(tmp_path).get("key")
+    np.testing.assert_array_equal(found.u, ENTRY.u)
+
+
+# --- models ----------------------------------------------------------------------------------------------
+
+
+def solve(store):
+    return next(iter(solve_models([(HARMONIC, TASK)], Means(2, store))))
+
+
+def test_a_second_run_opens_no_mesh_and_factors_no_matrix(tmp_path, monkeypatch):
+    first = solve(Store(tmp_path))
+    monkeypatch.setattr(engine, "build_section", lambda _: pytest.fail("a mesh was made"))
+    again = solve(Store(tmp_path))
+    assert again.kept
+    assert not first.kept
+    assert again.model.cost == first.model.cost
+    for (name, found, k_max), (_, expected, same_k) in zip(
+        again.model.variations(), first.model.variations(), strict=True
+    ):
+        np.testing.assert_array_equal(found.responses, expected.responses, err_msg=name)
+        np.testing.assert_array_equal(found.k, expected.k)
+        assert k_max == same_k
+
+
+def test_an_interrupted_model_goes_on_behind_its_last_wavenumber(tmp_path, monkeypatch):
+    solved, respond = [], Respond.__call__
+
+    def counted(self, k, shares=(1.0,)):
+        if len(solved) == 7 and not interrupted:
+            interrupted.append(k)
+            raise KeyboardInterrupt
+        solved.append(k)
+        return respond(self, k, shares)
+
+    interrupted = []
+    monkeypatch.setattr(Respond, "__call__", counted)
+    with pytest.raises(KeyboardInterrupt):
+        list(solve_models([(HARMONIC, TASK)], Means(1, Store(tmp_path))))
+    found = next(iter(solve_models([(HARMONIC, TASK)], Means(1, Store(tmp_path)))))
+    samples = found.model.samples
+    assert sorted(solved) == sorted([*samples.k, *samples.sparser.k])  # once each, and with coarser cells
+
+
+def killed_again_and_again(folder, times):
+    """Number of wavenumbers solved and kept by processes that are killed at random moments, and the last."""
+    script = Path(__file__).parents[1] / "reference" / "kept_model.py"
+    log = folder / "log"
+    command = [sys.executable, str(script), str(folder / "store"), str(log)]
+    chance = random.Random(1)
+    for _ in range(times):
+        process = subprocess.Popen(command, cwd=Path(__file__).parents[3])
+        started = time.monotonic()
+        before = log.stat().st_size if log.exists() else 0
+        while process.poll() is None and (not log.exists() or log.stat().st_size == before):
+            assert time.monotonic() - started < 60
+            time.sleep(0.01)
+        time.sleep(chance.uniform(0.0, 0.3))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    subprocess.run(command, check=True, cwd=Path(__file__).parents[3])
+    return log.read_text().split()
+
+
+@pytest.mark.parametrize("times", [3, pytest.param(20, marks=pytest.mark.slow)])
+def test_killed_processes_lose_nothing_that_was_finished(tmp_path, times):
+    solved = killed_again_and_again(tmp_path, times)
+    found, alone = solve(Store(tmp_path / "store")), solve(Store())
+    assert found.kept
+    np.testing.assert_array_equal(found.model.samples.k, alone.model.samples.k)
+    np.testing.assert_allclose(
+        found.model.samples.responses, alone.model.samples.responses, rtol=1e-9, atol=1e-18
+    )
+    samples = found.model.samples
+    once = len(samples.k) + len(samples.sparser.k)  # with the request's cells and with coarser ones
+    assert once <= len(solved) <= once + 2 * times  # at most what two threads had begun

@@ -1,0 +1,123 @@
+"""Campaigns for tests: cheap ones, and ones whose scenes are not computed at all."""
+
+from contextlib import contextmanager
+
+import numpy as np
+import xarray as xr
+from distributed import Client, LocalCluster
+
+from compare.ics.dataset import errors, to_dataset
+from femic.cache.store import Store
+from femic.campaigns import compute as computing
+from femic.campaigns import tasks
+from femic.campaigns.campaign import load_campaign
+from femic.campaigns.cluster import NO_DASHBOARD
+from femic.campaigns.compute import Options, compute_sweep
+from femic.campaigns.dataset import Collected
+from femic.campaigns.keeping import Keeper
+from femic.campaigns.opened import open_sweep
+from geometries.errors import Failure
+
+CHEAP = """
+scene = "geometry1"
+[set]
+bodies = ["combined"]
+components = ["nn"]
+variants = ["A", "Bhat"]
+patch = { a = 1.0, b = 1.0 }
+lines = [{ along = "x", s = 0.0, reach = 4.0, points = 4 }]
+reference_length = 10.0
+engine = { check = false, tolerance = 0.2, far_radius = 100.0, smallest_cell = 1.0 }
+"""
+OF_UPPER = (
+    CHEAP
+    + """
+[sweep.R]
+keys = ["upper.contour.radius"]
+values = [11.0, 12.0]
+unit = "mm"
+"""
+)
+LIGHT = """
+scene = "geometry1"
+[sweep.E]
+keys = ["lower.E"]
+from = 1
+to = 9
+count = 9
+[sweep.nu]
+keys = ["upper.nu"]
+values = [0.1, 0.2, 0.3]
+"""
+CELLS_OF_PATCHES = """
+scene = "geometry1"
+[sweep.cell]
+keys = ["engine.smallest_cell"]
+values = [0.02, 0.05, 0.2]
+[sweep.b]
+keys = ["patch.b"]
+values = [0.2, 0.15, 0.1]
+"""  # the largest cell is too large for the narrower patches
+
+
+def campaign_in(folder, text, name="mine"):
+    path = folder / f"{name}.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_campaign(path)
+
+
+def light(scene, means):
+    """Numbers of a scene without any models; scenes with lower.E = 7 fail."""
+    e, nu = scene.bodies["lower"].material.E, scene.bodies["upper"].material.nu
+    if e == 7:
+        raise Failure("seven")
+    means.watch.on_stage("light")
+    return xr.Dataset(
+        {"sum": ((), e + nu, {"units": "1"}), "powers": ("power", e ** np.array([1.0, 2.0]))},
+        coords={"power": ["one", "two"]},
+    )
+
+
+LIGHT_KEEPERS = {"errors": Keeper(light, lambda _: [])}
+
+
+def of_parts(monkeypatch, **parts):
+    """What is kept by two names."""
+    keepers = {name: Keeper(of, lambda _: []) for name, of in parts.items()}
+    for module in (tasks, computing):
+        monkeypatch.setattr(module, "KEEPERS", keepers)
+
+
+def clusters_of(client):
+    """A cluster that is there already."""
+
+    @contextmanager
+    def cluster(_scenes):
+        yield client
+
+    return cluster
+
+
+@contextmanager
+def in_this_process():
+    """A client of a cluster of one thread in this process."""
+    with (
+        LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, scheduler_kwargs=NO_DASHBOARD
+        ) as cluster,
+        Client(cluster, set_as_default=False) as client,
+    ):
+        yield client
+
+
+def swept(campaign, folder, client, options=None, store=None):
+    """The progress at the end of a campaign, and its dataset."""
+    store = store or Store(folder / "store")
+    done = compute_sweep(Collected(campaign, folder), store, clusters_of(client), options or Options())
+    return done, open_sweep(folder)
+
+
+def errors_of(results):
+    """The errors of a run by itself, of the components that its scene asks for, as floats."""
+    asked = [[i + j in results.scene.components for j in "xsn"] for i in "xsn"]
+    return errors(results, to_dataset(results)).astype(float).where(xr.DataArray(asked, dims=("i", "j")))

@@ -1,0 +1,29 @@
+"""What tests of campaigns share: a cluster in this process, scenes that are not computed."""
+
+import pytest
+
+from femic.campaigns import compute as computing
+from femic.campaigns import tasks
+from femic.campaigns.keeping import Keeper
+from tests.femic.campaigns.campaigns import in_this_process, light
+
+
+@pytest.fixture(scope="module")
+def client():
+    with in_this_process() as client:
+        yield client
+
+
+@pytest.fixture
+def light_scenes(monkeypatch):
+    """Scenes are not computed, only their names are added up; who was computed is listed."""
+    made = []
+
+    def noted(scene, means):
+        made.append((scene.bodies["lower"].material.E, scene.bodies["upper"].material.nu))
+        return light(scene, means)
+
+    keepers = {"errors": Keeper(noted, lambda _: [])}
+    for module in (tasks, computing):
+        monkeypatch.setattr(module, "KEEPERS", keepers)
+    return made

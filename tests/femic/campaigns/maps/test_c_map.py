@@ -1,0 +1,269 @@
+"""Maps of C. In these tests it is B-hat and a function of the swept keys: polynomials are found exactly."""
+
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.contact import compute
+from compare.contact.compute import compute_contact, grids_of, reference_name
+from compare.contact.dataset import to_dataset
+from compare.contact.pair_on_grid import placed_on
+from compare.report.styles import symbol_of
+from femic.campaigns.campaign import load_campaign
+from femic.campaigns.dataset import Collected
+from femic.campaigns.kept import Kept
+from femic.campaigns.maps.c_map import bhat_nn, open_map
+from femic.campaigns.maps.node import node
+from femic.scenes.errors import BadScene
+from femic.scenes.load import load_scene
+from geometries.errors import Failure, WrongInput
+
+BASE = """
+bodies = ["combined"]
+lower = { E = 210e3, nu = 0.28, contour = { kind = "arc", radius = 10.0, flank_inclination_deg = 60.0 } }
+patch = { a = 0.3, b = 0.3 }
+grid = { n_x = 20, n_s = 20, dx = 0.5, ds = 0.4 }
+contact = { loads = [1e3], grid = "scene", ics = ["Bhat", "C"] }
+[upper]
+E = 210e3
+nu = 0.28
+rolling_radius = 450
+contour = { kind = "arc", radius = 10.5, flank_inclination_deg = 60.0 }
+"""
+CAMPAIGN = """
+scene = "base.toml"
+keep = ["matrix"]
+[sweep.ratio]
+keys = { "upper.contour.radius" = 10 }
+values = [1.05, 1.1, 1.2, 1.3]
+[sweep.E]
+keys = ["lower.E", "upper.E"]
+spacing = "logarithmic"
+values = [1e5, 2e5, 4e5, 7e5, 1e6]
+"""
+ESTIMATE = 1e-9  # mm/MPa
+
+
+def polynomial(ratio, modulus):
+    return 0.2 * ratio**2 - 0.1 * ratio + 0.03 * np.log(modulus / 1e5) ** 3
+
+
+def steep(ratio, modulus):
+    return 0.004 * np.exp(2 * ratio) * np.log(modulus / 5e4) ** 4
+
+
+def c_of(scene, placed, f):
+    """B-hat, and f times a share of its own ICs that is largest at small lags and on equal strips."""
+    bhat, grid = bhat_nn(placed), placed.grid
+    near = np.exp(-np.abs(np.subtract.outer(grid.strips, grid.strips)))
+    shape = np.exp(-grid.lags)[:, None, None] * near
+    return bhat + f(*ratio_and_modulus(scene)) * bhat[0, 0, 0] * shape
+
+
+def ratio_and_modulus(scene):
+    upper, lower = scene.bodies["upper"], scene.bodies["lower"]
+    return abs(upper.contour.core.radius) / 10, lower.material.E
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """Collects the nodes of a campaign, once for all tests that ask for the same; returns the file."""
+    files = {}
+
+    def collected(f, *asked):
+        if (f, *asked) not in files:
+            files[f, *asked] = collect(tmp_path_factory.mktemp("map"), *asked)
+        return files[f, *asked]
+
+    return collected
+
+
+def collect(folder, left_out, base, campaign):
+    (folder / "base.toml").write_text(base, encoding="utf-8")
+    (folder / "campaign.toml").write_text(campaign, encoding="utf-8")
+    swept = load_campaign(folder / "campaign.toml")
+    collected = Collected(swept, folder / "out")
+    for number in range(swept.size):
+        if number in left_out:
+            collected.add(number, Kept(failure="did not converge"))
+        else:
+            collected.add(number, Kept(node(swept.scene(swept.point(number)))))
+    return collected.write()
+
+
+@pytest.fixture
+def make(kept, tmp_path, monkeypatch):
+    """Makes a map of C = f(ratio, modulus) times B-hat; returns its name."""
+
+    def made(f=polynomial, left_out=(), base=BASE, campaign=CAMPAIGN):
+        def c_on(scene, placed, _means=None):
+            c = c_of(scene, placed, f)
+            return c, np.full_like(c, ESTIMATE)
+
+        monkeypatch.setattr("femic.campaigns.maps.node.c_on", c_on)
+        monkeypatch.setattr(compute, "c_on", c_on)
+        (tmp_path / "base.toml").write_text(base, encoding="utf-8")
+        return f"map:{kept(f, left_out, base, campaign)}"
+
+    return made
+
+
+def scene_at(folder, ratio, modulus, **changes):
+    keys = {
+        "lower": {"E": modulus},
+        "upper": {
+            "E": modulus,
+            "contour": {"kind": "arc", "radius": 10 * ratio, "flank_inclination_deg": 60.0},
+        },
+    }
+    return load_scene(str(folder / "base.toml"), keys | changes)
+
+
+def read(name, scene):
+    return open_map(name).at(scene, placed_on(scene, scene.grid))
+
+
+@pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.25, 1.5e5), (1.1, 8e5), (1.29, 9.9e5)])
+def test_polynomials_of_the_keys_are_exact(make, tmp_path, ratio, modulus):
+    name, scene = make(), scene_at(tmp_path, ratio, modulus)
+    ic, known_to = read(name, scene)
+    np.testing.assert_allclose(ic, c_of(scene, placed_on(scene, scene.grid), polynomial), rtol=1e-10)
+    np.testing.assert_allclose(known_to, ESTIMATE, rtol=1e-3)
+
+
+def test_nodes_are_c_to_rounding(make, tmp_path):
+    name, scene = make(steep), scene_at(tmp_path, 1.2, 4e5)
+    ic, _ = read(name, scene)
+    np.testing.assert_allclose(ic, c_of(scene, placed_on(scene, scene.grid), steep), rtol=1e-14)
+
+
+@pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.15, 1.4e5), (1.25, 8e5)])
+def test_the_error_on_left_out_nodes_covers_that_between_them(make, tmp_path, ratio, modulus):
+    """It is not that of exact values, and not without bounds: seven times for nodes twice as far apart, 2.25
+    for kinks that are not there, on two axes, on the steepest of the lines around."""
+    name, scene = make(steep), scene_at(tmp_path, ratio, modulus)
+    ic, known_to = read(name, scene)
+    error = np.abs(ic - c_of(scene, placed_on(scene, scene.grid), steep))
+    assert np.all(error <= known_to - ESTIMATE)
+    assert np.max(error) > 1e-4 * np.max(ic)
+    assert np.max(known_to - ESTIMATE) < 100 * np.max(error)
+
+
+def test_contact_by_a_map_is_that_by_c_and_known_to_its_error(make, tmp_path):
+    name = make(steep)
+    scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["Bhat", name, "C"]})
+    found = to_dataset(compute_contact(scene)).isel(case=0)
+    c, by_map = (found.sel(ics=one) for one in ("C", name))
+    for number in ("p_max", "approach", "a", "b"):
+        assert float(by_map[number]) == pytest.approx(float(c[number]), rel=1e-2)
+        assert abs(float(by_map[number] - c[number])) < float(by_map[f"estimate_{number}"])
+    assert float(by_map.approach) != float(c.approach)
+    assert float(by_map.estimate_approach) > float(c.estimate_approach)
+    assert abs(float(found.approach.sel(ics="Bhat") / c.approach) - 1) > 0.1
+
+
+def test_a_map_has_a_grid_of_its_own_on_which_all_is_solved(make, tmp_path):
+    name = make()
+    scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["A", name], "grid": "automatic"})
+    ((grid, _),) = grids_of(scene)
+    assert (grid.n_x, grid.n_s, grid.dx, grid.ds) == (20, 20, 0.5, 0.4)
+    small = scene_at(tmp_path, 1.05, 1e5, contact={"ics": [name], "loads": [1e6]})
+    with pytest.raises(Failure, match=r"contact at 1e\+06 N with map:"):
+        compute_contact(small)
+
+
+def test_the_reference_is_c_then_a_map_then_bhat():
+    assert reference_name(["A", "map:a", "Bhat", "C"]) == "C"
+    assert reference_name(["A", "Bhat", "map:a"]) == "map:a"
+    assert reference_name(["A", "Bhat", "mix"]) == "Bhat"
+    assert symbol_of("map:out/flanks/sweep.nc") == "C by flanks"
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"lower": {"nu": 0.3, "E": 3e5}}, "nu of the lower body: not as in"),
+        ({"upper": {"rolling_radius": 460.0}}, "rolling_radius of the upper body: not as in"),
+        ({"lower": {"contour": {"kind": "plane"}}}, "contour"),
+        ({"contact": {"shift": 0.1}}, r"contact\.shift"),
+        ({"rotation_reach": 15.0}, "rotation_reach"),
+        ({"lower": {"E": 4e5}}, r"lower\.E, upper\.E give E = .* the same"),
+    ],
+)
+def test_scenes_that_are_not_of_the_map_are_refused(make, tmp_path, changes, said):
+    name = make()
+    keys = {"lower": {"E": 3e5}, "upper": {"E": 3e5}}
+    scene = load_scene(
+        str(tmp_path / "base.toml"),
+        {k: keys.get(k, {}) | v if isinstance(v, dict) else v for k, v in (keys | changes).items()},
+    )
+    with pytest.raises(BadScene, match=said):
+        read(name, scene)
+
+
+def test_what_does_not_change_c_may_differ(make, tmp_path):
+    name = make()
+    scene = scene_at(tmp_path, 1.15, 3e5, engine={"tolerance": 0.1}, contact={"loads": [3e3]}, title="other")
+    for found, expected in zip(read(name, scene), read(name, scene_at(tmp_path, 1.15, 3e5)), strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_nothing_is_extrapolated_and_missing_nodes_are_named(make, tmp_path):
+    name = make(left_out=(0,))
+    with pytest.raises(WrongInput, match=r"ratio = 1\.4: outside the map, 1\.05 \.\.\. 1\.3"):
+        read(name, scene_at(tmp_path, 1.4, 3e5))
+    with pytest.raises(Failure, match=r"nothing at ratio = 1\.05, E = 100000: did not converge"):
+        read(name, scene_at(tmp_path, 1.07, 1.5e5))
+
+
+DAMAGES = {
+    "a value": ("c", (1, 2, 0, 0, 0), 1.0, "a scene is damaged, at ratio = .*: run the campaign again"),
+    "an estimate": ("c_estimate", (2, 1, 3, 3, 3), 1e-8, "a scene is damaged"),
+    "the value of an axis": ("E", 0, 1.1e5, "damaged .axes, labels or attributes"),
+    "a checksum": ("checksum", (1, 2), 1, "a scene is damaged"),
+    "one half written": ("checksum", (1, 2), 0, "nothing at ratio = 1.1, E = 400000: not computed yet"),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_a_damaged_map_is_not_used(make, tmp_path, damage):
+    variable, place, value, said = damage
+    path = tmp_path / "sweep.nc"
+    shutil.copy(make().removeprefix("map:"), path)
+    scene = scene_at(tmp_path, 1.15, 3e5)
+    read(f"map:{path}", scene)
+    with h5py.File(path, "a") as file:
+        file[variable][place] = value
+    with pytest.raises(Failure, match=said):
+        read(f"map:{path}", scene)
+
+
+def test_a_large_map_of_which_a_chunk_cannot_be_read_is_not_used(make, tmp_path, monkeypatch):
+    make()
+    monkeypatch.setattr("femic.campaigns.dataset.LARGEST_FILE", 1)
+    path = collect(tmp_path, (), BASE, CAMPAIGN)
+    chunk = next(file for file in (path / "c" / "c").rglob("*") if file.is_file())
+    chunk.write_bytes(chunk.read_bytes()[:-9])
+    with pytest.raises(Failure, match="a scene is damaged"):
+        read(f"map:{path}", scene_at(tmp_path, 1.15, 3e5))
+
+
+def test_other_files_are_refused(make, tmp_path):
+    for name, said in (("map:nowhere.nc", "no such file"), (f"map:{__file__}", "no file of a campaign")):
+        with pytest.raises(BadScene, match=said):
+            open_map(name)
+    xr.Dataset(attrs={"points": "grid"}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    with pytest.raises(BadScene, match="no map"):
+        open_map(f"map:{tmp_path / 'other.nc'}")
+    few = CAMPAIGN.replace("1.05, 1.1, 1.2, 1.3", "1.05, 1.1")
+    with pytest.raises(BadScene, match=r"axis ratio, 2 values: a map needs 3 or more"):
+        open_map(make(campaign=few))
+
+
+def test_friction_is_refused(make, tmp_path):
+    name = make()
+    with pytest.raises(BadScene, match="maps of C know nn only"):
+        compute.cases_of(scene_at(tmp_path, 1.1, 3e5, contact={"ics": [name], "motion": "compression"}))

@@ -1,0 +1,332 @@
+"""What commands ask the program for, by default and with options; limits of options; exit codes.
+
+What they ask for is recorded instead of computed.
+"""
+
+from dataclasses import replace
+
+import pytest
+
+from compare.contact.compute import grids_of
+from compare.frontier.advice import Advice, Question
+from compare.frontier.choice import Choice
+from compare.plan.models import Step
+from femic.cli import plan as planning
+from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from femic.reference.harmonic.record import HARMONIC
+from femic.reference.models import Planned
+from femic.reference.solid.record import SOLID
+from femic.scenes.load import load_scene
+from femic.validation.statements.registry import STATEMENTS
+from geometries.errors import Failure, WrongInput
+from geometries.patches import COMPONENTS
+
+ADVICE = Advice(Question("combined", COMPONENTS, 0.02), "a way", "its label", 0.01, 1.0, "nn", vanishes=False)
+
+
+@pytest.fixture
+def recorded(monkeypatch):
+    """Replaces functions by others that record their arguments and return what is given."""
+
+    def record(name, returns=None):
+        calls = []
+        monkeypatch.setattr(name, lambda *of, **named: calls.append((*of, *named.values())) or returns)
+        return calls
+
+    return record
+
+
+@pytest.fixture
+def command(tmp_path):
+    """Runs a command whose results go to a folder of the test."""
+    return lambda *words: exit_code([*words, "--out", str(tmp_path / "out"), "--workers", "1"])
+
+
+# --- exit codes -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "says"),
+    [
+        (WrongInput("a = 1: at most `tolerance`"), 2, "femic: a = 1: at most engine.tolerance"),
+        (Failure("use fewer (`workers` = 1)"), 1, "femic: use fewer (--workers 1)"),
+        (OSError("no space left"), 1, "femic: no space left"),
+        (KeyboardInterrupt(), 130, "femic: interrupted; what was finished is kept"),
+    ],
+)
+def test_each_error_has_its_exit_code_and_its_message(error, code, says, monkeypatch, capsys):
+    def failing(_):
+        raise error
+
+    monkeypatch.setattr("femic.cli.scenes.load_scene", failing)
+    assert exit_code(["plan", "flat"]) == code
+    assert capsys.readouterr().err.startswith(says)
+
+
+def test_exit_codes_are_those_of_the_manual():
+    assert (DONE, FAILED, WRONG_INPUT, INTERRUPTED) == (0, 1, 2, 130)
+    assert exit_code(["no-such-command"]) == WRONG_INPUT
+
+
+def test_errors_of_the_program_itself_are_not_hidden(monkeypatch):
+    def failing(_):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("femic.cli.scenes.load_scene", failing)
+    with pytest.raises(ZeroDivisionError):
+        exit_code(["plan", "flat"])
+
+
+# --- validate, extremes ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 0.02])
+def test_statements_are_judged_at_tolerances_up_to_the_limits(tolerance, recorded, command, tmp_path):
+    calls = recorded("femic.validation.statements.page.validate", "there")
+    assert command("validate", "--only", "3", "1", "--tolerance", str(tolerance)) == DONE
+    ((numbers, runs, folder),) = calls
+    assert (numbers, runs.tolerance, folder) == ((3, 1), tolerance, tmp_path / "out")
+
+
+@pytest.mark.parametrize("tolerance", ["0.99e-4", "0.0201"])
+def test_tolerances_beyond_the_limits_are_told_with_them(tolerance, recorded, command, capsys):
+    calls = recorded("femic.validation.statements.page.validate")
+    assert command("validate", "--tolerance", tolerance) == WRONG_INPUT
+    assert f"--tolerance {float(tolerance):g}: 0.0001 ... 0.02" in capsys.readouterr().err
+    assert not calls
+
+
+def test_all_statements_are_judged_with_c_known_to_a_thousandth_by_default(recorded, command):
+    calls = recorded("femic.validation.statements.page.validate", "there")
+    assert command("validate") == DONE
+    assert (calls[0][0], calls[0][1].tolerance) == (tuple(STATEMENTS), 1e-3)
+
+
+# --- frontier, advise -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("options", "budget"), [((), 600.0), (("--budget", "7.5"), 7.5)])
+def test_a_frontier_has_ten_minutes_by_default(options, budget, recorded, command):
+    calls = recorded("compare.frontier.trade.compute_frontier")
+    recorded("compare.frontier.page.summary", "")
+    recorded("compare.frontier.page.write_frontier", "there")
+    assert command("frontier", "flat", *options) == DONE
+    assert (calls[0][0], calls[0][1].budget) == ("flat", budget)
+
+
+@pytest.mark.parametrize(
+    ("options", "asked"),
+    [
+        ((), Question("combined", ("nn", "ss", "xx", "xs", "xn", "sn"), 0.02)),
+        (
+            ("--body", "upper", "--components", "nn,sn", "--tolerance", "0.3"),
+            Question("upper", ("nn", "sn"), 0.3),
+        ),
+    ],
+)
+def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options, asked, recorded, command):
+    tried = recorded("compare.frontier.advice.tried_for", ("request", "frontier"))
+    advised = recorded("compare.frontier.advice.advise", "advice")
+    for name in ("page.evidence", "advice.told"):
+        recorded(f"compare.frontier.{name}", "")
+    assert command("advise", "geometry1", *options) == DONE
+    assert tried[0][1] == asked
+    assert advised == [("frontier", asked)]
+
+
+# --- matrix, export, calibrate ---------------------------------------------------------------------------
+
+
+@pytest.fixture
+def exported(recorded, monkeypatch):
+    calls = []
+    formats = {"contact": lambda scene, wanted, *_: calls.append((scene, wanted))}
+    monkeypatch.setattr("compare.matrix.export.FORMATS", formats)
+    recorded("compare.matrix.export.told", "")
+    return calls
+
+
+@pytest.mark.parametrize(
+    ("options", "ics", "discount"),
+    [((), "C", None), (("--ics", "Bhat"), "Bhat", None), (("--discount", "none"), "C", "none")],
+)
+def test_the_ics_of_the_scene_are_exported_unless_others_are_named(options, ics, discount, exported, command):
+    assert command("export", "flat", *options) == DONE
+    ((scene, wanted),) = exported
+    assert (scene.ics, wanted.ics, wanted.discount) == (ics, ics, discount)
+
+
+@pytest.mark.parametrize(
+    ("choice", "tolerance"),
+    [(Choice("Bhat", ADVICE), 0.01), (Choice("C", ADVICE, {"tolerance": 0.05}), 0.05)],
+)
+def test_what_auto_chooses_is_exported_with_its_engine(choice, tolerance, exported, recorded, command):
+    """Judged on all nine components of both bodies, at the tolerance of the scene."""
+    asked = recorded("femic.cli.matrices.choose", choice)
+    assert command("export", "flat", "--ics", "auto") == DONE
+    assert asked[0][1] == Question("combined", COMPONENTS, 0.02)
+    ((scene, wanted),) = exported
+    assert (wanted.ics, scene.settings.tolerance) == (choice.ics, tolerance)
+
+
+@pytest.mark.parametrize("n", [1, 5, 6])
+def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded, command, tmp_path, capsys):
+    names = [str(tmp_path / f"s{k}.toml") for k in range(n)]
+    for name in names:
+        (tmp_path / name).write_text(load_scene("geometry1").text, encoding="utf-8")
+    recorded("femic.cli.fits.calibrate_scene", "fit")
+    written = recorded("compare.calibration.page.write_fit", "there")
+    reports = recorded("compare.calibration.page.write_report", "there")
+    if n > 5:
+        assert command("calibrate", *names) == WRONG_INPUT
+        assert "scenes: 6 of them; give 1 to 5" in capsys.readouterr().err
+        assert not written
+        return
+    assert command("calibrate", *names) == DONE
+    out = tmp_path / "out"
+    assert [folder for _, folder in written] == ([out] if n == 1 else [out / f"s{k}" for k in range(n)])
+    assert reports == [(["fit"] * n, out)]
+
+
+# --- run, compare, plan ---------------------------------------------------------------------------------
+
+
+def test_a_run_chooses_ics_only_where_the_scene_leaves_it_open(recorded, command, write_scene):
+    recorded("femic.cli.scenes.run_scene", "there")
+    asked = recorded("femic.cli.scenes.choose", Choice("C", ADVICE))
+    assert command("run", str(write_scene())) == DONE
+    assert not asked
+    assert command("run", str(write_scene('ics = "auto"\nics_tolerance = 0.07\nbodies = ["upper"]'))) == DONE
+    question = asked[0][1]
+    assert (question.body, question.tolerance) == ("upper", 0.07)
+
+
+def test_only_scenes_without_results_of_now_are_computed_to_compare(recorded, monkeypatch, tmp_path):
+    ran = recorded("femic.cli.scenes.run_scene", "there")
+    recorded("compare.overlay.curves.load", "curves")
+    written = recorded("compare.overlay.page.write", "there")
+    monkeypatch.setattr("compare.overlay.sources.up_to_date", lambda source: source.name == "flat")
+    words = ["compare", "flat", "geometry1", "--results", str(tmp_path), "--workers", "1"]
+    assert exit_code(words) == DONE
+    assert [(scene.name, folder) for scene, folder, _ in ran] == [("geometry1", tmp_path / "geometry1")]
+    assert written == [("curves", tmp_path / "flat_geometry1")]
+
+
+PLANNED = Planned(1_234_567, wavenumbers=55, fields=4, half_section=True, seconds=100.4, memory=900.0)
+
+
+def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkeypatch, capsys):
+    """A solid model is solved by one of four workers, a harmonic one by all."""
+    steps = [
+        Step("lower, fine", HARMONIC, 1.5, 1280.0, "endless", PLANNED),
+        Step(
+            "check, lower, fine", SOLID, 1.0, 320.0, "640 mm", replace(PLANNED, seconds=60.0, memory=1500.0)
+        ),
+    ]
+    monkeypatch.setattr(planning, "run_steps", lambda *_: steps)
+    monkeypatch.setattr(planning, "matrix_steps", lambda *_: steps[:1])
+    monkeypatch.setattr(planning, "file_size", lambda _: 12.4e6)
+    assert exit_code(["plan", "flat", "--workers", "4"]) == DONE
+    told = " ".join(capsys.readouterr().out.split())
+    assert "tolerance 0.01, 4 workers" in told
+    assert "64 lags of 0.4 mm, 32 strips of 0.6 mm about s = 0 mm; matrix.nc takes 12 MB" in told
+    assert "about 115 s, 1500 MB" in told
+    assert "about 100 s, 900 MB" in told
+    for shown in ("1,234,567", "1.5", "1280 mm", "640 mm", "endless", "55"):
+        assert shown in told
+
+
+def test_a_plan_of_contact_counts_the_models_that_contact_solves(monkeypatch, capsys):
+    """Without friction C_nn alone, on the grids that contact has."""
+    step, planned_jobs = Step("lower, fine", HARMONIC, 1.0, 1280.0, "endless", PLANNED), []
+    monkeypatch.setattr(planning, "run_steps", lambda *_: [step])
+    monkeypatch.setattr(planning, "matrix_steps", lambda *_: [step])
+    monkeypatch.setattr(planning, "steps_of", lambda jobs, _: planned_jobs.append(jobs) or [step])
+    assert exit_code(["plan", "tall"]) == DONE
+    ((grid, _),) = grids_of(load_scene("tall"))
+    (jobs,) = planned_jobs
+    assert {(name, job.components, job.grid) for name, job in jobs.items()} == {
+        (name, ("nn",), grid) for name in ("lower", "upper")
+    }
+    assert "310000 N; nn of C:" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_plan_of_contact_with_friction_counts_all_components(monkeypatch, capsys):
+    step, planned_jobs = Step("lower, fine", HARMONIC, 1.0, 1280.0, "endless", PLANNED), []
+    monkeypatch.setattr(planning, "run_steps", lambda *_: [step])
+    monkeypatch.setattr(planning, "matrix_steps", lambda *_: [step])
+    monkeypatch.setattr(planning, "steps_of", lambda jobs, _: planned_jobs.append(jobs) or [step])
+    assert exit_code(["plan", "rolling"]) == DONE
+    (jobs,) = planned_jobs
+    assert {job.components for job in jobs.values()} == {COMPONENTS}
+    assert "100000 N; xx, xs, xn" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_plan_by_the_solid_engine_says_that_matrices_are_not_computed_by_it(monkeypatch, capsys):
+    step = Step("lower, fine", SOLID, 1.0, 320.0, "640 mm", PLANNED)
+    monkeypatch.setattr(planning, "run_steps", lambda *_: [step])
+    small = {"contact": {"loads": [7.4e3], "elements": 8}}
+    monkeypatch.setattr("femic.cli.scenes.load_scene", lambda name: load_scene(name, small))
+    assert exit_code(["plan", "tall"]) == DONE
+    assert "engine.kind" not in capsys.readouterr().out
+    solid = small | {"engine": {"kind": "solid"}}
+    monkeypatch.setattr("femic.cli.scenes.load_scene", lambda name: load_scene(name, solid))
+    assert exit_code(["plan", "tall"]) == DONE
+    told = " ".join(capsys.readouterr().out.split())
+    for name in ("matrix", "contact"):
+        assert f"femic {name}: tall: 1 error(s) engine.kind = 'solid': C on a grid" in told
+
+
+@pytest.mark.parametrize("name", ["matrix", "contact", "judge"])
+def test_c_on_a_grid_is_refused_with_the_solid_engine(name, write_scene, command, capsys):
+    path = write_scene("[contact]\nloads = [1.0]\n")
+    assert command(name, str(path)) == WRONG_INPUT
+    told = capsys.readouterr().err.replace("\n", " ")
+    assert "engine.kind = 'solid': C on a grid, of matrices and contact, is computed by the harmonic" in told
+    assert "leave engine.kind out" in told
+
+
+@pytest.mark.parametrize("motion", ["rolling", "compression"])
+def test_contact_of_a_scene_is_that_of_its_motion(motion, recorded, tmp_path):
+    computed = recorded(f"femic.cli.contacts.compute_{motion}", returns="contact")
+    supported = recorded("femic.cli.contacts.with_supports", returns="with supports")
+    written = recorded(f"femic.cli.contacts.write_{motion}", returns=tmp_path / "contact.html")
+    assert exit_code(["contact", motion, "--ics", "A,Bhat", "--out", str(tmp_path / "here")]) == DONE
+    ((scene, _),) = computed
+    assert (scene.name, scene.contact.ics) == (motion, ("A", "Bhat"))
+    assert [(given.name, dataset) for given, dataset, _ in supported] == [(motion, "contact")]
+    assert written == [("with supports", tmp_path / "here")]
+
+
+def test_contact_of_several_scenes_goes_to_a_folder_each_and_maps_beside_them(recorded, command, tmp_path):
+    recorded("femic.cli.contacts.compute_contact")
+    recorded("femic.cli.contacts.changed_supports")
+    written = recorded("femic.cli.contacts.write_contact", "there")
+    maps = recorded("femic.cli.contacts.write_sensitivity", "there")
+    assert command("contact", "wide", "tall") == DONE
+    out = tmp_path / "out"
+    assert [folder for _, folder, *_ in written] == [out / "wide", out / "tall"]
+    assert [folder for _, folder in maps] == [out]
+
+
+@pytest.mark.parametrize("words", [(), ("contact",)])
+def test_the_help_of_contact_says_that_it_has_friction(words, capsys):
+    assert exit_code([*words, "--help"]) == DONE
+    told = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert "without or with friction" in told
+
+
+def test_contact_without_a_scene_is_refused(capsys):
+    assert exit_code(["contact"]) == WRONG_INPUT
+    assert "name one scene or more" in capsys.readouterr().err
+
+
+def test_scenes_of_one_name_are_refused(capsys):
+    assert exit_code(["contact", "tall", "tall"]) == WRONG_INPUT
+    assert "two have the same name" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_without_bhat_there_are_no_maps_of_it(tmp_path):
+    assert exit_code(["contact", "wide", "tall", "--ics", "A", "--out", str(tmp_path)]) == DONE
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["tall", "wide"]

@@ -1,0 +1,130 @@
+"""What is shown while models are solved, on a terminal and in a file."""
+
+import re
+from io import StringIO
+
+import pytest
+from rich.console import Console
+
+from femic.cli import progress, scenes
+from femic.cli.main import DONE, exit_code
+from femic.cli.progress import EVERY, Lines, doing, shown
+from femic.reference.level import Level
+from femic.reference.models import Cost, RawICs
+from femic.reference.run_options import Solved, Step, Task
+
+LOWER = Task("lower", Level(), None, 1000)
+UPPER = Task("upper", Level(cells=-1), None, 1000)
+NAMES = {LOWER: "  lower body, cells x 1, domain x 1", UPPER: "  upper body, cells x 1.5, domain x 1"}
+
+
+def solved(task, *, kept=False):
+    cost = Cost(12_345, 1, "direct", (), 0.0, {"mesh": 1.0, "solution": 2.25}, 0.0)
+    return Solved(task, RawICs(None, cost), kept)
+
+
+class Clock:
+    now = 100.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture
+def heard():
+    """Lines with a clock that is set by hand, and what they have written."""
+    clock, written = Clock(), []
+    return Lines(written.append, clock), clock, written
+
+
+def test_a_model_has_a_line_when_it_begins_then_at_most_one_every_few_seconds(heard):
+    lines, clock, written = heard
+    lines.on_step(Step(LOWER, "mesh and assembly"))
+    assert written == [f"{NAMES[LOWER]}: mesh and assembly"]
+    for k in range(1, 120):
+        clock.now += 0.1
+        lines.on_step(Step(LOWER, "first wavenumbers", k, 44))
+    assert len(written) == 1 + int(119 * 0.1 / EVERY)
+    assert re.fullmatch(re.escape(NAMES[LOWER]) + r": (49|50|51) wavenumbers, 5 s", written[1])
+    assert re.fullmatch(
+        re.escape(NAMES[LOWER]) + r": \d+ wavenumbers, 10 s", written[2]
+    )  # more than expected
+
+
+def test_models_that_say_nothing_have_lines_too_until_they_are_finished(heard):
+    """Solids are solved in other processes: only the clock goes on."""
+    lines, clock, written = heard
+    for task in (LOWER, UPPER):
+        lines.on_step(Step(task, "solid engine at work"))
+        clock.now += 3.0
+    lines.tell()
+    assert len(written) == 2  # of both beginnings; the latter was 3 s ago
+    clock.now += EVERY
+    lines.tell()
+    assert written[2:] == [
+        f"{NAMES[LOWER]}: solid engine at work, 11 s",
+        f"{NAMES[UPPER]}: solid engine at work, 8 s",
+    ]
+    lines.on_model(solved(LOWER))
+    assert written[-1] == f"{NAMES[LOWER]}: 12,345 unknowns, 3.2 s"
+    clock.now += EVERY
+    lines.tell()
+    assert written[5:] == [f"{NAMES[UPPER]}: solid engine at work, 13 s"]
+    lines.on_model(solved(UPPER, kept=True))
+    assert written[-1].endswith("kept from an earlier run")
+    clock.now += 10 * EVERY
+    lines.tell()
+    assert len(written) == 7
+
+
+@pytest.mark.parametrize(
+    ("step", "text"),
+    [
+        (Step(LOWER, "mesh and assembly"), "mesh and assembly"),
+        (Step(LOWER, "first wavenumbers", 0, 44), "first wavenumbers"),
+        (Step(LOWER, "first wavenumbers", 7, 44), "7 of about 44 wavenumbers"),
+        (Step(LOWER, "first wavenumbers", 45, 44), "45 wavenumbers"),
+        (Step(LOWER, "first wavenumbers", 45, None), "45 wavenumbers"),
+    ],
+)
+def test_what_a_model_is_at(step, text):
+    assert doing(step) == text
+
+
+def test_on_a_terminal_the_bar_says_it():
+    console = Console(file=StringIO(), force_terminal=True, width=120)
+    with shown(console) as watch:
+        watch.on_round([LOWER, UPPER])
+        watch.on_step(Step(LOWER, "first wavenumbers", 7, 44))
+    assert "lower body: 7 of about 44 wavenumbers" in console.file.getvalue()
+    assert "0/2" in console.file.getvalue()
+
+
+def test_in_a_file_a_thread_looks_at_the_clock(monkeypatch):
+    monkeypatch.setattr(progress, "EVERY", 0.02)
+    monkeypatch.setattr(progress, "LOOK_EVERY", 0.01)
+    told, waited = progress.Event(), StringIO()
+
+    class Listening(StringIO):
+        def write(self, text):
+            if text.strip().endswith(" s"):
+                told.set()
+            return waited.write(text)
+
+    with shown(Console(file=Listening(), width=120)) as watch:
+        watch.on_step(Step(LOWER, "solid engine at work"))
+        assert told.wait(10)
+    assert f"{NAMES[LOWER]}: solid engine at work, 0 s" in waited.getvalue()
+
+
+def test_a_run_into_a_file_shows_what_its_models_are_at(write_scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(progress, "EVERY", 0.0)
+    path = write_scene(
+        'bodies = ["lower"]', engine='[engine]\nkind = "harmonic"\ntolerance = 0.1\nfar_radius = 160\n'
+    )
+    with (tmp_path / "log.txt").open("w") as log:
+        monkeypatch.setattr(scenes, "Console", lambda: Console(file=log))
+        assert exit_code(["run", str(path), "--out", str(tmp_path / "out"), "--workers", "1"]) == DONE
+    text = (tmp_path / "log.txt").read_text()
+    begun, first, done = (text.find(word) for word in ("mesh and assembly", "of about", " unknowns, "))
+    assert -1 < begun < first < done

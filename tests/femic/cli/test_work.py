@@ -1,0 +1,125 @@
+"""Where results go and how they are computed; how wrong scenes are told; how far both contours go."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from femic.cache.digests import code_digest
+from femic.cache.folders import LOCK, only_run_in
+from femic.cli.main import FAILED, WRONG_INPUT, exit_code
+from femic.cli.work import Work, kept
+from femic.reference.run_options import cores
+from femic.scenes.errors import BadScene, require_none
+from femic.scenes.load import load_scene
+from femic.scenes.scene import common_extent
+from geometries.errors import WrongInput
+
+
+def test_results_go_to_a_folder_of_the_scene_unless_one_is_named():
+    scene = load_scene("geometry1")
+    assert Work().folder(scene) == Path("out/geometry1")
+    assert Work(out=Path("there")).folder(scene) == Path("there")
+
+
+def test_a_worker_per_core_unless_some_are_named():
+    assert Work().threads == cores()
+    assert Work(workers=3).threads == 3
+
+
+def test_a_store_of_an_unknown_kind_or_without_access_is_said(tmp_path, monkeypatch):
+    with pytest.raises(WrongInput, match=r"--store foo://x: Protocol not known: foo: give a folder, or"):
+        kept("foo://x", tmp_path)
+
+    def no_access(*_):
+        raise RuntimeError("no credentials")
+
+    monkeypatch.setattr("fsspec.implementations.memory.MemoryFileSystem.exists", no_access)
+    with pytest.raises(WrongInput, match=r"memory://x: cannot be looked at \(RuntimeError: no credentials\)"):
+        kept("memory://x", tmp_path)
+
+
+def test_models_are_kept_in_the_folder_of_the_results_unless_a_place_is_named(tmp_path):
+    assert kept(None, tmp_path).location == tmp_path / "store"
+    assert kept("memory://elsewhere", tmp_path).location == "memory://elsewhere"
+
+
+def test_what_other_code_kept_is_removed_from_the_own_folder_only(tmp_path):
+    folders = [tmp_path / "store" / name for name in ("0123456789ab", code_digest(), "notes")]
+    for folder in folders:
+        folder.mkdir(parents=True)
+    kept(str(tmp_path / "store"), tmp_path)
+    assert all(folder.is_dir() for folder in folders)
+    kept(None, tmp_path)
+    assert [folder.is_dir() for folder in folders] == [False, True, True]
+
+
+def test_means_are_made_of_them(tmp_path):
+    with Work(workers=3).means(tmp_path, Console(quiet=True)) as means:
+        assert means.workers == 3
+        assert means.store.location == tmp_path / "store"
+        means.watch.on_stage("heard")
+
+
+def test_all_misfits_are_told_at_once():
+    require_none("mine", iter(()))
+    with pytest.raises(BadScene, match=r"mine: 2 error\(s\)\n  a = 1: too small\n  b = 2: too large"):
+        require_none("mine", iter(["a = 1: too small", "b = 2: too large"]))
+
+
+def test_contours_go_as_far_as_the_shorter_one():
+    points = np.array([[y, y**2 / 40] for y in np.linspace(-9.0, 6.0, 16)])
+    lower = {"contour": {"kind": "points", "points": points.tolist()}}
+    scene = load_scene("flat", {"lower": lower, "rotation_reach": 4.0, "lines": [LINE]})
+    low, high = scene.extent
+    assert -9.6 < low < -9.0
+    assert 6.0 < high < 6.4
+    assert common_extent({"upper": scene.bodies["upper"]}) == (-np.inf, np.inf)
+
+
+LINE = {"along": "x", "s": 0.0, "reach": 5.0, "points": 11}
+
+
+COMMANDS = {  # by name: arguments, and the folders in results/ that each writes to
+    "run": (["flat", "--out", "one"], ["one"]),
+    "matrix": (["geometry2", "--out", "one"], ["one"]),
+    "contact": (["wide", "tall"], ["out/wide", "out/tall", "out/wide_tall"]),
+    "judge": (["tall", "--out", "one"], ["one"]),
+    "calibrate": (["geometry1", "geometry2", "--out", "."], ["geometry1", "geometry2", "."]),
+    "export": (["geometry2", "--out", "one"], ["one"]),
+    "frontier": (["flat", "--out", "one"], ["one"]),
+    "advise": (["flat", "--out", "one"], ["one"]),
+    "validate": (["--only", "1", "--out", "one"], ["one"]),
+    "extremes": (["--of", "analytic", "--out", "one"], ["one"]),
+    "compare": (["geometry1", "geometry2", "--results", "."], ["geometry1", "geometry1_geometry2"]),
+}
+USED = [(name, folder) for name, (_, folders) in COMMANDS.items() for folder in folders]
+
+
+@pytest.fixture
+def nothing_begins(tmp_path, monkeypatch):
+    """In an empty folder, where work would be shown as begun."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("femic.cli.progress.shown", lambda _: pytest.fail("work began"))
+
+
+@pytest.mark.usefixtures("nothing_begins")
+@pytest.mark.parametrize(("name", "folder"), USED)
+def test_every_command_leaves_a_folder_alone_that_another_run_writes_to(name, folder, capsys):
+    with only_run_in(Path(folder)):
+        assert exit_code([name, *COMMANDS[name][0]]) == FAILED
+        assert [path.name for path in Path(folder).iterdir() if path.is_file()] == [LOCK]
+    assert "another femic writes there" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("nothing_begins")
+@pytest.mark.parametrize(("name", "folder"), USED)
+def test_every_command_looks_where_it_writes_before_any_work(name, folder, tmp_path, capsys):
+    if folder == ".":
+        (tmp_path / "figures").touch()
+    else:
+        Path(folder).parent.mkdir(exist_ok=True)
+        Path(folder).touch()
+    assert exit_code([name, *COMMANDS[name][0]]) == WRONG_INPUT
+    assert "--out" in capsys.readouterr().err

@@ -1,0 +1,76 @@
+"""Edges of patches from gaps: those of line contacts, and of ellipses whose gap is known."""
+
+import numpy as np
+import pytest
+
+from femic.contact.exact.hertz import LineContact
+from femic.contact.finite_elements.extent import end
+from geometries.errors import Failure
+
+LINE = LineContact(0.01, 115e3)
+
+
+def vertices(spacing, low, high, seed=0, moved=0.25):
+    """A grid of points (x, y), moved by up to a share of their spacing."""
+    x, y = np.meshgrid(np.arange(0, high, spacing), np.arange(low, high, spacing), indexing="ij")
+    move = np.random.default_rng(seed).uniform(-moved, moved, (2, *x.shape)) * spacing
+    return x.ravel() + move[0].ravel(), y.ravel() + move[1].ravel()
+
+
+@pytest.mark.parametrize("spacing", [0.1, 0.05])
+def test_the_edge_of_a_line_contact(spacing):
+    """Hertz's gap; the edge is straight. The error falls with the spacing."""
+    half_width = LINE.half_width(100.0)
+    x, y = vertices(spacing * half_width, 0.0, 2 * half_width)
+    found = end(x, y, LINE.gap(100.0, x), spacing * half_width, symmetric=True)
+    assert found == pytest.approx(half_width, abs=0.05 * spacing * half_width)
+
+
+def elliptic_gap(x, y, middle, half_width=0.6):
+    """Grows as distance^(3/2) from the ellipse with the semi-axis 1 along x, more so farther out."""
+    radius = np.hypot(x, (y - middle) / half_width)
+    return np.maximum(radius - 1, 0) ** 1.5 * (1 + 0.2 * radius)
+
+
+@pytest.mark.parametrize("middle", [0.0, 0.13])
+def test_the_tip_of_an_ellipse(middle):
+    x, y = vertices(0.06, -1.2 if middle else 0.0, 1.6)
+    found = end(x, y, elliptic_gap(x, y, middle), 0.06, symmetric=middle == 0)
+    assert found == pytest.approx(1.0, abs=0.15 * 0.06)
+
+
+def short_surface(room, between, moved=0.25):
+    """Vertices at its end, `room` from the long side of an ellipse, and up to `between` from those touching.
+
+    Both in spacings of vertices; returns the arguments of `end`.
+    """
+    spacing, half_width = 0.06, 4.0
+    x, y = vertices(spacing, 0.0, half_width, moved=moved)
+    x = x - spacing / 2
+    last = x[elliptic_gap(x, y, 0.0, half_width) <= 0].max()
+    inner, along_end = x < last + between * spacing, np.arange(0.0, half_width, spacing)
+    x = np.append(x[inner], np.full_like(along_end, 1 + room * spacing))
+    y = np.append(y[inner], along_end)
+    return x, y, elliptic_gap(x, y, 0.0, half_width), spacing
+
+
+@pytest.mark.parametrize("room", [1.1, 1.5, 2.2])
+def test_a_surface_that_ends_close_beyond_the_patch(room):
+    found = end(*short_surface(room, between=0.45), symmetric=True)
+    assert found == pytest.approx(1.0, abs=0.15 * 0.06)
+
+
+def test_two_lines_of_vertices_are_enough():
+    found = end(*short_surface(2.2, between=1.2, moved=0.0), symmetric=True)
+    assert found == pytest.approx(1.0, abs=0.15 * 0.06)
+
+
+def test_a_single_line_of_vertices_tells_no_edge():
+    with pytest.raises(Failure, match="side by side"):
+        end(*short_surface(1.5, between=0.0), symmetric=True)
+
+
+def test_too_few_vertices_are_refused():
+    x, y = vertices(0.06, 0.0, 1.02)
+    with pytest.raises(Failure, match="more cells"):
+        end(x, y, elliptic_gap(x, y, 0.0), 0.06, symmetric=True)

@@ -1,0 +1,413 @@
+"""Coulomb's law for given bounds: small problems in full, least energy, Carter, rates, mirrors, forces."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+from approx.pair import Pair, Solid
+from femic.contact.exact.carter import TractiveRolling
+from femic.contact.exact.hertz import LineContact
+from femic.contact.friction import coulomb
+from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
+from femic.contact.friction.leading import LeadingEdge
+from femic.contact.friction.motion import Shift, SteadyRolling
+from femic.contact.operators.approximations import turned
+from femic.contact.operators.convolution import Convolution
+from femic.contact.operators.ring import RingInverse
+from geometries.contours import plane
+from geometries.errors import Failure
+from geometries.grids import Grid
+from geometries.materials import Material
+from geometries.patches import S, X
+from geometries.surfaces import LOWER, UPPER, Surface
+from tests.femic.contact.friction_problems import slip_between
+from tests.femic.contact.problems import x_of
+
+MATERIAL = Material(2 * 1.28 * 82000.0, 0.28)  # G = 82 GPa
+HALF_SPACES = Pair(Solid(MATERIAL, Surface(UPPER, plane())), Solid(MATERIAL, Surface(LOWER, plane())))
+
+
+def law(operator, motion, bound):
+    """The problem of a motion with given bounds."""
+    return Coulomb(
+        lambda p: motion.slip_of(operator(p)),
+        RingInverse.of(operator, motion.symbol),
+        motion.given,
+        bound,
+        LeadingEdge.of(bound, motion.depth),
+        motion,
+    )
+
+
+def on_half_spaces(grid):
+    return turned("A", HALF_SPACES, grid, (X, S))
+
+
+def dense(linear, shape):
+    size = int(np.prod(shape))
+    return np.stack([linear(unit).ravel() for unit in np.eye(size).reshape(size, *shape)], axis=1)
+
+
+# ---- small problems, in full
+
+LINE = Grid(7, 1, 0.4, 3.0)
+ON_LINE = np.array([0.0, 90.0, 150.0, 170.0, 130.0, 60.0, 0.0])[:, None]
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("rolls", [False, True], ids=["shift", "rolling"])
+def test_a_row_is_the_only_one_of_all_states_of_its_elements(rolls, seed):
+    """Of 3^5 states (stick, slip forwards or backwards) of tractions along x."""
+    operator, random = on_half_spaces(LINE), np.random.default_rng(seed)
+    rigid = np.zeros((7, 1, 2))
+    rigid[..., 0] = 1e-3 * random.normal(size=(7, 1)) * (1.0 if rolls else 0.4)
+    motion = SteadyRolling(rigid, dx=LINE.dx, order=1) if rolls else Shift(rigid)
+    problem = law(operator, motion, ON_LINE)
+    inner = np.arange(1, 6)
+    L = dense(problem.compliance, (7, 1, 2))[np.ix_(2 * inner, 2 * inner)]
+    w, g, exact = motion.given[inner, 0, 0], ON_LINE[inner, 0], []
+    for states in product((-1, 0, 1), repeat=5):
+        p, stick = np.array(states) * g, np.array(states) == 0
+        p[stick] = np.linalg.solve(L[np.ix_(stick, stick)], -(w + L @ p)[stick])
+        slip = L @ p + w
+        if np.all(np.abs(p) <= g) and np.all(slip[~stick] * p[~stick] < 0):
+            exact.append((p, stick))
+    ((p, stick),) = exact
+    found = coulomb.tractions(problem, tolerance=1e-10)
+    np.testing.assert_allclose(found.p[inner, 0, 0], p, atol=1e-7 * g.max())
+    assert np.max(np.abs(found.p[..., 1])) < 1e-7 * g.max()
+    np.testing.assert_array_equal(found.stick[inner, 0], stick)
+
+
+GRID = Grid(8, 7, 0.5, 0.7)
+
+
+def bounds(seed=0):
+    """In an ellipse with a hole; elsewhere none."""
+    x, s = x_of(GRID)[:, None] / 1.7, GRID.strips / 2.2
+    g = (
+        200.0
+        * np.sqrt(np.maximum(1 - x**2 - s**2, 0))
+        * np.random.default_rng(seed).uniform(0.7, 1.3, (8, 7))
+    )
+    g[3, 4] = 0.0
+    return g
+
+
+def swirl(size):
+    """Rigid slip with a turn, over which some elements stick."""
+    w = np.zeros((8, 7, 2))
+    w[..., 0], w[..., 1] = 0.5 - 0.4 * GRID.strips, -0.3 + 0.4 * x_of(GRID)[:, None]
+    return size * w
+
+
+def of_least_energy(L, w, g, steps=6000):
+    """Tractions of least p L p / 2 + p w within discs, by accelerated projected gradients."""
+    step = 1 / np.linalg.eigvalsh(L)[-1]
+    p = q = np.zeros(w.size)
+    t = 1.0
+    for _ in range(steps):
+        moved = (q - step * (L @ q + w)).reshape(-1, 2)
+        size = np.maximum(np.linalg.norm(moved, axis=1), 1e-300)
+        new = (moved * np.minimum(1.0, g / size)[:, None]).ravel()
+        t, before = (1 + np.sqrt(1 + 4 * t**2)) / 2, t
+        if (q - new) @ (new - p) > 0:
+            t = 1.0  # start again where the energy would grow
+        p, q = new, new + (before - 1) / t * (new - p)
+    return p
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_shift_has_the_least_energy(seed):
+    """Where L is symmetric; by another method, on the elements with bounds."""
+    g = bounds(seed)
+    problem = law(on_half_spaces(GRID), Shift(swirl(4e-3)), g)
+    rubs = np.repeat((g > 0).ravel(), 2)
+    L = dense(problem.compliance, (8, 7, 2))[np.ix_(rubs, rubs)]
+    np.testing.assert_allclose(L, L.T, atol=1e-12 * L.max())
+    least = of_least_energy(L, problem.rigid.ravel()[rubs], g[g > 0])
+    found = coulomb.tractions(problem, tolerance=1e-9)
+    assert 2 < np.count_nonzero(found.stick) < np.count_nonzero(g) - 2
+    np.testing.assert_allclose(found.p.ravel()[rubs], least, atol=1e-6 * g.max())
+    assert np.all(found.p[g == 0] == 0)
+
+
+# ---- the law, from the operator and loops
+
+MOTIONS = {
+    "shift": Shift(swirl(4e-3)),
+    "first": SteadyRolling(swirl(4e-3), dx=GRID.dx, order=1),
+    "second": SteadyRolling(swirl(4e-3), dx=GRID.dx, order=2),
+}
+
+
+def residual(problem, found, operator, motion):
+    """The largest error of the law as a share of the largest bound; slip in units of tractions.
+
+    Slip is zero where elements stick, to the second order half way to the next one; the others' is opposite
+    to their traction, to the second order the weighted mean of both sides. Followers at leading edges do not
+    count.
+    """
+    u, g = operator(found.p), problem.bound
+    unit = np.zeros_like(u)
+    unit[len(u) // 2, u.shape[1] // 2, 0] = 1.0
+    own, errors = np.max(np.abs(problem.compliance(unit)[..., 0])), [0.0]
+    for i, j in zip(*np.nonzero(g), strict=True):
+        size = float(np.linalg.norm(found.p[i, j]))
+        errors.append(size - g[i, j])
+        if isinstance(motion, Shift):
+            before = after = motion.rigid[i, j] + u[i, j]
+        else:
+            between = slip_between(u, motion.rigid, motion.dx, motion.order)
+            after = before = between[i, j]
+            if motion.order == 2:
+                behind = between[i - 1, j]
+                sizes = np.linalg.norm(behind) + np.linalg.norm(after)
+                before = after + 2 * max(0.0, behind @ after) / sizes**2 * (behind - after)
+        if not problem.edge.free[i, j]:
+            continue
+        if found.stick[i, j]:
+            errors.append(float(np.linalg.norm(after)) / own)
+        else:
+            slip = float(np.linalg.norm(before))
+            errors.append(abs(size - g[i, j]))
+            errors.append(
+                float(np.linalg.norm(found.p[i, j] + g[i, j] * before / slip)) * min(1, slip / own / g[i, j])
+            )
+    return max(errors) / g.max()
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-9])
+def test_the_law_holds_on_each_element(motion, tolerance):
+    operator = on_half_spaces(GRID)
+    problem = law(operator, motion, bounds())
+    found = coulomb.tractions(problem, tolerance=tolerance)
+    rubs = np.count_nonzero(problem.bound)
+    assert 2 < np.count_nonzero(found.stick) < rubs - 2
+    assert residual(problem, found, operator, motion) < 20 * tolerance
+    wrong = replace(found, p=found.p + 1e3 * tolerance * problem.bound[..., None] * [0.7, 0.7])
+    assert residual(problem, wrong, operator, motion) > 50 * tolerance
+    assert found.residuals[-1] <= tolerance < found.residuals[0]
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+def test_the_start_does_not_matter_but_saves_steps(motion):
+    problem = law(on_half_spaces(GRID), motion, bounds())
+    cold = coulomb.tractions(problem, tolerance=1e-10)
+    start = np.random.default_rng(0).normal(size=cold.p.shape) * problem.bound[..., None]
+    other = coulomb.tractions(problem, start=start, tolerance=1e-10)
+    np.testing.assert_allclose(other.p, cold.p, atol=1e-7 * problem.bound.max())
+    again = coulomb.tractions(problem, start=cold.p, tolerance=1e-9)
+    assert len(again.residuals) == 1 < len(cold.residuals)
+    assert 0 < again.products < cold.products
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+def test_without_bounds_there_are_no_tractions_and_with_large_ones_all_sticks(motion):
+    operator = on_half_spaces(GRID)
+    none = coulomb.tractions(law(operator, motion, np.zeros((8, 7))))
+    assert not np.any(none.p)
+    assert not np.any(none.stick)
+    np.testing.assert_allclose(none.slip, motion.at_elements(motion.given))
+    problem = law(operator, motion, 1e6 * bounds())
+    found = coulomb.tractions(problem, tolerance=1e-12)
+    np.testing.assert_array_equal(found.stick, problem.bound > 0)
+    free = np.repeat(problem.edge.free.ravel(), 2)
+    if motion.depth == 0:  # then it is a system of linear equations
+        L = dense(problem.compliance, (8, 7, 2))[np.ix_(free, free)]
+        exact = np.linalg.solve(L, -problem.rigid.ravel()[free])
+        np.testing.assert_allclose(found.p.ravel()[free], exact, atol=1e-5 * np.max(np.abs(exact)))
+    slip = (problem.compliance(found.p) + problem.rigid).ravel()[free]
+    assert np.max(np.abs(slip)) < 1e-4 * np.max(np.abs(problem.rigid))
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+@pytest.mark.parametrize("scale", [1e-5, 1e5])
+def test_ten_decades_of_bounds_and_slip_are_alike(motion, scale):
+    here = law(on_half_spaces(GRID), motion, bounds())
+    there = replace(here, rigid=scale * here.rigid, bound=scale * here.bound)
+    p = coulomb.tractions(here, tolerance=1e-9).p
+    np.testing.assert_allclose(
+        coulomb.tractions(there, tolerance=1e-9).p, scale * p, atol=1e-6 * scale * p.max()
+    )
+
+
+def test_rolling_the_other_way_in_a_mirror_is_mirrored():
+    """In x: the problem of rolling towards -x is built here, with the neighbour at smaller x."""
+    w, g = swirl(4e-3), bounds()
+    operator = on_half_spaces(GRID)
+    here = coulomb.tractions(law(operator, MOTIONS["first"], g), tolerance=1e-9)
+
+    def slip_of(p):
+        u = operator(p)
+        return (u - np.concatenate([u[:1], u[:-1]])) / GRID.dx
+
+    sign, mirror = np.array([-1.0, 1.0]), slice(None, None, -1)
+    inverse = RingInverse.of(operator, lambda turns: (1 - np.exp(-1j * turns - 0.4)) / GRID.dx)
+    edge = LeadingEdge.of(g[mirror], 0)
+    problem = Coulomb(slip_of, inverse, sign * w[mirror], g[mirror], edge, Shift(w))
+    there = coulomb.tractions(problem, tolerance=1e-9)
+    np.testing.assert_allclose(there.p[mirror] * sign, here.p, atol=1e-6 * g.max())
+    np.testing.assert_array_equal(there.stick[mirror], here.stick)
+    forwards = coulomb.tractions(law(operator, replace(MOTIONS["first"], rigid=sign * w[mirror]), g[mirror]))
+    assert np.max(np.abs(forwards.p[mirror] * sign - here.p)) > 0.1 * g.max()  # not without turning round
+
+
+# ---- forces
+
+WAYS = np.zeros((2, 8, 7, 2))
+WAYS[0, ..., 0] = WAYS[1, ..., 1] = 1.0
+
+
+def asked(targets, bound=None, motion=MOTIONS["second"]):
+    bound = bounds() if bound is None else bound
+    free = FreeAmplitudes(np.array([motion._half_way(way) for way in WAYS]), WAYS, np.array(targets))
+    return replace(law(on_half_spaces(GRID), motion, bound), free=free)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.7, 0.95])
+@pytest.mark.parametrize("guess", [(0.0, 0.0), (1.0, 0.0), (-3e-3, 5e-3)])
+def test_forces_come_about_from_any_guess_of_the_amplitudes(share, guess):
+    """From one by which all slips in one direction, too, where amplitudes change nothing."""
+    targets = share * bounds().sum() * np.array([0.8, -0.6])
+    found = coulomb.tractions(asked(targets), amplitudes=np.array(guess), tolerance=1e-8)
+    np.testing.assert_allclose(found.p.sum(axis=(0, 1)), targets, atol=1e-6 * bounds().sum())
+    problem = asked(targets)
+    rigid = problem.rigid + np.tensordot(found.amplitudes, problem.free.modes, 1)
+    given = coulomb.tractions(replace(problem, free=None, rigid=rigid), tolerance=1e-8)
+    np.testing.assert_allclose(given.p, found.p, atol=1e-5 * bounds().max())
+    np.testing.assert_allclose(given.slip, found.slip, atol=1e-7)
+
+
+@pytest.mark.parametrize("share", [1.02, 1.5, 1e4])
+def test_forces_that_friction_does_not_bear_are_refused_at_once(share, monkeypatch):
+    monkeypatch.setattr(coulomb, "MOST_STEPS", 0)
+    targets = share * bounds().sum() * np.array([0.8, -0.6])
+    with pytest.raises(Failure, match=f"exceed what friction bears.*less than {1 / share:.4g}"):
+        coulomb.tractions(asked(targets))
+    with pytest.raises(Failure, match="exceed what friction bears"):
+        coulomb.tractions(asked([0.0, 0.0], 0 * bounds()))
+
+
+def test_too_few_steps_are_said_with_the_residual(monkeypatch):
+    monkeypatch.setattr(coulomb, "MOST_STEPS", 1)
+    with pytest.raises(
+        Failure, match=r"after 4 steps their residual is .* not 1.0e-06 \(.*use smaller elements"
+    ):
+        coulomb.tractions(law(on_half_spaces(GRID), MOTIONS["second"], bounds()))
+
+
+# ---- Carter: rolling cylinders, in two dimensions
+
+CYLINDERS, LOAD, FRICTION = LineContact(1 / 50, 1e5), 1000.0, 0.3
+WIDTH = CYLINDERS.half_width(LOAD)
+
+
+def of_line_loads(n, dx):
+    """ICs in plane strain along and across, -2 ln|x| / (pi E*), of strips of width dx."""
+    x = dx * np.arange(1 - n, n)
+
+    def integral(t):
+        return t * np.log(np.abs(t) / (40 * WIDTH)) - t
+
+    kernel = -2 / (np.pi * CYLINDERS.modulus) * (integral(x + dx / 2) - integral(x - dx / 2))
+    return Convolution((X, S), {"1": np.ones(1)}, {((i, "1"), (i, "1")): kernel[:, None] for i in (X, S)})
+
+
+def mean_pressures(x, dx):
+    """Exact means over elements."""
+    t = np.clip(np.stack([x - dx / 2, x + dx / 2]) / WIDTH, -1, 1)
+    low, high = (t * np.sqrt(1 - t**2) + np.arcsin(t)) / 2
+    return np.maximum(high - low, 0) * CYLINDERS.p_max(LOAD) * WIDTH / dx
+
+
+def carter(n, offset, order, share):
+    """Tractions, where they are and what Carter has: n elements across, a share of his largest creepage."""
+    creepage = share * TractiveRolling(CYLINDERS, LOAD, FRICTION, 0.0).largest_creepage
+    exact = TractiveRolling(CYLINDERS, LOAD, FRICTION, creepage)
+    dx = 2 * WIDTH / n
+    x = dx * (np.arange(n + 8) - (n + 7) / 2 - offset)
+    g = FRICTION * mean_pressures(x, dx)
+    rigid = np.zeros((n + 8, 1, 2))
+    rigid[..., 0] = -creepage
+    motion = SteadyRolling(rigid, dx=dx, order=order)
+    operator = of_line_loads(n + 8, dx)
+    found = coulomb.tractions(law(operator, motion, np.where(g > 1e-9 * g.max(), g, 0)[:, None]))
+    return found, x, dx, exact
+
+
+def errors_of_carter(order, share):
+    """Root mean squares of the errors of the force, over places of the grid, for 20, 40 and 80 elements."""
+    errors = []
+    for n in (20, 40, 80):
+        places = [carter(n, offset, order, share) for offset in (0.0, 0.25, 0.5, -0.3, 0.13)]
+        each = [found.p[..., 0].sum() * dx / exact.force - 1 for found, _, dx, exact in places]
+        errors.append(np.sqrt(np.mean(np.square(each))))
+    return np.array(errors)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.6])
+def test_forces_converge_to_carter_s_with_their_order(share):
+    first, second = errors_of_carter(1, share), errors_of_carter(2, share)
+    assert np.log2(first[0] / first[2]) / 2 == pytest.approx(1, abs=0.1)
+    assert np.log2(second[0] / second[2]) / 2 == pytest.approx(1.9, abs=0.15)
+    assert np.all(first / second > [2, 4, 8])
+    assert second[2] < 1e-3
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_tractions_and_slip_are_carter_s(order):
+    found, x, dx, exact = carter(160, 0.2, order, 0.5)
+    p, inner = found.p[:, 0, 0], np.abs(x) < 0.95 * WIDTH
+    assert np.max(np.abs(p - exact.traction(x))[inner]) < (0.03, 0.015)[order - 1] * p.max()
+    behind = inner & (x < exact.stick_start - 4 * dx)
+    slip = exact.slip(x)
+    assert np.max(np.abs(found.slip[:, 0, 0] - slip)[behind]) < (0.05, 0.02)[order - 1] * np.nanmax(
+        np.abs(slip)
+    )
+    sticks = x[found.stick[:, 0]]
+    assert sticks.min() == pytest.approx(exact.stick_start, abs=2 * dx)
+    assert sticks.max() > WIDTH - 1.2 * dx
+    assert np.max(np.abs(found.p[..., 1])) == 0
+
+
+# ---- an ellipse with all creepages
+
+A, B, F_N = 5.0, 4.0, 80e3
+
+
+def of_ellipse(n_x, n_s, order):
+    """Forces and moment over friction times load; bounds are means of Hertz's pressures over elements."""
+    dx, ds, more = 2 * A / n_x, 2 * B / n_s, 6
+    grid = Grid(n_x + more, n_s + more, dx, ds)
+    edges = (x_of(grid)[:, None] + [-dx / 2, dx / 2]) / A
+    fine = (np.arange(16) + 0.5) / 16 - 0.5
+    s = (grid.strips[:, None] + ds * fine) / B
+    half = np.sqrt(np.maximum(1 - s**2, 1e-30))
+    t = np.clip(edges[:, :, None, None] / half, -1, 1)
+    low, high = np.moveaxis((t * np.sqrt(1 - t**2) + np.arcsin(t)) / 2, 1, 0)
+    pressures = 1.5 * F_N / (np.pi * A * B) * np.mean((high - low) * half**2, axis=-1) * A / dx
+    assert np.sum(pressures) * grid.area == pytest.approx(F_N, rel=1e-3)
+    rigid = np.zeros((*pressures.shape, 2))
+    rigid[..., 0] = -8e-4 - 2e-4 * grid.strips
+    rigid[..., 1] = 4e-4 + 2e-4 * x_of(grid)[:, None]
+    motion = SteadyRolling(rigid, dx=dx, order=order)
+    bound = 0.3 * np.where(pressures > 1e-9 * pressures.max(), pressures, 0)
+    p = coulomb.tractions(law(on_half_spaces(grid), motion, bound)).p * grid.area / (0.3 * F_N)
+    moment = np.sum(x_of(grid)[:, None] * p[..., 1] - grid.strips * p[..., 0]) / np.sqrt(A * B)
+    return np.array([*p.sum(axis=(0, 1)), moment])
+
+
+def test_forces_on_an_ellipse_converge_with_their_order_to_the_same_limit():
+    grids = [(20, 16), (40, 32), (80, 64)]
+    first, second = (np.array([of_ellipse(*grid, order) for grid in grids]) for order in (1, 2))
+    limit = (4 * second[2] - second[1]) / 3
+    errors = np.linalg.norm(first - limit, axis=1)
+    np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), 1, atol=0.2)
+    changes = np.linalg.norm(np.diff(second, axis=0), axis=1)
+    assert np.log2(changes[0] / changes[1]) > 1.6
+    assert np.all(errors > [3, 5, 8] * np.linalg.norm(second - limit, axis=1))
+    assert 0.25 < np.linalg.norm(limit[:2]) < 0.95

@@ -1,0 +1,73 @@
+"""What friction bears against closed forms, and against all directions of the amplitudes by brute force."""
+
+import numpy as np
+import pytest
+
+from femic.contact.friction.force_limit import borne, check_borne
+from geometries.errors import Failure
+
+BOUND = np.random.default_rng(0).uniform(0.0, 2.0, (9, 8)) - 0.4
+BOUND[BOUND < 0] = 0.0
+X, Y = np.meshgrid(np.linspace(-4.0, 4.0, 9), np.linspace(-3.0, 3.0, 8), indexing="ij")
+ONE, ZERO = np.ones_like(X), np.zeros_like(X)
+ALONG, ACROSS, TURNING = (np.stack(pair, axis=-1) for pair in ((ONE, ZERO), (ZERO, ONE), (-Y, X)))
+
+
+def test_one_force_may_be_the_sum_of_all_bounds():
+    for way, most in ((ALONG, BOUND.sum()), (TURNING, np.sum(BOUND * np.hypot(X, Y)))):
+        assert borne(np.array([way]), BOUND, np.array([0.25 * most])) == pytest.approx(4.0)
+        assert borne(np.array([way]), BOUND, np.array([-2.0 * most])) == pytest.approx(0.5)
+
+
+def test_two_forces_may_be_as_large_in_any_direction():
+    for angle in (0.0, 0.7, 2.0, -1.1):
+        targets = 0.5 * BOUND.sum() * np.array([np.cos(angle), np.sin(angle)])
+        assert borne(np.array([ALONG, ACROSS]), BOUND, targets) == pytest.approx(2.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_three_forces_are_within_what_all_directions_allow(seed):
+    """The least of sum g |c W| over c f = 1, c by steps of 0.03 rad: at most that of the grid, not below."""
+    weights = np.array([ALONG, ACROSS, TURNING])
+    targets = BOUND.sum() * np.random.default_rng(seed).normal(size=3) * [1.0, 1.0, 3.0]
+    t, u = np.meshgrid(np.linspace(0, np.pi, 106), np.linspace(0, 2 * np.pi, 210))
+    c = np.stack([np.sin(t) * np.cos(u), np.sin(t) * np.sin(u), np.cos(t) / 3], axis=-1).reshape(-1, 3)
+    work = np.linalg.norm(np.tensordot(c, weights, 1), axis=-1).reshape(len(c), -1) @ BOUND.ravel()
+    power = c @ targets
+    least = np.min(work[power > 0] / power[power > 0])
+    assert least * (1 - 3e-3) < borne(weights, BOUND, targets) <= least * (1 + 1e-9)
+
+
+def test_units_and_the_share_of_the_forces_do_not_matter():
+    weights, targets = np.array([ALONG, ACROSS, TURNING]), np.array([20.0, -5.0, 40.0])
+    here = borne(weights, BOUND, targets)
+    scales = np.array([1.0, 1.0, 1e-3])
+    there = borne(weights * scales[:, None, None, None], 1e6 * BOUND, 1e6 * targets * scales)
+    assert there == pytest.approx(here, rel=1e-6)
+    assert borne(weights, BOUND, 3 * targets) == pytest.approx(here / 3)
+
+
+def test_no_forces_are_borne_to_infinity_and_nothing_without_bounds():
+    assert borne(np.array([ALONG]), BOUND, np.zeros(1)) == np.inf
+    assert borne(np.array([ALONG]), np.zeros_like(BOUND), np.zeros(1)) == 0
+    assert borne(np.array([ALONG, ACROSS]), np.zeros_like(BOUND), np.array([1.0, 0.0])) == 0
+
+
+def test_one_element_bears_no_moment_of_its_own():
+    """Its force and its moment go together: the moment is x times the lateral force."""
+    lone = np.zeros_like(BOUND)
+    lone[6, 3] = 2.0
+    lateral, lever = 1.0, X[6, 3]
+    together = np.array([0.0, lateral, lateral * lever])
+    weights = np.array([ALONG, ACROSS, TURNING])
+    assert Y[6, 3] != 0
+    assert borne(weights, lone, together) == pytest.approx(2.0, rel=1e-3)
+    assert borne(weights, lone, together * [1, 1, -1]) < 1e-3
+
+
+def test_forces_beyond_friction_are_refused():
+    most = BOUND.sum()
+    check_borne(np.array([ALONG]), BOUND, np.array([0.999 * most]))
+    for force in (most, 2.0 * most, -2.0 * most):
+        with pytest.raises(Failure, match=r"forces asked for exceed what friction bears: .* less than"):
+            check_borne(np.array([ALONG]), BOUND, np.array([1.0001 * force]))

@@ -1,0 +1,143 @@
+"""Slip of shifts and of rolling against its definition, element by element, and against smooth fields."""
+
+import numpy as np
+import pytest
+
+from femic.contact.block_means import of_fours
+from femic.contact.friction.leading import DEPTH
+from femic.contact.friction.motion import DAMPING, FreeSlip, Motion, RollingStep, Shift, SteadyRolling
+from geometries.errors import WrongInput
+
+RANDOM = np.random.default_rng(0)
+U, W, BEFORE = RANDOM.normal(size=(3, 8, 6, 2))
+DX = 0.3
+
+
+def test_a_shift_slips_by_the_shift_and_what_displacements_have_grown():
+    found = Shift(W, before=BEFORE)
+    np.testing.assert_allclose(found.slip_of(U) + found.given, W + U - BEFORE)
+    np.testing.assert_allclose(Shift(W).slip_of(U) + Shift(W).given, W + U)
+    np.testing.assert_array_equal(found.at_elements(U), U)
+    assert found.depth == 0
+
+
+def test_a_vertical_approach_shifts_by_its_component_along_s():
+    """Down by d, over the tangent (cos, -sin) in (y, z): d sin along s."""
+    delta = np.linspace(-0.5, 0.7, 6)
+    shift = Shift(W, before=BEFORE, per_approach=np.sin(delta), approach_before=0.02)
+    added = shift.given_at(0.05) - shift.given
+    for column in range(6):
+        along_s = np.array([0.0, -0.03]) @ [np.cos(delta[column]), -np.sin(delta[column])]
+        np.testing.assert_allclose(added[:, column], np.tile([0.0, along_s], (8, 1)), atol=1e-15)
+    np.testing.assert_array_equal(Shift(W).given_at(3.0), W)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_steady_rolling_takes_displacements_from_the_next_element_ahead(order):
+    motion = SteadyRolling(W, dx=DX, order=order)
+    found = motion.slip_of(U) + motion.given
+    for row, column in np.ndindex(7, 6):
+        w = W[row, column] if order == 1 else (W[row, column] + W[row + 1, column]) / 2
+        expected = w + (U[row, column] - U[row + 1, column]) / DX
+        np.testing.assert_allclose(found[row, column], expected)
+    assert motion.depth == (0 if order == 1 else DEPTH)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_step_of_rolling_takes_those_of_the_step_before(order):
+    motion = RollingStep(W, dx=DX, order=order, before=BEFORE)
+    found = motion.slip_of(U) + motion.given
+    for row, column in np.ndindex(7, 6):
+        w = W[row, column] if order == 1 else (W[row, column] + W[row + 1, column]) / 2
+        expected = w + (U[row, column] - BEFORE[row + 1, column]) / DX
+        np.testing.assert_allclose(found[row, column], expected)
+    first = RollingStep(W, dx=DX, order=order)
+    np.testing.assert_allclose(found - first.given - first.slip_of(U), -np.r_[BEFORE[1:], BEFORE[-1:]] / DX)
+
+
+def test_with_the_displacements_of_now_a_step_is_steady_rolling():
+    step, steady = RollingStep(W, dx=DX, before=U), SteadyRolling(W, dx=DX)
+    np.testing.assert_allclose(step.slip_of(U) + step.given, steady.slip_of(U) + steady.given)
+
+
+def smooth(n):
+    """Slip of the smooth field u = sin, w = cos at elements and between them, and what motions make of it."""
+    dx = 2.0 / n
+    x = dx * np.arange(n)[:, None, None] + np.zeros((1, 1, 2))
+    exact = lambda at: np.cos(0.4 * at) - 0.7 * np.cos(0.7 * at)  # noqa: E731
+    return dx, x, np.sin(0.7 * x), np.cos(0.4 * x), exact
+
+
+def largest_errors(order):
+    """At the places where the slip of an order holds, for two grids; the ends of the grid do not count."""
+    errors = []
+    for n in (40, 80):
+        dx, x, u, w, exact = smooth(n)
+        motion = SteadyRolling(w, dx=dx, order=order)
+        slip = motion.slip_of(u) + motion.given
+        between = x if order == 1 else x + dx / 2
+        centred = motion.at_elements(slip)
+        errors.append([
+            np.max(np.abs((slip - exact(between))[:-1])),
+            np.max(np.abs((centred - exact(x))[1:-1])),
+        ])  # fmt: skip
+    return np.array(errors)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_slip_has_the_error_of_its_order(order):
+    coarse, fine = largest_errors(order)
+    np.testing.assert_allclose(np.log2(coarse / fine), order, atol=0.1)
+
+
+def test_symbols_are_what_slip_makes_of_waves():
+    """But for the damping, by which waves decay over the grid."""
+    turns = np.array([0.3, -1.2, 2.5])
+    wave = np.exp(1j * turns * np.arange(8)[:, None])[:, :, None] * np.ones(2)
+    for motion, damping in (
+        (Motion(W), 0.0),
+        (SteadyRolling(W, dx=DX), DAMPING / 8),
+        (RollingStep(W, dx=DX), 0.0),
+    ):
+        slips = motion.slip_of(wave)[:-1] / wave[:-1]
+        undamped = motion.symbol(turns - 1j * damping)
+        np.testing.assert_allclose(slips[..., 0], np.broadcast_to(undamped, (7, 3)), rtol=1e-12)
+    assert abs(SteadyRolling(W, dx=DX).symbol(np.zeros(1))[0]) > 0.1 / DX / 8
+
+
+def test_free_slips_are_taken_where_rigid_ones_are():
+    free = FreeSlip(W, RANDOM.normal(size=(8, 6, 3)), 3.0)
+    for motion in (SteadyRolling(0 * W, (free,), dx=DX), SteadyRolling(0 * W, (free,), dx=DX, order=1)):
+        np.testing.assert_array_equal(motion.of_free[0], SteadyRolling(W, dx=DX, order=motion.order).given)
+    np.testing.assert_array_equal(Motion(0 * W, (free, free)).of_free, [W, W])
+
+
+def fine(coarse):
+    return coarse.repeat(2, axis=0).repeat(2, axis=1)
+
+
+def test_on_coarser_elements_fields_are_means_and_forces_stay():
+    coarse = RANDOM.normal(size=(4, 3, 2))
+    np.testing.assert_allclose(of_fours(fine(coarse)), coarse)
+    np.testing.assert_allclose(of_fours(W)[1, 2], W[2:4, 4:6].mean(axis=(0, 1)))
+    weights, p = RANDOM.normal(size=(8, 6, 3)), RANDOM.normal(size=(4, 3, 3))
+    free = FreeSlip(W, weights, 3.0)
+    assert np.sum(free.coarsened.weights * p) == pytest.approx(np.sum(weights * fine(p)))
+    assert free.coarsened.force == 3.0
+    rolling = SteadyRolling(W, (free,), dx=DX, order=1).coarsened()
+    assert (rolling.dx, rolling.order) == (2 * DX, 1)
+    np.testing.assert_array_equal(rolling.rigid, of_fours(W))
+    np.testing.assert_array_equal(rolling.of_free[0], of_fours(W))
+    sines = RANDOM.normal(size=6)
+    shift = Shift(W, before=BEFORE, per_approach=sines, approach_before=0.1).coarsened()
+    np.testing.assert_allclose(
+        shift.given_at(0.4)[1, 2], of_fours(W - BEFORE)[1, 2] + [0, 0.15 * sum(sines[4:])]
+    )
+    assert Shift(W).coarsened().before is None
+    assert RollingStep.has_coarser is False
+
+
+@pytest.mark.parametrize("order", [0, 3, 1.5])
+def test_other_orders_are_refused(order):
+    with pytest.raises(WrongInput, match=f"order = {order}: 1 or 2"):
+        SteadyRolling(W, order=order)

@@ -1,0 +1,233 @@
+"""Pressures with bounds: complementarity, small problems against all sets of elements in contact, units."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from approx.pair import Pair, Solid
+from femic.contact import bound_constrained
+from femic.contact.bound_constrained import Bounded, pressures
+from femic.contact.operators.approximations import turned
+from geometries.contours import arc, plane
+from geometries.errors import Failure
+from geometries.grids import Grid
+from geometries.materials import Material
+from geometries.patches import N
+from geometries.surfaces import LOWER, UPPER, Surface
+
+STEEL, BRASS = Material(210e3, 0.28), Material(100e3, 0.35)
+
+
+def problem(n_x, n_s, h, *, variant="Bhat"):
+    """Bodies on both sides of an arc; the grid covers 3 mm along x and 4 mm along s, mostly left of it."""
+    contour = arc(3.0, 1.3, 0.6)
+    grid = Grid(n_x, n_s, 3.0 / n_x, 4.0 / n_s, -0.9)
+    bodies = Pair(Solid(BRASS, Surface(UPPER, contour)), Solid(STEEL, Surface(LOWER, contour)))
+    level = Pair(Solid(BRASS, Surface(UPPER, plane())), Solid(STEEL, Surface(LOWER, plane())))
+    operator, flat = turned(variant, bodies, grid, (N,)), turned("A", level, grid, (N,))
+    c = np.broadcast_to(np.cos(contour.inclination(grid.strips)), (n_x, n_s))
+    of_one = [
+        lambda p, linear=linear: linear(p[..., None])[..., 0] for linear in (operator, flat.ring_inverse)
+    ]
+    return Bounded(*of_one, h, c)
+
+
+def smooth_gap(n_x, n_s):
+    """Of a body that is not symmetric."""
+    x, s = np.linspace(-1, 1, n_x)[:, None], np.linspace(-1, 1, n_s)
+    return 0.02 * (x - 0.2) ** 2 + 0.05 * (s + 0.1) ** 2 + 0.01 * x * s + 0.01 * s**3
+
+
+def rough_gap(n_x, n_s, seed=0):
+    return smooth_gap(n_x, n_s) + 0.01 * np.random.default_rng(seed).random((n_x, n_s))
+
+
+def dense(of):
+    n = of.h.size
+    return np.stack([of.compliance(unit).ravel() for unit in np.eye(n).reshape(n, *of.h.shape)], axis=1)
+
+
+def assert_complementary(of, solution, tolerance=1e-7):
+    """p >= 0 and no gap where p > 0; gaps are measured by the displacement of the largest pressure."""
+    unit = np.max(solution.p) * np.max(of.compliance(np.eye(1, of.h.size).reshape(of.h.shape)))
+    gap = of.compliance(solution.p) + of.h - solution.approach * of.c
+    assert np.min(solution.p) == 0
+    assert np.max(np.abs(gap[solution.p > 0])) < 3 * tolerance * unit
+    assert np.min(gap) > -3 * tolerance * unit
+    finite = np.isfinite(gap)
+    np.testing.assert_allclose(solution.gap[finite], gap[finite], atol=1e-12 * unit)
+
+
+SIZES = [(12, 17), (30, 23), (1, 40), (40, 1)]
+
+
+@pytest.mark.parametrize("variant", ["A", "B", "Bhat"])
+@pytest.mark.parametrize("gap", [smooth_gap, rough_gap])
+@pytest.mark.parametrize("sizes", SIZES)
+def test_gaps_and_pressures_exclude_each_other(sizes, gap, variant):
+    of = problem(*sizes, gap(*sizes), variant=variant)
+    load = 150.0 * of.h.size
+    solution = pressures(of, load=load)
+    assert np.vdot(of.c, solution.p) == pytest.approx(load, rel=1e-12)
+    assert 0 < np.count_nonzero(solution.p) < solution.p.size
+    assert solution.error <= bound_constrained.TOLERANCE
+    assert_complementary(of, solution)
+
+
+@pytest.mark.parametrize("gap", [smooth_gap, rough_gap])
+@pytest.mark.parametrize("sizes", SIZES)
+def test_a_load_and_its_approach_are_the_same_contact(sizes, gap):
+    of = problem(*sizes, gap(*sizes))
+    by_load = pressures(of, load=150.0 * of.h.size, tolerance=1e-10)
+    by_approach = pressures(of, approach=by_load.approach, tolerance=1e-10)
+    np.testing.assert_allclose(by_approach.p, by_load.p, atol=1e-8 * np.max(by_load.p))
+    assert by_approach.approach == by_load.approach
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_small_problems_are_those_of_all_sets_of_elements_in_contact(seed):
+    """Of 2^9 sets the only one with p >= 0 on it and gaps beside it."""
+    of = problem(3, 3, rough_gap(3, 3, seed))
+    S, h, c, zeta = dense(of), of.h.ravel(), of.c.ravel(), 0.03
+    found = []
+    for elements in product([False, True], repeat=9):
+        mask, p = np.array(elements), np.zeros(9)
+        p[mask] = np.linalg.solve(S[np.ix_(mask, mask)], (zeta * c - h)[mask])
+        if np.all(p[mask] > 0) and np.all((S @ p + h - zeta * c)[~mask] >= 0):
+            found.append(p)
+    (exact,) = found
+    assert 0 < np.count_nonzero(exact) < 9
+    solution = pressures(of, approach=zeta, tolerance=1e-12)
+    np.testing.assert_allclose(solution.p.ravel(), exact, atol=1e-9 * np.max(exact))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_larger_ones_are_those_of_nonnegative_least_squares(seed):
+    """With S = L L^T the energy is |L^T p - L^-1 (zeta c - h)|^2 / 2, but for a constant."""
+    of = problem(8, 11, rough_gap(8, 11, seed))
+    S, zeta = dense(of), 0.05
+    lower = np.linalg.cholesky((S + S.T) / 2)
+    exact, _ = nnls(lower.T, np.linalg.solve(lower, (zeta * of.c - of.h).ravel()))
+    solution = pressures(of, approach=zeta, tolerance=1e-12)
+    np.testing.assert_allclose(solution.p.ravel(), exact, atol=1e-9 * np.max(exact))
+
+
+@pytest.mark.parametrize("given", [{"load": 3e4}, {"approach": 0.04}])
+def test_the_start_does_not_matter_but_saves_work(given):
+    of = problem(20, 27, rough_gap(20, 27))
+    cold = pressures(of, **given, tolerance=1e-10)
+    corner = np.zeros(of.h.shape)
+    corner[-1, -1] = 1.0  # not in contact
+    for start in (corner, np.random.default_rng(0).random(of.h.shape), -np.ones(of.h.shape) + 2 * corner):
+        other = pressures(of, **given, start=start, tolerance=1e-10)
+        np.testing.assert_allclose(other.p, cold.p, atol=1e-8 * np.max(cold.p))
+    again = pressures(of, **given, start=cold.p, tolerance=1e-10)
+    assert again.iterations <= 1 < cold.iterations
+
+
+@pytest.mark.parametrize("given", [{"load": 3e4}, {"approach": 0.04}])
+def test_a_start_without_pressures_is_as_good_as_none(given):
+    """Such as the pressures of an approach at which nothing touches."""
+    of = problem(9, 11, rough_gap(9, 11))
+    cold = pressures(of, **given)
+    for start in (np.zeros(of.h.shape), -np.ones(of.h.shape)):
+        np.testing.assert_array_equal(pressures(of, **given, start=start).p, cold.p)
+
+
+@pytest.mark.parametrize("given", [{"load": 3e5}, {"approach": 1.0}])
+def test_with_all_elements_in_contact_directions_are_conjugate(given):
+    """Conjugate gradients then end after as many steps as there are unknowns, whatever the preconditioner."""
+    of = replace(problem(2, 3, smooth_gap(2, 3)), inverse=lambda u: 1e5 * u)
+    solution = pressures(of, **given, tolerance=1e-12)
+    assert np.all(solution.p > 0)
+    assert 2 < solution.iterations <= 6
+
+
+def test_it_stops_at_its_tolerance_and_the_error_is_of_its_size():
+    of = problem(20, 27, rough_gap(20, 27))
+    exact = pressures(of, load=3e4, tolerance=1e-13).p
+    errors = []
+    for tolerance in (1e-2, 1e-4, 1e-6, 1e-8):
+        solution = pressures(of, load=3e4, tolerance=tolerance)
+        errors.append(np.max(np.abs(solution.p - exact)) / np.max(exact))
+        assert solution.error <= tolerance
+        assert errors[-1] < 10 * tolerance
+    assert np.all(np.diff(errors) < 0)
+
+
+def test_iterations_and_products_are_counted(monkeypatch):
+    of = problem(20, 27, smooth_gap(20, 27))
+    calls = []
+    counted = replace(of, compliance=lambda p: calls.append(1) or of.compliance(p))
+    solution = pressures(counted, load=3e4)
+    assert solution.products == len(calls)
+    assert solution.iterations <= solution.products
+    monkeypatch.setattr(bound_constrained, "MOST_ITERATIONS", solution.iterations - 1)
+    with pytest.raises(Failure, match=r"after \d+ iterations their error is estimated at .*, not 1\.0e-07"):
+        pressures(of, load=3e4)
+
+
+@pytest.mark.parametrize("given", [{"load": 3e4}, {"approach": 0.05}])
+def test_units_do_not_matter(given):
+    """Metres: displacements 1e-3; loads in kN: pressures 1e-3."""
+    of = problem(14, 9, rough_gap(14, 9))
+    here = pressures(of, **given)
+    scaled = Bounded(lambda p: 1.0 * of.compliance(p), lambda u: 1.0 * of.inverse(u), 1e-3 * of.h, of.c)
+    there = pressures(scaled, **{name: 1e-3 * value for name, value in given.items()})
+    np.testing.assert_allclose(there.p, 1e-3 * here.p, rtol=1e-9, atol=1e-15 * np.max(here.p))
+    assert there.approach == pytest.approx(1e-3 * here.approach, rel=1e-9)
+
+
+def test_pressures_grow_nowhere_where_elements_cannot_touch():
+    """h is infinite on some elements, which then leave the problem."""
+    h = rough_gap(9, 11)
+    free = pressures(problem(9, 11, h), approach=0.05)
+    excluded = np.zeros(h.shape, dtype=bool)
+    excluded[3:6, 4:7] = excluded[:, -1] = True
+    assert np.any(free.p[excluded] > 0)
+    of = problem(9, 11, np.where(excluded, np.inf, h))
+    S, mask = dense(of), ~excluded.ravel()
+    lower = np.linalg.cholesky(((S + S.T) / 2)[np.ix_(mask, mask)])
+    exact = np.zeros(h.size)
+    exact[mask], _ = nnls(lower.T, np.linalg.solve(lower, (0.05 * of.c - h).ravel()[mask]))
+    for given in ({"approach": 0.05}, {"load": float(exact @ of.c.ravel())}):
+        solution = pressures(of, **given, tolerance=1e-11)
+        np.testing.assert_allclose(solution.p.ravel(), exact, atol=1e-9 * np.max(exact))
+    assert solution.approach == pytest.approx(0.05, rel=1e-9)
+
+
+def test_without_overlap_there_is_no_pressure():
+    of = problem(9, 11, smooth_gap(9, 11))
+    solution = pressures(of, approach=-0.01)
+    assert not solution.p.any()
+    assert solution.error == 0
+    np.testing.assert_allclose(solution.gap, of.h + 0.01 * of.c)
+
+
+@pytest.mark.parametrize("given", [{"load": 3e4}, {"approach": 0.05}])
+def test_ics_that_are_not_positive_are_refused(given):
+    """Without the ICs of elements on themselves: pressures of changing sign do negative work."""
+    of = problem(9, 11, smooth_gap(9, 11))
+    own = np.diagonal(dense(of)).reshape(of.h.shape)
+    indefinite = replace(of, compliance=lambda p: of.compliance(p) - own * p)
+    with pytest.raises(Failure, match=r"not positive for pressures .*\(p S p = -.*check their eigenvalues"):
+        pressures(indefinite, **given)
+
+
+def test_a_rigid_compliance_that_pressures_in_contact_do_not_feel_is_no_obstacle():
+    """Where the load is given, m c c^T does no work on directions; only the approach changes, by m load."""
+    of = problem(12, 9, rough_gap(12, 9))
+    m = np.max(np.linalg.eigvalsh(dense(of)))  # S - m c c^T is far from positive
+    discounted = replace(of, compliance=lambda p: of.compliance(p) - m * of.c * np.vdot(of.c, p))
+    here, there = (pressures(each, load=3e4, tolerance=1e-11) for each in (of, discounted))
+    np.testing.assert_allclose(there.p, here.p, atol=1e-8 * np.max(here.p))
+    assert there.approach == pytest.approx(here.approach - m * 3e4, rel=1e-9)
+
+
+@pytest.mark.parametrize("given", [{}, {"load": 1.0, "approach": 1.0}])
+def test_either_a_load_or_an_approach_is_given(given):
+    with pytest.raises(ValueError, match="either load or approach"):
+        pressures(problem(3, 4, smooth_gap(3, 4)), **given)

@@ -1,0 +1,330 @@
+"""Responses by condensed equations are those that fields have, and proved: what is wrong raises."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_matrix
+
+from femic.cache.store import Store
+from femic.reference.accuracy import NotConverged
+from femic.reference.harmonic import condensation, engine, equations, section_response
+from femic.reference.harmonic.condensation import Condensation, Condensed
+from femic.reference.harmonic.engine import build_section
+from femic.reference.harmonic.entry import KeptWaves
+from femic.reference.harmonic.equations import LARGEST_RESIDUAL
+from femic.reference.harmonic.section_model import assemble
+from femic.reference.harmonic.section_response import Respond, observers, strip_force
+from femic.reference.meshing.cell_size import Cells
+from femic.reference.symmetry import Parity, Y, parities
+from geometries.bodies import Domain
+from geometries.contours import arc
+from geometries.patches import Load, Patch, X
+from tests.femic.reference.harmonic.fields import fields
+from tests.femic.reference.kept_model import BODY, TASK
+
+K = 0.3
+SHARES = (1.0, 0.5)
+WHOLE = replace(BODY, domain=Domain(12.0, np.inf))  # a small model
+SYMMETRIC = replace(WHOLE, contour=arc(10.0, 0.3, 0.3))
+CELLS = Cells(0.3, 0.5, 0.5)
+LOADS = tuple(Load(Patch(0.4, 0.3, s), i) for s in (-1.5, 0.0, 0.2, 1.0, 1.5) for i in range(3))
+SEEN = {"few observers": np.array([-2.0, -1.0, 0.0, 0.5, 1.0, 2.0]), "many": np.linspace(-2.0, 2.0, 60)}
+
+
+def largest(values):
+    return np.max(np.abs(values))
+
+
+def prepared_by(respond):
+    """The one condensation that serves all parities and far arcs."""
+    (together,) = respond._together
+    return together.condensation
+
+
+@pytest.fixture(scope="module", autouse=True)
+def fields_are_cheap():
+    """So that 60 observers are many; it matters for nothing but seconds."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(condensation, "ROWS_PER_FIELD", 1)
+        yield
+
+
+@pytest.fixture(scope="module", params=[WHOLE, SYMMETRIC], ids=["whole", "half"])
+def section(request):
+    found = build_section(replace(TASK.request, body=request.param, loads=LOADS, cells=CELLS))
+    assert found.half_section == (request.param is SYMMETRIC)
+    return found
+
+
+@pytest.fixture(scope="module")
+def assembled(section):
+    return assemble(section)
+
+
+@pytest.fixture(scope="module", params=SEEN)
+def asked(section, request):
+    """Responses at a few observers, for which the border has G, or at many, for which fields are solved."""
+    respond = Respond(section, LOADS, SEEN[request.param], SHARES)
+    prepared = prepared_by(respond)
+    assert (prepared.in_border is prepared.observers) == (request.param == "few observers")
+    return respond, SEEN[request.param]
+
+
+def by_fields(section, model, s, k, share):
+    """Responses (load, 3, len(s)) of fields, part by part; all that lies beyond the far arc is held."""
+    loads, nodes = LOADS, section.mesh.doflocs
+    beyond = np.hypot(*nodes) > share * section.body.domain.far_radius
+    u = np.zeros((len(loads), 3, len(s)))
+    for y in (1, -1) if section.half_section else (0,):
+        held = section.supported | beyond[:, None]
+        if y:
+            held |= (np.abs(nodes[0]) < 1e-9)[:, None] & (Parity(1, y).signs(Y) < 0)
+        part = [j for j, load in enumerate(loads) if y in [p.y for p in parities(load, half_section=bool(y))]]
+        force = np.stack([strip_force(section, loads[j], y) for j in part], axis=1)
+        u[part] += (
+            (observers(section, s, y) @ fields(model, held, k, force))
+            .T.reshape(len(part), -1, 3)
+            .swapaxes(1, 2)
+        )
+    axes = section.body.surface.axes(np.zeros_like(s), s)
+    signs = np.array([[1, -1, -1] if load.direction == X else [1, 1, 1] for load in loads])
+    return signs[..., None] * np.einsum("icn,lcn->lin", axes, u)
+
+
+@pytest.mark.parametrize("k", [0.0, 0.02, 0.3, 8.0])
+def test_responses_are_those_of_the_fields_with_either_far_arc(section, assembled, asked, k):
+    """Loads and observers on both sides of y = 0, over it and beside it."""
+    respond, s = asked
+    responses, residual = respond(k, SHARES)
+    assert responses.shape == (2, len(LOADS), 3, len(s))
+    for found, share in zip(responses, SHARES, strict=True):
+        expected = by_fields(section, assembled, s, k, share)
+        assert largest(found - expected) < 1e-9 * largest(expected)
+    assert 0 < residual < 1e-9
+    if k == 0.02:
+        assert largest(responses[0] - responses[1]) > 1e-3 * largest(responses)
+    np.testing.assert_array_equal(respond(k)[0], responses[:1])
+
+
+def test_supports_that_differ_at_many_nodes_are_factored_apart(section, asked, monkeypatch):
+    together, s = asked
+    monkeypatch.setattr(section_response, "MOST_RETAINED", 10)
+    apart = Respond(section, LOADS, s, SHARES)
+    assert len(apart._together) == (4 if section.half_section else 2)
+    for shares in (SHARES, (1.0,), (0.5,)):
+        expected = together(0.02, shares)[0]
+        np.testing.assert_allclose(apart(0.02, shares)[0], expected, rtol=0, atol=1e-9 * largest(expected))
+
+
+def test_the_unit_of_force_does_not_matter(section):
+    """All moduli a million times as large: all responses a millionth."""
+    harder = replace(section.body, material=replace(section.body.material, E=1e6 * section.body.material.E))
+    soft, hard = (
+        Respond(replace(section, body=body), LOADS, SEEN["few observers"], SHARES)(K, SHARES)[0]
+        for body in (section.body, harder)
+    )
+    assert largest(1e6 * hard - soft) < 1e-9 * largest(soft)
+
+
+@pytest.mark.parametrize(
+    ("constant", "factor"), [("SPRING", 0.0), ("SPRING", 100.0), ("BORDER", 1e-3), ("BORDER", 1e3)]
+)
+def test_springs_and_border_change_nothing(monkeypatch, section, asked, constant, factor):
+    respond, s = asked
+    monkeypatch.setattr(condensation, constant, factor * getattr(condensation, constant))
+    changed = Respond(section, LOADS, s, SHARES)
+    expected = respond(K, SHARES)[0]
+    assert largest(changed(K, SHARES)[0] - expected) < 1e-8 * largest(expected)
+
+
+def test_an_observer_that_hardly_moves_is_proved_on_the_scale_of_the_loads(section):
+    """At a distance of k s = 40 nothing is left but rounding."""
+    responses, residual = Respond(section, LOADS[-3:], np.array([-3.5]))(9.0)
+    assert largest(responses) < 1e-6 * largest(Respond(section, LOADS[-3:], np.array([1.5]))(9.0)[0])
+    assert residual < 1e-8
+
+
+class Permuted:
+    """Factors of a matrix of three rows whose rows or columns were exchanged."""
+
+    shape = (3, 3)
+
+    def __init__(self, rows, columns):
+        self.perm_r, self.perm_c = np.array(rows), np.array(columns)
+
+
+@pytest.mark.parametrize("moved", [([0, 2, 1], [0, 1, 2]), ([0, 1, 2], [1, 0, 2]), ([2, 1, 0], [2, 1, 0])])
+def test_a_last_block_of_other_rows_or_columns_is_none(moved):
+    assert condensation.last_block(Permuted(*moved), 2) is None
+
+
+# --- what is wrong raises --------------------------------------------------------------------------------
+
+
+def test_a_block_that_was_moved_raises(asked, monkeypatch):
+    monkeypatch.setattr(condensation, "last_block", lambda *_: None)
+    with pytest.raises(NotConverged, match="exchanged"):
+        asked[0](K)
+
+
+@pytest.mark.parametrize("factor", [1.001, np.nan])
+@pytest.mark.parametrize("wrong", ["one load", "one observer", "what is retained"])
+def test_a_block_that_is_wrong_by_a_thousandth_raises(asked, monkeypatch, wrong, factor):
+    """T less D: what one load does, what one observer sees, or the stiffness of what is retained."""
+    respond, _ = asked
+    prepared, right = prepared_by(respond), condensation.last_block
+    r, n_loads, n_seen = prepared.retained, prepared.forces.shape[1], prepared.in_border.shape[0]
+    places = {
+        "one load": np.s_[:, r + n_loads - 1],
+        "one observer": np.s_[r + n_seen - 1, :],
+        "what is retained": np.s_[:r, :r],
+    }
+
+    def changed_block(factors, size):
+        block = right(factors, size)
+        d = np.diag(np.where(np.arange(size) < r, prepared.spring, prepared.d))
+        change = np.ones_like(block)
+        change[places[wrong]] = factor
+        return d + (block - d) * change
+
+    assert respond(0.0, SHARES)[1] < 1e-9
+    monkeypatch.setattr(condensation, "last_block", changed_block)
+    with pytest.raises(NotConverged, match=r"k = 0 1/mm, [\d,]{5,} unknowns.* residual is .*Try"):
+        respond(0.0, SHARES)
+
+
+class Solving:
+    """Factors whose solutions are changed."""
+
+    def __init__(self, factors, change):
+        self._factors, self._change = factors, change
+
+    def __getattr__(self, name):
+        return getattr(self._factors, name)
+
+    def solve(self, f):
+        return self._change(self._factors.solve(f))
+
+
+@pytest.fixture
+def changed(monkeypatch):
+    """Let solutions be changed from here on."""
+
+    def start(change):
+        splu = equations.splu
+        monkeypatch.setattr(equations, "splu", lambda *a, **options: Solving(splu(*a, **options), change))
+
+    return start
+
+
+def one_is_no_number(u):
+    u[len(u) // 2, -1] = np.nan
+    return u
+
+
+@pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
+@pytest.mark.parametrize(
+    "change", [lambda u: 1.5 * u, one_is_no_number, lambda u: np.full_like(u, np.inf), np.zeros_like]
+)
+def test_displacements_that_are_wrong_raise(changed, asked, change):
+    changed(change)
+    with pytest.raises(
+        NotConverged, match=r"k = 0\.3 1/mm, [\d,]{5,} unknowns.* residual is .*1e-05 allowed.*Try"
+    ):
+        asked[0](K)
+
+
+def test_displacements_that_are_wrong_end_a_run(changed):
+    changed(lambda u: 1.5 * u)
+    with pytest.raises(NotConverged, match="residual"):
+        engine.raw_ics(TASK.request)
+
+
+def test_the_residual_grows_with_what_is_wrong(changed, asked):
+    """A thousandth of the largest residual more of all solutions: the equations are that far from solved."""
+    respond, _ = asked
+    share, n = 0.1 * LARGEST_RESIDUAL, prepared_by(respond).forces.shape[1]
+    changed(lambda u: (1 + share) * u)
+    assert share * np.sqrt(n) / 2 < respond(K)[1] < 2.5 * share * np.sqrt(n)
+
+
+@pytest.fixture(scope="module")
+def of_ten_decades(section):
+    """Loads whose forces differ by ten decades, solved for their fields."""
+    prepared = prepared_by(Respond(section, LOADS, SEEN["many"]))
+    forces = prepared.forces.multiply(np.geomspace(1e-5, 1e5, prepared.forces.shape[1]))
+    return Condensation.of(prepared.stiffness, prepared.retained, csc_matrix(forces), prepared.observers, 1)
+
+
+@pytest.mark.parametrize("column", [0, 7, -1])
+def test_a_wrong_column_raises_however_small_its_force(changed, of_ten_decades, column):
+    def change(u):
+        u[:, column] *= 1.001
+        return u
+
+    free = np.ones(of_ten_decades.retained, dtype=bool)
+    assert of_ten_decades.at(K).responses(free)[1] < 1e-9
+    changed(change)
+    with pytest.raises(NotConverged, match=r"residual is \d\.\de-0[34]"):
+        of_ten_decades.at(K).responses(free)
+
+
+def test_two_columns_that_are_exchanged_raise(changed, of_ten_decades):
+    changed(lambda u: u[:, [1, 0, *range(2, u.shape[1])]])
+    with pytest.raises(NotConverged, match="residual"):
+        of_ten_decades.at(K).responses(np.ones(of_ten_decades.retained, dtype=bool))
+
+
+def test_a_matrix_without_factors_raises_with_what_to_try(asked, monkeypatch):
+    def singular(*_, **__):
+        raise RuntimeError("Factor is exactly singular")
+
+    monkeypatch.setattr(equations, "splu", singular)
+    with pytest.raises(NotConverged, match=r"k = 0\.3 1/mm.*exactly singular.*Try"):
+        asked[0](K)
+
+
+def test_the_worst_residual_of_all_parts_and_arcs_counts(asked, monkeypatch):
+    respond, _ = asked
+    responses = Condensed.responses
+    for worst in range(2 * len(respond._parts)):
+        given = iter([5e-9 if number == worst else 1e-12 for number in range(2 * len(respond._parts))])
+        monkeypatch.setattr(Condensed, "responses", lambda *args, g=given: (responses(*args)[0], next(g)))
+        assert respond(K, SHARES)[1] == 5e-9
+
+
+# --- kept answers ----------------------------------------------------------------------------------------
+
+
+class Answers:
+    """Answers of an earlier run that are all here but for their residuals, which are given."""
+
+    def __init__(self):
+        self.found, self.residuals = {}, {}
+
+    def get(self, name):
+        return (self.found[name], self.residuals[name]) if name in self.found else None
+
+    def put(self, name, answer):
+        self.found[name], self.residuals[name] = answer
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_the_cost_has_the_worst_residual_also_of_what_was_kept(workers):
+    kept, few_waves = Answers(), replace(TASK.request, body=WHOLE, accuracy=1e-7)
+    first = engine.solve(few_waves, kept=kept, workers=workers).cost.residual
+    assert first == max(kept.residuals.values())
+    assert 0 < first < 1e-9
+    kept.residuals[sorted(kept.residuals)[3]] = 3e-7
+    del kept.found["k0.0"]  # this one is solved again
+    assert engine.solve(few_waves, kept=kept, workers=workers).cost.residual == 3e-7
+
+
+def test_kept_waves_carry_their_residual(tmp_path):
+    kept = KeptWaves(Store(tmp_path), "key")
+    kept.put("k0.25", (np.eye(3), 4e-11))
+    responses, residual = kept.get("k0.25")
+    np.testing.assert_array_equal(responses, np.eye(3))
+    assert residual == 4e-11
+    assert kept.get("k0.5") is None

@@ -1,0 +1,43 @@
+"""A small model, and as a script: solve it into a store and say in a log which wavenumbers were solved."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from femic.cache.store import Store
+from femic.reference.harmonic.record import HARMONIC
+from femic.reference.harmonic.request import HarmonicRequest
+from femic.reference.harmonic.section_response import Respond
+from femic.reference.level import Level
+from femic.reference.meshing.cell_size import Cells
+from femic.reference.models import Points
+from femic.reference.refinement import solve_models
+from femic.reference.run_options import Means, Task
+from geometries.bodies import Body, Domain
+from geometries.contours import arc
+from geometries.materials import Material
+from geometries.patches import Load, Patch
+from geometries.surfaces import LOWER
+
+BODY = Body(LOWER, arc(10.0, 0.3, 0.4), Material(210e3, 0.28), Domain(100.0, np.inf))
+LOADS = tuple(Load(Patch(0.4, 0.5), direction) for direction in range(3))
+POINTS = Points(np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.5, 1.5]))
+TASK = Task("lower", Level(), HarmonicRequest(BODY, LOADS, POINTS, Cells(0.1, 0.5, 0.5), 1e-9), 100_000)
+
+
+def main(location: str, log: str) -> None:
+    """Solve, counting."""
+    respond = Respond.__call__
+
+    def counted(self, k, shares=(1.0,)):
+        with Path(log).open("a") as lines:
+            lines.write(f"{k!r}\n")
+        return respond(self, k, shares)
+
+    Respond.__call__ = counted
+    list(solve_models([(HARMONIC, TASK)], Means(2, Store(location))))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

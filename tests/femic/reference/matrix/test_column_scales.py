@@ -1,0 +1,180 @@
+"""How errors of an IC matrix are measured: scales of a column, shares of them, the worst of all."""
+
+import numpy as np
+import pytest
+
+from approx.halfspace import HalfSpace
+from femic.reference.accuracy import Shares
+from femic.reference.engines import HARMONIC, SOLID
+from femic.reference.estimate import Estimated
+from femic.reference.job import Settings
+from femic.reference.matrix.columns import column_scale, column_shares, worst_of
+from femic.reference.matrix.job import MatrixJob, far_radius_for
+from femic.reference.matrix.reference import AtLags
+from geometries.bodies import Body, Domain
+from geometries.contours import plane
+from geometries.errors import WrongInput
+from geometries.grids import Grid
+from geometries.materials import Material, one_body
+from geometries.patches import Patch
+from geometries.surfaces import LOWER, UPPER
+from tests.femic.reference.conftest import STEEL
+
+GRID = Grid(7, 6, 0.4, 0.5)
+SOFT = Material(70e3, 0.33)
+STRIP = 4
+
+
+def job(material=STEEL, side=LOWER, **settings):
+    body = Body(side, plane(), material, Domain(1000.0, np.inf))
+    return MatrixJob(body, GRID, Settings(HARMONIC, **settings))
+
+
+def a_nn(material, side):
+    half_space = HalfSpace(one_body(material, side))
+    s = GRID.strips - GRID.strips[STRIP]
+    return half_space.ics(Patch(0.2, 0.25), GRID.lags[:, None], s)[2, 2] / (0.4 * 0.5)
+
+
+def test_a_matrix_by_another_engine_is_refused():
+    body = Body(LOWER, plane(), STEEL, Domain(1000.0, np.inf))
+    with pytest.raises(WrongInput, match=r"`engine`: .*harmonic engine, not by solid: give"):
+        MatrixJob(body, GRID, Settings(SOLID))
+
+
+LAG, APART = np.meshgrid(np.arange(7), np.arange(6) - STRIP, indexing="ij")
+FAR = LAG**2 + APART**2 >= 16
+
+
+def test_within_four_elements_errors_are_shares_of_five_times_a_nn_there():
+    c = np.full((3, 3, 7, 6), 1e9)
+    found = column_scale(STRIP, c, [job()])
+    expected = np.broadcast_to(5 * a_nn(STEEL, LOWER), c.shape)
+    np.testing.assert_allclose(found[..., ~FAR], expected[..., ~FAR])
+    assert np.sum(FAR) not in (0, FAR.size)
+
+
+def test_further_away_a_component_is_measured_by_itself_over_the_lags_of_its_pair_of_strips():
+    c = 10 * np.random.default_rng(1).normal(size=(3, 3, 7, 6))  # far above the floor
+    c[..., ~FAR] = 1e9  # what is near does not count
+    found = column_scale(STRIP, c, [job()])
+    for i, j, strip in np.ndindex(3, 3, 6):
+        far = FAR[:, strip]
+        np.testing.assert_allclose(found[i, j, far, strip], np.max(np.abs(c[i, j, far, strip])))
+
+
+def test_where_a_component_vanishes_a_twentieth_of_the_largest_a_nn_takes_its_place():
+    a = a_nn(STEEL, LOWER)
+    found = column_scale(STRIP, np.zeros((3, 3, 7, 6)), [job()])
+    for strip in range(6):
+        far = FAR[:, strip]
+        np.testing.assert_allclose(found[0, 2, far, strip], np.max(a[far, strip]) / 20)
+
+
+def test_of_several_bodies_the_half_spaces_add_up():
+    zero = np.zeros((3, 3, 7, 6))
+    both = column_scale(STRIP, zero, [job(), job(SOFT, UPPER)])
+    alone = column_scale(STRIP, zero, [job()]) + column_scale(STRIP, zero, [job(SOFT, UPPER)])
+    np.testing.assert_allclose(both, alone)
+
+
+def column(**parts):
+    """Estimates that are 0 but for single entries: {part: {(i, j, lag, strip): value}}."""
+    arrays = {name: np.zeros((3, 3, 7, 6)) for name in ("mesh_error", "truncation_error", "waves_error")}
+    for name, entries in parts.items():
+        for place, value in entries.items():
+            arrays[name][place] = value
+    return Estimated(np.zeros((3, 3, 7, 6)), **arrays)
+
+
+def test_shares_of_a_column_are_the_worst_of_each_part_and_of_their_sum():
+    scale = np.full((3, 3, 7, 6), 2.0)
+    scale[0, 2] = 0.5
+    c = column(
+        mesh_error={(2, 2, 1, 3): 0.4, (0, 2, 5, 1): 0.2},  # 0.2, 0.4
+        truncation_error={(0, 2, 5, 1): 0.1, (1, 1, 0, 0): 0.6},  # 0.2, 0.3
+        waves_error={(1, 2, 6, 5): 0.7},  # 0.35
+    )
+    found = column_shares(3, c, scale)
+    assert (found.mesh, found.truncation, found.waves) == pytest.approx((0.4, 0.3, 0.35))
+    assert found.total == pytest.approx(0.6)
+    assert (found.component, found.line) == ("xn", "of strip 1 under strip 3 (worst at lag 5)")
+
+
+def test_what_is_no_number_is_infinitely_wrong():
+    c = column(mesh_error={(2, 1, 1, 3): np.nan})
+    found = column_shares(0, c, np.ones((3, 3, 7, 6)))
+    assert (found.mesh, found.truncation, found.total, found.component) == (np.inf, 0, np.inf, "ns")
+
+
+def test_the_worst_of_several_has_the_worst_of_each_part():
+    first, second = Shares(0.1, 0.9, 0.2, 1.0, "nn", "one"), Shares(0.3, 0.4, 0.5, 1.2, "sn", "other")
+    for order in ([first, second], [second, first]):
+        assert worst_of(order) == Shares(0.3, 0.9, 0.5, 1.2, "sn", "other")
+
+
+class Column:
+    """A body whose matrix is made up."""
+
+    def __init__(self, columns):
+        self.columns = columns
+
+    def column(self, strip):
+        return self.columns[strip]
+
+
+def columns(error_of):
+    """ICs of 1, with some error of the mesh, strip by strip."""
+    return Column(
+        [
+            Estimated(np.ones((3, 3, 7, 6)), e + np.zeros((3, 3, 7, 6)), *np.zeros((2, 3, 3, 7, 6)))
+            for e in error_of
+        ]
+    )
+
+
+def test_every_strip_is_judged_and_both_bodies_together_by_the_scale_of_their_sum():
+    """ICs of 1 are far above the floor, and near the load 5 A_nn is far below: the worst is near."""
+    jobs = {"lower": job(), "upper": job(SOFT, UPPER)}
+    found = {"lower": columns([1, 1, 3, 1, 1, 1]), "upper": columns([2, 2, 2, 2, 5, 2])}
+    judged = AtLags(jobs, True).assess(found)
+    least = {name: 5 * np.min(a_nn(of.body.material, of.body.side)[~FAR]) for name, of in jobs.items()}
+    together = sum(least.values())
+    assert judged.own["lower"].line.split(" (")[0].endswith("under strip 2")
+    assert judged.combined.line.split(" (")[0].endswith("under strip 4")
+    assert judged.in_combined["upper"].total == pytest.approx(
+        judged.own["upper"].total * least["upper"] / together, rel=1e-6
+    )
+    assert judged.combined.total == pytest.approx(judged.in_combined["upper"].total * 6 / 5)
+    alone = AtLags(jobs, False).assess(found)
+    assert alone.own == judged.own
+    assert alone.combined is None
+
+
+def test_first_cells_and_domains_follow_tolerance_and_grid():
+    tuned = job(tolerance=1e-3).first_cells
+    assert tuned.smallest == pytest.approx(GRID.ds / 4)
+    assert job(tolerance=1e-3 / 8).first_cells == tuned.scaled(0.5)
+    assert job(tolerance=1.0).first_cells == tuned.scaled(1.25)
+    wide = Grid(7, 60, 0.4, 0.5)
+    assert far_radius_for(1e-3, GRID) == far_radius_for(0.1, GRID) == 1280.0
+    assert far_radius_for(1e-3, wide) == pytest.approx(600 * 15)
+    assert far_radius_for(1e-3 / 4, wide) == pytest.approx(2 * 600 * 15)
+
+
+def test_cells_that_are_given_are_taken():
+    given = job().first_cells.scaled(3)
+    assert job(cells=given).first_cells == given
+
+
+def test_wavenumbers_are_as_dense_as_the_least_scale_of_each_pair_of_strips_needs():
+    """At lag 0, where A_nn is largest: 0.05 A_nn of the strips' distance."""
+    of_strips, strips = job(), GRID.strips
+    loads = of_strips.strip_loads[3 * STRIP : 3 * STRIP + 3]
+    no_fit_points = strips[~np.isin(strips, of_strips.fit_points("approach").s)]
+    found = of_strips._least_scales(loads, no_fit_points)
+    near = np.isin(strips, no_fit_points)
+    expected = 0.05 * a_nn(STEEL, LOWER)[0, near]
+    assert found.shape == (3, 1, np.sum(near))
+    for of_load in found:
+        np.testing.assert_allclose(of_load[0], expected, rtol=1e-12)

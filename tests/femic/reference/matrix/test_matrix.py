@@ -1,0 +1,265 @@
+"""The IC matrix: the half-space, single loads, reciprocity, definiteness, the circular contour."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from approx.halfspace import HalfSpace
+from approx.matrix import matrix
+from approx.pair import Pair, Solid
+from femic.contact.operators.dense import GridOperator, reciprocity_defects
+from femic.reference.at_points import references
+from femic.reference.discount import generalized
+from femic.reference.estimate import total
+from femic.reference.harmonic.engine import build_section, solve
+from femic.reference.harmonic.lags import syntheses
+from femic.reference.harmonic.record import HARMONIC
+from femic.reference.harmonic.section_model import assemble
+from femic.reference.harmonic.section_response import strip_force
+from femic.reference.harmonic.synthesis import displacements
+from femic.reference.job import Job, Settings
+from femic.reference.level import Level
+from femic.reference.matrix.columns import column_scale, column_shares
+from femic.reference.matrix.job import MatrixJob, far_radius_for
+from femic.reference.matrix.reference import AtLags, matrices
+from femic.reference.models import Points
+from femic.reference.result import scales
+from femic.reference.run_options import Means
+from geometries.bodies import Body, Domain
+from geometries.contours import arc, plane
+from geometries.grids import Grid
+from geometries.materials import one_body
+from geometries.patches import COMPONENTS
+from geometries.surfaces import LOWER, UPPER
+from tests.femic.reference.conftest import STEEL, changed
+from tests.femic.reference.harmonic.fields import fields
+
+GRID = Grid(10, 8, 0.4, 0.4)
+REACH, ARM = 12.0, 3.0
+ROUGH = 0.03  # tolerance of C where nothing is said of its error
+
+
+def matrix_job(side, contour, grid=GRID, radius=np.inf, tolerance=1e-3):
+    """After the source's discount C is comparable with ICs of half-spaces, and with single loads."""
+    body = Body(side, contour, STEEL, Domain(far_radius_for(tolerance, grid), np.inf), radius)
+    settings = Settings(HARMONIC, tolerance, rotation_reach=REACH, moment_arm=ARM)
+    return MatrixJob(body, grid, settings, discounts=("source", "approach"))
+
+
+def solved(jobs, *, combined=False):
+    return matrices(jobs, Means(2), combined=combined)
+
+
+@pytest.fixture(scope="module")
+def on_plane():
+    job = matrix_job(LOWER, plane())
+    return solved({"lower": job})["lower"]
+
+
+@pytest.fixture(scope="module")
+def on_arcs():
+    """A rail and a wheel of some radius with arcs continued by flanks, whose joints lie within the grid."""
+    flank = 0.12
+    return solved(
+        {
+            "lower": matrix_job(LOWER, arc(10.0, flank, flank), tolerance=ROUGH),
+            "upper": matrix_job(UPPER, arc(10.2, flank, flank), radius=300.0, tolerance=ROUGH),
+        },
+        combined=True,
+    )
+
+
+def all_columns(found, *, raw=False):
+    """(lag, observing strip, loaded strip, i, j)."""
+    made = [found.raw_column(m) if raw else found.column(m).ic for m in range(found.job.grid.n_s)]
+    return np.moveaxis(np.stack(made), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))
+
+
+# --- the half-space ----------------------------------------------------------------------------------
+
+
+def test_on_a_plane_it_is_the_half_space_for_all_lags_and_strips(on_plane):
+    job, half_space = on_plane.job, HalfSpace(one_body(STEEL, LOWER))
+    for strip in range(GRID.n_s):
+        c = on_plane.column(strip)
+        a = (
+            half_space.ics(GRID.patch(strip), GRID.lags[:, None], GRID.strips - GRID.strips[strip])
+            / GRID.area
+        )
+        scale = column_scale(strip, a, [job])
+        assert np.max(np.abs(c.ic - a) / scale) < 1e-3
+        assert column_shares(strip, c, scale).total < 1e-3
+        own = np.abs(c.ic - a)[:, :, 0, strip] / a[2, 2, 0, strip]
+        assert np.max(own) < 5e-3
+        for i, j in np.ndindex(3, 3):  # the estimate covers the error, component by component
+            error, estimate = (np.max(np.abs(v)[i, j] / scale[i, j]) for v in (c.ic - a, c.estimate))
+            assert error <= 1.5 * estimate, (strip, i, j)
+
+
+# --- lags, single loads --------------------------------------------------------------------------------
+
+
+SQUARE = Grid(4, 4, 1.0, 1.0)
+NARROW = Grid(2, 4, 0.2, 0.637)  # the half-space reaches one or two strips, as the radius of the load is
+
+
+@pytest.mark.parametrize(
+    ("grid", "radius"), [(SQUARE, np.inf), (SQUARE, 300.0), (SQUARE, 25.0), (NARROW, 20.0)]
+)
+def test_lags_are_points(grid, radius):
+    """The interpolation between radii against the sum at each point, to 1e-9 of the element's own."""
+    job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), grid, radius, ROUGH)
+    model = solve(job.request(Level(cells=-3)), workers=2)
+    x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))
+    for name, by_lag in syntheses(model, job.grid, COMPONENTS).items():
+        for strip in (0, 2, 3):
+            loads = job.strip_loads[3 * strip : 3 * strip + 3]
+            at_points = displacements(model, loads, Points(x, s))
+            u = at_points.perturbed[name] if name else at_points.u
+            column = np.moveaxis(by_lag.column(strip).reshape(3, 3, -1), 0, 1)
+            np.testing.assert_allclose(column, u, atol=1e-9 * np.max(np.abs(u)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("strip", [1, 4])
+def test_single_loads_are_columns(on_arcs, strip):
+    """C of one load by its own models, fine at the edges of the patch, within both estimates."""
+    lags = np.arange(1, GRID.n_x)
+    for found in on_arcs.values():
+        job, column = found.job, found.column(strip)
+        observed = [0, 3, 6]
+        x, s = (v.ravel() for v in np.meshgrid(GRID.lags[lags], GRID.strips[observed], indexing="ij"))
+        names = [i + j for i in "xsn" for j in "xsn"]
+        single = Job(
+            replace(job.body, domain=Domain(1280.0, np.inf)),
+            GRID.patch(strip),
+            tuple(names),
+            Points(x, s),
+            {f"{m}": slice(m, None, len(observed)) for m in observed[:1]},
+            Settings(HARMONIC, rotation_reach=REACH, moment_arm=ARM),
+        )
+        own = references({"lower": single}, Means(2))["lower"].c
+        at = np.ix_(range(3), range(3), lags, observed)
+        together = [getattr(column, part)[at].reshape(3, 3, -1) for part in ("ic", "estimate")]
+        nn = np.max(np.abs(own.ic[2, 2]))
+        off = np.max(np.abs(own.ic - together[0]), axis=-1)
+        allowed = np.max(own.estimate + together[1], axis=-1)
+        assert np.all(off <= allowed), (off / allowed, nn)
+
+
+@pytest.mark.slow
+def test_a_refined_model_agrees_with_its_first_one_within_the_estimate(on_plane):
+    """The driver refines what is not accurate enough: here it is asked for more than it starts with."""
+    job = changed(on_plane.job, cells=on_plane.cells.scaled(1.8), tolerance=4e-4)
+    finer = solved({"lower": job})["lower"]
+    assert finer.level.cells > 0
+    assert AtLags({"lower": job}, combined=False).assess({"lower": finer}).own["lower"].total <= 4e-4
+
+
+@pytest.mark.slow
+def test_two_different_flanks_are_known_with_the_first_models():
+    """Coarse models lacked cells between strips and far arc: an estimate of 382 %, refined without end."""
+    job = matrix_job(UPPER, arc(10.2, np.radians(25), np.radians(33)), Grid(8, 13, 0.4, 0.4), tolerance=0.01)
+    found = solved({"upper": changed(job, most_unknowns=60_000)})["upper"]
+    assert found.level == Level()
+
+
+# --- what elasticity demands -----------------------------------------------------------------------------
+
+
+def test_forces_and_displacements_averaged_over_strips_are_reciprocal_to_rounding():
+    """Whatever the mesh: u_I under J is u_J under I where both are averaged over the strip."""
+    job = matrix_job(LOWER, arc(10.0, 0.12, 0.3), Grid(2, 4, 0.4, 0.7))
+    request = job.request(Level(cells=-1))
+    section = build_section(request)
+    model = assemble(section)
+    forces = np.stack([strip_force(section, load) for load in job.strip_loads], axis=1)
+    for k in (0.0, 0.3, 8.0):
+        u = forces.T @ fields(model, section.supported, k, forces)
+        np.testing.assert_allclose(u, u.T, atol=1e-10 * np.max(np.abs(u)))
+
+
+def test_reciprocity_of_the_raw_matrix_and_of_the_discounted_one(on_plane, on_arcs):
+    """On a plane within the estimate. On arcs, observed at centres, also by the curvature across a strip.
+
+    Shares are those of each component's own largest value.
+    """
+    estimate = max(np.max(on_plane.column(m).estimate) for m in range(GRID.n_s))
+    raw, discounted = (all_columns(on_plane, raw=raw) for raw in (True, False))
+    assert reciprocity_defects(raw).max() <= 2 * estimate / np.max(raw)
+    for found in (on_plane, *on_arcs.values()):
+        raw, discounted = (all_columns(found, raw=raw) for raw in (True, False))
+        defects = reciprocity_defects(raw).max(axis=(0, 1))
+        assert np.diag(defects).max() < 2e-3
+        assert defects.max() < 2e-2  # of sn, which is ten times smaller than ss and nn: joints lie in strips
+        rigid = raw - discounted
+        sizes = np.max(np.abs(rigid), axis=(0, 1, 2))
+        rounding = 1e-10 * np.max(sizes) / np.where(sizes > 1e-9 * np.max(sizes), sizes, np.inf)
+        assert np.all(reciprocity_defects(rigid).max(axis=(0, 1)) <= np.maximum(rounding, rounding.T))
+
+
+def test_tractions_always_do_work(on_arcs):
+    raw = {name: all_columns(found, raw=True) for name, found in on_arcs.items()}
+    together = sum(all_columns(found) for found in on_arcs.values())
+    for ics in (*raw.values(), together):
+        assert GridOperator.of(ics).smallest_eigenvalue() > 0.2 * np.min(ics[0, 0, 0].diagonal())
+
+
+def test_the_sum_is_judged_with_its_own_scale(on_arcs):
+    jobs = {name: found.job for name, found in on_arcs.items()}
+    assessed = AtLags(jobs, combined=True).assess(on_arcs)
+    assert assessed.combined.total <= ROUGH
+    strip = 2
+    c = total([found.column(strip) for found in on_arcs.values()])
+    share = column_shares(strip, c, column_scale(strip, c.ic, list(jobs.values())))
+    assert share.total <= assessed.combined.total
+
+
+# --- the circular contour ----------------------------------------------------------------------------------
+
+
+def test_on_an_arc_only_the_distance_matters_but_for_a_rigid_motion():
+    """Inside half of the arc C_nn at equal lag agrees within 3e-3 of the line's maximum.
+
+    After the best symmetric rigid compliance: a least-squares fit of its ten entries.
+    """
+    grid = Grid(6, 16, 0.4, 0.4)
+    found = solved({"lower": matrix_job(LOWER, arc(10.0, 0.6, 0.6), grid, tolerance=ROUGH)})["lower"]
+    nn = all_columns(found)[..., 2, 2]
+    inner = np.flatnonzero(np.abs(grid.strips) < 3.0)
+    normal = generalized(found.job.body, 0 * grid.strips, grid.strips)[:4, 2]  # (4, n_s)
+    unit = [np.eye(4)[a][:, None] * np.eye(4)[b] for a, b in zip(*np.triu_indices(4), strict=True)]
+    rigid = np.array([normal.T @ (e + e.T) @ normal for e in unit])  # (entry, observer, load)
+    unequal, of_rigid, scale = [], [], []
+    for apart in range(len(inner) - 1):
+        pairs = inner[apart:], inner[: len(inner) - apart]
+        for c in nn[:, *pairs]:
+            unequal.append(c - c.mean())
+            of_rigid.append((rigid[:, *pairs] - rigid[:, *pairs].mean(axis=1, keepdims=True)).T)
+            scale.append(np.full(len(c), np.max(nn[:, *pairs])))
+    columns = np.concatenate(of_rigid)
+    columns = columns[:, np.any(columns != 0, axis=0)]
+    left = np.concatenate(unequal) - columns @ np.linalg.lstsq(columns, np.concatenate(unequal))[0]
+    assert np.max(np.abs(left) / np.concatenate(scale)) < 3e-3
+
+
+def test_approximations_fill_the_same_matrix():
+    rail, wheel = (
+        Solid(STEEL, matrix_job(side, arc(10.0, 0.3, 0.3)).body.surface) for side in (LOWER, UPPER)
+    )
+    pair = Pair(wheel, rail)
+    ics = matrix("Bhat", pair, GRID)
+    assert ics.shape == (GRID.n_x, GRID.n_s, GRID.n_s, 3, 3)
+    at = pair.approximate("Bhat", GRID.patch(2), ([GRID.lags[3]], [GRID.strips[5]]))[..., 0]
+    np.testing.assert_array_equal(ics[3, 5, 2], at)
+
+
+def test_scales_of_lines_far_from_the_load_are_those_of_single_loads(on_plane):
+    job, strip = on_plane.job, 0
+    c = on_plane.column(strip).ic
+    line = c[:, :, :, 7]
+    points = Points(GRID.lags, np.full(GRID.n_x, GRID.strips[7]))
+    single = Job(job.body, GRID.patch(strip), ("nn",), points, {"line": slice(None)}, job.settings)
+    expected = scales([single], line)["line"]
+    np.testing.assert_allclose(column_scale(strip, c, [job])[..., 0, 7], expected, rtol=2e-3)

@@ -1,0 +1,90 @@
+"""Meshes: nodes on the true contour, the chart, the volume."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from skfem import Basis, ElementTetP2, ElementTriP2, MeshTri
+
+from femic.reference.meshing.cell_size import Cells
+from femic.reference.models import Points
+from femic.reference.solid.engine import build_mesh
+from femic.reference.solid.mesh import Trace, curved
+from femic.reference.solid.tetrahedra import Focus, fill
+from geometries.surfaces import UPPER
+from tests.femic.reference.conftest import COARSE, SMALL, SYMMETRIC, UNSYMMETRIC, request_for
+
+
+@pytest.mark.parametrize("contour", [SYMMETRIC, UNSYMMETRIC], ids=["quarter", "half"])
+def test_surface_nodes_lie_on_the_true_contour(contour):
+    solid = build_mesh(request_for(contour))
+    s = solid.trace.basis.doflocs[1]
+    # 1e-12 of the far radius: rounding of the projection
+    on_contour = contour.position(s)
+    np.testing.assert_allclose(solid.nodes[1:, solid.trace.nodes], on_contour, atol=1e-12 * SMALL.far_radius)
+
+
+def test_chart_and_solid_agree_on_x(half_model):
+    trace = half_model.solid.trace
+    np.testing.assert_allclose(half_model.solid.nodes[0, trace.nodes], trace.basis.doflocs[0], atol=1e-12)
+
+
+def test_chart_covers_the_whole_contact_surface(half_model):
+    start, end = half_model.solid.body.s_range
+    area = trace_area(half_model.solid)
+    assert area == pytest.approx(SMALL.half_length * (end - start), rel=1e-9)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_rounding_of_the_mesher_does_not_move_the_ends_of_the_chart(side):
+    """Points at x = 0 and at the end lie in a triangle, whichever way the mesher rounds."""
+    body = request_for(SYMMETRIC, domain=SMALL.scaled(0.5)).body
+    centre = np.zeros((3, 1))
+    linear = fill(body, COARSE.scaled(4), Focus(centre, centre), half_section=True)
+    rounded = linear.points.copy()
+    rounded[0, np.isin(rounded[0], [0.0, body.xi_end])] += side * 1e-12
+    trace = curved(body, replace(linear, points=rounded), half_section=True).trace
+    assert (trace.basis.mesh.p[0].min(), trace.basis.mesh.p[0].max()) == (0.0, body.xi_end)
+    ends = trace.interpolation(np.array([0.0, body.xi_end]), np.array([1.0, 2.0]))
+    np.testing.assert_allclose(ends.sum(axis=1), 1, rtol=1e-12)
+
+
+def test_size_of_a_triangle_is_the_leg_of_the_right_one_of_its_area():
+    grid = MeshTri.init_tensor(np.array([0.0, 1.0, 2.0, 5.0]), np.array([0.0, 2.0, 4.0, 8.0]))
+    trace = Trace(Basis(grid, ElementTriP2()), np.arange(0))
+    assert trace.smallest((0.2, 0.4), (0.5, 1.0)) == pytest.approx(np.sqrt(1 * 2))  # half of a cell 1 x 2
+    assert trace.smallest((0.0, 5.0), (0.0, 8.0)) == pytest.approx(np.sqrt(1 * 2))
+    assert trace.smallest((3.0, 4.0), (5.0, 6.0)) == pytest.approx(np.sqrt(3 * 4))  # far from small ones
+
+
+def trace_area(solid):
+    return solid.trace.basis.dx.sum()
+
+
+def test_both_bodies_fill_the_cylinder():
+    volumes = [
+        Basis(build_mesh(request_for(SYMMETRIC, side=side)).mesh, ElementTetP2(), intorder=5).dx.sum()
+        for side in (-1, UPPER)
+    ]
+    cylinder = np.pi * SMALL.far_radius**2 * SMALL.half_length / 2
+    # the far arc is a polygon: chords of angle t lose t^2 / 6 of the area; cells have 0.3 r to 0.45 r
+    assert sum(volumes) == pytest.approx(cylinder, rel=0.45**2 / 6)
+    assert sum(volumes) < cylinder
+
+
+def test_cells_are_small_at_the_patch_and_along_the_lines():
+    cells, x = Cells(0.2, 0.4, 0.1), np.linspace(0, 12, 60)
+    line = Points(x, np.full_like(x, 1.0))
+    focus = np.vstack([x, SYMMETRIC.position(line.s)])
+    solid = build_mesh(request_for(SYMMETRIC, points=line, cells=cells))
+    p, t = solid.mesh.p, solid.mesh.t
+    centre = p[:, t].mean(axis=1)
+    size = np.mean(np.linalg.norm(p[:, t[0]] - p[:, t[1:]].transpose(1, 0, 2), axis=1), axis=0)
+    r = np.linalg.norm(centre, axis=0)
+    d = cKDTree(focus.T).query(centre.T)[0]
+    target = np.sqrt(cells.smallest**2 + (cells.line_growth * r) ** 2 + (cells.growth * d) ** 2)
+    # Gmsh meets a target size on average only: edges come out up to a third longer
+    assert 0.9 < np.median(size / target) < 1.4
+    along = (d < 0.3) & (r > 3)
+    assert np.median(size[along]) < 0.6 * np.median(size[(d > 2) & (np.abs(r - np.median(r[along])) < 1)])

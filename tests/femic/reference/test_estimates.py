@@ -1,0 +1,385 @@
+"""What says how accurate C is, on numbers made by hand: estimates, orders, scales, the worst of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from femic.reference.accuracy import line_errors
+from femic.reference.engines import ENGINES, HARMONIC, SOLID
+from femic.reference.estimate import (
+    CLOSE_TO_ARC,
+    ON_OUTLINE,
+    Estimated,
+    Orders,
+    estimated,
+    orders_at,
+    pooled,
+    total,
+)
+from femic.reference.harmonic.request import waves_for
+from femic.reference.level import HIGHER, Level, factors
+from femic.reference.models import Cost, Points, RawICs
+from femic.reference.result import (
+    combine,
+    costs_of,
+    discounted,
+    estimated_errors,
+    scales,
+    shares,
+    worst,
+)
+from geometries.patches import Patch
+from tests.femic.reference.conftest import JOB, changed
+
+COST = Cost(1, 1, "none", (), 0.0, {}, 0.0)
+RNG = np.random.default_rng(5)
+SIGNS = RNG.choice([-1.0, 1.0], (3, 3, 4))
+EXACT = RNG.normal(size=(3, 3, 4))
+ERROR = 0.01 * (EXACT + np.swapaxes(EXACT, 0, 1))  # alike for ij and ji
+SAFETY = {"solid": 1.25, "harmonic": 2.0}
+
+
+# --- the parts of an estimate ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("engine", SAFETY)
+def test_a_mesh_error_of_the_assumed_order_is_bounded_with_its_safety(engine):
+    """Errors of coarse cells are 1.5^2 times those of fine ones: the difference tells them."""
+    ic, coarse = EXACT + ERROR, EXACT + 1.5**2 * ERROR
+    found = estimated(ic, {"coarser": coarse, "nearer": ic}, safety=ENGINES[engine].safety)
+    np.testing.assert_allclose(found.mesh_error, SAFETY[engine] * np.abs(ERROR))
+    assert np.all(found.truncation_error == 0)
+    assert np.all(found.waves_error == 0)
+    assert found.ic is ic
+
+
+def test_a_truncation_error_of_the_assumed_order_is_bounded_with_its_safety():
+    """It falls like the square of the size: at half of it, it is four times as large."""
+    ic = EXACT + ERROR
+    found = estimated(ic, {"coarser": ic, "nearer": EXACT + 4 * ERROR}, safety=2.0)
+    np.testing.assert_allclose(found.truncation_error, 1.25 * np.abs(ERROR))
+    assert np.all(found.mesh_error + found.waves_error == 0)
+
+
+@pytest.mark.parametrize(("name", "gain"), [("sparser", 32), ("lower", 3)])
+def test_an_error_of_the_wavenumbers_that_grows_as_assumed_is_bounded(name, gain):
+    ic = EXACT + ERROR
+    found = estimated(ic, {"coarser": ic, "nearer": ic, name: EXACT + gain * ERROR}, safety=2.0)
+    np.testing.assert_allclose(found.waves_error, 1.25 * np.abs(ERROR))
+
+
+def test_parts_add_up_and_do_not_cancel():
+    ic = EXACT + ERROR
+    less = {"nearer": EXACT + 4 * ERROR, "sparser": EXACT + 32 * ERROR, "lower": EXACT - 1 * ERROR}
+    found = estimated(ic, less | {"coarser": EXACT + 2.25 * ERROR}, safety=2.0)
+    np.testing.assert_allclose(found.waves_error, 1.25 * 2 * np.abs(ERROR))  # 2 ERROR / (3 - 1): as above
+    np.testing.assert_allclose(found.estimate, (2.0 + 1.25 + 2.5) * np.abs(ERROR))
+
+
+def test_orders_may_differ_from_point_to_point():
+    ic, orders = EXACT + ERROR, Orders(np.array([2, 1, 2, 1]), np.array([2, 2, 1, 1]))
+    found = estimated(
+        ic,
+        {
+            "coarser": EXACT + 1.5**orders.mesh * ERROR,
+            "nearer": EXACT + 2.0**orders.truncation * ERROR,
+        },
+        safety=1.25,
+        orders=orders,
+    )
+    np.testing.assert_allclose(found.mesh_error, 1.25 * np.abs(ERROR))
+    np.testing.assert_allclose(found.truncation_error, 1.25 * np.abs(ERROR))
+
+
+def test_errors_of_ij_and_ji_are_pooled():
+    error = np.abs(EXACT)
+    found = pooled(error)
+    for i, j in np.ndindex(3, 3):
+        np.testing.assert_array_equal(found[i, j], np.maximum(error[i, j], error[j, i]))
+
+
+def test_what_was_not_solved_is_no_number_and_does_not_spoil_its_twin():
+    error = np.abs(EXACT)
+    error[:, 1] = np.nan
+    found = pooled(error)
+    assert np.all(np.isnan(found[:, 1]))
+    np.testing.assert_array_equal(found[1, 0], error[1, 0])
+    np.testing.assert_array_equal(found[0, 2], np.maximum(error[0, 2], error[2, 0]))
+
+
+def test_the_mesh_part_is_pooled_the_truncation_is_not():
+    """sn agrees on two meshes by luck, ns does not: sn is not believed to be better."""
+    ic, other = EXACT.copy(), EXACT.copy()
+    other[2, 1] += 0.25
+    by_mesh = estimated(ic, {"coarser": other, "nearer": ic}, safety=2.0).mesh_error
+    np.testing.assert_allclose(by_mesh[1, 2], 2.0 * 0.25 / 1.25)
+    np.testing.assert_allclose(by_mesh[1, 2], by_mesh[2, 1])
+    by_size = estimated(ic, {"coarser": ic, "nearer": other}, safety=2.0).truncation_error
+    assert np.all(by_size[1, 2] == 0)
+    np.testing.assert_allclose(by_size[2, 1], 1.25 * 0.25 / 3)
+
+
+# --- where the orders are lower --------------------------------------------------------------------------
+
+A, B, AT = 0.3, 0.5, 2.0  # outline +- 0.06
+MESH = {  # x, s: order of the mesh error
+    (0.0, AT): 2,
+    (A, AT): 1,
+    (-A, AT): 1,
+    (A - 0.059, AT): 1,
+    (A - 0.061, AT): 2,
+    (A + 0.059, AT): 1,
+    (A + 0.061, AT): 2,
+    (0.0, AT + B): 1,
+    (0.0, AT - B): 1,
+    (0.0, AT + B - 0.059): 1,
+    (0.0, AT + B - 0.061): 2,
+    (0.0, AT - B - 0.059): 1,
+    (0.0, AT - B - 0.061): 2,
+    (-A, AT - B): 1,
+    (A, AT + 3.0): 2,  # beside the patch, in line with its edge
+    (3.0, AT + B): 2,
+    (0.0, B): 2,  # the outline moves with the patch
+}
+FAR = 30.0
+TRUNCATION = {  # a third of the far radius from the load on
+    (0.0, AT): 2,
+    (9.99, AT): 2,
+    (-10.01, AT): 1,
+    (0.0, AT + 9.99): 2,
+    (0.0, AT - 9.99): 2,
+    (0.0, AT + 10.01): 1,
+    (0.0, AT - 10.01): 1,
+    (6.0, AT + 7.99): 2,
+    (6.0, AT + 8.01): 1,
+}
+
+
+PATCH_AT = Patch(A, B, AT)
+
+
+def points_at(places):
+    return Points(*np.array(list(places)).T)
+
+
+def test_on_the_outline_of_the_patch_the_mesh_error_falls_slowly():
+    found = orders_at(PATCH_AT, points_at(MESH), FAR).mesh
+    assert dict(zip(MESH, found.tolist(), strict=True)) == MESH
+
+
+def test_close_to_the_far_arc_truncation_falls_slowly():
+    found = orders_at(PATCH_AT, points_at(TRUNCATION), FAR).truncation
+    assert dict(zip(TRUNCATION, found.tolist(), strict=True)) == TRUNCATION
+
+
+def test_at_the_very_ends_of_these_places_orders_are_the_usual_ones():
+    margin = ON_OUTLINE * min(A, B)
+    ends = [(A + margin, 0.0), (A - margin, 0.0), (0.0, B + margin), (0.0, B - margin)]
+    patch = Patch(A, B, 0.0)  # at s = 0 differences of s have no rounding
+    assert np.all(orders_at(patch, points_at(ends), FAR).mesh == 2)
+    assert np.all(orders_at(patch, points_at([(CLOSE_TO_ARC * FAR, 0.0)]), FAR).truncation == 2)
+    inside = [(np.nextafter(A + margin, 0), 0.0), (np.nextafter(A - margin, 1), 0.0)]
+    inside += [(0.0, np.nextafter(B + margin, 0)), (0.0, np.nextafter(B - margin, 1))]
+    assert np.all(orders_at(patch, points_at(inside), FAR).mesh == 1)
+    beyond = [(np.nextafter(CLOSE_TO_ARC * FAR, 2 * FAR), 0.0)]
+    assert np.all(orders_at(patch, points_at(beyond), FAR).truncation == 1)
+
+
+def made_up(job, u_of):
+    """Models of a job that nobody solved: displacements by a function of cells and domain."""
+    models = Level().models(job.settings.engine.models).values()
+    loads, n = job.request(Level()).loads, len(job.request(Level()).points.x)
+    exact, error = np.random.default_rng(8).normal(size=(2, len(loads), 3, n))
+    return {level: RawICs(exact + u_of(*factors(level)) * error, COST) for level in models}
+
+
+@pytest.mark.parametrize("level", [0, 1])
+def test_c_is_estimated_with_these_orders_in_the_domain_of_its_level(level):
+    """Points between 40 / 3 and 80 / 3 mm from the load are close to the arc of 40 mm, not to that of 80."""
+    x = np.array([1.0, 14.0, 24.0])  # from the load
+    points = Points(x, np.zeros_like(x))
+    job = replace(JOB, points=points, lines={"x": slice(0, 3)}, components=("nn",))
+    models = made_up(job, lambda _, domain: 1 / domain)
+    models = {replace(one, domain=one.domain + level): raw for one, raw in models.items()}
+    found = combine(job, Level(domain=level), models)
+    gain = np.array([3, 3, 3]) if level else np.array([3, 1, 1])  # 2^order - 1
+    coarse, small = models[Level(-1, level)].u, models[Level(-1, level - 1)].u
+    apart = discounted_difference(job, coarse, small)
+    np.testing.assert_allclose(found.c.truncation_error[2, 2] * gain, 1.25 * apart, rtol=1e-9)
+
+
+def discounted_difference(job, one, other):
+    return np.abs(discounted(job, one)[0] - discounted(job, other)[0])[2, 2]
+
+
+# --- how accurately wavenumbers are asked for, first cells -------------------------------------------------
+
+
+@pytest.mark.parametrize("waves", [0, 1, 3])
+def test_the_interpolation_takes_half_of_the_tolerance_and_gains_32_a_level(waves):
+    accuracy, _ = waves_for(0.004, 3.0, waves)
+    assert accuracy == pytest.approx(0.5 * 0.004 * 3.0 / 32**waves)
+    assert waves_for(1.0, 3.0, waves) == waves_for(0.01, 3.0, waves)
+
+
+@pytest.mark.parametrize(("tolerance", "larger"), [(0.1, 1), (1e-3, 1), (1.25e-4, 2), (1e-6, 10)])
+def test_the_largest_wavenumber_grows_by_the_cube_root_of_the_tolerance_and_doubles_a_level(
+    tolerance, larger
+):
+    assert HIGHER == 2
+    for waves in (0, 1, 2):
+        assert waves_for(tolerance, 1.0, waves)[1] == pytest.approx(larger * 2**waves)
+
+
+def test_wavenumbers_are_as_accurate_as_the_line_needs_where_displacements_are_least():
+    """A twentieth of the largest A_nn there, a point load's: (1 - nu) / (2 pi G r)."""
+    x = np.array([3.0, -5.0, 8.0, 40.0, -20.0])
+    lines = {"near": slice(0, 3), "far": slice(3, 5)}
+    job = changed(replace(JOB, points=Points(x, 0 * x), lines=lines), engine=HARMONIC, tolerance=0.004)
+    material = JOB.body.material
+    least = (1 - material.nu) / (2 * np.pi * material.G * 20.0) / 20
+    asked = job.request(Level())
+    assert asked.accuracy == pytest.approx(0.5 * 0.004 * least, rel=1e-3)
+    assert asked.highest == pytest.approx(2 * np.pi)
+    assert job.request(Level(waves=1)).highest == pytest.approx(4 * np.pi)
+
+
+def test_how_much_tighter_than_tuned():
+    assert [HARMONIC.tuned.tighter(t) for t in (1.0, 1e-3, 5e-4)] == [1, 1, 2]
+    assert HARMONIC.far_radius(1e-3 / 4) == pytest.approx(2 * HARMONIC.far_radius(1e-3))
+    assert HARMONIC.far_radius(1.0) == HARMONIC.far_radius(1e-3)
+    assert SOLID.far_radius(1e-4) == SOLID.far_radius(1.0)
+
+
+@pytest.mark.parametrize(("engine", "tuned", "smallest"), [("solid", 0.01, 0.2), ("harmonic", 0.001, 0.5)])
+def test_first_cells_follow_the_cube_root_of_the_tolerance(engine, tuned, smallest):
+    """The solid engine resolves both sides of the patch, the harmonic one that along s."""
+    patch, first = Patch(0.2, 0.5), ENGINES[engine].tuned
+    at_tuned, finer = (first.cells_for(t, patch) for t in (tuned, tuned / 8))
+    assert at_tuned.smallest == pytest.approx(smallest / 12)
+    assert finer == at_tuned.scaled(0.5)
+    assert first.cells_for(1.0, patch) == at_tuned.scaled({"solid": 3.0, "harmonic": 1.5}[engine])
+
+
+# --- scales, shares, the worst -----------------------------------------------------------------------------
+
+LINES = {"one": slice(0, 2), "other": slice(2, 5)}
+TWO = replace(JOB, points=Points(np.arange(1.0, 6.0), np.zeros(5)), lines=LINES, components=("nn", "sn"))
+
+
+def ics(**curves):
+    """ICs (3, 3, 5), 0 but for some components."""
+    found = np.zeros((3, 3, 5))
+    for name, values in curves.items():
+        found["xsn".index(name[0]), "xsn".index(name[1])] = values
+    return found
+
+
+def test_scales_are_of_each_line_by_itself():
+    found = scales([TWO], ics(nn=[4, -8, 2, 1, -1], sn=[-3, 1, 0, 1.5, -1]))
+    assert (found["one"][2, 2], found["other"][2, 2]) == (8, 2)
+    assert (found["one"][1, 2], found["other"][1, 2]) == (3, 1.5)
+
+
+def test_the_scale_of_a_small_component_is_a_twentieth_of_c_nn_where_that_was_solved():
+    small = ics(nn=[4, -8, 2, 1, -1], sn=0.01)
+    found = scales([TWO], small)
+    assert (found["one"][1, 2], found["other"][1, 2]) == pytest.approx((0.05 * 8, 0.05 * 2))
+    without = small.copy()
+    without[2, 2] = np.nan
+    a_nn = np.abs(TWO.half_space_nn[TWO.lines["one"]])
+    assert scales([TWO, TWO], without)["one"][1, 2] == pytest.approx(max(0.01, 0.05 * 2 * np.max(a_nn)))
+
+
+def test_what_a_model_would_be_with_less_is_discounted_as_c_is():
+    """Wavenumbers and the far arc change the displacements where M is fitted, too."""
+    job = changed(replace(JOB, components=("nn",)), engine=HARMONIC)
+    models = made_up(job, lambda *_: 0.0)
+    fine = models[Level()]
+    noise = np.random.default_rng(3).normal(size=fine.u.shape)
+    weights = {"nearer": 0.1, "sparser": 0.2, "lower": 0.3, "coarser": 0.4}
+    less = {name: fine.u + weight * noise for name, weight in weights.items()}
+    found = combine(job, Level(), models | {Level(): replace(fine, perturbed=less)}).c
+    off = {name: discounted_difference(job, fine.u, u) for name, u in less.items()}
+    far = orders_at(job.patch, job.points, job.body.domain.far_radius).truncation
+    np.testing.assert_allclose(found.truncation_error[2, 2], 1.25 * off["nearer"] / (2.0**far - 1))
+    np.testing.assert_allclose(found.waves_error[2, 2], 1.25 * (off["sparser"] / 31 + off["lower"] / 2))
+    np.testing.assert_allclose(found.mesh_error[2, 2], 2.0 * off["coarser"] / (1.5**2 - 1))
+
+
+def test_loads_that_only_m_needs_are_no_columns_of_c():
+    """Beside the contact centre M is fitted with loads at it: more are solved than were asked for."""
+    job = replace(JOB, patch=replace(JOB.patch, s=1.0), components=("sn",))
+    assert len(job.solved_loads) > len(job.loads) == 1
+    n = len(job.request(Level()).points.x)
+    u = np.random.default_rng(4).normal(size=(len(job.solved_loads), 3, n))
+    ic, raw, _ = discounted(job, u)
+    np.testing.assert_array_equal(raw[:, 2], u[0, :, : len(job.points.x)])
+    assert np.all(np.isnan(ic[:, :2]))
+
+
+def test_the_error_on_a_line_is_the_largest_of_either_sign():
+    c = ics(nn=[1, -2, 3, -4, 2], ss=2.0)
+    off = ics(nn=[0.1, 0.2, -0.4, 0, 0.1], ss=[0, 0.5, 0.1, 0, 0])
+    found = line_errors(off, c, c[2, 2])
+    assert found[2, 2] == pytest.approx(0.1)
+    assert found[1, 1] == pytest.approx(0.25)
+    assert found[0, 1] == 0
+
+
+def test_errors_are_the_largest_on_a_line_as_shares_of_its_scale():
+    scale = {"one": np.full((3, 3), 2.0), "other": np.full((3, 3), 4.0)}
+    found = estimated_errors(TWO, ics(sn=[0.1, -0.5, 0.2, -1.0, 0.4]), scale)
+    assert found["one"][1, 2] == 0.25
+    assert found["other"][1, 2] == 0.25
+    assert found["one"][2, 1] == 0
+
+
+def test_the_worst_is_that_of_what_was_asked_with_its_name():
+    scale = {"one": np.ones((3, 3)), "other": np.ones((3, 3))}
+    error = ics(xx=9.0, nn=[0.1, 0.2, 0.3, 0, 0], sn=[0, 0.35, 0, -0.4, 0])
+    assert worst(TWO, error, scale) == (0.4, "sn", "other")
+    assert worst(replace(TWO, components=("nn",)), error, scale) == (0.3, "nn", "other")
+    error[2, 2, 1] = np.nan
+    assert worst(TWO, error, scale) == (np.inf, "nn", "one")
+
+
+def test_shares_are_those_of_each_part_and_of_their_sum():
+    """Parts are worst at different points: the sum is that of one point, not of the worst parts."""
+    scale = {"one": np.full((3, 3), 2.0), "other": np.ones((3, 3))}
+    mesh, size = ics(nn=[0.4, 0, 0, 0, 0]), ics(nn=[0.1, 0.5, 0, 0, 0])
+    waves = ics(sn=[0, 0, 0, 0, 0.15])
+    found = shares(TWO, Estimated(0 * mesh, mesh, size, waves), scale)
+    assert (found.mesh, found.truncation, found.waves) == (0.2, 0.25, 0.15)
+    assert (found.total, found.component, found.line) == (0.25, "nn", "one")
+
+
+def test_bodies_add_up_and_so_do_their_estimates():
+    """Opposite ICs cancel, errors do not."""
+    one, other = (
+        Estimated(
+            *(sign * k * np.ones((3, 3, 2)) for sign, k in zip((s, 1, 1, 1), (1, 2, 3, 4), strict=True))
+        )
+        for s in (1, -1)
+    )
+    both = total([one, other])
+    assert np.all(both.ic == 0)
+    assert [np.unique(v).tolist() for v in (both.mesh_error, both.truncation_error, both.waves_error)] == [
+        [4],
+        [6],
+        [8],
+    ]
+    np.testing.assert_array_equal(total([one]).mesh_error, one.mesh_error)
+    other.ic[0, 0] = np.nan
+    assert np.all(np.isnan(total([one, other]).ic[0, 0]))
+    assert np.all(np.isfinite(total([one, other]).ic[1, 1]))
+
+
+def test_costs_are_named_and_those_of_earlier_rounds_are_counted():
+    models = {Level(cells=k): RawICs(np.empty(0), replace(COST, unknowns=k)) for k in (-1, 0, 1, 2)}
+    found = {
+        name: cost.unknowns
+        for name, cost in costs_of(Level(cells=2).models(("fine", "coarse")), models).items()
+    }
+    assert found == {"fine": 2, "coarse": 1, "earlier 1": -1, "earlier 2": 0}

@@ -1,0 +1,176 @@
+"""What is refined, how far, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from femic.reference.accuracy import NotConverged
+from femic.reference.at_points import AtPoints, references
+from femic.reference.estimate import Estimated, total
+from femic.reference.harmonic.record import HARMONIC
+from femic.reference.level import Level, factors
+from femic.reference.models import Points
+from femic.reference.refinement import refine, refined
+from femic.reference.result import combine, scales, shares, worst
+from femic.reference.run_options import Means, Watch
+from femic.reference.solid import engine as solid
+from femic.reference.solid.record import SOLID
+from geometries.errors import WrongInput
+from geometries.materials import Material
+from geometries.surfaces import UPPER
+from tests.femic.reference.conftest import COARSE, JOB, LINES, PATCH, changed
+
+
+def with_errors(models, mesh, truncation, waves=0.0):
+    """A reference whose two estimates are the given shares of max C_nn on each line."""
+    reference = combine(JOB, Level(), models)
+    scale = np.zeros(len(JOB.points.x))
+    for part in LINES.values():
+        scale[part] = np.abs(reference.c.ic[2, 2, part]).max()
+    whole = np.broadcast_to(scale, reference.c.ic.shape)
+    return replace(reference, c=Estimated(reference.c.ic, mesh * whole, truncation * whole, waves * whole))
+
+
+def own_shares(job, reference):
+    return shares(job, reference.c, scales([job], reference.c.ic))
+
+
+def met(job, reference):
+    return own_shares(job, reference).total <= job.settings.tolerance
+
+
+def next_level(job, reference):
+    return refined("lower", job, reference, own_shares(job, reference))
+
+
+STEPS = [  # estimates, tolerance, expected level; cells gain 1.5^3 = 3.4 a step, the domain 2^2 = 4
+    (0.02, 0.001, 0.02, Level(1, 0)),
+    (0.001, 0.02, 0.02, Level(0, 1)),
+    (0.02, 0.02, 0.03, Level(1, 1)),
+    (0.05, 0.001, 0.01, Level(2, 0)),
+]
+
+
+@pytest.mark.parametrize(("mesh", "truncation", "tolerance", "level"), STEPS)
+def test_the_part_that_is_too_large_is_refined(models, mesh, truncation, tolerance, level):
+    job = changed(JOB, tolerance=tolerance)
+    reference = with_errors(models, mesh, truncation)
+    assert not met(job, reference)
+    assert next_level(job, reference) == level
+
+
+def test_estimates_within_the_tolerance_are_enough(models):
+    assert met(changed(JOB, tolerance=0.02), with_errors(models, 0.011, 0.008))
+
+
+def test_an_estimate_that_is_not_a_number_is_not_convergence(models):
+    one_missing = with_errors(models, 0.0, 0.0)
+    one_missing.c.mesh_error[..., 4] = np.nan
+    assert not met(JOB, one_missing)
+
+
+def test_too_large_a_model_is_refused_with_the_numbers_and_what_to_try(models):
+    job = changed(JOB, tolerance=0.01)
+    reference = with_errors(models, 0.05, 0.2)
+    with pytest.raises(NotConverged, match=r"lower body: .*C_nn .*5\.00% from the mesh.*10,000\).*Try"):
+        next_level(changed(job, most_unknowns=10_000), reference)
+
+
+def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice():
+    asked = []
+    watch = Watch(asked.append)
+    job = changed(JOB, tolerance=0.002)
+    found = references({"lower": job}, Means(1, watch=watch))["lower"]
+    assert len(asked) > 1
+    flat = [task.level for tasks in asked for task in tasks]
+    assert len(set(flat)) == len(flat)
+    assert found.level != Level()
+    assert met(job, found)
+    cells, domain = factors(found.level)
+    assert found.cells == COARSE.scaled(cells)
+    assert found.body.domain == JOB.body.domain.scaled(domain)
+    assert len(found.models) == len(flat)
+
+
+def test_parts_of_which_none_is_too_large_but_their_sum_is(models):
+    """Three parts of 0.4 of the tolerance each: cells are refined, or refinement would go on for ever."""
+    reference = with_errors(models, 0.004, 0.004, 0.004)
+    assert next_level(changed(JOB, tolerance=0.01), reference) == Level(1)
+
+
+def test_a_part_without_error_is_not_refined(models):
+    reference = with_errors(models, 0.02, 0.0)
+    assert next_level(changed(JOB, tolerance=0.01), reference) == Level(2, 0)
+
+
+def test_wavenumbers_are_refined_on_their_own(models):
+    job = changed(JOB, tolerance=0.01, engine=HARMONIC)
+    reference = with_errors(models, 0.001, 0.001, waves=0.03)
+    assert next_level(job, reference) == Level(0, 0, 1)  # 0.03 / 8 < 0.005
+
+
+def test_a_harmonic_job_solves_one_model_a_solid_one_three():
+    assert list(Level(1, 1, 1).models(HARMONIC.models).values()) == [Level(1, 1, 1)]
+    assert list(Level(1, 1).models(SOLID.models).values()) == [Level(1, 1), Level(0, 1), Level(0, 0)]
+
+
+def test_refinement_that_does_not_help_ends(models):
+    job = changed(JOB, tolerance=0.01)
+    reference = replace(with_errors(models, 0.0, 0.02), level=Level(0, 4))
+    with pytest.raises(NotConverged, match=r"2\.00% from the domain.*domain more than 16 times the first"):
+        next_level(job, reference)
+
+
+def test_the_sum_of_both_bodies_is_judged_too(models):
+    """Opposite ICs of two bodies cancel: their errors do not, and the scale of the sum is small."""
+    job = changed(JOB, tolerance=0.02, most_unknowns=10_000_000)
+    good = with_errors(models, 0.001, 0.0)
+    poor = with_errors(models, 0.011, 0.0)
+    worse = replace(poor, c=replace(poor.c, ic=-0.95 * good.c.ic))
+    jobs, found = {"lower": job, "upper": job}, {"lower": good, "upper": worse}
+    assert refine(jobs, found, AtPoints(jobs, combined=False).assess(found)) == {}
+    assert set(refine(jobs, found, AtPoints(jobs, combined=True).assess(found))) == {"upper"}
+    found_sum = total([good.c, worse.c])
+    np.testing.assert_allclose(found_sum.estimate, good.c.estimate + worse.c.estimate)
+    assert (
+        refine(jobs, found | {"upper": poor}, AtPoints(jobs, combined=True).assess(found | {"upper": poor}))
+        == {}
+    )
+
+
+def test_a_first_model_beyond_the_limit_is_refused():
+    with pytest.raises(NotConverged, match=r"a model needs [\d,]+ unknowns, `most_unknowns` = 1,000"):
+        references({"lower": changed(JOB, most_unknowns=1000)}, Means(1))
+
+
+def test_points_outside_the_smallest_model_are_refused_before_any_work(monkeypatch):
+    monkeypatch.setattr(solid, "build_mesh", lambda _: pytest.fail("a mesh was made"))
+    far = replace(JOB, points=Points(np.array([30.0]), np.array([0.0])), lines={"far": slice(0, 1)})
+    with pytest.raises(WrongInput, match=r"lower body: the point s = 0 mm, 30 mm along x, .* 25 mm along x"):
+        references({"lower": far}, Means(1))  # the small model goes to x = 25 mm
+    with pytest.raises(WrongInput, match="lies outside"):
+        references({"lower": replace(JOB, patch=replace(PATCH, s=22.0))}, Means(1))
+
+
+def without_nn(models, job, share):
+    """A reference of which xx alone was solved: it is 0, its estimate the given share of its scale."""
+    ic, error = np.full((2, 3, 3, len(JOB.points.x)), np.nan)
+    ic[0, 0] = 0.0
+    for line, scale in scales([job], ic).items():
+        error[0, 0, LINES[line]] = share * scale[0, 0]
+    return replace(combine(JOB, Level(), models), c=Estimated(ic, error, 0 * error, 0 * error))
+
+
+def test_without_nn_the_sum_of_both_half_spaces_is_the_scale_of_the_sum(models):
+    """What is a share of each body's scale is the same share of the scale of their sum."""
+    job = changed(replace(JOB, components=("xx",)), tolerance=0.02)
+    softer = replace(JOB.body, side=UPPER, material=Material(70e3, 0.33))
+    jobs = {"lower": job, "upper": replace(job, body=softer)}
+    found = {
+        name: without_nn(models, of_body, 0.7 * job.settings.tolerance) for name, of_body in jobs.items()
+    }
+    c = total([reference.c for reference in found.values()])
+    share, *_ = worst(job, c.estimate, scales(list(jobs.values()), c.ic))
+    assert share == pytest.approx(0.7 * job.settings.tolerance)
+    assert refine(jobs, found, AtPoints(jobs, combined=True).assess(found)) == {}

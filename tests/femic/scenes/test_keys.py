@@ -1,0 +1,158 @@
+"""Keys of a scene file: the range of each, and the message beyond it."""
+
+import re
+from copy import deepcopy
+from pathlib import Path
+
+import pytest
+
+from femic.scenes.errors import BadScene
+from femic.scenes.load import parse
+from tests.femic.scenes.changes import PROPERTY, arc, ellipse
+
+INF, NAN = float("inf"), float("nan")
+LENGTH = (1e-12, 1e12), (0.0, -1.0, 0.99e-12, 1.01e12, INF, NAN)
+PLACE = (-1e12, 0.0, 1e12), (-1.01e12, 1.01e12, INF, -INF, NAN)
+AMOUNT = (1e-15, 1e15), (0.0, -1.0, 0.99e-15, 1.01e15, INF, NAN)
+SIGNED = (-1e15, 0.0, 1e15), (-1.01e15, 1.01e15, INF, -INF, NAN)
+EXPONENT = (1e-3, 1000.0), (0.0, -1.0, 1001.0, INF, NAN)
+RANGES = {  # key: (values allowed, values refused)
+    "lower.E": AMOUNT,
+    "upper.nu": ((0.0, 0.4999), (-1e-9, 0.49991, NAN)),
+    "lower.rolling_radius": ((20.0, 1e12, INF), (19.99, -50.0, 1.01e12, NAN)),
+    "upper.hub_radius": LENGTH,
+    "lower.contour.radius": ((1e-12, 1e12, -1e-12, -1e12), (0.0, 0.99e-12, -1.01e12, INF, NAN)),
+    "lower.contour.flank_inclination_deg": ((0.0, 85.0), (-0.1, 85.1, NAN)),
+    "upper.contour.b_el": LENGTH,
+    "upper.contour.d_el": LENGTH,
+    "upper.contour.flank_inclination_deg": ((0.0, 85.0), (-0.1, 85.1)),
+    "patch.s": PLACE,
+    "lines.0.s": PLACE,
+    "lines.1.x": PLACE,
+    "lines.0.reach": LENGTH,
+    "lines.1.reach": LENGTH,
+    "lines.0.points": ((2, 5000), (1, 5001)),
+    "lines.1.points": ((2, 5000), (1, 5001)),
+    "grid.n_x": ((1, 4096), (0, 4097)),
+    "grid.n_s": ((1, 512), (0, 513)),
+    "grid.dx": LENGTH,
+    "grid.ds": LENGTH,
+    "grid.s": PLACE,
+    "grid.check": ((0, 9), (-1, 10)),
+    "effective.lower.nu.far": SIGNED,
+    "effective.lower.nu.r_inf": LENGTH,
+    "effective.lower.nu.m": EXPONENT,
+    "effective.lower.nu.n": EXPONENT,
+    "calibration.x_min": LENGTH,
+    "calibration.x_max": LENGTH,
+    "calibration.points": ((8, 5000), (7, 5001)),
+    "engine.tolerance": ((1e-4, 1.0), (0.99e-4, 1.01, NAN)),
+    "engine.most_unknowns": ((1000,), (999,)),
+    "engine.smallest_cell": LENGTH,
+    "engine.growth": ((0.02, 0.5), (0.0199, 0.501)),
+    "engine.line_growth": ((0.02, 0.5), (0.0199, 0.501)),
+    "engine.far_radius": LENGTH,
+    "engine.half_length": LENGTH,
+    "reference_length": LENGTH,
+    "contact.shift": PLACE,
+    "contact.lateral_force": SIGNED,
+    "contact.shape_load": AMOUNT,
+    "rotation_reach": LENGTH,
+    "moment_arm": LENGTH,
+    "ics_tolerance": ((1e-12, 1.0), (0.0, 1.01)),
+}
+WHOLE = {
+    "lower": {"E": 210e3, "nu": 0.3} | arc(30.0),
+    "upper": {"E": 70e3, "nu": 0.2} | ellipse(9.0, 7.0),
+    "patch": {"a": 0.2, "b": 0.3},
+    "lines": [{"along": "x", "s": 0.0}, {"along": "s", "x": 1.0}],
+    **PROPERTY,
+}
+
+
+def with_value(key, value):
+    """A whole scene in which one key has a value."""
+    table = deepcopy(WHOLE)
+    *path, last = (int(part) if part.isdigit() else part for part in key.split("."))
+    at = table
+    for part in path:
+        at = at[part] if isinstance(at, list) else at.setdefault(part, {})
+    at[last] = value
+    return table
+
+
+@pytest.mark.parametrize("key", RANGES)
+def test_each_number_has_its_range_and_a_message_with_field_and_value(key):
+    allowed, refused = RANGES[key]
+    for value in allowed:
+        parse(with_value(key, value), Path("mine.toml"))
+    for value in refused:
+        with pytest.raises(BadScene) as caught:
+            parse(with_value(key, value), Path("mine.toml"))
+        assert f"{key} = {value!r}: " in str(caught.value)
+
+
+@pytest.mark.parametrize("key", RANGES)
+def test_texts_and_truths_are_no_numbers(key):
+    allowed, _ = RANGES[key]
+    for value in (str(allowed[0]), True, False):
+        with pytest.raises(BadScene) as caught:
+            parse(with_value(key, value), Path("mine.toml"))
+        assert f"{key} = {value!r}: " in str(caught.value)
+
+
+@pytest.mark.parametrize("key", ["contact.flanks", "contact.supports", "engine.check", "fields"])
+def test_numbers_and_texts_are_neither_true_nor_false(key):
+    for value in (0, 1, 1.0, "true", "yes"):
+        with pytest.raises(BadScene, match=rf"{key} = {value!r}: Input should be true or false"):
+            parse(with_value(key, value), Path("mine.toml"))
+
+
+def test_numbers_that_are_whole_count_elements_however_they_are_written():
+    """Values of campaigns are multiples of others."""
+    assert parse(with_value("grid.n_x", 16.0), Path("mine.toml")).grid.n_x == 16
+    with pytest.raises(BadScene, match=r"grid\.n_x = 16\.5: "):
+        parse(with_value("grid.n_x", 16.5), Path("mine.toml"))
+
+
+@pytest.mark.parametrize(("a", "b", "allowed"), [(1, 100, 1), (100, 1, 1), (0.99, 100, 0), (100.1, 1, 0)])
+def test_the_aspect_of_a_patch_has_its_range(a, b, allowed):
+    table = WHOLE | {"patch": {"a": a, "b": b}}
+    if allowed:
+        assert parse(table, Path("mine.toml")).patch.a == a
+    else:
+        with pytest.raises(BadScene, match=rf"a / b = {a / b:g} is outside 0\.01 \.\.\. 100"):
+            parse(table, Path("mine.toml"))
+
+
+@pytest.mark.parametrize(("flanks", "field"), [([20, 95], ".1 = 95"), ("steep", " = 'steep'")])
+def test_of_a_value_of_several_types_only_errors_of_its_own_type_are_listed(flanks, field):
+    """Flanks are a number or two."""
+    told = rf"1 error\(s\)\n  lower\.contour\.flank_inclination_deg{re.escape(field)}: "
+    with pytest.raises(BadScene, match=told):
+        parse(with_value("lower.contour.flank_inclination_deg", flanks), Path("mine.toml"))
+
+
+def test_a_list_whose_entries_are_wrong_is_not_called_short():
+    lines = with_value("lines", [{"along": "x", "s": 0.0, "reach": -1.0}])
+    with pytest.raises(BadScene, match=r"1 error\(s\)\n  lines\.0\.reach = -1\.0: "):
+        parse(lines, Path("mine.toml"))
+    with pytest.raises(BadScene, match=r"1 error\(s\)\n  lines = \[\]: "):
+        parse(with_value("lines", []), Path("mine.toml"))
+
+
+def test_a_missing_key_says_add_it_and_a_missing_file_where_it_is_looked_for():
+    without = deepcopy(WHOLE)
+    del without["lower"]["E"]
+    with pytest.raises(BadScene, match=r"  lower\.E: .*required; add the key"):
+        parse(without, Path("mine.toml"))
+    nowhere = with_value("lower.contour", {"kind": "points", "file": "no.txt"})
+    with pytest.raises(BadScene, match=r"lower\.contour\.file = 'folder/no\.txt': .*; give a path"):
+        parse(nowhere, Path("folder/mine.toml"))
+
+
+def test_long_values_are_cut_in_messages():
+    with pytest.raises(BadScene) as caught:
+        parse(with_value("title", list(range(1000))), Path("mine.toml"))
+    shown = str(caught.value).split("title = ")[1].split(": ")[0]
+    assert shown == repr(list(range(1000)))[:80]

@@ -1,0 +1,338 @@
+"""Where the keys of a scene file end up, in which units; what follows where they are left out."""
+
+import re
+from copy import deepcopy
+from dataclasses import astuple
+
+import numpy as np
+import pytest
+
+from approx.effective import EffectiveProperties, Transition
+from femic.reference.harmonic.record import HARMONIC
+from femic.reference.solid.record import SOLID
+from femic.scenes.errors import BadScene
+from femic.scenes.listing import listing
+from femic.scenes.load import load_scene, load_solid_scene, read_scene, scene_from_table, scene_path
+from geometries.surfaces import LOWER, UPPER
+from tests.compare.conftest import scene_text
+from tests.femic.scenes.changes import (
+    PROPERTY,
+    SHORT,
+    arc,
+    both,
+    ellipse,
+    engine,
+    line,
+    patch,
+    straight,
+)
+
+INF = float("inf")
+
+# --- what keys mean -------------------------------------------------------------------------------------
+
+
+def test_numbers_arrive_in_mm_mpa_and_rad():
+    scene = load_scene("geometry2")
+    lower, upper = scene.bodies["lower"], scene.bodies["upper"]
+    assert (lower.side, upper.side) == (LOWER, UPPER)
+    assert astuple(lower.material) == astuple(upper.material) == (210e3, 0.3)
+    assert (lower.rolling_radius, upper.rolling_radius) == (INF, 500.0)
+    assert upper.depth == pytest.approx(0.8 * 500)
+    assert lower.contour.inclination(np.array([-15.0, 15.0])) == pytest.approx(np.radians([-65, 65]))
+    assert upper.contour.inclination(np.array([-15.0, 1.0])) == pytest.approx([-np.radians(60), 1 / 10.1])
+    assert astuple(scene.patch) == (0.167, 0.158, 0.0)
+    assert scene.reference_length == pytest.approx(10.0)
+    unlike = load_scene("flat", {"lower": {"E": 70e3}, "upper": {"E": 3.0}})
+    assert unlike.reference_E == 70e3
+
+
+def test_flanks_are_left_then_right():
+    lower = load_scene("flat", {"lower": arc([20.0, 40.0])}).bodies["lower"]
+    assert lower.contour.inclination(np.array([-20.0, 20.0])) == pytest.approx(np.radians([-20, 40]))
+
+
+def test_a_negative_radius_is_a_groove():
+    """The mirror image in z of the crown of the same radius."""
+    groove, crown = (load_scene("flat", both(arc([20.0, 40.0], radius))) for radius in (-8.0, 8.0))
+    s = np.linspace(-20, 20, 41)
+    for name in ("lower", "upper"):
+        (y, z), (y_crown, z_crown) = (one.bodies[name].contour.position(s) for one in (groove, crown))
+        np.testing.assert_allclose(y, y_crown, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(z, -z_crown, rtol=1e-12, atol=1e-12)
+    assert groove.reference_length == pytest.approx(8.0)
+    with pytest.raises(BadScene, match=r"lower\.contour\.radius = 0\.0: its amount should be 1e-12 \.\.\."):
+        load_scene("flat", {"lower": arc(20.0, 0.0)})
+
+
+def test_an_ellipse_is_flanked_at_75_degrees_and_as_curved_as_its_axes_say():
+    scene = load_scene("flat", {"lower": ellipse(9.0, 7.0)})
+    contour = scene.bodies["lower"].contour
+    assert np.degrees(contour.inclination(np.array([-50.0, 50.0]))) == pytest.approx([-75, 75])
+    assert scene.reference_length == pytest.approx(9.0**2 / 7.0, rel=1e-6)  # b^2 / d at the crown
+
+
+def test_points_are_measured_from_y_centre(tmp_path):
+    """A parabola about y = 3: its crown is the contact centre; columns in a file are y and z."""
+    y = np.linspace(-5, 11, 65)
+    columns = np.column_stack([y, 4 - (y - 3) ** 2 / 30])
+    np.savetxt(tmp_path / "rail.txt", columns, header="y z")
+    for source in ({"file": str(tmp_path / "rail.txt")}, {"points": columns.tolist()}):
+        changes = both({"contour": {"kind": "points", "y_centre": 3.0, **source}})
+        scene = load_scene("flat", changes | {"rotation_reach": 6.0} | SHORT)
+        body = scene.bodies["lower"]
+        assert body.contour.inclination(0.0) == pytest.approx(0, abs=1e-6)
+        assert scene.reference_length == pytest.approx(15, rel=1e-3)
+        assert set(scene.files) == (set() if "points" in source else {"lower", "upper"})
+
+
+@pytest.mark.parametrize("columns", [1, 3])
+def test_points_have_two_columns(columns, tmp_path):
+    np.savetxt(tmp_path / "rail.txt", np.zeros((6, columns)))
+    contour = {"kind": "points", "file": str(tmp_path / "rail.txt")}
+    with pytest.raises(
+        BadScene, match=rf"upper\.contour\.file = .*rail\.txt: line 1: {columns} columns; give y, z"
+    ):
+        load_scene("flat", {"upper": {"contour": contour}})
+
+
+def test_lines_have_their_points_where_they_are_asked_for():
+    lines = [
+        {"along": "x", "s": -0.7, "reach": 4.0, "points": 5},
+        {"along": "s", "x": 1.5, "reach": 6.0, "points": 3},
+    ]
+    along_x, along_s = load_scene("flat", {"lines": lines}).lines
+    assert (along_x.name, along_s.name) == ("s = -0.7 mm", "x = 1.5 mm")
+    np.testing.assert_array_equal(along_x.x, [-4, -2, 0, 2, 4])
+    np.testing.assert_array_equal(along_x.s, -0.7)
+    np.testing.assert_array_equal(along_s.s, [-6, 0, 6])
+    np.testing.assert_array_equal(along_s.x, 1.5)
+
+
+def test_a_line_along_s_ends_with_the_shorter_contour():
+    measured = {"lower": straight(-8.0, 5.0), "upper": straight(-6.0, 9.0), "rotation_reach": 4.0}
+    (across,) = load_scene("flat", measured | line("s", 1.6, 7.0)).lines
+    assert (across.s[0], across.s[-1]) == pytest.approx((-6, 5))
+    (short,) = load_scene("flat", measured | line("s", 1.6, 3.0)).lines
+    assert (short.s[0], short.s[-1]) == (-3, 3)
+
+
+# --- defaults -------------------------------------------------------------------------------------------
+
+
+def test_default_lines_lie_beside_the_patch_through_it_and_before_it():
+    lines = load_scene("flat", patch(0.2, 0.3, 2.0)).lines
+    assert [line.name for line in lines] == ["s = 3.6 mm", "s = 2 mm", "x = 1.6 mm"]
+    assert {len(line.x) for line in lines} == {401}
+    assert [float(np.max(line.running)) for line in lines] == [25.0] * 3
+    assert [float(np.min(line.running)) for line in lines] == [-25.0] * 3
+
+
+def test_a_patch_that_is_not_given_is_small_beside_the_discount(tmp_path):
+    """So contact, which has none, needs none; and the listing leaves it out, too."""
+    text = "".join(
+        f"[{name}]\nE = 1e5\nnu = 0.3\ncontour = {{ kind = 'plane' }}\n" for name in ("lower", "upper")
+    )
+    path = tmp_path / "mine.toml"
+    path.write_text(text + "[contact]\nloads = [1.0]\n", encoding="utf-8")
+    scene = load_scene(str(path))
+    assert astuple(scene.patch) == (0.2, 0.2, 0.0)  # rotation_reach = 2 reference lengths of 10 mm
+    again = tmp_path / "again.toml"
+    again.write_text(listing(str(path)), encoding="utf-8")
+    assert load_scene(str(again)).patch == scene.patch
+    for radius in (0.2, 5e3):  # reference lengths far from that
+        load_scene(str(path), both(arc(30.0, radius)))
+
+
+def test_the_grid_is_made_of_patches_unless_it_says_otherwise():
+    assert astuple(load_scene("flat").grid) == (64, 32, 0.4, 0.6, 0.0)
+    given = {"n_x": 3, "n_s": 4, "dx": 0.5, "ds": 0.7, "s": 1.0, "check": 2}
+    scene = load_scene("flat", {"grid": given})
+    assert (astuple(scene.grid), scene.checked_strips) == ((3, 4, 0.5, 0.7, 1.0), 2)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reach", "arm"),
+    [
+        ({}, 20.0, 5.0),  # 2 and 1/2 reference lengths of 10 mm
+        ({"reference_length": 8.0}, 16.0, 4.0),
+        (engine(far_radius=120.0), 15.0, 5.0),  # an eighth of the domain
+        (engine(far_radius=64.0) | SHORT, 8.0, 4.0),  # the arm: half of that
+        (engine(kind="solid", far_radius=160.0, half_length=56.0) | SHORT, 7.0, 3.5),
+        ({"upper": {"rolling_radius": 72.0 / np.pi}, "reference_length": 30.0} | SHORT, 24.0, 12.0),
+        ({"lower": straight(-9.0, 6.0), **SHORT}, 6.0, 3.0),
+        ({"lower": straight(-6.0, 9.0), **SHORT}, 6.0, 3.0),
+        ({"rotation_reach": 13.0, "moment_arm": 3.0}, 13.0, 3.0),
+    ],
+)
+def test_the_discount_reaches_as_far_as_there_is_room(changes, reach, arm):
+    settings = load_scene("flat", changes).settings
+    assert (settings.rotation_reach, settings.moment_arm) == pytest.approx((reach, arm))
+
+
+def test_a_fit_uses_points_from_one_element_to_a_quarter_more_than_the_discount():
+    """From 2 a, left out, to 2.5 reference lengths, on s of the patch and 1.6 mm beside it."""
+    calibration = load_scene("flat", patch(0.2, 0.3, 1.0)).calibration
+    assert (calibration.x_min, calibration.x_max) == pytest.approx((0.4, 25.0))
+    assert [line.name for line in calibration.lines] == ["fit s = 1 mm", "fit s = 2.6 mm"]
+    for line_of_fit in calibration.lines:
+        step = (25 - 0.4) / 200
+        np.testing.assert_allclose(line_of_fit.x, 0.4 + step * np.arange(1, 201), rtol=1e-12)
+    assert (calibration.bodies, calibration.properties) == (("combined",), ("mismatch_k",))
+    assert (calibration.components, calibration.curvature_apart) == (("xn",), False)
+    assert not calibration.logarithmic
+
+
+def test_a_fit_along_s_reaches_as_far_from_the_patch_as_the_contours_go():
+    table = {
+        "x": [2.0],
+        "s": [0.5],
+        "x_max": 7.0,
+        "points": 9,
+        "weights": "logarithmic",
+        "curvature": "apart",
+    }
+    on_plane = load_scene("flat", patch(0.2, 0.3, 1.0) | {"calibration": table}).calibration
+    along_x, along_s = on_plane.lines
+    assert (along_s.name, along_s.s[0], along_s.s[-1]) == ("fit x = 2 mm", -6, 8)
+    np.testing.assert_array_equal(along_s.x, 2.0)
+    np.testing.assert_array_equal(along_x.s, 0.5)
+    assert len(along_x.x) == len(along_s.x) == 9
+    assert (on_plane.logarithmic, on_plane.curvature_apart) == (True, True)
+    measured = {"lower": straight(-5.0, 7.5), **SHORT, "rotation_reach": 4.0}
+    table = {"calibration": {"x": [2.0], "s": [], "x_max": 7.0}}
+    (ended,) = load_scene("flat", measured | patch(0.2, 0.3, 1.0) | table).calibration.lines
+    assert (ended.s[0], ended.s[-1]) == pytest.approx((-5, 7.5))
+
+
+def test_curvature_is_apart_only_where_the_combined_properties_say_so():
+    k = {"mismatch_k": {"far": 0.1, "r_inf": 9.0, "m": 1.0, "n": 2.0}}
+    for combined, apart in (
+        (k | {"curvature": "apart"}, True),
+        (k | {"curvature": "contained"}, False),
+        (k, False),
+    ):
+        scene = load_scene("flat", {"effective": {"combined": combined}})
+        assert scene.curvature_apart == apart == scene.pair.curvature_apart
+        assert scene.pair.effective == EffectiveProperties(mismatch_k=Transition(0.1, 9.0, 1.0, 2.0))
+    assert not load_scene("flat", PROPERTY).curvature_apart
+
+
+# --- engines --------------------------------------------------------------------------------------------
+
+
+def test_the_domain_has_ends_along_x_only_by_the_solid_engine():
+    for kind, half_length in (("harmonic", INF), ("solid", 90.0)):
+        scene = load_scene("flat", engine(kind=kind, far_radius=200.0, half_length=90.0) | SHORT)
+        assert astuple(scene.bodies["upper"].domain) == (200.0, half_length)
+    defaults = [
+        load_scene("flat", engine(kind=kind)).bodies["lower"].domain for kind in ("harmonic", "solid")
+    ]
+    assert [astuple(domain) for domain in defaults] == [(1280.0, INF), (320.0, 320.0)]
+
+
+def test_cells_that_are_given_stand_others_follow():
+    default = load_scene("flat").first_cells
+    for key, name in (("smallest_cell", "smallest"), ("growth", "growth"), ("line_growth", "line_growth")):
+        cells = load_scene("flat", engine(**{key: 0.021})).first_cells
+        assert getattr(cells, name) == 0.021
+        others = {"smallest", "growth", "line_growth"} - {name}
+        assert all(getattr(cells, other) == getattr(default, other) for other in others)
+
+
+def test_the_check_has_the_domain_and_the_limits_of_the_scene():
+    asked = {"far_radius": 250.0, "half_length": 170.0, "most_unknowns": 12_345, "tolerance": 0.03}
+    check = load_scene("flat", engine(check=True, **asked)).check
+    assert astuple(check.bodies["lower"].domain) == (250.0, 170.0)
+    assert (check.settings.most_unknowns, check.settings.tolerance) == (12_345, 0.03)
+    assert (check.settings.engine, check.patch) == (SOLID, load_scene("flat").patch)
+
+
+def test_fields_are_those_of_an_engine_that_has_some(write_scene):
+    for kind in ("harmonic", "solid"):
+        path = write_scene(engine=f'[engine]\nkind = "{kind}"\nsmallest_cell = 0.03\nfar_radius = 90.0\n')
+        scene = load_solid_scene(str(path))
+        assert scene.settings.engine is SOLID
+        own = scene.settings.first_cells(scene.patch).smallest == 0.03
+        assert own == (kind == "solid")  # the cells of the other engine are not those of this one
+        assert scene.bodies["lower"].domain.far_radius == 90.0
+    with pytest.raises(BadScene, match=r"fields = true: only engine\.kind = 'solid' has fields"):
+        load_scene("flat", {"fields": True})
+    assert load_scene("flat", {"fields": True} | engine(kind="solid")).fields
+    assert load_scene("flat").settings.engine is HARMONIC
+
+
+# --- files, tables and changes --------------------------------------------------------------------------
+
+
+def test_a_table_from_python_is_the_scene_of_its_file(tmp_path):
+    """And is not changed by it."""
+    np.savetxt(tmp_path / "rail.txt", np.column_stack([np.linspace(-9, 9, 20), np.zeros(20)]))
+    body, contour = {"E": 210e3, "nu": 0.3}, {"kind": "points", "file": str(tmp_path / "rail.txt")}
+    table = {"lower": body | {"contour": contour}, "upper": body | arc(5.0), **patch(0.2, 0.3), **SHORT}
+    table |= {"rotation_reach": 4.0, "title": "mine"}
+    before = deepcopy(table)
+    scene = scene_from_table(table, "named")
+    assert table == before
+    assert (scene.name, scene.title) == ("named", "mine")
+    path = tmp_path / "again.toml"
+    path.write_text(scene.text, encoding="utf-8")
+    again = load_scene(str(path))
+    assert (again.bodies["lower"].contour.extent, again.patch) == (
+        scene.bodies["lower"].contour.extent,
+        scene.patch,
+    )
+
+
+def test_a_table_with_a_kind_replaces_the_whole_table():
+    """Otherwise the radius of an arc would stay with an ellipse."""
+    scene = load_scene("geometry1", {"lower": ellipse(9.0, 7.0)})
+    assert scene.reference_length == pytest.approx(81 / 7, rel=1e-6)
+    assert load_scene("geometry1", {"lower": {"contour": {"radius": 5.0}}}).reference_length == pytest.approx(
+        5
+    )
+
+
+def test_a_scene_has_the_name_of_its_file_and_a_title_if_it_gives_one(write_scene):
+    scene = load_scene(str(write_scene()))
+    assert (scene.name, scene.title, scene.text) == ("mine", "mine", scene_text())
+    assert load_scene(str(write_scene('title = "A pair"'))).title == "A pair"
+    assert load_scene("flat").title.startswith("Flat")
+
+
+def test_a_file_that_is_no_text_is_not_toml(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(BadScene, match=r"mine\.toml: not TOML: .* Compare with `femic scenes --show flat`"):
+        read_scene(path)
+
+
+DEEP = "[" * 40 + "]" * 40
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("title = " + "[" * 5000 + "]" * 5000, "tables and lists within each other more than 30 deep"),
+        (f"title = {DEEP}", "more than 30 deep"),
+        ("a" + ".a" * 3000 + " = 1", "more than 30 deep"),
+        ("title = " + "9" * 5000, "digits"),
+        ("title = " + "9" * 4000, "title = 9999"),
+    ],
+)
+def test_toml_that_cannot_be_read_is_refused_in_a_line(text, reason, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    for changes in (None, {"contact": {"ics": ["A"]}}):
+        with pytest.raises(BadScene, match=reason) as caught:
+            load_scene(str(path), changes)
+        assert len(str(caught.value)) < 1000
+
+
+def test_no_scene_is_suggested_where_none_is_similar():
+    with pytest.raises(BadScene) as caught:
+        scene_path("zzz")
+    assert "did you mean" not in str(caught.value)
+    assert re.search(
+        r"scene 'zzz': no such file .* Built-in: compression, flat, geometry1", str(caught.value)
+    )

@@ -1,0 +1,97 @@
+"""Keys of contact with friction: what goes together, and what is said of what does not."""
+
+import tomllib
+
+import pytest
+
+from compare.contact.compute import cases_of
+from femic.scenes.errors import BadScene
+from femic.scenes.load import load_scene
+
+PRISMATIC = {"upper": {"rolling_radius": float("inf")}}
+
+
+def contact(**keys):
+    return {"contact": keys}
+
+
+REFUSED = {  # changes of the scene `rolling`, what is said
+    "a prismatic wheel": (
+        PRISMATIC,
+        r"upper\.rolling_radius = inf: .* needs a wheel: give upper\.rolling_radius",
+    ),
+    "no load": (contact(loads=[]), r"contact\.loads = \[\]: motion = 'rolling' needs a load"),
+    "two loads": (contact(loads=[1.0, 2.0]), r"contact\.loads = \[1\.0, 2\.0\]: .* has one load: give one"),
+    "no friction": (contact(friction=[]), r"contact\.friction = \[\]: .*at least 1 item"),
+    "smooth": (contact(friction=[0.0]), r"contact\.friction\.0 = 0\.0: .*greater than 0"),
+    "friction twice": (contact(friction=[0.3, 0.3]), r"contact\.friction = .*0\.3 given twice"),
+    "creepages that fall": (
+        contact(longitudinal=[0.1, 0.0]),
+        r"longitudinal must grow: sort them, each once",
+    ),
+    "all of the force": (contact(equal_force=1.0), r"contact\.equal_force = 1\.0: .*less than 1"),
+    "a top": (contact(spin=1e18), r"contact\.spin = 1e\+18: .*at most 1"),
+    "a top that turns back": (contact(spin=-1.1), r"contact\.spin = -1\.1: .*at least -1"),
+    "exact distance": (contact(gap="exact"), r"gap is only of motion = 'none', not 'rolling': leave it out"),
+    "creepages pressed on": (
+        contact(motion="compression", lateral=0.1),
+        r"lateral is only of motion = 'rolling', not 'compression': leave it out",
+    ),
+    "friction at rest": (
+        contact(motion="none"),
+        r"friction is only of motion = 'rolling' or 'compression', not 'none': leave it out",
+    ),
+    "loads that fall": (
+        contact(motion="compression", loads=[2.0, 1.0]),
+        r"loads must grow: sort them, each once",
+    ),
+    "an unknown exchange": (
+        contact(ics=["Bhat+sn:C"]),
+        r"contact\.ics\.0 = 'Bhat\+sn:C': .*one of A, .*, or one with exchanges such as Bhat\+sn:B",
+    ),
+    "other motions": (contact(motion="sliding"), r"contact\.motion = 'sliding': .*'none', 'rolling'"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_does_not_go_together_is_refused_with_a_remedy(name):
+    changes, says = REFUSED[name]
+    with pytest.raises(BadScene, match=says):
+        load_scene("rolling", changes)
+
+
+def test_exchanges_that_need_effective_properties_are_refused_without():
+    ics = {"contact": {"motion": "rolling", "loads": [1.0], "ics": ["Bhat+sn:Bhat_prime"]}}
+    with pytest.raises(BadScene, match="Bhat_prime needs effective properties of both bodies"):
+        cases_of(load_scene("geometry2", ics))
+
+
+def test_names_of_ics_are_those_that_contact_has_operators_of(monkeypatch):
+    monkeypatch.setattr("femic.contact.operators.approximations.FORMS", {"A": None})
+    with pytest.raises(BadScene, match=r"contact\.ics\.0 = 'Bhat': .*Bhat has no fast operator: use A"):
+        load_scene("flat", {"contact": {"ics": ["Bhat"]}})
+
+
+def test_only_contact_by_c_asks_for_the_engine_of_matrices():
+    solid = {"engine": {"kind": "solid"}, "contact": {"loads": [1.0], "ics": ["A", "Bhat"]}}
+    assert len(cases_of(load_scene("tall", solid))) == 1
+    with pytest.raises(BadScene, match=r"engine\.kind = 'solid': C on a grid"):
+        cases_of(load_scene("tall", solid | {"contact": {"loads": [1.0], "ics": ["A", "C"]}}))
+
+
+def test_the_builtin_scene_rolls_and_its_pair_is_pressed_on():
+    rolling, compression = (load_scene(name) for name in ("rolling", "compression"))
+    assert rolling.contact.motion == "rolling"
+    assert compression.contact.motion == "compression"
+    tables = [tomllib.loads(scene.text) for scene in (rolling, compression)]
+    for key in ("lower", "upper", "effective"):
+        assert tables[0][key] == tables[1][key]
+    assert set(rolling.contact.ics) | {"B"} == set(compression.contact.ics)  # those of figure 25 of [BVSV]
+    creepages = rolling.contact.friction.longitudinal
+    assert len(creepages) == 19
+    assert creepages == tuple(-xi for xi in reversed(creepages))
+    assert rolling.contact.friction.coefficients == (0.2, 0.4, 0.6)
+
+
+def test_a_prismatic_body_may_be_pressed_on():
+    assert load_scene("compression", PRISMATIC).contact.motion == "compression"

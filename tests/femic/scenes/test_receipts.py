@@ -1,0 +1,70 @@
+"""Finished results are taken with their receipt only, and while nothing of them has changed."""
+
+from dataclasses import replace
+
+import pytest
+
+from femic.scenes import receipts
+from femic.scenes.load import load_scene
+
+
+@pytest.fixture
+def finished(tmp_path):
+    for name in ("ics.nc", "errors.nc"):
+        (tmp_path / name).write_text(name, encoding="utf-8")
+    receipts.leave(tmp_path, "run", "key", ["ics.nc", "errors.nc"])
+    return tmp_path
+
+
+def test_results_hold_for_their_key_and_command(finished):
+    assert receipts.holds(finished, "run", "key")
+    assert not receipts.holds(finished, "run", "other")
+    assert not receipts.holds(finished, "matrix", "key")
+    receipts.withdraw(finished, "run")
+    assert not receipts.holds(finished, "run", "key")
+    receipts.withdraw(finished, "run")
+
+
+@pytest.mark.parametrize("damage", ["changed", "missing", "exchanged", "folder"])
+def test_results_that_have_changed_since_do_not_hold(finished, damage):
+    path, other = finished / "ics.nc", finished / "errors.nc"
+    if damage == "changed":
+        path.write_text("ics.nC", encoding="utf-8")
+    elif damage == "missing":
+        path.unlink()
+    elif damage == "exchanged":
+        path.write_bytes(other.read_bytes())
+    else:
+        path.unlink()
+        path.mkdir()
+    assert receipts.changed(finished, "run") == ["ics.nc"]
+    assert not receipts.holds(finished, "run", "key")
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", "[]", '{"key": "key"}', '{"key": "key", "sha256": 3}', "[" * 100000]
+)
+def test_a_damaged_receipt_is_none(finished, text):
+    (finished / "run.receipt.json").write_text(text, encoding="utf-8")
+    assert not receipts.holds(finished, "run", "key")
+    assert receipts.changed(finished, "run") == []
+
+
+def test_keys_depend_on_code_text_and_bodies():
+    scene = load_scene("geometry2")
+    key = receipts.key_of(scene, "compare.ics.dataset")
+    assert key == receipts.key_of(load_scene("geometry2"), "compare.ics.dataset")
+    others = [
+        receipts.key_of(scene, "compare.finite_elements.compute"),
+        receipts.key_of(scene, "compare.ics.dataset", 1),
+        receipts.key_of(replace(scene, text=f"{scene.text}\n"), "compare.ics.dataset"),
+        receipts.key_of(replace(scene, bodies=load_scene("geometry1").bodies), "compare.ics.dataset"),
+    ]
+    assert len({key, *others}) == 5
+
+
+def test_results_of_other_code_are_made_again(monkeypatch):
+    scene = load_scene("geometry2")
+    before = receipts.key_of(scene, "compare.ics.dataset")
+    monkeypatch.setattr(receipts, "results_digest", lambda *_: "0123456789ab")
+    assert receipts.key_of(scene, "compare.ics.dataset") != before

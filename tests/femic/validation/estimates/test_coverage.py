@@ -1,0 +1,78 @@
+"""Estimates of random contacts hold against elements a quarter as long: statement 25, `femic.validation`."""
+
+from itertools import islice
+
+import pytest
+
+from femic.cache.store import Store
+from femic.reference.run_options import Means
+from femic.validation.estimates import coverage as module
+from femic.validation.estimates.contacts import random_contact
+from femic.validation.estimates.coverage import coverage, kept_outcomes, outcomes
+from femic.validation.estimates.outcomes import STUDIES, Outcome
+from geometries.errors import Failure
+
+MORE = (("frictionless", 12), ("rolling", 4))
+FLAT = ("A",)  # whose products are fast
+
+
+def described(found):
+    return {name: coverage(found, name) for name in found[0].numbers}
+
+
+@pytest.mark.parametrize(
+    ("study", "count"),
+    [("frictionless", 4), ("rolling", 1), *(pytest.param(*more, marks=pytest.mark.slow) for more in MORE)],
+)
+def test_estimates_of_some_random_contacts_hold_nearly(study, count):
+    """Of so few, one in twenty may exceed its estimate, and none by more than a factor of three."""
+    found = list(islice(outcomes(STUDIES[study], 101, FLAT), count))
+    for name, one in described(found).items():
+        assert one.held >= 0.75, name
+        assert one.worst < 3, name
+    assert all(value > 0 for outcome in found for value in outcome.estimates.values())
+
+
+def test_coverage_counts_errors_within_estimates():
+    """Of errors 1, 2, 3, 0 two are within the estimate 1, and three within twice that; 3 is the worst."""
+    found = [
+        Outcome({"F": error}, {"F": 0.0}, {"F": error + 2.0}, {"F": 1.0}) for error in (1.0, 2.0, 3.0, 0.0)
+    ]
+    once, twice, differences = (
+        coverage(found, "F"),
+        coverage(found, "F", factor=2.0),
+        coverage(found, "F", differences=True),
+    )
+    assert (once.held, twice.held, differences.held) == (0.5, 0.75, 0.75)
+    assert (once.worst, twice.worst) == (3.0, 1.5)
+    assert once.median == 0.5  # of 1, 1/2, 1/3; a contact without an error has no ratio
+
+
+def test_a_random_contact_is_the_same_each_time_and_others_differ():
+    one, again, other = (random_contact(7, number) for number in (3, 3, 4))
+    assert (one.load, one.placed.grid, one.creepages) == (again.load, again.placed.grid, again.creepages)
+    assert one.load != other.load
+
+
+def test_outcomes_are_kept_one_by_one_and_those_without_a_solution_too(tmp_path, monkeypatch):
+    """Every second contact has none: more than a quarter, so that too few are left of eight."""
+    tried = []
+
+    def study(case):
+        tried.append(case)
+        if len(tried) % 2:
+            raise Failure("none")
+        return Outcome({"F": case.load}, {"F": 0.0}, {"F": 0.0}, {"F": 1.0})
+
+    monkeypatch.setattr(module, "STUDIES", {"made": study})
+    monkeypatch.setattr(module, "SPARE", 2.0)
+    means = Means(1, Store(tmp_path))
+    found = kept_outcomes("made", 1, 3, means)
+    assert [one.numbers["F"] for one in found] == [random_contact(1, n).load for n in (1, 3, 5)]
+    assert len(tried) == 6
+    again = kept_outcomes("made", 1, 3, means)
+    assert again == found
+    assert len(tried) == 6
+    monkeypatch.setattr(module, "SPARE", 1.25)
+    with pytest.raises(Failure, match="only 5 of 10"):
+        kept_outcomes("made", 1, 8, means)

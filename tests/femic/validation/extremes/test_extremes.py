@@ -1,0 +1,208 @@
+"""`femic extremes`, and the harmonic engine at the ends of what scenes may ask for."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from compare.ics.compute import compute, ics_of, reference_of
+from femic.cache.store import Store
+from femic.cli.main import DONE, WRONG_INPUT, exit_code
+from femic.reference.accuracy import component_of
+from femic.reference.run_options import Means
+from femic.scenes.load import load_scene
+from femic.validation.extremes import analytic, engines, exact
+from femic.validation.extremes.engines import Engines, compared, flat, on_outline
+from femic.validation.extremes.found import HARMONIC, SOLID, Beyond, Found, Parameter, Reached, tried
+from femic.validation.extremes.page import summary
+from geometries.errors import Failure
+from geometries.patches import Patch
+from tests.compare.conftest import estimated_errors
+
+ROUNDING = 5e-15  # some twenty roundings
+
+
+# --- femic extremes -------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def engine(tmp_path_factory):
+    return Engines(Means(2, Store(tmp_path_factory.mktemp("extremes"))))
+
+
+def test_the_analytic_ics_are_right_everywhere_and_say_so_beyond():
+    found = list(tried(analytic.parameters(), lambda _: None))
+    assert {one.parameter.name for one in found} > {"ν", "patch aspect a/b", "distance / patch", "R_roll"}
+    for one in found:
+        assert one.worst.error < ROUNDING, one.parameter.name
+        assert all(case.says for case in one.beyond)
+
+
+def test_a_wrong_digit_is_found():
+    case = analytic.HalfSpaces(x=1e8, s=-3e8)
+    assert case.error() < ROUNDING
+    right = exact.integrals
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(exact, "integrals", lambda *of: [value * (1 + 1e-13) for value in right(*of)])
+        assert case.error() == pytest.approx(1e-13, rel=0.1)
+
+
+def test_integrals_in_many_digits_are_those_of_the_kernels():
+    """Gauss rules away from the patch: another route than sums over corners."""
+    patch, x, s = Patch(0.3, 0.7), 2.0, -3.1
+    nodes, weights = np.polynomial.legendre.leggauss(30)
+    X, S = x - patch.a * nodes[:, None], s - patch.b * nodes
+    R = np.hypot(X, S)
+    kernels = (X**2 / R**3, S**2 / R**3, X * S / R**3, X / R**2, S / R**2)
+    by_rule = [patch.a * patch.b * weights @ kernel @ weights for kernel in kernels]
+    np.testing.assert_allclose(by_rule, [float(value) for value in exact.integrals(patch, x, s)], rtol=1e-14)
+    zeros = [value == 0 for value in exact.integrals(patch, 0.0, s)]
+    assert zeros == [False, False, True, True, False]
+
+
+@pytest.mark.parametrize("kind", [HARMONIC, SOLID])
+def test_what_is_beyond_an_engine_is_refused_with_the_field(kind, engine):
+    rows = engine.parameters(kind)
+    beyond = [case() for row in rows for case in row.beyond]
+    assert len(beyond) == 5
+    for case in beyond:
+        assert case.says, case.at
+        assert any(field in case.says for field in ("nu", "patch", "lines", "inclin", "rolling_radius"))
+
+
+@pytest.mark.parametrize(
+    ("asked", "tolerance"),
+    [
+        pytest.param(on_outline(), 0.01, marks=pytest.mark.slow),  # errors fall like h only
+        (flat(nu=0.0, aspect=1.35, size=0.712, distance=9.4), 0.1),  # few wavenumbers: once 7.6 estimates
+    ],
+    ids=["on the outline", "few wavenumbers"],
+)
+def test_estimates_hold_where_they_did_not(asked, tolerance, engine):
+    error, estimate, used = compared(engine._solved(asked, HARMONIC, {"tolerance": tolerance}), None)
+    assert 0 < error < tolerance
+    assert estimate < tolerance
+    assert used <= 1
+
+
+@pytest.mark.slow
+def test_a_component_asked_alone_has_an_estimate_that_bounds_its_error(engine):
+    """C_sn once had an error of 1.45 estimates: both meshes happened to err alike in it, not in C_ns."""
+    asked = flat(nu=0.4999)
+    alone = replace(asked, changes={**asked.changes, "components": ["sn"]})
+    results = engine._solved(alone, HARMONIC, {"tolerance": 0.001})
+    c, a = reference_of(results, "lower"), ics_of(results, "A", "lower")
+    for line in results.lines.values():
+        error, estimate = np.abs(c.ic - a)[1, 2, line], c.estimate[1, 2, line]
+        assert error.max() <= max(estimate.max(), 1e-9 * a[2, 2, line].max())
+
+
+def test_an_estimate_that_is_too_small_is_seen():
+    good, bad = (Reached("", 0.02, 0.03, used, "A", 1.0) for used in (0.9, 1.1))
+    assert good.honest
+    assert not bad.honest
+    assert Reached("", 0.02, None, None, "digits", 1.0).honest
+    found = Found(Parameter("", "", "", ()), (good, bad), (Beyond("here", ""),))
+    assert found.worst.error == 0.02
+    assert "1 of 2 cases" in summary([found])
+    assert "nothing is said at here" in summary([found])
+
+
+def test_the_command_writes_what_it_found(tmp_path, monkeypatch, capsys):
+    assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
+    found = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
+    assert len(found["rows"]) == len(analytic.parameters())
+    page = (tmp_path / "extremes.html").read_text(encoding="utf-8")
+    assert "Poisson&#39;s ratio must lie in 0 ... 0.5" in page
+    assert "://" not in page
+    monkeypatch.setattr("femic.cli.studies.extremes_available", lambda: False)
+    assert exit_code(["extremes", "--out", str(tmp_path)]) == WRONG_INPUT
+    assert "pip install" in capsys.readouterr().err
+
+
+def test_each_component_is_judged_by_its_own_estimate(engine):
+    """An error within another component's estimate does not count."""
+    results = engine._solved(flat(), HARMONIC, {"tolerance": 0.01})
+    body = results.references["lower"]
+    c = body.c
+    nn = np.zeros((3, 3, 1))
+    nn[2, 2] = 1.0
+    small = replace(c, ic=c.ic + 2 * nn * c.estimate, mesh_error=c.mesh_error + 10 * (1 - nn) * c.mesh_error)
+    changed = replace(results, references={"lower": replace(body, c=small)})
+    assert compared(results, None)[2] <= 1
+    error, estimate, used = compared(changed, None)
+    assert error < estimate
+    assert used > 1
+
+
+def test_a_case_that_fails_is_reported(tmp_path, monkeypatch):
+    def failing():
+        raise Failure("not converged, and why")
+
+    row = Parameter("analytic", "ν", "", (failing,))
+    monkeypatch.setattr(analytic, "parameters", lambda: [row])
+    assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
+    found = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
+    assert found["rows"][0]["reached"][0]["note"] == "not converged, and why"
+    assert found["rows"][0]["reached"][0]["error"] is None
+
+
+@pytest.mark.slow
+def test_drawn_planes_are_known_to_their_estimates(engine, monkeypatch):
+    """99 of 100 errors are within their estimates; of the others none is ten times its own."""
+    monkeypatch.setattr(engines, "DRAWN_PLANES", 15)
+    found = engine._drawn_planes()
+    within, errors = map(int, re.search(r"(\d+) of (\d+) errors", found.note).groups())
+    assert errors == 15 * 3 * len(engines.SIX)
+    assert within >= 0.99 * errors
+    assert found.used < 10
+
+
+# --- scenes at their limits -----------------------------------------------------------------------------
+
+
+def arc(flanks):
+    return {"kind": "arc", "radius": 10.0, "flank_inclination_deg": flanks}
+
+
+def lines(length):
+    """Lines in proportion to a patch."""
+    return [
+        {"along": "x", "s": 0.8 * length, "reach": 5 * length, "points": 41},
+        {"along": "x", "s": 0.0, "reach": 5 * length, "points": 41},
+        {"along": "s", "x": 0.8 * length, "reach": 2.5 * length, "points": 41},
+    ]
+
+
+EXTREMES = {
+    "a wedge of 10 degrees": {"lower": {"contour": arc(85.0)}, "upper": {"contour": arc(85.0)}},
+    "unlike flanks": {"lower": {"contour": arc([85.0, 20.0])}, "upper": {"contour": arc([85.0, 20.0])}},
+    "a small wheel": {"upper": {"rolling_radius": 20.0, "contour": arc(75.0)}},
+    "a small roller": {"lower": {"rolling_radius": 20.0, "contour": arc(30.0)}, "lines": lines(1.6)},
+    "a huge wheel": {"upper": {"rolling_radius": 1e6}},
+    "nearly incompressible": {"lower": {"nu": 0.4999}, "upper": {"nu": 0.4999}},
+    "a small element": {"patch": {"a": 0.01, "b": 0.01}, "lines": lines(0.08)},
+    "a large element": {
+        "patch": {"a": 5.0, "b": 5.0},
+        "lines": lines(40.0),
+        "engine": {"far_radius": 5000.0},
+    },
+    "a long patch": {"patch": {"a": 2.0, "b": 0.02}},
+    "a wide patch": {"patch": {"a": 0.02, "b": 2.0}},
+    "a load on the flank": {"patch": {"a": 0.2, "b": 0.2, "s": 8.0}},
+    "unlike materials": {"lower": {"E": 0.21}},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", EXTREMES)
+def test_it_comes_to_the_tolerance_at_once(case):
+    """Without a round of refinement; every result passed its estimate on the way."""
+    changes = EXTREMES[case]
+    engine = {"check": False} | changes.get("engine", {})
+    results = compute(load_scene("geometry1", changes | {"engine": engine}))
+    for errors in estimated_errors(results).values():
+        assert max(component_of(errors, c) for c in results.scene.components) < 0.01
+    assert {reference.level.cells for reference in results.references.values()} == {0}

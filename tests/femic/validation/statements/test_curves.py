@@ -1,0 +1,147 @@
+"""Components along lines, their errors and panels, on hand-made curves; cases of criteria."""
+
+import numpy as np
+import pytest
+
+from femic.validation.statements import criteria, curves
+from femic.validation.statements.curves import ACROSS, CONCAVE, CONVEX, THROUGH, error, line_of
+from femic.validation.statements.runs import GEOMETRIES
+from geometries.patches import N, X
+from tests.femic.validation.statements.handmade import Runs, made, times, with_c, without_c
+
+FIRST, SECOND = GEOMETRIES
+
+
+def test_errors_are_over_the_lines_asked_for():
+    def c(of):
+        out = of.a.copy()
+        out[N, N] += np.where(of.points.x == 1.6, 1e-6, 0)
+        return out
+
+    results = made(FIRST, c)
+    assert error(results, "A", "lower", "nn", [line_of(results, THROUGH)]) == 0
+    assert error(results, "A", "lower", "nn", [line_of(results, ACROSS)]) > 0
+    with pytest.raises(ValueError, match="empty"):
+        error(results, "A", "lower", "nn", [])
+
+
+def test_what_a_variant_misses_at_a_place_is_a_share_of_c_there():
+    """C_nn is 0.8 of A_nn: A misses a quarter, wherever."""
+    results = made(FIRST, times("A", (N, N), 0.8))
+    for place in ((ACROSS, 10.0), (ACROSS, -7.3), (THROUGH, 12.0)):
+        assert curves.relative(results, "A", ("combined", "nn"), place) == pytest.approx(0.25)
+
+
+def test_the_peak_of_one_line_is_not_the_scale_of_another():
+    """C_xx is 0.8 of A_xx on the line along s only: a quarter of C there.
+
+    As an error, a fifth of A_xx there over the largest C_xx four elements away, on another line.
+    """
+    results = made(FIRST, times("A", (X, X), lambda of: np.where(of.on(ACROSS), 0.8, 1)))
+    line = line_of(results, ACROSS)
+    assert curves.on_its_line(results, "A", ("lower", "xx"), line) == pytest.approx(0.25)
+    a = np.abs(curves.curve(results, "A", "lower", "xx"))
+    far = np.hypot(results.points.x, results.points.s) >= 1.6
+    on_line = results.lines[ACROSS]
+    largest = np.max(np.where(np.arange(len(a)) < on_line.start, a, 0.8 * a)[far])
+    expected = 0.2 * np.max(a[on_line]) / largest
+    assert error(results, "A", "lower", "xx", [line]) == pytest.approx(expected)
+    assert expected < 0.25
+
+
+def test_panels_are_cut_where_asked():
+    results = made(FIRST, times("A", None, 1))
+    whole = curves.panel(results, ("A",), ("lower", "nn"), line_of(results, THROUGH))
+    far = whole.beyond(1.0)
+    assert whole.at.min() == 0
+    assert far.at.min() >= 1.0
+    assert {len(far.at)} == {len(values) for values in far.curves.values()} == {len(far.estimate)}
+
+
+def test_without_curvature_along_x_a_wheel_is_its_section():
+    results = made(SECOND, times("A", None, 1))
+    rail, same = curves.not_revolved(results, "Bhat", CONVEX), results.approximations["Bhat", CONVEX]
+    np.testing.assert_allclose(rail, same, rtol=0, atol=1e-15 * np.max(rail))
+    through = results.lines[THROUGH]
+    wheel = curves.not_revolved(results, "Bhat", CONCAVE)[..., through]
+    np.testing.assert_array_equal(wheel, results.approximations["A", CONCAVE][..., through])  # alpha is 0
+    both = curves.not_revolved(results, "Bhat", "combined")
+    parts = [curves.not_revolved(results, "Bhat", body) for body in (CONVEX, CONCAVE)]
+    np.testing.assert_allclose(both, sum(parts), rtol=0, atol=1e-15 * np.max(both))
+
+
+def test_what_c_cannot_decide_is_close_to_a_threshold():
+    """0.002 of it; of 1 where it is 0."""
+    at_zero, at_half = (criteria.Criterion("", "", "<", threshold, dict) for threshold in (0.0, 0.5))
+    assert at_zero.close(0.0019)
+    assert not at_zero.close(0.0021)
+    assert at_half.close(0.5009)
+    assert not at_half.close(0.5011)
+
+
+def test_numbers_are_those_of_the_geometries_without_a_fit_unless_asked():
+    class Runs:
+        geometry, fitted = staticmethod(lambda _: "plain"), staticmethod(lambda _: "fitted")
+
+    assert set(criteria.of_geometries(lambda found: found)(Runs).values()) == {"plain"}
+    assert set(criteria.of_geometries(lambda found: found, fitted=True)(Runs).values()) == {"fitted"}
+
+
+# --- places, units, cases -------------------------------------------------------------------------------
+
+
+def linear_in(of):
+    """C 2e-6 + 1e-7 x mm/N off the line along s, 3e-6 - 1e-7 s on it: linear along every line."""
+    return np.where(of.on(ACROSS), 3e-6 - 1e-7 * of.points.s, 2e-6 + 1e-7 * of.points.x) + 0 * of.a
+
+
+def test_a_value_at_a_place_lies_between_the_points_along_the_line():
+    """Dimensionless: times E = 210 GPa of the lower body and the reference length of 10 mm."""
+    results = with_c(without_c(FIRST, upper_E=70e3), linear_in)
+    assert curves.unit(results) == pytest.approx(2.1e6)
+    for place, value in (((THROUGH, 10.03), 3.003e-6), ((THROUGH, -7.0), 1.3e-6), ((ACROSS, 4.21), 2.579e-6)):
+        assert curves.value_at(results, "C", (CONVEX, "sn"), place) == pytest.approx(2.1e6 * value)
+    both = curves.value_at(results, "C", ("combined", "sn"), (THROUGH, 0.0))
+    assert both == pytest.approx(2.1e6 * 4e-6)
+
+
+def test_sizes_count_whatever_their_sign():
+    """C is 1.6 of A: A misses 3/8 of C, by 0.6 A."""
+    results = made(FIRST, times("A", (N, N), 1.6))
+    assert curves.relative(results, "A", ("lower", "nn"), (ACROSS, 5.0)) == pytest.approx(3 / 8)
+    assert error(results, "A", "lower", "nn") == pytest.approx(3 / 8)
+    assert curves.on_its_line(results, "A", ("lower", "nn"), line_of(results, ACROSS)) == pytest.approx(3 / 8)
+    a = np.max(np.abs(curves.curve(results, "A", "lower", "nn")))
+    assert curves.largest(results, "A", ("lower", "nn")) == pytest.approx(0.6 * a)
+    assert curves.rms(np.array([3.0, -4.0, 0.0, 0.0])) == 2.5
+
+
+def test_a_panel_is_dimensionless_in_both_directions():
+    """Lengths over 10 mm, ICs and estimates times E L; one side of the load."""
+    results = made(FIRST, linear_in, estimate=0.01)
+    line = line_of(results, ACROSS)
+    more = {"other": np.arange(len(line.s), dtype=float)}
+    shown = curves.panel(results, ("A",), (CONCAVE, "sn"), line, more)
+    assert (shown.at[0], shown.at[-1]) == (0, pytest.approx(2.5))
+    np.testing.assert_allclose(shown.curves["C"], 2.1e6 * (3e-6 - 1e-6 * shown.at), rtol=1e-12)
+    np.testing.assert_array_equal(shown.curves["other"], more["other"][line.s >= 0])
+    largest_nn = np.max(np.abs(curves.curve(results, "A", CONCAVE, "nn")))
+    np.testing.assert_allclose(shown.estimate, 0.01 * largest_nn, rtol=1e-12)
+
+
+def test_cases_have_the_names_and_numbers_of_what_they_are_of():
+    runs = Runs({FIRST: 1.0, SECOND: 10.0})
+    tenths = {"lower": 0.1, "upper": 0.2, "combined": 0.3}
+    of_bodies = criteria.of_bodies(lambda results, body: results + tenths[body])(runs)
+    assert of_bodies == {f"{g}, {b}": n + t for g, n in runs.geometries.items() for b, t in tenths.items()}
+    alone = criteria.of_bodies(lambda results, _: results, curves.ALONE)(runs)
+    assert list(alone) == [f"{g}, {b}" for g in GEOMETRIES for b in (CONVEX, CONCAVE)]
+    of_components = criteria.of_geometries(lambda r, b, c: r + tenths[b] + len(c), tenths, ("nn", "sn"))(runs)
+    assert len(of_components) == 12
+    assert of_components["geometry2, upper, sn"] == 12.2
+    assert criteria.more_on_second(lambda results: results**2)(runs) == {"both": 99.0}
+
+
+def test_panels_of_both_geometries_stand_side_by_side():
+    panels = criteria.on_both(lambda results: [results, -results])(Runs({FIRST: 1, SECOND: 2}))
+    assert panels == [1, 2, -1, -2]

@@ -1,0 +1,225 @@
+"""Where measures begin and end, and the numbers beside the statements, on hand-made curves."""
+
+import numpy as np
+import pytest
+
+from femic.validation.statements import bodies, choices, curvature, nn, sn, tangential, xn
+from femic.validation.statements.curves import ACROSS, ALONE, BESIDE, CONCAVE, CONVEX, error
+from femic.validation.statements.registry import STATEMENTS
+from femic.validation.statements.runs import GEOMETRIES
+from geometries.patches import N, S
+from tests.femic.validation.statements.handmade import (
+    Runs,
+    between,
+    by_body,
+    made,
+    runs_of,
+    times,
+    with_c,
+    without_c,
+)
+from tests.femic.validation.statements.makers import NN, SN, SS, XN, XS, fitted, term, turned
+
+FIRST, SECOND = GEOMETRIES
+
+
+def distance(of):
+    return np.hypot(of.points.x, of.points.s)
+
+
+# --- where they begin and end ---------------------------------------------------------------------------
+
+
+def test_nn_is_compared_at_plus_10_mm():
+    """C_nn is A / (1 + t / 50), t along the line: at 10 mm A misses 0.2 of it, not so at -10 mm."""
+    results = made(
+        FIRST, times("A", NN, lambda of: 1 / (1 + np.where(of.on(ACROSS), of.points.s, of.points.x) / 50))
+    )
+    assert nn.missed_across("A")(results) == pytest.approx(0.2, rel=1e-3)
+    assert nn.missed_across("A", nn.HALF_WAY)(results) == pytest.approx(0.1, rel=1e-3)
+    assert nn.missed_along("A")(results, BESIDE) == pytest.approx(0.2, rel=1e-3)
+
+
+def test_ss_is_compared_a_reference_length_away():
+    """C_ss is (1 - x / 100) B_ss: a tenth less at 10 mm."""
+    results = made(FIRST, times("B", SS, lambda of: 1 - of.points.x / 100))
+    assert tangential.lacking(results, CONCAVE) == pytest.approx(0.1, rel=1e-3)
+
+
+def test_the_half_space_is_compared_on_s_0_within_1_mm():
+    """|C - A| / A_nn is 0.3 up to 1 mm from the load on s = 0, 0.9 elsewhere."""
+
+    def c(of):
+        near = (np.abs(of.points.x) <= 1 + 1e-9) & (of.points.s == 0)
+        return of.a - np.where(near, 0.3, 0.9) * of.a[NN]
+
+    assert bodies.at_load(made(FIRST, c), "combined", "xx") == pytest.approx(0.3)
+
+
+def test_near_is_up_to_2_5_mm_and_far_from_10_to_20_mm():
+    """|C - A| / A_nn is 1 near, 5 between, 2 far and 7 beyond: a half."""
+
+    def c(of):
+        steps = np.select([distance(of) <= lim for lim in (2.5, 9.99, 20.0)], [1.0, 5.0, 2.0], 7.0)
+        return of.a - steps * of.a[NN]
+
+    assert bodies.near_over_far(made(FIRST, c), CONVEX, "sn") == pytest.approx(0.5)
+
+
+def test_a_fit_is_too_large_between_the_patch_and_3_mm():
+    """C_xn is 0.8 of the fit there and twice the fit elsewhere, on every line."""
+
+    def near(points):
+        return (np.abs(points.x) > 0.2) & (np.abs(points.x) <= 3.0)
+
+    results = fitted(lambda of: np.where(near(of.points), 0.8, 2.0))().geometry(FIRST)
+    along_x = results.points.s != results.points.s[results.lines[ACROSS]][0]
+    on_lines = np.ones_like(along_x)
+    on_lines[results.lines[ACROSS]] = False
+    fit = np.abs(results.approximations["Bhat_prime", "combined"][XN])[on_lines]
+    is_near = near(results.points)[on_lines]
+    expected = np.mean(0.2 * fit[is_near]) / np.max(np.where(is_near, 0.8, 2.0) * fit)
+    assert xn.excess(results) == pytest.approx(expected)
+    less = xn.less_on_second(Runs({FIRST: results, SECOND: fitted(1.0)().geometry(SECOND)}))
+    assert less == {"both": pytest.approx(expected)}
+
+
+def test_which_body_has_the_larger_xn_is_asked_beside_the_load_only():
+    """On the other lines the concave body has nine times as much."""
+
+    def size(of):
+        return np.where(of.on(BESIDE), by_body(2, 1)(of), by_body(1, 9)(of))
+
+    assert xn.convex_over_concave_of_c(made(FIRST, times("A", XN, size))) == pytest.approx(2)
+
+
+def test_a_is_compared_with_prismatic_variants_off_s_0_only():
+    """C_xn is a third of the way from A to B there; on s = 0 something else, as large on either."""
+
+    def c(of):
+        out = of.a + (of.prismatic("B") - of.a) / 3
+        out[XN] += np.where(of.points.s == 0, 1e-9 * np.sign(of.points.x), 0)
+        return out
+
+    assert xn.a_over("B")(made(SECOND, c), CONCAVE) == pytest.approx(0.5)
+
+
+def test_an_arc_ends_where_the_first_of_both_bodies_has_its_joint():
+    """Geometry 2: at 10.1 mm times 60 degrees of the wheel, before 10 mm times 65 degrees of the rail."""
+    wheel, rail = 10.1 * np.radians(60), 10 * np.radians(65)
+    assert wheel < rail
+
+    def off(low, high):
+        def factor(of):
+            return np.where((np.abs(of.points.s) > low) & (np.abs(of.points.s) <= high), 1.5, 1)
+
+        return sn.within_arc(made(SECOND, times("B", SN, factor)), "B")
+
+    assert off(wheel, rail) < 1e-15
+    assert off(wheel - 0.4, wheel) > 1e-3
+
+
+def test_gains_are_errors_at_least_a_tenth_smaller(monkeypatch):
+    """Of four cases two gain; up to six of eight gains are inconsistent."""
+    monkeypatch.setattr(sn, "errors_with_factor", lambda _: {"a": 0.9, "b": 0.901, "c": 0.5, "d": 2.0})
+    assert sn.share_of_gains(None) == {"all": 0.5}
+    (criterion,) = STATEMENTS[10].criteria
+    for gains, met in ((5, True), (6, False)):
+        ratios = {str(k): 0.1 if k < gains else 1.0 for k in range(8)}
+        monkeypatch.setattr(sn, "errors_with_factor", lambda _, ratios=ratios: ratios)
+        assert criterion.met(criterion.measure(None)["all"]) == met
+
+
+@pytest.mark.parametrize("variant", ["B", "Bhat"])
+@pytest.mark.parametrize("name", GEOMETRIES)
+def test_the_larger_xn_of_prismatic_variants_is_inverse_to_the_modulus(variant, name):
+    """ICs are: whatever the ratio of equal materials, twice the modulus of the concave body halves it."""
+    ratio = xn.concave_over_convex(variant)
+    equal = ratio(made(name, times("A", None, 1)))
+    criterion = next(c for c in STATEMENTS[6].criteria if c.name == {"B": "in B", "Bhat": "in B̂"}[variant])
+    for value in (0.99, 1.01):
+        found = ratio(with_c(without_c(name, upper_E=210e3 * equal / value), times("A", None, 1)))
+        assert found == pytest.approx(value)
+        assert criterion.met(found) == (value > 1)
+
+
+@pytest.mark.parametrize(("body", "normal"), [(CONVEX, -1), (CONCAVE, 1)])
+def test_the_factor_is_on_sn_and_ns_of_a_and_vanishes_opposite(body, normal):
+    """B = A R_x(alpha), B-hat = R_x(alpha/2) A R_x(alpha/2), entry by entry; both bodies add up."""
+    results = made(FIRST, times("A", None, 1))
+    a = results.approximations["A", body].copy()
+    assert np.sign(a[S, N, results.lines[ACROSS]][-1]) == -normal
+    alpha = np.clip(results.points.s, -np.radians(255), np.radians(255)) / 10
+    share = 1 - np.abs(alpha) / np.pi
+    ss, sn_, ns, n_n = a[SS], share * a[SN], share * a[N, S], a[NN]
+    b = -ss * np.sin(alpha) + sn_ * np.cos(alpha)
+    cos, sin = np.cos(alpha / 2), np.sin(alpha / 2)
+    b_hat = cos * (-ss * sin + sn_ * cos) - sin * (-ns * sin + n_n * cos)
+    for variant, expected in (("B", b), ("Bhat", b_hat)):
+        found = sn.with_factor(results, variant, body)[SN]
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.max(np.abs(a)))
+        both = sn.with_factor(results, variant, "combined")
+        parts = sum(sn.with_factor(results, variant, one) for one in ALONE)
+        np.testing.assert_allclose(both, parts, rtol=0, atol=1e-15 * np.max(np.abs(a)))
+
+
+# --- details --------------------------------------------------------------------------------------------
+
+
+def test_rotations_are_told_without_dimension():
+    """1e-9 rad/N times 210 GPa times (10 mm)^2."""
+    found = bodies.rotations(turned(-2e-9, 1e-9)())
+    of_both = {"lower": -0.042, "upper": 0.021}
+    assert found == pytest.approx(
+        {f"rotation · E L²: {g}, {b}": n for g in GEOMETRIES for b, n in of_both.items()}
+    )
+
+
+def test_sizes_in_xs_are_told_without_dimension():
+    runs = runs_of(times("A", XS, by_body(1.5, 0.8)))
+    sizes = tangential.sizes_in_xs(runs)
+    for name in GEOMETRIES:
+        for body, share in ((CONVEX, 0.5), (CONCAVE, 0.2)):
+            a = np.max(np.abs(runs.geometry(name).approximations["A", body][XS]))
+            assert sizes[f"largest |C_xs - A_xs| E L: {name}, {body}"] == pytest.approx(share * 2.1e6 * a)
+
+
+def test_the_term_of_curvature_is_that_of_point_loads_away_from_the_load():
+    """A_xx + A_nn on s = 0 are (2 - nu) / 2 pi G x; alpha is -x / 500 mm; here it is twice the change."""
+    found = curvature.terms_and_changes(term(2.0)())
+    for x in (8.0, 16.0):
+        expected = 10 * 1.3 * (2 - 0.3) / np.pi / x * np.sin(x / 500) / 2  # E L / (2 pi G) = L (1 + nu) / pi
+        assert found[f"-½ (A_xx + A_nn) sin α_x: x = {x:g} mm"] == pytest.approx(expected, rel=1e-3)
+        assert found[f"C_xn less C_xn not revolved: x = {x:g} mm"] == pytest.approx(expected / 2, rel=1e-3)
+
+
+def test_errors_of_xn_are_told_with_curvature_along_x_and_without():
+    """C of the wheel is B-hat with it: that has no error; the others have what is between them and it."""
+    results = made(SECOND, times("Bhat", None, 1))
+    errors = xn.errors_of_xn(Runs(dict.fromkeys(GEOMETRIES, results)))
+    assert len(errors) == 5 * 6
+    assert errors[f"error of B̂: {SECOND}, {CONCAVE}"] == 0
+    prismatic = errors[f"error of B̂, not revolved: {SECOND}, {CONCAVE}"]
+    assert prismatic > 1e-3
+    assert errors[f"error of B̂, not revolved: {SECOND}, {CONVEX}"] == pytest.approx(0, abs=1e-12)
+    for variant in "AB":
+        told = errors[f"error of {variant}: {SECOND}, {CONCAVE}"]
+        assert told == error(results, variant, CONCAVE, "xn") > 0
+
+
+def test_mean_errors_are_told_of_all_variants_that_there_are():
+    """C is A / 1.2; the fit is of both bodies together only."""
+    runs = Runs({name: made(name, times("A", None, 1 / 1.2), fitted=True) for name in GEOMETRIES})
+    found = choices.mean_errors(runs)
+    for body in ALONE:
+        assert found[f"mean error of A: {FIRST}, {body}"] == pytest.approx(0.2)
+        assert f"mean error of B̂′: {SECOND}, {body}" not in found
+    assert found[f"mean error of B̂′: {SECOND}, combined"] > 0
+    assert len(found) == 2 * (6 + 5 + 5)
+
+
+def test_the_mix_is_beaten_by_whatever_is_best():
+    """C is B but for a thousandth: the mix is more than ten times worse than B, not better than another."""
+    results = made(FIRST, between("B", "A", 1e-3))
+    assert choices.worst_of_mix(results, CONVEX) > 10
+    assert choices.mean_of_mix(results, CONVEX) > 10
