@@ -1,5 +1,6 @@
 """Bodies: the solids behind contact surfaces, their materials, and how much of them is modelled."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -122,3 +123,9 @@ def section_end(body: Body, direction: int) -> float:
     samples = np.linspace(0, limit + direction * 2 * far, END_SAMPLES)
     outside = int(np.argmax(beyond(samples) > 0))
     return float(brentq(lambda s: float(beyond(s)), samples[outside - 1], samples[outside], xtol=1e-12))
+
+
+def common_extent(bodies: Mapping[str, Body]) -> tuple[float, float]:
+    """Arc lengths [mm] as far as the contours of all bodies go."""
+    starts, ends = zip(*(body.contour.extent for body in bodies.values()), strict=True)
+    return max(starts), min(ends)

@@ -9,8 +9,9 @@ from compare.contact.pair_on_grid import Case, placed_on
 from femic.contact.exact.creepage_coefficients import WIDEST, creepage_coefficients
 from femic.contact.exact.hertz import combined_modulus
 from femic.contact.extra_gap import Scattered
+from femic.contact.specification import FrictionSpecification
 from femic.contact.undeformed import SAMPLES
-from femic.scenes.scene import FrictionWanted, Scene
+from femic.scenes.scene import Scene
 
 PLACES = 9  # at which distances are the same where bodies touch all over,
 ALIKE = 1e-9  # to this share of the reach
@@ -95,7 +96,7 @@ def _of_lateral_force(scene: Scene, sizing: Sizing) -> Iterator[str]:
             )
 
 
-def _of_force(scene: Scene, wanted: FrictionWanted, sizing: Sizing) -> Iterator[str]:
+def _of_force(scene: Scene, wanted: FrictionSpecification, sizing: Sizing) -> Iterator[str]:
     """Yield with which friction the forces of rolling are beyond all creepages.
 
     Without slip forces are the largest. They are Kalker's, of the ellipse of Hertz, which is larger than the

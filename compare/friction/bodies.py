@@ -11,8 +11,9 @@ from compare.friction.operators import FullReferenceICs, approximation, full_ref
 from femic.contact.frictional import FrictionalProblem, FullOperator
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.approximations import turned
+from femic.contact.specification import FrictionSpecification
 from femic.reference.run_options import Means
-from femic.scenes.scene import FrictionWanted, Scene
+from femic.scenes.scene import Scene
 from geometries.errors import Failure
 
 Outcome = TypeVar("Outcome")
@@ -32,7 +33,7 @@ class Solver:
         return full_reference_ics(self.scene, self.placed, self.means)
 
     @property
-    def wanted(self) -> FrictionWanted:
+    def wanted(self) -> FrictionSpecification:
         """The motion."""
         if self.scene.contact.friction is None:
             raise ValueError(f"{self.scene.name}: without friction")

@@ -16,6 +16,7 @@ from pydantic import ValidationError
 
 from approx.effective import EffectiveProperties, Transition
 from femic.contact.extra_gap import ExtraGap, extra_gap
+from femic.contact.specification import ContactSpecification, FrictionSpecification
 from femic.reference.engine import Engine
 from femic.reference.engines import ENGINES
 from femic.reference.harmonic.tuned import FAR_RADIUS
@@ -28,10 +29,10 @@ from femic.scenes.columns import columns
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.messages import messages
 from femic.scenes.names import name_of
-from femic.scenes.scene import Calibration, ContactWanted, FrictionWanted, Scene, common_extent
+from femic.scenes.scene import Calibration, Scene
 from femic.scenes.toml import NotToml, table_of
 from geometries import contours
-from geometries.bodies import Body, Domain
+from geometries.bodies import Body, Domain, common_extent
 from geometries.contours import Contour
 from geometries.errors import WrongInput
 from geometries.grids import Grid
@@ -322,8 +323,8 @@ def _cells(engine: Engine, table: files.EngineTable, patch: Patch) -> Cells:
     )
 
 
-def _contact(table: files.ContactTable) -> ContactWanted:
-    return ContactWanted(
+def _contact(table: files.ContactTable) -> ContactSpecification:
+    return ContactSpecification(
         table.loads,
         table.approaches,
         table.ics,
@@ -340,8 +341,8 @@ def _contact(table: files.ContactTable) -> ContactWanted:
     )
 
 
-def _friction(table: files.ContactTable) -> FrictionWanted:
-    return FrictionWanted(
+def _friction(table: files.ContactTable) -> FrictionSpecification:
+    return FrictionSpecification(
         table.motion, table.friction, table.longitudinal, table.lateral, table.spin, table.equal_force
     )
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from approx.effective import EffectiveProperties
 from approx.pair import Pair, Solid
-from femic.contact.extra_gap import ExtraGap
+from femic.contact.specification import ContactProblem, ContactSpecification
 from femic.reference.job import Settings
 from femic.reference.matrix.job import Discount
 from femic.reference.meshing.cell_size import Cells
@@ -30,42 +30,6 @@ class Calibration:
 
 
 @dataclass(frozen=True)
-class FrictionWanted:
-    """Which motion with friction is solved."""
-
-    motion: str  # "rolling" or "compression"
-    coefficients: tuple[float, ...]
-    longitudinal: tuple[float, ...]  # creepages, growing
-    lateral: float
-    spin: float  # 1/mm
-    equal_force: float  # F_x over friction times load at which tractions are compared
-
-
-@dataclass(frozen=True)
-class ContactWanted:
-    """Which contact is solved, with which ICs."""
-
-    loads: tuple[float, ...]  # N
-    approaches: tuple[float, ...]  # mm, where no loads are given
-    ics: tuple[str, ...]  # "C" or names of variants
-    shift: float  # of the upper body along y [mm]
-    flanks: bool  # whether the bodies may touch on the straight flanks
-    exact: bool  # whether the undeformed distance is that of the displaced body, not linearised
-    extra_gap: ExtraGap | None  # that is added
-    elements: int  # across the smallest patch on an automatic grid
-    automatic: bool  # whether the grid is; otherwise it is that of the scene
-    shape_load: float | None  # load whose pressures are mapped onto all patches [N]
-    lateral_force: float | None = None  # on the upper body [N]; None: its position is given
-    supports: bool = True  # whether what supports do to the contact is computed
-    friction: FrictionWanted | None = None  # None: without friction
-
-    @property
-    def motion(self) -> str:
-        """The motion: none, rolling or compression."""
-        return self.friction.motion if self.friction else "none"
-
-
-@dataclass(frozen=True)
 class Scene:
     """A validated scene in terms of `geometries`."""
 
@@ -84,7 +48,7 @@ class Scene:
     lines: tuple[OffsetLine, ...]
     grid: Grid
     checked_strips: int  # how many columns of its IC matrix the solid engine computes, too
-    contact: ContactWanted
+    contact: ContactSpecification
     discount: Discount  # of IC matrices and contact
     support_radius: float  # of the far arc of the bodies of these [mm]
     settings: Settings  # of C
@@ -119,6 +83,21 @@ class Scene:
         return Pair(upper, lower, self.effective.get("combined"), self.curvature_apart)
 
     @property
+    def contact_problem(self) -> ContactProblem:
+        """The contact of both bodies, as `femic.contact` takes it."""
+        return ContactProblem(
+            self.name,
+            self.bodies,
+            self.pair,
+            self.contact,
+            self.grid,
+            self.settings,
+            self.discount,
+            self.support_radius,
+            self.reference_length,
+        )
+
+    @property
     def fitted(self) -> tuple[str, ...]:
         """Names of what is compared that has effective properties, which B-hat-prime needs."""
         return tuple(name for name in self.compared if self.pair.has_effective(name))
@@ -127,9 +106,3 @@ class Scene:
     def reference_E(self) -> float:
         """Young's modulus that makes ICs dimensionless [MPa]: the lower body's."""
         return self.bodies["lower"].material.E
-
-
-def common_extent(bodies: Mapping[str, Body]) -> tuple[float, float]:
-    """Arc lengths [mm] as far as the contours of all bodies go."""
-    starts, ends = zip(*(body.contour.extent for body in bodies.values()), strict=True)
-    return max(starts), min(ends)
