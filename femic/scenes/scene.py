@@ -10,7 +10,7 @@ from femic.contact.specification import ContactProblem, ContactSpecification
 from femic.reference.job import Settings
 from femic.reference.matrix.job import Discount
 from femic.reference.meshing.cell_size import Cells
-from geometries.bodies import Body
+from geometries.bodies import Body, common_extent
 from geometries.grids import Grid
 from geometries.patches import OffsetLine, Patch
 

@@ -13,7 +13,7 @@ from femic.cli.work import Work, kept
 from femic.reference.run_options import cores
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.load import load_scene
-from femic.scenes.scene import common_extent
+from geometries.bodies import common_extent
 from geometries.errors import WrongInput
 
 
