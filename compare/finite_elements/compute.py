@@ -25,7 +25,7 @@ from femic.contact.finite_elements.result import CELLS, FEContact, Numbers, fe_c
 from femic.reference.discount import FZ
 from femic.reference.matrix.reference import matrices
 from femic.reference.run_options import DEFAULT, Means
-from femic.scenes.checks import matrix_engine_misfits
+from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.scene import Scene
 from geometries.bodies import Body, Domain

@@ -19,8 +19,8 @@ from femic.reference.matrix.job import Discount
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import matrices
 from femic.reference.run_options import DEFAULT, Means
-from femic.scenes.checks import grid_misfits
 from femic.scenes.errors import require_none
+from femic.scenes.grid import grid_misfits
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import WrongInput
