@@ -56,7 +56,7 @@ def in_keys(message: object) -> str:
 def _key_of(name: str) -> str:
     if name in OPTIONS:
         return f"--{name}"
-    tables = {"engine": EngineTable, "contact": ContactTable}
+    tables: dict[str, type[Section]] = {"engine": EngineTable, "contact": ContactTable}
     return next((f"{key}.{name}" for key, table in tables.items() if name in table.model_fields), name)
 
 
