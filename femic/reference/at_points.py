@@ -33,7 +33,7 @@ class AtPoints:
 
     def read(self, name: str, solved: Solved) -> RawICs:
         """The displacements of a solved model at the points."""
-        return self.jobs[name].settings.engine.displacements(solved.task.request, solved.model)
+        return self.jobs[name].settings.engine.models.displacements(solved.task.request, solved.model)
 
     def combine(self, name: str, level: Level, models: Mapping[Level, RawICs]) -> Reference:
         """C of a body at a level, from the displacements of its models."""

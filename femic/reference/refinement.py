@@ -103,7 +103,7 @@ def converged(problem: Problem[Result], means: Means) -> dict[str, Result]:
             (job.settings.engine, Task(name, level, job.request(level), job.settings.most_unknowns))
             for model in MODELS
             for name, job in jobs.items()
-            if (level := levels[name].models(job.settings.engine.models).get(model))
+            if (level := levels[name].models(job.settings.engine.estimate.models).get(model))
             and level not in models[name]
         ]
         means.watch.on_round([task for _, task in unsolved])
@@ -127,7 +127,9 @@ def solve_models(unsolved: Sequence[tuple[Engine, Task]], means: Means) -> Itera
     """
     engines = dict.fromkeys(engine for engine, _ in unsolved)
     for engine in engines:
-        yield from engine.solve([task for task_engine, task in unsolved if task_engine is engine], means)
+        yield from engine.models.solve(
+            [task for task_engine, task in unsolved if task_engine is engine], means
+        )
 
 
 def refine(
@@ -184,7 +186,7 @@ def refined(name: str, job: Asked, result: Refinable, estimated: Shares, share: 
     if level == result.level:  # no part is too large, only their sum
         level = replace(level, cells=level.cells + 1)
     unknowns = result.models["fine"].unknowns
-    growth = job.settings.engine.growth_of_unknowns
+    growth = job.settings.engine.estimate.growth_of_unknowns
     expected = round(unknowns * COARSER ** (growth * (level.cells - result.level.cells)))
     if max(level.cells, level.domain, level.waves) > FURTHEST or expected > job.settings.most_unknowns:
         raise NotConverged(_too_expensive(name, job, result, estimated, expected))

@@ -5,8 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from femic.reference.engine import Engine
-from femic.reference.engines import ENGINES
-from femic.reference.harmonic.record import HARMONIC
+from femic.reference.engines import ENGINES, kinds_that
 from femic.reference.solid.pardiso import available as direct_available
 from femic.scenes.scene import Scene
 from geometries.bodies import Body
@@ -44,9 +43,8 @@ def misfits(scene: Scene) -> Iterator[str]:
         )
     if scene.ics == "Bhat_prime" and not scene.fitted:
         yield "ics = 'Bhat_prime': the scene has no effective properties; femic calibrate finds some"
-    if scene.fields and not scene.settings.engine.has_fields:
-        engines_with_fields = " or ".join(repr(name) for name, engine in ENGINES.items() if engine.has_fields)
-        yield f"fields = true: only engine.kind = {engines_with_fields} has fields in 3D"
+    if scene.fields and not scene.settings.engine.fields:
+        yield f"fields = true: only {kinds_that(lambda engine: engine.fields)} has fields in 3D"
     if scene.settings.solver == "direct" and not direct_available():
         yield f"engine.solver = 'direct': not installed; {INSTALL_DIRECT}, or use 'auto'"
 
@@ -105,13 +103,13 @@ def grid_misfits(scene: Scene) -> Iterator[str]:
 
 
 def matrix_engine_misfits(scene: Scene) -> Iterator[str]:
-    """Yield what is wrong with the engine of IC matrices, and so of C in contact."""
+    """Yield the misfit of an engine that has no IC matrices, and so no C for contact."""
     engine = scene.settings.engine
-    if engine is not HARMONIC:
+    if engine.matrices is None:
         yield (
-            f"engine.kind = {engine.name!r}: C on a grid, of matrices and contact, is computed by the "
-            f"{HARMONIC.name} engine alone: leave engine.kind out (grid.check compares columns of a matrix "
-            "with the solid engine)"
+            f"engine.kind = {engine.name!r}: has no C on a grid, as matrices and contact need it: use "
+            f"{kinds_that(lambda other: other.matrices)} (grid.check compares columns of a matrix with the "
+            "solid engine)"
         )
 
 

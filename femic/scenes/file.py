@@ -18,7 +18,7 @@ from pydantic import (
 
 from approx.variants import VARIANTS
 from femic.contact.operators.approximations import require_operator
-from femic.reference.engines import EngineName
+from femic.reference.engines import ENGINES
 from femic.reference.models import SolverChoice
 
 
@@ -34,6 +34,13 @@ Whole = Annotated[int, BeforeValidator(_whole)]
 ExistingFile = Annotated[FilePath, Strict(False)]
 LEAST_LENGTH, LARGEST_LENGTH = 1e-12, 1e12  # mm
 LARGEST = 1e15  # of moduli [MPa] and forces [N]
+
+
+def _registered(engine: str) -> str:
+    """Return the name of an engine; raises ValueError for one that is not registered."""
+    if engine not in ENGINES:
+        raise ValueError(f"should be one of {', '.join(map(repr, ENGINES))}")
+    return engine
 
 
 def _radius(value: float) -> float:
@@ -298,7 +305,7 @@ class CalibrationTable(Section):
 class EngineTable(Section):
     """How the reference C is computed."""
 
-    kind: EngineName = Field(
+    kind: Annotated[str, AfterValidator(_registered)] = Field(
         "harmonic",
         description="harmonic: one section problem per wavenumber along x, seconds (half_length, "
         "line_growth and solver do not matter); solid: 3D finite elements, minutes",

@@ -85,7 +85,7 @@ def load_solid_scene(name_or_path: str) -> Scene:
     path = scene_path(name_or_path)
     text, table = read_scene(path)
     scene = parse(table, path)
-    build = build_scene if ENGINES[scene.engine.kind].has_fields else _by_solid_engine
+    build = build_scene if ENGINES[scene.engine.kind].fields else _by_solid_engine
     return build(name_of(path), text, scene)
 
 
@@ -166,7 +166,7 @@ def build_scene(name: str, text: str, scene: files.SceneFile) -> Scene:
     """Build a scene from a valid file; raises BadScene where its parts do not fit together."""
     table, engine = scene.engine, ENGINES[scene.engine.kind]
     far_radius = table.far_radius or engine.far_radius(table.tolerance)
-    domain = Domain(far_radius, np.inf if engine.endless else table.half_length)
+    domain = Domain(far_radius, np.inf if engine.infinite_length else table.half_length)
     bodies = {
         body_name: _body(body_name, side, body_table, domain)
         for body_name, side, body_table in (("lower", LOWER, scene.lower), ("upper", UPPER, scene.upper))

@@ -14,10 +14,8 @@ import numpy as np
 
 from femic.reference.accuracy import Shares
 from femic.reference.discount import FZ, discount, fit_discount, motions
+from femic.reference.engine import ColumnSynthesis, GridModel
 from femic.reference.estimate import Estimated, estimated, total
-from femic.reference.harmonic.lags import LagSynthesis, syntheses
-from femic.reference.harmonic.record import HARMONIC
-from femic.reference.harmonic.synthesis import Responses, displacements
 from femic.reference.level import Level, factors
 from femic.reference.matrix.columns import column_scale, column_shares, worst_of
 from femic.reference.matrix.job import Discount, MatrixJob
@@ -44,12 +42,12 @@ class MatrixReference:
     cells: Cells
     body: Body
     models: Mapping[str, Cost]
-    solved: Responses
+    solved: GridModel
 
     @cached_property
-    def _syntheses(self) -> dict[str, LagSynthesis]:
-        """The synthesis at the lags: of the model (""), and of its variations."""
-        return syntheses(self.solved, self.job.grid, self.job.solved)
+    def _syntheses(self) -> Mapping[str, ColumnSynthesis]:
+        """The syntheses of columns: of the model (""), and of its variations."""
+        return self.job.matrices.columns(self.solved, self.job.grid, self.job.solved)
 
     @cached_property
     def _compliances(self) -> dict[Discount, dict[str, Array]]:
@@ -60,7 +58,7 @@ class MatrixReference:
         job = self.job
         if not job.fits[name]:
             return dict.fromkeys(self._syntheses, np.zeros((4, 4)))
-        u = displacements(self.solved, job.fit_loads, job.fit_points(name))
+        u = job.matrices.displacements(self.solved, job.fit_loads, job.fit_points(name))
         return {
             variation: fit_discount(
                 job.body, job.rules[name], job.fits[name], dict(zip(job.fit_loads, of_loads, strict=True))
@@ -101,7 +99,8 @@ class MatrixReference:
             for variation in self._syntheses
             if variation != "nearer" or name == "source"  # elsewhere the far arc is a part of the body
         }
-        column = estimated(by_variation.pop(""), by_variation, safety=HARMONIC.safety)
+        safety = self.job.settings.engine.estimate.safety
+        column = estimated(by_variation.pop(""), by_variation, safety=safety)
         errors = column.mesh_error, column.truncation_error, column.waves_error
         return Estimated(column.ic, *(cast(Array, error.astype(np.float32)) for error in errors))
 
@@ -148,14 +147,15 @@ class AtLags:
     jobs: Mapping[str, MatrixJob]
     combined: bool
 
-    def read(self, _name: str, solved: Solved) -> Responses:
-        """The responses of a solved model."""
-        responses: Responses = solved.model
-        return responses
+    def read(self, _name: str, solved: Solved) -> GridModel:
+        """Return a solved model."""
+        model: GridModel = solved.model
+        return model
 
-    def combine(self, name: str, level: Level, models: Mapping[Level, Responses]) -> MatrixReference:
+    def combine(self, name: str, level: Level, models: Mapping[Level, GridModel]) -> MatrixReference:
         """The IC matrix of a body at a level, from the responses of its models."""
-        job, level_of_model = self.jobs[name], level.models(HARMONIC.models)
+        job = self.jobs[name]
+        level_of_model = level.models(job.settings.engine.estimate.models)
         solved, costs = models[level], costs_of(level_of_model, models)
         cells = job.first_cells.scaled(factors(level)[0])
         return MatrixReference(job, level, cells, solved.body, costs, solved)
