@@ -18,9 +18,10 @@ from femic.cache.digests import results_digest, versions
 from femic.cache.files import published
 from femic.contact.operators.dense import GridOperator
 from femic.reference.accuracy import Shares
+from femic.reference.assessment import worst_of
 from femic.reference.discount import AXES
 from femic.reference.estimate import Estimated, total
-from femic.reference.matrix.columns import column_scale, column_shares, half_spaces_nn, is_far, worst_of
+from femic.reference.matrix.columns import column_scale, column_shares, half_spaces_nn, is_far
 from femic.reference.matrix.job import Discount, MatrixJob
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import MatrixReference, matrices

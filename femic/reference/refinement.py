@@ -8,12 +8,13 @@ waves by more and larger wavenumbers, each by as many steps as its order promise
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from femic.reference.accuracy import NotConverged, Shares
+from femic.reference.assessment import Assessment
 from femic.reference.engine import Engine, Request
 from femic.reference.job import Settings
 from femic.reference.level import (
@@ -33,15 +34,6 @@ from geometries.errors import WrongInput
 
 MOST_STEPS = 3  # largest number of steps of refinement per round
 FURTHEST = 4  # largest number of steps of cells, domain or waves from where a job starts
-
-
-@dataclass(frozen=True)
-class Assessed:
-    """Estimated errors of the bodies, and where their sum is judged, of the sum and of each body in it."""
-
-    own: Mapping[str, Shares]
-    combined: Shares | None = None
-    in_combined: Mapping[str, Shares] = field(default_factory=dict)
 
 
 class Refinable(Protocol):
@@ -83,7 +75,7 @@ class Problem(Protocol[Result]):
     def combine(self, name: str, level: Level, models: Mapping[Level, Any]) -> Result:
         """The result of a job at a level, with its estimate, from the data of its models."""
 
-    def assess(self, results: Mapping[str, Result]) -> Assessed:
+    def assess(self, results: Mapping[str, Result]) -> Assessment:
         """The estimated errors of the results."""
 
 
@@ -133,7 +125,7 @@ def solve_models(unsolved: Sequence[tuple[Engine, Task]], means: Means) -> Itera
 
 
 def refine(
-    jobs: Mapping[str, Asked], results: Mapping[str, Refinable], assessed: Assessed
+    jobs: Mapping[str, Asked], results: Mapping[str, Refinable], assessed: Assessment
 ) -> dict[str, Level]:
     """The next levels of the bodies that are not accurate enough.
 

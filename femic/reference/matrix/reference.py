@@ -5,23 +5,23 @@ lags are computed from the responses strip by strip, when they are asked for, so
 strip of a large matrix is in memory. The discount takes one matrix M per body (`discount_rules`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import cast
 
 import numpy as np
 
-from femic.reference.accuracy import Shares
+from femic.reference.assessment import Assessment, Batch, Measure, assess
 from femic.reference.discount import FZ, discount, fit_discount, motions
 from femic.reference.engine import ColumnSynthesis, GridModel
-from femic.reference.estimate import Estimated, estimated, total
+from femic.reference.estimate import Estimated, estimated
 from femic.reference.level import Level, factors
-from femic.reference.matrix.columns import column_scale, column_shares, worst_of
+from femic.reference.matrix.columns import column_scale, column_shares
 from femic.reference.matrix.job import Discount, MatrixJob
 from femic.reference.meshing.cell_size import Cells
 from femic.reference.models import Cost, Points
-from femic.reference.refinement import Assessed, converged
+from femic.reference.refinement import converged
 from femic.reference.result import costs_of
 from femic.reference.run_options import DEFAULT, Means, Solved
 from geometries.arrays import Array
@@ -160,27 +160,16 @@ class AtLags:
         cells = job.first_cells.scaled(factors(level)[0])
         return MatrixReference(job, level, cells, solved.body, costs, solved)
 
-    def assess(self, references: Mapping[str, MatrixReference]) -> Assessed:
-        """The estimated errors of the bodies, at worst over all strips, and those of their sum."""
-        own: dict[str, list[Shares]] = {name: [] for name in references}
-        in_sum: dict[str, list[Shares]] = {name: [] for name in references}
-        of_sum: list[Shares] = []
-        job = next(iter(self.jobs.values()))
-        components = job.components
-        for strip in range(job.grid.n_s):
-            of_body = {name: reference.column(strip) for name, reference in references.items()}
-            for name, c in of_body.items():
-                scale = column_scale(strip, c.ic, [self.jobs[name]])
-                own[name].append(column_shares(strip, c, scale, components))
-            if self.combined:
-                c = total(list(of_body.values()))
-                scale = column_scale(strip, c.ic, list(self.jobs.values()))
-                of_sum.append(column_shares(strip, c, scale, components))
-                for name, body_column in of_body.items():
-                    in_sum[name].append(column_shares(strip, body_column, scale, components))
-        own_worst = {name: worst_of(shares) for name, shares in own.items()}
-        if not self.combined:
-            return Assessed(own_worst)
-        return Assessed(
-            own_worst, worst_of(of_sum), {name: worst_of(shares) for name, shares in in_sum.items()}
-        )
+    def assess(self, references: Mapping[str, MatrixReference]) -> Assessment:
+        """Return the estimated errors of the bodies, at worst over all strips, and of their sum."""
+        strips = range(next(iter(self.jobs.values())).grid.n_s)
+        return assess((self._batch(references, strip) for strip in strips), combined=self.combined)
+
+    def _batch(self, references: Mapping[str, MatrixReference], strip: int) -> Batch:
+        """Return the columns of the bodies for a loaded strip."""
+
+        def measure(bodies: Sequence[str], ic: Array) -> Measure:
+            scale = column_scale(strip, ic, [self.jobs[body] for body in bodies])
+            return lambda body, c: column_shares(strip, c, scale, self.jobs[body].components)
+
+        return Batch({body: reference.column(strip) for body, reference in references.items()}, measure)

@@ -5,11 +5,12 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from femic.reference.accuracy import Shares
+from femic.reference.assessment import worst_of
 from femic.reference.engines import HARMONIC, SOLID
 from femic.reference.estimate import Estimated
 from femic.reference.harmonic.grids import far_radius_for
 from femic.reference.job import Settings
-from femic.reference.matrix.columns import column_scale, column_shares, worst_of
+from femic.reference.matrix.columns import column_scale, column_shares
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import AtLags
 from geometries.bodies import Body, Domain
