@@ -111,7 +111,7 @@ def model_tasks(task: SceneTask, store: Store) -> dict[str, ModelTask]:
         scene = task.scene
         wanted = [jobs for keep in task.keys for jobs in KEEPERS[keep].jobs(scene)]
         for body, job in (item for jobs in wanted for item in jobs.items()):
-            key = job.settings.engine.key(job.request(Level()), store)
+            key = job.settings.engine.models.key(job.request(Level()), store)
             tasks.setdefault(key, ModelTask(body, job))
     except Exception:  # a scene that cannot be built must not end the others
         return {}

@@ -8,8 +8,7 @@ from pydantic import AfterValidator, Field
 
 from femic.key_types import Length, NameOf, Whole
 from femic.reference.engine import Engine
-from femic.reference.engines import ENGINES
-from femic.reference.harmonic.record import HARMONIC
+from femic.reference.engines import ENGINES, kinds_that
 from femic.reference.meshing.cell_size import Cells
 from femic.reference.models import SolverChoice
 from femic.reference.solid.pardiso import available as direct_available
@@ -67,13 +66,13 @@ class EngineTable(Section):
     @property
     def engine(self) -> Engine:
         """The engine of this kind."""
-        return next(engine for name, engine in ENGINES.items() if name == self.kind)
+        return ENGINES[self.kind]
 
     @property
     def domain(self) -> Domain:
         """The domain of the first model."""
         far_radius = self.far_radius or self.engine.far_radius(self.tolerance)
-        return Domain(far_radius, np.inf if self.engine.endless else self.half_length)
+        return Domain(far_radius, np.inf if self.engine.infinite_length else self.half_length)
 
     def cells(self, patch: Patch) -> Cells:
         """Return the first cells: as given, else as the tolerance needs."""
@@ -100,21 +99,20 @@ class EngineTable(Section):
 def engine_misfits(scene: Scene) -> Iterator[str]:
     """Yield what the engine of a scene cannot do."""
     yield from _limit_misfits(scene)
-    if scene.fields and not scene.settings.engine.has_fields:
-        engines_with_fields = " or ".join(repr(name) for name, engine in ENGINES.items() if engine.has_fields)
-        yield f"fields = true: only engine.kind = {engines_with_fields} has fields in 3D"
+    if scene.fields and not scene.settings.engine.fields:
+        yield f"fields = true: only {kinds_that(lambda engine: engine.fields)} has fields in 3D"
     if scene.settings.solver == "direct" and not direct_available():
         yield f"engine.solver = 'direct': not installed; {INSTALL_DIRECT}, or use 'auto'"
 
 
 def matrix_engine_misfits(scene: Scene) -> Iterator[str]:
-    """Yield what is wrong with the engine of IC matrices, and so of C in contact."""
+    """Yield the misfit of an engine that has no IC matrices, and so no C for contact."""
     engine = scene.settings.engine
-    if engine is not HARMONIC:
+    if engine.matrices is None:
         yield (
-            f"engine.kind = {engine.name!r}: C on a grid, of matrices and contact, is computed by the "
-            f"{HARMONIC.name} engine alone: leave engine.kind out (grid.check compares columns of a matrix "
-            "with the solid engine)"
+            f"engine.kind = {engine.name!r}: has no C on a grid, as matrices and contact need it: use "
+            f"{kinds_that(lambda other: other.matrices)} (grid.check compares columns of a matrix with the "
+            "solid engine)"
         )
 
 
