@@ -13,7 +13,7 @@ from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
 from femic.contact.friction.leading import LeadingEdge
 from femic.contact.friction.motion import Shift, SteadyRolling
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.convolution import Convolution
 from femic.contact.operators.ring import RingInverse
 from geometries.contours import plane
@@ -42,7 +42,7 @@ def law(operator, motion, bound):
 
 
 def on_half_spaces(grid):
-    return turned("A", HALF_SPACES, grid, (X, S))
+    return half_space_operator(HALF_SPACES, grid, (X, S))
 
 
 def dense(linear, shape):
