@@ -4,8 +4,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-from approx.variants import VARIANTS
-from femic.contact.operators.approximations import require_operator
+from approx.variants import VARIANTS, forms_of
 from femic.key_types import NameOf
 
 MAP = "map:"  # before the name of the file of a campaign, whose map of C stands for C
@@ -22,7 +21,7 @@ def is_map(ics: str) -> bool:
 def _known(ics: str) -> str:
     """Return the name of C, a map, or approximations, perhaps with exchanged components; raise WrongInput."""
     if ics != "C" and not is_map(ics):
-        require_operator(ics)
+        forms_of(ics)
     return ics
 
 

@@ -95,7 +95,7 @@ def test_commands_take_a_registered_contour(parabola, tmp_path, capsys):
 
 
 def test_a_registered_approximation_can_be_named(monkeypatch):
-    monkeypatch.setattr("femic.scenes.ic_names.VARIANTS", {**VARIANTS, "Btilde": VARIANTS["Bhat"]})
+    monkeypatch.setitem(VARIANTS, "Btilde", VARIANTS["Bhat"])
     changes = line("x", 0.0, 3.0) | {"variants": ["Btilde"], "ics": "Btilde"}
     assert load_scene("flat", changes).variants == ("Btilde",)
     assert '"Btilde"' in listing("flat")
