@@ -2,7 +2,8 @@
 
 With the local directions of an element in global axes as the columns of Q, T = Q_I^T Q_J takes load
 directions into those of the observer. On a prismatic surface T = R_x(alpha), alpha = delta(s_I) -
-delta(s_J), the same for both bodies. Source: [BVSV] section 3 (design section 3 corrects B-bar).
+delta(s_J), the same for both bodies. Source: [BVSV] section 3;
+docs/theory/ics.md corrects B-bar.
 """
 
 from dataclasses import dataclass

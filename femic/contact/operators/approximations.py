@@ -3,8 +3,8 @@
 On prismatic bodies the turn alpha between two elements is the difference of their inclinations: with
 constant matrices P it is R_x(alpha) = P_1 + P_c cos(alpha) + P_s sin(alpha). So an approximation is a sum of
 kernels of the lag times functions of alpha or, where both elements are turned by half and one direction is x,
-of alpha/2; and functions of a difference are sums of products. Source: [BVSV] sections 3 and 4, design
-section 6.
+of alpha/2; and functions of a difference are sums of products. Source: [BVSV] sections 3 and 4;
+docs/theory/contact.md.
 """
 
 from collections.abc import Callable, Mapping
