@@ -1,4 +1,4 @@
-"""Python blocks of the pages run as they stand; links, paths and names exist; computed pages are up to date."""
+"""Python blocks of the pages run; links, paths and names exist; computed pages are up to date."""
 
 import json
 import pkgutil
