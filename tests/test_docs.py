@@ -75,12 +75,22 @@ def test_files_and_names_in_the_text_exist(page):
             assert resolves(text), text
 
 
+def product():
+    """The source of the product: code, scenes, templates."""
+    kinds = ("*.py", "*.toml", "*.j2")
+    paths = [path for folder in PACKAGES for kind in kinds for path in (ROOT / folder).rglob(kind)]
+    return "\n".join(path.read_text("utf-8") for path in paths)
+
+
+def test_pages_that_the_code_names_exist():
+    named = set(re.findall(r"docs/[\w/-]+\.md", product()))
+    assert len(named) > 5
+    assert not [page for page in named if not (ROOT / page).exists()]
+
+
 def test_the_names_of_the_glossary_are_in_the_code():
     """Dotted names can be imported; others are words of the product's source."""
-    source = "\n".join(
-        path.read_text("utf-8") for folder in PACKAGES for path in (ROOT / folder).rglob("*.py")
-    )
-    words = set(re.findall(r"\w+", source))
+    words = set(re.findall(r"\w+", product()))
     rows = re.findall(r"^\|(.*)\|$", prose("docs/glossary.md"), flags=re.MULTILINE)
     names = {name for row in rows for name in re.findall(r"`([^`]+)`", row.rsplit("|", 1)[-1])}
     assert len(names) > 50
