@@ -105,7 +105,7 @@ def test_pages_with_computed_numbers_are_not_written_by_hand():
         assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run make docs"
 
 
-@pytest.mark.slow  # numbers take half an hour: they follow the code at the end of a piece of work
+@pytest.mark.slow  # the numbers take long: they follow the code at the end of a piece of work
 def test_pages_were_computed_by_this_code():
     outdated = runpy.run_path(str(ROOT / "tools/write_docs.py"))["outdated"]()
     assert not outdated, f"{outdated}: run make docs"
