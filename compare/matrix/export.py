@@ -13,8 +13,7 @@ from compare.matrix import contact_file
 from compare.matrix.contact_file import ContactFile
 from compare.matrix.page import write_matrix
 from femic.cache import folders
-from femic.contact.operators.approximations import turned
-from femic.contact.operators.dense import dense
+from femic.contact.operators.approximations import approximate_matrix
 from femic.reference.matrix.job import Discount
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import matrices
@@ -91,8 +90,8 @@ def export(scene: Scene, wanted: Wanted, out: Path, means: Means = DEFAULT) -> E
 def _file_content(scene: Scene, wanted: Wanted, out: Path, means: Means) -> ContactFile:
     placed = placed_on(scene, scene.grid)
     if wanted.discount is None and placed.offset:
-        paired = turned(wanted.ics, scene.pair, scene.grid, upper_offset=placed.offset)
-        return to_contact(scene, dense(paired))
+        ics = approximate_matrix(wanted.ics, scene.pair, scene.grid, upper_offset=placed.offset)
+        return to_contact(scene, ics)
     if wanted.discount is None:
         return approximated(scene, wanted.ics)
     if wanted.discount != scene.discount or placed.offset:

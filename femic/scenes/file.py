@@ -1,8 +1,9 @@
 """The keys of a scene file (TOML) with their units, defaults and limits."""
 
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, get_args
+from typing import Annotated, Any, Literal, TypeVar, get_args
 
 from pydantic import (
     AfterValidator,
@@ -16,8 +17,7 @@ from pydantic import (
     model_validator,
 )
 
-from approx.variants import VARIANTS
-from femic.contact.operators.approximations import require_operator
+from approx.variants import VARIANTS, forms_of
 from femic.reference.engines import EngineName
 from femic.reference.models import SolverChoice
 
@@ -62,12 +62,6 @@ ArcRadius = Annotated[float, AfterValidator(_radius)]
 BodyName = Literal["combined", "lower", "upper"]
 Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
 PropertyName = Literal["mismatch_k", "G", "nu"]
-if TYPE_CHECKING:
-    VariantName = str
-    ICName = str
-else:  # the names of the registry: a new variant is registered there alone
-    VariantName = Literal[*VARIANTS]
-    ICName = Literal["auto", "C", *VARIANTS]
 
 
 MAP = "map:"  # before the name of the file of a campaign, whose map of C stands for C
@@ -78,10 +72,32 @@ def is_map(ics: str) -> bool:
     return ics.startswith(MAP)
 
 
+@dataclass(frozen=True)
+class NameOf:
+    """A check of names: of variants that are registered when a scene is read, or of others."""
+
+    others: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All known names."""
+        return *self.others, *VARIANTS
+
+    def __call__(self, name: str) -> str:
+        """Return the name; raise ValueError for an unknown one."""
+        if name not in self.names:
+            raise ValueError(f"Input should be {', '.join(map(repr, self.names[:-1]))} or {self.names[-1]!r}")
+        return name
+
+
+VariantName = Annotated[str, AfterValidator(NameOf())]
+ICName = Annotated[str, AfterValidator(NameOf(("auto", "C")))]
+
+
 def _known(ics: str) -> str:
     """The name of C, of a map, or of approximations, perhaps with exchanged components; raises WrongInput."""
     if ics != "C" and not is_map(ics):
-        require_operator(ics)
+        forms_of(ics)
     return ics
 
 

@@ -3,10 +3,10 @@
 import types
 from collections.abc import Iterator
 from copy import deepcopy
-from typing import Any, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 import tomlkit
-from pydantic import BaseModel
+from pydantic import AfterValidator, BaseModel
 
 from femic.scenes import file as files
 from femic.scenes.load import parse, read_scene, scene_path
@@ -75,16 +75,22 @@ def _entries(model: type[BaseModel], table: dict[str, Any], only: list[str] | No
             default = None if field.is_required() else field.get_default()
             shown = "..." if default is None else _toml(default)
             yield f"# {key} = {shown}  # {field.description}"
-        if choices := _choices(field.annotation):
+        if choices := _choices(field.annotation) + _choices(*field.metadata):
             number = "one or more" if "tuple" in str(field.annotation) else "one"
             yield f"#   {number} of: {', '.join(choices)}"
 
 
-def _choices(annotation: Any) -> list[str]:
-    """The literal values that a key may take."""
-    if get_origin(annotation) in (tuple, types.UnionType):
-        return [choice for part in get_args(annotation) for choice in _choices(part)]
-    values = get_args(annotation) if str(annotation).startswith("typing.Literal") else ()
+def _choices(*annotations: Any) -> list[str]:
+    """The names that a key may take."""
+    return [choice for annotation in annotations for choice in _choices_of(annotation)]
+
+
+def _choices_of(annotation: Any) -> list[str]:
+    if get_origin(annotation) in (tuple, types.UnionType, Annotated):
+        return _choices(*get_args(annotation))
+    if isinstance(annotation, AfterValidator):
+        return [f'"{name}"' for name in getattr(annotation.func, "names", ())]
+    values = get_args(annotation) if get_origin(annotation) is Literal else ()
     return [f'"{value}"' for value in values] if len(values) > 1 else []
 
 

@@ -2,7 +2,6 @@
 
 import re
 import tomllib
-from typing import get_args
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from approx.variants import VARIANTS
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.solid.record import SOLID
 from femic.scenes.errors import BadScene
-from femic.scenes.file import CONTOURS, ICName, SceneFile, VariantName
+from femic.scenes.file import CONTOURS, SceneFile
 from femic.scenes.listing import listing
 from femic.scenes.load import builtin_names, load_scene
 from tests.compare.conftest import SHORT_LINES, scene_text
@@ -360,9 +359,9 @@ def test_the_same_in_other_units_is_the_same():
 
 def test_every_registered_variant_and_contour_can_be_named_in_a_scene():
     """What is registered once is known to keys, messages and listings."""
-    assert get_args(VariantName) == tuple(VARIANTS)
-    assert get_args(ICName) == ("auto", "C", *VARIANTS)
     assert set(CONTOURS) == {"plane", "arc", "ellipse", "points"}
     told = listing("flat")
     assert all(f'kind = "{kind}"' in told for kind in CONTOURS)
-    assert all(f'"{variant}"' in told for variant in VARIANTS)
+    names = ", ".join(f'"{variant}"' for variant in VARIANTS)
+    assert f"#   one or more of: {names}" in told
+    assert f'#   one of: "auto", "C", {names}' in told
