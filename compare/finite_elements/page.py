@@ -36,7 +36,7 @@ BELOW = (
 
 def write_judged(dataset: xr.Dataset, out: Path) -> Path:
     """Write `judge.nc`, figures and `judge.html` into a folder; returns the path of the page."""
-    folders.made(out)
+    folders.make(out)
     write_dataset(dataset, out / "judge.nc")
     title = str(dataset.attrs["title"]).replace(
         "Frictionless contact", "Contact by ICs, and by finite elements"

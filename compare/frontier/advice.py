@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 
 from compare.frontier import ways
-from compare.frontier.trade import FrontierRequest, compute_frontier, engine_table, known_errors
+from compare.frontier.trade import FrontierRequest, compute_frontier, engine_table, error_bounds
 from femic.reference.engines import ENGINES
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.errors import Failure, WrongInput
 
 AS_CHEAP = 3.0  # times the fastest way's seconds: faster ways count as equally cheap, as clocks vary
@@ -51,7 +51,7 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
             raise WrongInput(
                 f"{dimension} = {', '.join(unknown)}: the scene has {', '.join(dataset[dimension].values)}"
             )
-    errors = known_errors(dataset, body).sel(component=components)
+    errors = error_bounds(dataset, body).sel(component=components)
     worst = errors.max("component")
     seconds = dataset.seconds.sel(body=body)
     good_enough = worst.way.values[(worst <= tolerance).values]
@@ -77,7 +77,7 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
     )
 
 
-def told(advice: Advice) -> str:
+def sentence(advice: Advice) -> str:
     """The advice as a sentence."""
     share_note = "; it vanishes in C, so that is a share of 0.05 C_nn" if advice.vanishes else ""
     return (
@@ -86,7 +86,9 @@ def told(advice: Advice) -> str:
     )
 
 
-def tried_for(base: str, question: Question, means: Means = DEFAULT) -> tuple[FrontierRequest, xr.Dataset]:
+def frontier_for(
+    base: str, question: Question, options: RunOptions = DEFAULT
+) -> tuple[FrontierRequest, xr.Dataset]:
     """The request that answers a question, and the frontier that was computed for it.
 
     If a component vanishes in C, but not by symmetry, a tighter C is tried: the component may only be small,
@@ -95,7 +97,7 @@ def tried_for(base: str, question: Question, means: Means = DEFAULT) -> tuple[Fr
     tightest = ENGINES[engine_table(base)["kind"]].comparison.tolerances[-1]
     while True:
         request = request_for(base, question)
-        frontier = compute_frontier(base, request, means)
+        frontier = compute_frontier(base, request, options)
         of_body = frontier.sel(body=question.body)
         undecided = bool(np.any(of_body.vanishes & ~of_body.by_symmetry))
         if not undecided or question.tolerance / REFERENCE_FACTOR <= tightest:

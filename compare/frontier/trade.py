@@ -18,8 +18,8 @@ from compare.plan import models
 from femic.cache.digests import results_digest, versions
 from femic.reference.accuracy import NotConverged, component_of
 from femic.reference.engines import ENGINES
-from femic.reference.estimate import Estimated
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.estimate import EstimatedICs
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.errors import BadScene
 from femic.scenes.file import EngineTable
 from femic.scenes.load import load_scene, read_scene, scene_path
@@ -33,11 +33,11 @@ VANISHES = "C vanishes: by symmetry, or below ten times its estimate; errors are
 
 
 @dataclass(frozen=True, eq=False)
-class Tried:
+class WayResult:
     """The ICs that a way gave, and the time and memory that it took."""
 
     way: Way
-    ics: Mapping[str, Estimated]  # by body compared; estimates of approximations are 0
+    ics: Mapping[str, EstimatedICs]  # by body compared; estimates of approximations are 0
     seconds: Mapping[str, float]  # by body compared: for all that its ICs need
     unknowns: int  # of the largest model
     memory: float  # MB, largest of the process so far
@@ -75,7 +75,7 @@ def engine_table(base: str) -> dict[str, Any]:
     return {"kind": EngineTable().kind} | read_scene(scene_path(base))[1].get("engine", {})
 
 
-def compute_frontier(base: str, request: FrontierRequest, means: Means = DEFAULT) -> xr.Dataset:
+def compute_frontier(base: str, request: FrontierRequest, options: RunOptions = DEFAULT) -> xr.Dataset:
     """Compute the errors, seconds, unknowns and memory of every way to a scene's ICs that fits the budget.
 
     Ways run in the order of their predicted seconds. Errors (way, body, component) [-] are those of
@@ -86,20 +86,20 @@ def compute_frontier(base: str, request: FrontierRequest, means: Means = DEFAULT
     start, tried = perf_counter(), list(_approximations(scene))
     computed: dict[str, Results] = {}
     skipped: dict[str, str] = {}
-    for predicted, way in _by_cost(base, request, means.workers, skipped):
+    for predicted, way in _by_cost(base, request, options.workers, skipped):
         seconds_left = request.budget - (perf_counter() - start)
         if predicted > seconds_left:
             skipped[way.name] = (
                 f"about {predicted:.0f} s, but {max(seconds_left, 0):.0f} s of the budget are left"
             )
             continue
-        means.watch.on_stage(f"  {way.name}: about {predicted:.0f} s")
+        options.watch.on_stage(f"  {way.name}: about {predicted:.0f} s")
         try:
-            computed[way.name] = compute(request.scene(base, way.engine), means)
+            computed[way.name] = compute(request.scene(base, way.engine), options)
         except NotConverged as error:
             skipped[way.name] = f"did not converge: {in_keys(error)}"
             continue
-        tried.append(_tried(way, computed[way.name]))
+        tried.append(_way_result(way, computed[way.name]))
     if not computed:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in skipped.items())
         raise Failure(f"no reference C within the budget of {request.budget:g} s ({reasons}): give more")
@@ -107,17 +107,17 @@ def compute_frontier(base: str, request: FrontierRequest, means: Means = DEFAULT
     return _dataset(scene, tried, (best, computed[best]), skipped)
 
 
-def _approximations(scene: Scene) -> Iterator[Tried]:
+def _approximations(scene: Scene) -> Iterator[WayResult]:
     points, _ = scene_points(scene)
     scene_ways = list(ways.approximations(scene))
     ics, seconds = approximated(replace(scene, variants=tuple(way.name for way in scene_ways)), points)
     for way in scene_ways:
         way_ics = {body: _not_estimated(ics[way.name, body]) for body in scene.compared}
-        yield Tried(way, way_ics, {body: seconds[way.name, body] for body in scene.compared}, 0, 0.0)
+        yield WayResult(way, way_ics, {body: seconds[way.name, body] for body in scene.compared}, 0, 0.0)
 
 
-def _not_estimated(ics: Array) -> Estimated:
-    return Estimated(ics, *np.zeros((3, *ics.shape)))
+def _not_estimated(ics: Array) -> EstimatedICs:
+    return EstimatedICs(ics, *np.zeros((3, *ics.shape)))
 
 
 def _by_cost(
@@ -134,9 +134,9 @@ def _by_cost(
     return sorted(costs, key=lambda cost_and_way: cost_and_way[0])
 
 
-def _tried(way: Way, results: Results) -> Tried:
+def _way_result(way: Way, results: Results) -> WayResult:
     bodies, costs = results.scene.compared, list(results.models.values())
-    return Tried(
+    return WayResult(
         way,
         {body: reference_of(results, body) for body in bodies},
         {body: results.seconds["C", body] for body in bodies},
@@ -168,7 +168,7 @@ def _component_entries(scene: Scene, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _dataset(
-    scene: Scene, tried: Sequence[Tried], best: tuple[str, Results], skipped: Mapping[str, str]
+    scene: Scene, tried: Sequence[WayResult], best: tuple[str, Results], skipped: Mapping[str, str]
 ) -> xr.Dataset:
     """Errors against the best C, seconds, unknowns and memory of all ways that were tried."""
     best_name, results = best
@@ -211,7 +211,7 @@ SAYS = {
 
 
 def _error_variables(
-    scene: Scene, tried: Sequence[Tried], best: tuple[str, Results]
+    scene: Scene, tried: Sequence[WayResult], best: tuple[str, Results]
 ) -> dict[str, tuple[Any, ...]]:
     """Errors, weights and estimates of every way, and which components of C vanish, all bodies."""
     best_name, results = best
@@ -237,14 +237,14 @@ def _error_variables(
     }
 
 
-def known_errors(dataset: xr.Dataset, body: str) -> xr.DataArray:
+def error_bounds(dataset: xr.Dataset, body: str) -> xr.DataArray:
     """Upper bounds of a body's errors: as measured, plus the best C's estimate; (way, component) [-]."""
     of_body = dataset.sel(body=body)
     floor = of_body.estimate.sel(way=dataset.attrs["best"], drop=True)
     return of_body.error + floor.where(of_body.way != dataset.attrs["best"], 0.0)
 
 
-def told_apart(dataset: xr.Dataset, body: str) -> xr.DataArray:
+def resolved_errors(dataset: xr.Dataset, body: str) -> xr.DataArray:
     """Errors of a body's ICs, raised to the best C's estimate where they are below; (way, component) [-]."""
     of_body = dataset.sel(body=body)
     floor = of_body.estimate.sel(way=dataset.attrs["best"], drop=True)

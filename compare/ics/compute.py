@@ -10,12 +10,12 @@ import numpy as np
 
 from approx.pair import Pair, Solid
 from femic.reference.at_points import references
-from femic.reference.estimate import Estimated, total
+from femic.reference.estimate import EstimatedICs, total
 from femic.reference.job import Job
 from femic.reference.matrix.reference import MatrixReference
 from femic.reference.models import Cost, Points
 from femic.reference.result import Reference
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.scene import Scene
 from geometries.arrays import Array, Indices
 from geometries.patches import OffsetLine, Patch
@@ -90,18 +90,18 @@ def jobs(scene: Scene) -> dict[str, Job]:
     }
 
 
-def compute(scene: Scene, means: Means = DEFAULT) -> Results:
+def compute(scene: Scene, options: RunOptions = DEFAULT) -> Results:
     """Compute everything the scene asks for.
 
     Solved models are kept in the store. Raises NotConverged where the estimated error of the ICs compared
     cannot be reduced to the tolerance.
     """
     reference_jobs, combined = jobs(scene), "combined" in scene.compared
-    solved = references(reference_jobs, means, combined=combined)
+    solved = references(reference_jobs, options, combined=combined)
     checks: dict[str, Reference] = {}
     if scene.check:
-        means.watch.on_stage(f"  check by the {scene.check.settings.engine.name} engine")
-        checks = references(jobs(scene.check), means, combined=combined)
+        options.watch.on_stage(f"  check by the {scene.check.settings.engine.name} engine")
+        checks = references(jobs(scene.check), options, combined=combined)
     points, lines = scene_points(scene)
     approximations, seconds = approximated(scene, points)
     seconds |= _reference_seconds("C", solved) | _reference_seconds("C_solid", checks)
@@ -152,12 +152,12 @@ def _reference_seconds(variant: str, solved: Mapping[str, Reference]) -> dict[tu
     return per_body | {(variant, "combined"): sum(per_body.values())} if solved else {}
 
 
-def reference_of(results: Results, body: str) -> Estimated:
+def reference_of(results: Results, body: str) -> EstimatedICs:
     """C of a body, or of both, with its estimate, (3, 3, n_points) [mm/N]."""
     return total([results.references[name].c for name in parts_of(body)])
 
 
-def check_of(results: Results, body: str) -> Estimated:
+def check_of(results: Results, body: str) -> EstimatedICs:
     """C of the solid engine where it is the check, with its estimate, (3, 3, n_points) [mm/N]."""
     return total([results.checks[name].c for name in parts_of(body)])
 

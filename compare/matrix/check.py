@@ -13,7 +13,7 @@ from femic.reference.at_points import references
 from femic.reference.job import Job
 from femic.reference.models import Points
 from femic.reference.result import Reference
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.load import CHECK_ENGINE, CHECK_TOLERANCE
 from femic.scenes.scene import Scene
 from geometries.bodies import Domain
@@ -23,7 +23,7 @@ OBSERVED = 3  # strips that are observed, besides the loaded one
 
 
 @dataclass(frozen=True)
-class Checked:
+class ColumnCheck:
     """The difference between both engines for one body and loaded strip, and what their estimates allow."""
 
     body: str
@@ -42,13 +42,13 @@ def checked_strips(scene: Scene) -> list[int]:
     return sorted({round(place) for place in places})
 
 
-def check(results: MatrixResults, means: Means = DEFAULT) -> list[Checked]:
+def check(results: MatrixResults, options: RunOptions = DEFAULT) -> list[ColumnCheck]:
     """Solve the columns by the solid engine and compare them with those of the matrix, strip by strip."""
     checked = []
     for strip in checked_strips(results.scene):
-        means.watch.on_stage(f"  check by the {CHECK_ENGINE.name} engine: strip {strip}")
+        options.watch.on_stage(f"  check by the {CHECK_ENGINE.name} engine: strip {strip}")
         jobs = {name: _job(results, name, strip) for name in results.matrices}
-        solved = references(jobs, means)
+        solved = references(jobs, options)
         checked += list(_compared(results, jobs, solved, strip))
     return checked
 
@@ -82,7 +82,7 @@ def _job(results: MatrixResults, body: str, strip: int) -> Job:
 
 def _compared(
     results: MatrixResults, jobs: Mapping[str, Job], solved: Mapping[str, Reference], strip: int
-) -> Iterator[Checked]:
+) -> Iterator[ColumnCheck]:
     observed_strips = _observed_strips(results, strip)
     for name, job in jobs.items():
         column, single = results.matrices[name].column(strip, SOURCE), solved[name].c
@@ -101,4 +101,4 @@ def _compared(
             comparison for comparison in compared if not component_of(measure.vanishing, comparison[1])
         )
         closest = max(share / bound for share, _, bound in compared if bound > 0)
-        yield Checked(name, strip, *worst, closest, seconds_of(solved[name].models))
+        yield ColumnCheck(name, strip, *worst, closest, seconds_of(solved[name].models))

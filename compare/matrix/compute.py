@@ -15,18 +15,18 @@ from compare.ics.compute import models_of, parts_of, solids
 from compare.matrix.deviation import Column, Deviation
 from compare.matrix.reciprocity import Reciprocity, reciprocity
 from femic.cache.digests import results_digest, versions
-from femic.cache.files import published
+from femic.cache.files import replacing
 from femic.contact.operators.dense import GridOperator
 from femic.reference.accuracy import Shares
 from femic.reference.assessment import worst_of
 from femic.reference.discount import AXES
-from femic.reference.estimate import Estimated, total
+from femic.reference.estimate import EstimatedICs, total
 from femic.reference.matrix.columns import column_scale, column_shares, half_spaces_nn, is_far
 from femic.reference.matrix.job import Discount, MatrixJob
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import MatrixReference, matrices
 from femic.reference.models import peak_memory
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.checks import grid_misfits, matrix_engine_misfits
 from femic.scenes.errors import require_none
 from femic.scenes.scene import Scene
@@ -65,7 +65,7 @@ class MatrixResults:
         """The deviations of the approximations of a body, or of both, by variant."""
         return {variant: found for (variant, name), found in self.approximations.items() if name == body}
 
-    def column(self, body: str, strip: int) -> Estimated:
+    def column(self, body: str, strip: int) -> EstimatedICs:
         """C of a body, or of both, due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
         if body in self.matrices:
             return self.matrices[body].column(strip)
@@ -125,17 +125,17 @@ def _supports(scene: Scene) -> str:
     return f"The sections are clamped at a far arc of {_far_radius(scene):g} mm{at_hub}."
 
 
-def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixResults:
+def compute_matrix(scene: Scene, path: Path, options: RunOptions = DEFAULT) -> MatrixResults:
     """Compute the matrices of a scene and write them to a NetCDF file; one loaded strip at a time.
 
     Raises BadScene where the grid does not fit, and NotConverged as `femic.reference.at_points.references`.
     """
     start = perf_counter()
     jobs, combined = matrix_jobs(scene, further=COMPARED), "combined" in scene.compared
-    matrix_references = matrices(jobs, means, combined=combined)
-    means.watch.on_stage("  writing, checking")
-    collected = _Collected.of(scene, jobs)
-    with published(path) as unfinished:
+    matrix_references = matrices(jobs, options, combined=combined)
+    options.watch.on_stage("  writing, checking")
+    collected = _Accumulator.of(scene, jobs)
+    with replacing(path) as unfinished:
         _write_coordinates(scene, matrix_references, unfinished)
         with h5netcdf.File(unfinished, "a") as file:
             _create_variables(file, scene)
@@ -163,7 +163,7 @@ def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixRe
 
 def _add_column(
     file: h5netcdf.File,
-    collected: "_Collected",
+    collected: "_Accumulator",
     strip: int,
     matrix_references: Mapping[str, MatrixReference],
 ) -> None:
@@ -199,7 +199,7 @@ def _require_readable(path: Path) -> None:
 
 
 @dataclass(eq=False)
-class _Collected:
+class _Accumulator:
     """What is computed from the columns, loaded strip by loaded strip.
 
     Whole matrices are kept only up to `LARGEST_WHOLE_MATRIX` entries, in single precision: it changes the
@@ -215,7 +215,7 @@ class _Collected:
     known: dict[str, Deviation]  # estimated deviation of C itself, by body
 
     @classmethod
-    def of(cls, scene: Scene, jobs: Mapping[str, MatrixJob]) -> "_Collected":
+    def of(cls, scene: Scene, jobs: Mapping[str, MatrixJob]) -> "_Accumulator":
         """The state before the first strip."""
         shape = _shape(scene)
         held_whole = int(np.prod(shape)) <= LARGEST_WHOLE_MATRIX
@@ -237,8 +237,8 @@ class _Collected:
     def add(
         self,
         strip: int,
-        compared: Mapping[str, Estimated],
-        like_half_spaces: Mapping[str, Estimated],
+        compared: Mapping[str, EstimatedICs],
+        like_half_spaces: Mapping[str, EstimatedICs],
         raw: Mapping[str, Array],
     ) -> None:
         """Add the columns of one more loaded strip: C, C after the source's discount, and before any."""

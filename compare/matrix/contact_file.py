@@ -14,7 +14,7 @@ from typing import TextIO
 
 import numpy as np
 
-from femic.cache.files import published
+from femic.cache.files import replacing
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
@@ -92,7 +92,7 @@ def of_offsets_only(ics: Array) -> Array:
 
 def write(file: ContactFile, path: Path) -> None:
     """Write a file, every number with all of its digits."""
-    with published(path) as unfinished, unfinished.open("w", encoding="ascii") as out:
+    with replacing(path) as unfinished, unfinished.open("w", encoding="ascii") as out:
         out.writelines(f"{line}\n" for line in _lines(file))
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compare.ics.error_measure import scale, vanishes
-from femic.reference.estimate import Estimated
+from femic.reference.estimate import EstimatedICs
 from geometries.arrays import Array, Mask
 from geometries.patches import N
 
@@ -14,7 +14,7 @@ from geometries.patches import N
 class Column:
     """C due to unit loads on a strip, and which elements are far from that strip."""
 
-    c: Estimated  # arrays (3, 3, n_x, n_s) [mm/N]
+    c: EstimatedICs  # arrays (3, 3, n_x, n_s) [mm/N]
     far: Mask  # (n_x, n_s): at least `femic.reference.matrix.columns.NEAR_ELEMENTS` elements from the load
     a_nn: Array  # (n_x, n_s) [mm/N]
 

@@ -19,7 +19,7 @@ from femic.contact.operators.dense import dense
 from femic.reference.matrix.job import Discount
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import matrices
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.checks import grid_misfits, matrix_engine_misfits
 from femic.scenes.errors import require_none
 from femic.scenes.scene import Scene
@@ -33,7 +33,7 @@ SUFFIXES: dict[Discount, str] = {"approach": "", "source": "_source", "none": "_
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ExportSpecification:
     """The ICs that a file is to have: C after a discount, the scene's if None, or an approximation."""
 
     ics: str
@@ -44,22 +44,22 @@ class Wanted:
         """The name of the file."""
         return f"contact_{self.ics}{SUFFIXES[self.discount] if self.discount else ''}.txt"
 
-    def of(self, scene: Scene) -> "Wanted":
+    def of(self, scene: Scene) -> "ExportSpecification":
         """The same with the discount that C has, None for approximations."""
         return replace(self, discount=(self.discount or scene.discount) if self.ics == "C" else None)
 
 
 @dataclass(frozen=True)
-class Exported:
+class Export:
     """A written file with its content, the scene and the ICs that were wanted."""
 
     path: Path
     file: ContactFile
     scene: Scene
-    wanted: Wanted
+    wanted: ExportSpecification
 
 
-def require_exportable(scene: Scene, wanted: Wanted) -> None:
+def require_exportable(scene: Scene, wanted: ExportSpecification) -> None:
     """Raise BadScene for a grid or an engine that does not fit, WrongInput for ICs that are not available."""
     if "combined" not in scene.compared:
         raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
@@ -74,7 +74,7 @@ def require_exportable(scene: Scene, wanted: Wanted) -> None:
     require_none(scene.name, [*grid_misfits(scene), *engine_misfits])
 
 
-def export(scene: Scene, wanted: Wanted, out: Path, means: Means = DEFAULT) -> Exported:
+def export(scene: Scene, wanted: ExportSpecification, out: Path, options: RunOptions = DEFAULT) -> Export:
     """Write `contact_ICS.txt`: the ICs of both bodies by C, computed if it is missing, or an approximation.
 
     C after the source's discount is written to `contact_C_source.txt`, without any to `contact_C_raw.txt`.
@@ -82,15 +82,15 @@ def export(scene: Scene, wanted: Wanted, out: Path, means: Means = DEFAULT) -> E
     """
     require_exportable(scene, wanted)
     wanted = wanted.of(scene)
-    folders.made(out)
-    file = _file_content(scene, wanted, out, means)
+    folders.make(out)
+    file = _file_content(scene, wanted, out, options)
     path = out / wanted.name
-    means.watch.on_stage("  writing")
+    options.watch.on_stage("  writing")
     contact_file.write(file, path)
-    return Exported(path, file, scene, wanted)
+    return Export(path, file, scene, wanted)
 
 
-def _file_content(scene: Scene, wanted: Wanted, out: Path, means: Means) -> ContactFile:
+def _file_content(scene: Scene, wanted: ExportSpecification, out: Path, options: RunOptions) -> ContactFile:
     placed = placed_on(scene, scene.grid)
     if wanted.discount is None and placed.offset:
         paired = turned(wanted.ics, scene.pair, scene.grid, upper_offset=placed.offset)
@@ -98,12 +98,12 @@ def _file_content(scene: Scene, wanted: Wanted, out: Path, means: Means) -> Cont
     if wanted.discount is None:
         return approximated(scene, wanted.ics)
     if wanted.discount != scene.discount or placed.offset:
-        return to_contact(scene, discounted_matrix(scene, wanted.discount, means))
-    write_matrix(scene, out, means=means)
+        return to_contact(scene, discounted_matrix(scene, wanted.discount, options))
+    write_matrix(scene, out, options=options)
     return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
 
 
-def told(written: Exported) -> str:
+def contact_settings(written: Export) -> str:
     """The text that says what to set in CONTACT, and which wrong settings CONTACT does not notice."""
     file, grid = written.file, written.scene.grid
     strips = (
@@ -151,14 +151,14 @@ def _scaled(scene: Scene, values: Array) -> ContactFile:
     return ContactFile(values, scene.grid.dx, scene.grid.ds, convex_body(scene))
 
 
-def discounted_matrix(scene: Scene, discount: Discount, means: Means) -> Array:
+def discounted_matrix(scene: Scene, discount: Discount, options: RunOptions) -> Array:
     """C of both bodies after a discount [mm/MPa], (n_x, n_s, n_s, 3, 3), as contact takes it.
 
     Strips of the upper body are those opposite, where it is moved along y. Models are solved unless they are
     kept.
     """
     jobs = c_jobs(replace(scene, discount=discount), placed_on(scene, scene.grid), COMPONENTS)
-    solved, contour = matrices(jobs, means, combined=True), scene.bodies["lower"].contour
+    solved, contour = matrices(jobs, options, combined=True), scene.bodies["lower"].contour
     columns = [pair_column(solved, contour, strip).ic for strip in range(scene.grid.n_s)]
     return scene.grid.area * np.moveaxis(np.stack(columns), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))
 

@@ -11,7 +11,7 @@ from femic.reference.engine import Engine
 from femic.reference.job import Job
 from femic.reference.level import Level, factors
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.models import Cost, Planned
+from femic.reference.models import Cost, ExpectedCost
 from femic.scenes.scene import Scene
 
 
@@ -24,7 +24,7 @@ class Step:
     cells: float  # their size over that of the scene's first cells
     far_radius: float  # mm
     along_x: str  # extent of the model along x, in words
-    takes: Planned
+    expected: ExpectedCost
 
 
 def run_steps(scene: Scene, workers: int) -> list[Step]:
@@ -46,7 +46,7 @@ def steps_of(
         engine = job.settings.engine
         for model, level in Level().models(engine.estimate.models).items():
             request = job.request(level)
-            body, takes = request.body, engine.models.planned(request, workers)
+            body, expected = request.body, engine.models.expected_cost(request, workers)
             length_along_x = "endless" if np.isinf(body.xi_end) else f"{body.xi_end:.4g} mm"
             yield Step(
                 f"{prefix}{name}, {model}",
@@ -54,7 +54,7 @@ def steps_of(
                 factors(level)[0],
                 body.domain.far_radius,
                 "all round" if body.closed else length_along_x,
-                takes,
+                expected,
             )
 
 
@@ -63,7 +63,7 @@ def seconds(steps: list[Step], workers: int) -> float:
 
     Engines that share a model among workers solve models one by one, others solve them side by side.
     """
-    return sum(step.takes.seconds / (1 if step.engine.shares_a_model else workers) for step in steps)
+    return sum(step.expected.seconds / (1 if step.engine.shares_a_model else workers) for step in steps)
 
 
 def compared(steps: Iterable[Step], costs: Mapping[str, Cost]) -> Iterator[dict[str, str]]:
@@ -75,8 +75,8 @@ def compared(steps: Iterable[Step], costs: Mapping[str, Cost]) -> Iterator[dict[
             )
             yield {
                 "name": step.name,
-                "unknowns": f"{step.takes.unknowns:,} / {cost.unknowns:,}",
-                "wavenumbers": f"{step.takes.wavenumbers or '–'} / {wavenumbers}",
-                "seconds": f"{step.takes.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
-                "memory": f"{step.takes.memory:.0f} / {cost.peak_memory:.0f}",
+                "unknowns": f"{step.expected.unknowns:,} / {cost.unknowns:,}",
+                "wavenumbers": f"{step.expected.wavenumbers or '–'} / {wavenumbers}",
+                "seconds": f"{step.expected.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
+                "memory": f"{step.expected.memory:.0f} / {cost.peak_memory:.0f}",
             }

@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from approx.variants import VARIANTS, exchanged_symbol
-from femic.cache.files import published
+from femic.cache.files import replacing
 from femic.scenes.file import is_map
 
 Style = Mapping[str, Any]  # keywords of a line of matplotlib
@@ -63,6 +63,6 @@ MARKERS: Mapping[str, str] = {name: marker for name, (marker, _) in LOOKS.items(
 
 def save(figure: Figure, path: Path) -> Path:
     """Write a figure as PNG and return its path."""
-    with published(path) as unfinished:
+    with replacing(path) as unfinished:
         figure.savefig(unfinished)
     return path

@@ -16,7 +16,7 @@ UNFINISHED = ".unfinished."  # within the names of files that are being written
 
 
 @contextmanager
-def published(path: Path) -> Iterator[Path]:
+def replacing(path: Path) -> Iterator[Path]:
     """The path of a new file, with the suffix of `path`, whose place it takes at the end.
 
     Nothing is left of it if writing fails.
@@ -32,7 +32,7 @@ def published(path: Path) -> Iterator[Path]:
 
 def write_text(text: str, path: Path) -> Path:
     """Write a text file and return its path."""
-    with published(path) as unfinished:
+    with replacing(path) as unfinished:
         unfinished.write_text(text, encoding="utf-8")
     return path
 
@@ -42,7 +42,7 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> Path:
 
     Raises Failure where it does not hold what was written.
     """
-    with published(path) as unfinished:
+    with replacing(path) as unfinished:
         dataset.to_netcdf(unfinished, engine="h5netcdf")
         with xr.open_dataset(unfinished, engine="h5netcdf") as found:
             wrong = [name for name in dataset.variables if not dataset[name].equals(found[name])]

@@ -15,7 +15,7 @@ SUFFIXES = (".csv", ".html", ".json", ".nc", ".png", ".toml", ".txt")  # of file
 OTHER = "rename it, or name another folder"
 
 
-def checked(folder: Path) -> Path:
+def check(folder: Path) -> Path:
     """Return the folder; raises WrongInput if results cannot have it, or names in it that they need."""
     if folder.exists() and not folder.is_dir():
         raise WrongInput(f"--out {folder}: is a file; name a folder")
@@ -28,26 +28,26 @@ def checked(folder: Path) -> Path:
     return folder
 
 
-def made(folder: Path) -> Path:
+def make(folder: Path) -> Path:
     """Return the folder, which is created where it does not exist.
 
-    Raises WrongInput as `checked` does, and if it cannot be created.
+    Raises WrongInput as `check` does, and if it cannot be created.
     """
     try:
-        checked(folder).mkdir(parents=True, exist_ok=True)
+        check(folder).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise _not_usable(folder, error) from error
     return folder
 
 
 @contextmanager
-def only_run_in(folder: Path) -> Iterator[Path]:
+def locked(folder: Path) -> Iterator[Path]:
     """A context with a folder, created if it does not exist, in which no other run writes.
 
     The lock ends with the process that has it, however that ends; what it has not finished is removed. Raises
-    WrongInput as `made` does and where nothing can be written there, Failure where another run does.
+    WrongInput as `make` does and where nothing can be written there, Failure where another run does.
     """
-    path = made(folder) / LOCK
+    path = make(folder) / LOCK
     lock = FileLock(path, fallback_to_soft=False)
     try:
         path.touch()
@@ -67,9 +67,9 @@ def only_run_in(folder: Path) -> Iterator[Path]:
         lock.release()
 
 
-def usable(folder: Path) -> Path:
-    """Return the folder, created if it does not exist; raises as `only_run_in` does."""
-    with only_run_in(folder):
+def require_usable(folder: Path) -> Path:
+    """Return the folder, created if it does not exist; raises as `locked` does."""
+    with locked(folder):
         return folder
 
 

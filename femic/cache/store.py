@@ -29,7 +29,7 @@ from femic.cache.digests import code_digest
 from geometries.arrays import Array
 
 Arrays = Mapping[str, Array]
-Kept = TypeVar("Kept")
+Content = TypeVar("Content")
 
 log = logging.getLogger(__name__)
 
@@ -81,7 +81,7 @@ class Store:
         """Keep a part until the entry is finished."""
         self._write(f"{key}.parts/{name}.npz", lambda: _npz(values))
 
-    def forget_other_code(self) -> None:
+    def remove_other_code(self) -> None:
         """Remove the entries of other versions of the code, and nothing else."""
         if self.location is None or not self._fs.exists(self._root):
             return
@@ -104,7 +104,7 @@ class Store:
         """The path of a file of this version of the code."""
         return f"{self._root}/{code_digest()}/{name}"
 
-    def _read(self, name: str, parse: Callable[[BytesIO], Kept]) -> Kept | None:
+    def _read(self, name: str, parse: Callable[[BytesIO], Content]) -> Content | None:
         """What an undamaged file of this name holds, None where there is none."""
         if self.location is None:
             return None

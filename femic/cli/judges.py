@@ -32,8 +32,8 @@ def judge(
     require_judgeable(loaded)
     require_enough(cells)
     folder = work.folder(loaded)
-    with work.means(folder, console) as means:
-        by_ics = compute_contact(loaded, means)
-        report = write_judged(compute_judged(loaded, to_dataset(by_ics), means, cells), folder)
-        beside = write_contact(by_ics, folder, means.store)
+    with work.options(folder, console) as options:
+        by_ics = compute_contact(loaded, options)
+        report = write_judged(compute_judged(loaded, to_dataset(by_ics), options, cells), folder)
+        beside = write_contact(by_ics, folder, options.store)
     console.print(f"Report: {report}, and by ICs {beside}", soft_wrap=True)

@@ -9,12 +9,12 @@ from femic.reference.level import Level
 from femic.reference.models import RawICs
 from femic.reference.refinement import converged
 from femic.reference.result import Reference, combine, scales, shares
-from femic.reference.run_options import DEFAULT, Means, Solved
+from femic.reference.run_options import DEFAULT, RunOptions, Solved
 from geometries.arrays import Array
 
 
 def references(
-    jobs: Mapping[str, Job], means: Means = DEFAULT, *, combined: bool = False
+    jobs: Mapping[str, Job], options: RunOptions = DEFAULT, *, combined: bool = False
 ) -> dict[str, Reference]:
     """Solve all jobs and refine each until its estimate meets its tolerance.
 
@@ -22,7 +22,7 @@ def references(
     store, where the next run of the same code finds them. Raises WrongInput for points outside a model,
     NotConverged where the tolerance would need a larger model than the job allows.
     """
-    return converged(AtPoints(jobs, combined), means)
+    return converged(AtPoints(jobs, combined), options)
 
 
 @dataclass(frozen=True)

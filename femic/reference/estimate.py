@@ -27,7 +27,7 @@ WAVES_GAIN = {"sparser": 32.0, "lower": 3.0}  # error with these wavenumbers ove
 
 
 @dataclass(frozen=True)
-class Estimated:
+class EstimatedICs:
     """ICs per unit total load [mm/N], shape (3, 3, n), after the discount; NaN where nothing was solved."""
 
     ic: Array
@@ -41,9 +41,9 @@ class Estimated:
         return self.mesh_error + self.truncation_error + self.waves_error
 
 
-def total(parts: Sequence[Estimated]) -> Estimated:
+def total(parts: Sequence[EstimatedICs]) -> EstimatedICs:
     """The sum of the ICs of bodies; their estimates add up."""
-    return Estimated(
+    return EstimatedICs(
         *(np.sum([getattr(part, field.name) for part in parts], axis=0) for field in fields(parts[0]))
     )
 
@@ -77,7 +77,7 @@ def estimated(
     *,
     safety: float,
     orders: Orders = ALIKE_EVERYWHERE,
-) -> Estimated:
+) -> EstimatedICs:
     """ICs (3, 3, ...) [mm/N] with estimates of their error, from less accurate ICs of the same shape.
 
     `perturbed` has those with "coarser" cells, with "nearer" boundaries, unless these are a part of the body,
@@ -88,7 +88,7 @@ def estimated(
     waves = [
         np.abs(ic - perturbed[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in perturbed
     ]
-    return Estimated(
+    return EstimatedICs(
         ic,
         pooled(safety * np.abs(ic - perturbed["coarser"]) / (COARSER**orders.mesh - 1)),
         SAFETY * np.abs(ic - nearer) / (LARGER**orders.truncation - 1),

@@ -38,7 +38,7 @@ class Cost:
 
 
 @dataclass(frozen=True)
-class Planned:
+class ExpectedCost:
     """The expected cost of a model.
 
     `wavenumbers` are those of the harmonic engine, `fields` the right-hand sides that are solved, `memory` is

@@ -29,14 +29,14 @@ from femic.reference.level import (
     factors,
 )
 from femic.reference.models import Cost
-from femic.reference.run_options import Means, Solved, Task
+from femic.reference.run_options import RunOptions, Solved, Task
 from geometries.errors import WrongInput
 
 MOST_STEPS = 3  # largest number of steps of refinement per round
 FURTHEST = 4  # largest number of steps of cells, domain or waves from where a job starts
 
 
-class Refinable(Protocol):
+class RefinableResult(Protocol):
     """A result that may need refinement."""
 
     @property
@@ -48,7 +48,7 @@ class Refinable(Protocol):
         """The costs of its models."""
 
 
-class Asked(Protocol):
+class RefinableJob(Protocol):
     """A job: the ICs that are asked for of one body."""
 
     @property
@@ -59,14 +59,14 @@ class Asked(Protocol):
         """The model at a level, as the job's engine takes it."""
 
 
-Result = TypeVar("Result", bound=Refinable)
+Result = TypeVar("Result", bound=RefinableResult)
 
 
 class Problem(Protocol[Result]):
     """Jobs that are solved together: how solved models are read, combined, and judged."""
 
     @property
-    def jobs(self) -> Mapping[str, Asked]:
+    def jobs(self) -> Mapping[str, RefinableJob]:
         """The jobs by the names of their bodies."""
 
     def read(self, name: str, solved: Solved) -> Any:
@@ -79,7 +79,7 @@ class Problem(Protocol[Result]):
         """The estimated errors of the results."""
 
 
-def converged(problem: Problem[Result], means: Means) -> dict[str, Result]:
+def converged(problem: Problem[Result], options: RunOptions) -> dict[str, Result]:
     """Solve and refine all jobs of a problem until their estimates meet their tolerances.
 
     Raises WrongInput for points outside a model, NotConverged where a tolerance would need a larger model
@@ -98,21 +98,21 @@ def converged(problem: Problem[Result], means: Means) -> dict[str, Result]:
             if (level := levels[name].models(job.settings.engine.estimate.models).get(model))
             and level not in models[name]
         ]
-        means.watch.on_round([task for _, task in unsolved])
-        for solved in solve_models(unsolved, means):
+        options.watch.on_round([task for _, task in unsolved])
+        for solved in solve_models(unsolved, options):
             models[solved.task.job][solved.task.level] = problem.read(solved.task.job, solved)
-            means.watch.on_model(solved)
+            options.watch.on_model(solved)
         results = {name: problem.combine(name, levels[name], models[name]) for name in jobs}
         refinements = refine(jobs, results, problem.assess(results))
         if not refinements:
             return results
-        means.watch.on_stage(
+        options.watch.on_stage(
             f"  {' and '.join(refinements)} body: not yet as accurate as the tolerance asks: refining"
         )
         levels |= refinements
 
 
-def solve_models(unsolved: Sequence[tuple[Engine, Task]], means: Means) -> Iterator[Solved]:
+def solve_models(unsolved: Sequence[tuple[Engine, Task]], options: RunOptions) -> Iterator[Solved]:
     """Solve models, engine by engine, and yield them as they finish.
 
     They are kept in the store: an interrupted run of the same code does not solve them again.
@@ -120,12 +120,12 @@ def solve_models(unsolved: Sequence[tuple[Engine, Task]], means: Means) -> Itera
     engines = dict.fromkeys(engine for engine, _ in unsolved)
     for engine in engines:
         yield from engine.models.solve(
-            [task for task_engine, task in unsolved if task_engine is engine], means
+            [task for task_engine, task in unsolved if task_engine is engine], options
         )
 
 
 def refine(
-    jobs: Mapping[str, Asked], results: Mapping[str, Refinable], assessed: Assessment
+    jobs: Mapping[str, RefinableJob], results: Mapping[str, RefinableResult], assessed: Assessment
 ) -> dict[str, Level]:
     """The next levels of the bodies that are not accurate enough.
 
@@ -163,7 +163,9 @@ def require_inside(name: str, smallest: Request) -> None:
             )
 
 
-def refined(name: str, job: Asked, result: Refinable, estimated: Shares, share: float = 1.0) -> Level:
+def refined(
+    name: str, job: RefinableJob, result: RefinableResult, estimated: Shares, share: float = 1.0
+) -> Level:
     """The next level of a body: finer cells, a larger domain, more waves, as the parts of its error need.
 
     `estimated` is its error on the scale of refinement of its own ICs, or on that of the sum of both bodies,
@@ -192,7 +194,9 @@ def _steps(error: float, tolerance: float, gain: float) -> int:
     return int(np.clip(np.ceil(np.log(2 * error / tolerance) / np.log(gain)), 1, MOST_STEPS))
 
 
-def _too_expensive(name: str, job: Asked, result: Refinable, worst: Shares, expected: int) -> str:
+def _too_expensive(
+    name: str, job: RefinableJob, result: RefinableResult, worst: Shares, expected: int
+) -> str:
     cells, domain = factors(result.level)
     settings = job.settings
     return (

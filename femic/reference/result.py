@@ -9,7 +9,7 @@ import numpy as np
 
 from femic.reference.accuracy import Shares, component_of, line_scale
 from femic.reference.discount import fit_discount, rigid_part
-from femic.reference.estimate import Estimated, estimated, orders_at
+from femic.reference.estimate import EstimatedICs, estimated, orders_at
 from femic.reference.job import Job
 from femic.reference.level import Level, factors
 from femic.reference.meshing.cell_size import Cells
@@ -23,7 +23,7 @@ from geometries.patches import N
 class Reference:
     """C of one body with its estimate, and the models that it comes from."""
 
-    c: Estimated
+    c: EstimatedICs
     raw: Array  # C before the discount [mm/N], with clamped far boundaries, (3, 3, n)
     discount: Array  # M [mm/N, 1/N, 1/(N mm)], (4, 4)
     level: Level
@@ -112,7 +112,7 @@ def worst(job: Job, error: Array, scale: Mapping[str, Array]) -> tuple[float, st
     )
 
 
-def shares(job: Job, c: Estimated, scale: Mapping[str, Array]) -> Shares:
+def shares(job: Job, c: EstimatedICs, scale: Mapping[str, Array]) -> Shares:
     """The largest estimate of a job's ICs, and the largest of each part, on the scale of refinement."""
     mesh, truncation, waves = (
         worst(job, part, scale)[0] for part in (c.mesh_error, c.truncation_error, c.waves_error)

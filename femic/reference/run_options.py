@@ -21,11 +21,11 @@ class Task:
 
 @dataclass(frozen=True)
 class Solved:
-    """A solved model of a job; `kept` if an earlier run had solved it."""
+    """A solved model of a job; `cached` if an earlier run had solved it."""
 
     task: Task
     model: Any  # what the engine's `displacements` reads
-    kept: bool
+    cached: bool
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def cores() -> int:
 
 
 @dataclass(frozen=True)
-class Means:
+class RunOptions:
     """How models are solved: the number of parallel workers, the store that keeps them, the reports.
 
     By default there is one worker per core, and nothing is kept or reported.
@@ -72,4 +72,4 @@ class Means:
     watch: Watch = SILENT
 
 
-DEFAULT = Means()
+DEFAULT = RunOptions()

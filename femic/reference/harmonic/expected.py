@@ -11,7 +11,7 @@ import numpy as np
 
 from approx.halfspace import HalfSpace
 from femic.reference.harmonic.request import HarmonicRequest
-from femic.reference.harmonic.wavenumbers import Sampled, sampled
+from femic.reference.harmonic.wavenumbers import Samples, sample
 from femic.reference.harmonic.waves import SINES, half_space_response
 from geometries.arrays import Array
 from geometries.materials import one_body
@@ -20,13 +20,13 @@ OBSERVERS = 60  # about as many observers are taken
 DISTANCE_DIGITS = 6  # of distances in half-widths: distances that agree in these are evaluated once
 
 
-def expected_samples(request: HarmonicRequest) -> Sampled:
-    """The half-space's samples for a request, some observers; raises NotConverged where `sampled` does."""
+def expected_samples(request: HarmonicRequest) -> Samples:
+    """The half-space's samples for a request, some observers; raises NotConverged where `sample` does."""
     loads, observed = request.loads, request.observed
     chosen = slice(None, None, max(1, len(observed) // OBSERVERS))
     accuracy = np.broadcast_to(request.accuracy, (len(loads), 1, len(observed)))[..., chosen]
     directions = [load.direction for load in loads]
-    return sampled(
+    return sample(
         request.axis,
         _half_space(request, observed[chosen]),
         SINES[:, directions].T[..., None],

@@ -13,7 +13,7 @@ import numpy as np
 
 from approx.halfspace import HalfSpace
 from femic.reference.harmonic.synthesis import WAVE_REACH, Responses
-from femic.reference.harmonic.wavenumbers import Sampled
+from femic.reference.harmonic.wavenumbers import Samples
 from femic.reference.harmonic.waves import SINES, spectrum, synthesis_weights, tail
 from geometries.arrays import Array, Indices, Mask
 from geometries.grids import Grid
@@ -65,7 +65,7 @@ class LagSynthesis:
     even: Array  # weights [1/mm] of responses even in x, (load radius, k, mean radius, lag)
     odd: Array  # the same of responses odd in x
     tails: Array  # the half-space's share [mm/N], (load radius, i, j, lag, strips apart)
-    samples: Sampled
+    samples: Samples
     place: Indices  # number of each strip's centre among the observers, (n_s,)
     wanted: Mask  # components that are computed, (3, 3)
     loads: Mapping[Load, int]  # number of each load among the solved ones

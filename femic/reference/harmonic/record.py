@@ -4,7 +4,7 @@ from femic.reference.engine import Comparison, Engine, ErrorEstimate, Limits, Mo
 from femic.reference.harmonic import tuned
 from femic.reference.harmonic.grids import MATRICES
 from femic.reference.harmonic.modulus import model_key
-from femic.reference.harmonic.plan import planned
+from femic.reference.harmonic.plan import expected_cost
 from femic.reference.harmonic.request import request_for
 from femic.reference.harmonic.synthesis import displacements
 from femic.reference.harmonic.tasks import solve_tasks
@@ -27,7 +27,7 @@ HARMONIC = Engine(
         solve=solve_tasks,
         key=model_key,
         displacements=lambda request, solved: displacements(solved, request.loads, request.points),
-        planned=planned,
+        expected_cost=expected_cost,
     ),
     matrices=MATRICES,
     comparison=Comparison((1e-1, 1e-2, 1e-3, 1e-4), colour="black", marker="s"),

@@ -40,19 +40,19 @@ class HarmonicRequest(Request):
     given_domain: bool = False
 
     @property
-    def wanted_loads(self) -> tuple[Load, ...]:
+    def own_loads(self) -> tuple[Load, ...]:
         """The loads without the spare ones."""
         return tuple(load for load in self.loads if load not in self.spare_loads)
 
     @property
-    def wanted_s(self) -> Array:
+    def own_s(self) -> Array:
         """The arc lengths of `observed` without the spare ones [mm], shape (n,)."""
         return np.setdiff1d(self.observed, self.spare_s)
 
     @property
     def k_max(self) -> float:
         """Largest wavenumber [1/mm]: the more curved the surface under the loads, the larger."""
-        patches = [load.patch for load in self.wanted_loads]
+        patches = [load.patch for load in self.own_loads]
         relative_curvature = max(
             _curvature(self.body, patch.s, patch.b) * max(patch.a, patch.b) for patch in patches
         )

@@ -7,7 +7,7 @@ import numpy as np
 
 from approx.halfspace import HalfSpace
 from femic.cache.threads import one_blas_thread
-from femic.reference.harmonic.wavenumbers import Sampled
+from femic.reference.harmonic.wavenumbers import Samples
 from femic.reference.harmonic.waves import SINES, spectrum, synthesis_weights, tail
 from femic.reference.level import HIGHER
 from femic.reference.models import Cost, Points, RawICs
@@ -32,12 +32,12 @@ class Responses:
     body: Body
     loads: tuple[Load, ...]
     s: Array
-    samples: Sampled
+    samples: Samples
     coarser: Array  # (sparser k, load, 3, len(s)) [mm^2/N]
     cost: Cost
     drawn: tuple[Array, Indices]
 
-    def variations(self) -> Iterator[tuple[str, Sampled, float]]:
+    def variations(self) -> Iterator[tuple[str, Samples, float]]:
         """All responses, then variations for estimates of the error: name, responses, largest k [1/mm] each.
 
         The name of all responses is "". "nearer" has the far arc at half its radius, "coarser" has larger
@@ -123,7 +123,7 @@ class _UnderPatch:
         }
         return cls(solved, loads, points, observer, stretch, distance, np.sign(xi), shares)
 
-    def displacements(self, samples: Sampled, k_max: float) -> Array:
+    def displacements(self, samples: Samples, k_max: float) -> Array:
         """Displacements [mm/N] from responses (k, load, 3, n_s) up to k_max [1/mm], (load, 3, n_points).
 
         The half-space's share is added (`tail`).

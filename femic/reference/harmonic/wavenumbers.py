@@ -90,7 +90,7 @@ class Axis:
 
 
 @dataclass(frozen=True, eq=False)
-class Sampled:
+class Samples:
     """Responses (n, ...) at the solved wavenumbers k (n,) [1/mm].
 
     `last` (n,) marks the wavenumbers that were solved last in their interval.
@@ -102,12 +102,12 @@ class Sampled:
     last: Mask
 
     @property
-    def sparser(self) -> "Sampled":
+    def sparser(self) -> "Samples":
         """The samples without those that were solved last in their interval."""
         k = self.k[~self.last]
-        return Sampled(self.axis, k, self.responses[~self.last], np.zeros(len(k), dtype=bool))
+        return Samples(self.axis, k, self.responses[~self.last], np.zeros(len(k), dtype=bool))
 
-    def changed(self, at_sparser: Array, odd: Mask) -> "Sampled":
+    def changed(self, at_sparser: Array, odd: Mask) -> "Samples":
         """The samples changed to `at_sparser` (n_sparser, ...) at the wavenumbers of `sparser`.
 
         Between these the change is interpolated: where it is small, so is the error of that. `odd` marks the
@@ -118,13 +118,13 @@ class Sampled:
         return replace(self, responses=self.responses + change)
 
 
-def sampled(
+def sample(
     axis: Axis,
     solve: Callable[[Sequence[float]], Sequence[Array]],
     odd: Mask,
     a: float,
     accuracy: Array | float,
-) -> Sampled:
+) -> Samples:
     """Solve as many wavenumbers as the displacements need.
 
     `solve` returns the responses to unit loads at given wavenumbers. `odd` marks the entries of a response
@@ -162,7 +162,7 @@ def sampled(
                 open_intervals += [(low, middle), (middle, high)]
     wavenumbers, interval_ends = sorted(responses_at), {end for ends in all_middles.values() for end in ends}
     last = np.array([k in all_middles and k not in interval_ends for k in wavenumbers])
-    return Sampled(axis, np.array(wavenumbers), np.stack([responses_at[k] for k in wavenumbers]), last)
+    return Samples(axis, np.array(wavenumbers), np.stack([responses_at[k] for k in wavenumbers]), last)
 
 
 def interpolated(axis: Axis, nodes: Array, values: Array, odd: Mask, targets: Array) -> Array:

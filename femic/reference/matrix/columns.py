@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from femic.reference.accuracy import FLOOR, Shares
-from femic.reference.estimate import Estimated
+from femic.reference.estimate import EstimatedICs
 from femic.reference.matrix.job import MatrixJob
 from geometries.arrays import Array, Mask
 from geometries.grids import Grid
@@ -39,7 +39,9 @@ def is_far(strip: int, grid: Grid) -> Mask:
     return np.asarray(np.hypot(elements_along_x, strips_apart) >= NEAR_ELEMENTS)
 
 
-def column_shares(strip: int, c: Estimated, scale: Array, components: Sequence[str] = COMPONENTS) -> Shares:
+def column_shares(
+    strip: int, c: EstimatedICs, scale: Array, components: Sequence[str] = COMPONENTS
+) -> Shares:
     """The largest estimate of some components in a column, and the largest of each part, on its scale."""
     wanted = places(components)
     mesh, truncation, waves, total_share = (

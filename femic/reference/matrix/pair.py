@@ -11,13 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from femic.reference.estimate import Estimated, total
+from femic.reference.estimate import EstimatedICs, total
 from femic.reference.matrix.reference import MatrixReference
 from geometries.arrays import Array
 from geometries.contours import Contour
 
 
-def pair_column(references: Mapping[str, MatrixReference], contour: Contour, strip: int) -> Estimated:
+def pair_column(references: Mapping[str, MatrixReference], contour: Contour, strip: int) -> EstimatedICs:
     """C of bodies together due to unit total loads on a strip [mm/N], arrays (3, 3, n_x, n_s).
 
     `contour` is that of the lower body, on which the strips of the pair lie.

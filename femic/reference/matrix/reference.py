@@ -15,7 +15,7 @@ import numpy as np
 from femic.reference.assessment import Assessment, Batch, Measure, assess
 from femic.reference.discount import FZ, discount, fit_discount, motions
 from femic.reference.engine import ColumnSynthesis, GridModel
-from femic.reference.estimate import Estimated, estimated
+from femic.reference.estimate import EstimatedICs, estimated
 from femic.reference.level import Level, factors
 from femic.reference.matrix.columns import column_scale, column_shares
 from femic.reference.matrix.job import Discount, MatrixJob
@@ -23,7 +23,7 @@ from femic.reference.meshing.cell_size import Cells
 from femic.reference.models import Cost, Points
 from femic.reference.refinement import converged
 from femic.reference.result import costs_of
-from femic.reference.run_options import DEFAULT, Means, Solved
+from femic.reference.run_options import DEFAULT, RunOptions, Solved
 from geometries.arrays import Array
 from geometries.bodies import Body
 
@@ -76,14 +76,14 @@ class MatrixReference:
         return self._raw(strip, "")
 
     @cached_property
-    def _columns(self) -> list[Estimated] | None:
+    def _columns(self) -> list[EstimatedICs] | None:
         """All columns of a small matrix; None for a large one."""
         n_x, n_s = self.job.grid.n_x, self.job.grid.n_s
         if 9 * n_x * n_s**2 > REMEMBERED_ENTRIES:
             return None
         return [self._column(strip, self.job.discounts[0]) for strip in range(n_s)]
 
-    def column(self, strip: int, discount: Discount | None = None) -> Estimated:
+    def column(self, strip: int, discount: Discount | None = None) -> EstimatedICs:
         """C [mm/N] due to unit total loads on one strip; its arrays have the shape (3, 3, n_x, n_s).
 
         It is C after the first discount of the job, or after another one of them.
@@ -92,7 +92,7 @@ class MatrixReference:
             return self._columns[strip]
         return self._column(strip, discount or self.job.discounts[0])
 
-    def _column(self, strip: int, name: Discount) -> Estimated:
+    def _column(self, strip: int, name: Discount) -> EstimatedICs:
         """C [mm/N] due to unit total loads on one strip, after a discount, with its estimate."""
         by_variation = {
             variation: self._varied(strip, name, variation)
@@ -102,7 +102,7 @@ class MatrixReference:
         safety = self.job.settings.engine.estimate.safety
         column = estimated(by_variation.pop(""), by_variation, safety=safety)
         errors = column.mesh_error, column.truncation_error, column.waves_error
-        return Estimated(column.ic, *(cast(Array, error.astype(np.float32)) for error in errors))
+        return EstimatedICs(column.ic, *(cast(Array, error.astype(np.float32)) for error in errors))
 
     def paired_column(self, strip: int, variation: str = "") -> Array:
         """C [mm/N] as a pair of bodies takes it, before its approach is subtracted, shape (3, 3, n_x, n_s).
@@ -130,14 +130,14 @@ class MatrixReference:
 
 
 def matrices(
-    jobs: Mapping[str, MatrixJob], means: Means = DEFAULT, *, combined: bool = False
+    jobs: Mapping[str, MatrixJob], options: RunOptions = DEFAULT, *, combined: bool = False
 ) -> dict[str, MatrixReference]:
     """Solve all bodies and refine each until its estimate meets its tolerance.
 
     With `combined` the estimate of the sum of the bodies must meet it, too. Errors are measured on the scale
     of `column_scale`. Raises as `femic.reference.at_points.references`.
     """
-    return converged(AtLags(jobs, combined), means)
+    return converged(AtLags(jobs, combined), options)
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,12 @@
 """The record of the solid engine."""
 
-from femic.reference.engine import Comparison, Engine, ErrorEstimate, Fields, Limits, Models, Tuned
+from femic.reference.engine import Comparison, Engine, ErrorEstimate, Fields, Limits, Models, TunedCells
 from femic.reference.estimate import SAFETY
 from femic.reference.meshing.cell_size import Cells
 from femic.reference.solid.engine import build_mesh
 from femic.reference.solid.fields import nodal_fields
 from femic.reference.solid.pardiso import available as direct_available
-from femic.reference.solid.plan import planned
+from femic.reference.solid.plan import expected_cost
 from femic.reference.solid.request import request_for
 from femic.reference.solid.tasks import model_key, solve_tasks
 from geometries.patches import Patch
@@ -34,7 +34,7 @@ SOLID = Engine(
     name="solid",
     description="solid: quadratic tetrahedra",
     limits=Limits(nu=0.49, aspect=10.0, rolling_radius=50.0, inclination=75.0, distance=1e3),
-    tuned=Tuned(tolerance=0.01, cells=_cells, coarsest=3.0),
+    tuned=TunedCells(tolerance=0.01, cells=_cells, coarsest=3.0),
     far_radius=lambda _tolerance: FAR_RADIUS,
     least_side=_least_side,
     infinite_length=False,
@@ -46,7 +46,7 @@ SOLID = Engine(
         solve=solve_tasks,
         key=model_key,
         displacements=lambda _request, solved: solved,  # a solved model is its displacements
-        planned=planned,
+        expected_cost=expected_cost,
     ),
     fields=Fields(build_mesh, nodal_fields),
     comparison=Comparison((1e-1, 3e-2, 1e-2), _solvers, colour="tab:red", marker="^"),

@@ -14,7 +14,7 @@ from compare.plan.models import Step
 from femic.cli import plan as planning
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference.harmonic.record import HARMONIC
-from femic.reference.models import Planned
+from femic.reference.models import ExpectedCost
 from femic.reference.solid.record import SOLID
 from femic.scenes.load import load_scene
 from femic.validation.statements.registry import STATEMENTS
@@ -125,9 +125,9 @@ def test_a_frontier_has_ten_minutes_by_default(options, budget, recorded, comman
     ],
 )
 def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options, asked, recorded, command):
-    tried = recorded("compare.frontier.advice.tried_for", ("request", "frontier"))
+    tried = recorded("compare.frontier.advice.frontier_for", ("request", "frontier"))
     advised = recorded("compare.frontier.advice.advise", "advice")
-    for name in ("page.evidence", "advice.told"):
+    for name in ("page.evidence", "advice.sentence"):
         recorded(f"compare.frontier.{name}", "")
     assert command("advise", "geometry1", *options) == DONE
     assert tried[0][1] == asked
@@ -142,7 +142,7 @@ def exported(recorded, monkeypatch):
     calls = []
     formats = {"contact": lambda scene, wanted, *_: calls.append((scene, wanted))}
     monkeypatch.setattr("compare.matrix.export.FORMATS", formats)
-    recorded("compare.matrix.export.told", "")
+    recorded("compare.matrix.export.contact_settings", "")
     return calls
 
 
@@ -212,7 +212,7 @@ def test_only_scenes_without_results_of_now_are_computed_to_compare(recorded, mo
     assert written == [("curves", tmp_path / "flat_geometry1")]
 
 
-PLANNED = Planned(1_234_567, wavenumbers=55, fields=4, half_section=True, seconds=100.4, memory=900.0)
+PLANNED = ExpectedCost(1_234_567, wavenumbers=55, fields=4, half_section=True, seconds=100.4, memory=900.0)
 
 
 def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkeypatch, capsys):
