@@ -1,4 +1,4 @@
-"""The folders that results are written to: looked at before any work, and written by one run at a time."""
+"""The folders of results: checked before any work, and written by one run at a time."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,7 +16,7 @@ OTHER = "rename it, or name another folder"
 
 
 def check(folder: Path) -> Path:
-    """Return the folder; raises WrongInput if results cannot have it, or names in it that they need."""
+    """Return a folder; raises WrongInput if it, or a name in it that results need, is taken."""
     if folder.exists() and not folder.is_dir():
         raise WrongInput(f"--out {folder}: is a file; name a folder")
     for path in (folder / name for name in FOLDERS):
@@ -29,7 +29,7 @@ def check(folder: Path) -> Path:
 
 
 def make(folder: Path) -> Path:
-    """Return the folder, which is created where it does not exist.
+    """Create a folder where it does not exist, and return it.
 
     Raises WrongInput as `check` does, and if it cannot be created.
     """
@@ -42,9 +42,9 @@ def make(folder: Path) -> Path:
 
 @contextmanager
 def locked(folder: Path) -> Iterator[Path]:
-    """A context with a folder, created if it does not exist, in which no other run writes.
+    """A context with a folder, created if it does not exist, that no other run writes into.
 
-    The lock ends with the process that has it, however that ends; what it has not finished is removed. Raises
+    The lock ends with its process, even if that is killed; unfinished files are removed. Raises
     WrongInput as `make` does and where nothing can be written there, Failure where another run does.
     """
     path = make(folder) / LOCK
@@ -68,7 +68,7 @@ def locked(folder: Path) -> Iterator[Path]:
 
 
 def require_usable(folder: Path) -> Path:
-    """Return the folder, created if it does not exist; raises as `locked` does."""
+    """Return a folder, created if it does not exist; raises as `locked` does."""
     with locked(folder):
         return folder
 

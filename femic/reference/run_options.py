@@ -1,4 +1,4 @@
-"""The means to solve models: workers and a store; and the reports of progress."""
+"""Options for solving models: workers, the store, and reports of progress."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -11,7 +11,7 @@ from femic.reference.level import Level
 
 @dataclass(frozen=True)
 class Task:
-    """A model of a job that is to be solved, and how large it may be."""
+    """A model of a job to be solved, and its largest size."""
 
     job: str
     level: Level
@@ -24,7 +24,7 @@ class Solved:
     """A solved model of a job; `cached` if an earlier run had solved it."""
 
     task: Task
-    model: Any  # what the engine's `displacements` reads
+    model: Any  # input of the engine's `displacements`
     cached: bool
 
 
@@ -44,7 +44,7 @@ def _ignored(_: object) -> None:
 
 @dataclass(frozen=True)
 class Watch:
-    """Functions that take reports of progress: the next models, each finished model, stages, and steps."""
+    """Callbacks for progress: the next models, each finished model, stages, and steps."""
 
     on_round: Callable[[Sequence[Task]], None] = _ignored
     on_model: Callable[[Solved], None] = _ignored
@@ -56,15 +56,15 @@ SILENT = Watch()
 
 
 def cores() -> int:
-    """Number of processor cores."""
+    """Return the number of processor cores."""
     return os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
 class RunOptions:
-    """How models are solved: the number of parallel workers, the store that keeps them, the reports.
+    """How models are solved: the number of parallel workers, the store of models, reports of progress.
 
-    By default there is one worker per core, and nothing is kept or reported.
+    By default there is one worker per core, and nothing is stored or reported.
     """
 
     workers: int = field(default_factory=cores)

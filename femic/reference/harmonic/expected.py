@@ -1,4 +1,4 @@
-"""The expected wavenumbers of a request: those that a half-space under the same loads takes.
+"""The expected wavenumbers of a request, counted on a half-space under the same loads.
 
 The responses of the half-space are known in closed form, so the search for wavenumbers takes no mesh and a
 tenth of a second. On a plane it finds the same wavenumbers; on curved bodies it finds about four fifths as
@@ -38,7 +38,8 @@ def expected_samples(request: HarmonicRequest) -> Samples:
 def _half_space(request: HarmonicRequest, s: Array) -> Callable[[Sequence[float]], list[Array]]:
     """A function from wavenumbers [1/mm] to the half-space's responses [mm^2/N], (load, 3, len(s)) each.
 
-    It replaces k by sqrt(k^2 + 1 / L^2), L the far radius: the far arc keeps responses finite at k = 0.
+    It replaces k by sqrt(k^2 + 1 / L^2) with the far radius L: as with a far arc, responses are finite at
+    k = 0.
     """
     loads, body = request.loads, request.body
     half_space = HalfSpace(one_body(body.material, body.side))

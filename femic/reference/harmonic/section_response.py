@@ -1,8 +1,8 @@
 """The response of a section at one wavenumber: displacements of observers under unit line loads on strips.
 
 Where half of the section is modelled, each load is the sum of an even and an odd part; a load at s = 0 has
-only one of them. Even and odd parts, and far arcs at several radii, differ by what is held: one factorisation
-serves them all, unless they differ at too many nodes.
+only one of them. Even and odd parts, and far arcs at several radii, differ in their supports only: one
+factorisation serves them all, unless they differ at too many nodes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -77,7 +77,7 @@ class SectionSolver:
 
 @dataclass(frozen=True, eq=False)
 class _SharedFactorisation:
-    """Cases of support, by parity in y and share of the far radius, that one factorisation serves.
+    """Cases of support, by parity in y and share of the far radius, with a common factorisation.
 
     `free` marks which of the retained amplitudes each leaves free.
     """

@@ -15,7 +15,7 @@ from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.contours import Contour
 
-JOINT_SHARE = 0.2  # cell at a joint over the cell that the nearest strip asks for there
+JOINT_SHARE = 0.2  # cell at a joint over the cell that the distance from the nearest strip gives there
 CELL_TURN = 0.5  # rad, largest turn of the contour within a cell
 LOCAL_RADII = 2.0  # rolling radii from the load beyond which little of its field is left
 CONTOUR_SAMPLES = 2001  # points of the contour where its curvature is taken
@@ -23,9 +23,9 @@ CONTOUR_SAMPLES = 2001  # points of the contour where its curvature is taken
 
 @dataclass(frozen=True, eq=False)
 class FitCells:
-    """Smaller cells of size h0 [mm] on strips (n, 2) [mm], and more slowly growing ones round them.
+    """Smaller cells of size h0 [mm] on the strips (n, 2) [mm] where M is fitted, and slow growth around.
 
-    A distance of `behind` [mm] later than on their own growth they are as large as all others.
+    At a distance of `behind` [mm] the growth of the other cells takes over.
     """
 
     strips: Array
@@ -84,7 +84,7 @@ def set_section_size(gmsh: ModuleType, body: Body, size: SectionSize) -> None:
 
 
 def _fit_size(gmsh: ModuleType, contour: Contour, fit_cells: FitCells, growth: float) -> str:
-    """Formula of the size of the cells round finer strips."""
+    """Return the formula for the size of cells around the strips where M is fitted."""
     s = _between(fit_cells.strips, fit_cells.h0)
     field = distance(gmsh, np.stack([0 * s, *contour.position(s)]))
     slowly = f"sqrt({fit_cells.h0:.17g}^2+({fit_cells.growth:.17g}*F{field})^2)"
@@ -92,7 +92,7 @@ def _fit_size(gmsh: ModuleType, contour: Contour, fit_cells: FitCells, growth: f
 
 
 def _turns(contour: Contour, ends: Array, growth: float) -> list[tuple[Array, float]]:
-    """Arc lengths [mm] where the contour's radius asks for smaller cells than the strips' distance does.
+    """Return arc lengths [mm] where the contour's radius needs smaller cells than the distance of the strips.
 
     They are grouped by the size of the cells [mm], a power of two.
     """

@@ -21,14 +21,14 @@ SPLINE_DEGREE = 5
 FIRST_SPACING = 1.2  # spacing in t of the first wavenumbers
 FEWEST_ORDERS = 8  # number of orders m = 0, 1, ... of a ring that are always solved; 3 for a large ring
 MOST_WAVENUMBERS = 1000  # largest number of wavenumbers
-HALVING_GAIN = 64  # factor by which the error of an interval falls, about, when it is halved
+HALVING_GAIN = 64  # approximate factor by which the error of an interval falls when it is halved
 
 
 @dataclass(frozen=True)
 class Axis:
-    """The wavenumbers 0 ... k_max [1/mm] of an endless body, or k = m / radius of a ring (radius [mm]).
+    """The wavenumbers 0 ... k_max [1/mm] of an infinitely long body, or k = m / radius of a ring [mm].
 
-    `scale` [1/mm] is that of t = asinh(k / scale).
+    `scale` [1/mm] is the scale in t = asinh(k / scale).
     """
 
     scale: float
@@ -59,9 +59,9 @@ class Axis:
         return float(np.clip(round(k * self.radius), first_order, last_order)) / self.radius
 
     def interpolation(self, nodes: Array, targets: Array) -> tuple[Array, Array]:
-        """Matrices that interpolate functions of k: the first even functions, the second odd ones.
+        """Return matrices that interpolate functions of k: the first even functions, the second odd ones.
 
-        Each has shape (len(targets), len(nodes)) and takes values at the wavenumbers `nodes` to those at the
+        Each has shape (len(targets), len(nodes)) and maps values at the wavenumbers `nodes` to values at the
         wavenumbers `targets` [1/mm].
         """
         if np.isinf(self.radius):
