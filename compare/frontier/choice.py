@@ -21,17 +21,17 @@ class Choice:
 
     @property
     def sentence(self) -> str:
-        """A sentence on what was chosen and how it was judged."""
-        return f"{sentence(self.advice)} Judged on the scene's lines, at its patch."
+        """A sentence on the choice and its evidence."""
+        return f"{sentence(self.advice)} Errors are measured on the scene's lines, at its patch."
 
 
 def question_of(scene: Scene) -> Question:
-    """The question for all components that a scene compares, of the first of its bodies."""
+    """Return the question for all components that a scene compares, and the first of its bodies."""
     return Question(scene.compared[0], scene.components, scene.ics_tolerance)
 
 
 def choose(base: str, question: Question, options: RunOptions = DEFAULT) -> Choice:
-    """The ICs that `femic advise` would name, judged on the lines and at the patch of a scene.
+    """Return the ICs that `femic advise` would name, measured on the lines and at the patch of a scene.
 
     Raises Failure if no way meets the tolerance.
     """

@@ -28,17 +28,17 @@ from femic.scenes.scene import Scene
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
 
-BODY_AND_SOLVER = ("far_radius", "half_length", "solver")  # keys kept for an engine of the same kind
+BODY_AND_SOLVER = ("far_radius", "half_length", "solver")  # keys that remain for an engine of the same kind
 VANISHES = "C vanishes: by symmetry, or below ten times its estimate; errors are shares of 0.05 max |C_nn|"
 
 
 @dataclass(frozen=True, eq=False)
 class WayResult:
-    """The ICs that a way gave, and the time and memory that it took."""
+    """The ICs of a way, with their time and memory."""
 
     way: Way
     ics: Mapping[str, EstimatedICs]  # by body compared; estimates of approximations are 0
-    seconds: Mapping[str, float]  # by body compared: for all that its ICs need
+    seconds: Mapping[str, float]  # by body compared: of all models that its ICs need
     unknowns: int  # of the largest model
     memory: float  # MB, largest of the process so far
 
@@ -63,7 +63,7 @@ class FrontierRequest:
         return load_scene(base, {**self.changes, "engine": self.engine(base, engine)})
 
     def engine(self, base: str, engine: Mapping[str, Any]) -> dict[str, Any]:
-        """The engine settings of a way, with those of the scene that do not follow from its tolerance."""
+        """Return the engine settings of a way, and of the scene where they do not follow from a tolerance."""
         table = engine_table(base)
         same_kind = engine.get("kind", table["kind"]) == table["kind"]
         keys = ("kind", "most_unknowns", *(BODY_AND_SOLVER if same_kind else ()))
@@ -78,8 +78,8 @@ def engine_table(base: str) -> dict[str, Any]:
 def compute_frontier(base: str, request: FrontierRequest, options: RunOptions = DEFAULT) -> xr.Dataset:
     """Compute the errors, seconds, unknowns and memory of every way to a scene's ICs that fits the budget.
 
-    Ways run in the order of their predicted seconds. Errors (way, body, component) [-] are those of
-    `compare.ics.error_measure` against the best known C, the worst over the lines. Raises BadScene as
+    Ways run in the order of their predicted seconds. Errors (way, body, component) [-] are measured with
+    `compare.ics.error_measure` against the best known C, at worst over the lines. Raises BadScene as
     `load_scene` does, Failure if no C fits into the budget.
     """
     scene = request.scene(base, {"check": False})
@@ -123,7 +123,7 @@ def _not_estimated(ics: Array) -> EstimatedICs:
 def _by_cost(
     base: str, request: FrontierRequest, workers: int, skipped: dict[str, str]
 ) -> list[tuple[float, Way]]:
-    """Ways with a valid scene and their predicted seconds, cheapest first; others go to `skipped`."""
+    """Return ways with a valid scene and their predicted seconds, cheapest first; others go to `skipped`."""
     costs = []
     for way in request.ways:
         try:
@@ -146,9 +146,9 @@ def _way_result(way: Way, results: Results) -> WayResult:
 
 
 def _worst_estimate(results: Results) -> float:
-    """The largest estimate of C over bodies, lines and components, on the scale of refinement [-].
+    """Return the largest estimate of C over bodies, lines and components, on the scale of refinement [-].
 
-    That scale is the same for every way.
+    This scale is the same for every way.
     """
     shares = (
         refinement_shares_of(results, body, reference_of(results, body).estimate)
@@ -158,19 +158,19 @@ def _worst_estimate(results: Results) -> float:
 
 
 def _worst(results: Results, shares: Mapping[str, Array]) -> Array:
-    """The largest share over the lines, for the components of the scene, (n_components,) [-]."""
+    """Return the largest share over the lines, for the components of the scene, (n_components,) [-]."""
     return _component_entries(results.scene, np.max(list(shares.values()), axis=0))
 
 
 def _component_entries(scene: Scene, values: NDArray[Any]) -> NDArray[Any]:
-    """The entries of (3, 3) values that belong to the components of the scene, (n_components,)."""
+    """Return the entries of (3, 3) values for the components of the scene, (n_components,)."""
     return np.array([component_of(values, component) for component in scene.components])
 
 
 def _dataset(
     scene: Scene, tried: Sequence[WayResult], best: tuple[str, Results], skipped: Mapping[str, str]
 ) -> xr.Dataset:
-    """Errors against the best C, seconds, unknowns and memory of all ways that were tried."""
+    """Return errors against the best C, seconds, unknowns and memory of all computed ways."""
     best_name, results = best
     return xr.Dataset(
         _error_variables(scene, tried, best)
@@ -213,7 +213,7 @@ SAYS = {
 def _error_variables(
     scene: Scene, tried: Sequence[WayResult], best: tuple[str, Results]
 ) -> dict[str, tuple[Any, ...]]:
-    """Errors, weights and estimates of every way, and which components of C vanish, all bodies."""
+    """Return errors, weights and estimates of every way, and which components of C vanish, for all bodies."""
     best_name, results = best
     values = np.empty((3, len(tried), len(scene.compared), len(scene.components)))
     vanishing, by_symmetry = np.empty((2, *values.shape[2:]), dtype=bool)
@@ -238,24 +238,24 @@ def _error_variables(
 
 
 def error_bounds(dataset: xr.Dataset, body: str) -> xr.DataArray:
-    """Upper bounds of a body's errors: as measured, plus the best C's estimate; (way, component) [-]."""
+    """Return upper bounds of a body's errors: measured, plus the best C's estimate; (way, component) [-]."""
     of_body = dataset.sel(body=body)
     floor = of_body.estimate.sel(way=dataset.attrs["best"], drop=True)
     return of_body.error + floor.where(of_body.way != dataset.attrs["best"], 0.0)
 
 
 def resolved_errors(dataset: xr.Dataset, body: str) -> xr.DataArray:
-    """Errors of a body's ICs, raised to the best C's estimate where they are below; (way, component) [-]."""
+    """Return a body's errors, at least the best C's estimate; (way, component) [-]."""
     of_body = dataset.sel(body=body)
     floor = of_body.estimate.sel(way=dataset.attrs["best"], drop=True)
     return xr.DataArray(np.maximum(of_body.error, floor))
 
 
 def front(seconds: Array, errors: Array) -> Mask:
-    """Which ways no other way beats, (n,), from their seconds (n,) [s] and errors (n,) [-].
+    """Return which ways are Pareto optimal, (n,), from their seconds (n,) [s] and errors (n,) [-].
 
-    A way is beaten by one that is at least as fast and as accurate, and better in one of the two. A way whose
-    error is NaN does not exist.
+    No other way is at least as fast and as accurate, and better in one of the two. A way with the error NaN
+    does not exist.
     """
     faster, as_fast = seconds[None] < seconds[:, None], seconds[None] <= seconds[:, None]
     closer, as_close = errors[None] < errors[:, None], errors[None] <= errors[:, None]

@@ -10,7 +10,7 @@ from compare.ics.compute import models_of, seconds_of, solids
 from compare.matrix.check import ColumnCheck, check
 from compare.matrix.compute import MatrixResults, compute_matrix, discounted
 from compare.matrix.figures import maps
-from compare.matrix.reciprocity import described
+from compare.matrix.reciprocity import description
 from compare.plan import models
 from compare.report.html import error_cell, write_page
 from compare.report.styles import SYMBOLS, save
@@ -154,7 +154,7 @@ def _demand_rows(results: MatrixResults) -> Iterator[dict[str, str]]:
     for name, eigenvalue in results.eigenvalues.items():
         body, _, kind = name.partition(", ")
         raw = kind == "raw"
-        defect = described(results.reciprocity[body], results.scene.grid) if raw else "as raw"
+        defect = description(results.reciprocity[body], results.scene.grid) if raw else "as raw"
         yield {"name": name, "defect": defect, "eigenvalue": f"{eigenvalue:.3f}"}
 
 

@@ -281,7 +281,7 @@ def test_a_column_by_the_solid_engine_agrees_within_the_estimates(made, tmp_path
     assert (one.body, one.strip) == ("lower", 2)
     assert one.component in {i + j for i in DIRECTIONS for j in DIRECTIONS}
     assert one.closest <= 1.0
-    assert one.apart < 5e-3
+    assert one.difference < 5e-3
 
 
 def test_the_export_for_contact_is_the_matrix_times_the_combined_shear_modulus(made):

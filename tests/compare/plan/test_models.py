@@ -12,7 +12,7 @@ def step(engine, expected):
     expected_cost = ExpectedCost(
         unknowns=1000, wavenumbers=20, fields=3, half_section=True, seconds=expected, memory=100.0
     )
-    return Step("a model", ENGINES[engine], 1.0, 100.0, "endless", expected_cost)
+    return Step("a model", ENGINES[engine], 1.0, 100.0, "infinite", expected_cost)
 
 
 @pytest.mark.parametrize(("workers", "expected"), [(1, 3 + 5 + 8 + 4), (2, 3 + 5 + 6), (4, 3 + 5 + 3)])
