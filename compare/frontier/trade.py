@@ -20,8 +20,8 @@ from femic.reference.accuracy import NotConverged, component_of
 from femic.reference.engines import ENGINES
 from femic.reference.estimate import EstimatedICs
 from femic.reference.run_options import DEFAULT, RunOptions
+from femic.scenes.engine import EngineTable
 from femic.scenes.errors import BadScene
-from femic.scenes.file import EngineTable
 from femic.scenes.load import load_scene, read_scene, scene_path
 from femic.scenes.messages import in_keys
 from femic.scenes.scene import Scene

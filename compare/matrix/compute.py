@@ -27,8 +27,9 @@ from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import MatrixReference, matrices
 from femic.reference.models import peak_memory
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.scenes.checks import grid_misfits, matrix_engine_misfits
+from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import require_none
+from femic.scenes.grid import grid_misfits
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.bodies import Domain

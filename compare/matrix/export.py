@@ -14,14 +14,14 @@ from compare.matrix import contact_file
 from compare.matrix.contact_file import ContactFile
 from compare.matrix.page import write_matrix
 from femic.cache import folders
-from femic.contact.operators.approximations import turned
-from femic.contact.operators.dense import dense
+from femic.contact.operators.approximations import approximate_matrix
 from femic.reference.matrix.job import Discount
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import matrices
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.scenes.checks import grid_misfits, matrix_engine_misfits
+from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import require_none
+from femic.scenes.grid import grid_misfits
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import WrongInput
@@ -97,8 +97,8 @@ def _file_content(
 ) -> ContactFile:
     placed = placed_on(scene, scene.grid)
     if specification.discount is None and placed.offset:
-        paired = turned(specification.ics, scene.pair, scene.grid, upper_offset=placed.offset)
-        return to_contact(scene, dense(paired))
+        ics = approximate_matrix(specification.ics, scene.pair, scene.grid, upper_offset=placed.offset)
+        return to_contact(scene, ics)
     if specification.discount is None:
         return approximated(scene, specification.ics)
     if specification.discount != scene.discount or placed.offset:

@@ -3,14 +3,21 @@
 So a file is either complete or unchanged, even if other processes write it or this one is killed.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 from uuid import uuid4
 
-import xarray as xr
-
+from femic.late import Late
 from geometries.errors import Failure
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+open_dataset = Late("xarray:open_dataset")
 
 UNFINISHED = ".unfinished."  # in the names of unfinished files
 
@@ -44,7 +51,7 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> Path:
     """
     with replacing(path) as unfinished:
         dataset.to_netcdf(unfinished, engine="h5netcdf")
-        with xr.open_dataset(unfinished, engine="h5netcdf") as written:
+        with open_dataset(unfinished, engine="h5netcdf") as written:
             wrong = [name for name in dataset.variables if not dataset[name].equals(written[name])]
         if wrong:
             names = ", ".join(map(str, wrong))

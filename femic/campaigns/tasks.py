@@ -31,7 +31,7 @@ from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import matrices
 from femic.reference.models import peak_memory
 from femic.reference.run_options import RunOptions, Solved, Watch
-from femic.scenes.file import MAP, is_map
+from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 from geometries.errors import Failure, WrongInput

@@ -13,7 +13,7 @@ from compare.matrix.export import ExportSpecification
 from compare.matrix.page import write_matrix
 from femic.cli.work import DEFAULT_WORK, SceneName, Work
 from femic.reference.matrix.job import Discount
-from femic.scenes.file import ICName
+from femic.scenes.ic_names import ICName
 from femic.scenes.load import load_scene
 from geometries.patches import COMPONENTS
 

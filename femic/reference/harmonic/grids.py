@@ -2,10 +2,9 @@
 
 import numpy as np
 
+from femic.late import Late
 from femic.reference.engine import Matrices, MatrixSpecification, TunedCells
-from femic.reference.harmonic.lags import syntheses
 from femic.reference.harmonic.request import HarmonicRequest
-from femic.reference.harmonic.synthesis import displacements
 from femic.reference.harmonic.tuned import FAR_RADIUS, waves_for
 from femic.reference.level import TRUNCATION_ORDER
 from femic.reference.meshing.cell_size import Cells
@@ -52,4 +51,10 @@ def request_on_strips(model: MatrixSpecification) -> HarmonicRequest:
     )
 
 
-MATRICES = Matrices(TUNED_ON_STRIPS, far_radius_for, request_on_strips, syntheses, displacements)
+MATRICES = Matrices(
+    TUNED_ON_STRIPS,
+    far_radius_for,
+    request_on_strips,
+    columns=Late("femic.reference.harmonic.lags:syntheses"),
+    displacements=Late("femic.reference.harmonic.synthesis:displacements"),
+)

@@ -1,15 +1,12 @@
 """The record of the harmonic engine."""
 
+from femic.late import Late
 from femic.reference.engine import Comparison, Engine, ErrorEstimate, Limits, Models
 from femic.reference.harmonic import tuned
 from femic.reference.harmonic.grids import MATRICES
-from femic.reference.harmonic.modulus import model_key
-from femic.reference.harmonic.plan import expected_cost
-from femic.reference.harmonic.request import request_for
-from femic.reference.harmonic.synthesis import displacements
-from femic.reference.harmonic.tasks import solve_tasks
 
 HARMONIC_SAFETY = 2.0  # with it the estimate bounds 99 of 100 errors where C is known
+displacements = Late("femic.reference.harmonic.synthesis:displacements")
 
 HARMONIC = Engine(
     name="harmonic",
@@ -23,11 +20,11 @@ HARMONIC = Engine(
     shares_a_model=True,
     estimate=ErrorEstimate(models=("fine",), safety=HARMONIC_SAFETY, growth_of_unknowns=2.0),
     models=Models(
-        request=request_for,
-        solve=solve_tasks,
-        key=model_key,
+        request=Late("femic.reference.harmonic.request:request_for"),
+        solve=Late("femic.reference.harmonic.tasks:solve_tasks"),
+        key=Late("femic.reference.harmonic.modulus:model_key"),
         displacements=lambda request, solved: displacements(solved, request.loads, request.points),
-        expected_cost=expected_cost,
+        expected_cost=Late("femic.reference.harmonic.plan:expected_cost"),
     ),
     matrices=MATRICES,
     comparison=Comparison((1e-1, 1e-2, 1e-3, 1e-4), colour="black", marker="s"),

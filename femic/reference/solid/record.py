@@ -1,14 +1,10 @@
 """The record of the solid engine."""
 
+from femic.late import Late
 from femic.reference.engine import Comparison, Engine, ErrorEstimate, Fields, Limits, Models, TunedCells
 from femic.reference.estimate import SAFETY
 from femic.reference.meshing.cell_size import Cells
-from femic.reference.solid.engine import build_mesh
-from femic.reference.solid.fields import nodal_fields
 from femic.reference.solid.pardiso import available as direct_available
-from femic.reference.solid.plan import expected_cost
-from femic.reference.solid.request import request_for
-from femic.reference.solid.tasks import model_key, solve_tasks
 from geometries.patches import Patch
 
 CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
@@ -42,12 +38,14 @@ SOLID = Engine(
     shares_a_model=False,
     estimate=ErrorEstimate(models=("fine", "coarse", "small"), safety=SAFETY, growth_of_unknowns=2.7),
     models=Models(
-        request=request_for,
-        solve=solve_tasks,
-        key=model_key,
+        request=Late("femic.reference.solid.request:request_for"),
+        solve=Late("femic.reference.solid.tasks:solve_tasks"),
+        key=Late("femic.reference.solid.tasks:model_key"),
         displacements=lambda _request, solved: solved,  # a solved model is its displacements
-        expected_cost=expected_cost,
+        expected_cost=Late("femic.reference.solid.plan:expected_cost"),
     ),
-    fields=Fields(build_mesh, nodal_fields),
+    fields=Fields(
+        Late("femic.reference.solid.engine:build_mesh"), Late("femic.reference.solid.fields:nodal_fields")
+    ),
     comparison=Comparison((1e-1, 3e-2, 1e-2), _solvers, colour="tab:red", marker="^"),
 )

@@ -277,7 +277,7 @@ def test_a_plan_by_the_solid_engine_says_that_matrices_are_not_computed_by_it(mo
         assert f"femic {name}: tall: 1 error(s) engine.kind = 'solid': has no C on a grid" in told
 
 
-@pytest.mark.parametrize("name", ["matrix", "contact", "judge", "export"])
+@pytest.mark.parametrize("name", ["matrix", "contact", "fe-contact", "export"])
 def test_c_on_a_grid_is_refused_with_the_solid_engine(name, write_scene, command, capsys):
     path = write_scene("[contact]\nloads = [1.0]\n")
     assert command(name, str(path)) == WRONG_INPUT
