@@ -102,7 +102,7 @@ class _Response:
 
         def ics(nu: float, mismatch_k: float) -> Array:
             transitions = (Transition(value, r_min, 1.0, 1.0) for value in (nu, mismatch_k))
-            return target.of(EffectiveProperties(None, *transitions))
+            return target.bhat_prime(EffectiveProperties(None, *transitions))
 
         at_zero = ics(0.0, 0.0)
         apart = target.apart
@@ -361,7 +361,7 @@ class _Data:
             for key in product(self.properties, PARAMETERS)
         )
         effective = EffectiveProperties(**transitions(values))
-        shares = np.abs(self.target.of(effective) - self.target.ics) / self.target.scales
+        shares = np.abs(self.target.bhat_prime(effective) - self.target.ics) / self.target.scales
         return Fit(
             effective,
             parameters,

@@ -1,6 +1,6 @@
 """Integrals of the half-space kernels over a rectangle, exact to rounding everywhere.
 
-The sums of logarithms over the corners in textbooks suffer from cancellation: far away they lose digits in
+The textbooks' sums of logarithms over the corners suffer from cancellation: far away they lose digits in
 proportion to r^2 / (a b), and they lose digits beside the patch. Here
 
 - kernels are even or odd in X and in S = observer minus loaded point, so that each integral is a sum
@@ -30,7 +30,7 @@ BELOW_ONE = np.nextafter(1.0, 0.0)
 
 @dataclass(frozen=True)
 class Interval:
-    """0 <= low <= high along one axis; `length` = high - low, known more exactly than that difference."""
+    """0 <= low <= high along one axis; `length` = high - low, without the rounding of that difference."""
 
     low: Array
     high: Array
