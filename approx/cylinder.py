@@ -6,8 +6,8 @@ into an upper body. Each IC is determined up to a rigid motion. The formulas fix
 at the distance `s_0`) and for the cavity (the logarithm is zero at a chord of one radius). The support of the
 solid cylinder is not specified, so that only self-balanced loads have a meaning.
 
-In these cases B is exact: with the half-plane at the distance of the chord, 2 R sin(alpha / 2), the cavity is B
-with A_sn, A_ns times (pi - |alpha|) / pi; the solid cylinder is the same with the sign of its side, plus a
+In these cases B is exact: with the half-plane at the distance of the chord, 2 R sin(alpha / 2), the cavity is
+B with A_sn, A_ns times (pi - |alpha|) / pi; the solid cylinder is the same with the sign of its side, plus a
 uniform radial displacement. Source: docs/theory.
 """
 

@@ -60,7 +60,7 @@ class HalfSpace:
         Raises WrongInput also where no effective properties are given.
         """
         if self.effective is None:
-            raise WrongInput("effective properties: give those of B-hat-prime (far, r_inf, m, n)")
+            raise WrongInput("effective properties: B-hat-prime needs some (far, r_inf, m, n)")
         x, s = observers(x, s)
         constants = self.effective.at(np.hypot(x, s), self.constants)
         return ics_from_integrals(constants, self._integrals(patch, x, s))

@@ -165,7 +165,7 @@ def checked_lengths(patch: Patch, x: Array, s: Array) -> None:
 def over_rectangle(patch: Patch, x: Array, s: Array) -> Array:
     """Integrals I_xx, I_ss, I_xs, J_x, J_s [mm] over the patch, shape (5, *x.shape).
 
-    They are the integrals of X^2/R^3, S^2/R^3, X S/R^3, X/R^2, S/R^2; that of 1/R is I_xx + I_ss.
+    The integrands are X^2/R^3, S^2/R^3, X S/R^3, X/R^2, S/R^2; the integral of 1/R is I_xx + I_ss.
     x, s [mm], of one shape: observer minus patch centre.
     """
     out = np.empty((5, x.size))

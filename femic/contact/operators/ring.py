@@ -1,7 +1,8 @@
 """The inverse of a convolution on a ring in x and s: a preconditioner for contact on any ICs.
 
 Source: Vollebregt (2014), Journal of Computational Physics 257, 333-351. Beyond the lags of the grid
-the kernel keeps its value at the longest one: with zeros there some values of the spectrum would not be positive.
+the kernel keeps its value at the longest one: with zeros there some values of the spectrum would not be
+positive.
 """
 
 from collections.abc import Callable
