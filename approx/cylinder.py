@@ -8,7 +8,7 @@ solid cylinder is not specified, so that only self-balanced loads have a meaning
 
 In these cases B is exact: with the half-plane at the distance of the chord, 2 R sin(alpha / 2), the cavity is
 B with A_sn, A_ns times (pi - |alpha|) / pi; the solid cylinder is the same with the sign of its side, plus a
-uniform radial displacement. Source: docs/theory.
+uniform radial displacement. Theory: docs/theory/ics.md.
 """
 
 import numpy as np

@@ -79,7 +79,7 @@ class Pair:
         Where combined effective properties are given, B-hat-prime, and components that a variant takes from
         it, are computed from the combined constants on the contour of the lower body. The properties then
         represent everything else, also the curvature of wheels along x; with `curvature_apart` the effect of
-        this curvature on B-hat of each body is added instead. Source: [BVSV] section 4.
+        this curvature on B-hat of each body is added instead. Source: [BVSV] section 4; docs/theory/ics.md.
         """
         return self.approximations([variant], patch, points)[variant]
 

@@ -18,9 +18,9 @@ from femic.contact.operators.dense import GridOperator
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import MatrixReference, matrices
 from femic.reference.run_options import DEFAULT, Means
-from femic.scenes.checks import matrix_engine_misfits
+from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
-from femic.scenes.file import is_map
+from femic.scenes.ic_names import is_map
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import Failure

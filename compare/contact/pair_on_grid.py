@@ -14,7 +14,7 @@ from femic.contact.operators.convolution import Convolution
 from femic.contact.operators.dense import GridOperator
 from femic.contact.resultants import Resultant, resultant
 from femic.contact.undeformed import Undeformed
-from femic.scenes.file import DISTINCT_DIGITS
+from femic.key_types import DISTINCT_DIGITS
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput

@@ -7,6 +7,7 @@ import h5netcdf
 import numpy as np
 
 from approx.matrix import column, matrix
+from approx.variants import VARIANTS
 from compare.contact.compute import c_jobs
 from compare.contact.pair_on_grid import placed_on
 from compare.matrix import contact_file
@@ -18,8 +19,9 @@ from femic.reference.matrix.job import Discount
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import matrices
 from femic.reference.run_options import DEFAULT, Means
-from femic.scenes.checks import grid_misfits
+from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import require_none
+from femic.scenes.grid import grid_misfits
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import WrongInput
@@ -58,7 +60,7 @@ class Exported:
 
 
 def require_exportable(scene: Scene, wanted: Wanted) -> None:
-    """Raise BadScene if the grid does not fit, WrongInput if the ICs of both bodies are not available."""
+    """Raise BadScene for a grid or an engine that does not fit, WrongInput for ICs that are not available."""
     if "combined" not in scene.compared:
         raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
     if wanted.discount and wanted.ics != "C":
@@ -68,7 +70,8 @@ def require_exportable(scene: Scene, wanted: Wanted) -> None:
         )
     if wanted.ics == "Bhat_prime" and not scene.pair.has_effective("combined"):
         raise WrongInput("ics = Bhat_prime: the scene has no effective properties; see femic calibrate")
-    require_none(scene.name, grid_misfits(scene))
+    engine_misfits = () if wanted.ics in VARIANTS else matrix_engine_misfits(scene)
+    require_none(scene.name, [*grid_misfits(scene), *engine_misfits])
 
 
 def export(scene: Scene, wanted: Wanted, out: Path, means: Means = DEFAULT) -> Exported:

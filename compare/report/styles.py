@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from approx.variants import VARIANTS, exchanged_symbol
 from femic.cache.files import published
-from femic.scenes.file import is_map
+from femic.scenes.ic_names import is_map
 
 Style = Mapping[str, Any]  # keywords of a line of matplotlib
 Value = TypeVar("Value")

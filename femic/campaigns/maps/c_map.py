@@ -23,7 +23,7 @@ from femic.campaigns.maps.between import KINK, Nodes, Stencil, combined
 from femic.campaigns.maps.swept import Swept, open_swept
 from femic.contact.operators.approximations import approximate_matrix
 from femic.scenes.errors import BadScene
-from femic.scenes.file import MAP
+from femic.scenes.ic_names import MAP
 from femic.scenes.keys import key_of, set_key
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene

@@ -4,7 +4,7 @@ On prismatic bodies the rotation between two elements is R_x(alpha), alpha the d
 inclinations, and R_x(p alpha) = Q_0 + Q_1 exp(i p alpha) + Q_-1 exp(-i p alpha) with constant matrices Q. So
 T^p A T^q is a sum of kernels of the lag times cosines and sines of (m p + n q) alpha, m, n = -1, 0, 1; and
 these, of a difference, are sums of products. Forms of ICs that are no such product become an operator that is
-dense between strips. Source: [BVSV] sections 3 and 4.
+dense between strips. Source: [BVSV] sections 3 and 4; docs/theory/contact.md.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

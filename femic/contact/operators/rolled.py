@@ -3,8 +3,8 @@
 The local directions of a wheel rotate with its surface. A particle that is raised by u_z is nearer to the
 axle and passes the contact more slowly, by u_z over the radius R of its rolling circle: in local directions
 the slip along x is w_x - du_x/dx + u_z / R. So u_x less the integral of u_z / R along x takes the place of
-u_x. Then a rigid vertical motion of the wheel, for which u_x = u_z x / R, does not change the slip; otherwise the
-slip would depend on the rigid-body discount, by M_zz times load over R.
+u_x. Then a rigid vertical motion of the wheel, for which u_x = u_z x / R, does not change the slip; otherwise
+the slip would depend on the rigid-body discount, by M_zz times load over R.
 """
 
 import numpy as np

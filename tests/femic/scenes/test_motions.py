@@ -82,7 +82,7 @@ def test_unknown_names_of_ics_are_refused_with_the_known_ones(changes, says):
 def test_only_contact_by_c_asks_for_the_engine_of_matrices():
     solid = {"engine": {"kind": "solid"}, "contact": {"loads": [1.0], "ics": ["A", "Bhat"]}}
     assert len(cases_of(load_scene("tall", solid))) == 1
-    with pytest.raises(BadScene, match=r"engine\.kind = 'solid': C on a grid"):
+    with pytest.raises(BadScene, match=r"engine\.kind = 'solid': has no C on a grid"):
         cases_of(load_scene("tall", solid | {"contact": {"loads": [1.0], "ics": ["A", "C"]}}))
 
 
