@@ -96,7 +96,7 @@ def _a_on_planes(scene: Scene, ics: Array, body: str) -> Array:
     )
     if bent or any(np.isfinite(solid_body.rolling_radius) for solid_body in solid_bodies):
         return ics
-    return target_from(scene, ics, body).by("A")
+    return target_from(scene, ics, body).approximate("A")
 
 
 def target_of(results: Results, body: str) -> Target:
@@ -241,7 +241,7 @@ def _target_variables(calibrated: Calibrated) -> dict[str, tuple[Any, ...]]:
     ics = {
         "c": [target.ics for target in targets.values()],
         "estimate": [target.error for target in targets.values()],
-        "fitted": [target.of(calibrated.fits[body].effective) for body, target in targets.items()],
+        "fitted": [target.bhat_prime(calibrated.fits[body].effective) for body, target in targets.items()],
     }
     return {name: (dims, np.stack(of_bodies) / area, units) for name, of_bodies in ics.items()}
 

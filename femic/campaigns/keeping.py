@@ -205,7 +205,8 @@ def _cheapest(known: Array, seconds: Array, tolerance: float) -> int:
 def _worst_of_bhat(calibrated: Calibrated) -> Array:
     """Largest deviations of B-hat from C by fitted body and component."""
     deviations = [
-        np.abs(target.by("Bhat") - target.ics) / target.scales for target in calibrated.targets.values()
+        np.abs(target.approximate("Bhat") - target.ics) / target.scales
+        for target in calibrated.targets.values()
     ]
     return np.array([np.max(deviation, axis=-1) for deviation in deviations])
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erfc, eval_legendre, iti0k0, k0, k1, spherical_jn
 
-from approx.halfspace import HalfSpace, nine
+from approx.halfspace import HalfSpace, ics_from_integrals
 from femic.reference.harmonic.wavenumbers import Axis
 from geometries.arrays import Array
 from geometries.patches import Patch, X, mirror_signs
@@ -199,7 +199,7 @@ def half_space_response(half_space: HalfSpace, b: float, s: float, k: Array) -> 
     Shape (3, 3, len(k)).
     """
     upper, lower = _primitives(k, s + b), _primitives(k, s - b)
-    return nine(half_space.constants, (upper - lower) / (2 * b))
+    return ics_from_integrals(half_space.constants, (upper - lower) / (2 * b))
 
 
 def _primitives(k: Array, s: float) -> Array:

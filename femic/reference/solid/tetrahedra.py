@@ -52,9 +52,9 @@ def _bent(body: Body, cells: Cells, focus: Focus, half_section: bool) -> Tetrahe
     """The mesh of the prismatic body, bent: Gmsh does not mesh surfaces that turn by tiny angles."""
     domain = Domain(body.domain.far_radius, body.xi_end)
     straight = replace(body, domain=domain, rolling_radius=np.inf, hub_radius=None)
-    straight_focus = Focus(body.surface.turned_back(focus.centres), body.surface.turned_back(focus.points))
+    straight_focus = Focus(body.surface.to_chart(focus.centres), body.surface.to_chart(focus.points))
     straight_mesh = fill(straight, cells, straight_focus, half_section=half_section)
-    return replace(straight_mesh, points=body.surface.turned(straight_mesh.points))
+    return replace(straight_mesh, points=body.surface.to_global(straight_mesh.points))
 
 
 def _add_volume(gmsh: ModuleType, body: Body, half_section: bool) -> None:
@@ -88,7 +88,7 @@ def _on_contact_surface(gmsh: ModuleType, tag: int, body: Body) -> bool:
     """Whether a boundary face lies on the contact surface, by its middle, and not on a cut or far face."""
     low, high = (np.array(bound) for bound in gmsh.model.getParametrizationBounds(2, tag))
     middle = np.array(gmsh.model.getValue(2, tag, (low + high) / 2)).reshape(3, 1)
-    xi, y, z = body.surface.turned_back(middle)
+    xi, y, z = body.surface.to_chart(middle)
     inside_length = 1e-6 < xi[0] / body.xi_end < 1 - 1e-6
     s = body.contour.nearest(np.stack([y, z]), body.s_range)
     gap = np.linalg.norm(body.contour.position(s) - [y, z])

@@ -98,7 +98,7 @@ def test_the_written_scene_has_the_fit_and_reproduces_its_b_hat_prime(made, cali
     target, fitted = calibrated.targets["combined"], calibrated.fits["combined"]
     points = target.x, target.s
     got = scene.pair.approximate("Bhat_prime", scene.patch, points)[0, 2]
-    expected = target.of(fitted.effective)[0]
+    expected = target.bhat_prime(fitted.effective)[0]
     np.testing.assert_allclose(got, expected, atol=1e-4 * np.max(np.abs(expected)))
     mix = scene.pair.approximate("mix", scene.patch, points)[0, 2]
     np.testing.assert_array_equal(mix, got)
@@ -118,7 +118,7 @@ def test_b_hat_prime_is_closer_than_no_fit_at_all(calibrated):
     target, best = calibrated.targets["combined"], calibrated.fits["combined"].effective
 
     def cost(effective):
-        return np.sum((target.of(effective) - target.ics) ** 2)
+        return np.sum((target.bhat_prime(effective) - target.ics) ** 2)
 
     transition = best.mismatch_k
     half_space = target.solid.constants.mismatch_k
