@@ -181,7 +181,7 @@ def _coupling(rule: SourceRule) -> Condition:
 
 
 def _turning(body: Body, rule: SourceRule) -> Condition:
-    """Under moment loads the part of C_nn that is antisymmetric about the load equals the same part of B-hat."""
+    """Under moment loads the part of C_nn antisymmetric about the load equals the same part of B-hat."""
     sides = (1,) if body.contour.symmetric else (1, -1)
     loads = tuple(rule.moment_load(side) for side in sides)
 
