@@ -23,7 +23,7 @@ from compare.ics.compute import (
     with_approximations,
 )
 from femic.cache.digests import results_digest, versions
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.calibration import calibration_misfits
 from femic.scenes.errors import require_none
 from femic.scenes.file import SceneFile
@@ -46,14 +46,14 @@ class Calibrated:
     targets: Mapping[str, Target]  # by body
 
 
-def calibrate(scene: Scene, means: Means = DEFAULT) -> Calibrated:
+def calibrate(scene: Scene, options: RunOptions = DEFAULT) -> Calibrated:
     """Compute C on the lines of the scene and of its calibration, and fit effective properties to it.
 
     Raises BadScene if the calibration does not fit the scene, NotConverged as `compute` does.
     """
     require_calibration(scene)
-    results = compute(extended(scene), means)
-    means.watch.on_stage("  fitting")
+    results = compute(extended(scene), options)
+    options.watch.on_stage("  fitting")
     targets = {body: target_of(results, body) for body in scene.calibration.bodies}
     fits = {body: fit(target, scene.calibration.properties) for body, target in targets.items()}
     results = _with_fits(results, scene, fits)

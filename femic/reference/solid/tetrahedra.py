@@ -9,7 +9,7 @@ from types import ModuleType
 
 import numpy as np
 
-from femic.reference.meshing.cell_size import Cells, distance, round_the_axis, set_cell_size
+from femic.reference.meshing.cell_size import Cells, distance, set_cell_size, size_about_axis
 from femic.reference.meshing.collected import collected
 from femic.reference.meshing.gmsh_session import gmsh_session
 from femic.reference.meshing.outline import add_section
@@ -74,7 +74,7 @@ def _set_cell_size(gmsh: ModuleType, body: Body, cells: Cells, focus: Focus) -> 
     """Set the size of cells by the distances from the focus, and the meshing algorithm."""
     r, d = (distance(gmsh, points) for points in (focus.centres, focus.points))
     size = f"sqrt({cells.smallest:.17g}^2+({cells.line_growth:.17g}*F{r})^2+({cells.growth:.17g}*F{d})^2)"
-    set_cell_size(gmsh, [size, round_the_axis(body)] if body.rolling_radius < np.inf else [size])
+    set_cell_size(gmsh, [size, size_about_axis(body)] if body.rolling_radius < np.inf else [size])
     gmsh.option.setNumber("Mesh.Algorithm3D", DELAUNAY_3D)
 
 
