@@ -1,6 +1,6 @@
 """What the pages of rolling and of compression share: file and page, sentences on cost, curves by ICs."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import xarray as xr
@@ -16,10 +16,6 @@ from femic.contact.motions import MOTIONS
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.quantities import Quantity
 
-AT: Mapping[str, Callable[[float], str]] = {  # a place along the dimension of a motion in words
-    "xi": lambda place: f"{100 * place:.3g} %",
-    "load": lambda place: f"{place:g} N",
-}
 BELOW = (
     "Small, below each number: its estimated error (from elements twice and four times as large; in "
     "compression also from steps of load twice as large; of C also from C plus its own estimate)."
@@ -54,7 +50,7 @@ def of_supports(dataset: xr.Dataset) -> list[Table]:
         )
         for name in dataset.supports.values
     ]
-    caption = f"what other supports change: by C, friction {friction:g}, {AT[motion.dimension](place)}"
+    caption = f"what other supports change: by C, friction {friction:g}, {motion.place(place)}"
     return [Table(caption, columns(motion.quantities), rows)]
 
 

@@ -1,81 +1,85 @@
-"""The motions whose contact is solved, each registered once: frictionless contact, rolling, compression."""
+"""The motions whose contact is solved, each registered once: frictionless contact, rolling, compression.
 
-from collections.abc import Callable, Iterator, Mapping
+What solves a contact is imported when it is called, since scenes are checked by this registry, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from femic.contact.estimates import Numbers
-from femic.contact.frictional import FrictionalProblem
-from femic.contact.pairs.automatic_grid import Sizing
-from femic.contact.pairs.creep_force import Continuation
-from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.contact.pairs.quantities import OF_COMPRESSION, OF_FRICTIONLESS, OF_ROLLING, Quantity
-from femic.contact.pairs.reachable_forces import forces_beyond_creepages
-from femic.contact.pairs.solved_compression import in_steps, solve_compression
-from femic.contact.pairs.solved_curve import solve_curve
-from femic.contact.specification import ContactProblem
+from femic.late import Late
 
-Point = tuple[float, Numbers]  # a place along the dimension of a motion, and the numbers there
-
-
-def _no_misfits(_: ContactProblem, __: Sizing) -> Iterator[str]:
-    return iter(())
+if TYPE_CHECKING:
+    from femic.contact.pairs.quantities import Quantity
 
 
 @dataclass(frozen=True)
 class ContactMotion:
-    """A motion: what its contact depends on, its numbers, and how it is solved.
+    """A motion: the keys of its specification, and how its contact is solved.
 
-    `keys` are the keys of the specification that not all motions have. With friction, `solve` gives the
-    solution with a coefficient of friction and the ICs of a name, and `one_point` the numbers at one place,
-    for a problem with some ICs and a label. Without friction all is solved by
-    `femic.contact.pairs.frictionless`. `misfits` yields why a contact has no solution with this motion.
+    `keys` are the keys of the specification that not all motions have; values of `growing` ones must grow.
+    The numbers of a contact, of `table`, are along `dimension`; `place` says in words where on it.
+
+    With friction, `solve(pair, friction, name)` gives the solution with a coefficient of friction and the ICs
+    of a name, and `one_point(pair, problem, label)` the place and the numbers of one contact with the ICs of
+    a problem; `pair` is a `femic.contact.pairs.pair_with_friction.PairWithFriction`. Contact without friction
+    is solved as a whole by `femic.contact.pairs.frictionless`. `misfits(problem, sizing)` yields why a
+    contact has no solution with this motion, as far as it is known before.
     """
 
-    dimension: str  # "case", "xi", "load": of its numbers
-    quantities: Mapping[str, Quantity]
     keys: tuple[str, ...]
-    slip_unit: str = "1"
-    wheel_rolls: bool = False  # whether the rail sees the displacements of the upper body as in rolling
-    solve: Callable[[PairWithFriction, float, str], Any] | None = None
-    one_point: Callable[[PairWithFriction, FrictionalProblem, str], Point] | None = None
-    misfits: Callable[[ContactProblem, Sizing], Iterator[str]] = _no_misfits
+    dimension: str
+    table: Late
+    growing: tuple[str, ...] = ()
+    slip_unit: str = "1"  # per unit of rolled distance; or mm
+    one_load: bool = False
+    wheel_rolls: bool = False  # whether the rail sees the displacements of a wheel while it rolls
+    place: Callable[[float], str] = str
+    solve: Callable[..., Any] | None = None
+    one_point: Callable[..., Any] | None = None
+    misfits: Callable[..., Any] = lambda *_: ()
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether there is friction."""
+        return "friction" in self.keys
+
+    @property
+    def quantities(self) -> Mapping[str, Quantity]:
+        """The numbers of a contact by name."""
+        quantities: Mapping[str, Quantity] = self.table.resolved
+        return quantities
 
 
-def _nearest_to_no_creepage(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> Point:
-    """The contact at the creepage nearest 0. Raises Failure where it is not found on the grid."""
-    along = Continuation.of(pair, problem, label)
-    xi = min(along.xi, key=abs)
-    return xi, along.measured(along.at(xi, None)).numbers
-
-
-def _last_load(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> Point:
-    """The contact after the last load. Raises Failure where it is not found on the grid."""
-    return pair.loads[-1], in_steps(pair, problem, label)[0][-1].numbers
-
-
-MOTIONS: Mapping[str, ContactMotion] = MappingProxyType(
-    {
-        "none": ContactMotion(
-            "case", OF_FRICTIONLESS, keys=("approaches", "gap", "shape_load", "lateral_force")
-        ),
-        "rolling": ContactMotion(
-            "xi",
-            OF_ROLLING,
-            keys=("friction", "longitudinal", "lateral", "spin", "equal_force"),
-            wheel_rolls=True,
-            solve=solve_curve,
-            one_point=_nearest_to_no_creepage,
-            misfits=forces_beyond_creepages,
-        ),
-        "compression": ContactMotion(
-            "load",
-            OF_COMPRESSION,
-            keys=("friction",),
-            slip_unit="mm",
-            solve=solve_compression,
-            one_point=_last_load,
-        ),
-    }
-)
+PAIRS = "femic.contact.pairs"
+MOTIONS: dict[str, ContactMotion] = {
+    "none": ContactMotion(
+        keys=("approaches", "gap", "shape_load", "lateral_force"),
+        dimension="case",
+        table=Late(f"{PAIRS}.quantities:OF_FRICTIONLESS"),
+    ),
+    "rolling": ContactMotion(
+        keys=("friction", "longitudinal", "lateral", "spin", "equal_force"),
+        growing=("longitudinal",),
+        dimension="xi",
+        place=lambda xi: f"{100 * xi:.3g} %",
+        table=Late(f"{PAIRS}.quantities:OF_ROLLING"),
+        one_load=True,
+        wheel_rolls=True,
+        solve=Late(f"{PAIRS}.solved_curve:solve_curve"),
+        one_point=Late(f"{PAIRS}.solved_curve:nearest_to_no_creepage"),
+        misfits=Late(f"{PAIRS}.reachable_forces:forces_beyond_creepages"),
+    ),
+    "compression": ContactMotion(
+        keys=("friction",),
+        growing=("loads",),
+        dimension="load",
+        place=lambda load: f"{load:g} N",
+        table=Late(f"{PAIRS}.quantities:OF_COMPRESSION"),
+        slip_unit="mm",
+        solve=Late(f"{PAIRS}.solved_compression:solve_compression"),
+        one_point=Late(f"{PAIRS}.solved_compression:last_load"),
+    ),
+}

@@ -48,6 +48,11 @@ def solve_compression(pair: PairWithFriction, friction: float, name: str) -> Sol
     return SolvedCompression(steps, estimated, last, seconds)
 
 
+def last_load(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> tuple[float, Numbers]:
+    """The last load [N] and the numbers after it; raises Failure where the grid has no such contact."""
+    return pair.loads[-1], in_steps(pair, problem, label)[0][-1].numbers
+
+
 def in_halves(loads: Sequence[float]) -> list[float]:
     """Loads [N] with one more half way before each of them, from 0 on."""
     before = [0.0, *loads[:-1]]

@@ -49,6 +49,15 @@ def solve_curve(pair: PairWithFriction, friction: float, name: str) -> SolvedCur
     return SolvedCurve(curve, point_errors, curve_errors, displaced_numbers(along, curve), seconds)
 
 
+def nearest_to_no_creepage(
+    pair: PairWithFriction, problem: FrictionalProblem, label: str
+) -> tuple[float, Numbers]:
+    """The creepage nearest 0 and the numbers there; raises Failure where the grid has no such contact."""
+    along = Continuation.of(pair, problem, label)
+    xi = min(along.xi, key=abs)
+    return xi, along.measured(along.at(xi, None)).numbers
+
+
 def _on_larger(along: Continuation) -> list[CreepForceCurve | None]:
     """The curves on elements twice and four times as large, None where one is not found."""
     curves, problem = [], along.problem.problem
