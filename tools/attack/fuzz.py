@@ -20,8 +20,8 @@ from outcomes import Outcome
 
 from compare.contact.compute import cases_of, compute_contact, grids_of
 from compare.contact.pair_on_grid import placed_on
-from femic.campaigns.campaign import load_campaign
-from femic.campaigns.compute import require_computable
+from femic.campaigns.files.load import load_campaign
+from femic.campaigns.running.checks import require_computable
 from femic.cli.main import exit_code
 from femic.reference.run_options import Means
 from femic.scenes import plausibility

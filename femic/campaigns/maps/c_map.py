@@ -2,8 +2,8 @@
 
 C less B-hat is interpolated between the nodes, as a share of the mean B-hat of an element on itself: it is
 smaller and smoother than C, and does not depend on the size of the moduli. B-hat itself is exact. At a node
-the map is C to rounding. What is known of it: the estimate of C at the nodes around, and the largest
-error on left-out nodes around the place, along each axis.
+the map is C to rounding. Its error: the estimate of C at the nodes around, and the largest error at left-out
+nodes around the place, along each axis.
 """
 
 import json
@@ -19,8 +19,8 @@ import joblib
 import numpy as np
 
 from compare.contact.pair_on_grid import Placed
-from femic.campaigns.maps.between import KINK, Nodes, Stencil, combined
-from femic.campaigns.maps.swept import Swept, open_swept
+from femic.campaigns.maps.interpolation import KINK, Nodes, Stencil, combined
+from femic.campaigns.maps.scene_grid import SceneGrid, open_grid
 from femic.contact.operators.dense import dense
 from femic.scenes.errors import BadScene
 from femic.scenes.file import MAP
@@ -31,19 +31,19 @@ from geometries.arrays import Array
 from geometries.grids import Grid
 
 SAME = 1e-9  # relative difference of numbers that are the same
-KEPT = ("c", "c_estimate", "bhat")
+VARIABLES = ("c", "c_estimate", "bhat")
 
 
 @dataclass(frozen=True, eq=False)
 class CMap:
     """The dataset of a campaign that kept "matrix", as a map of C."""
 
-    swept: Swept
+    nodes: SceneGrid
 
     @cached_property
     def base(self) -> Scene:
         """The scene without the axes' keys; it has the grid of the map."""
-        return scene_from_table(dict(self.swept.table), str(self.swept.path))
+        return scene_from_table(dict(self.nodes.table), str(self.nodes.path))
 
     @property
     def grid(self) -> Grid:
@@ -51,28 +51,28 @@ class CMap:
         return self.base.grid
 
     def at(self, scene: Scene, placed: Placed) -> tuple[Array, Array]:
-        """C_nn [mm/MPa] of both bodies of a scene on the grid, and what it is known to, (n_x, n_s, n_s) each.
+        """Return C_nn [mm/MPa] of both bodies of a scene on the grid, and its error, (n_x, n_s, n_s) each.
 
         Raises BadScene where the scene is not one of the map's but for the axes, WrongInput outside the map,
         and Failure where a scene of the campaign that is needed has no results.
         """
         point = self.point_of(scene)
-        stencils = self.swept.stencils(point)
+        stencils = self.nodes.stencils(point)
         bhat = bhat_nn(placed)
-        own, axes = _own(bhat), tuple(range(len(stencils)))
+        own, axes = _self_ic(bhat), tuple(range(len(stencils)))
         correction = combined(self._corrections(stencils), stencils)
-        estimate = np.max(self.swept.at_nodes("c_estimate", stencils), axis=axes)
+        estimate = np.max(self.nodes.at_nodes("c_estimate", stencils), axis=axes)
         return bhat + own * correction, estimate + own * self._error(point)
 
     def point_of(self, scene: Scene) -> tuple[float, ...]:
-        """The values of the axes in a scene, which must be one of the map's but for these."""
-        table, own = tomllib.loads(scene.text), json.loads(json.dumps(self.swept.table))
+        """Return the values of the axes in a scene, which must otherwise equal the map's."""
+        table, own = tomllib.loads(scene.text), json.loads(json.dumps(self.nodes.table))
         point = []
-        for axis, keys in zip(self.swept.axes, self.swept.keys, strict=True):
+        for axis, keys in zip(self.nodes.axes, self.nodes.keys, strict=True):
             values = [_number(table, key, axis.name) / factor for key, factor in keys.items()]
             if not np.ptp(values) <= SAME * np.max(np.abs(values)):
                 raise BadScene(
-                    f"{scene.name}: {', '.join(keys)} give {axis.name} = {values}: in {self.swept.path} "
+                    f"{scene.name}: {', '.join(keys)} give {axis.name} = {values}: in {self.nodes.path} "
                     "they are the same"
                 )
             for key in keys:
@@ -82,37 +82,37 @@ class CMap:
         return tuple(point)
 
     def _rounded(self, axis: Nodes, value: float) -> float:
-        """The value of a node that a value is to rounding, else the value."""
+        """The node that equals a value to rounding, else the value."""
         return next((node for node in axis.values if abs(node - value) <= SAME * abs(node)), value)
 
     def _require_same(self, scene: Scene, own: Scene) -> None:
         """Raise BadScene where C of a scene differs from that of the map's scene with the same axes."""
-        swept = ", ".join(axis.name for axis in self.swept.axes)
+        swept = ", ".join(axis.name for axis in self.nodes.axes)
         for name in ("lower", "upper"):
-            mine, others = (_c_rests_on(one, name) for one in (scene, own))
+            mine, others = (_inputs_of_c(one, name) for one in (scene, own))
             different = [what for what, value in mine.items() if value != others[what]]
             if different:
                 raise BadScene(
                     f"{scene.name}: {' and '.join(different)} of the {name} body: not as in "
-                    f"{self.swept.path}, which knows C for other values of {swept} only"
+                    f"{self.nodes.path}, which knows C for other values of {swept} only"
                 )
 
     def _corrections(self, stencils: list[Stencil]) -> Array:
         """C less B-hat at the nodes of stencils, over the mean B-hat of an element on itself [-]."""
-        bhat = self.swept.at_nodes("bhat", stencils)
-        return (self.swept.at_nodes("c", stencils) - bhat) / _own(bhat)[..., None, None, None]
+        bhat = self.nodes.at_nodes("bhat", stencils)
+        return (self.nodes.at_nodes("c", stencils) - bhat) / _self_ic(bhat)[..., None, None, None]
 
     def _error(self, point: tuple[float, ...]) -> Array:
         """Errors of corrections near a point [-]: the largest on left-out nodes along each axis, added.
 
         These lie on the lines through all nodes around the point: a kink may lie elsewhere on each.
         """
-        around = [axis.beside(value) for axis, value in zip(self.swept.axes, point, strict=True)]
+        around = [axis.neighbours(value) for axis, value in zip(self.nodes.axes, point, strict=True)]
         errors = []
-        for k, (axis, value) in enumerate(zip(self.swept.axes, point, strict=True)):
+        for k, (axis, value) in enumerate(zip(self.nodes.axes, point, strict=True)):
             along = [
                 self._missed(
-                    [*beside[:k], others, *beside[k:]], [*beside[:k], axis.itself(node), *beside[k:]]
+                    [*beside[:k], others, *beside[k:]], [*beside[:k], axis.single(node), *beside[k:]]
                 )
                 for beside in product(*around[:k], *around[k + 1 :])
                 for node, others in axis.left_out(value)
@@ -121,28 +121,28 @@ class CMap:
         return np.asarray(np.sum(errors, axis=0))
 
     def _missed(self, others: list[Stencil], itself: list[Stencil]) -> Array:
-        """By how much corrections from other nodes differ from those at a node itself [-]."""
+        """The difference of corrections from other nodes and those at the node itself [-]."""
         predicted, known = (combined(self._corrections(of), of) for of in (others, itself))
         return np.abs(predicted - known)
 
 
 def open_map(name: str) -> CMap:
-    """The map of C of ICs such as "map:out/flanks/sweep.nc"; raises BadScene where the file is none.
+    """Open the map of C of ICs such as "map:out/flanks/sweep.nc"; raises BadScene where the file is none.
 
-    It is the file of a campaign, or the folder with it, that kept "matrix" on a grid of numbers.
+    The file, or the folder with it, is of a campaign that kept "matrix" on a grid of numbers.
     """
     try:
-        return CMap(open_swept(Path(name.removeprefix(MAP)), "matrix", KEPT))
+        return CMap(open_grid(Path(name.removeprefix(MAP)), "matrix", VARIABLES))
     except BadScene as error:
         raise BadScene(f"contact.ics: {MAP}{error}") from error
 
 
 def bhat_nn(placed: Placed) -> Array:
-    """B-hat_nn of both bodies on a grid [mm/MPa], (n_x, n_s, n_s)."""
+    """Return B-hat_nn of both bodies on a grid [mm/MPa], (n_x, n_s, n_s)."""
     return dense(placed.operator("Bhat"))[..., 0, 0]
 
 
-def _own(bhat: Array) -> Array:
+def _self_ic(bhat: Array) -> Array:
     """The mean of B-hat (..., lag, observed, loaded) of an element on itself [mm/MPa], (...)."""
     return np.asarray(np.mean(np.diagonal(bhat[..., 0, :, :], axis1=-2, axis2=-1), axis=-1))
 
@@ -154,8 +154,8 @@ def _number(table: Mapping[str, Any], key: str, axis: str) -> float:
     return float(value)
 
 
-def _c_rests_on(scene: Scene, name: str) -> dict[str, object]:
-    """What C of a body rests on, but for its accuracy and the grid."""
+def _inputs_of_c(scene: Scene, name: str) -> dict[str, object]:
+    """The inputs of C of a body, except its accuracy and the grid."""
     body, settings = scene.bodies[name], scene.settings
     return {
         "contour": joblib.hash(body.contour),

@@ -10,7 +10,6 @@ from compare.contact.compute import reference_name
 from compare.contact.quantities import QUANTITIES
 from compare.ics.error_measure import ROUNDING
 from compare.report.parts import listed
-from femic.campaigns.keeping import CURVES_LARGEST
 from femic.campaigns.report.axes import ICS, LAST
 from femic.campaigns.report.fields import (
     COLUMN,
@@ -23,6 +22,7 @@ from femic.campaigns.report.fields import (
     label_of,
     swept_dims,
 )
+from femic.campaigns.results.contact import CURVES_LARGEST
 
 RATIOS = ("p_max", "a", "b", "approach", "angle", "slope")  # numbers of contacts, compared as ratios
 SHARES = (CURVES_LARGEST, "sliding_share")  # numbers that are shares: compared as they are

@@ -12,11 +12,11 @@ from compare.contact.compute import compute_contact, grids_of, reference_name
 from compare.contact.dataset import to_dataset
 from compare.contact.pair_on_grid import placed_on
 from compare.report.styles import symbol_of
-from femic.campaigns.campaign import load_campaign
-from femic.campaigns.dataset import Collected
-from femic.campaigns.kept import Kept
+from femic.campaigns.dataset.collected import Collected
+from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.files.load import load_campaign
 from femic.campaigns.maps.c_map import bhat_nn, open_map
-from femic.campaigns.maps.node import node
+from femic.campaigns.results import matrix
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene
 from geometries.errors import Failure, WrongInput
@@ -88,9 +88,9 @@ def collect(folder, left_out, base, campaign):
     collected = Collected(swept, folder / "out")
     for number in range(swept.size):
         if number in left_out:
-            collected.add(number, Kept(failure="did not converge"))
+            collected.add(number, Outcome(failure="did not converge"))
         else:
-            collected.add(number, Kept(node(swept.scene(swept.point(number)))))
+            collected.add(number, Outcome(matrix.matrix(swept.scene(swept.point(number)))))
     return collected.write()
 
 
@@ -103,7 +103,7 @@ def make(kept, tmp_path, monkeypatch):
             c = c_of(scene, placed, f)
             return c, np.full_like(c, ESTIMATE)
 
-        monkeypatch.setattr("femic.campaigns.maps.node.c_on", c_on)
+        monkeypatch.setattr("femic.campaigns.results.matrix.c_on", c_on)
         monkeypatch.setattr(compute, "c_on", c_on)
         (tmp_path / "base.toml").write_text(base, encoding="utf-8")
         return f"map:{kept(f, left_out, base, campaign)}"
@@ -243,7 +243,7 @@ def test_a_damaged_map_is_not_used(make, tmp_path, damage):
 
 def test_a_large_map_of_which_a_chunk_cannot_be_read_is_not_used(make, tmp_path, monkeypatch):
     make()
-    monkeypatch.setattr("femic.campaigns.dataset.LARGEST_FILE", 1)
+    monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 1)
     path = collect(tmp_path, (), BASE, CAMPAIGN)
     chunk = next(file for file in (path / "c" / "c").rglob("*") if file.is_file())
     chunk.write_bytes(chunk.read_bytes()[:-9])
