@@ -1,4 +1,4 @@
-"""Which ICs are advised over the axes of a campaign: categories as colours."""
+"""The advised ICs over the axes of a campaign: categories as colours."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from compare.report.styles import RC, with_further
 from femic.campaigns.report.axes import ShownAxis, spread_out
 from femic.campaigns.report.clouds import MOST_POINTS
 from femic.campaigns.report.fields import body_of, label_of
-from femic.campaigns.report.maps import PANEL, STRIP, Plane, draw_cells, of_gaps
+from femic.campaigns.report.maps import PANEL, STRIP, Plane, draw_cells, gap_handles
 from femic.campaigns.report.scales import Scale
 
 NONE = "none is good enough"
@@ -26,7 +26,7 @@ PALE = 0.35  # share of white in colours
 
 @dataclass(frozen=True, eq=False)
 class Advice:
-    """Numbers of the advised ICs over the swept dims, by place in `names`, which may have `NONE`."""
+    """The advised ICs over the swept dims, as places in `names`, of which one may be `NONE`."""
 
     numbers: xr.DataArray
     names: tuple[str, ...]
@@ -38,9 +38,9 @@ class Advice:
 
     @property
     def colours(self) -> list[tuple[float, float, float]]:
-        """A colour for each name, that of its curves, paler."""
-        looks = with_further(name for name in self.names if name != NONE)
-        pure = ["0.95" if name == NONE else looks[name][1]["color"] for name in self.names]
+        """A colour for each name: a paler shade of its curves' colour."""
+        styles = with_further(name for name in self.names if name != NONE)
+        pure = ["0.95" if name == NONE else styles[name][1]["color"] for name in self.names]
         return [_paler(to_rgb(colour)) for colour in pure]
 
     @property
@@ -55,13 +55,13 @@ class Advice:
         return Advice(self.numbers.isel(places), self.names)
 
     def counts(self) -> dict[str, int]:
-        """The numbers of scenes by what is advised."""
-        found = {label: int((self.numbers == k).sum()) for k, label in enumerate(self.labels)}
-        return {label: count for label, count in found.items() if count}
+        """The numbers of scenes by advised ICs."""
+        counts = {label: int((self.numbers == k).sum()) for k, label in enumerate(self.labels)}
+        return {label: count for label, count in counts.items() if count}
 
 
 def advice_of(dataset: xr.Dataset) -> Advice | None:
-    """The advice of a campaign that has kept it, of those ICs only that are advised anywhere."""
+    """Return the advice of a campaign that kept it, with the ICs that are advised anywhere; else None."""
     if "advised" not in dataset:
         return None
     numbers = dataset.advised.sel(body=body_of(dataset), drop=True).drop_attrs().load()
@@ -76,7 +76,7 @@ def advice_of(dataset: xr.Dataset) -> Advice | None:
 
 
 def advised_over(panels: Sequence[tuple[str, Advice, Plane]]) -> Figure:
-    """Maps of what is advised over two axes beside each other, with their titles; a strip over one axis."""
+    """Draw maps of the advised ICs over two axes beside each other, with titles; a strip over one axis."""
     _, advice, plane = panels[0]
     is_strip = plane.up is STRIP
     with mpl.rc_context(RC | {"axes.grid": False, "hatch.linewidth": 0.5}):
@@ -90,12 +90,12 @@ def advised_over(panels: Sequence[tuple[str, Advice, Plane]]) -> Figure:
             axes.set_title(title, fontsize=9)
             axes.set_xlabel(on.across.heading if is_strip else on.across.wrapped)
         drawn[0].set_ylabel(plane.up.wrapped)
-        _legend(figure, advice, of_gaps([on for *_, on in panels], shown))
+        _legend(figure, advice, gap_handles([on for *_, on in panels], shown))
         return figure
 
 
 def advised_points(advice: Advice, axes: Sequence[ShownAxis]) -> Figure:
-    """Points of what is advised over the first two axes, or over the only one."""
+    """Draw points of the advised ICs over the first two axes, or over the only one."""
     across, up = axes[0], axes[1] if len(axes) > 1 else STRIP
     chosen = spread_out(len(across.values), MOST_POINTS)
     heights = np.zeros(len(chosen)) if up is STRIP else up.at[chosen]

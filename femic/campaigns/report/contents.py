@@ -1,4 +1,4 @@
-"""What the dataset of a campaign has to show: errors of ICs, numbers of contacts, fits; as fields."""
+"""The fields in the dataset of a campaign: errors of ICs, numbers of contacts, fits."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -32,7 +32,12 @@ MEANINGS = {
     CURVES_LARGEST: " F_x(ξ): largest distance of creep-force curves, share of friction times load.",
     "sliding_share": " Sliding: share of the patch that slides, the difference.",
 }
-DIMS = {"case": "load", "load": "load", "friction": "friction", "xi": "creepage"}  # dims of contacts, as told
+DIMS = {
+    "case": "load",
+    "load": "load",
+    "friction": "friction",
+    "xi": "creepage",
+}  # dims in words
 SHOWN_ORDER = ("nn", "ss", "xx", "xs", "xn", "sn", "sx", "nx", "ns")  # of components
 ANY = "any component"
 VANISHING = (
@@ -43,18 +48,17 @@ BY_PLACE = " Scenes differ in their ICs: here they are called by their places in
 
 
 def fields_of(dataset: xr.Dataset) -> list[Field]:
-    """All that the dataset of a campaign has to show over its axes, as far as anything is computed."""
-    kept = json.loads(dataset.attrs["keep"])
-    found: list[Field] = []
+    """Return all fields of a campaign's dataset in which anything is computed."""
+    fields: list[Field] = []
     if "error" in dataset:
-        found += _errors(dataset)
+        fields += _errors(dataset)
     if "known_error" in dataset and "error" not in dataset:
-        found += _known_errors(dataset)
-    if "contact" in kept:
-        found += _contact(dataset)
+        fields += _known_errors(dataset)
+    if "contact" in json.loads(dataset.attrs["keep"]):
+        fields += _contact(dataset)
     if "fit_value" in dataset:
-        found += _calibration(dataset)
-    return [field for field in found if field.values.size and np.any(np.isfinite(field.values))]
+        fields += _calibration(dataset)
+    return [field for field in fields if field.values.size and np.any(np.isfinite(field.values))]
 
 
 def _errors(dataset: xr.Dataset) -> Iterator[Field]:
@@ -103,7 +107,7 @@ def _approximations(values: xr.DataArray) -> list[str]:
 
 
 def _contact(dataset: xr.Dataset) -> Iterator[Field]:
-    """Numbers of the contact by each of the ICs over those by the reference, and these themselves."""
+    """Numbers of the contact with each of the ICs over those with the reference, and the latter."""
     numbers = [name for name in (*RATIOS, *SHARES) if name in dataset and "ics" in dataset[name].dims]
     if not numbers:
         return
@@ -128,24 +132,24 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
 
 
 def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, over: str) -> Field:
-    """Numbers of the contact by other ICs than the reference over those by it."""
+    """Numbers of the contact with other ICs than the reference over those with it."""
     off, known = zip(*(_off(dataset, name, reference) for name in numbers), strict=True)
-    labels, by = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), label_of(reference)
+    labels, base = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), label_of(reference)
     values = xr.concat(off, labels).rename(ics=ROW)
     notes = [MEANINGS[name] for name in numbers if name in MEANINGS] + [BY_PLACE] * (reference == LAST)
     return Field(
         "contact",
         "deviation",
         "deviations of the contact",
-        f"Numbers of the contact by each of the ICs over those by {by}, less 1{over}.{''.join(notes)}",
+        f"Numbers of the contact by each of the ICs over those by {base}, less 1{over}.{''.join(notes)}",
         values.sel({ROW: [name for name in map(str, values[ROW].values) if name != reference]}),
         xr.concat(known, labels),
-        by,
+        base,
     )
 
 
 def _off(dataset: xr.Dataset, name: str, reference: str) -> tuple[xr.DataArray, xr.DataArray]:
-    """How far a number of the contact is from the reference's, and how well the latter is known."""
+    """Deviations of a number of the contact from the reference's, and the estimate of the latter."""
     values = dataset[name].drop_attrs()
     of_reference = values.sel(ics=reference, drop=True)
     unit = xr.ones_like(of_reference) if name in SHARES else of_reference.where(of_reference != 0)
@@ -166,7 +170,7 @@ def _symbol(name: str) -> str:
 
 
 def _calibration(dataset: xr.Dataset) -> Iterator[Field]:
-    """Fitted parameters, and the deviations of B-hat-prime by them from C, by fitted body."""
+    """Fitted parameters, and deviations of B-hat-prime with them from C, by fitted body."""
     labels: Mapping[str, str] = {"fitted_body": ROW, "parameter": COLUMN}
     yield Field(
         "fits",

@@ -12,7 +12,7 @@ from compare.report.parts import Row, Table
 from femic.cache.files import published
 from femic.campaigns.report.axes import ShownAxis, point_of, text_of
 from femic.campaigns.report.clouds import correlations
-from femic.campaigns.report.crossings import Found, Lines, along, exceeded
+from femic.campaigns.report.crossings import Crossing, Lines, exceeded, main_axis
 from femic.campaigns.report.fields import COLUMN, LEVELS, ROW, Field, label_of, plain, swept_dims
 from femic.campaigns.report.scales import share
 
@@ -26,20 +26,22 @@ def _cell(text: str, below: str = "") -> Cell:
 
 
 def crossing_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
-    """Where along an axis numbers exceed levels, by column and row; the other axes by their extremes."""
+    """Return where along an axis numbers exceed levels, by column and row, at extremes of the other axes."""
     rows = []
     for column, row, lines in _lines(field, axes):
-        cells = [_crossing_cell(lines.found(level)) for level in LEVELS]
+        cells = [_crossing_cell(lines.crossings(level)) for level in LEVELS]
         rows.append(Row(f"{column}, {label_of(row)}", [*cells, _cell(lines.known_of or "all")]))
     heads = [*(f"more than {share(level)}" for level in LEVELS), "known"]
-    return Table(f"{field.title}: where along {along(axes).name} ({along(axes).heading})", heads, rows)
+    return Table(
+        f"{field.title}: where along {main_axis(axes).name} ({main_axis(axes).heading})", heads, rows
+    )
 
 
-def _crossing_cell(found: Sequence[Found]) -> Cell:
-    if not found:
+def _crossing_cell(crossings: Sequence[Crossing]) -> Cell:
+    if not crossings:
         return _cell("–")
-    most, *least = found
-    notes = [most.more, *(f"at {one.place}" for one in found if one.place)]
+    most, *least = crossings
+    notes = [most.more, *(f"at {one.place}" for one in crossings if one.place)]
     if least:
         notes[-1] = f"{least[0].text} {notes[-1]}"
     return _cell(most.text, "; ".join(filter(None, notes)))
@@ -48,9 +50,9 @@ def _crossing_cell(found: Sequence[Found]) -> Cell:
 def write_crossings(fields: Sequence[Field], axes: Sequence[ShownAxis], path: Path) -> None:
     """Write all ranges in which numbers exceed levels along the axis of `crossing_table` as CSV.
 
-    An empty start or end: the level is exceeded from the first, or up to the last scene that is known.
+    An empty start or end: the level is exceeded from the first, or up to the last known scene.
     """
-    axis = along(axes)
+    axis = main_axis(axes)
     rest = [one.name for one in axes if len(one.values) > 1 and one is not axis]
     with published(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
@@ -70,7 +72,7 @@ def _lines(field: Field, axes: Sequence[ShownAxis]) -> Iterator[tuple[str, str, 
 
 
 def share_table(field: Field) -> Table:
-    """In which share of the scenes numbers exceed levels, by column and row."""
+    """Return the share of the scenes whose numbers exceed levels, by column and row."""
     rows = []
     for column, row in product(field.columns, field.rows):
         sizes = field.sizes.sel({COLUMN: column, ROW: row})
@@ -82,18 +84,18 @@ def share_table(field: Field) -> Table:
 
 
 def correlation_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
-    """Rank correlations with the axes, by row and column."""
-    found = correlations(field, axes)
+    """Return rank correlations with the axes, by row and column."""
+    by_axis = correlations(field, axes)
     rows = []
     for column, name in product(field.columns, field.rows):
-        cells = [float(found.sel({"axis": axis.name, ROW: name, COLUMN: column})) for axis in axes]
+        cells = [float(by_axis.sel({"axis": axis.name, ROW: name, COLUMN: column})) for axis in axes]
         texts = ["–" if np.isnan(one) else f"{one:+.2f}" for one in cells]
         rows.append(Row(f"{column}, {label_of(name)}", [_cell(text) for text in texts]))
     return Table(f"Rank correlation of {field.what} with", [axis.name for axis in axes], rows)
 
 
 def worst_table(field: Field, dataset: xr.Dataset) -> Table:
-    """The largest number of each row and column, and at which scene; values: smallest and largest."""
+    """Return the largest number of each row and column with its scene; of values the range."""
     rows = [
         Row(label_of(row), [_worst_cell(field, dataset, row, column) for column in field.columns])
         for row in field.rows
@@ -120,7 +122,7 @@ def _worst_cell(field: Field, dataset: xr.Dataset, row: str, column: str) -> Cel
 
 
 def failure_table(dataset: xr.Dataset) -> Table | None:
-    """Scenes that have failed, and why; the first ones where there are many."""
+    """Return the failed scenes with reasons, the first `MOST_FAILURES`; None without any."""
     failed = np.argwhere(dataset["failure"].values.astype(str) != "")
     if not len(failed):
         return None
@@ -134,7 +136,7 @@ def failure_table(dataset: xr.Dataset) -> Table | None:
 
 
 def slowest(dataset: xr.Dataset, count: int = 3) -> list[str]:
-    """The slowest scenes with their seconds."""
+    """Return the slowest scenes with their seconds."""
     seconds = dataset["seconds"].values
     order = np.argsort(np.where(np.isnan(seconds), -1, seconds), axis=None)[::-1][:count]
     places = [np.unravel_index(k, seconds.shape) for k in order]

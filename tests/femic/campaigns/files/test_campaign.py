@@ -79,7 +79,7 @@ def test_a_grid_has_all_combinations_of_values(campaign):
         (flank, ratio) for flank in (0, 10, 20, 30, 40, 50, 60) for ratio in (1.05, 1.2, 1.5)
     }
     assert grid.point(4) == (10, 1.2)  # C order
-    assert [axis.heading for axis in grid.axes] == ["flanks [deg]", "ratio"]
+    assert [(axis.label, axis.unit) for axis in grid.axes] == [("flanks", "deg"), ("ratio", "")]
     assert grid.named((10.0, 1.2)) == "flank=10,ratio=1.2"
     assert grid.title == grid.name == "mine"
 

@@ -123,14 +123,14 @@ def told(axes, f, point):
     """The estimate of `CMap`, written for two axes."""
     (x, y), (of_x, of_y) = axes, point
     along_x = [
-        abs(at(axes, f, [others, beside]) - at(axes, f, [x.itself(node), beside]))
+        abs(at(axes, f, [others, beside]) - at(axes, f, [x.single(node), beside]))
         for node, others in x.left_out(of_x)
-        for beside in y.beside(of_y)
+        for beside in y.neighbours(of_y)
     ]
     along_y = [
-        abs(at(axes, f, [beside, others]) - at(axes, f, [beside, y.itself(node)]))
+        abs(at(axes, f, [beside, others]) - at(axes, f, [beside, y.single(node)]))
         for node, others in y.left_out(of_y)
-        for beside in x.beside(of_x)
+        for beside in x.neighbours(of_x)
     ]
     return KINK * (max(along_x) + max(along_y))
 
@@ -152,7 +152,7 @@ def test_axes_are_combined_one_after_the_other():
 
 @pytest.mark.parametrize("values", [(1.0, 2.0), (1.0, 3.0, 2.0), (1.0, 1.0, 2.0)])
 def test_axes_that_make_no_map_are_refused(values):
-    with pytest.raises(WrongInput, match=r"axis flank, \d values: a map needs 3 or more that grow"):
+    with pytest.raises(WrongInput, match=r"axis flank, \d values: a map needs 3 or more that increase"):
         Nodes("flank", values)
 
 

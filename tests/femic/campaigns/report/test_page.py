@@ -14,7 +14,7 @@ from femic.campaigns.report.advised import NONE, advice_of
 from femic.campaigns.report.axes import ShownAxis, axes_of, prepared
 from femic.campaigns.report.clouds import correlations
 from femic.campaigns.report.contents import fields_of
-from femic.campaigns.report.crossings import EVERYWHERE, NOWHERE, Found, Line, Lines, exceeded
+from femic.campaigns.report.crossings import EVERYWHERE, NOWHERE, Crossing, Line, Lines, exceeded
 from femic.campaigns.report.fields import COLUMN, LEVELS, ROW
 from femic.campaigns.report.figures import MOST_PANELS, parts
 from femic.campaigns.report.page import CROSSINGS, write_sweep
@@ -136,19 +136,19 @@ def test_ranges_in_which_a_level_is_exceeded_are_interpolated_linearly():
 def test_a_level_that_is_exceeded_again_and_gaps_are_told():
     axis = ShownAxis("flank", "flank", np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
     again = Line(axis, {}, np.array([0.0, 2.0, 0.0, 2.0, 0.0]))
-    assert again.found(1.0) == Found("from 0.5 to 1.5", more="again from 2.5 to 3.5")
+    assert again.crossing(1.0) == Crossing("from 0.5 to 1.5", more="again from 2.5 to 3.5")
     assert again.extent(1.0) == 0.5
     sizes = xr.DataArray([0.0, 0.5, np.nan, 0.5, np.nan], dims="flank")
     lines = Lines.of(sizes, [axis])
-    assert (lines.found(1.0), lines.known_of) == ([Found(NOWHERE)], "3 of 5 scenes")
-    assert Lines.of(sizes * np.nan, [axis]).found(1.0) == []
+    assert (lines.crossings(1.0), lines.known_of) == ([Crossing(NOWHERE)], "3 of 5 scenes")
+    assert Lines.of(sizes * np.nan, [axis]).crossings(1.0) == []
 
 
 def test_small_values_have_the_digits_of_the_span():
     axis = ShownAxis("spin", "spin", np.array([0.0, 0.002]))
     low = 6.0345e-5
     sizes = np.array([0.0, 0.002]) - low
-    assert Line(axis, {}, sizes).found(0.0).text == "from 0.00006 on"
+    assert Line(axis, {}, sizes).crossing(0.0).text == "from 0.00006 on"
 
 
 def shown(place):
@@ -191,23 +191,23 @@ def test_the_largest_error_over_lines_of_both_bodies_together_is_shown(grid):
 
 
 def test_the_sentences_answer_the_design_question(grid):
-    told_all = summary(grid, fields_of(grid), None).split("\n")
-    assert told_all[0] == "21 scenes over flank = 0 ... 60 u and ratio = 1.05 ... 1.5 u: all computed."
-    assert told_all[1] == "C is known to 0.2 % or better."
-    assert told_all[2] == (
+    sentences = summary(grid, fields_of(grid), None).split("\n")
+    assert sentences[0] == "21 scenes over flank = 0 ... 60 u and ratio = 1.05 ... 1.5 u: all computed."
+    assert sentences[1] == "C is known to 0.2 % or better."
+    assert sentences[2] == (
         "A is off by more than 5 % in sn from flank = 15.8 on at ratio = 1.05, nowhere at ratio = 1.5, at "
         "most by 19 % (in nn nowhere)."
     )
-    assert told_all[3] == "B̂ is within 5 % in nn and sn everywhere."
-    assert told_all[4] == "These values of flank are interpolated linearly between scenes."
+    assert sentences[3] == "B̂ is within 5 % in nn and sn everywhere."
+    assert sentences[4] == "These values of flank are interpolated linearly between scenes."
     nowhere = grid.assign(error=grid.error * (grid.variant == "C"))
     assert "interpolated" not in summary(nowhere, fields_of(nowhere), None)
 
 
 def test_where_nn_fails_is_told_beside_the_worst_component(curve):
     much = curve.assign(error=10 * curve.error)
-    told_all = summary(much, fields_of(much), None).split("\n")
-    assert told_all[2] == (
+    sentences = summary(much, fields_of(much), None).split("\n")
+    assert sentences[2] == (
         "A is off by more than 5 % in nn from flank = 15.8 on; in sn from flank = 1.58 on, at most by 190 %."
     )
 
@@ -221,11 +221,11 @@ def test_failed_and_missing_scenes_leave_gaps_that_are_told(grid, tmp_path):
     failing = (FLANKS[:, None] > 35) & (RATIOS < 1.3)
     broken = with_failures(grid, failing)
     (field,) = fields_of(broken)
-    told_all = summary(broken, [field], None)
-    assert "15 computed, 6 failed." in told_all
-    assert "(in nn nowhere; 15 of 21 scenes are known)" in told_all
-    assert "B̂ is within 5 % in nn and sn wherever they are known (15 of 21 scenes)." in told_all
-    assert "everywhere" not in told_all
+    sentences = summary(broken, [field], None)
+    assert "15 computed, 6 failed." in sentences
+    assert "(in nn nowhere; 15 of 21 scenes are known)" in sentences
+    assert "B̂ is within 5 % in nn and sn wherever they are known (15 of 21 scenes)." in sentences
+    assert "everywhere" not in sentences
     table = failure_table(broken)
     assert [row.name for row in table.rows][:2] == ["flank = 40, ratio = 1.05", "flank = 40, ratio = 1.2"]
     assert table.rows[0].cells[0]["text"] == "not converged"
@@ -245,9 +245,9 @@ def test_of_many_failures_the_first_are_listed(samples):
 def test_text_is_told_as_categories():
     names = np.array(["steel", "bronze", "polyamide"])
     axis = ShownAxis("material", "material", names)
-    assert Line(axis, {}, np.array([2.0, 0.0, 2.0])).found(1.0) == Found("at steel and polyamide")
-    assert Line(axis, {}, np.array([2.0, 2.0, np.nan])).found(1.0) == Found(EVERYWHERE)
-    assert Found("at steel", "ratio = 1.2").along(axis) == "at material = steel at ratio = 1.2"
+    assert Line(axis, {}, np.array([2.0, 0.0, 2.0])).crossing(1.0) == Crossing("at steel and polyamide")
+    assert Line(axis, {}, np.array([2.0, 2.0, np.nan])).crossing(1.0) == Crossing(EVERYWHERE)
+    assert Crossing("at steel", "ratio = 1.2").along(axis) == "at material = steel at ratio = 1.2"
     np.testing.assert_array_equal(axis.edges, [-0.5, 0.5, 1.5, 2.5])
     assert not axis.is_logarithmic
 
@@ -317,9 +317,9 @@ def test_contacts_with_friction_have_shares_as_differences_and_name_their_refere
     np.testing.assert_allclose(off.values.sel({ROW: "A"}).isel(flank=0), [0.1, 0.07, -0.3])
     assert reference.columns == ["p_max [1]", "sliding [1]"]
     np.testing.assert_allclose(reference.values.sel({COLUMN: "sliding [1]"}), 1.0)
-    told_all = summary(kept, [off, reference], None).split("\n")
-    assert told_all[1] == "The numbers by B̂ are known, at the worst scene, to 3 % (p_max)."
-    assert told_all[2] == (
+    sentences = summary(kept, [off, reference], None).split("\n")
+    assert sentences[1] == "The numbers by B̂ are known, at the worst scene, to 3 % (p_max)."
+    assert sentences[2] == (
         "A is off by more than 5 % in p_max everywhere; in sliding everywhere, at most by 30 % (also in "
         "F_x(ξ))."
     )
