@@ -16,6 +16,9 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from compare.contact.pair_on_grid import Placed, placed_on
+from compare.friction.operators import BodyICs, body_ics, total_ics
+from compare.friction.quantities import OF_PATCH, numbers
 from cyclopts import run
 from matplotlib.figure import Figure
 
@@ -24,9 +27,6 @@ from approx.matrix import matrix
 from approx.pair import Pair, Solid
 from compare.calibration.compute import calibrate
 from compare.contact.compute import grids_of
-from compare.contact.pair_on_grid import Placed, placed_on
-from compare.friction.operators import BodyICs, body_ics, total_ics
-from compare.friction.quantities import OF_PATCH, numbers
 from compare.report.styles import MARKERS, STYLES, SYMBOLS
 from femic.cache.store import Store
 from femic.contact.friction.kinematics import Creepages, Rolling

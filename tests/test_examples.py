@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from compare.friction.operators import approximation, body_ics, total_ics
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
-from compare.friction.operators import approximation, body_ics, total_ics
 from compare.report.styles import STYLES
 from femic.cache.store import Store
 from femic.contact.friction.kinematics import Creepages

@@ -14,14 +14,14 @@ from dataclasses import asdict, replace
 import numpy as np
 import xarray as xr
 
-from compare.contact.compute import FRICTIONLESS, cases_of
-from compare.contact.pair_on_grid import undeformed_of
+from compare.contact.compute import require_solvable
 from compare.finite_elements.dataset import beside
 from compare.matrix.compute import matrix_jobs
 from femic.cache.digests import results_digest
 from femic.cache.store import Store
 from femic.contact.finite_elements.levels import Bodies
 from femic.contact.finite_elements.result import CELLS, Judgement, Numbers, judge, require_enough
+from femic.contact.pairs.pair_on_grid import undeformed_of
 from femic.reference.discount import FZ
 from femic.reference.matrix.reference import matrices
 from femic.reference.run_options import DEFAULT, Means
@@ -78,7 +78,7 @@ def kept_judged(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Dataset 
 
 def require_judgeable(scene: Scene) -> None:
     """Raise BadScene for what is not judged, before any work."""
-    cases_of(scene)
+    require_solvable(scene)
     require_none(scene.name, matrix_engine_misfits(scene))
     for given, remedy in unjudgeable(scene):
         raise BadScene(f"{scene.name}: {given}: finite elements do not judge that; {remedy}")
@@ -135,7 +135,7 @@ def rigid_compliance(scene: Scene, means: Means = DEFAULT) -> float:
     if kept is None:
         side = 2 * scene.settings.approach_side
         alone = replace(scene, grid=Grid(1, 1, side, side), compared=("combined",))
-        found = matrices(matrix_jobs(alone, FRICTIONLESS), means, combined=True)
+        found = matrices(matrix_jobs(alone, ("nn",)), means, combined=True)
         compliance = sum(float(reference.discount[FZ, FZ]) for reference in found.values())
         kept = xr.Dataset({"compliance": ((), compliance, {"units": "mm/N"})})
         means.store.put(key, kept)
@@ -151,7 +151,7 @@ def _rigid_key(scene: Scene, store: Store) -> str:
 
 def _bodies(scene: Scene) -> Bodies:
     """The bodies of a scene, as they are meshed and placed."""
-    undeformed = undeformed_of(scene)
+    undeformed = undeformed_of(scene.contact_problem)
     lower, upper = (_meshable(scene, name) for name in MODELS)
     return Bodies(lower, upper, undeformed.s_range, undeformed.shift)
 

@@ -1,20 +1,25 @@
 """What the pages of rolling and of compression share: file and page, sentences on cost, curves by ICs."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import xarray as xr
 from matplotlib.axes import Axes
 
-from compare.contact.compute import C
 from compare.contact.figures import reference_of
-from compare.friction.quantities import Quantity
-from compare.friction.supports import PREFIX, of_motion
+from compare.friction.supports import PREFIX
 from compare.report.parts import Page, Part, Row, Table, changed_cell
 from compare.report.styles import symbol_of, with_further
 from femic.cache import folders
 from femic.cache.files import write_dataset
+from femic.contact.motions import MOTIONS
+from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.quantities import Quantity
 
+AT: Mapping[str, Callable[[float], str]] = {  # a place along the dimension of a motion in words
+    "xi": lambda place: f"{100 * place:.3g} %",
+    "load": lambda place: f"{place:g} N",
+}
 BELOW = (
     "Small, below each number: its estimated error (from elements twice and four times as large; in "
     "compression also from steps of load twice as large; of C also from C plus its own estimate)."
@@ -36,26 +41,21 @@ def of_supports(dataset: xr.Dataset) -> list[Table]:
     """What other supports change of a contact by C, a row per change; empty where it is not known."""
     if "supports" not in dataset.coords:
         return []
-    given = {
-        dim: float(dataset[PREFIX + dim]) for dim in ("friction", "xi", "load") if PREFIX + dim in dataset
-    }
-    by_c, quantities = (
-        dataset.sel({"ics": C, **given}),
-        of_motion("rolling" if "xi" in given else "compression"),
-    )
-    at = f"{100 * given['xi']:.3g} %" if "xi" in given else f"{given['load']:g} N"
+    motion = next(one for one in MOTIONS.values() if PREFIX + one.dimension in dataset)
+    friction, place = (float(dataset[PREFIX + dim]) for dim in ("friction", motion.dimension))
+    by_c = dataset.sel({"ics": C, "friction": friction, motion.dimension: place})
     rows = [
         Row(
             str(name),
             [
                 changed_cell(dataset[PREFIX + key].sel(supports=name), by_c[key], by_c[f"estimate_{key}"])
-                for key in quantities
+                for key in motion.quantities
             ],
         )
         for name in dataset.supports.values
     ]
-    caption = f"what other supports change: by C, friction {given['friction']:g}, {at}"
-    return [Table(caption, columns(quantities), rows)]
+    caption = f"what other supports change: by C, friction {friction:g}, {AT[motion.dimension](place)}"
+    return [Table(caption, columns(motion.quantities), rows)]
 
 
 def columns(quantities: Mapping[str, Quantity]) -> list[str]:

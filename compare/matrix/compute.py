@@ -17,11 +17,12 @@ from compare.matrix.reciprocity import Reciprocity, reciprocity
 from femic.cache.digests import results_digest, versions
 from femic.cache.files import published
 from femic.contact.operators.dense import GridOperator
+from femic.contact.pairs.reference_ics import far_radius
 from femic.reference.accuracy import Shares
 from femic.reference.discount import AXES
 from femic.reference.estimate import Estimated, total
 from femic.reference.matrix.columns import column_scale, column_shares, half_spaces_nn, is_far, worst_of
-from femic.reference.matrix.job import Discount, MatrixJob, far_radius_for
+from femic.reference.matrix.job import Discount, MatrixJob
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import MatrixReference, matrices
 from femic.reference.models import peak_memory
@@ -80,7 +81,7 @@ def matrix_jobs(
     C is that after the discount of the scene; `further` ones may be asked of the same models.
     """
     require_matrices(scene)
-    domain = Domain(_far_radius(scene), np.inf)
+    domain = Domain(far_radius(scene.contact_problem, scene.grid), np.inf)
     settings = replace(scene.settings, cells=None)
     return {
         name: MatrixJob(
@@ -100,17 +101,6 @@ def require_matrices(scene: Scene) -> None:
     require_none(scene.name, [*grid_misfits(scene), *matrix_engine_misfits(scene)])
 
 
-def _far_radius(scene: Scene) -> float:
-    """Radius [mm] of the far arc: a support of the bodies, but for the source's discount a body without end.
-
-    As a support it depends neither on the grid nor on the tolerance.
-    """
-    if scene.discount != "source":
-        return scene.support_radius
-    least = far_radius_for(scene.settings.tolerance, scene.grid)
-    return max(least, *(body.domain.far_radius for body in scene.bodies.values()))
-
-
 def discounted(scene: Scene) -> str:
     """A sentence on what was taken from C for rigid, and on what holds the bodies."""
     return f"{TAKEN[scene.discount]} {_supports(scene)}"
@@ -120,7 +110,8 @@ def _supports(scene: Scene) -> str:
     """A sentence on what holds the bodies of IC matrices and of contact."""
     hubs = [name for name, body in scene.bodies.items() if np.isfinite(body.rolling_radius)]
     at_hub = f", that of the {' and '.join(hubs)} body at its hub, too" if hubs else ""
-    return f"The sections are clamped at a far arc of {_far_radius(scene):g} mm{at_hub}."
+    radius = far_radius(scene.contact_problem, scene.grid)
+    return f"The sections are clamped at a far arc of {radius:g} mm{at_hub}."
 
 
 def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixResults:
@@ -334,7 +325,7 @@ def _attributes(results: MatrixResults) -> dict[str, str | float]:
         "ds": scene.grid.ds,
         "tolerance": scene.settings.tolerance,
         "discounted": scene.discount,
-        "far_radius": _far_radius(scene),
+        "far_radius": far_radius(scene.contact_problem, scene.grid),
         "estimated_error": json.dumps({name: asdict(shares) for name, shares in results.errors.items()}),
         "reciprocity_defect": json.dumps(
             {name: asdict(defect) for name, defect in results.reciprocity.items()}

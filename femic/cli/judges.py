@@ -10,6 +10,7 @@ from compare.contact.dataset import to_dataset
 from compare.contact.page import write_contact
 from compare.finite_elements.compute import compute_judged, require_judgeable
 from compare.finite_elements.page import write_judged
+from femic.campaigns.maps.c_map import maps_of_scene
 from femic.cli.work import SceneName, Work
 from femic.contact.finite_elements.result import CELLS, require_enough
 from femic.scenes.load import load_scene
@@ -33,7 +34,7 @@ def judge(
     require_enough(cells)
     folder = work.folder(loaded)
     with work.means(folder, console) as means:
-        by_ics = compute_contact(loaded, means)
+        by_ics = compute_contact(loaded, means, maps_of_scene(loaded))
         report = write_judged(compute_judged(loaded, to_dataset(by_ics), means, cells), folder)
         beside = write_contact(by_ics, folder, means.store)
     console.print(f"Report: {report}, and by ICs {beside}", soft_wrap=True)

@@ -17,6 +17,7 @@ from pydantic import (
 )
 
 from approx.variants import VARIANTS
+from femic.contact.loading import DISTINCT_DIGITS
 from femic.contact.operators.approximations import require_operator
 from femic.reference.engines import EngineName
 from femic.reference.models import SolverChoice
@@ -334,9 +335,6 @@ class EngineTable(Section):
     )
     half_length: Length = Field(320.0, description="first extent along +x and -x, clamped ends [mm]")
     solver: SolverChoice = Field("auto", description="linear solver; direct needs the extra femic[direct]")
-
-
-DISTINCT_DIGITS = 12  # significant, in which loads and approaches have to differ
 
 
 def _each_distinct(values: tuple[float, ...]) -> tuple[float, ...]:

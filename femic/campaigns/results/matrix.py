@@ -3,10 +3,10 @@
 import numpy as np
 import xarray as xr
 
-from compare.contact.compute import c_jobs, c_on
-from compare.contact.pair_on_grid import placed_on
 from femic.campaigns.maps.c_map import bhat_nn
 from femic.campaigns.results.kind import ResultKind
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.reference_ics import c_jobs, normal_ics
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.run_options import DEFAULT, Means
 from femic.scenes.errors import BadScene
@@ -26,9 +26,10 @@ def matrix(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
     These are the ICs of frictionless contact, with the strips of the upper body opposite those of the lower
     one. Raises as `femic.reference.matrix.reference.matrices`.
     """
-    placed = placed_on(scene, scene.grid)
-    ic, estimate = c_on(scene, placed, means)
-    values = {"c": ic, "c_estimate": estimate.astype(np.float32), "bhat": bhat_nn(placed)}
+    problem = scene.contact_problem
+    on_grid = pair_on_grid(problem, scene.grid)
+    ic, estimate = normal_ics(problem, on_grid, means)
+    values = {"c": ic, "c_estimate": estimate.astype(np.float32), "bhat": bhat_nn(on_grid)}
     mm = {"units": "mm"}
     return xr.Dataset(
         {name: (DIMS, value, {"units": "mm/MPa", "long_name": ABOUT[name]}) for name, value in values.items()}
@@ -42,7 +43,7 @@ def matrix(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
 
 def _jobs(scene: Scene) -> dict[str, MatrixJob]:
     """The jobs of C_nn on the scene's grid."""
-    return c_jobs(scene, placed_on(scene, scene.grid))
+    return c_jobs(scene.contact_problem, pair_on_grid(scene.contact_problem, scene.grid))
 
 
 def _require_frictionless(scene: Scene) -> None:

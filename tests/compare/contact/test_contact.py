@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from compare.contact.automatic_grid import MOST_STRIPS, Sizing
+from compare.contact.pair_on_grid import Case, placed_on, undeformed_of
+from compare.contact.quantities import numbers
 
 from approx.matrix import matrix
-from compare.contact.automatic_grid import MOST_STRIPS, Sizing
 from compare.contact.compute import (
     ReferenceICs,
     compute_contact,
@@ -17,8 +19,6 @@ from compare.contact.compute import (
 )
 from compare.contact.dataset import to_dataset
 from compare.contact.page import write_contact
-from compare.contact.pair_on_grid import Case, placed_on, undeformed_of
-from compare.contact.quantities import numbers
 from femic.contact.edges import MARGIN
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.normal import NormalProblem, solve

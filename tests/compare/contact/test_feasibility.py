@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from compare.contact.feasibility import BEYOND, impossible
 
 from compare.contact.compute import cases_of, compute_contact
-from compare.contact.feasibility import BEYOND, impossible
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.scenes.errors import BadScene

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
+from compare.contact.pair_on_grid import placed_on
+from compare.contact.quantities import QUANTITIES
+from compare.contact.supports import FLATTER, NEARER, changed_supports, with_flatter_flanks
 
 from approx.matrix import matrix
 from compare.contact import supports
 from compare.contact.compute import ReferenceICs, compute_contact, nn_of
 from compare.contact.dataset import to_dataset, with_supports
-from compare.contact.pair_on_grid import placed_on
-from compare.contact.quantities import QUANTITIES
-from compare.contact.supports import FLATTER, NEARER, changed_supports, with_flatter_flanks
 from femic.contact.operators.dense import GridOperator
 from geometries.contours import arc, ellipse, through_points
 from geometries.grids import Grid

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from compare.contact.pair_on_grid import placed_on
+from compare.friction.bodies import Solver
 
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset as frictionless_dataset
-from compare.contact.pair_on_grid import placed_on
-from compare.friction.bodies import Solver
 from compare.friction.compression import compute_compression, in_halves
 from femic.contact.compression import compressed
 from femic.contact.frictional import Pressing

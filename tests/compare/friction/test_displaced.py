@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from compare.contact.pair_on_grid import Case, placed_on
 from compare.friction.bodies import Solver
 from compare.friction.curve import Curve, Path
 from compare.friction.displaced import displaced, displaced_numbers
 from compare.friction.operators import approximation
+
 from compare.friction.rolling import compute_rolling
 from femic.contact.estimates import Measured
 from femic.contact.frictional import Pressing

@@ -6,14 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from compare.contact.pair_on_grid import placed_on
+from compare.contact.quantities import main_patch
+from compare.friction.operators import BodyICs, FullReferenceICs, full_reference_ics
+from compare.friction.quantities import OF_PATCH, OF_ROLLING
 
 from approx.matrix import matrix
 from compare.contact.compute import reference_ics
-from compare.contact.pair_on_grid import placed_on
-from compare.contact.quantities import main_patch
 from compare.friction.compression import compute_compression
-from compare.friction.operators import BodyICs, FullReferenceICs, full_reference_ics
-from compare.friction.quantities import OF_PATCH, OF_ROLLING
 from compare.friction.rolling import OF_FREE, _away, between, compute_rolling, deciding
 from femic.contact.edges import extents
 from femic.contact.estimates import Measured

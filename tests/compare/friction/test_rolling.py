@@ -2,10 +2,7 @@
 
 import numpy as np
 import pytest
-
-from approx.matrix import matrix
 from compare.contact.pair_on_grid import placed_on
-from compare.friction import bodies, rolling
 from compare.friction.bodies import Solver
 from compare.friction.curve import Path
 from compare.friction.operators import (
@@ -16,6 +13,9 @@ from compare.friction.operators import (
     full_reference_ics,
     total_ics,
 )
+
+from approx.matrix import matrix
+from compare.friction import bodies, rolling
 from compare.friction.rolling import compute_rolling, scaled_force
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.normal import PotentialAreaTooSmall

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from compare.contact.pair_on_grid import placed_on
-from compare.friction import bodies, compression_page, rolling_page, supports
-from compare.friction.compression import compute_compression
 from compare.friction.operators import full_operator
 from compare.friction.quantities import OF_PATCH, OF_ROLLING
+
+from compare.friction import bodies, compression_page, rolling_page, supports
+from compare.friction.compression import compute_compression
 from compare.friction.rolling import compute_rolling
 from compare.friction.supports import with_supports
 from femic.reference.run_options import Means

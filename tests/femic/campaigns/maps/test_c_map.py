@@ -6,11 +6,11 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
+from compare.contact.pair_on_grid import placed_on
 
 from compare.contact import compute
 from compare.contact.compute import compute_contact, grids_of, reference_name
 from compare.contact.dataset import to_dataset
-from compare.contact.pair_on_grid import placed_on
 from compare.report.styles import symbol_of
 from femic.campaigns.dataset.collected import Collected
 from femic.campaigns.dataset.outcomes import Outcome
