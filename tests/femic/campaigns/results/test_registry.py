@@ -5,13 +5,12 @@ import pytest
 
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
-from compare.friction.compression import compute_compression
-from compare.friction.rolling import compute_rolling
+from compare.friction.compute import compute_with_friction
 from compare.ics.compute import compute
 from compare.ics.dataset import to_dataset as ics_dataset
 from femic.cache.store import Store
 from femic.campaigns.results.advice import AS_CHEAP, cheapest
-from femic.campaigns.results.contact import OF_CURVE, OF_CURVES
+from femic.campaigns.results.contact import DISTANCES, END_OF_CURVE
 from femic.campaigns.results.registry import KINDS
 from femic.reference.level import Level
 from femic.reference.run_options import Means
@@ -23,9 +22,12 @@ CONTACTS = {
     "frictionless": ({"loads": [2e3, 5e3]}, lambda scene: to_dataset(compute_contact(scene))),
     "compression": (
         {"motion": "compression", "loads": [2e3, 5e3], "friction": [0.3], "ics": ["A"]},
-        compute_compression,
+        compute_with_friction,
     ),
-    "rolling": ({"motion": "rolling", "loads": [2e3], "friction": [0.3], "ics": ["A"]}, compute_rolling),
+    "rolling": (
+        {"motion": "rolling", "loads": [2e3], "friction": [0.3], "ics": ["A"]},
+        compute_with_friction,
+    ),
 }
 
 
@@ -92,7 +94,7 @@ def test_contacts_are_those_of_a_run(kind, means):
     kept, alone = KINDS["contact"].compute(scene, means), computed(scene)
     assert names_of(kept) <= KINDS["contact"].names
     assert {"p_max", "estimate_p_max", "approach"} <= {*kept.data_vars}
-    alone = alone.rename({name: name + OF_CURVE for name in OF_CURVES if name in alone})
+    alone = alone.rename({name: name + END_OF_CURVE for name in DISTANCES if name in alone})
     for name, values in kept.data_vars.items():
         np.testing.assert_array_equal(values, alone[name].astype(float), err_msg=str(name))
 
@@ -108,8 +110,7 @@ def test_models_of_contact_on_grids_of_its_own_are_known_beforehand(kind, monkey
         asked.extend(jobs.values())
         raise Failure("only noted")
 
-    for module in ("contact.compute", "friction.operators"):
-        monkeypatch.setattr(f"compare.{module}.matrices", noted)
+    monkeypatch.setattr("femic.contact.pairs.reference_ics.matrices", noted)
     with pytest.raises(Failure, match="only noted"):
         KINDS["contact"].compute(scene, Means(1))
     known = [job for jobs in KINDS["contact"].jobs(scene) for job in jobs.values()]
