@@ -25,14 +25,22 @@ COARSEST = 4  # elements along x or s below which pressures are not sought on a 
 
 
 class PotentialAreaTooSmall(Failure):
-    """A contact under `loading` that comes too near to some ends of its grid: `ends`, of `edges.ENDS`."""
+    """A contact under `loading` that comes too near to some ends of its grid: `ends`, of `edges.ENDS`.
 
-    def __init__(self, ends: tuple[str, ...], loading: Loading) -> None:
+    `ics` is the name of its ICs, where it is known.
+    """
+
+    def __init__(self, ends: tuple[str, ...], loading: Loading, ics: str = "") -> None:
         super().__init__(
             f"potential contact area: the contact comes nearer than {MARGIN} elements to its end at "
             f"{' and '.join(ends)}; make the grid longer there, or the load smaller"
         )
-        self.ends, self.loading = ends, loading
+        self.ends, self.loading, self.ics = ends, loading, ics
+
+    @property
+    def contact(self) -> str:
+        """The contact in words."""
+        return f"contact at {self.loading}" + (f" with {self.ics}" if self.ics else "")
 
 
 class Operator(Protocol):

@@ -191,7 +191,7 @@ class Sizing:
         """Raise Failure where the contact reaches the end of a contour."""
         if ended := self._at_ends(short, s):
             raise Failure(
-                f"contact at {short.loading}: it reaches the end of a contour at {' and '.join(ended)} "
+                f"{short.contact}: it reaches the end of a contour at {' and '.join(ended)} "
                 f"(s = {self.extent[0]:g} ... {self.extent[1]:g} mm); give longer contours or a smaller load"
             )
 
@@ -280,7 +280,7 @@ def on_fitting_grid(
     try:
         return solve(pair_on_grid(problem, grid))
     except PotentialAreaTooSmall as short:
-        raise Failure(f"contact at {short.loading}: {short}") from short
+        raise Failure(f"{short.contact}: {short}") from short
 
 
 def _common_grid(given: Mapping[str, NormalICs]) -> Grid:

@@ -8,7 +8,7 @@ import numpy as np
 
 from femic.contact.estimates import Measured, Numbers, changes, errors
 from femic.contact.loading import Loading
-from femic.contact.normal import NormalContact, Operator
+from femic.contact.normal import NormalContact, Operator, PotentialAreaTooSmall
 from femic.contact.operators.dense import GridOperator
 from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
 from femic.contact.pairs.given_ics import NONE_GIVEN, C, NormalICs, given_of, reference_name
@@ -136,7 +136,10 @@ class _Solver:
                 ics, estimate = self.given[name].at(on_grid)
                 known = _PerturbedICs(normal_operator(ics), normal_operator(ics + estimate))
             for loading in self.loadings:
-                contacts[loading, name] = self.solved(on_grid, loading, name, known)
+                try:
+                    contacts[loading, name] = self.solved(on_grid, loading, name, known)
+                except PotentialAreaTooSmall as short:
+                    raise PotentialAreaTooSmall(short.ends, loading, name) from short
         return contacts, reference
 
     def solved(

@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from compare.contact.pair_on_grid import placed_on
-from compare.friction.operators import full_operator
-from compare.friction.quantities import OF_PATCH, OF_ROLLING
 
 from compare.friction import bodies, compression_page, rolling_page, supports
-from compare.friction.compression import compute_compression
-from compare.friction.rolling import compute_rolling
+from compare.friction.compute import compute_with_friction
 from compare.friction.supports import with_supports
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING
+from femic.contact.pairs.reference_ics import pair_operator
 from femic.reference.run_options import Means
 from geometries.grids import Grid
 from tests.compare.friction.scenes import scene
@@ -19,7 +18,7 @@ from tests.compare.friction.test_rolling import in_place_of_c as stand_in
 
 ROLLING = {"motion": "rolling", "loads": [2e3], "longitudinal": [-2e-3, 1e-4, 2e-3]}
 COMPRESSION = {"motion": "compression", "loads": [1e3, 2e3]}
-MOTIONS = [(ROLLING, compute_rolling, OF_ROLLING), (COMPRESSION, compute_compression, OF_PATCH)]
+MOTIONS = [(ROLLING, compute_with_friction, OF_ROLLING), (COMPRESSION, compute_with_friction, OF_COMPRESSION)]
 KEYS = {"friction": [0.5, 0.2], "ics": ["A", "C"], "shift": 0.1}
 SAME, SOFTER = "the same", "a fifth softer"
 
@@ -29,8 +28,8 @@ def in_place_of_c(monkeypatch):
     """C is B-hat; that of other supports is the same, and a fifth more."""
     monkeypatch.setattr(bodies, "full_reference_ics", stand_in)
 
-    def scaled(of, placed, factor, _):
-        operator = stand_in(of, placed, None).operator
+    def scaled(of, on_grid, factor, _):
+        operator = stand_in(of, on_grid, None).operator
         return replace(operator, transformed=factor * operator.transformed)
 
     monkeypatch.setattr(supports, "full_operator", scaled)
@@ -69,7 +68,7 @@ def test_the_page_says_what_changes_and_what_does_not(write, motion, tmp_path):
 @pytest.mark.parametrize("changes", [{"ics": ["A"]}, {"ics": ["A", "C"], "supports": False}])
 def test_nothing_is_solved_where_there_is_no_c_or_the_scene_wants_none(changes):
     of = scene(13.0, **KEYS | {"friction": [0.2]} | changes, **COMPRESSION)
-    dataset = compute_compression(of)
+    dataset = compute_with_friction(of)
     assert with_supports(of, dataset, Means(1)) is dataset
 
 
@@ -87,15 +86,15 @@ class Body:
 
 
 def test_c_with_other_supports_has_their_responses_and_their_approach():
-    placed = placed_on(scene(13.0, loads=[1e3], shift=0.05), Grid(4, 6, 0.5, 0.9, -0.7))
+    on_grid = pair_on_grid(scene(13.0, loads=[1e3], shift=0.05).contact_problem, Grid(4, 6, 0.5, 0.9, -0.7))
     of = scene(13.0, **COMPRESSION)
     found, nearer = (
-        full_operator(of, placed, {"lower": Body(3.0), "upper": Body(-2.5)}, name) for name in ("", "nearer")
+        pair_operator(of, on_grid, {"lower": Body(3.0), "upper": Body(-2.5)}, name) for name in ("", "nearer")
     )
     ones = np.zeros((4, 6, 3))
     ones[..., 2] = 1.0
-    weight = 4 * np.cos(placed.grid.strips / 10.0).sum() * placed.grid.area
-    along_z = np.cos(placed.grid.strips / 10.0)
+    weight = 4 * np.cos(on_grid.grid.strips / 10.0).sum() * on_grid.grid.area
+    along_z = np.cos(on_grid.grid.strips / 10.0)
     np.testing.assert_allclose(found(ones)[0, :, 2], -0.5 * weight * along_z, rtol=1e-9)
-    raw = 2 * 0.1 * 4 * 6 * placed.grid.area
+    raw = 2 * 0.1 * 4 * 6 * on_grid.grid.area
     np.testing.assert_allclose(nearer(ones)[0, :, 2], raw - 1.0 * weight * along_z, rtol=1e-9)
