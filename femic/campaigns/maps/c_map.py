@@ -36,27 +36,26 @@ VARIABLES = ("c", "c_estimate", "bhat")
 
 @dataclass(frozen=True, eq=False)
 class CMap:
-    """The dataset of a campaign that kept "matrix", as a map of C."""
+    """The map of C of a campaign that kept "matrix", at the place of one scene.
+
+    A contact takes it as given ICs (`femic.contact.pairs.given_ics.NormalICs`).
+    """
 
     nodes: SceneGrid
+    scene: Scene
 
     @cached_property
-    def base(self) -> Scene:
-        """The scene without the axes' keys; it has the grid of the map."""
-        return scene_from_table(dict(self.nodes.table), str(self.nodes.path))
-
-    @property
     def grid(self) -> Grid:
         """The grid on which C is known."""
-        return self.base.grid
+        return scene_from_table(dict(self.nodes.table), str(self.nodes.path)).grid
 
-    def at(self, scene: Scene, on_grid: PairOnGrid) -> tuple[Array, Array]:
-        """Return C_nn [mm/MPa] of both bodies of a scene on the grid, and its error, (n_x, n_s, n_s) each.
+    def at(self, on_grid: PairOnGrid) -> tuple[Array, Array]:
+        """Return C_nn [mm/MPa] of both bodies on the grid, and its error, (n_x, n_s, n_s) each.
 
         Raises BadScene where the scene is not one of the map's but for the axes, WrongInput outside the map,
         and Failure where a scene of the campaign that is needed has no results.
         """
-        point = self.point_of(scene)
+        point = self.point
         stencils = self.nodes.stencils(point)
         bhat = bhat_nn(on_grid)
         own, axes = _self_ic(bhat), tuple(range(len(stencils)))
@@ -64,8 +63,10 @@ class CMap:
         estimate = np.max(self.nodes.at_nodes("c_estimate", stencils), axis=axes)
         return bhat + own * correction, estimate + own * self._error(point)
 
-    def point_of(self, scene: Scene) -> tuple[float, ...]:
-        """Return the values of the axes in a scene, which must otherwise equal the map's."""
+    @property
+    def point(self) -> tuple[float, ...]:
+        """The values of the axes in the scene, which must otherwise equal the map's; raises BadScene."""
+        scene = self.scene
         table, own = tomllib.loads(scene.text), json.loads(json.dumps(self.nodes.table))
         point = []
         for axis, keys in zip(self.nodes.axes, self.nodes.keys, strict=True):
@@ -77,24 +78,20 @@ class CMap:
                 )
             for key in keys:
                 set_key(own, key, key_of(table, key, axis.name), axis.name)
-            point.append(self._rounded(axis, float(values[0])))
-        self._require_same(scene, scene_from_table(own, scene.name))
+            point.append(_rounded(axis, float(values[0])))
+        self._require_same(scene_from_table(own, scene.name))
         return tuple(point)
 
-    def _rounded(self, axis: Nodes, value: float) -> float:
-        """The node that equals a value to rounding, else the value."""
-        return next((node for node in axis.values if abs(node - value) <= SAME * abs(node)), value)
-
-    def _require_same(self, scene: Scene, own: Scene) -> None:
-        """Raise BadScene where C of a scene differs from that of the map's scene with the same axes."""
-        swept = ", ".join(axis.name for axis in self.nodes.axes)
+    def _require_same(self, own: Scene) -> None:
+        """Raise BadScene where C of the scene differs from C of the map's scene at the same point."""
+        scene = self.scene
         for name in ("lower", "upper"):
             mine, others = (_inputs_of_c(one, name) for one in (scene, own))
             different = [what for what, value in mine.items() if value != others[what]]
             if different:
                 raise BadScene(
                     f"{scene.name}: {' and '.join(different)} of the {name} body: not as in "
-                    f"{self.nodes.path}, which knows C for other values of {swept} only"
+                    f"{self.nodes.path}, which knows C for other values of {self.nodes.names} only"
                 )
 
     def _corrections(self, stencils: list[Stencil]) -> Array:
@@ -126,37 +123,20 @@ class CMap:
         return np.abs(predicted - known)
 
 
-def open_map(name: str) -> CMap:
+def open_map(name: str, scene: Scene) -> CMap:
     """Open the map of C of ICs such as "map:out/flanks/sweep.nc"; raises BadScene where the file is none.
 
     The file, or the folder with it, is of a campaign that kept "matrix" on a grid of numbers.
     """
     try:
-        return CMap(open_grid(Path(name.removeprefix(MAP)), "matrix", VARIABLES))
+        return CMap(open_grid(Path(name.removeprefix(MAP)), "matrix", VARIABLES), scene)
     except BadScene as error:
         raise BadScene(f"contact.ics: {MAP}{error}") from error
 
 
-@dataclass(frozen=True, eq=False)
-class MapOfScene:
-    """A map of C for one scene, which contact takes as given ICs (`femic.contact.pairs.given_ics`)."""
-
-    c_map: CMap
-    scene: Scene
-
-    @property
-    def grid(self) -> Grid:
-        """The grid on which C is known."""
-        return self.c_map.grid
-
-    def at(self, on_grid: PairOnGrid) -> tuple[Array, Array]:
-        """Return C_nn of both bodies and its error, as `CMap.at`."""
-        return self.c_map.at(self.scene, on_grid)
-
-
-def maps_of_scene(scene: Scene) -> dict[str, MapOfScene]:
+def maps_of_scene(scene: Scene) -> dict[str, CMap]:
     """Open the maps of C among the ICs of a scene, by name; raises as `open_map`."""
-    return {name: MapOfScene(open_map(name), scene) for name in scene.contact.ics if is_map(name)}
+    return {name: open_map(name, scene) for name in scene.contact.ics if is_map(name)}
 
 
 def bhat_nn(on_grid: PairOnGrid) -> Array:
@@ -167,6 +147,11 @@ def bhat_nn(on_grid: PairOnGrid) -> Array:
 def _self_ic(bhat: Array) -> Array:
     """The mean of B-hat (..., lag, observed, loaded) of an element on itself [mm/MPa], (...)."""
     return np.asarray(np.mean(np.diagonal(bhat[..., 0, :, :], axis1=-2, axis2=-1), axis=-1))
+
+
+def _rounded(axis: Nodes, value: float) -> float:
+    """The node that equals a value to rounding, else the value."""
+    return next((node for node in axis.values if abs(node - value) <= SAME * abs(node)), value)
 
 
 def _number(table: Mapping[str, Any], key: str, axis: str) -> float:

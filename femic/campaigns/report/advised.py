@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -18,6 +18,7 @@ from femic.campaigns.report.clouds import MOST_POINTS
 from femic.campaigns.report.fields import body_of, label_of
 from femic.campaigns.report.maps import PANEL, STRIP, Plane, draw_cells, gap_handles
 from femic.campaigns.report.scales import Scale
+from geometries.arrays import Array
 
 NONE = "none is good enough"
 MOST_BESIDE = 4  # entries of a line of the legend
@@ -37,11 +38,11 @@ class Advice:
         return [name if name == NONE else label_of(name) for name in self.names]
 
     @property
-    def colours(self) -> list[tuple[float, float, float]]:
-        """A colour for each name: a paler shade of its curves' colour."""
+    def colours(self) -> Array:
+        """Colours (n_names, 3): paler shades of the colours of curves."""
         styles = with_further(name for name in self.names if name != NONE)
         pure = ["0.95" if name == NONE else styles[name][1]["color"] for name in self.names]
-        return [_paler(to_rgb(colour)) for colour in pure]
+        return PALE + (1 - PALE) * to_rgba_array(pure)[:, :3]
 
     @property
     def scale(self) -> Scale:
@@ -120,8 +121,3 @@ def _legend(figure: Figure, advice: Advice, gaps: Sequence[Artist] = ()) -> None
     ]
     handles += gaps
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), MOST_BESIDE))
-
-
-def _paler(colour: tuple[float, float, float]) -> tuple[float, float, float]:
-    red, green, blue = (PALE + (1 - PALE) * part for part in colour)
-    return red, green, blue

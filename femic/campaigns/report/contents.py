@@ -76,14 +76,10 @@ def _errors(dataset: xr.Dataset) -> Iterator[Field]:
     errors = xr.concat(columns.values(), xr.Variable(COLUMN, list(columns))).rename(variant=ROW)
     notes = [VANISHING] if any(name.endswith(VANISHES) for name in columns) else []
     notes += [BY_PLACE] if f"{ICS} 1" in errors[ROW] else []
-    yield Field(
-        "errors",
-        "error",
-        "errors",
+    yield _error_field(
+        errors,
         f"Error of the {body} ICs: largest deviation from C over a line, share of the component itself; the "
         f"worst over all lines.{''.join(notes)}",
-        errors.sel({ROW: _approximations(errors)}),
-        errors.sel({ROW: C}, drop=True),
     )
 
 
@@ -91,19 +87,15 @@ def _known_errors(dataset: xr.Dataset) -> Iterator[Field]:
     """Errors of all ICs with the estimate of C, the worst over lines and components."""
     body = body_of(dataset)
     known = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)
-    known = known.expand_dims({COLUMN: [ANY]})
-    yield Field(
-        "errors",
-        "error",
-        "errors",
-        f"Error of the {body} ICs with the estimate of C: the worst over lines and components.",
-        known.sel({ROW: _approximations(known)}),
-        known.sel({ROW: C}, drop=True),
-    )
+    text = f"Error of the {body} ICs with the estimate of C: the worst over lines and components."
+    yield _error_field(known.expand_dims({COLUMN: [ANY]}), text)
 
 
-def _approximations(values: xr.DataArray) -> list[str]:
-    return [name for name in map(str, values[ROW].values) if not name.startswith(C)]
+def _error_field(errors: xr.DataArray, text: str) -> Field:
+    """Errors of approximations, with those of C as their floor."""
+    approximations = [name for name in map(str, errors[ROW].values) if not name.startswith(C)]
+    floor = errors.sel({ROW: C}, drop=True)
+    return Field("errors", "error", "errors", text, errors.sel({ROW: approximations}), floor)
 
 
 def _contact(dataset: xr.Dataset) -> Iterator[Field]:

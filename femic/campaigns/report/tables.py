@@ -1,7 +1,7 @@
 """Tables of the page of a campaign: what fails where, worst numbers, correlations, failed scenes."""
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from itertools import product
 from pathlib import Path
 
@@ -11,12 +11,13 @@ import xarray as xr
 from compare.report.parts import Row, Table
 from femic.cache.files import published
 from femic.campaigns.report.axes import ShownAxis, point_of, text_of
-from femic.campaigns.report.clouds import correlations
+from femic.campaigns.report.clouds import rank_correlation
 from femic.campaigns.report.crossings import Crossing, Lines, exceeded, main_axis
 from femic.campaigns.report.fields import COLUMN, LEVELS, ROW, Field, label_of, plain, swept_dims
 from femic.campaigns.report.scales import share
 
 MOST_FAILURES = 20
+OVER = [f"more than {share(level)}" for level in LEVELS]  # heads
 
 Cell = dict[str, str]
 
@@ -27,14 +28,15 @@ def _cell(text: str, below: str = "") -> Cell:
 
 def crossing_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
     """Return where along an axis numbers exceed levels, by column and row, at extremes of the other axes."""
-    rows = []
-    for column, row, lines in _lines(field, axes):
-        cells = [_crossing_cell(lines.crossings(level)) for level in LEVELS]
-        rows.append(Row(f"{column}, {label_of(row)}", [*cells, _cell(lines.known_of or "all")]))
-    heads = [*(f"more than {share(level)}" for level in LEVELS), "known"]
-    return Table(
-        f"{field.title}: where along {main_axis(axes).name} ({main_axis(axes).heading})", heads, rows
-    )
+
+    def cells(sizes: xr.DataArray) -> list[Cell]:
+        lines = Lines.of(sizes, axes)
+        crossings = [_crossing_cell(lines.crossings(level)) for level in LEVELS]
+        return [*crossings, _cell(lines.known_of or "all")]
+
+    axis = main_axis(axes)
+    caption = f"{field.title}: where along {axis.name} ({axis.heading})"
+    return Table(caption, [*OVER, "known"], _rows(field, cells))
 
 
 def _crossing_cell(crossings: Sequence[Crossing]) -> Cell:
@@ -58,7 +60,8 @@ def write_crossings(fields: Sequence[Field], axes: Sequence[ShownAxis], path: Pa
         rows = csv.writer(file)
         rows.writerow(["of", "number", "ics", "more_than", *rest, f"{axis.name}_from", f"{axis.name}_to"])
         for field in fields:
-            for (column, row, lines), level in product(_lines(field, axes), LEVELS):
+            for column, row, level in product(field.columns, field.rows, LEVELS):
+                lines = Lines.of(field.sizes.sel({COLUMN: column, ROW: row}), axes)
                 for line in lines.all:
                     for one in exceeded(axis.values, line.sizes, level):
                         ends = ["" if end is None else f"{end:.6g}" for end in (one.start, one.end)]
@@ -66,32 +69,33 @@ def write_crossings(fields: Sequence[Field], axes: Sequence[ShownAxis], path: Pa
                         rows.writerow([field.name, plain(column), row, level, *place, *ends])
 
 
-def _lines(field: Field, axes: Sequence[ShownAxis]) -> Iterator[tuple[str, str, Lines]]:
-    for column, row in product(field.columns, field.rows):
-        yield column, row, Lines.of(field.sizes.sel({COLUMN: column, ROW: row}), axes)
-
-
 def share_table(field: Field) -> Table:
     """Return the share of the scenes whose numbers exceed levels, by column and row."""
-    rows = []
-    for column, row in product(field.columns, field.rows):
-        sizes = field.sizes.sel({COLUMN: column, ROW: row})
+
+    def cells(sizes: xr.DataArray) -> list[Cell]:
         known = sizes.values[np.isfinite(sizes.values)]
-        cells = [_cell(f"{np.mean(known > level):.0%}" if known.size else "–") for level in LEVELS]
-        rows.append(Row(f"{column}, {label_of(row)}", [*cells, _cell(str(known.size))]))
-    heads = [*(f"more than {share(level)}" for level in LEVELS), "scenes known"]
-    return Table(f"{field.title}: share of the scenes", heads, rows)
+        shares = [f"{np.mean(known > level):.0%}" if known.size else "–" for level in LEVELS]
+        return [_cell(text) for text in (*shares, str(known.size))]
+
+    return Table(f"{field.title}: share of the scenes", [*OVER, "scenes known"], _rows(field, cells))
 
 
 def correlation_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
     """Return rank correlations with the axes, by row and column."""
-    by_axis = correlations(field, axes)
-    rows = []
-    for column, name in product(field.columns, field.rows):
-        cells = [float(by_axis.sel({"axis": axis.name, ROW: name, COLUMN: column})) for axis in axes]
-        texts = ["–" if np.isnan(one) else f"{one:+.2f}" for one in cells]
-        rows.append(Row(f"{column}, {label_of(name)}", [_cell(text) for text in texts]))
-    return Table(f"Rank correlation of {field.what} with", [axis.name for axis in axes], rows)
+
+    def cells(sizes: xr.DataArray) -> list[Cell]:
+        found = [rank_correlation(axis, sizes.values) for axis in axes]
+        return [_cell("–" if np.isnan(one) else f"{one:+.2f}") for one in found]
+
+    return Table(f"Rank correlation of {field.what} with", [axis.name for axis in axes], _rows(field, cells))
+
+
+def _rows(field: Field, cells: Callable[[xr.DataArray], list[Cell]]) -> list[Row]:
+    """Rows by column and row of a field, with cells for the sizes of each."""
+    return [
+        Row(f"{column}, {label_of(row)}", cells(field.sizes.sel({COLUMN: column, ROW: row})))
+        for column, row in product(field.columns, field.rows)
+    ]
 
 
 def worst_table(field: Field, dataset: xr.Dataset) -> Table:

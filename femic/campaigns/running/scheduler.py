@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from urllib.parse import urlsplit
 
 from distributed import Security
-from distributed.comm import parse_address
-from distributed.comm.registry import get_backend
+from distributed.core import rpc
 
 from geometries.errors import Failure, WrongInput
 
@@ -67,17 +66,9 @@ async def _kind(address: str, timeout: float) -> str:
 
     A client of Dask waits forever for a server that takes a connection and then says nothing.
     """
-    scheme, place = parse_address(address)
     certificates = Security().get_connection_args("client")  # those of Dask's configuration
-    async with asyncio.timeout(timeout):
-        comm = await get_backend(scheme).get_connector().connect(place, **certificates)
-        try:
-            await comm.write(mine := comm.handshake_info())
-            comm.handshake_options = comm.handshake_configuration(mine, await comm.read())
-            await comm.write({"op": "identity", "reply": True})
-            return str((await comm.read())["type"])
-        finally:
-            comm.abort()
+    async with asyncio.timeout(timeout), rpc(address, connection_args=certificates) as server:
+        return str((await server.identity())["type"])
 
 
 def no_answer(address: str, timeout: float, error: Exception) -> Failure:

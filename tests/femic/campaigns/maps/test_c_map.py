@@ -129,7 +129,7 @@ def scene_at(folder, ratio, modulus, **changes):
 
 
 def read(name, scene):
-    return open_map(name).at(scene, pair_on_grid(scene.contact_problem, scene.grid))
+    return open_map(name, scene).at(pair_on_grid(scene.contact_problem, scene.grid))
 
 
 @pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.25, 1.5e5), (1.1, 8e5), (1.29, 9.9e5)])
@@ -260,13 +260,13 @@ def test_a_large_map_of_which_a_chunk_cannot_be_read_is_not_used(make, tmp_path,
 def test_other_files_are_refused(make, tmp_path):
     for name, said in (("map:nowhere.nc", "no such file"), (f"map:{__file__}", "no file of a campaign")):
         with pytest.raises(BadScene, match=said):
-            open_map(name)
+            open_map(name, None)
     xr.Dataset(attrs={"points": "grid"}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
     with pytest.raises(BadScene, match="no map"):
-        open_map(f"map:{tmp_path / 'other.nc'}")
+        open_map(f"map:{tmp_path / 'other.nc'}", None)
     few = CAMPAIGN.replace("1.05, 1.1, 1.2, 1.3", "1.05, 1.1")
     with pytest.raises(BadScene, match=r"axis ratio, 2 values: a map needs 3 or more"):
-        open_map(make(campaign=few))
+        open_map(make(campaign=few), None)
 
 
 def test_friction_is_refused(make, tmp_path):

@@ -78,5 +78,5 @@ def test_a_scheduler_is_found_and_a_worker_is_none():
     with own:
         require_scheduler(address_of(own.scheduler_address))
         (worker,) = own.workers.values()
-        with pytest.raises(Failure, match="is of a worker, not of a scheduler"):
+        with pytest.raises(Failure, match="is a worker, not a scheduler"):
             require_scheduler(address_of(worker.address))
