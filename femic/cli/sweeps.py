@@ -67,7 +67,7 @@ def sweep(
 ) -> None:
     """Compute the scenes of a campaign; write sweep.html and sweep.nc (sweep.zarr where it is large).
 
-    Models that scenes share are solved once, and what is finished is kept: the same command goes on after an
+    Models that scenes share are solved once, and finished scenes are kept: the same command goes on after an
     interruption. Scenes that fail are listed, and do not stop the others.
     """
     loaded, console = load_campaign(campaign), Console(highlight=False)

@@ -88,9 +88,9 @@ class Collected:
     def begin(self, digest_of: Callable[[int], int], code: str) -> str:
         """Continue the zarr store of an earlier run, if it has the same campaign and code.
 
-        Axes may have become longer since: scenes are appended. Otherwise the dataset is made anew, also where
+        Axes may have become longer since: scenes are appended. Otherwise the dataset starts empty, also where
         none of some scenes has the digest that it would have now: files that all read have changed. Damaged
-        scenes are made anew, too; returns a message about them.
+        scenes are computed again; returns a message about them.
         """
         self.code, path = code, self.folder / ZARR
         if not path.exists():
@@ -102,7 +102,7 @@ class Collected:
             require_layout(earlier)
             condition = verified(path, earlier) if continues(self.campaign, code, earlier) else None
         except Exception as error:  # whatever zarr and xarray raise
-            return f"{path}: damaged ({error or type(error).__name__}): all its scenes are made anew"
+            return f"{path}: damaged ({error or type(error).__name__}): all its scenes are computed again"
         if condition is None:
             return ""
         damaged = self._take(path, earlier, condition)
@@ -110,7 +110,11 @@ class Collected:
         some = known[:: max(1, len(known) // SAMPLED)]
         if not any(digest_of(int(number)) == self.digests[number] for number in some):
             self._clear()
-        return f"{path}: {damaged} scenes are damaged or half written: they are made anew" if damaged else ""
+        return (
+            f"{path}: {damaged} scenes are damaged or half written: they are computed again"
+            if damaged
+            else ""
+        )
 
     def has(self, number: int, digest: int) -> bool:
         """Whether the scene is there, computed from everything in `digest`."""
@@ -127,7 +131,7 @@ class Collected:
         """
         other = _other_shape(self.template, outcome)
         if other:
-            message = f"its results have other shapes than those of scenes before: {other}"
+            message = f"its results have other shapes than in earlier scenes: {other}"
             outcome = Outcome(failure=message, seconds=outcome.seconds)
         self._extend(outcome.dataset)
         self._put(number, outcome, digest)

@@ -20,7 +20,7 @@ from femic.campaigns.dataset.checksums import (
 from geometries.arrays import Mask
 from geometries.errors import Failure
 
-REMEDY = "run the campaign again, which makes them anew"
+REMEDY = "run the campaign again to replace them"
 
 
 @dataclass(frozen=True, eq=False)

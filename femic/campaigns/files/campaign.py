@@ -43,7 +43,7 @@ class Axis:
         """Yield the keys of this axis with their entries at a value; raises BadScene."""
         for key, factor in self.factors.items():
             if factor is not None and not is_number(value):
-                raise BadScene(f"sweep.{self.name}: {value!r}: is no number, and {key} has a factor")
+                raise BadScene(f"sweep.{self.name}: {value!r}: is not a number, and {key} has a factor")
             entry = value if factor is None else factor * float(value)  # type: ignore[arg-type]
             if is_out_of_range(entry):
                 raise BadScene(f"sweep.{self.name}: {key} = {entry:g}: {OUT_OF_RANGE}")

@@ -1,7 +1,7 @@
 """Tables of points in CSV: a header line with the names of the axes, and a row of values for each point.
 
 Cells are separated by commas, semicolons or tabs; the text is UTF-8 or UTF-16. Decimal commas are read where
-semicolons separate the cells. What may have another meaning than it seems to have is refused with its line.
+semicolons separate the cells. Ambiguous cells are refused with their line.
 """
 
 import csv
@@ -32,7 +32,7 @@ class _Row:
 
 
 def points_in(path: Path, axes: Sequence[str]) -> list[tuple[Value, ...]]:
-    """The values of the axes by row; raises BadScene with line and reason for all but plain tables."""
+    """Return the values of the axes by row; raises BadScene with line and reason for unclear tables."""
     text = _text(path)
     separator = _separator(path, text, axes)
     header, *rows = _rows(path, text, separator)
@@ -60,16 +60,16 @@ def _text(path: Path) -> str:
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
         raise BadScene(
-            f"{path}, line {line}: is no text in {encoding.upper().removesuffix('-SIG')}: save the table as "
+            f"{path}, line {line}: is not text in {encoding.upper().removesuffix('-SIG')}: save the table as "
             "CSV in UTF-8"
         ) from error
     if "\0" in text:
-        raise BadScene(f"{path}: is no text in UTF-8: save the table as CSV in UTF-8")
+        raise BadScene(f"{path}: is not text in UTF-8: save the table as CSV in UTF-8")
     return text
 
 
 def _separator(path: Path, text: str, axes: Sequence[str]) -> str:
-    """What separates the cells: with it, the first line has the names of the axes; raises BadScene."""
+    """The separator with which the first line has the names of the axes; raises BadScene."""
     headers: list[list[str]] = []
     for separator in SEPARATORS:
         with suppress(BadScene):  # quotes may be in order with another separator
@@ -95,7 +95,7 @@ def _rows(path: Path, text: str, separator: str) -> Iterator[_Row]:
         reason = str(error).replace(
             "field larger than field limit", "a cell has more characters than allowed"
         )
-        raise BadScene(f"{path}, line {reader.line_num}: no CSV: {reason}") from error
+        raise BadScene(f"{path}, line {reader.line_num}: not CSV: {reason}") from error
 
 
 def _require_columns(path: Path, header: _Row, rows: Sequence[_Row], axes: Sequence[str]) -> None:

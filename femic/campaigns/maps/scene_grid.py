@@ -108,14 +108,14 @@ def _opened(path: Path, _changed: int) -> SceneGrid:
     try:
         dataset = open_sweep(path)
     except Exception as error:  # whatever zarr and xarray raise
-        raise BadScene(f"{path}: no file of a campaign: {error}; make one by `femic sweep`") from error
+        raise BadScene(f"{path}: not the file of a campaign: {error}; make one by `femic sweep`") from error
     if dataset.attrs.get("points") != "grid" or "axes" not in dataset.attrs:
         raise BadScene(f"{path}: no map: the campaign needs points = 'all'")
     _require_layout(path, dataset)
     axes = json.loads(dataset.attrs["axes"])
     texts = [axis["name"] for axis in axes if dataset[axis["name"]].dtype.kind not in "fi"]
     if texts:
-        raise BadScene(f"{path}: {', '.join(texts)}: there is nothing between values that are no numbers")
+        raise BadScene(f"{path}: {', '.join(texts)}: there is nothing between values that are not numbers")
     try:
         nodes = tuple(
             Nodes(axis["name"], tuple(map(float, dataset[axis["name"]].values)), axis["spacing"])

@@ -13,7 +13,7 @@ from femic.campaigns.running.tasks import Receipt, Unusable
 from geometries.errors import Failure
 
 SCENES_PER_WORKER = 4  # that the scheduler has at a time: enough for no worker to wait for this process
-GONE = "the scheduler is gone; what is finished is kept: start it again, and run the same command"
+GONE = "the scheduler is gone; finished scenes are kept: start it again, and run the same command"
 COUNT_EVERY = 1.0  # s between countings of workers
 ANSWERS_WITHIN = 60.0  # s in which the scheduler hands over a receipt
 

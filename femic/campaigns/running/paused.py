@@ -40,8 +40,8 @@ class Pauses:
             )
         if self._idle is not None and now - self._idle >= GIVE_UP_AFTER:
             raise Failure(
-                f"{_counted(paused, workers)}, and none has a task at work: {REMEDY}. What is finished is "
-                "kept: run the same command to go on"
+                f"{_counted(paused, workers)}, and none has a task at work: {REMEDY}. Finished scenes "
+                "are kept: run the same command to go on"
             )
 
 

@@ -252,7 +252,7 @@ class _Run:
     def _unwritable(self, error: OSError) -> Failure:
         return Failure(
             f"{self.collected.path} cannot be written ({error}): make room, or give another folder (--out); "
-            "what is finished is in the store: run the same command to go on"
+            "finished scenes are in the store: run the same command to go on"
         )
 
     def _report(self, reused: int = 0) -> None:

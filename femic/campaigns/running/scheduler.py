@@ -33,7 +33,7 @@ def address_of(text: str) -> Address:
     """Return the address in a text, tcp where it names no protocol; raises WrongInput."""
     scheme, separator, rest = text.strip().rpartition("://")
     wrong = WrongInput(
-        f"--scheduler {text!r}: is no address of a Dask scheduler: give PROTOCOL://HOST:PORT as "
+        f"--scheduler {text!r}: is not the address of a Dask scheduler: give PROTOCOL://HOST:PORT as "
         f"`dask scheduler` prints it, such as tcp://10.0.0.5:8786; protocols are {', '.join(SCHEMES)}"
     )
     try:

@@ -127,7 +127,7 @@ def store_full(store: Store) -> str:
     """Return the message about a store that accepts nothing more."""
     return (
         f"the store {store.location} takes nothing more ({store.problem}): make room, or give another one "
-        "(--store); what was finished before is kept: run the same command to go on"
+        "(--store); finished scenes are kept: run the same command to go on"
     )
 
 

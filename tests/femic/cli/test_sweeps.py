@@ -110,8 +110,8 @@ def test_impossible_combinations_are_told_and_fail(femic):
 @pytest.mark.parametrize(
     ("address", "code", "said"),
     [
-        ("nonsense", WRONG_INPUT, "is no address of a Dask scheduler"),
-        ("", WRONG_INPUT, "is no address of a Dask scheduler"),
+        ("nonsense", WRONG_INPUT, "is not the address of a Dask scheduler"),
+        ("", WRONG_INPUT, "is not the address of a Dask scheduler"),
         ("tcp://127.0.0.1:9", FAILED, "no scheduler answers at tcp://127.0.0.1:9"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Datasets that something else has changed: their scenes are made anew, and that is said."""
+"""Datasets that something else has changed: their scenes are computed again, and a message says so."""
 
 import shutil
 
@@ -87,7 +87,7 @@ def test_a_part_that_is_gone_is_made_anew(large):
         shutil.rmtree(path / part)
         said, again = go_on()
         xr.testing.assert_identical(again, first)
-        assert "all its scenes are made anew" in said[0]
+        assert "all its scenes are computed again" in said[0]
 
 
 def test_only_scenes_whose_values_were_changed_are_computed_again(large, light_scenes):
@@ -104,7 +104,7 @@ def test_only_scenes_whose_values_were_changed_are_computed_again(large, light_s
     shutil.rmtree(path.parent / "store")
     del light_scenes[:]
     said, again = go_on()
-    assert said == [f"{path}: 8 scenes are damaged or half written: they are made anew"]
+    assert said == [f"{path}: 8 scenes are damaged or half written: they are computed again"]
     assert sorted(light_scenes) == sorted(
         [(1, 0.1), (2, 0.2), (3, 0.3), (5, 0.1), (6, 0.1), (7, 0.2), (7, 0.3), (9, 0.3)]
     )
@@ -121,7 +121,7 @@ def test_scenes_that_were_exchanged_are_computed_again(large):
     for chunk, content in zip(chunks, reversed(contents), strict=True):
         chunk.write_bytes(content)
     said, again = go_on()
-    assert said == [f"{path}: 6 scenes are damaged or half written: they are made anew"]
+    assert said == [f"{path}: 6 scenes are damaged or half written: they are computed again"]
     xr.testing.assert_identical(again, first)
 
 
@@ -135,7 +135,7 @@ def test_damage_where_scenes_are_appended(large, client, tmp_path):
     truncated(chunk)
     said = []
     done, dataset = swept(longer, tmp_path, client, Options(on_message=said.append))
-    assert said == [f"{path}: 3 scenes are damaged or half written: they are made anew"]
+    assert said == [f"{path}: 3 scenes are damaged or half written: they are computed again"]
     assert done.reused == 27
     ok = dataset.drop_sel(E=7)
     np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))

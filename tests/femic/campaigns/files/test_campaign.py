@@ -358,7 +358,7 @@ def test_a_name_may_have_spaces_and_lists(campaign, tmp_path):
 
 def test_text_where_a_factor_needs_a_number_is_said(campaign):
     grid = campaign(GRID)
-    with pytest.raises(BadScene, match=r"sweep\.ratio: 'abc': is no number, and upper\.contour\.radius has"):
+    with pytest.raises(BadScene, match=r"sweep\.ratio: 'abc': is not a number, and upper\.contour\.radius"):
         grid.scene_table((30, "abc"))
 
 

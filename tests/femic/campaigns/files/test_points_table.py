@@ -68,16 +68,22 @@ REFUSED = {
     "decimal comma in quotes": ('flank,ratio\n30,"1,05"\n', "line 2: 1,05: decimal commas are read where"),
     "decimal comma and tabs": ("flank\tratio\n30\t1,05\n", "line 2: 1,05: decimal commas are read where"),
     "comma and point": ("flank;ratio\n30;1,05\n30;1.05\n", "line 3: 1.05: other cells have decimal commas"),
-    "open quotes": ('flank,ratio\n30,1\n"30,1\n', "line 3: no CSV: unexpected end of data"),
-    "text after quotes": ('flank,ratio\n"30"0,1\n', "line 2: no CSV: ',' expected after"),
+    "open quotes": ('flank,ratio\n30,1\n"30,1\n', "line 3: not CSV: unexpected end of data"),
+    "text after quotes": ('flank,ratio\n"30"0,1\n', "line 2: not CSV: ',' expected after"),
     "long cell": (
         f"flank,ratio,n\n30,1,{'x' * (csv.field_size_limit() + 1)}\n",
         "more characters than allowed",
     ),
-    "Latin-1": ("flank,ratio,n\n30,1,a\n30,1,ä\n".encode("latin-1"), "line 3: is no text in UTF-8: save the"),
-    "UTF-16 without a mark": ("flank,ratio\n30,1\n".encode("utf-16-le"), "is no text in UTF-8: save the"),
-    "half of UTF-16": ("flank,ratio\n30,1\n".encode("utf-16")[:-1], "line 2: is no text in UTF-16: save the"),
-    "UTF-32": ("flank,ratio\n30,1\n".encode("utf-32"), "is no text in UTF"),
+    "Latin-1": (
+        "flank,ratio,n\n30,1,a\n30,1,ä\n".encode("latin-1"),
+        "line 3: is not text in UTF-8: save the",
+    ),
+    "UTF-16 without a mark": ("flank,ratio\n30,1\n".encode("utf-16-le"), "is not text in UTF-8: save"),
+    "half of UTF-16": (
+        "flank,ratio\n30,1\n".encode("utf-16")[:-1],
+        "line 2: is not text in UTF-16: save the",
+    ),
+    "UTF-32": ("flank,ratio\n30,1\n".encode("utf-32"), "is not text in UTF"),
 }
 
 

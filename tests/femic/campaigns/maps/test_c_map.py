@@ -258,7 +258,7 @@ def test_a_large_map_of_which_a_chunk_cannot_be_read_is_not_used(make, tmp_path,
 
 
 def test_other_files_are_refused(make, tmp_path):
-    for name, said in (("map:nowhere.nc", "no such file"), (f"map:{__file__}", "no file of a campaign")):
+    for name, said in (("map:nowhere.nc", "no such file"), (f"map:{__file__}", "not the file of a campaign")):
         with pytest.raises(BadScene, match=said):
             open_map(name, None)
     xr.Dataset(attrs={"points": "grid"}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")

@@ -150,7 +150,7 @@ def test_a_scheduler_that_goes_is_said_and_what_is_finished_is_kept(tmp_path):
 
         with (
             existing_cluster(own.scheduler_address, timeout=1.0) as client,
-            pytest.raises(Failure, match="the scheduler is gone; what is finished is kept"),
+            pytest.raises(Failure, match="the scheduler is gone; finished scenes are kept"),
         ):
             swept(campaign, tmp_path, client, Options(go))
     assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) >= 3

@@ -143,9 +143,7 @@ def test_a_scene_of_another_shape_has_failed(client, tmp_path, monkeypatch):
     monkeypatch.setattr(registry, "KINDS", {"errors": ResultKind(longer, lambda _: [])})
     done, dataset = swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
     assert done.failed == 3
-    assert "other shapes than those of scenes before: y has {'k': 3}" in str(
-        dataset.failure.sel(E=3)[0].item()
-    )
+    assert "other shapes than in earlier scenes: y has {'k': 3}" in str(dataset.failure.sel(E=3)[0].item())
 
 
 @pytest.mark.usefixtures("light_scenes")

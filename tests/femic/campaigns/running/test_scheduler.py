@@ -31,7 +31,7 @@ NONE = (
 
 @pytest.mark.parametrize("text", NONE)
 def test_what_is_no_address_is_refused(text):
-    with pytest.raises(WrongInput, match="is no address of a Dask scheduler: give PROTOCOL://HOST:PORT"):
+    with pytest.raises(WrongInput, match="is not the address of a Dask scheduler: give PROTOCOL://HOST:PORT"):
         address_of(text)
 
 
