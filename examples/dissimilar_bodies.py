@@ -28,7 +28,7 @@ from femic.cache.store import Store
 from femic.contact.friction.kinematics import Creepages, Rolling
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.loading import Loading
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import GridOperator
 from femic.contact.pairs.automatic_grid import grids_of
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
@@ -103,7 +103,7 @@ class Bodies:
         contact = FrictionalProblem(
             on_grid.grid,
             self.operator(ics, ratio),
-            turned("A", self.pair(ratio), on_grid.grid),
+            half_space_operator(self.pair(ratio), on_grid.grid),
             on_grid.distance,
             contour.inclination(strips),
             FRICTION,

@@ -3,15 +3,16 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from approx.variants import needed
+from approx.variants import needs_effective
 from femic.contact.pairs import given_ics
 from femic.contact.pairs.feasibility import impossible
 from femic.contact.pairs.frictionless import FrictionlessContacts, solve_frictionless
 from femic.contact.pairs.given_ics import NONE_GIVEN, C, NormalICs
 from femic.reference.run_options import DEFAULT, Means
-from femic.scenes.checks import grid_misfits, matrix_engine_misfits
+from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
-from femic.scenes.file import is_map
+from femic.scenes.grid import grid_misfits
+from femic.scenes.ic_names import is_map
 from femic.scenes.scene import Scene
 
 
@@ -29,7 +30,7 @@ def require_solvable(scene: Scene) -> None:
     if not specification.loadings:
         raise BadScene(f"{scene.name}: [contact]: give loads = [...] in N, or approaches = [...] in mm")
     approximations = [name for name in specification.ics if name != C and not is_map(name)]
-    if "Bhat_prime" in needed(approximations) and not scene.pair.has_effective("combined"):
+    if needs_effective(approximations) and not scene.pair.has_effective("combined"):
         raise BadScene(
             f"{scene.name}: contact.ics: Bhat_prime needs effective properties of both bodies: "
             "`femic calibrate` finds some"

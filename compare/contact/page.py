@@ -11,11 +11,11 @@ import xarray as xr
 from compare.contact import figures, sensitivity
 from compare.contact.compute import ContactResults, reference_name
 from compare.contact.dataset import to_dataset, with_supports
-from compare.finite_elements.compute import kept_judged
+from compare.finite_elements.compute import kept_fe_contact
 from compare.finite_elements.dataset import FE, OF_PLACE
 from compare.finite_elements.dataset import NUMBERS as KNOWN_TO_FE
 from compare.finite_elements.page import of_approaches, over_angle
-from compare.finite_elements.page import summary as judge_summary
+from compare.finite_elements.page import summary as fe_summary
 from compare.matrix.compute import discounted
 from compare.report import views
 from compare.report.html import write_page
@@ -48,7 +48,7 @@ def write_contact(
     folders.made(out)
     scene = results.scene
     dataset = with_supports(to_dataset(results), supports)
-    judged = kept_judged(scene, dataset, store)
+    by_fe = kept_fe_contact(scene, dataset, store)
     write_dataset(dataset, out / "contact.nc")
     (out / "figures").mkdir(exist_ok=True)
     drawn = [
@@ -61,13 +61,13 @@ def write_contact(
     ]
     if views.can_render():
         drawn += list(_drawn_in_3d(results, out / "figures"))
-    deviations = "" if judged is None else save(over_angle(judged), out / "figures" / "contact_judged.png")
+    deviations = "" if by_fe is None else save(over_angle(by_fe), out / "figures" / "contact_fe.png")
     return write_page(
         out / "contact.html",
         "contact.html.j2",
-        judged="" if judged is None else judge_summary(judged),
-        judged_figures=[deviations] if deviations else [],
-        of_approaches="" if judged is None else of_approaches(judged),
+        by_fe="" if by_fe is None else fe_summary(by_fe),
+        fe_figures=[deviations] if deviations else [],
+        of_approaches="" if by_fe is None else of_approaches(by_fe),
         title=str(dataset.attrs["title"]),
         summary=summary(dataset),
         reference=symbol_of(figures.reference_of(dataset)),
@@ -75,7 +75,7 @@ def write_contact(
         tables=[
             {
                 "case": str(case),
-                "rows": [*_rows(dataset.sel(case=case)), *_judged_row(dataset, judged, number)],
+                "rows": [*_rows(dataset.sel(case=case)), *_fe_row(dataset, by_fe, number)],
             }
             for number, case in enumerate(dataset.case.values)
         ],
@@ -232,12 +232,12 @@ def _support_rows(dataset: xr.Dataset) -> Iterator[dict[str, object]]:
         }
 
 
-def _judged_row(dataset: xr.Dataset, judged: xr.Dataset | None, number: int) -> Iterator[dict[str, object]]:
+def _fe_row(dataset: xr.Dataset, by_fe: xr.Dataset | None, number: int) -> Iterator[dict[str, object]]:
     """Yield the row of finite elements, where they have solved a case; they know some of the numbers."""
-    if judged is None or np.isnan(float(judged.a.isel(case=number).sel(ics=FE))):
+    if by_fe is None or np.isnan(float(by_fe.a.isel(case=number).sel(ics=FE))):
         return
     reference = dataset.isel(case=number).sel(ics=figures.reference_of(dataset))
-    of_fe = judged.isel(case=number).sel(ics=FE)
+    of_fe = by_fe.isel(case=number).sel(ics=FE)
     unknown = {"text": "–", "below": ""}
     yield {
         "symbol": FE,
@@ -253,7 +253,7 @@ def _judged_row(dataset: xr.Dataset, judged: xr.Dataset | None, number: int) -> 
         ],
         "displaced": "–",
         "iterations": "–",
-        "seconds": f"{float(judged.fe_seconds.isel(case=number).sum()):.0f}",
+        "seconds": f"{float(by_fe.fe_seconds.isel(case=number).sum()):.0f}",
     }
 
 

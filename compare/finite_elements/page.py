@@ -34,10 +34,10 @@ BELOW = (
 )
 
 
-def write_judged(dataset: xr.Dataset, out: Path) -> Path:
-    """Write `judge.nc`, figures and `judge.html` into a folder; returns the path of the page."""
+def write_fe_contact(dataset: xr.Dataset, out: Path) -> Path:
+    """Write `fe_contact.nc`, figures and `fe_contact.html` into a folder; returns the path of the page."""
     folders.made(out)
-    write_dataset(dataset, out / "judge.nc")
+    write_dataset(dataset, out / "fe_contact.nc")
     title = str(dataset.attrs["title"]).replace(
         "Frictionless contact", "Contact by ICs, and by finite elements"
     )
@@ -50,7 +50,7 @@ def write_judged(dataset: xr.Dataset, out: Path) -> Path:
         cost(dataset),
         str(dataset.attrs["scene"]),
     )
-    return page.write(out / "judge.html", "judge")
+    return page.write(out / "fe_contact.html", "fe_contact")
 
 
 def of_approaches(dataset: xr.Dataset) -> str:

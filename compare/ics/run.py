@@ -15,8 +15,8 @@ from compare.report.curves import curves
 from compare.report.styles import save
 from femic.cache import folders
 from femic.cache.files import write_dataset, write_text
+from femic.reference.engine import Fields
 from femic.reference.run_options import DEFAULT, Means
-from femic.reference.solid.engine import build_mesh
 from femic.scenes import receipts
 from femic.scenes.scene import Scene
 
@@ -59,7 +59,8 @@ def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path
     return {
         "scene": [
             save(sections.sections(scene), folder / "sections.png"),
-            *(_draw_meshes if scene.settings.engine.has_fields else _draw_sections)(results, folder),
+            *_draw_sections(results, folder),
+            *_draw_meshes(results, scene.settings.engine.fields, folder),
         ],
         "curves": [
             save(curves(results, dataset, component), folder / f"curves_{component}.png")
@@ -78,14 +79,16 @@ def _draw_sections(results: Results, folder: Path) -> list[Path]:
     ]
 
 
-def _draw_meshes(results: Results, folder: Path) -> list[Path]:
+def _draw_meshes(results: Results, fields: Fields | None, folder: Path) -> list[Path]:
     """Draw the mesh of each solved body, if this machine can draw in 3D, and the last body's surface mesh."""
+    if fields is None:
+        return []
     paths = []
     in_3d = views.can_render()
     if not in_3d:
         log.warning(f"no 3D pictures of the meshes: {views.NO_RENDERING}. All other figures are drawn")
     for name, job in results.jobs.items():
-        solid = build_mesh(job.request(results.references[name].level))
+        solid = fields.mesh(job.request(results.references[name].level))
         side = -1 if solid.half_section and job.patch.s < 0 else 1  # a half section models s >= 0 only
         if in_3d:
             paths.append(folder / f"mesh_{name}.png")

@@ -17,7 +17,7 @@ from femic.campaigns.maps.c_map import maps_of_scene
 from femic.cli.work import DEFAULT_WORK, Work
 from femic.contact.pairs.supports import changed_supports
 from femic.scenes import plausibility
-from femic.scenes.file import MAP, is_map
+from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
 

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from femic.key_types import DISTINCT_DIGITS
 from geometries.errors import WrongInput
-
-DISTINCT_DIGITS = 12  # significant, in which loads and approaches have to differ
 
 
 @dataclass(frozen=True)

@@ -20,15 +20,16 @@ import numpy as np
 
 from femic.campaigns.maps.interpolation import KINK, Nodes, Stencil, combined
 from femic.campaigns.maps.scene_grid import SceneGrid, open_grid
-from femic.contact.operators.dense import dense
+from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.scenes.errors import BadScene
-from femic.scenes.file import MAP, is_map
+from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.keys import key_of, set_key
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.grids import Grid
+from geometries.patches import N
 
 SAME = 1e-9  # relative difference of numbers that are the same
 VARIABLES = ("c", "c_estimate", "bhat")
@@ -141,7 +142,8 @@ def maps_of_scene(scene: Scene) -> dict[str, CMap]:
 
 def bhat_nn(on_grid: PairOnGrid) -> Array:
     """Return B-hat_nn of both bodies on a grid [mm/MPa], (n_x, n_s, n_s)."""
-    return dense(on_grid.operator("Bhat"))[..., 0, 0]
+    ics = approximate_matrix("Bhat", on_grid.pair, on_grid.grid, upper_offset=on_grid.offset)
+    return ics[..., N, N]
 
 
 def _self_ic(bhat: Array) -> Array:

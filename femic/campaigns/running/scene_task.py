@@ -19,7 +19,7 @@ from femic.campaigns.dataset import outcomes
 from femic.campaigns.dataset.outcomes import Outcome
 from femic.campaigns.files.campaign import Campaign
 from femic.campaigns.results import registry
-from femic.scenes.file import MAP, is_map
+from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 

@@ -10,8 +10,9 @@ from femic.contact.extra_gap import ExtraGap
 from femic.contact.lateral import at_lateral_force
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact, NormalProblem, Operator, solve
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.operators.convolution import Convolution
+from femic.contact.operators.dense import GridOperator
 from femic.contact.resultants import Resultant, resultant
 from femic.contact.specification import ContactProblem
 from femic.contact.undeformed import Undeformed
@@ -88,13 +89,13 @@ class PairOnGrid:
     @cached_property
     def flat(self) -> Convolution:
         """The nn ICs of half-spaces."""
-        return turned("A", self.pair, self.grid, (N,))
+        return half_space_operator(self.pair, self.grid, (N,))
 
-    def operator(self, variant: str) -> Convolution:
+    def operator(self, variant: str) -> Convolution | GridOperator:
         """The nn ICs of an approximation."""
         if variant == "A":
             return self.flat
-        return turned(variant, self.pair, self.grid, (N,), upper_offset=self.offset)
+        return approximate_operator(variant, self.pair, self.grid, (N,), upper_offset=self.offset)
 
     @property
     def offset(self) -> float:

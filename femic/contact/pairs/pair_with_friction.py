@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import TypeVar
 
 from femic.contact.frictional import FrictionalProblem, FullOperator
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import half_space_operator
 from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import PairOnGrid
@@ -60,7 +60,7 @@ class PairWithFriction:
         return FrictionalProblem(
             on_grid.grid,
             operator,
-            turned("A", on_grid.pair, on_grid.grid),
+            half_space_operator(on_grid.pair, on_grid.grid),
             on_grid.distance,
             on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips),
             friction,

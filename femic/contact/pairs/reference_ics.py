@@ -12,13 +12,13 @@ from time import perf_counter
 import numpy as np
 
 from femic.contact.frictional import FullOperator
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import approximate_operator
 from femic.contact.operators.dense import PARITY, Asymmetry, GridOperator
 from femic.contact.operators.rolled import rolled
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.positivity import require_positive
 from femic.contact.specification import ContactProblem
-from femic.reference.matrix.job import MatrixJob, far_radius_for
+from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.pair import vertical
 from femic.reference.matrix.reference import MatrixReference, matrices
 from femic.reference.run_options import DEFAULT, Means
@@ -68,10 +68,10 @@ class ReferenceICs:
 
 def approximation(on_grid: PairOnGrid, variant: str) -> FullOperator:
     """An approximation of the ICs of both bodies on their grid, in the form that is faster there."""
-    convolution = turned(variant, on_grid.pair, on_grid.grid, upper_offset=on_grid.offset)
-    if variant == FLAT or on_grid.grid.n_s > MOST_DENSE:
-        return convolution
-    return GridOperator.of_convolution(convolution)
+    operator = approximate_operator(variant, on_grid.pair, on_grid.grid, upper_offset=on_grid.offset)
+    if variant == FLAT or on_grid.grid.n_s > MOST_DENSE or isinstance(operator, GridOperator):
+        return operator
+    return GridOperator.of_convolution(operator)
 
 
 def normal_reference_ics(problem: ContactProblem, on_grid: PairOnGrid, means: Means) -> ReferenceICs:
@@ -206,7 +206,8 @@ def far_radius(problem: ContactProblem, grid: Grid) -> float:
     """
     if problem.discount != "source":
         return problem.support_radius
-    least = far_radius_for(problem.settings.tolerance, grid)
+    matrices_of = problem.settings.engine.matrices
+    least = matrices_of.far_radius(problem.settings.tolerance, grid) if matrices_of else 0.0
     return max(least, *(body.domain.far_radius for body in problem.bodies.values()))
 
 

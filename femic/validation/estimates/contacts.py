@@ -10,7 +10,7 @@ from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulu
 from femic.contact.friction.kinematics import Creepages, Rolling
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.loading import Loading
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import half_space_operator
 from femic.contact.pairs.automatic_grid import Sizing
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.reference_ics import approximation
@@ -61,7 +61,7 @@ class RandomContact:
         return FrictionalProblem(
             on_grid.grid,
             approximation(on_grid, self.ics),
-            turned("A", on_grid.pair, on_grid.grid),
+            half_space_operator(on_grid.pair, on_grid.grid),
             on_grid.distance,
             on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips),
             self.friction,

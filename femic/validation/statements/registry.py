@@ -13,7 +13,7 @@ from femic.validation.statements import (
     choices,
     curvature,
     elements,
-    judged,
+    fe_contacts,
     known,
     nn,
     program,
@@ -23,7 +23,7 @@ from femic.validation.statements import (
 )
 from femic.validation.statements.criteria import Statement
 
-GROUPS = (nn, tangential, bodies, xn, curvature, sn, choices, program, judged, elements, known)
+GROUPS = (nn, tangential, bodies, xn, curvature, sn, choices, program, fe_contacts, elements, known)
 
 STATEMENTS: Mapping[int, Statement] = {
     statement.number: statement

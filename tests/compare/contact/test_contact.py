@@ -13,7 +13,7 @@ from femic.contact.edges import MARGIN
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalProblem, solve
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.automatic_grid import MOST_STRIPS, grids_of, sizing_of
 from femic.contact.pairs.pair_on_grid import pair_on_grid, undeformed_of
@@ -229,7 +229,7 @@ def test_c_of_planes_gives_the_contact_of_half_spaces():
     distance = on_grid.x[:, None] ** 2 / 40 + grid.strips**2 / 20
     by_c, by_c_and_estimate, by_a = (
         solve(NormalProblem(grid, operator, on_grid.flat, distance, on_grid.cosine), load=500.0)
-        for operator in (c.operator, c.perturbed, turned("A", of.pair, grid, (N,)))
+        for operator in (c.operator, c.perturbed, half_space_operator(of.pair, grid, (N,)))
     )
     known = abs(by_c_and_estimate.p.max() / by_c.p.max() - 1) + c.estimate
     assert by_c.p.max() == pytest.approx(by_a.p.max(), rel=known)

@@ -8,12 +8,11 @@ from compare.contact.dataset import to_dataset as frictionless_dataset
 from compare.friction.compute import compute_with_friction
 from femic.contact.compression import compressed
 from femic.contact.loading import Loading
-from femic.contact.operators.approximations import turned
-from femic.contact.operators.dense import GridOperator, dense
+from femic.contact.operators.approximations import approximate_matrix
+from femic.contact.operators.dense import GridOperator
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.solved_compression import in_halves
-from femic.reference.run_options import Means
 from geometries.errors import Failure
 from geometries.grids import Grid
 from geometries.patches import N, S, X
@@ -109,10 +108,10 @@ def test_ns_matters_where_bodies_are_pressed_together_and_nx_does_not():
     on_grid = pair_on_grid(of.contact_problem, Grid(16, 18, 1.3, 1.2))
     p_max = {}
     for left_out in ("nothing", "ns", "nx"):
-        ics = dense(turned("Bhat", on_grid.pair, on_grid.grid))
+        ics = approximate_matrix("Bhat", on_grid.pair, on_grid.grid)
         if left_out != "nothing":
             ics[..., N, {"ns": S, "nx": X}[left_out]] = 0.0
-        problem = PairWithFriction(of, on_grid, Means()).problem(GridOperator.of(ics), 0.4)
+        problem = PairWithFriction(of.contact_problem, on_grid).frictional(GridOperator.of(ics), 0.4)
         *_, last = compressed(problem, [Loading(load) for load in (2e4, 4e4, 6e4, 8e4)])
         p_max[left_out] = float(np.max(last.p[..., N]))
     assert p_max["ns"] / p_max["nothing"] > 1.03

@@ -13,7 +13,6 @@ from femic.contact.pairs.displaced import displaced, displaced_numbers
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.reference_ics import approximation
-from femic.reference.run_options import Means
 from femic.scenes.load import load_scene
 from geometries.grids import Grid
 from tests.compare.friction.scenes import scene
@@ -26,7 +25,7 @@ GRID = Grid(24, 36, 0.7, 0.5)
 
 
 def path_of(friction, of=SCENE, grid=GRID):
-    pair = PairWithFriction(of, pair_on_grid(of.contact_problem, grid), Means())
+    pair = PairWithFriction(of.contact_problem, pair_on_grid(of.contact_problem, grid))
     return Continuation.of(pair, pair.frictional(approximation(pair.on_grid, "Bhat"), friction), "a path")
 
 

@@ -27,10 +27,10 @@ XI = [-1e-3, 0.0, 2e-3]
 def c_with(share):
     """The matrix of B-hat in the place of C, with an estimate of this share."""
 
-    def made(of, on_grid, _):
+    def made(of, on_grid, *_, **__):
         operator = GridOperator.of(matrix("Bhat", of.pair, on_grid.grid))
         larger = GridOperator((1 + share) * operator.transformed, operator.n_x)
-        return ReferenceICs(operator, larger, share, Asymmetry(0.0, "nn"), 0.0)
+        return ReferenceICs(operator, larger, share, Asymmetry(0.0, "nn"), 1.0, 0.0)
 
     return made
 
@@ -41,14 +41,14 @@ def solved():
     found, patch = {}, pytest.MonkeyPatch()
     common = {"loads": [1e4], "friction": [0.3], "ics": ["C"], "elements": 8, "shift": 0.05}
     motions = {
-        "rolling": (compute_with_friction, {"longitudinal": XI, "equal_force": 0.3}),
-        "compression": (compute_with_friction, {}),
+        "rolling": {"longitudinal": XI, "equal_force": 0.3},
+        "compression": {},
     }
     for share in (0.0, 0.04):
         patch.setattr("femic.contact.pairs.pair_with_friction.full_reference_ics", c_with(share))
-        for motion, (compute, keys) in motions.items():
+        for motion, keys in motions.items():
             of = scene(10.3, motion=motion, **common, **keys)
-            found[motion, share] = compute(of).isel(friction=0, ics=0)
+            found[motion, share] = compute_with_friction(of).isel(friction=0, ics=0)
     patch.undo()
     return found
 
@@ -157,20 +157,24 @@ def test_the_moment_is_that_of_all_tractions_on_inclined_places():
             y, z = (float(v[0]) for v in contour.position(np.array([s])))
             moment += np.cross([x, y, z], p[i, j] @ directions) * on_grid.grid.area
     m_z = OF_COMPRESSION["M_z"].of
-    assert m_z(on_grid, SimpleNamespace(p=p)) == pytest.approx(moment[2])
-    assert OF_COMPRESSION["M_x"].of(on_grid, SimpleNamespace(p=p)) == pytest.approx(moment[0])
+    assert m_z(on_grid, SimpleNamespace(tractions=p)) == pytest.approx(moment[2])
+    assert OF_COMPRESSION["M_x"].of(on_grid, SimpleNamespace(tractions=p)) == pytest.approx(moment[0])
     level = replace(on_grid, grid=Grid(4, 5, 0.7, 0.9, 0.0))
-    assert m_z(on_grid, SimpleNamespace(p=p)) != pytest.approx(m_z(level, SimpleNamespace(p=p)), rel=0.01)
+    assert m_z(on_grid, SimpleNamespace(tractions=p)) != pytest.approx(
+        m_z(level, SimpleNamespace(tractions=p)), rel=0.01
+    )
 
 
 def test_the_main_patch_is_the_one_that_carries_most():
     """Not the largest, and not the first."""
     p, gap = np.zeros((12, 20)), np.ones((12, 20))
     p[4:8, 3:9], p[5:7, 12:15] = 1.0, 50.0
-    contact = SimpleNamespace(p=p, patches=extents(p, np.where(p > 0, 0.0, gap)))
+    contact = SimpleNamespace(pressures=p, patches=extents(p, np.where(p > 0, 0.0, gap)))
     assert len(contact.patches) == 2
     assert main_patch(contact).s[0] > 10
-    mirrored = SimpleNamespace(p=p[:, ::-1], patches=extents(p[:, ::-1], np.where(p > 0, 0.0, gap)[:, ::-1]))
+    mirrored = SimpleNamespace(
+        pressures=p[:, ::-1], patches=extents(p[:, ::-1], np.where(p > 0, 0.0, gap)[:, ::-1])
+    )
     assert main_patch(mirrored).s[1] < 9
 
 
@@ -183,9 +187,12 @@ def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
     on_grid, random = pair_on_grid(of.contact_problem, grid), np.random.default_rng(4)
     size = matrix("Bhat", of.pair, grid)
     estimates = {name: 0.01 * random.random(size.shape) * np.max(size) for name in ("lower", "upper")}
-    made = {name: BodyICs(size / 2, estimate, Asymmetry(0.0, "nn")) for name, estimate in estimates.items()}
-    monkeypatch.setattr("femic.contact.pairs.reference_ics.body_ics", lambda *_: made)
-    c, p = full_reference_ics(of, on_grid, Means()), random.random((6, 4, 3))
+    made = {name: BodyICs(size / 2) for name in estimates}, sum(estimates.values())
+    monkeypatch.setattr("femic.contact.pairs.reference_ics.c_of_bodies", lambda *_: made)
+    c, p = (
+        full_reference_ics(of.contact_problem, on_grid, Means(), wheel_rolls=True),
+        random.random((6, 4, 3)),
+    )
     total = estimates["lower"] + estimates["upper"]
     np.testing.assert_allclose(
         c.perturbed(p) - c.operator(p), GridOperator.of(total)(p), rtol=1e-6, atol=1e-12

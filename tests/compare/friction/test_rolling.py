@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from approx.matrix import matrix
-from compare.friction import bodies, rolling
 from compare.friction.compute import compute_with_friction
 from compare.friction.rolling import scaled_force
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
+from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.dense import Asymmetry, GridOperator, reciprocity_defects
 from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
 from femic.contact.pairs.reference_ics import (
     BodyICs,
     ReferenceICs,
@@ -92,10 +92,10 @@ def conforming():
     patch.undo()
 
 
-def in_place_of_c(of, on_grid, _):
+def in_place_of_c(of, on_grid, *_, **__):
     operator = GridOperator.of(matrix("Bhat", of.pair, on_grid.grid))
     perturbed = GridOperator(1.02 * operator.transformed, operator.n_x)
-    return ReferenceICs(operator, perturbed, 0.02, Asymmetry(0.0, "nn"), 0.0)
+    return ReferenceICs(operator, perturbed, 0.02, Asymmetry(0.0, "nn"), 1.0, 0.0)
 
 
 def test_fast_operators_and_matrices_give_the_same_curve(conforming):
@@ -126,7 +126,7 @@ def test_estimates_of_c_have_the_change_by_its_error(conforming):
 def test_curves_are_the_same_from_a_search_as_from_prescribed_forces(conforming):
     of, dataset = conforming
     on_grid = pair_on_grid(of.contact_problem, Grid(dataset.sizes["x"], dataset.sizes["s"], *steps(dataset)))
-    pair = PairWithFriction(of, on_grid, Means())
+    pair = PairWithFriction(of.contact_problem, on_grid)
     along = Continuation.of(pair, pair.frictional(approximation(on_grid, "A"), 0.3), "A")
     begun = along.first()
     searched = along.search_force(0.0, begun)
@@ -149,7 +149,7 @@ def steps(dataset):
 
 def test_numbers_have_no_estimates_where_larger_elements_have_no_solution(monkeypatch):
     told = []
-    monkeypatch.setattr(rolling, "_coarse", lambda *of: told.append(of[2]))
+    monkeypatch.setattr("femic.contact.pairs.solved_curve._coarse", lambda *of: told.append(of[2]))
     dataset = compute_with_friction(rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 1e-3]))
     assert told == [f"friction 0.3, A, {words} elements" for words in ("larger", "still larger")]
     assert np.all(np.isnan(dataset.estimate_F_x))
@@ -166,7 +166,7 @@ def test_forces_beyond_the_curve_are_refused():
 def path_of(of):
     found = []
     with pytest.raises(InterruptedError):
-        bodies.on_fitting_grid(of, Means(), lambda pair: stop(found, pair))
+        solve_with_friction(of.contact_problem, lambda pair: stop(found, pair))
     (pair,) = found
     return Continuation.of(pair, pair.frictional(pair.operator("A"), 0.3), "A")
 
@@ -181,14 +181,14 @@ def test_grids_that_are_too_short_are_made_longer_and_a_scenes_own_is_not():
 
     def short_at_first(pair):
         tried.append(pair.on_grid.grid)
-        if len(tried) == 1 or not pair.scene.contact.automatic:
-            raise PotentialAreaTooSmall(("x > 0",))
+        if len(tried) == 1 or not pair.problem.specification.automatic:
+            raise PotentialAreaTooSmall(("x > 0",), Loading(SMALL))
         return "done"
 
-    assert bodies.on_fitting_grid(rolls(), Means(), short_at_first) == "done"
+    assert solve_with_friction(rolls().contact_problem, short_at_first) == "done"
     assert tried[1].n_x > tried[0].n_x
     with pytest.raises(Failure, match=r"contact at 2 N: potential contact area"):
-        bodies.on_fitting_grid(rolls(grid="scene"), Means(), short_at_first)
+        solve_with_friction(rolls(grid="scene").contact_problem, short_at_first)
 
 
 def test_only_a_rolling_wheel_is_seen_as_rolling():
@@ -196,9 +196,8 @@ def test_only_a_rolling_wheel_is_seen_as_rolling():
     grid = Grid(6, 4, 0.2, 0.2)
     on_grid = pair_on_grid(of.contact_problem, grid)
     random = np.random.default_rng(0)
-    ics = {name: BodyICs(random.standard_normal((6, 4, 4, 3, 3)), None, None) for name in ("lower", "upper")}
-    pressed_on = scene(10.3, motion="compression", loads=[1.0])
-    rolled, pressed = (sum_of_bodies(one, on_grid, ics) for one in (of, pressed_on))
+    ics = {name: BodyICs(random.standard_normal((6, 4, 4, 3, 3))) for name in ("lower", "upper")}
+    rolled, pressed = (sum_of_bodies(on_grid, ics, wheel_rolls=rolls) for rolls in (True, False))
     np.testing.assert_array_equal(rolled[..., 1:, :], pressed[..., 1:, :])
     assert np.max(np.abs(rolled[1:, ..., 0, :] - pressed[1:, ..., 0, :])) > 0
     np.testing.assert_array_equal(pressed, ics["lower"].ics + ics["upper"].ics)
@@ -211,7 +210,7 @@ def test_c_of_planes_moves_as_half_spaces_do():
         "flat", {"engine": {"tolerance": 0.3}, "contact": {"motion": "compression", "loads": [1.0]}}
     )
     on_grid = pair_on_grid(of.contact_problem, Grid(6, 4, 0.4, 0.6))
-    c = full_reference_ics(of, on_grid, Means())
+    c = full_reference_ics(of.contact_problem, on_grid, Means(), wheel_rolls=False)
     p = np.random.default_rng(0).random((6, 4, 3))
     p -= p.mean(axis=(0, 1))  # no resultant: the rigid-body discount does not matter
     expected = approximation(on_grid, "A")(p)
@@ -235,9 +234,9 @@ def test_the_approach_that_is_taken_from_a_pair_is_vertical_and_does_not_turn():
     on_grid, random = pair_on_grid(of.contact_problem, grid), np.random.default_rng(0)
     ics = {name: random.standard_normal((6, 4, 4, 3, 3)) for name in ("lower", "upper")}
     approaches = {"lower": 3.0, "upper": -2.5}
-    taken = sum_of_bodies(of, on_grid, {name: BodyICs(of_body, None, None) for name, of_body in ics.items()})
+    taken = sum_of_bodies(on_grid, {name: BodyICs(of_body) for name, of_body in ics.items()})
     taken -= sum_of_bodies(
-        of, on_grid, {name: BodyICs(of_body, None, None, approaches[name]) for name, of_body in ics.items()}
+        on_grid, {name: BodyICs(of_body, approaches[name]) for name, of_body in ics.items()}
     )
     delta = grid.strips / 10.0
     along_z = np.stack([0 * delta, -np.sin(delta), np.cos(delta)], axis=-1)
