@@ -20,7 +20,7 @@ from femic.campaigns.report.tables import MOST_FAILURES, failure_table
 from tests.femic.campaigns.report.datasets import FLANKS, RATIOS, pictures, with_failures
 
 
-def test_the_sentences_answer_the_design_question(grid):
+def test_the_sentences_answer_the_question_of_the_campaign(grid):
     sentences = summary(grid, fields_of(grid), None).split("\n")
     assert sentences[0] == "21 scenes over flank = 0 ... 60 u and ratio = 1.05 ... 1.5 u: all computed."
     assert sentences[1] == "C is known to 0.2 % or better."
