@@ -5,6 +5,7 @@ import xarray as xr
 
 from femic.cache.store import Store
 from femic.campaigns.running import tasks
+from femic.campaigns.running.checks import require_computable
 from femic.campaigns.running.tasks import Receipt
 from geometries.errors import Failure
 from tests.femic.campaigns.campaigns import (
@@ -62,3 +63,13 @@ def test_a_model_that_kills_workers_leaves_what_needs_none(client, tmp_path, mon
     assert set(dataset.failure.values.ravel()) == {"its worker died 4 times"}
     np.testing.assert_array_equal(dataset["sum"].sel(E=5), 5 + dataset.nu)
     assert not dataset.digest.any()  # it is tried again
+
+
+def test_a_kind_of_results_is_one_registration(client, tmp_path, monkeypatch):
+    """Files, checks, tasks and the dataset know it by its entry in the registry."""
+    of_parts(monkeypatch, stiffness=light)
+    campaign = campaign_in(tmp_path, 'keep = ["stiffness"]' + LIGHT)
+    require_computable(campaign)
+    done, dataset = swept(campaign, tmp_path, client)
+    assert (done.finished, done.failed) == (27, 3)
+    assert float(dataset["sum"].sel(E=2, nu=0.1)) == 2.1
