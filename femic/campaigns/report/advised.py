@@ -66,14 +66,13 @@ def advice_of(dataset: xr.Dataset) -> Advice | None:
     if "advised" not in dataset:
         return None
     numbers = dataset.advised.sel(body=body_of(dataset), drop=True).drop_attrs().load()
-    variants = [str(name) for name in dataset.variant.values]
-    used = [k for k in (*range(len(variants)), -1) if (numbers == k).any()]
-    if not numbers.notnull().any():
+    known = np.unique(numbers.values[np.isfinite(numbers.values)]).astype(int)
+    if not known.size:
         return None
-    renumbered = xr.full_like(numbers, np.nan)
-    for place, k in enumerate(used):
-        renumbered = renumbered.where(numbers != k, place)
-    return Advice(renumbered, tuple(NONE if k == -1 else variants[k] for k in used))
+    used = sorted(known, key=lambda k: (k < 0, k))  # -1, none, comes last
+    places = np.select([numbers == k for k in used], range(len(used)), np.nan)
+    names = tuple(NONE if k < 0 else str(dataset.variant.values[k]) for k in used)
+    return Advice(numbers.copy(data=places), names)
 
 
 def advised_over(panels: Sequence[tuple[str, Advice, Plane]]) -> Figure:
