@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import tomlkit
 import xarray as xr
-from femic.scenes.file import SceneFile
 
 from approx.calibration import Fit, fit
 from approx.effective import EffectiveProperties
@@ -27,6 +26,7 @@ from femic.cache.digests import results_digest, versions
 from femic.reference.run_options import DEFAULT, Means
 from femic.scenes.calibration import calibration_misfits
 from femic.scenes.errors import require_none
+from femic.scenes.file import SceneFile
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import WrongInput

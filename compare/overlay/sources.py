@@ -6,11 +6,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import xarray as xr
-from femic.scenes.file import SceneFile
 
 from compare.ics import run
 from compare.ics.dataset import ERRORS
 from femic.scenes import receipts
+from femic.scenes.file import SceneFile
 from femic.scenes.load import builtin_names, load_scene, parse
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput

@@ -5,11 +5,11 @@ import re
 from pathlib import Path
 
 import pytest
-from femic.scenes.file import SceneFile
 
 import femic
 from femic.scenes.contact import ContactTable
 from femic.scenes.engine import EngineTable
+from femic.scenes.file import SceneFile
 from femic.scenes.messages import OPTIONS, in_keys
 
 OF_PYTHON = {"expected"}  # arguments that no command has

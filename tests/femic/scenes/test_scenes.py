@@ -5,7 +5,6 @@ import tomllib
 
 import numpy as np
 import pytest
-from femic.scenes.file import SceneFile
 
 from approx.effective import EffectiveProperties, Transition
 from approx.variants import VARIANTS
@@ -13,6 +12,7 @@ from femic.reference.harmonic.record import HARMONIC
 from femic.reference.solid.record import SOLID
 from femic.scenes.contours import CONTOURS
 from femic.scenes.errors import BadScene
+from femic.scenes.file import SceneFile
 from femic.scenes.listing import listing
 from femic.scenes.load import builtin_names, load_scene
 from tests.compare.conftest import SHORT_LINES, scene_text
@@ -40,7 +40,7 @@ def test_the_listing_is_the_same_scene_and_names_every_key(name):
         assert f"{key} = " in text
 
 
-def test_geometry1_is_the_design_s():
+def test_geometry1_has_the_inclinations_of_the_source():
     scene = load_scene("geometry1")
     for body in scene.bodies.values():
         assert np.degrees(body.contour.inclination(np.array([-20.0, 20.0]))) == pytest.approx([-25.5, 25.5])
