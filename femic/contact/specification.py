@@ -92,12 +92,10 @@ class ContactProblem:
         Approximations have the elastic properties of the bodies. Where the specification has no automatic
         grids, `grid` is needed.
         """
-        solids = (Solid(body.material, body.surface) for body in (upper, lower))
+        pair = Pair(Solid(upper.material, upper.surface), Solid(lower.material, lower.surface))
         bodies = {"lower": lower, "upper": upper}
         length = settings.approach_side * APPROACH_SHARE
-        return cls(
-            "contact", bodies, Pair(*solids), specification, grid, settings, "approach", FAR_RADIUS, length
-        )
+        return cls("contact", bodies, pair, specification, grid, settings, "approach", FAR_RADIUS, length)
 
     @property
     def extent(self) -> tuple[float, float]:
