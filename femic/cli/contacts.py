@@ -10,7 +10,7 @@ from compare.contact.compute import compute_contact, require_solvable
 from compare.contact.page import write_contact, write_sensitivity
 from compare.contact.sensitivity import is_mapped
 from compare.friction.compute import compute_with_friction
-from compare.friction.pages import PAGES
+from compare.friction.pages import PAGES, require_page
 from compare.friction.supports import with_supports
 from femic.cache import folders
 from femic.campaigns.maps.c_map import maps_of_scene
@@ -41,6 +41,7 @@ def contact(
     scenes = [load_scene(name, changes) for name in scene]
     for loaded in scenes:
         require_solvable(loaded)  # raises before any work starts
+        require_page(loaded)
     if len({loaded.name for loaded in scenes}) < len(scenes):
         raise WrongInput(f"SCENE: {', '.join(scene)}: two have the same name; rename a file")
     console, contacts = Console(), {}
