@@ -52,7 +52,7 @@ def continuation(case: RandomContact, problem: FrictionalProblem) -> Continuatio
         specification=specification,
         on_grid=case.on_grid,
         loads=[case.load],
-        means=SimpleNamespace(watch=SimpleNamespace(on_stage=lambda _: None)),
+        options=SimpleNamespace(watch=SimpleNamespace(on_stage=lambda _: None)),
     )
     return Continuation(pair, case.rolling(problem), "random")
 

@@ -35,7 +35,7 @@ from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.contact.pairs.quantities import OF_COMPRESSION, numbers
 from femic.contact.pairs.reference_ics import ALL, BodyICs, c_of_bodies, sum_of_bodies
 from femic.contact.rolling import RollingContact, RollingProblem
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 from geometries.materials import Material
@@ -62,13 +62,13 @@ class Bodies:
     fits: Mapping[str, EffectiveProperties]
 
     @classmethod
-    def of(cls, scene: Scene, means: Means) -> "Bodies":
+    def of(cls, scene: Scene, options: RunOptions) -> "Bodies":
         """Solve and fit C of both bodies on the grid that fits the scene's contact."""
         ((grid, _),) = grids_of(scene.contact_problem)
         on_grid = pair_on_grid(scene.contact_problem, grid)
-        c, _ = c_of_bodies(scene.contact_problem, on_grid, means, ALL)
+        c, _ = c_of_bodies(scene.contact_problem, on_grid, options, ALL)
         c = {name: body.reciprocal for name, body in c.items()}
-        fits = {name: fit.effective for name, fit in calibrate(scene, means).fits.items()}
+        fits = {name: fit.effective for name, fit in calibrate(scene, options).fits.items()}
         return cls(scene, on_grid, c, fits)
 
     def moduli(self, ratio: float) -> dict[str, float]:
@@ -119,7 +119,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.03, elements:
         "contact": {"elements": elements},
         "engine": {"tolerance": tolerance},
     }
-    bodies = Bodies.of(load_scene("rolling", keys), Means(store=Store(out / "store")))
+    bodies = Bodies.of(load_scene("rolling", keys), RunOptions(store=Store(out / "store")))
     found = compared(
         xr.concat(
             [xr.concat([rolled(bodies, ics, ratio) for ics in (*VARIANTS, "C")], "ics") for ratio in RATIOS],

@@ -8,7 +8,7 @@ from femic.contact.pairs import given_ics
 from femic.contact.pairs.feasibility import impossible
 from femic.contact.pairs.frictionless import FrictionlessContacts, solve_frictionless
 from femic.contact.pairs.given_ics import NONE_GIVEN, C, NormalICs
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.grid import grid_misfits
@@ -62,11 +62,11 @@ def reference_name(ics: Sequence[str]) -> str:
 
 
 def compute_contact(
-    scene: Scene, means: Means = DEFAULT, maps: Mapping[str, NormalICs] = NONE_GIVEN
+    scene: Scene, options: RunOptions = DEFAULT, maps: Mapping[str, NormalICs] = NONE_GIVEN
 ) -> ContactResults:
     """Solve all frictionless contacts of a scene; `maps` are its maps of C by name.
 
     Raises BadScene for what cannot be solved, and Failure as `femic.contact`.
     """
     require_solvable(scene)
-    return ContactResults(scene, solve_frictionless(scene.contact_problem, means, maps))
+    return ContactResults(scene, solve_frictionless(scene.contact_problem, options, maps))

@@ -13,7 +13,7 @@ from compare.friction import compression, rolling
 from compare.friction.parts import by_friction_and_ics
 from compare.matrix.compute import discounted
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
 
@@ -44,7 +44,7 @@ def _labels_of(scene: Scene) -> Labels:
     return LABELS[motion]
 
 
-def compute_with_friction(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
+def compute_with_friction(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
     """Numbers by friction, ICs and the dimension of the motion, each with `estimate_NAME`, and maps.
 
     Raises BadScene for what cannot be solved, and Failure as `femic.contact`.
@@ -55,7 +55,7 @@ def compute_with_friction(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
     def solve(pair: PairWithFriction) -> xr.Dataset:
         return by_friction_and_ics(pair, labels.labelled)
 
-    joined = solve_with_friction(scene.contact_problem, solve, means)
+    joined = solve_with_friction(scene.contact_problem, solve, options)
     attributes = {
         "title": f"{labels.title}: {scene.title}",
         "meaning": "tractions on the upper body along x, s, n of the lower surface; slip over that surface",

@@ -33,7 +33,7 @@ def by_friction_and_ics(pair: PairWithFriction, labelled: Labelled) -> xr.Datase
 
 def _stored(pair: PairWithFriction, friction: float, name: str, labelled: Labelled) -> xr.Dataset:
     """A solution, from the store if it is there."""
-    store, solve = pair.means.store, pair.motion.solve
+    store, solve = pair.options.store, pair.motion.solve
     assert solve is not None
     key = store.key("friction", results_digest(labelled.__module__), *_inputs(pair, friction, name))
     part = store.get(key)
@@ -41,7 +41,7 @@ def _stored(pair: PairWithFriction, friction: float, name: str, labelled: Labell
         part = labelled(pair, solve(pair, friction, name)).assign_attrs(_quality_of_c(pair, name))
         store.put(key, part)
     else:
-        pair.means.watch.on_stage(f"  friction {friction:g}, {name}: kept by an earlier run")
+        pair.options.watch.on_stage(f"  friction {friction:g}, {name}: kept by an earlier run")
     return part
 
 

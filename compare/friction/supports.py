@@ -7,14 +7,14 @@ from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.supports import changed_supports_with_friction
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.scene import Scene
 from geometries.grids import Grid
 
 PREFIX = "supported_"  # of the names of numbers with other supports
 
 
-def with_supports(scene: Scene, dataset: xr.Dataset, means: Means = DEFAULT) -> xr.Dataset:
+def with_supports(scene: Scene, dataset: xr.Dataset, options: RunOptions = DEFAULT) -> xr.Dataset:
     """The arrays of a motion with `supported_NAME` (supports): numbers of one contact with C with others.
 
     It has the least coefficient of friction; rolling is at the creepage nearest 0, a compression after its
@@ -24,7 +24,7 @@ def with_supports(scene: Scene, dataset: xr.Dataset, means: Means = DEFAULT) -> 
     if C not in dataset.ics.values or not scene.contact.supports:
         return dataset
     problem, friction = scene.contact_problem, float(dataset.friction.min())
-    pair = PairWithFriction(problem, pair_on_grid(problem, _grid(dataset)), means)
+    pair = PairWithFriction(problem, pair_on_grid(problem, _grid(dataset)), options)
     points = changed_supports_with_friction(pair, friction)
     if not points:
         return dataset

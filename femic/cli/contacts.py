@@ -49,21 +49,21 @@ def contact(
     of_each = [work.folder_among(loaded, scenes) for loaded in scenes]
     of_maps = [work.joint_folder(mapped)] if len(mapped) > 1 else []
     for folder in (*of_each, *of_maps):
-        folders.usable(folder)
+        folders.require_usable(folder)
     for loaded, folder in zip(scenes, of_each, strict=True):
         for text in plausibility.warnings(loaded):
             console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
-        with work.means(folder, console) as means:
+        with work.options(folder, console) as options:
             if loaded.contact.friction is None:
-                solved = contacts[loaded.name] = compute_contact(loaded, means, maps_of_scene(loaded))
-                supports = changed_supports(solved.solved, means)
-                report = write_contact(solved, folder, means.store, supports)
+                solved = contacts[loaded.name] = compute_contact(loaded, options, maps_of_scene(loaded))
+                supports = changed_supports(solved.solved, options)
+                report = write_contact(solved, folder, options.store, supports)
             else:
-                dataset = with_supports(loaded, compute_with_friction(loaded, means), means)
+                dataset = with_supports(loaded, compute_with_friction(loaded, options), options)
                 report = PAGES[loaded.contact.motion](dataset, folder)
         console.print(f"Report: {report}", soft_wrap=True)
     for folder in of_maps:
-        with folders.only_run_in(folder):
+        with folders.locked(folder):
             report = write_sensitivity({name: contacts[name] for name in mapped}, folder)
         console.print(f"Report: {report}", soft_wrap=True)
 

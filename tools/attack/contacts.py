@@ -18,7 +18,7 @@ from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.frictionless import SolvedContact
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 from geometries.contours import Contour
@@ -31,7 +31,7 @@ FORCE = 1e-5  # of the load, by which forces may be off; tolerances of tractions
 SAME = 1e-7  # of the largest component of a force or moment
 WORK = 1e-6  # of the largest work of friction, by which that of an element may be below 0
 BOUND = 1e-6  # of the bound of friction, by which tractions may exceed it
-MEANS = Means(1)
+OPTIONS = RunOptions(1)
 
 
 def contacts(count: int, seed: int) -> Iterator[Outcome]:
@@ -87,7 +87,7 @@ def strange(chance: np.random.Generator, motion: str) -> dict[str, Any]:
 
 def _without_friction(scene: Scene, _: np.random.Generator) -> str:
     """What falls short of a contact without friction."""
-    (contact,) = compute_contact(scene, MEANS).solved.contacts.values()
+    (contact,) = compute_contact(scene, OPTIONS).solved.contacts.values()
     return _of_pressures(contact, scene)
 
 
@@ -124,7 +124,7 @@ def _rolling(scene: Scene, chance: np.random.Generator) -> str:
         )
 
     require_solvable(scene)
-    return solve_with_friction(scene.contact_problem, solved, MEANS)
+    return solve_with_friction(scene.contact_problem, solved, OPTIONS)
 
 
 def _compression(scene: Scene, _: np.random.Generator) -> str:
@@ -142,7 +142,7 @@ def _compression(scene: Scene, _: np.random.Generator) -> str:
         return ""
 
     require_solvable(scene)
-    return solve_with_friction(scene.contact_problem, solved, MEANS)
+    return solve_with_friction(scene.contact_problem, solved, OPTIONS)
 
 
 def _of_friction(contact: FrictionalContact, pair: PairWithFriction, load: float) -> str:

@@ -24,7 +24,7 @@ from femic.campaigns.running.checks import require_computable
 from femic.cli.main import exit_code
 from femic.contact.pairs.automatic_grid import grids_of
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes import plausibility
 from femic.scenes.listing import listing
 from femic.scenes.load import builtin_names, load_scene
@@ -187,7 +187,7 @@ def _with_gap(path: Path, *, solve: bool) -> str:
             raise AssertionError("the distance is not finite")
     if not solve:
         return "taken"
-    compute_contact(scene, Means(1))
+    compute_contact(scene, RunOptions(1))
     return "solved"
 
 

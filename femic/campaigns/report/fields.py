@@ -54,8 +54,8 @@ class Field:
     @property
     def closest(self) -> str:
         """The row with the smallest numbers on the average over scenes and columns."""
-        means = self.sizes.mean([dim for dim in self.sizes.dims if dim != ROW])
-        return self.rows[int(np.argmin(means.values))]
+        options = self.sizes.mean([dim for dim in self.sizes.dims if dim != ROW])
+        return self.rows[int(np.argmin(options.values))]
 
     @property
     def drawn(self) -> xr.DataArray:

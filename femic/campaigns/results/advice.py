@@ -10,21 +10,21 @@ from compare.ics.errors import measure_of
 from femic.campaigns.results.kind import SHARE, ResultKind
 from femic.campaigns.results.on_lines import jobs_on_lines
 from femic.reference.accuracy import component_of
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 
 AS_CHEAP = 3.0  # times the seconds of the fastest good ICs: these count as equally cheap, as clocks vary
 
 
-def advice(scene: Scene, means: Means) -> xr.Dataset:
+def advice(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Return the errors of all ICs, and by body the cheapest ICs that are good enough.
 
     `known_error` (variant, body) is the worst over lines and components, with the estimate of C. `advised`
     is the number of a variant: of those whose known error is at most the scene's `ics_tolerance` and that
     take less than `AS_CHEAP` times the seconds of the fastest of them, the most accurate one; -1: none is.
     """
-    results = compute(scene, means)
+    results = compute(scene, options)
     variants, bodies = list(results.variants), list(scene.compared)
     known = np.array([_known_errors(results, body) for body in bodies]).T  # (n_variants, n_bodies)
     seconds = np.array([[results.seconds[v, body] for body in bodies] for v in variants])

@@ -6,7 +6,7 @@ import xarray as xr
 from compare.calibration.compute import calibrate, extended, require_calibration, unit_of
 from compare.ics.compute import jobs
 from femic.campaigns.results.kind import SHARE, ResultKind
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
 
 NAMES = frozenset(
@@ -15,11 +15,13 @@ NAMES = frozenset(
 )
 
 
-def calibration(scene: Scene, means: Means) -> xr.Dataset:
+def calibration(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Return parameters of B-hat-prime, and its deviations from C beside those of B-hat, by fitted body."""
-    calibrated = calibrate(scene, means)
+    calibrated = calibrate(scene, options)
     fits, targets = list(calibrated.fits.values()), list(calibrated.targets.values())
-    of_bhat = [np.max(np.abs(target.by("Bhat") - target.ics) / target.scales, axis=-1) for target in targets]
+    of_bhat = [
+        np.max(np.abs(target.approximate("Bhat") - target.ics) / target.scales, axis=-1) for target in targets
+    ]
     parameters, components = ("fitted_body", "parameter"), ("fitted_body", "fitted_component")
     share = SHARE | {"long_name": "deviation from C, share of max |C| of the points"}
     about_c = {"units": "1", "long_name": "C at the points of the calibration, without dimension"}

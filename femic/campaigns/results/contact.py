@@ -15,7 +15,7 @@ from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import OF_CURVE, OF_FRICTIONLESS
 from femic.contact.pairs.reference_ics import c_jobs
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
 
 DISTANCES = ("rms", "largest", "estimate_rms", "estimate_largest")  # between creep-force curves
@@ -28,17 +28,17 @@ NAMES = frozenset(
 )
 
 
-def contact(scene: Scene, means: Means) -> xr.Dataset:
+def contact(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Return numbers of the contact with their estimates, as `femic contact` does, without maps of the patch.
 
     Those without friction have dims `case` and `ics`; with friction they are over friction, ICs and load or
     creepage.
     """
     if scene.contact.friction is None:
-        solved = to_dataset(compute_contact(scene, means, maps_of_scene(scene)))
+        solved = to_dataset(compute_contact(scene, options, maps_of_scene(scene)))
         names = [f"{prefix}{name}" for prefix in ("", "estimate_") for name in OF_FRICTIONLESS]
         return solved[names].assign_coords(case=np.arange(solved.sizes["case"], dtype=float))
-    solved = compute_with_friction(scene, means).drop_vars(["C_seconds", "seconds"], errors="ignore")
+    solved = compute_with_friction(scene, options).drop_vars(["C_seconds", "seconds"], errors="ignore")
     numbers = [
         name
         for name, variable in solved.data_vars.items()

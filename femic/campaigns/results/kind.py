@@ -12,7 +12,7 @@ import xarray as xr
 
 from femic.reference.job import Job
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
 
 Jobs = Mapping[str, Job] | Mapping[str, MatrixJob]
@@ -23,7 +23,7 @@ SHARE = {"units": "1"}
 class ResultKind:
     """A kind of results that a campaign can keep of its scenes."""
 
-    compute: Callable[[Scene, Means], xr.Dataset]
+    compute: Callable[[Scene, RunOptions], xr.Dataset]
     jobs: Callable[[Scene], list[Jobs]]  # C by body, as far as it is known before the computation
     require: Callable[[Scene], object] = lambda _: None  # raises BadScene where the scene has no such results
     names: frozenset[str] = frozenset()  # of all variables and dims

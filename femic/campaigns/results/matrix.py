@@ -8,7 +8,7 @@ from femic.campaigns.results.kind import ResultKind
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.reference_ics import c_jobs, normal_ics
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
 
@@ -20,7 +20,7 @@ ABOUT = {
 }
 
 
-def matrix(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
+def matrix(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
     """Return `c`, `c_estimate`, `bhat` (lag, observed, loaded) [mm/MPa] on the grid of a scene.
 
     These are the ICs of frictionless contact, with the strips of the upper body opposite those of the lower
@@ -28,7 +28,7 @@ def matrix(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
     """
     problem = scene.contact_problem
     on_grid = pair_on_grid(problem, scene.grid)
-    ic, estimate = normal_ics(problem, on_grid, means)
+    ic, estimate = normal_ics(problem, on_grid, options)
     values = {"c": ic, "c_estimate": estimate.astype(np.float32), "bhat": bhat_nn(on_grid)}
     mm = {"units": "mm"}
     return xr.Dataset(

@@ -6,7 +6,7 @@ import xarray as xr
 from compare.ics import dataset as of_points
 from compare.ics.compute import Results, compute, jobs, seconds_of
 from femic.campaigns.results.kind import Jobs, ResultKind
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
 
 OF_ERRORS = frozenset(
@@ -16,17 +16,17 @@ OF_ERRORS = frozenset(
 OF_ICS = OF_ERRORS | {"ic", "estimate", "point", "on_line", "x", "s"}
 
 
-def errors(scene: Scene, means: Means) -> xr.Dataset:
+def errors(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Return the errors of all ICs: `error`, `rms`, `weight` (body, variant, line, i, j), and the cost of C.
 
     They are those of `errors.nc`, for the scene's components. `vanishes` is 1 where a component does, else 0.
     """
-    return _errors(compute(scene, means))
+    return _errors(compute(scene, options))
 
 
-def ics(scene: Scene, means: Means) -> xr.Dataset:
+def ics(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Return `errors`, and `ic`, `estimate` [mm/N] at the points `x`, `s` [mm] of the line `on_line`."""
-    results = compute(scene, means)
+    results = compute(scene, options)
     at_points = of_points.to_dataset(results)[["ic", "estimate"]].reset_coords(["x", "s"]).drop_vars("line")
     on_line = np.concatenate(
         [np.full(part.stop - part.start, float(k)) for k, part in enumerate(results.lines.values())]

@@ -75,7 +75,7 @@ def compute_sweep(
     the end, also of an interrupted run. Raises Failure where a worker has other code, where the store is
     full, and where the scheduler is gone; finished scenes are in the store and in the dataset.
     """
-    with folders.only_run_in(collected.folder):
+    with folders.locked(collected.folder):
         run = _Run(collected, store, options or Options())
         try:
             first = run.next_unfinished()

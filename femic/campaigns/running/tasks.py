@@ -25,7 +25,7 @@ from femic.reference.level import Level
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import matrices
 from femic.reference.models import peak_memory
-from femic.reference.run_options import Means, Solved, Watch
+from femic.reference.run_options import RunOptions, Solved, Watch
 from geometries.errors import Failure, WrongInput
 
 PROBE = "probe"  # key of an outcome that shows whether workers share the store
@@ -95,9 +95,9 @@ def solve_models(task: ModelTask, origin: Origin) -> Receipt:
     work = _Work.begun(origin)
     with _alone(), suppress(Failure, WrongInput):
         if isinstance(task.job, MatrixJob):
-            matrices({task.body: task.job}, work.means)
+            matrices({task.body: task.job}, work.options)
         else:
-            references({task.body: task.job}, work.means)
+            references({task.body: task.job}, work.options)
     return work.receipt()
 
 
@@ -167,7 +167,7 @@ def _computed(task: SceneTask, name: str, work: "_Work") -> Outcome:
     try:
         scene = task.scene
         kind.require(scene)
-        dataset = kind.compute(scene, work.means)
+        dataset = kind.compute(scene, work.options)
     except (Failure, WrongInput) as error:
         failure = str(error)
     except Exception as error:  # one scene must not end the others
@@ -195,12 +195,12 @@ class _Work:
         return cls(Store(origin.store), perf_counter())
 
     @property
-    def means(self) -> Means:
+    def options(self) -> RunOptions:
         """One worker and the store."""
-        return Means(1, self.store, Watch(on_model=self._note))
+        return RunOptions(1, self.store, Watch(on_model=self._note))
 
     def _note(self, model: Solved) -> None:
-        self.reused.append(model.kept)
+        self.reused.append(model.cached)
 
     def receipt(self, failure: str = "") -> Receipt:
         """The report of the task; raises Unusable where its result could not be stored."""

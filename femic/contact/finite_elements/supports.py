@@ -12,7 +12,7 @@ from femic.contact.pairs.reference_ics import job_of
 from femic.contact.specification import ContactProblem
 from femic.reference.discount import FZ
 from femic.reference.matrix.reference import matrices
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.bodies import Domain
 from geometries.grids import Grid
 
@@ -28,7 +28,7 @@ def meshed_bodies(problem: ContactProblem) -> Bodies:
     return Bodies(lower, upper, undeformed.s_range, undeformed.shift)
 
 
-def rigid_compliance(problem: ContactProblem, means: Means = DEFAULT) -> float:
+def rigid_compliance(problem: ContactProblem, options: RunOptions = DEFAULT) -> float:
     """M_zz [mm/N] of both bodies on their supports, which is subtracted from the approach of contact with C.
 
     It needs a model of each section with a single strip, the load under which it is matched. 0 where nothing
@@ -38,5 +38,5 @@ def rigid_compliance(problem: ContactProblem, means: Means = DEFAULT) -> float:
         return 0.0
     side = 2 * problem.settings.approach_side
     jobs = {name: job_of(problem, name, Grid(1, 1, side, side), ("nn",)) for name in problem.bodies}
-    references = matrices(jobs, means, combined=True)
+    references = matrices(jobs, options, combined=True)
     return sum(float(reference.discount[FZ, FZ]) for reference in references.values())

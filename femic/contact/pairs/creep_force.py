@@ -113,7 +113,7 @@ class Continuation:
         except PotentialAreaTooSmall:
             raise
         except Failure as failure:
-            self.pair.means.watch.on_stage(f"  left out: {failure}")
+            self.pair.options.watch.on_stage(f"  left out: {failure}")
             return None
 
     def with_force(self, force: float, contacts: Sequence[RollingContact]) -> RollingContact:

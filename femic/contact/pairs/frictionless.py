@@ -16,7 +16,7 @@ from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, kinds, measured, numbers
 from femic.contact.pairs.reference_ics import ReferenceICs, normal_operator, normal_reference_ics
 from femic.contact.specification import ContactProblem
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.errors import Failure
 from geometries.grids import Grid
 
@@ -83,7 +83,7 @@ class FrictionlessContacts:
 
 
 def solve_frictionless(
-    problem: ContactProblem, means: Means = DEFAULT, given: Mapping[str, NormalICs] = NONE_GIVEN
+    problem: ContactProblem, options: RunOptions = DEFAULT, given: Mapping[str, NormalICs] = NONE_GIVEN
 ) -> FrictionlessContacts:
     """Solve all contacts of a problem; `given` are ICs by the names in its specification.
 
@@ -93,7 +93,7 @@ def solve_frictionless(
     contacts: dict[tuple[Loading, str], SolvedContact] = {}
     references: dict[Grid, ReferenceICs] = {}
     for grid, loadings in grids_of(problem, given):
-        solver = _Solver(problem, loadings, given_of(problem.specification.ics, given), means)
+        solver = _Solver(problem, loadings, given_of(problem.specification.ics, given), options)
         solved, reference = on_fitting_grid(problem, grid, solver.on_grid, longer=not solver.given)
         contacts |= solved
         if reference is not None:
@@ -116,14 +116,14 @@ class _Solver:
     problem: ContactProblem
     loadings: Sequence[Loading]
     given: Mapping[str, NormalICs]
-    means: Means
+    options: RunOptions
 
     def on_grid(
         self, on_grid: PairOnGrid
     ) -> tuple[dict[tuple[Loading, str], SolvedContact], ReferenceICs | None]:
         """The contacts with all ICs on a grid, and C on it."""
         grid, reference = on_grid.grid, None
-        self.means.watch.on_stage(
+        self.options.watch.on_stage(
             f"  {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: "
             + ", ".join(map(str, self.loadings))
         )
@@ -131,7 +131,7 @@ class _Solver:
         for name in self.problem.specification.ics:
             known: ReferenceICs | _PerturbedICs | None = None
             if name == C:
-                known = reference = normal_reference_ics(self.problem, on_grid, self.means)
+                known = reference = normal_reference_ics(self.problem, on_grid, self.options)
             elif name in self.given:
                 ics, estimate = self.given[name].at(on_grid)
                 known = _PerturbedICs(normal_operator(ics), normal_operator(ics + estimate))

@@ -13,7 +13,7 @@ from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.reference_ics import ReferenceICs, approximation, full_reference_ics
 from femic.contact.specification import ContactProblem, FrictionSpecification
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.errors import WrongInput
 
 Outcome = TypeVar("Outcome")
@@ -25,7 +25,7 @@ class PairWithFriction:
 
     problem: ContactProblem
     on_grid: PairOnGrid
-    means: Means = DEFAULT
+    options: RunOptions = DEFAULT
 
     def __post_init__(self) -> None:
         if self.problem.specification.friction is None:
@@ -38,7 +38,7 @@ class PairWithFriction:
     def reference(self) -> ReferenceICs:
         """C on the grid, computed when it is needed for the first time."""
         rolls = self.motion.wheel_rolls
-        return full_reference_ics(self.problem, self.on_grid, self.means, wheel_rolls=rolls)
+        return full_reference_ics(self.problem, self.on_grid, self.options, wheel_rolls=rolls)
 
     @property
     def specification(self) -> FrictionSpecification:
@@ -74,7 +74,7 @@ class PairWithFriction:
 
 
 def solve_with_friction(
-    problem: ContactProblem, solve: Callable[[PairWithFriction], Outcome], means: Means = DEFAULT
+    problem: ContactProblem, solve: Callable[[PairWithFriction], Outcome], options: RunOptions = DEFAULT
 ) -> Outcome:
     """Return the solution of `solve` on a grid that fits the largest load, made longer where needed."""
     ((grid, loadings),) = grids_of(problem)
@@ -82,7 +82,7 @@ def solve_with_friction(
     def solve_on(on_grid: PairOnGrid) -> Outcome:
         n_x, n_s = on_grid.grid.n_x, on_grid.grid.n_s
         size = f"{on_grid.grid.dx:.3g} x {on_grid.grid.ds:.3g} mm"
-        means.watch.on_stage(f"  {n_x} x {n_s} elements of {size}: {loadings[-1]}")
-        return solve(PairWithFriction(problem, on_grid, means))
+        options.watch.on_stage(f"  {n_x} x {n_s} elements of {size}: {loadings[-1]}")
+        return solve(PairWithFriction(problem, on_grid, options))
 
     return on_fitting_grid(problem, grid, solve_on)

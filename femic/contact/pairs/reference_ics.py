@@ -21,7 +21,7 @@ from femic.contact.specification import ContactProblem
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.pair import vertical
 from femic.reference.matrix.reference import MatrixReference, matrices
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.arrays import Array
 from geometries.bodies import Domain
 from geometries.errors import WrongInput
@@ -74,10 +74,10 @@ def approximation(on_grid: PairOnGrid, variant: str) -> FullOperator:
     return GridOperator.of_convolution(operator)
 
 
-def normal_reference_ics(problem: ContactProblem, on_grid: PairOnGrid, means: Means) -> ReferenceICs:
+def normal_reference_ics(problem: ContactProblem, on_grid: PairOnGrid, options: RunOptions) -> ReferenceICs:
     """C_nn of both bodies on a grid; raises Failure as `require_positive`."""
     start = perf_counter()
-    ics, estimate = normal_ics(problem, on_grid, means)
+    ics, estimate = normal_ics(problem, on_grid, options)
     largest = float(np.max(np.abs(ics)))
     return ReferenceICs(
         normal_operator(ics),
@@ -90,14 +90,14 @@ def normal_reference_ics(problem: ContactProblem, on_grid: PairOnGrid, means: Me
 
 
 def full_reference_ics(
-    problem: ContactProblem, on_grid: PairOnGrid, means: Means, *, wheel_rolls: bool
+    problem: ContactProblem, on_grid: PairOnGrid, options: RunOptions, *, wheel_rolls: bool
 ) -> ReferenceICs:
     """C of both bodies in all directions; raises Failure as `require_positive`.
 
     `wheel_rolls`: with the displacements of the upper body as the rail sees them in rolling.
     """
     start = perf_counter()
-    bodies, estimate = c_of_bodies(problem, on_grid, means, ALL)
+    bodies, estimate = c_of_bodies(problem, on_grid, options, ALL)
     ics = sum_of_bodies(on_grid, _each_reciprocal(bodies), wheel_rolls=wheel_rolls)
     eigenvalue = require_positive(problem, on_grid, ics[..., N, N])
     return ReferenceICs(
@@ -110,9 +110,11 @@ def full_reference_ics(
     )
 
 
-def normal_ics(problem: ContactProblem, on_grid: PairOnGrid, means: Means = DEFAULT) -> tuple[Array, Array]:
+def normal_ics(
+    problem: ContactProblem, on_grid: PairOnGrid, options: RunOptions = DEFAULT
+) -> tuple[Array, Array]:
     """C_nn of both bodies on a grid and its estimated error [mm/MPa], (n_x, n_s, n_s) each."""
-    bodies, estimate = c_of_bodies(problem, on_grid, means, NORMAL)
+    bodies, estimate = c_of_bodies(problem, on_grid, options, NORMAL)
     return sum_of_bodies(on_grid, bodies)[..., 0, 0], estimate[..., 0, 0]
 
 
@@ -136,14 +138,14 @@ def pair_operator(
 
 
 def c_of_bodies(
-    problem: ContactProblem, on_grid: PairOnGrid, means: Means, directions: tuple[int, ...]
+    problem: ContactProblem, on_grid: PairOnGrid, options: RunOptions, directions: tuple[int, ...]
 ) -> tuple[dict[str, BodyICs], Array]:
     """C of each body, and the sum of their estimated errors [mm/MPa], (n_x, n_s, n_s, m, m).
 
     C of a body goes like 1 / E. Raises NotConverged as `femic.reference.matrix.reference.matrices`.
     """
     components = COMPONENTS if directions == ALL else ("nn",)
-    references = matrices(c_jobs(problem, on_grid, components), means, combined=True)
+    references = matrices(c_jobs(problem, on_grid, components), options, combined=True)
     grid = on_grid.grid
     estimates = [
         _matrix([reference.column(strip).estimate for strip in range(grid.n_s)], grid, directions)

@@ -38,7 +38,7 @@ def solve_compression(pair: PairWithFriction, friction: float, name: str) -> Sol
     label, problem = f"friction {friction:g}, {name}", pair.frictional(operator, friction)
     steps, last = in_steps(pair, problem, label)
     seconds = perf_counter() - start
-    pair.means.watch.on_stage(f"  {label}: {len(steps)} loads, {seconds:.1f} s")
+    pair.options.watch.on_stage(f"  {label}: {len(steps)} loads, {seconds:.1f} s")
     estimated = estimates_of(
         steps,
         _on_larger(pair, problem, label),
@@ -92,7 +92,7 @@ def _on_larger(pair: PairWithFriction, problem: FrictionalProblem, label: str) -
         except PotentialAreaTooSmall:
             raise
         except Failure as failure:
-            pair.means.watch.on_stage(f"  not in estimates: {failure}")
+            pair.options.watch.on_stage(f"  not in estimates: {failure}")
             of_grids.append(None)
     return of_grids
 

@@ -41,7 +41,7 @@ def solve_curve(pair: PairWithFriction, friction: float, name: str) -> SolvedCur
     along = Continuation.of(pair, problem, f"friction {friction:g}, {name}")
     curve = along.curve()
     seconds = perf_counter() - start
-    pair.means.watch.on_stage(
+    pair.options.watch.on_stage(
         f"  {along.label}: {len(curve.points)} of {len(along.xi)} creepages, {seconds:.1f} s"
     )
     change = _change(along, curve) if name == C else None
@@ -76,7 +76,7 @@ def _coarse(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> C
     except PotentialAreaTooSmall:
         raise
     except Failure as failure:
-        pair.means.watch.on_stage(f"  not in estimates: {failure}")
+        pair.options.watch.on_stage(f"  not in estimates: {failure}")
         return None
 
 
@@ -106,7 +106,7 @@ def _change(along: Continuation, curve: CreepForceCurve) -> Change:
     except PotentialAreaTooSmall:
         raise
     except Failure as failure:
-        pair.means.watch.on_stage(f"  no estimates: {failure}")
+        pair.options.watch.on_stage(f"  no estimates: {failure}")
         free = dict.fromkeys(OF_CURVE, np.nan)
     return Change([between(rows, xi) for xi in along.xi], changes(curve.free, kinds(OF_CURVE), free))
 

@@ -20,7 +20,7 @@ from femic.contact.pairs.quantities import numbers
 from femic.contact.pairs.reference_ics import ALL, NORMAL, c_jobs, pair_operator
 from femic.contact.specification import ContactProblem
 from femic.reference.matrix.reference import MatrixReference, matrices
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.contours import Contour
 from geometries.errors import Failure
 
@@ -45,7 +45,9 @@ class OtherSupports:
         )
 
 
-def changed_supports(contacts: FrictionlessContacts, means: Means = DEFAULT) -> dict[str, dict[str, float]]:
+def changed_supports(
+    contacts: FrictionlessContacts, options: RunOptions = DEFAULT
+) -> dict[str, dict[str, float]]:
     """The numbers of the largest contact with C with other supports, by what is other; empty without C.
 
     C with flatter flanks has to be solved: it is only where the contact is not symmetric, since supports
@@ -54,7 +56,7 @@ def changed_supports(contacts: FrictionlessContacts, means: Means = DEFAULT) -> 
     largest = _largest_with_c(contacts)
     if largest is None or not contacts.problem.specification.supports:
         return {}
-    return dict(_changed(contacts.problem, largest, means))
+    return dict(_changed(contacts.problem, largest, options))
 
 
 def _largest_with_c(contacts: FrictionlessContacts) -> SolvedContact | None:
@@ -63,15 +65,15 @@ def _largest_with_c(contacts: FrictionlessContacts) -> SolvedContact | None:
 
 
 def _changed(
-    problem: ContactProblem, solved: SolvedContact, means: Means
+    problem: ContactProblem, solved: SolvedContact, options: RunOptions
 ) -> Iterator[tuple[str, dict[str, float]]]:
     """Yield what is other about the supports, and the numbers with it."""
-    for supports in other_supports(problem, solved.on_grid, means):
+    for supports in other_supports(problem, solved.on_grid, options):
         operator = supports.operator(solved.on_grid, friction=False)
         try:
             contact = solved.on_grid.solve(operator, solved.loading)
         except Failure as failure:
-            means.watch.on_stage(f"  left out, {supports.name}: {failure}")
+            options.watch.on_stage(f"  left out, {supports.name}: {failure}")
             continue
         yield supports.name, numbers(contact.on_grid, contact.normal)
 
@@ -86,22 +88,24 @@ def changed_supports_with_friction(
     points, one_point = {}, pair.motion.one_point
     if one_point is None:
         return {}
-    for supports in other_supports(pair.problem, pair.on_grid, pair.means):
+    for supports in other_supports(pair.problem, pair.on_grid, pair.options):
         operator = supports.operator(pair.on_grid, friction=True, wheel_rolls=pair.motion.wheel_rolls)
         try:
             points[supports.name] = one_point(pair, pair.frictional(operator, friction), supports.name)
         except Failure as failure:
-            pair.means.watch.on_stage(f"  left out, {supports.name}: {failure}")
+            pair.options.watch.on_stage(f"  left out, {supports.name}: {failure}")
     return points
 
 
-def other_supports(problem: ContactProblem, on_grid: PairOnGrid, means: Means) -> Iterator[OtherSupports]:
+def other_supports(
+    problem: ContactProblem, on_grid: PairOnGrid, options: RunOptions
+) -> Iterator[OtherSupports]:
     """Yield bodies with other supports; raises NotConverged as `matrices`."""
-    yield OtherSupports(NEARER, matrices(c_jobs(problem, on_grid), means, combined=True), "nearer")
+    yield OtherSupports(NEARER, matrices(c_jobs(problem, on_grid), options, combined=True), "nearer")
     flatter = None if on_grid.symmetric else flatter_problem(problem)
     if flatter is not None:
-        means.watch.on_stage(f"  C with {FLATTER}")
-        yield OtherSupports(FLATTER, matrices(c_jobs(flatter, on_grid), means, combined=True))
+        options.watch.on_stage(f"  C with {FLATTER}")
+        yield OtherSupports(FLATTER, matrices(c_jobs(flatter, on_grid), options, combined=True))
 
 
 def flatter_problem(problem: ContactProblem) -> ContactProblem | None:

@@ -114,7 +114,7 @@ def _distinct(points: Array, spacing: float) -> Array:
 def assemble(solid: SolidMesh) -> SolidModel:
     """Assemble the stiffness of a mesh; nodes on the far arc, the hub and the end face are clamped."""
     body = solid.body
-    xi, y, z = body.surface.turned_back(solid.nodes[:, : solid.n_vertices])
+    xi, y, z = body.surface.to_chart(solid.nodes[:, : solid.n_vertices])
     on_end = (xi > (1 - 1e-6) * body.xi_end) & (not body.closed)
     supported = held_by_supports(body, solid.mesh, y, z, on_end)
     return SolidModel(solid, stiffness(solid.mesh, body.material), supported)
@@ -183,8 +183,8 @@ def from_vertices(solid: SolidMesh) -> csr_matrix:
     edges = solid.mesh.edges
     n_edges = edges.shape[1]
     entries = (np.full(2 * n_edges, 0.5), (np.tile(np.arange(n_edges), 2), edges.ravel()))
-    means = coo_array(entries, shape=(n_edges, solid.n_vertices))
-    return csr_matrix(vstack([identity(solid.n_vertices), means]))
+    options = coo_array(entries, shape=(n_edges, solid.n_vertices))
+    return csr_matrix(vstack([identity(solid.n_vertices), options]))
 
 
 def observe(model: SolidModel, load: Load, field: Field, points: Points) -> Array:

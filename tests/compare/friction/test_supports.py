@@ -9,7 +9,7 @@ from compare.friction.compute import compute_with_friction
 from compare.friction.pages import PAGES
 from compare.friction.supports import with_supports
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from tests.compare.friction.scenes import scene
 from tests.compare.friction.test_rolling import in_place_of_c as stand_in
 
@@ -43,7 +43,7 @@ def in_place_of_c(monkeypatch):
 def test_the_contact_with_the_least_friction_is_solved_with_other_supports(keys, quantities):
     """At the creepage nearest 0, or the last load: with the same supports it is the one of the arrays."""
     of = scene(13.0, **KEYS, **keys)
-    dataset = with_supports(of, compute_with_friction(of), Means(1))
+    dataset = with_supports(of, compute_with_friction(of), RunOptions(1))
     place = {"xi": 1e-4} if "xi" in dataset.dims else {"load": 2e3}
     given = {"friction": 0.2} | place
     assert {dim: float(dataset[f"supported_{dim}"]) for dim in given} == given
@@ -58,9 +58,9 @@ def test_the_contact_with_the_least_friction_is_solved_with_other_supports(keys,
 @pytest.mark.parametrize(("keys", "place"), [(ROLLING, "0.01 %"), (COMPRESSION, "2000 N")])
 def test_the_page_says_what_changes_and_what_does_not(keys, place, tmp_path):
     of = scene(13.0, **KEYS, **keys)
-    page = PAGES[keys["motion"]](with_supports(of, compute_with_friction(of), Means(1)), tmp_path).read_text(
-        encoding="utf-8"
-    )
+    page = PAGES[keys["motion"]](
+        with_supports(of, compute_with_friction(of), RunOptions(1)), tmp_path
+    ).read_text(encoding="utf-8")
     assert "what other supports change: by C, friction 0.2, " + place in page
     assert f'<td class="name">{SOFTER}</td>' in page
 
@@ -70,4 +70,4 @@ def test_the_page_says_what_changes_and_what_does_not(keys, place, tmp_path):
 def test_nothing_is_solved_where_there_is_no_c_or_the_scene_wants_none(changes):
     of = scene(13.0, **KEYS | {"friction": [0.2]} | changes, **COMPRESSION)
     dataset = compute_with_friction(of)
-    assert with_supports(of, dataset, Means(1)) is dataset
+    assert with_supports(of, dataset, RunOptions(1)) is dataset

@@ -8,7 +8,7 @@ from compare.ics.compute import compute
 from femic.cache.store import Store
 from femic.campaigns.running import plan as planning
 from femic.campaigns.running.plan import planned
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from tests.femic.campaigns.campaigns import (
     OF_UPPER,
     campaign_in,
@@ -32,7 +32,7 @@ def test_results_are_those_of_single_runs_to_the_last_digit(real):
     assert campaign.order[-1] == 1
     scene = campaign.scene((12.0,))
     store = Store(folder / "alone")
-    results = compute(scene, Means(2, store))
+    results = compute(scene, RunOptions(2, store))
     alone = errors_of(results)
     of_campaign = dataset.sel(R=12)
     for name in ("error", "rms", "weight", "estimate_refinement", "vanishes"):

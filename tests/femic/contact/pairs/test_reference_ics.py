@@ -24,7 +24,7 @@ from femic.contact.pairs.reference_ics import (
     reciprocal,
     sum_of_bodies,
 )
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
 from geometries.grids import Grid
@@ -44,7 +44,7 @@ def test_c_of_the_upper_body_lies_opposite_that_of_the_lower(monkeypatch):
 
     monkeypatch.setattr("femic.contact.pairs.reference_ics.matrices", recorded)
     with pytest.raises(InterruptedError):
-        normal_reference_ics(of, pair_on_grid(of, grid), Means())
+        normal_reference_ics(of, pair_on_grid(of, grid), RunOptions())
     middle = {name: float(job.body.contour.position(job.grid.s)[0]) for name, job in asked.items()}
     assert middle["upper"] + 0.7 == pytest.approx(middle["lower"], abs=1e-6)
     assert abs(asked["upper"].grid.s - asked["lower"].grid.s) > 0.5
@@ -113,7 +113,7 @@ def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
     made = {name: BodyICs(size / 2) for name in estimates}, sum(estimates.values())
     monkeypatch.setattr("femic.contact.pairs.reference_ics.c_of_bodies", lambda *_: made)
     c, p = (
-        full_reference_ics(of, on_grid, Means(), wheel_rolls=True),
+        full_reference_ics(of, on_grid, RunOptions(), wheel_rolls=True),
         random.random((6, 4, 3)),
     )
     total = estimates["lower"] + estimates["upper"]
@@ -130,7 +130,7 @@ def test_c_nn_is_perturbed_by_its_estimate(monkeypatch):
     estimate = 0.01 * nn
     monkeypatch.setattr("femic.contact.pairs.reference_ics.normal_ics", lambda *_: (nn, estimate))
     c, p = (
-        normal_reference_ics(of, on_grid, Means()),
+        normal_reference_ics(of, on_grid, RunOptions()),
         np.random.default_rng(4).random((6, 4, 1)),
     )
     np.testing.assert_allclose(c.perturbed(p), 1.01 * c.operator(p))
@@ -165,7 +165,7 @@ def test_c_of_planes_moves_as_half_spaces_do():
         "flat", {"engine": {"tolerance": 0.3}, "contact": {"motion": "compression", "loads": [1.0]}}
     )
     on_grid = pair_on_grid(of.contact_problem, Grid(6, 4, 0.4, 0.6))
-    c = full_reference_ics(of.contact_problem, on_grid, Means(), wheel_rolls=False)
+    c = full_reference_ics(of.contact_problem, on_grid, RunOptions(), wheel_rolls=False)
     p = np.random.default_rng(0).random((6, 4, 3))
     p -= p.mean(axis=(0, 1))  # no resultant: the rigid-body discount does not matter
     expected = approximation(on_grid, "A")(p)
@@ -243,7 +243,7 @@ def test_c_of_planes_gives_the_contact_of_half_spaces():
     of = load_scene("flat", {"engine": {"tolerance": 0.01}})
     grid = Grid(24, 16, 0.4, 0.3)
     on_grid = pair_on_grid(of.contact_problem, grid)
-    c = normal_reference_ics(of.contact_problem, on_grid, Means())
+    c = normal_reference_ics(of.contact_problem, on_grid, RunOptions())
     assert c.eigenvalue > 0
     assert c.asymmetry.share < c.estimate < 1e-2
     distance = on_grid.x[:, None] ** 2 / 40 + grid.strips**2 / 20
@@ -268,7 +268,7 @@ def test_what_is_taken_for_rigid_changes_the_approach_of_a_wheel_and_no_pressure
     found = {}
     for discount in ("approach", "none"):
         on_grid = replace(of, discount=discount, settings=replace(of.settings, tolerance=0.1))
-        (contact,) = solve_frictionless(on_grid, Means(2)).contacts.values()
+        (contact,) = solve_frictionless(on_grid, RunOptions(2)).contacts.values()
         found[discount] = contact.normal
     approach, none = found["approach"], found["none"]
     np.testing.assert_allclose(approach.p, none.p, atol=3e-4 * none.p.max())  # models of their own
