@@ -8,13 +8,13 @@ import numpy as np
 
 from approx.matrix import column, matrix
 from approx.variants import VARIANTS, needs_effective
-from compare.contact.compute import c_jobs
-from compare.contact.pair_on_grid import placed_on
 from compare.matrix import contact_file
 from compare.matrix.contact_file import ContactFile
 from compare.matrix.page import write_matrix
 from femic.cache import folders
 from femic.contact.operators.approximations import approximate_matrix
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.reference_ics import c_jobs
 from femic.reference.matrix.job import Discount
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import matrices
@@ -98,13 +98,13 @@ def export(
 def _file_content(
     scene: Scene, specification: ExportSpecification, out: Path, options: RunOptions
 ) -> ContactFile:
-    placed = placed_on(scene, scene.grid)
-    if specification.discount is None and placed.offset:
-        ics = approximate_matrix(specification.ics, scene.pair, scene.grid, upper_offset=placed.offset)
+    on_grid = pair_on_grid(scene.contact_problem, scene.grid)
+    if specification.discount is None and on_grid.offset:
+        ics = approximate_matrix(specification.ics, scene.pair, scene.grid, upper_offset=on_grid.offset)
         return to_contact(scene, ics)
     if specification.discount is None:
         return approximated(scene, specification.ics)
-    if specification.discount != scene.discount or placed.offset:
+    if specification.discount != scene.discount or on_grid.offset:
         return to_contact(scene, discounted_matrix(scene, specification.discount, options))
     write_matrix(scene, out, options=options)
     return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
@@ -164,7 +164,8 @@ def discounted_matrix(scene: Scene, discount: Discount, options: RunOptions) -> 
     Where the upper body is moved along y, its strips lie opposite the strips of the lower body. Models are
     solved unless they are stored.
     """
-    jobs = c_jobs(replace(scene, discount=discount), placed_on(scene, scene.grid), COMPONENTS)
+    problem = replace(scene.contact_problem, discount=discount)
+    jobs = c_jobs(problem, pair_on_grid(problem, scene.grid), COMPONENTS)
     solved, contour = matrices(jobs, options, combined=True), scene.bodies["lower"].contour
     columns = [pair_column(solved, contour, strip).ic for strip in range(scene.grid.n_s)]
     return scene.grid.area * np.moveaxis(np.stack(columns), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))

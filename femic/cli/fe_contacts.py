@@ -10,6 +10,7 @@ from compare.contact.dataset import to_dataset
 from compare.contact.page import write_contact
 from compare.finite_elements.compute import compute_fe_contact, require_suitable
 from compare.finite_elements.page import write_fe_contact
+from femic.campaigns.maps.c_map import maps_of_scene
 from femic.cli.work import SceneName, Work
 from femic.contact.finite_elements.result import CELLS, require_enough
 from femic.scenes.load import load_scene
@@ -33,7 +34,7 @@ def fe_contact(
     require_enough(cells)
     folder = work.folder(loaded)
     with work.options(folder, console) as options:
-        with_ics = compute_contact(loaded, options)
+        with_ics = compute_contact(loaded, options, maps_of_scene(loaded))
         report = write_fe_contact(compute_fe_contact(loaded, to_dataset(with_ics), options, cells), folder)
         beside = write_contact(with_ics, folder, options.store)
     console.print(f"Report: {report}, and with ICs {beside}", soft_wrap=True)

@@ -16,7 +16,7 @@ from rich.progress import (
 )
 from rich.progress import Progress as Bars
 
-from femic.campaigns.compute import Progress
+from femic.campaigns.running.run import Progress
 from femic.reference.level import Level, factors
 from femic.reference.run_options import Solved, Step, Task, Watch
 
@@ -78,8 +78,8 @@ class CampaignLines:
 def of_which(progress: Progress) -> str:
     """Text about the scenes and models of a campaign."""
     return (
-        f"{progress.found} kept, {progress.failed} failed; models: {progress.models} solved, "
-        f"{progress.models_found} times kept"
+        f"{progress.reused} kept, {progress.failed} failed; models: {progress.models} solved, "
+        f"{progress.models_reused} times kept"
     )
 
 

@@ -14,15 +14,17 @@ from rich.console import Console
 
 from femic.cache import folders
 from femic.cache.store import Store
-from femic.campaigns.campaign import Campaign, load_campaign
-from femic.campaigns.cluster import existing_cluster, local_cluster, size_for
-from femic.campaigns.compute import Options, Progress, compute_sweep, impossible, require_computable
-from femic.campaigns.dataset import Collected
-from femic.campaigns.opened import file_in, open_sweep
-from femic.campaigns.plan import largest_memory, planned
+from femic.campaigns.dataset.collected import Collected
+from femic.campaigns.dataset.integrity import REMEDY, require_undamaged
+from femic.campaigns.dataset.reading import file_in, open_sweep
+from femic.campaigns.files.campaign import Campaign
+from femic.campaigns.files.load import load_campaign
 from femic.campaigns.report.page import write_sweep
-from femic.campaigns.scheduler import address_of, require_scheduler
-from femic.campaigns.verified import REMEDY, require_undamaged
+from femic.campaigns.running.checks import impossible, require_computable
+from femic.campaigns.running.cluster import existing_cluster, local_cluster, size_for
+from femic.campaigns.running.plan import largest_memory, planned
+from femic.campaigns.running.run import Options, Progress, compute_sweep
+from femic.campaigns.running.scheduler import address_of, require_scheduler
 from femic.cli import progress
 from femic.cli.points import written
 from femic.cli.work import DEFAULT_WORK, Work, kept
@@ -65,7 +67,7 @@ def sweep(
 ) -> None:
     """Compute the scenes of a campaign; write sweep.html and sweep.nc (sweep.zarr where it is large).
 
-    Models that scenes share are solved once, and what is finished is kept: the same command goes on after an
+    Models that scenes share are solved once, and finished scenes are kept: the same command goes on after an
     interruption. Scenes that fail are listed, and do not stop the others.
     """
     loaded, console = load_campaign(campaign), Console(highlight=False)
@@ -142,9 +144,9 @@ def _local(campaign: Campaign, scenes: int, workers: int | None, console: Consol
 def _show_plan(campaign: Campaign, store: Store, workers: int, console: Console) -> None:
     takes = planned(campaign, store)
     size = size_for(workers, takes.scenes, takes.memory)
-    counted = "" if takes.counted == takes.scenes - takes.found else f" in the first {takes.counted} of them"
+    counted = "" if takes.counted == takes.scenes - takes.reused else f" in the first {takes.counted} of them"
     console.print(
-        f"{campaign.title}: {takes.scenes} scenes, {takes.found} of them kept; the others have "
+        f"{campaign.title}: {takes.scenes} scenes, {takes.reused} of them kept; the others have "
         f"{takes.models} different models{counted}. About {takes.seconds / size.workers:.0f} s with "
         f"{size.workers} workers, {takes.memory:.0f} MB each",
         markup=False,
@@ -158,7 +160,7 @@ def _tell(collected: Collected, done: Progress, console: Console) -> None:
     """Print what was computed, what failed and where the dataset is."""
     console.print(
         f"{done.scenes} scenes: {done.finished - done.failed} computed, {done.failed} failed "
-        f"({done.found} by earlier runs). Models: {done.models} solved, {done.models_found} times kept"
+        f"({done.reused} by earlier runs). Models: {done.models} solved, {done.models_reused} times kept"
         + (f"; up to {done.memory:.0f} MB a worker" if done.memory else ""),
         soft_wrap=True,
     )
