@@ -1,6 +1,7 @@
 """Figures, sentences, table and page of contact by ICs beside that by finite elements."""
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 
 import matplotlib as mpl
@@ -11,13 +12,23 @@ from matplotlib.figure import Figure
 from compare.contact.quantities import QUANTITIES
 from compare.finite_elements.dataset import FE, NUMBERS, OF_PATCH, OF_PLACE
 from compare.finite_elements.deviations import deviations, differences, known
+from compare.report.cells import columns_of
 from compare.report.panels import add_legend
-from compare.report.parts import Page, Part, Row, Table, furthest, listed, onset
+from compare.report.parts import (
+    Cell,
+    Page,
+    Part,
+    Row,
+    Table,
+    closing,
+    furthest,
+    listed,
+    onset,
+    write_results,
+)
 from compare.report.styles import RC, symbol_of, with_further
-from femic.cache import folders
-from femic.cache.files import write_dataset
 
-SHARES = (0.01, 0.02, 0.05)  # deviations from which the angles are told
+SHARES = (0.01, 0.02, 0.05)  # deviations: the summary says from which angle on they are exceeded
 DRAWN = ("p_max", "a", "b", "approach")
 SIDEWAYS = 1e-6  # lateral force over load from which a contact counts as not symmetric
 OF_APPROACHES = (
@@ -36,25 +47,16 @@ BELOW = (
 
 def write_judged(dataset: xr.Dataset, out: Path) -> Path:
     """Write `judge.nc`, figures and `judge.html` into a folder; returns the path of the page."""
-    folders.made(out)
-    write_dataset(dataset, out / "judge.nc")
     title = str(dataset.attrs["title"]).replace(
         "Frictionless contact", "Contact by ICs, and by finite elements"
     )
-    page = Page(
-        title,
-        summary(dataset),
-        list(_parts(dataset)),
-        [_table(dataset, number) for number in range(dataset.sizes["case"])],
-        BELOW + of_approaches(dataset),
-        cost(dataset),
-        str(dataset.attrs["scene"]),
-    )
-    return page.write(out / "judge.html", "judge")
+    tables = [_table(dataset, number) for number in range(dataset.sizes["case"])]
+    end = closing(tables, BELOW + of_approaches(dataset), cost(dataset), str(dataset.attrs["scene"]))
+    return write_results(Page(title, summary(dataset), chain(_parts(dataset), end)), out, "judge", dataset)
 
 
 def of_approaches(dataset: xr.Dataset) -> str:
-    """What is in approaches, in words."""
+    """The sentence on what approaches contain."""
     return OF_APPROACHES if float(dataset.rigid_compliance) else RAW
 
 
@@ -185,7 +187,7 @@ def _draw_profile(axes: mpl.axes.Axes, dataset: xr.Dataset, number: int) -> None
 def _table(dataset: xr.Dataset, number: int) -> Table:
     """All numbers of a case."""
     case = dataset.isel(case=number)
-    columns = [f"{QUANTITIES[name].symbol} [{QUANTITIES[name].unit}]" for name in NUMBERS]
+    columns = columns_of(QUANTITIES[name] for name in NUMBERS)
     rows = [
         Row(FE if name == FE else symbol_of(name), [_cell(dataset, number, name, key) for key in NUMBERS])
         for name in map(str, case.ics.values)
@@ -193,14 +195,14 @@ def _table(dataset: xr.Dataset, number: int) -> Table:
     return Table(str(case.case.values), columns, rows)
 
 
-def _cell(dataset: xr.Dataset, number: int, ics: str, key: str) -> dict[str, str]:
+def _cell(dataset: xr.Dataset, number: int, ics: str, key: str) -> Cell:
     case = dataset.isel(case=number).sel(ics=ics)
     value, estimate = (float(case[name]) for name in (key, f"estimate_{key}"))
     if key in OF_PLACE and _symmetric(dataset, number):
-        return {"text": "0", "below": ""}
+        return Cell("0")
     apart, form = (differences, "+.2g") if key in OF_PLACE else (deviations, "+.2%")
     off = "" if ics == FE else f", {float(apart(dataset, key).isel(case=number).sel(ics=ics)):{form}}"
-    return {"text": f"{value:.4g}", "below": f"± {estimate:.1g}{off}"}
+    return Cell(value, ".4g", f"± {estimate:.1g}{off}")
 
 
 def _symmetric(dataset: xr.Dataset, number: int) -> bool:

@@ -9,10 +9,11 @@ from matplotlib.figure import Figure
 
 from compare.contact.figures import reference_of
 from compare.friction import maps
-from compare.friction.page import band_of, columns, curves, names, of_supports, write_contact_page
+from compare.friction.page import band_of, curves, names, write_contact_page
 from compare.friction.quantities import OF_PATCH
+from compare.report.cells import cell, columns_of
 from compare.report.panels import add_legend
-from compare.report.parts import Part, Row, Table, cell, listed
+from compare.report.parts import Part, Row, Table, listed
 from compare.report.styles import RC, symbol_of
 
 WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel
@@ -114,10 +115,10 @@ def sliding(dataset: xr.Dataset) -> Figure:
 
 def _tables(dataset: xr.Dataset) -> list[Table]:
     """All numbers, a table per friction."""
-    of_friction = [
+    return [
         Table(
             f"friction {float(friction):g}",
-            columns(OF_PATCH),
+            columns_of(OF_PATCH.values()),
             [
                 Row(
                     f"{symbol_of(name)}, {float(load):g} N",
@@ -130,4 +131,3 @@ def _tables(dataset: xr.Dataset) -> list[Table]:
         )
         for friction in dataset.friction.values
     ]
-    return [*of_supports(dataset), *of_friction]

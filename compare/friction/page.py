@@ -1,6 +1,7 @@
 """What the pages of rolling and of compression share: file and page, sentences on cost, curves by ICs."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from itertools import chain
 from pathlib import Path
 
 import xarray as xr
@@ -8,12 +9,10 @@ from matplotlib.axes import Axes
 
 from compare.contact.compute import C
 from compare.contact.figures import reference_of
-from compare.friction.quantities import Quantity
 from compare.friction.supports import PREFIX, of_motion
-from compare.report.parts import Page, Part, Row, Table, changed_cell
+from compare.report.cells import changes_table
+from compare.report.parts import Page, Part, Table, closing, write_results
 from compare.report.styles import symbol_of, with_further
-from femic.cache import folders
-from femic.cache.files import write_dataset
 
 BELOW = (
     "Small, below each number: its estimated error (from elements twice and four times as large; in "
@@ -25,42 +24,22 @@ def write_contact_page(
     dataset: xr.Dataset, out: Path, summary: str, parts: Iterable[Part], tables: Sequence[Table]
 ) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
-    folders.made(out)
-    write_dataset(dataset, out / "contact.nc")
-    title, scene = str(dataset.attrs["title"]), str(dataset.attrs["scene"])
-    page = Page(title, summary, parts, tables, BELOW, cost(dataset), scene)
-    return page.write(out / "contact.html", "contact")
+    end = closing([*of_supports(dataset), *tables], BELOW, cost(dataset), str(dataset.attrs["scene"]))
+    page = Page(str(dataset.attrs["title"]), summary, chain(parts, end))
+    return write_results(page, out, "contact", dataset)
 
 
 def of_supports(dataset: xr.Dataset) -> list[Table]:
-    """What other supports change of a contact by C, a row per change; empty where it is not known."""
+    """How other supports change a contact computed with C; empty where it is not known."""
     if "supports" not in dataset.coords:
         return []
     given = {
         dim: float(dataset[PREFIX + dim]) for dim in ("friction", "xi", "load") if PREFIX + dim in dataset
     }
-    by_c, quantities = (
-        dataset.sel({"ics": C, **given}),
-        of_motion("rolling" if "xi" in given else "compression"),
-    )
+    quantities = of_motion("rolling" if "xi" in given else "compression")
     at = f"{100 * given['xi']:.3g} %" if "xi" in given else f"{given['load']:g} N"
-    rows = [
-        Row(
-            str(name),
-            [
-                changed_cell(dataset[PREFIX + key].sel(supports=name), by_c[key], by_c[f"estimate_{key}"])
-                for key in quantities
-            ],
-        )
-        for name in dataset.supports.values
-    ]
-    caption = f"what other supports change: by C, friction {given['friction']:g}, {at}"
-    return [Table(caption, columns(quantities), rows)]
-
-
-def columns(quantities: Mapping[str, Quantity]) -> list[str]:
-    """The heads of the columns of quantities."""
-    return [f"{one.symbol} [{'-' if one.unit == '1' else one.unit}]" for one in quantities.values()]
+    caption = f"changes with other supports: computed with C, friction {given['friction']:g}, {at}"
+    return [changes_table(caption, quantities, dataset.sel({"ics": C, **given}), dataset, PREFIX)]
 
 
 def names(dataset: xr.Dataset) -> list[str]:
@@ -69,12 +48,12 @@ def names(dataset: xr.Dataset) -> list[str]:
 
 
 def band_of(dataset: xr.Dataset) -> str:
-    """The label of a band: what it is the estimate of."""
+    """The label of the band of the reference's estimate."""
     return f"estimate of {symbol_of(reference_of(dataset))}"
 
 
 def cost(dataset: xr.Dataset) -> str:
-    """What the numbers took."""
+    """Sentences on the grid and on the seconds of contacts and of C."""
     by_ics = dataset.seconds.sum("friction")
     each = ", ".join(f"{symbol_of(name)} {float(by_ics.sel(ics=name)):.1f} s" for name in names(dataset))
     grid = (

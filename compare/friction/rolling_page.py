@@ -11,14 +11,16 @@ from matplotlib.figure import Figure
 from compare.contact.figures import reference_of
 from compare.friction import maps
 from compare.friction.displaced import PREFIX
-from compare.friction.page import band_of, columns, curves, names, of_supports, write_contact_page
+from compare.friction.page import band_of, curves, names, write_contact_page
 from compare.friction.quantities import OF_ROLLING
 from compare.friction.rolling import OF_FREE, scaled_force
+from compare.report.cells import cell, columns_of
 from compare.report.panels import add_legend
-from compare.report.parts import Part, Row, Table, cell, furthest, listed
+from compare.report.parts import Cell, Column, Part, Row, Table, furthest, listed, numbers
 from compare.report.styles import RC, symbol_of
 
 WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel
+SIZES = "largest", "root mean square"  # of the differences of curves
 SUFFICES = 0.02  # largest distance of curves over friction times load up to which ICs are said to suffice
 
 
@@ -205,21 +207,20 @@ def centre_line(dataset: xr.Dataset) -> Figure:
 
 
 def _tables(dataset: xr.Dataset) -> list[Table]:
-    points = (_points(dataset, number) for number in range(dataset.sizes["friction"]))
-    return [_free(dataset), *of_supports(dataset), *points]
+    return [_free(dataset), *(_points(dataset, number) for number in range(dataset.sizes["friction"]))]
 
 
 def _free(dataset: xr.Dataset) -> Table:
     """What free rolling is like by friction and ICs, and how far curves are from the reference's."""
     symbol = symbol_of(reference_of(dataset))
-    heads = [f"{one.meaning} [{one.unit}]" if one.unit != "1" else one.meaning for one in OF_FREE.values()]
+    columns = [Column(one.meaning, one.unit if one.unit != "1" else "") for one in OF_FREE.values()]
     rows = [
         Row(
             f"friction {float(friction):g}, {symbol_of(name)}",
             [
                 *(cell(one[key], one[f"estimate_{key}"]) for key in OF_FREE),
                 cell(one[f"{PREFIX}zero_creepage"]),
-                *({"text": f"{float(one[key]):.2%}", "below": ""} for key in ("largest", "rms")),
+                *(Cell(float(one[key]), ".2%") for key in ("largest", "rms")),
                 cell(one.seconds, digits=3),
             ],
         )
@@ -227,9 +228,12 @@ def _free(dataset: xr.Dataset) -> Table:
         for name in names(dataset)
         for one in [dataset.sel(friction=friction, ics=name)]
     ]
-    heads.append("creepage without longitudinal force, distance of the displaced wheel")
-    away = f"curve less that by {symbol} [friction load]"
-    return Table("free rolling", [*heads, f"{away}, largest", f"{away}, root mean square", "s"], rows)
+    further = [
+        *numbers("creepage without longitudinal force, distance of the displaced wheel"),
+        *numbers(*(f"curve less that by {symbol}, {size}" for size in SIZES), unit="friction load"),
+        *numbers("s"),
+    ]
+    return Table("free rolling", [*columns, *further], rows)
 
 
 def _points(dataset: xr.Dataset, number: int) -> Table:
@@ -244,4 +248,4 @@ def _points(dataset: xr.Dataset, number: int) -> Table:
         for name in names(dataset)
         for one in [of_friction.sel(ics=name, xi=xi)]
     ]
-    return Table(f"friction {float(of_friction.friction):g}", columns(OF_ROLLING), rows)
+    return Table(f"friction {float(of_friction.friction):g}", columns_of(OF_ROLLING.values()), rows)

@@ -9,14 +9,26 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from rich.table import Table
+from rich.table import Table as Printed
 
 from compare.frontier.advice import Advice
 from compare.frontier.trade import front, known_errors, told_apart
-from compare.report.html import VANISHING, cell_of, write_page
-from compare.report.styles import RC, save
-from femic.cache import folders
-from femic.cache.files import write_dataset
+from compare.report.cells import MEASURE, VANISHING, cell_of
+from compare.report.parts import (
+    Cell,
+    Folded,
+    Items,
+    Note,
+    Page,
+    Picture,
+    Row,
+    Section,
+    Table,
+    Verbatim,
+    numbers,
+    write_results,
+)
+from compare.report.styles import RC
 from geometries.arrays import Array, Indices
 
 KINDS = {"approximation": ("tab:blue", "o"), "harmonic": ("black", "s"), "solid": ("tab:red", "^")}
@@ -25,22 +37,30 @@ LEAST_ERROR_DRAWN = 1e-6  # smaller errors vanish by symmetry and are drawn here
 
 def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
     """Write `frontier.nc`, the figures and `frontier.html`; returns the path of the report."""
-    figures_folder = folders.made(folder / "figures")
-    write_dataset(dataset, folder / "frontier.nc")
+    title = f"Speed against accuracy: {dataset.attrs['title']}"
+    return write_results(Page(title, summary(dataset), _sections(dataset)), folder, "frontier", dataset)
+
+
+def _sections(dataset: xr.Dataset) -> Iterator[Section]:
     bodies = [str(body) for body in dataset.body.values]
-    figure_paths = [save(figure(dataset, body), figures_folder / f"frontier_{body}.png") for body in bodies]
-    return write_page(
-        folder / "frontier.html",
-        "frontier.html.j2",
-        title=f"Speed against accuracy: {dataset.attrs['title']}",
-        summary=summary(dataset),
-        components=[str(component) for component in dataset.component.values],
-        tables=[{"body": body, "rows": list(_rows(dataset, body))} for body in bodies],
-        best=dataset.attrs["best"],
-        points=dataset.attrs["points"],
-        skipped=json.loads(dataset.attrs["skipped"]),
-        figures=figure_paths,
-        text=dataset.attrs["scene"],
+    yield Section("", [Picture(body, figure(dataset, body)) for body in bodies])
+    for body in bodies:
+        yield Section(body, [_table(dataset, body)])
+    yield Section("", [Note(_explanation(dataset))])
+    if skipped := json.loads(dataset.attrs["skipped"]):
+        yield Section("Not tried", [Items([f"{name}: {reason}" for name, reason in skipped.items()])])
+    yield Section("", [Folded("Scene file", [Verbatim(dataset.attrs["scene"])])])
+
+
+def _explanation(dataset: xr.Dataset) -> str:
+    best, points = dataset.attrs["best"], dataset.attrs["points"]
+    return (
+        f"{MEASURE} Shown: the worst line. Errors below the estimate of C do not count as smaller. C is that "
+        f"of {best}; its own row has its estimated error. *: on the front of that component, no other way is "
+        f"as fast and closer, or as close and faster. Time: of an approximation at all {points} points; of C "
+        "the sum over all models that it and its estimate need, as measured when they were solved. "
+        "Unknowns: of the largest model. Memory: the largest of the process up to then, of whatever it had "
+        "solved before."
     )
 
 
@@ -119,33 +139,35 @@ def _labels(dataset: xr.Dataset, ways: Indices, errors: Array) -> dict[tuple[flo
     return {point: ", ".join(of_point) for point, of_point in labels.items()}
 
 
-def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:
-    of_body = dataset.sel(body=body)
+def _table(dataset: xr.Dataset, body: str) -> Table:
+    of_body, components = dataset.sel(body=body), [str(component) for component in dataset.component.values]
     errors = told_apart(dataset, body)
-    fronts = {
-        str(c): front(of_body.seconds.values, errors.sel(component=c).values)
-        for c in dataset.component.values
-    }
+    fronts = {c: front(of_body.seconds.values, errors.sel(component=c).values) for c in components}
+    rows = []
     for k, way in enumerate(dataset.way.values):
-        best = str(way) == dataset.attrs["best"]
+        best, unknowns, memory = (
+            str(way) == dataset.attrs["best"],
+            dataset.unknowns.values[k],
+            dataset.memory.values[k],
+        )
         cells = [
-            cell_of(of_body.sel(way=way, component=c), known=best, mark=" *" if fronts[str(c)][k] else "")
-            for c in dataset.component.values
+            cell_of(of_body.sel(way=way, component=c), known=best, mark=" *" if fronts[c][k] else "")
+            for c in components
         ]
-        yield {
-            "label": str(dataset.label.values[k]),
-            "cells": cells,
-            "seconds": _time(float(of_body.seconds.values[k])),
-            "unknowns": f"{int(dataset.unknowns.values[k]):,}" if dataset.unknowns.values[k] else "",
-            "memory": f"{dataset.memory.values[k]:.0f}" if dataset.memory.values[k] else "",
-        }
+        cost = [
+            _time(float(of_body.seconds.values[k])),
+            Cell(int(unknowns), ",d") if unknowns else "",
+            Cell(float(memory), ".0f") if memory else "",
+        ]
+        rows.append(Row(str(dataset.label.values[k]), [*cells, *cost]))
+    return Table("ICs by", numbers(*components, "time", "unknowns", "memory [MB]"), rows)
 
 
-def evidence(dataset: xr.Dataset, advice: Advice) -> Table:
+def evidence(dataset: xr.Dataset, advice: Advice) -> Printed:
     """The table that the advice rests on: the upper bounds of each way's errors, and its seconds."""
     body, components = advice.question.body, list(advice.question.components)
     vanishing = dataset.vanishes.sel(body=body, component=components).values
-    rows = Table(
+    rows = Printed(
         title=f"{body}: error at most, share of the component itself (measured, and the estimate of "
         f"{dataset.attrs['best']})",
         caption="†: vanishes in C; share of 0.05 C_nn" if np.any(vanishing) else None,

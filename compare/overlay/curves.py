@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from compare.ics.curves import panel_of
 from compare.overlay.sources import Content, Source, common, read
-from compare.report.curves import panel_of
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.cache.files import published

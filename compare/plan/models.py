@@ -1,18 +1,15 @@
-"""Predicts unknowns, seconds and memory of a scene's models, and compares them with what they took."""
+"""Predicts the unknowns, seconds and memory of models."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from compare.ics.compute import jobs
-from compare.matrix.compute import COMPARED, matrix_jobs
 from femic.reference.engine import Engine
 from femic.reference.job import Job
 from femic.reference.level import Level, factors
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.models import Cost, Planned
-from femic.scenes.scene import Scene
+from femic.reference.models import Planned
 
 
 @dataclass(frozen=True)
@@ -25,17 +22,6 @@ class Step:
     far_radius: float  # mm
     along_x: str  # extent of the model along x, in words
     takes: Planned
-
-
-def run_steps(scene: Scene, workers: int) -> list[Step]:
-    """The models that `femic run` solves in its first round."""
-    steps = list(steps_of(jobs(scene), workers))
-    return steps + (list(steps_of(jobs(scene.check), workers, "check, ")) if scene.check else [])
-
-
-def matrix_steps(scene: Scene, workers: int) -> list[Step]:
-    """The models that `femic matrix` solves in its first round; raises BadScene as `matrix_jobs` does."""
-    return list(steps_of(matrix_jobs(scene, further=COMPARED), workers))
 
 
 def steps_of(
@@ -64,19 +50,3 @@ def seconds(steps: list[Step], workers: int) -> float:
     Engines that share a model among workers solve models one by one, others solve them side by side.
     """
     return sum(step.takes.seconds / (1 if step.engine.shares_a_model else workers) for step in steps)
-
-
-def compared(steps: Iterable[Step], costs: Mapping[str, Cost]) -> Iterator[dict[str, str]]:
-    """Yield rows of a table: what each model was expected to take / what it took."""
-    for step in steps:
-        if cost := costs.get(step.name):
-            wavenumbers = (
-                cost.solver.split(", ")[-1].split()[0] if cost.solver.endswith("wavenumbers") else "–"
-            )
-            yield {
-                "name": step.name,
-                "unknowns": f"{step.takes.unknowns:,} / {cost.unknowns:,}",
-                "wavenumbers": f"{step.takes.wavenumbers or '–'} / {wavenumbers}",
-                "seconds": f"{step.takes.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
-                "memory": f"{step.takes.memory:.0f} / {cost.peak_memory:.0f}",
-            }

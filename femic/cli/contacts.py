@@ -11,6 +11,7 @@ from compare.contact.compute import cases_of, compute_contact
 from compare.contact.page import write_contact, write_sensitivity
 from compare.contact.sensitivity import is_mapped
 from compare.contact.supports import changed_supports
+from compare.finite_elements.beside import beside_of
 from compare.friction.compression import compute_compression
 from compare.friction.compression_page import write_compression
 from compare.friction.rolling import compute_rolling
@@ -69,7 +70,7 @@ def contact(
             if loaded.contact.friction is None:
                 solved = contacts[loaded.name] = compute_contact(loaded, means)
                 supports = changed_supports(solved, means)
-                report = write_contact(solved, folder, means.store, supports)
+                report = write_contact(solved, folder, supports, beside_of(solved, means.store))
             else:
                 report = WITH_FRICTION[loaded.contact.motion](loaded, folder, means)
         console.print(f"Report: {report}", soft_wrap=True)

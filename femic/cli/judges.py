@@ -8,6 +8,7 @@ from rich.console import Console
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.contact.page import write_contact
+from compare.finite_elements.beside import beside_of
 from compare.finite_elements.compute import compute_judged, require_judgeable
 from compare.finite_elements.page import write_judged
 from femic.cli.work import SceneName, Work
@@ -35,5 +36,5 @@ def judge(
     with work.means(folder, console) as means:
         by_ics = compute_contact(loaded, means)
         report = write_judged(compute_judged(loaded, to_dataset(by_ics), means, cells), folder)
-        beside = write_contact(by_ics, folder, means.store)
+        beside = write_contact(by_ics, folder, beside=beside_of(by_ics, means.store))
     console.print(f"Report: {report}, and by ICs {beside}", soft_wrap=True)

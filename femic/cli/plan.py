@@ -8,8 +8,10 @@ from rich.table import Table
 
 from compare.contact.compute import C, c_jobs, components_of, grids_of
 from compare.contact.pair_on_grid import placed_on
+from compare.ics.plan import run_steps
 from compare.matrix.compute import file_size
-from compare.plan.models import Step, matrix_steps, run_steps, seconds, steps_of
+from compare.matrix.plan import matrix_steps
+from compare.plan.models import Step, seconds, steps_of
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
 

@@ -16,6 +16,7 @@ from compare.matrix.check import check, checked_strips
 from compare.matrix.compute import compute_matrix, file_size, matrix_jobs
 from compare.matrix.contact_file import read
 from compare.matrix.export import SUFFIXES
+from compare.matrix.plan import matrix_steps
 from femic.cache.store import Store
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference.harmonic import engine as harmonic
@@ -247,7 +248,7 @@ def test_a_plan_knows_the_unknowns_and_the_file(made):
     scene = load_scene(str(path))
     with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as file:
         models = json.loads(file.attrs["models"])
-    for step in models.matrix_steps(scene, 2):
+    for step in matrix_steps(scene, 2):
         assert step.takes.unknowns == models[step.name]["unknowns"]
         wavenumbers = int(models[step.name]["solver"].split(", ")[-1].split()[0])
         assert wavenumbers / 2 < step.takes.wavenumbers < 2 * wavenumbers
