@@ -6,7 +6,6 @@ from itertools import product
 from typing import Any, Literal
 
 from approx.variants import VARIANTS
-from compare.report.styles import SYMBOLS
 from femic.reference.engines import ENGINES, EngineName
 from femic.reference.solid.pardiso import available as direct_available
 from femic.reference.solid.record import SOLID
@@ -32,7 +31,7 @@ class Way:
     @property
     def label(self) -> str:
         """The label of this way in figures and tables."""
-        return SYMBOLS.get(self.name, f"C, {self.name}")
+        return VARIANTS[self.name].symbol if self.name in VARIANTS else f"C, {self.name}"
 
 
 def approximations(scene: Scene) -> Iterator[Way]:

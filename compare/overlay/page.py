@@ -5,8 +5,9 @@ from pathlib import Path
 
 from compare.ics.error_measure import ROUNDING
 from compare.overlay import figures as overlay_figures
-from compare.overlay.curves import Overlay, worst, write_curves
+from compare.overlay.curves import write_curves
 from compare.overlay.differences import differences
+from compare.overlay.results import Overlay, worst
 from compare.overlay.sources import Source
 from compare.report.cells import COMPONENTS, ERRORS_HEADING, MEASURE, cell_of
 from compare.report.parts import (

@@ -11,10 +11,11 @@ import pytest
 import xarray as xr
 
 from compare.ics.run import key_of
-from compare.overlay.curves import curve, is_mirrored, load, worst
+from compare.overlay.curves import curve, is_mirrored
 from compare.overlay.differences import differences
 from compare.overlay.figures import curves, drawn_variants
 from compare.overlay.page import _rank, summary
+from compare.overlay.results import load, worst
 from compare.overlay.sources import MOST_SCENES, sources, up_to_date
 from compare.report.styles import DASHES, SYMBOLS
 from femic.cache.digests import code_digest

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.overlay.curves import Overlay, Result
 from compare.overlay.page import WITHIN_ACCURACY, _ranking, _rows
+from compare.overlay.results import Overlay, Result
 from compare.overlay.sources import Content
 
 LINES, VARIANTS, COMPONENTS = ("near", "far"), ("A", "Bhat"), ("nn", "xn", "sn")

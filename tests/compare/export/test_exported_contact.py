@@ -5,7 +5,7 @@ import pytest
 
 from compare.contact.compute import compute_contact
 from compare.contact.pair_on_grid import placed_on
-from compare.matrix.contact_file import read
+from compare.export.contact_file import read
 from femic.cache.store import Store
 from femic.cli.main import DONE, exit_code
 from femic.contact.normal import NormalProblem, solve

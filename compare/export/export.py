@@ -9,8 +9,8 @@ import numpy as np
 from approx.matrix import column, matrix
 from compare.contact.compute import c_jobs
 from compare.contact.pair_on_grid import placed_on
-from compare.matrix import contact_file
-from compare.matrix.contact_file import ContactFile
+from compare.export import contact_file
+from compare.export.contact_file import ContactFile
 from compare.matrix.page import write_matrix
 from femic.cache import folders
 from femic.contact.operators.approximations import turned
