@@ -242,7 +242,7 @@ def _settings(results: Results) -> Iterator[Block]:
     for name, reference in results.references.items():
         yield Note(f"{name}: {'; '.join(_entries(reference.discount))}")
     rows = [
-        Row(name, [cell(value) if isinstance(value, float) else str(value)])
+        Row(name, [value if isinstance(value, str) else cell(value)])
         for name, value in settings(scene).items()
     ]
     yield Table("setting", ["value"], rows)

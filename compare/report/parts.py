@@ -209,7 +209,7 @@ def write_page(page: Page, path: Path, prefix: str = "") -> Path:
 
 def _typeset(text: str) -> Markup:
     """A text with the indices of ICs, such as C_nn, set as indices."""
-    return Markup(INDICES.sub(r"\1<sub>\2</sub>", escape(text)))
+    return Markup(INDICES.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
 def _embedded(picture: Picture, folder: Path, prefix: str) -> str:
