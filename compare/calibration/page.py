@@ -19,21 +19,10 @@ from compare.ics.compute import Results
 from compare.ics.curves import curves
 from compare.ics.dataset import errors
 from compare.ics.dataset import to_dataset as ics_of
-from compare.report.cells import MEASURE, error_row
-from compare.report.parts import (
-    Cell,
-    Note,
-    Page,
-    Picture,
-    Row,
-    Section,
-    Table,
-    Verbatim,
-    numbers,
-    texts,
-    write_page,
-)
+from compare.report.errors import MEASURE, error_row
+from compare.report.parts import Note, Page, Picture, Section, Verbatim, write_page
 from compare.report.styles import SYMBOLS
+from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.cache.files import write_dataset, write_text
 
 METHOD = (

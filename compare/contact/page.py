@@ -15,23 +15,20 @@ from compare.contact.dataset import to_dataset, with_supports
 from compare.contact.quantities import QUANTITIES
 from compare.matrix.compute import discounted
 from compare.report import views
-from compare.report.cells import changes_table, columns_of
 from compare.report.parts import (
     Block,
-    Cell,
     Page,
     Picture,
-    Row,
     Section,
-    Table,
     Verbatim,
     listed,
-    numbers,
     onset,
+    span,
     write_page,
     write_results,
 )
 from compare.report.styles import symbol_of
+from compare.report.tables import Cell, Row, Table, changes_table, columns_of, numbers
 from femic.cache import folders
 from femic.scenes.scene import Scene
 from geometries.patches import N
@@ -143,8 +140,7 @@ def summary(dataset: xr.Dataset) -> str:
     reference = figures.reference_of(dataset)
     angle = dataset.angle.sel(ics=reference)
     sentences = [
-        f"{_cases(dataset.sizes['case'])} over {_degrees(float(angle.min()), float(angle.max()))} degrees by "
-        f"{symbol_of(reference)}."
+        f"{_cases(dataset.sizes['case'])} over {span(angle, '.0f')} degrees by {symbol_of(reference)}."
     ]
     for name in (str(name) for name in dataset.ics.values if name != reference):
         deviations = {
@@ -201,11 +197,6 @@ def _beside_the_crown(dataset: xr.Dataset) -> Iterator[str]:
 
 def _cases(number: int) -> str:
     return "One case, a patch" if number == 1 else f"{number} cases, patches"
-
-
-def _degrees(least: float, largest: float) -> str:
-    low, high = f"{least:.0f}", f"{largest:.0f}"
-    return low if low == high else f"{low} ... {high}"
 
 
 def _seconds_of_c(dataset: xr.Dataset) -> float:

@@ -11,7 +11,8 @@ from compare.contact.quantities import QUANTITIES
 from compare.finite_elements.compute import kept_judged
 from compare.finite_elements.dataset import FE, NUMBERS, OF_PLACE
 from compare.finite_elements.page import of_approaches, over_angle, summary
-from compare.report.parts import Cell, Picture, Row, Section
+from compare.report.parts import Picture, Section
+from compare.report.tables import Cell, Row
 from femic.cache.store import Store
 
 

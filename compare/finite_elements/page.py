@@ -1,32 +1,21 @@
 """Figures, sentences, table and page of contact by ICs beside that by finite elements."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from compare.contact.quantities import QUANTITIES
 from compare.finite_elements.dataset import FE, NUMBERS, OF_PATCH, OF_PLACE
 from compare.finite_elements.deviations import deviations, differences, known
-from compare.report.cells import columns_of
-from compare.report.panels import add_legend
-from compare.report.parts import (
-    Cell,
-    Page,
-    Part,
-    Row,
-    Table,
-    closing,
-    furthest,
-    listed,
-    onset,
-    write_results,
-)
-from compare.report.styles import RC, symbol_of, with_further
+from compare.report.panels import draw_band, draw_by_ics, grid_of
+from compare.report.parts import Page, Part, closing, furthest, listed, onset, span, write_results
+from compare.report.styles import symbol_of
+from compare.report.tables import Cell, Row, Table, columns_of
 
 SHARES = (0.01, 0.02, 0.05)  # deviations: the summary says from which angle on they are exceeded
 DRAWN = ("p_max", "a", "b", "approach")
@@ -135,48 +124,33 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
 def over_angle(dataset: xr.Dataset) -> Figure:
     """Deviations of all ICs from finite elements over the angle of the patch, a panel per number."""
     cases = dataset.isel(case=np.argsort(dataset.angle.sel(ics=FE).values))
-    names, angle = [str(name) for name in cases.ics.values if name != FE], cases.angle.sel(ics=FE)
-    looks = with_further(names)
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(3.2 * len(DRAWN), 3.4), layout="constrained")
-        for axes, key in zip(figure.subplots(1, len(DRAWN)), DRAWN, strict=True):
+    angle = cases.angle.sel(ics=FE)
+    with grid_of(1, len(DRAWN), (3.2, 2.9)) as (figure, grid):
+        for axes, key in zip(grid[0], DRAWN, strict=True):
             off, band = 100 * deviations(cases, key), 100 * known(cases, key)
-            for name in names:
-                marker, style = looks[name]
-                axes.plot(
-                    angle, off.sel(ics=name), label=symbol_of(name), **style, marker=marker, markersize=4
-                )
-            axes.fill_between(
-                angle, -band, band, color="black", alpha=0.15, linewidth=0, label="estimate of FE"
-            )
+            draw_by_ics(axes, angle, off)
+            draw_band(axes, angle, -band, band, "estimate of FE")
             axes.set(title=QUANTITIES[key].symbol, xlabel="Δδ by FE [deg]")
         figure.axes[0].set_ylabel("by ICs less by FE [%]")
-        add_legend(figure)
-        return figure
+    return figure
 
 
 def profiles(dataset: xr.Dataset) -> Figure:
     """Pressures along s at x = 0 by finite elements and all ICs, a panel per case."""
-    count = dataset.sizes["case"]
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(4.1 * count, 3.4), layout="constrained")
-        for number, axes in enumerate(figure.subplots(1, count, squeeze=False)[0]):
+    with grid_of(1, dataset.sizes["case"], (4.1, 2.9)) as (figure, grid):
+        for number, axes in enumerate(grid[0]):
             _draw_profile(axes, dataset, number)
             axes.set(xlabel="s [mm]", title=str(dataset.case.values[number]))
         figure.axes[0].set_ylabel("pressure at x = 0 [MPa]")
-        add_legend(figure)
-        return figure
+    return figure
 
 
-def _draw_profile(axes: mpl.axes.Axes, dataset: xr.Dataset, number: int) -> None:
+def _draw_profile(axes: Axes, dataset: xr.Dataset, number: int) -> None:
     p = dataset[f"p_{number}"]
     at = p[f"s_{number}"]
     shown = np.flatnonzero((p > 0).any("ics"))
     part = slice(max(shown[0] - 1, 0), shown[-1] + 2)
-    names = [str(name) for name in p.dropna("ics", how="all").ics.values]
-    looks = with_further(names)
-    for name in names:
-        axes.plot(at[part], p.sel(ics=name)[part], label=symbol_of(name), **looks[name][1])
+    draw_by_ics(axes, at[part], p.dropna("ics", how="all")[..., part], 0)
     if f"p_fe_{number}" not in dataset:
         return
     of_fe, s = dataset[f"p_fe_{number}"], dataset[f"s_fe_{number}"]
@@ -220,21 +194,16 @@ def cost(dataset: xr.Dataset) -> str:
     ]
     most = {name: float(dataset[f"fe_{name}"].max()) for name in ("memory", "tension", "penetration")}
     return (
-        f"Finite elements: {_range(_all(dataset.fe_unknowns, 'body'), ',.0f')} unknowns of the modelled "
-        f"parts, {_range(_all(dataset.fe_seconds, 'stage'), '.0f')} s a load, up to "
+        f"Finite elements: {span(_all(dataset.fe_unknowns, 'body'), ',.0f')} unknowns of the modelled "
+        f"parts, {span(_all(dataset.fe_seconds, 'stage'), '.0f')} s a load, up to "
         f"{most['memory'] / 1e3:.1f} GB. Pressures and reactions carry the load to {np.nanmax(balance):.1g}, "
         f"tensions are at most {most['tension']:.1g} of the largest pressure, penetrations "
         f"{most['penetration']:.1g} of the approach. Rigid part of the compliance that is taken from "
         f"approaches: M_zz = {float(dataset.rigid_compliance):.4g} mm/N. Contacts by ICs: "
-        f"{_range(dataset.seconds.values, '.2g')} s."
+        f"{span(dataset.seconds.values, '.2g')} s."
     )
 
 
 def _all(values: xr.DataArray, dim: str) -> np.ndarray:
     """Sums along a dimension by case, NaN where nothing was solved."""
     return np.asarray(values.sum(dim, min_count=1).values)
-
-
-def _range(values: np.ndarray | Sequence[float], form: str) -> str:
-    low, high = (format(float(of(values)), form) for of in (np.nanmin, np.nanmax))
-    return low if low == high else f"{low} ... {high}"

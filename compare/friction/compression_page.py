@@ -3,20 +3,19 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import matplotlib as mpl
 import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.contact.figures import reference_of
 from compare.friction import maps
-from compare.friction.page import band_of, curves, names, write_contact_page
+from compare.friction.page import band_of, names, write_contact_page
 from compare.friction.quantities import OF_PATCH
-from compare.report.cells import cell, columns_of
-from compare.report.panels import add_legend
-from compare.report.parts import Part, Row, Table, listed
-from compare.report.styles import RC, symbol_of
+from compare.report.panels import draw_band, draw_by_ics, grid_of
+from compare.report.parts import Part, listed
+from compare.report.styles import symbol_of
+from compare.report.tables import Row, Table, cell, columns_of
 
-WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel
+PANEL = 4.1, 2.9  # its width and height [inch]
 SUFFICES = 0.05  # difference of sliding over contact area up to which ICs are said to suffice
 
 
@@ -90,27 +89,22 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
 def sliding(dataset: xr.Dataset) -> Figure:
     """Sliding over contact area by all ICs, a column per friction: over the load, over the angle."""
     reference = reference_of(dataset)
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(WIDTH * dataset.sizes["friction"], 2 * HEIGHT + 0.5), layout="constrained")
-        rows = figure.subplots(2, dataset.sizes["friction"], sharex="row", sharey=True, squeeze=False)
+    with grid_of(2, dataset.sizes["friction"], PANEL, sharex="row", sharey=True) as (figure, rows):
         for number, (above, below) in enumerate(rows.T):
             one, kilonewtons = dataset.isel(friction=number), dataset["load"] / 1e3
-            curves(above, kilonewtons, one.sliding_share)
-            curves(below, one.angle, one.sliding_share)
+            draw_by_ics(above, kilonewtons, one.sliding_share, 3)
+            draw_by_ics(below, one.angle, one.sliding_share, 3)
             known, of_reference = (
                 one[key].sel(ics=reference) for key in ("estimate_sliding_share", "sliding_share")
             )
+            low, high = (of_reference - known).clip(0, 1), (of_reference + known).clip(0, 1)
             for axes, at in ((above, kilonewtons), (below, one.angle.sel(ics=reference))):
-                low, high = (of_reference - known).clip(0, 1), (of_reference + known).clip(0, 1)
-                axes.fill_between(
-                    at, low, high, color="black", alpha=0.15, linewidth=0, label=band_of(dataset)
-                )
+                draw_band(axes, at, low, high, band_of(dataset))
             above.set(xlabel="load [kN]", title=f"friction {float(dataset.friction[number]):g}")
             below.set_xlabel("Δδ by the same ICs [deg]")
         for axes in rows[:, 0]:
             axes.set_ylabel("sliding / contact area [-]")
-        add_legend(figure)
-        return figure
+    return figure
 
 
 def _tables(dataset: xr.Dataset) -> list[Table]:

@@ -5,14 +5,13 @@ from itertools import chain
 from pathlib import Path
 
 import xarray as xr
-from matplotlib.axes import Axes
 
 from compare.contact.compute import C
 from compare.contact.figures import reference_of
 from compare.friction.supports import PREFIX, of_motion
-from compare.report.cells import changes_table
-from compare.report.parts import Page, Part, Table, closing, write_results
-from compare.report.styles import symbol_of, with_further
+from compare.report.parts import Page, Part, closing, write_results
+from compare.report.styles import symbol_of
+from compare.report.tables import Table, changes_table
 
 BELOW = (
     "Small, below each number: its estimated error (from elements twice and four times as large; in "
@@ -74,14 +73,3 @@ def cost(dataset: xr.Dataset) -> str:
 
 def _step(dataset: xr.Dataset, name: str) -> float:
     return float(dataset[name][1] - dataset[name][0])
-
-
-def curves(axes: Axes, at: xr.DataArray, values: xr.DataArray, *, markers: bool = True) -> None:
-    """Draw values over an abscissa by all ICs; an abscissa may differ by ICs."""
-    shown = names(values.to_dataset(name="values"))
-    looks = with_further(shown)
-    for name in shown:
-        marker, look = looks[name]
-        style = dict(look) | ({"marker": marker, "markersize": 3} if markers else {})
-        abscissa = at.sel(ics=name) if "ics" in at.dims else at
-        axes.plot(abscissa, values.sel(ics=name), label=symbol_of(name), **style)

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -11,15 +10,15 @@ from matplotlib.figure import Figure
 from compare.contact.figures import reference_of
 from compare.friction import maps
 from compare.friction.displaced import PREFIX
-from compare.friction.page import band_of, curves, names, write_contact_page
+from compare.friction.page import band_of, names, write_contact_page
 from compare.friction.quantities import OF_ROLLING
 from compare.friction.rolling import OF_FREE, scaled_force
-from compare.report.cells import cell, columns_of
-from compare.report.panels import add_legend
-from compare.report.parts import Cell, Column, Part, Row, Table, furthest, listed, numbers
-from compare.report.styles import RC, symbol_of
+from compare.report.panels import draw_band, draw_by_ics, grid_of
+from compare.report.parts import Part, furthest, listed, span
+from compare.report.styles import symbol_of
+from compare.report.tables import Cell, Column, Row, Table, cell, columns_of, numbers
 
-WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel
+PANEL = 4.1, 2.9  # its width and height [inch]
 SIZES = "largest", "root mean square"  # of the differences of curves
 SUFFICES = 0.02  # largest distance of curves over friction times load up to which ICs are said to suffice
 
@@ -33,10 +32,12 @@ def summary(dataset: xr.Dataset) -> str:
     """Sentences computed from the numbers: which ICs suffice, by which number."""
     reference, others = reference_of(dataset), _others(dataset)
     symbol, worst = symbol_of(reference), dataset[["largest", "rms"]].max("friction")
+    zero_creepage = dataset.zero_creepage.sel(ics=reference)
+    slope = dataset.slope.sel(ics=reference) / dataset.attrs["load"]
     sentences = [
         f"{dataset.attrs['load']:g} N, friction {listed(f'{f:g}' for f in dataset.friction.values)}: without "
-        f"longitudinal force the wheel rolls at a creepage of {_range(dataset.zero_creepage, reference)} by "
-        f"{symbol}, where the force rises by {_range(dataset.slope / dataset.attrs['load'], reference)} of "
+        f"longitudinal force the wheel rolls at a creepage of {span(zero_creepage, '.3g')} by "
+        f"{symbol}, where the force rises by {span(slope, '.3g')} of "
         "the load per creepage."
     ]
     for name in others:
@@ -54,12 +55,6 @@ def summary(dataset: xr.Dataset) -> str:
 
 def _others(dataset: xr.Dataset) -> list[str]:
     return [name for name in names(dataset) if name != reference_of(dataset)]
-
-
-def _range(values: xr.DataArray, name: str) -> str:
-    of_ics = values.sel(ics=name)
-    low, high = f"{float(of_ics.min()):.3g}", f"{float(of_ics.max()):.3g}"
-    return low if low == high else f"{low} ... {high}"
 
 
 def _verdict(dataset: xr.Dataset) -> str:
@@ -169,41 +164,33 @@ def creep_force(dataset: xr.Dataset) -> Figure:
     """Creep-force curves by all ICs, a column per friction; below, their differences to the reference's."""
     reference, percent = reference_of(dataset), 100 * dataset.xi
     force, known = scaled_force(dataset), scaled_force(dataset, "estimate_F_x").sel(ics=reference)
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(WIDTH * dataset.sizes["friction"], 2 * HEIGHT + 0.5), layout="constrained")
-        rows = figure.subplots(2, dataset.sizes["friction"], sharex=True, sharey="row", squeeze=False)
+    with grid_of(2, dataset.sizes["friction"], PANEL, sharex=True, sharey="row") as (figure, rows):
         for number, (above, below) in enumerate(rows.T):
-            of_friction = force.isel(friction=number)
-            curves(above, percent, of_friction)
-            curves(below, percent, of_friction - of_friction.sel(ics=reference))
-            band = known.isel(friction=number)
-            below.fill_between(
-                percent, -band, band, color="black", alpha=0.2, linewidth=0, label=band_of(dataset)
-            )
+            of_friction, band = force.isel(friction=number), known.isel(friction=number)
+            draw_by_ics(above, percent, of_friction, 3)
+            draw_by_ics(below, percent, of_friction - of_friction.sel(ics=reference), 3)
+            draw_band(below, percent, -band, band, band_of(dataset))
             above.set_title(f"friction {float(dataset.friction[number]):g}", fontsize=9)
             below.set_xlabel("creepage [%]")
         rows[0, 0].set_ylabel("F_x / (friction load) [-]")
         rows[1, 0].set_ylabel(f"less that by {symbol_of(reference)} [-]")
-        add_legend(figure)
-        return figure
+    return figure
 
 
 def centre_line(dataset: xr.Dataset) -> Figure:
     """Longitudinal tractions along s = 0 at equal force by all ICs, a panel per friction."""
     reference, middle = reference_of(dataset), dataset.p.isel(s=dataset.sizes["s"] // 2)
     shown = (middle.sel(direction="n") > 0).any(["friction", "ics"])
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(WIDTH * dataset.sizes["friction"], HEIGHT + 0.5), layout="constrained")
-        for number, axes in enumerate(figure.subplots(1, dataset.sizes["friction"], squeeze=False)[0]):
+    with grid_of(1, dataset.sizes["friction"], PANEL) as (figure, grid):
+        for number, axes in enumerate(grid[0]):
             of_friction = middle.isel(friction=number).isel(x=np.flatnonzero(shown))
             bound = float(dataset.friction[number]) * of_friction.sel(ics=reference, direction="n")
             for sign, label in ((1, "friction times pressure"), (-1, "_below")):
                 axes.plot(of_friction.x, sign * bound, color="grey", linewidth=1, label=label)
-            curves(axes, of_friction.x, of_friction.sel(direction="x"), markers=False)
+            draw_by_ics(axes, of_friction.x, of_friction.sel(direction="x"), 0)
             axes.set(xlabel="x [mm]", title=f"friction {float(dataset.friction[number]):g}")
             axes.set_ylabel("p_x at s = 0 [MPa]" if number == 0 else "")
-        add_legend(figure)
-        return figure
+    return figure
 
 
 def _tables(dataset: xr.Dataset) -> list[Table]:

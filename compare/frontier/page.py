@@ -13,22 +13,10 @@ from rich.table import Table as Printed
 
 from compare.frontier.advice import Advice
 from compare.frontier.trade import front, known_errors, told_apart
-from compare.report.cells import MEASURE, VANISHING, cell_of
-from compare.report.parts import (
-    Cell,
-    Folded,
-    Items,
-    Note,
-    Page,
-    Picture,
-    Row,
-    Section,
-    Table,
-    Verbatim,
-    numbers,
-    write_results,
-)
+from compare.report.errors import MEASURE, VANISHING, cell_of
+from compare.report.parts import Folded, Items, Note, Page, Picture, Section, Verbatim, write_results
 from compare.report.styles import RC
+from compare.report.tables import Cell, Row, Table, numbers
 from geometries.arrays import Array, Indices
 
 KINDS = {"approximation": ("tab:blue", "o"), "harmonic": ("black", "s"), "solid": ("tab:red", "^")}

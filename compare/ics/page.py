@@ -10,23 +10,10 @@ from compare.ics.compute import Results, reference_of
 from compare.ics.dataset import settings
 from compare.ics.errors import measure_of, refinement_scales_of
 from compare.ics.summary import summary
-from compare.report.cells import COMPONENTS, ERRORS_HEADING, MEASURE, cell, error_row
-from compare.report.parts import (
-    Block,
-    Cell,
-    Folded,
-    Items,
-    Note,
-    Page,
-    Picture,
-    Row,
-    Section,
-    Table,
-    Verbatim,
-    numbers,
-    texts,
-)
+from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, error_row
+from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section, Verbatim
 from compare.report.styles import SYMBOLS
+from compare.report.tables import Cell, Row, Table, cell, numbers, texts
 from femic.cache.digests import versions
 from femic.reference.accuracy import component_of
 from femic.reference.discount import AXES

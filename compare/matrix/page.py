@@ -13,21 +13,10 @@ from compare.matrix.figures import maps
 from compare.matrix.plan import matrix_steps
 from compare.matrix.reciprocity import described
 from compare.plan.models import Step, seconds
-from compare.report.cells import error_cell
-from compare.report.parts import (
-    Cell,
-    Folded,
-    Page,
-    Picture,
-    Row,
-    Section,
-    Table,
-    Verbatim,
-    numbers,
-    texts,
-    write_page,
-)
+from compare.report.errors import error_cell
+from compare.report.parts import Folded, Page, Picture, Section, Verbatim, write_page
 from compare.report.styles import SYMBOLS
+from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.reference.models import Cost
 from femic.reference.run_options import DEFAULT, Means
 from femic.scenes import receipts

@@ -9,22 +9,10 @@ from compare.overlay.curves import write_curves
 from compare.overlay.differences import differences
 from compare.overlay.results import Overlay, worst
 from compare.overlay.sources import Source
-from compare.report.cells import COMPONENTS, ERRORS_HEADING, MEASURE, cell_of
-from compare.report.parts import (
-    Folded,
-    Items,
-    Note,
-    Page,
-    Picture,
-    Row,
-    Section,
-    Table,
-    Verbatim,
-    numbers,
-    texts,
-    write_page,
-)
+from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, cell_of
+from compare.report.parts import Folded, Items, Note, Page, Picture, Section, Verbatim, write_page
 from compare.report.styles import SYMBOLS
+from compare.report.tables import Row, Table, numbers, texts
 from femic.cache import folders
 from geometries.errors import WrongInput
 

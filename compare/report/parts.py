@@ -15,87 +15,9 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from compare.report.styles import save
+from compare.report.tables import Table
 from femic.cache import folders
 from femic.cache.files import write_dataset, write_text
-
-
-@dataclass(frozen=True)
-class Cell:
-    """A cell of a table: a number and its format, or a text; below it a smaller text. NaN is a dash.
-
-    `link` is the anchor of a section.
-    """
-
-    value: float | str
-    form: str = ""
-    below: str = ""
-    colour: str = ""
-    link: str = ""
-
-    @property
-    def text(self) -> str:
-        """The number in its format, or the text."""
-        if isinstance(self.value, str):
-            return self.value
-        return "–" if np.isnan(self.value) else format(self.value, self.form)
-
-
-@dataclass(frozen=True)
-class Column:
-    """The head of a column with its unit; texts are aligned to the left and may have several lines."""
-
-    head: str
-    unit: str = ""
-    is_text: bool = False
-
-    @property
-    def title(self) -> str:
-        """The head and the unit, in brackets."""
-        return f"{self.head} [{'-' if self.unit == '1' else self.unit}]" if self.unit else self.head
-
-
-def texts(*heads: str) -> list[Column]:
-    """Columns of texts."""
-    return [Column(head, is_text=True) for head in heads]
-
-
-def numbers(*heads: str, unit: str = "") -> list[Column]:
-    """Columns of numbers."""
-    return [Column(head, unit) for head in heads]
-
-
-@dataclass(frozen=True)
-class Row:
-    """A row of a table; without a name it continues the row above."""
-
-    name: str
-    cells: Sequence[Cell | str]
-
-    @property
-    def filled(self) -> list[Cell]:
-        """The cells, also of plain texts."""
-        return [Cell(cell) if isinstance(cell, str) else cell for cell in self.cells]
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table; its caption is the head of the column of the rows' names. `is_text` holds for all columns."""
-
-    kind: ClassVar[str] = "table"
-    caption: str
-    columns: Sequence[Column | str]
-    rows: Sequence[Row]
-    is_text: bool = False
-
-    @property
-    def heads(self) -> list[Column]:
-        """The columns, also of plain heads."""
-        return [Column(one, "", self.is_text) if isinstance(one, str) else one for one in self.columns]
-
-    @property
-    def is_grouped(self) -> bool:
-        """Whether rows continue others."""
-        return not all(row.name for row in self.rows)
 
 
 @dataclass(frozen=True)
@@ -245,6 +167,12 @@ def onset(angles: ArrayLike, beyond: ArrayLike) -> str:
             *([f"(not at {listed(not_again)})"] if not_again else []),
         ]
     )
+
+
+def span(values: ArrayLike, form: str) -> str:
+    """The least and the largest of values, or one number where these look the same; NaN is left out."""
+    low, high = (format(float(of(values)), form) for of in (np.nanmin, np.nanmax))
+    return low if low == high else f"{low} ... {high}"
 
 
 def furthest(values: xr.DataArray) -> float:

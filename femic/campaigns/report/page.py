@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.report.parts import Page, Table, closing, write_results
+from compare.report.parts import Page, closing, write_results
+from compare.report.tables import Table
 from femic.cache import folders
 from femic.campaigns.report.advised import advice_of
 from femic.campaigns.report.axes import axes_of, is_grid, prepared, swept

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.report.parts import Cell, Row, Table
+from compare.report.tables import Cell, Row, Table
 from femic.cache.files import published
 from femic.campaigns.report.axes import ShownAxis, point_of, text_of
 from femic.campaigns.report.clouds import correlations

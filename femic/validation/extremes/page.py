@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from compare.ics.dataset import finite
-from compare.report.parts import Cell, Note, Page, Row, Section, Table, texts
-from compare.report.parts import numbers as heads_of_numbers
+from compare.report.parts import Note, Page, Section
+from compare.report.tables import Cell, Row, Table, texts
+from compare.report.tables import numbers as heads_of_numbers
 from femic.validation import record
 from femic.validation.extremes import analytic, exact
 from femic.validation.extremes.engines import Engines

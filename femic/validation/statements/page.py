@@ -13,20 +13,9 @@ from compare.ics.compute import reference_of, seconds_of
 from compare.ics.dataset import finite
 from compare.ics.error_measure import Measure
 from compare.ics.errors import measure_of
-from compare.report.parts import (
-    Block,
-    Cell,
-    Folded,
-    Items,
-    Note,
-    Page,
-    Picture,
-    Row,
-    Section,
-    Table,
-    texts,
-)
-from compare.report.parts import numbers as heads_of_numbers
+from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section
+from compare.report.tables import Cell, Row, Table, texts
+from compare.report.tables import numbers as heads_of_numbers
 from femic.cache import folders
 from femic.reference.accuracy import component_of
 from femic.validation import record

@@ -17,7 +17,7 @@ from compare.ics.errors import measure_of, refinement_shares_of
 from compare.ics.figures import error_against_seconds
 from compare.ics.page import _error_table
 from compare.ics.summary import summary
-from compare.report.cells import error_cell
+from compare.report.errors import error_cell
 from femic.reference.estimate import Estimated
 from femic.reference.models import Cost
 from femic.reference.result import Reference

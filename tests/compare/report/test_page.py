@@ -9,26 +9,21 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from compare.report.cells import cell, changed_cell, columns_of, error_cell
+from compare.report.errors import error_cell
 from compare.report.parts import (
-    Cell,
-    Column,
     Folded,
     Items,
     Note,
     Page,
     Part,
     Picture,
-    Row,
     Section,
-    Table,
     Verbatim,
     closing,
-    numbers,
-    texts,
     write_page,
     write_results,
 )
+from compare.report.tables import Cell, Column, Row, Table, cell, changed_cell, columns_of, numbers, texts
 
 
 def html_of(folder, *blocks):

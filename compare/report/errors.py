@@ -1,14 +1,12 @@
-"""Cells of tables: numbers with their estimates, changes, and errors of ICs coloured by their size."""
+"""Errors of ICs in tables, coloured by their size, and the text that says what they are shares of."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Protocol
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 
-from compare.report.parts import Cell, Column, Row, Table
+from compare.report.tables import ROUNDING, Cell, Row
 
-ROUNDING = 1e-9  # share below which a difference is rounding
 VANISHING = " †"  # marks errors of components that vanish: shares of 0.05 max |C_nn|
 MEASURE = (
     "Error of a component: max |v − C| over a line, as a share of the component itself: of max |C_ij| over "
@@ -23,55 +21,6 @@ COMPONENTS = (
     "Components: displacement, then traction; x along the rolling direction, s along the contour, n normal, "
     "from the lower into the upper body."
 )
-
-
-class Quantity(Protocol):
-    """A number with a symbol and a unit, "1" if it has none."""
-
-    @property
-    def symbol(self) -> str:
-        """Its symbol."""
-
-    @property
-    def unit(self) -> str:
-        """Its unit."""
-
-
-def columns_of(quantities: Iterable[Quantity]) -> list[Column]:
-    """The columns of quantities."""
-    return [Column(one.symbol, one.unit) for one in quantities]
-
-
-def cell(value: float | xr.DataArray, estimate: float | xr.DataArray = np.nan, digits: int = 4) -> Cell:
-    """A number, and its estimate below."""
-    below = "" if np.isnan(float(estimate)) else f"± {float(estimate):.2g}"
-    return Cell(float(value), f".{digits}g", below)
-
-
-def changed_cell(value: xr.DataArray, before: xr.DataArray, estimate: xr.DataArray) -> Cell:
-    """By how much a number changes, below it what it was, with its estimate."""
-    change = float(value) - float(before)
-    below = f"of {float(before):.4g} ± {float(estimate):.2g}"
-    return (
-        Cell(change, "+.2g", below) if abs(change) > ROUNDING * abs(float(before)) else Cell("0", "", below)
-    )
-
-
-def changes_table(
-    caption: str, quantities: Mapping[str, Quantity], before: xr.Dataset, changed: xr.Dataset, prefix: str
-) -> Table:
-    """How other supports change quantities, a row per change; `changed` has them, with a prefix."""
-    rows = [
-        Row(
-            str(name),
-            [
-                changed_cell(changed[prefix + key].sel(supports=name), before[key], before[f"estimate_{key}"])
-                for key in quantities
-            ],
-        )
-        for name in changed.supports.values
-    ]
-    return Table(caption, columns_of(quantities.values()), rows)
 
 
 def error_cell(
