@@ -28,7 +28,7 @@ from femic.cache.files import write_dataset, write_text
 METHOD = (
     "B̂′ is B̂ with elastic properties that go over from those of the half-space, at the load, to a far "
     "value at the distance r_∞: f(r) = f⁰ + (f_∞ − f⁰)·[(1 − ρ) ρᵐ + ρ (1 − (1 − ρ)ⁿ)], ρ = min(1, r/r_∞). "
-    "The parameters are those of weighted least squares against C of one lateral load position."
+    "The parameters are those of weighted least squares against C for one lateral load position."
 )
 CURVATURE_APART = (
     "Curvature along x is not part of the fit: it is subtracted before, and B̂′ adds it as B̂ has it."
@@ -123,7 +123,7 @@ def _scene_section(calibrated: Calibrated) -> Section:
 
 
 def on_own_lines(calibrated: Calibrated) -> Results:
-    """The results on the lines of the scene: those of the calibration do not count for its errors."""
+    """The results on the lines of the scene: lines of the calibration do not count for its errors."""
     own = {line.name: calibrated.results.lines[line.name] for line in calibrated.scene.lines}
     return replace(calibrated.results, scene=calibrated.scene, lines=own)
 

@@ -38,7 +38,7 @@ def over_angle(dataset: xr.Dataset) -> Figure:
             positive = bool((values > 0).all())  # approaches are negative over raised spots
             title = Column(QUANTITIES[name].symbol, QUANTITIES[name].unit).title
             column[0].set(title=title, yscale="log" if positive else "linear")
-            column[1].set(xlabel=f"Δδ by {symbol_of(reference)} [deg]")
+            column[1].set(xlabel=f"Δδ with {symbol_of(reference)} [deg]")
             known = (cases[f"estimate_{name}"] / values).sel(ics=reference)
             draw_band(column[1], angle, 1 - known, 1 + known)
         rows[1, 0].set(ylabel=f"over {symbol_of(reference)} [-], band: its estimate")
@@ -70,7 +70,7 @@ def _profile(dataset: xr.Dataset, number: int) -> Panel:
 
 
 def _section(p: np.ndarray) -> int:
-    """The number of the section, along x, that is drawn: the middle one, or that of the largest pressure."""
+    """The number of the section along x that is drawn: the middle one, or the one with the largest pressure."""
     middle = len(p) // 2
     return middle if np.any(p[middle] > 0) else int(np.argmax(p.max(axis=1)))
 
@@ -88,7 +88,7 @@ def surfaces(dataset: xr.Dataset) -> Figure:
             x, s = p[f"x_{number}"].values, p[f"s_{number}"].values
             of_reference = np.ma.masked_equal(p.sel(ics=reference).values, 0)
             shades = axes.pcolormesh(x, s, of_reference.T, cmap="viridis", rasterized=True)
-            figure.colorbar(shades, ax=axes, label=f"pressure by {symbol_of(reference)} [MPa]")
+            figure.colorbar(shades, ax=axes, label=f"pressure with {symbol_of(reference)} [MPa]")
             _edges(axes, x, s, {str(name): p.sel(ics=name).values for name in p.ics.values})
             axes.set(xlabel="x [mm]", ylabel="s [mm]", title=str(dataset.case.values[number]))
         add_legend(figure)
@@ -111,4 +111,4 @@ def _edges(axes: Axes, x: np.ndarray, s: np.ndarray, pressures: Mapping[str, np.
             linewidths=1.2,
         )
         edge.set_path_effects(HALO)
-        axes.plot([], [], label=f"edge by {symbol_of(name)}", linewidth=1.2, **look)
+        axes.plot([], [], label=f"edge with {symbol_of(name)}", linewidth=1.2, **look)

@@ -42,9 +42,10 @@ GRIDS = (
     "positive, or contacts are not unique."
 )
 MAPS = (
-    "Pressures by B̂ of one scene (row) on the patch of another (column), at the same x / a and s / b. "
-    "Colours: displacement along the normal by A less that by B̂, over the largest by B̂. A difference that "
-    "is the same all over the patch changes the approach only; one that varies changes the pressures."
+    "Pressures computed with B̂ in one scene (row) on the patch of another (column), at the same x / a and "
+    "s / b. Colours: normal displacement with A minus the one with B̂, over the largest with B̂. A "
+    "difference that is the same all over the patch changes the approach only; one that varies changes the "
+    "pressures."
 )
 SIDEWAYS = 1e-3  # lateral force over load from which the summary speaks of it
 FAILS = 0.05  # deviation of the largest pressure from which the summary says that ICs fail
@@ -67,7 +68,7 @@ def write_contact(
 ) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page.
 
-    `supports` has the numbers of the largest contact with other supports, by what is other.
+    `supports` has the numbers of the largest contact with other supports, by what is changed.
     """
     dataset = with_supports(to_dataset(results), supports)
     sections = _sections(results, dataset, beside, folders.made(out / "figures"))
@@ -123,7 +124,7 @@ def _drawn_in_3d(results: ContactResults, folder: Path) -> Iterator[Picture]:
         )
         heights = RELIEF * grid.n_s * grid.ds * (contact.normal.p / contact.normal.p.max() + LIFTED)
         raised = patch + heights * surface.axes(0.0, grid.strips)[N][:, None]
-        views.draw_pressures(rail, raised, p, path, title=f"{case}, pressures by {name}")
+        views.draw_pressures(rail, raised, p, path, title=f"{case}, pressures with {name}")
         yield Picture(path.stem, path)
 
 
@@ -140,7 +141,7 @@ def summary(dataset: xr.Dataset) -> str:
     reference = figures.reference_of(dataset)
     angle = dataset.angle.sel(ics=reference)
     sentences = [
-        f"{_cases(dataset.sizes['case'])} over {span(angle, '.0f')} degrees by {symbol_of(reference)}."
+        f"{_cases(dataset.sizes['case'])} over {span(angle, '.0f')} degrees with {symbol_of(reference)}."
     ]
     for name in (str(name) for name in dataset.ics.values if name != reference):
         deviations = {
@@ -184,12 +185,12 @@ def _beside_the_crown(dataset: xr.Dataset) -> Iterator[str]:
     if abs(float(of_reference[worst])) < SIDEWAYS:
         return
     others = listed(
-        f"{float(share.sel(ics=name)[worst]):+.3f} by {symbol_of(str(name))}"
+        f"{float(share.sel(ics=name)[worst]):+.3f} with {symbol_of(str(name))}"
         for name in dataset.ics.values
         if name != reference
     )
     yield (
-        f"The lateral force on the upper body is {float(of_reference[worst]):+.3f} of the load by "
+        f"The lateral force on the upper body is {float(of_reference[worst]):+.3f} of the load with "
         f"{symbol_of(reference)} at {dataset.case.values[worst]}"
         + (f", {others}: approximations lack the bending of the sections." if others else ".")
     )

@@ -1,4 +1,4 @@
-"""Figures, sentences, table and page of contact by ICs beside that by finite elements."""
+"""Figures, sentences, table and page of contact with ICs beside contact with finite elements."""
 
 from collections.abc import Iterator
 from itertools import chain
@@ -21,23 +21,24 @@ SHARES = (0.01, 0.02, 0.05)  # deviations: the summary says from which angle on 
 DRAWN = ("p_max", "a", "b", "approach")
 SIDEWAYS = 1e-6  # lateral force over load from which a contact counts as not symmetric
 OF_APPROACHES = (
-    "Approaches by FE and by C are without the rigid part M_zz of the compliance, which the models of C give "
-    "on the same supports; nothing is fitted. Approximations have no supports: their approach is that of "
-    "half-spaces under the contact."
+    "Approaches with FE and with C are without the rigid part M_zz of the compliance, which the models of C "
+    "give on the same supports; nothing is fitted. Approximations have no supports: they give the approach "
+    "of half-spaces in contact."
 )
 RAW = (
-    "Approaches by FE and by C have the compliance of the whole bodies in them; those by approximations not."
+    "Approaches with FE and with C contain the compliance of the whole bodies, approaches with "
+    "approximations do not."
 )
 BELOW = (
-    "Small, below each number: its estimated error, and how far it is from that by finite elements (FE): as "
-    "a share, but of numbers that vanish where all is symmetric in their unit. "
+    "Small, below each number: its estimated error, and how far it is from the number by finite elements "
+    "(FE): as a share, but in its unit where it vanishes by symmetry. "
 )
 
 
 def write_judged(dataset: xr.Dataset, out: Path) -> Path:
     """Write `judge.nc`, figures and `judge.html` into a folder; returns the path of the page."""
     title = str(dataset.attrs["title"]).replace(
-        "Frictionless contact", "Contact by ICs, and by finite elements"
+        "Frictionless contact", "Contact with ICs, and with finite elements"
     )
     tables = [_table(dataset, number) for number in range(dataset.sizes["case"])]
     end = closing(tables, BELOW + of_approaches(dataset), cost(dataset), str(dataset.attrs["scene"]))
@@ -84,7 +85,7 @@ def _beside_the_crown(dataset: xr.Dataset) -> Iterator[str]:
     of_fe, load = case.sel(ics=FE), float(case["load"])
     force, to = float(of_fe.F_y) / load, float(of_fe.estimate_F_y) / load
     by_ics = listed(
-        f"{float(case.F_y.sel(ics=name)) / load:+.3f}, {float(case.s_centre.sel(ics=name)):+.2f} mm by "
+        f"{float(case.F_y.sel(ics=name)) / load:+.3f}, {float(case.s_centre.sel(ics=name)):+.2f} mm with "
         f"{symbol_of(str(name))}"
         for name in dataset.ics.values
         if name != FE
@@ -100,22 +101,24 @@ def _from_where(dataset: xr.Dataset, ics: str) -> str:
     """From which angles on ICs are further from finite elements than some shares and the estimate."""
     angles = dataset.angle.sel(ics=FE).values
     found = {share: onset(angles, off_by(dataset, ics, share).values) for share in SHARES}
-    told = [f"more than {share:.0%} {where}" for share, where in found.items() if where]
+    exceeded = [f"more than {share:.0%} {where}" for share, where in found.items() if where]
     return (
-        f"beyond the estimate, off by {listed(told)}" if told else f"within {SHARES[0]:.0%} and the estimate"
+        f"beyond the estimate, off by {listed(exceeded)}"
+        if exceeded
+        else f"within {SHARES[0]:.0%} and the estimate"
     )
 
 
 def _parts(dataset: xr.Dataset) -> Iterator[Part]:
     yield Part(
         "Deviations over the angle of the patch",
-        "Numbers by ICs over those by finite elements, less 1. Band: estimate of the latter.",
+        "Numbers with ICs over the numbers with finite elements, minus 1. Band: estimate of finite elements.",
         "deviations",
         over_angle(dataset),
     )
     yield Part(
         "Pressures across the patch",
-        "At x = 0, by finite elements, and by ICs on the elements beside it.",
+        "At x = 0, with finite elements, and with ICs on the elements beside it.",
         "profiles",
         profiles(dataset),
     )
@@ -130,8 +133,8 @@ def over_angle(dataset: xr.Dataset) -> Figure:
             off, band = 100 * deviations(cases, key), 100 * known(cases, key)
             draw_by_ics(axes, angle, off)
             draw_band(axes, angle, -band, band, "estimate of FE")
-            axes.set(title=QUANTITIES[key].symbol, xlabel="Δδ by FE [deg]")
-        figure.axes[0].set_ylabel("by ICs less by FE [%]")
+            axes.set(title=QUANTITIES[key].symbol, xlabel="Δδ with FE [deg]")
+        figure.axes[0].set_ylabel("ICs minus FE, over FE [%]")
     return figure
 
 
@@ -199,7 +202,7 @@ def cost(dataset: xr.Dataset) -> str:
         f"{most['memory'] / 1e3:.1f} GB. Pressures and reactions carry the load to {np.nanmax(balance):.1g}, "
         f"tensions are at most {most['tension']:.1g} of the largest pressure, penetrations "
         f"{most['penetration']:.1g} of the approach. Rigid part of the compliance that is taken from "
-        f"approaches: M_zz = {float(dataset.rigid_compliance):.4g} mm/N. Contacts by ICs: "
+        f"approaches: M_zz = {float(dataset.rigid_compliance):.4g} mm/N. Contacts with ICs took "
         f"{span(dataset.seconds.values, '.2g')} s."
     )
 

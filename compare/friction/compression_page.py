@@ -31,13 +31,13 @@ def summary(dataset: xr.Dataset) -> str:
     of_reference = last.sel(ics=reference)
     sentences = [
         f"At {float(last['load']):g} N the patch covers {float(of_reference.angle.min()):.0f} ... "
-        f"{float(of_reference.angle.max()):.0f} degrees by {symbol}."
+        f"{float(of_reference.angle.max()):.0f} degrees with {symbol}."
     ]
     sentences += [
-        f"With friction {float(friction):g}, {float(one.sliding_share):.0%} of the contact area slides by "
+        f"With friction {float(friction):g}, {float(one.sliding_share):.0%} of the contact area slides with "
         f"{symbol} (known to {float(one.estimate_sliding_share):.0%} of the area)"
         + "".join(
-            f", {float(last.sliding_share.sel(ics=name, friction=friction)):.0%} by {symbol_of(name)}"
+            f", {float(last.sliding_share.sel(ics=name, friction=friction)):.0%} with {symbol_of(name)}"
             for name in _others(dataset)
         )
         + "."
@@ -71,8 +71,8 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
     symbol, largest = symbol_of(reference_of(dataset)), float(dataset["load"][-1])
     yield Part(
         "How much of the contact slides",
-        "Area of sliding over that of contact, over the load, and over the angle of the patch by these ICs. "
-        f"Band: estimate of {symbol}, which has in it that the load grows in steps.",
+        "Sliding area over contact area, over the load, and over the angle of the patch with these ICs. "
+        f"Band: estimate of {symbol}, which includes the error of the steps of load.",
         "sliding",
         sliding(dataset),
     )
@@ -101,7 +101,7 @@ def sliding(dataset: xr.Dataset) -> Figure:
             for axes, at in ((above, kilonewtons), (below, one.angle.sel(ics=reference))):
                 draw_band(axes, at, low, high, band_of(dataset))
             above.set(xlabel="load [kN]", title=f"friction {float(dataset.friction[number]):g}")
-            below.set_xlabel("Δδ by the same ICs [deg]")
+            below.set_xlabel("Δδ with the same ICs [deg]")
         for axes in rows[:, 0]:
             axes.set_ylabel("sliding / contact area [-]")
     return figure

@@ -37,7 +37,7 @@ def of_supports(dataset: xr.Dataset) -> list[Table]:
     }
     quantities = of_motion("rolling" if "xi" in given else "compression")
     at = f"{100 * given['xi']:.3g} %" if "xi" in given else f"{given['load']:g} N"
-    caption = f"changes with other supports: computed with C, friction {given['friction']:g}, {at}"
+    caption = f"changes with other supports, computed with C, friction {given['friction']:g}, {at}"
     return [changes_table(caption, quantities, dataset.sel({"ics": C, **given}), dataset, PREFIX)]
 
 

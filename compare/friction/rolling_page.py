@@ -36,7 +36,7 @@ def summary(dataset: xr.Dataset) -> str:
     slope = dataset.slope.sel(ics=reference) / dataset.attrs["load"]
     sentences = [
         f"{dataset.attrs['load']:g} N, friction {listed(f'{f:g}' for f in dataset.friction.values)}: without "
-        f"longitudinal force the wheel rolls at a creepage of {span(zero_creepage, '.3g')} by "
+        f"longitudinal force the wheel rolls at a creepage of {span(zero_creepage, '.3g')} with "
         f"{symbol}, where the force rises by {span(slope, '.3g')} of "
         "the load per creepage."
     ]
@@ -46,7 +46,7 @@ def summary(dataset: xr.Dataset) -> str:
         steeper = furthest(slope / dataset.slope.sel(ics=reference) - 1)
         sentences.append(
             f"{symbol_of(name)}: its creep-force curve is up to {float(worst.largest.sel(ics=name)):.1%} of "
-            f"friction times load from that by {symbol} (root mean square over the creepages at most "
+            f"friction times load from the curve with {symbol} (root mean square over the creepages at most "
             f"{float(worst.rms.sel(ics=name)):.1%}); creepage without force {shift:+.2g}, "
             f"slope {steeper:+.1%}."
         )
@@ -118,7 +118,7 @@ def _displaced(dataset: xr.Dataset) -> Iterator[str]:
         p_max = found[f"{PREFIX}p_max"] / linearised - 1
         yield (
             "The distance of the displaced wheel instead of the linearised one would move the creepage "
-            f"without force by {furthest(zero):+.1g} and change p_max by {furthest(p_max):+.1%}, by "
+            f"without force by {furthest(zero):+.1g} and change p_max by {furthest(p_max):+.1%}, with "
             f"{symbol_of(reference_of(dataset))}."
         )
 
@@ -140,14 +140,15 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
     yield Part(
         "Creep-force curves",
         "Longitudinal force on the wheel over friction times load, over the creepage. Its limit is larger "
-        "than 1, since the flanks are pressed on each other, too. Below: the difference to the curve by "
+        "than 1, since the flanks are pressed on each other, too. Below: the difference from the curve with "
         f"{symbol}; band: its estimate.",
         "creep_force",
         creep_force(dataset),
     )
     yield Part(
         "Tractions along the centre line",
-        f"{equal} Rolling is towards +x. Grey: what friction bears by {symbol}, friction times pressure.",
+        f"{equal} Rolling is towards +x. Grey: the largest traction that friction allows with {symbol}, "
+        "friction times pressure.",
         "centre_line",
         centre_line(dataset),
     )
@@ -173,7 +174,7 @@ def creep_force(dataset: xr.Dataset) -> Figure:
             above.set_title(f"friction {float(dataset.friction[number]):g}", fontsize=9)
             below.set_xlabel("creepage [%]")
         rows[0, 0].set_ylabel("F_x / (friction load) [-]")
-        rows[1, 0].set_ylabel(f"less that by {symbol_of(reference)} [-]")
+        rows[1, 0].set_ylabel(f"minus the one with {symbol_of(reference)} [-]")
     return figure
 
 
@@ -217,7 +218,7 @@ def _free(dataset: xr.Dataset) -> Table:
     ]
     further = [
         *numbers("creepage without longitudinal force, distance of the displaced wheel"),
-        *numbers(*(f"curve less that by {symbol}, {size}" for size in SIZES), unit="friction load"),
+        *numbers(*(f"curve minus the one with {symbol}, {size}" for size in SIZES), unit="friction load"),
         *numbers("s"),
     ]
     return Table("free rolling", [*columns, *further], rows)

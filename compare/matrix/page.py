@@ -253,6 +253,6 @@ def _cost_table(steps: Sequence[Step], costs: Mapping[str, Cost]) -> Table:
 
 def _cost_text(results: MatrixResults, costs: Mapping[str, Cost]) -> str:
     return (
-        f"Models: {seconds_of(costs):.0f} s when they were solved. This run, with what was kept: "
+        f"Models: {seconds_of(costs):.0f} s when they were solved. This run, with models from the store: "
         f"{results.seconds:.0f} s, {results.memory:.0f} MB at its peak."
     )

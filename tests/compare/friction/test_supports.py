@@ -61,7 +61,10 @@ def test_the_page_says_what_changes_and_what_does_not(write, motion, tmp_path):
     keys, compute, _ = MOTIONS[motion]
     of = scene(13.0, **KEYS, **keys)
     page = write(with_supports(of, compute(of), Means(1)), tmp_path).read_text(encoding="utf-8")
-    assert "what other supports change: by C, friction 0.2, " + ("2000 N" if motion else "0.01 %") in page
+    assert (
+        "changes with other supports, computed with C, friction 0.2, " + ("2000 N" if motion else "0.01 %")
+        in page
+    )
     assert f'<td class="name">{SOFTER}</td>' in page
 
 
