@@ -70,7 +70,7 @@ def _profile(dataset: xr.Dataset, number: int) -> Panel:
 
 
 def _section(p: np.ndarray) -> int:
-    """The number of the section along x that is drawn: the middle one, or the one with the largest pressure."""
+    """The number of the section along x that is drawn: the middle one, or the one of the largest pressure."""
     middle = len(p) // 2
     return middle if np.any(p[middle] > 0) else int(np.argmax(p.max(axis=1)))
 

@@ -88,7 +88,7 @@ class Part:
         return Section(self.heading, [self.text, Picture(self.name, self.figure)])
 
 
-INDICES = re.compile(r"\b([ACJfr])_(∞|[a-zφ]{1,2}\b)")  # of a symbol: C_nn, r_∞
+INDICES = re.compile(r"\b([ABCJfr])_(∞|[a-zφ]{1,2}\b)")  # of a symbol: C_nn, r_∞
 Block = str | Table | Picture | Note | Items | Verbatim | Folded | Section  # a string is a paragraph
 
 

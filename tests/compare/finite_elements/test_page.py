@@ -89,7 +89,7 @@ def test_the_page_says_what_is_in_approaches(dataset, tmp_path):
     assert "without the rigid part M_zz" in page
     assert "M_zz = 1e-07 mm/N" in page
     raw = write_judged(dataset.assign(rigid_compliance=0.0), tmp_path).read_text(encoding="utf-8")
-    assert "have the compliance of the whole bodies in them" in raw
+    assert "contain the compliance of the whole bodies" in raw
 
 
 def test_the_balance_of_forces_is_told(dataset):
