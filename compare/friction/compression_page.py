@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from compare.contact.figures import reference_of
 from compare.friction import maps
-from compare.friction.page import band_of, names, write_contact_page
+from compare.friction.page import band_of, names, others, write_contact_page
 from compare.friction.quantities import OF_PATCH
 from compare.report.panels import draw_band, draw_by_ics, grid_of
 from compare.report.parts import Part, listed
@@ -38,17 +38,13 @@ def summary(dataset: xr.Dataset) -> str:
         f"{symbol} (known to {float(one.estimate_sliding_share):.0%} of the area)"
         + "".join(
             f", {float(last.sliding_share.sel(ics=name, friction=friction)):.0%} with {symbol_of(name)}"
-            for name in _others(dataset)
+            for name in others(dataset)
         )
         + "."
         for friction in dataset.friction.values
         for one in [of_reference.sel(friction=friction)]
     ]
     return " ".join([*sentences, *_verdicts(dataset)])
-
-
-def _others(dataset: xr.Dataset) -> list[str]:
-    return [name for name in names(dataset) if name != reference_of(dataset)]
 
 
 def _verdicts(dataset: xr.Dataset) -> Iterator[str]:
@@ -58,7 +54,7 @@ def _verdicts(dataset: xr.Dataset) -> Iterator[str]:
     known = dataset.estimate_sliding_share.sel(ics=reference_of(dataset))
     worst = (away - known).clip(0).max(["friction", "load"])
     for enough, verb in ((True, "within"), (False, "further than")):
-        found = [name for name in _others(dataset) if (float(worst.sel(ics=name)) <= SUFFICES) == enough]
+        found = [name for name in others(dataset) if (float(worst.sel(ics=name)) <= SUFFICES) == enough]
         if found:
             furthest = ", ".join(f"{float(away.sel(ics=name).max()):.0%}" for name in found)
             yield (

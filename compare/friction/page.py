@@ -1,4 +1,4 @@
-"""What the pages of rolling and of compression share: file and page, sentences on cost, curves by ICs."""
+"""The common ground of the pages of rolling and compression: file and page, supports, sentences on cost."""
 
 from collections.abc import Iterable, Sequence
 from itertools import chain
@@ -44,6 +44,11 @@ def of_supports(dataset: xr.Dataset) -> list[Table]:
 def names(dataset: xr.Dataset) -> list[str]:
     """The names of the ICs."""
     return [str(name) for name in dataset.ics.values]
+
+
+def others(dataset: xr.Dataset) -> list[str]:
+    """The names of the ICs that are compared with the reference."""
+    return [name for name in names(dataset) if name != reference_of(dataset)]
 
 
 def band_of(dataset: xr.Dataset) -> str:

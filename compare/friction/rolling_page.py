@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from compare.contact.figures import reference_of
 from compare.friction import maps
 from compare.friction.displaced import PREFIX
-from compare.friction.page import band_of, names, write_contact_page
+from compare.friction.page import band_of, names, others, write_contact_page
 from compare.friction.quantities import OF_ROLLING
 from compare.friction.rolling import OF_FREE, scaled_force
 from compare.report.panels import draw_band, draw_by_ics, grid_of
@@ -30,7 +30,7 @@ def write_rolling(dataset: xr.Dataset, out: Path) -> Path:
 
 def summary(dataset: xr.Dataset) -> str:
     """Sentences computed from the numbers: which ICs suffice, by which number."""
-    reference, others = reference_of(dataset), _others(dataset)
+    reference = reference_of(dataset)
     symbol, worst = symbol_of(reference), dataset[["largest", "rms"]].max("friction")
     zero_creepage = dataset.zero_creepage.sel(ics=reference)
     slope = dataset.slope.sel(ics=reference) / dataset.attrs["load"]
@@ -40,7 +40,7 @@ def summary(dataset: xr.Dataset) -> str:
         f"{symbol}, where the force rises by {span(slope, '.3g')} of "
         "the load per creepage."
     ]
-    for name in others:
+    for name in others(dataset):
         zero, slope = (dataset[key].sel(ics=name) for key in ("zero_creepage", "slope"))
         shift = furthest(zero - dataset.zero_creepage.sel(ics=reference))
         steeper = furthest(slope / dataset.slope.sel(ics=reference) - 1)
@@ -53,21 +53,17 @@ def summary(dataset: xr.Dataset) -> str:
     return " ".join([*sentences, _verdict(dataset), *_displaced(dataset), *_simplified(dataset)])
 
 
-def _others(dataset: xr.Dataset) -> list[str]:
-    return [name for name in names(dataset) if name != reference_of(dataset)]
-
-
 def _verdict(dataset: xr.Dataset) -> str:
     """Which ICs have curves near enough to those of the reference at all creepages."""
-    others, symbol = _others(dataset), symbol_of(reference_of(dataset))
-    if not others:
+    compared, symbol = others(dataset), symbol_of(reference_of(dataset))
+    if not compared:
         return f"No other ICs than {symbol} are compared."
-    worst = {name: float(dataset.largest.sel(ics=name).max()) for name in others}
-    known = {name: _known(dataset, name) for name in others}
-    best = min(others, key=worst.__getitem__)
-    tie = [name for name in others if abs(worst[name] - worst[best]) <= max(known[name], known[best])]
-    unsure = [name for name in others if abs(worst[name] - SUFFICES) < known[name]]
-    enough = [name for name in others if name not in unsure and worst[name] <= SUFFICES]
+    worst = {name: float(dataset.largest.sel(ics=name).max()) for name in compared}
+    known = {name: _known(dataset, name) for name in compared}
+    best = min(compared, key=worst.__getitem__)
+    tie = [name for name in compared if abs(worst[name] - worst[best]) <= max(known[name], known[best])]
+    unsure = [name for name in compared if abs(worst[name] - SUFFICES) < known[name]]
+    enough = [name for name in compared if name not in unsure and worst[name] <= SUFFICES]
     sentences = [*_sufficing(enough, symbol), *_undecided(unsure, symbol)] or [
         f"None of them is within {SUFFICES:.0%} of friction times load from {symbol} at all creepages; "
         f"{symbol_of(best)} is the nearest, with {worst[best]:.1%}."

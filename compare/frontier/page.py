@@ -4,7 +4,6 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -14,8 +13,8 @@ from rich.table import Table as Printed
 from compare.frontier.advice import Advice
 from compare.frontier.trade import front, known_errors, told_apart
 from compare.report.errors import MEASURE, VANISHING, cell_of
+from compare.report.panels import grid_of
 from compare.report.parts import Folded, Items, Note, Page, Picture, Section, Verbatim, write_results
-from compare.report.styles import RC
 from compare.report.tables import Cell, Row, Table, numbers
 from geometries.arrays import Array, Indices
 
@@ -79,21 +78,18 @@ def figure(dataset: xr.Dataset, body: str) -> Figure:
     components = [str(component) for component in dataset.component.values]
     columns = min(3, len(components))
     rows = -(-len(components) // columns)
-    with mpl.rc_context(RC):
-        canvas = Figure(figsize=(4.4 * columns, 3.4 * rows + 0.5), layout="constrained")
-        grid = canvas.subplots(rows, columns, squeeze=False, sharex=True).ravel()
-        errors = told_apart(dataset, body)
-        for axes, component in zip(grid, components, strict=False):
+    errors = told_apart(dataset, body)
+    with grid_of(rows, columns, (4.4, 3.4), sharex=True) as (canvas, grid):
+        for axes, component in zip(grid.ravel(), components, strict=False):
             _draw(axes, dataset.sel(body=body, component=component), errors.sel(component=component).values)
             vanishes = bool(dataset.vanishes.sel(body=body, component=component))
             axes.set_title(f"{body} {component}" + (", vanishes: share of 0.05 C_nn" if vanishes else ""))
-        for axes in grid[-columns:]:
+        for axes in grid.ravel()[-columns:]:
             axes.set_xlabel(f"seconds for {dataset.attrs['points']} points  [s]")
-        for axes in grid[len(components) :]:
+        for axes in grid.ravel()[len(components) :]:
             axes.remove()
         canvas.supylabel("error, share of the component itself  [-]")
-        canvas.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-        return canvas
+    return canvas
 
 
 def _draw(axes: Axes, dataset: xr.Dataset, errors_of_ways: Array) -> None:

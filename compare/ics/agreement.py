@@ -8,8 +8,6 @@ from compare.ics.error_measure import ROUNDING
 from compare.ics.errors import apart, measure_of
 from femic.reference.accuracy import component_of
 
-Differences = dict[str, tuple[float, float]]  # difference and allowed difference by component
-
 
 @dataclass(frozen=True)
 class Agreement:
@@ -26,28 +24,16 @@ def agreement(results: Results) -> Iterator[Agreement]:
     """Yield how far C of both engines differ; nothing where one engine ran."""
     for body in results.scene.compared if results.checks else ():
         differences, allowed = apart(results, body)
-        gone = measure_of(results, body).vanishing
-        vanishing = [c for c in results.scene.components if component_of(gone, c)]
+        vanishing = measure_of(results, body).vanishing
+        marks = {c: " †" if component_of(vanishing, c) else "" for c in results.scene.components}
         for line in results.lines:
-            yield _on_line(
+            both = {c: tuple(component_of(of[line], c) for of in (differences, allowed)) for c in marks}
+            closest = max(both, key=lambda c: both[c][0] / max(both[c][1], ROUNDING))
+            largest = max(both, key=lambda c: (not marks[c], both[c][0]))
+            yield Agreement(
                 body,
                 line,
-                {
-                    c: (component_of(differences[line], c), component_of(allowed[line], c))
-                    for c in results.scene.components
-                },
-                vanishing,
+                f"{both[largest][0]:.2%} ({largest}{marks[largest]})",
+                f"{closest}{marks[closest]}: {both[closest][0]:.2%} of {both[closest][1]:.2%}",
+                all(difference <= max(estimate, ROUNDING) for difference, estimate in both.values()),
             )
-
-
-def _on_line(body: str, line: str, differences: Differences, vanishing: list[str]) -> Agreement:
-    closest = max(differences, key=lambda c: differences[c][0] / max(differences[c][1], ROUNDING))
-    largest = max(differences, key=lambda c: (c not in vanishing, differences[c][0]))
-    marked = {c: f"{c} †" if c in vanishing else c for c in differences}
-    return Agreement(
-        body,
-        line,
-        f"{differences[largest][0]:.2%} ({marked[largest]})",
-        "{}: {:.2%} of {:.2%}".format(marked[closest], *differences[closest]),
-        all(difference <= max(estimate, ROUNDING) for difference, estimate in differences.values()),
-    )
