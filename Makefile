@@ -5,7 +5,7 @@ READY := .venv/.ready
 FEMIC := $(BIN)/femic
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling judge sweep calibrate compare frontier validate extremes docs attack mutations test test-all check format bench clean
+.PHONY: help setup run geometry1 geometry2 flat matrix contact rolling fe-contact sweep calibrate compare frontier validate extremes docs attack mutations test test-all check format bench clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -32,8 +32,8 @@ contact: $(READY)  ## frictionless contact of two pairs with A, B, B-hat and C: 
 rolling: $(READY)  ## a wheel that rolls, and is pressed on, with friction, by A, B-hat, B-hat-prime, mix and C (pressed on, by B, too): out/rolling/contact.html, out/compression/contact.html
 	$(FEMIC) contact rolling compression
 
-judge: $(READY)  ## contact of `tall` by finite elements, without ICs, beside that by ICs: out/tall/judge.html
-	$(FEMIC) judge tall
+fe-contact: $(READY)  ## contact of `tall` by finite elements, without ICs, beside that by ICs: out/tall/fe_contact.html
+	$(FEMIC) fe-contact tall
 
 sweep: $(READY)  ## a campaign: where does B-hat fail, over flank inclination and radius ratio? out/where_bhat_fails/sweep.html
 	$(FEMIC) sweep examples/where_bhat_fails.toml

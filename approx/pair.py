@@ -1,13 +1,14 @@
 """Two bodies in contact: approximations of one of them, or of the displacement difference of both."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 from numpy.typing import ArrayLike
 
 from approx.effective import EffectiveProperties
-from approx.halfspace import HalfSpace
-from approx.variants import OF_EFFECTIVE, approximate, approximations, assembled, needed
+from approx.forms import FORMS, Form, Ingredients
+from approx.halfspace import HalfSpace, observers
+from approx.variants import assembled, needed
 from geometries.arrays import Array
 from geometries.materials import ElasticConstants, Material, both_bodies, one_body
 from geometries.patches import Patch
@@ -18,7 +19,7 @@ Points = tuple[ArrayLike, ArrayLike]
 
 @dataclass(frozen=True)
 class Solid:
-    """A body for approximations; `effective` are the properties of its B-hat-prime."""
+    """What approximations need of a body; `effective` are the properties of its B-hat-prime."""
 
     material: Material
     surface: Surface
@@ -29,19 +30,28 @@ class Solid:
         """Elastic constants of this body alone."""
         return one_body(self.material, self.surface.side)
 
+    @property
+    def half_space(self) -> HalfSpace:
+        """The half-space of the same material."""
+        return HalfSpace(self.constants, effective=self.effective)
+
     def approximate(self, variant: str, patch: Patch, points: Points) -> Array:
         """ICs of this body per unit pressure [mm/MPa], shape (3, 3, ...): `approx.variants.approximate`."""
         return self.approximations([variant], patch, points)[variant]
 
     def approximations(self, variants: Sequence[str], patch: Patch, points: Points) -> dict[str, Array]:
-        """ICs by several variants, each as of `approximate`; what they have in common is computed once."""
-        half_space = HalfSpace(self.constants, effective=self.effective)
-        return approximations(variants, half_space, self.surface, patch, points)
+        """ICs of several variants, each as of `approximate`; what they have in common is computed once."""
+        return assembled(variants, self.by_form(needed(variants), patch, points))
 
-    def curvature(self, patch: Patch, points: Points) -> Array:
-        """Part of B-hat [mm/MPa] by the curvature of the body along x, shape (3, 3, ...); 0 if prismatic."""
-        prismatic = Solid(self.material, self.surface.prismatic)
-        return self.approximate("Bhat", patch, points) - prismatic.approximate("Bhat", patch, points)
+    def by_form(self, forms: Iterable[Form], patch: Patch, points: Points) -> dict[Form, Array]:
+        """ICs of several forms per unit pressure [mm/MPa], shape (3, 3, ...) each."""
+        return Ingredients(self.half_space, self.surface, patch, *observers(*points)).by_form(forms)
+
+    def curvature(self, patch: Patch, points: Points, form: Form = FORMS["Bhat"]) -> Array:
+        """Part of the ICs [mm/MPa] due to the curvature of the body along x, (3, 3, ...); 0 if prismatic."""
+        prismatic = replace(self, surface=self.surface.prismatic)
+        curved, straight = (body.by_form([form], patch, points)[form] for body in (self, prismatic))
+        return curved - straight
 
 
 @dataclass(frozen=True)
@@ -58,36 +68,40 @@ class Pair:
         """Combined elastic constants."""
         return both_bodies(self.upper.material, self.lower.material)
 
+    @property
+    def half_space(self) -> HalfSpace:
+        """Both bodies as half-spaces of the combined constants."""
+        return HalfSpace(self.constants, effective=self.effective)
+
     def approximate(self, variant: str, patch: Patch, points: Points) -> Array:
-        """ICs per unit pressure [mm/MPa], shape (3, 3, ...): the sum over both bodies, each with its turns.
+        """ICs per unit pressure [mm/MPa], shape (3, 3, ...): the sum over both bodies, each with its T.
 
         Where combined effective properties are given, B-hat-prime, and components that a variant has from
         it, are those of the combined constants on the contour of the lower body. The properties stand for
         everything else, also for the curvature of wheels along x; with `curvature_apart` the effect of this
-        curvature on B-hat of each body is added instead. Source: [BVSV] section 4, design section 2.
+        curvature on B-hat of each body is added instead. Source: [BVSV] section 4; docs/theory/ics.md.
         """
         return self.approximations([variant], patch, points)[variant]
 
     def approximations(self, variants: Sequence[str], patch: Patch, points: Points) -> dict[str, Array]:
-        """ICs by several variants, each as of `approximate`; what they have in common is computed once."""
-        forms = needed(variants)
-        of_pair = [form for form in forms if self.effective and form in OF_EFFECTIVE]
+        """ICs of several variants, each as of `approximate`; what they have in common is computed once."""
+        return assembled(variants, self.by_form(needed(variants), patch, points))
+
+    def by_form(self, forms: Iterable[Form], patch: Patch, points: Points) -> dict[Form, Array]:
+        """ICs of several forms per unit pressure [mm/MPa], shape (3, 3, ...) each."""
+        forms = list(forms)
+        of_pair = [form for form in forms if self.effective and form.effective]
         summed = [form for form in forms if form not in of_pair]
-        upper, lower = (body.approximations(summed, patch, points) for body in (self.upper, self.lower))
-        by_form = {form: upper[form] + lower[form] for form in summed}
-        if of_pair:
-            by_form |= dict.fromkeys(of_pair, self._effective(patch, points))
-        return {variant: assembled(variant, by_form) for variant in variants}
+        upper, lower = (body.by_form(summed, patch, points) for body in (self.upper, self.lower))
+        surface = self.lower.surface.prismatic
+        ics = Ingredients(self.half_space, surface, patch, *observers(*points)).by_form(of_pair)
+        if self.curvature_apart:
+            ics = {form: ics[form] + self.curvature(patch, points, Form(form.rotate)) for form in of_pair}
+        return ics | {form: upper[form] + lower[form] for form in summed}
 
-    def _effective(self, patch: Patch, points: Points) -> Array:
-        """B-hat-prime by the combined effective properties [mm/MPa]."""
-        half_space = HalfSpace(self.constants, effective=self.effective)
-        prismatic = approximate("Bhat_prime", half_space, self.lower.surface.prismatic, patch, points)
-        return prismatic + self.curvature(patch, points) if self.curvature_apart else prismatic
-
-    def curvature(self, patch: Patch, points: Points) -> Array:
-        """Part of B-hat [mm/MPa] by the curvature of both bodies along x, shape (3, 3, ...)."""
-        return self.upper.curvature(patch, points) + self.lower.curvature(patch, points)
+    def curvature(self, patch: Patch, points: Points, form: Form = FORMS["Bhat"]) -> Array:
+        """Part of the ICs [mm/MPa] due to the curvature of both bodies along x, shape (3, 3, ...)."""
+        return self.upper.curvature(patch, points, form) + self.lower.curvature(patch, points, form)
 
     def has_effective(self, body: str) -> bool:
         """Whether B-hat-prime of "upper", "lower" or "combined" can be computed."""

@@ -17,7 +17,7 @@ from approx.matrix import matrix
 from approx.pair import Pair, Solid
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.normal import NormalProblem, solve
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.operators.dense import GridOperator
 from femic.contact.undeformed import Undeformed
 from geometries.contours import arc, plane
@@ -39,7 +39,7 @@ REPEATED = 3
 def operator(name: str, grid: Grid):
     if name == "C":
         return GridOperator.of(np.ascontiguousarray(matrix("Bhat", PAIR, grid)[..., 2:, 2:]), (N,))
-    return turned(name, PAIR, grid, (N,))
+    return approximate_operator(name, PAIR, grid, (N,))
 
 
 def grid_of(n_x: int, n_s: int) -> Grid:
@@ -57,7 +57,7 @@ def of_femic(name: str, n_x: int, n_s: int) -> None:
     set_up = perf_counter() - start
     seconds = []
     for _ in range(REPEATED):
-        problem = NormalProblem(grid, made, turned("A", PAIR, grid, (N,)), distance, cosine)
+        problem = NormalProblem(grid, made, half_space_operator(PAIR, grid, (N,)), distance, cosine)
         start = perf_counter()
         found = solve(problem, load=LOAD)
         seconds.append(perf_counter() - start)
@@ -81,7 +81,7 @@ def beside_tamaas(n: int) -> None:
     distance = (grid.strips[:, None] ** 2 + grid.strips**2) / (2 * radius)
     half_spaces = Pair(Solid(STEEL, Surface(UPPER, plane())), Solid(STEEL, Surface(LOWER, plane())))
     start = perf_counter()
-    flat = turned("A", half_spaces, grid, (N,))
+    flat = half_space_operator(half_spaces, grid, (N,))
     own = solve(NormalProblem(grid, flat, flat, distance, np.ones(n)), load=load)
     of_femic = perf_counter() - start
     start = perf_counter()

@@ -18,7 +18,7 @@ from approx.pair import Pair, Solid
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.kinematics import Creepages, Rolling
 from femic.contact.frictional import FrictionalProblem, Pressing
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import GridOperator
 from femic.contact.rolling import RollingProblem
 from geometries.contours import plane
@@ -53,7 +53,7 @@ def problem(across: tuple[int, int], order: int, name: str = "A") -> RollingProb
     x = grid.dx * (np.arange(n_x) - (n_x - 1) / 2)
     of_x, of_s = CURVATURES
     distance = (of_x * x[:, None] ** 2 + of_s * grid.strips**2) / 2
-    flat = turned("A", PAIR, grid)
+    flat = half_space_operator(PAIR, grid)
     operator = GridOperator.of(matrix("A", PAIR, grid)) if name == "C" else flat
     contact = FrictionalProblem(grid, operator, flat, distance, np.zeros(n_s), FRICTION)
     return RollingProblem(contact, Rolling(plane(), np.inf, x, grid.strips, np.zeros(n_s)), order)

@@ -74,7 +74,7 @@ def series(job: Job, levels: list[Level]) -> tuple[dict[Level, RawICs], dict[Lev
     """All models of some levels, and C and its estimate at each."""
     models: dict[Level, RawICs] = {}
     for level in levels:
-        for needed in level.models(SOLID.models).values():
+        for needed in level.models(SOLID.estimate.models).values():
             if needed not in models:
                 models[needed] = in_fresh_process(job.request(needed))
     found = {level: combine(job, level, models) for level in levels}
@@ -87,7 +87,7 @@ def accuracy_rows(job: Job, levels: list[Level], truth: np.ndarray | None = None
     c = ic[levels[-1]] if truth is None else truth
     for level in levels:
         cells, _ = factors(level)
-        cost = [models[model].cost for model in level.models(SOLID.models).values()]
+        cost = [models[model].cost for model in level.models(SOLID.estimate.models).values()]
         shares = [worst_share(job, c, difference) for difference in (ic[level] - c, estimate[level])]
         both = [
             f"{100 * e:.2f} ({100 * s:.2f})" if e else f"({100 * s:.2f})"

@@ -14,9 +14,10 @@ import xarray as xr
 from cyclopts import run
 from matplotlib.figure import Figure
 
+from approx.forms import FORMS
 from approx.halfspace import HalfSpace
-from approx.orientation import load_turned, turn_between
 from approx.pair import Solid
+from approx.rotation import rotation_between
 from compare.ics.compute import Results, compute
 from compare.ics.dataset import errors, to_dataset
 from compare.ics.errors import measure_of
@@ -80,7 +81,8 @@ def faded_sn(solid: Solid, patch: Patch, x: Array, s: Array) -> Array:
     alpha = contour.inclination(s) - contour.inclination(patch.s)
     a = HalfSpace(one_body(solid.material, solid.surface.side)).ics(patch, x, s - patch.s)
     a[[1, 2], [2, 1]] *= (np.pi - np.abs(alpha)) / np.pi
-    return load_turned(a, turn_between(solid.surface, (x, s), patch.s))[1, 2] / patch.area
+    rotation = rotation_between(solid.surface, (x, s), patch.s)
+    return FORMS["B"].rotate(a, rotation)[1, 2] / patch.area
 
 
 def draw(axes, results: Results, body: str) -> None:

@@ -31,7 +31,7 @@ from compare.report.styles import MARKERS, STYLES, SYMBOLS
 from femic.cache.store import Store
 from femic.contact.friction.kinematics import Creepages, Rolling
 from femic.contact.frictional import FrictionalProblem, Pressing
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import GridOperator
 from femic.contact.rolling import RollingContact, RollingProblem
 from femic.reference.run_options import Means
@@ -101,7 +101,7 @@ class Bodies:
         contact = FrictionalProblem(
             placed.grid,
             self.operator(ics, ratio),
-            turned("A", self.pair(ratio), placed.grid),
+            half_space_operator(self.pair(ratio), placed.grid),
             placed.distance,
             contour.inclination(strips),
             FRICTION,

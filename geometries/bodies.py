@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from geometries.arrays import Array
 from geometries.contours import Contour
@@ -122,7 +122,9 @@ def section_end(body: Body, direction: int) -> float:
 
     samples = np.linspace(0, limit + direction * 2 * far, END_SAMPLES)
     outside = int(np.argmax(beyond(samples) > 0))
-    return float(brentq(lambda s: float(beyond(s)), samples[outside - 1], samples[outside], xtol=1e-12))
+    return float(
+        scipy.optimize.brentq(lambda s: float(beyond(s)), samples[outside - 1], samples[outside], xtol=1e-12)
+    )
 
 
 def common_extent(bodies: Mapping[str, Body]) -> tuple[float, float]:

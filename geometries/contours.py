@@ -7,16 +7,18 @@ delta(s) [rad] is positive where the contour falls as s grows, so the tangent is
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
-from scipy.spatial import cKDTree
-from scipy.special import ellipeinc
 
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.quadrature import on_panels
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 NEWTON_STEPS = 30  # largest number
 GAUSS_POINTS = 16  # per interval of a spline
@@ -72,7 +74,7 @@ class Ellipse:
 
     def arc_length(self, phi: Array) -> Array:
         """Arc length [mm] at eccentric angle phi, an incomplete elliptic integral; shape of phi."""
-        return np.asarray(self.b_el * ellipeinc(phi, 1 - (self.d_el / self.b_el) ** 2))
+        return np.asarray(self.b_el * scipy.special.ellipeinc(phi, 1 - (self.d_el / self.b_el) ** 2))
 
     def _speed(self, phi: Array) -> Array:
         """Derivative of the arc length by the eccentric angle."""
@@ -83,7 +85,7 @@ class Ellipse:
 class Spline:
     """Cubic spline through points by arc length; s = 0 at the parameter `t_centre`."""
 
-    curve: CubicSpline
+    curve: "CubicSpline"
     t_centre: float
     to_knots: Array  # arc length [mm] from the first knot to each knot, (n_knots,)
 
@@ -121,7 +123,7 @@ class Spline:
         return np.asarray(np.linalg.norm(self.curve(t, 1), axis=-1))
 
 
-def length_between(curve: CubicSpline, start: Array, end: Array) -> Array:
+def length_between(curve: "CubicSpline", start: Array, end: Array) -> Array:
     """Arc length [mm] of a spline between parameters of one of its intervals, by Gauss quadrature."""
     t, weights = on_panels(np.asarray(start), np.asarray(end), GAUSS_POINTS)
     return np.asarray(np.sum(weights * np.linalg.norm(curve(t, 1), axis=-1), axis=-1))
@@ -202,7 +204,7 @@ class Contour:
         distance may be larger than the radius of curvature.
         """
         samples, spacing = np.linspace(*s_range, NEAREST_SAMPLES, retstep=True)
-        s = first = samples[cKDTree(self.position(samples).T).query(points.T)[1]]
+        s = first = samples[scipy.spatial.cKDTree(self.position(samples).T).query(points.T)[1]]
         for _ in range(NEWTON_STEPS):
             apart, before = points - self.position(s), s
             along, off = (np.sum(apart * axis, axis=0) for axis in (self.tangent(s), self.normal(s)))
@@ -245,8 +247,8 @@ def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> Contour
     points = np.column_stack([y, z]).astype(float)
     _check_points(points)
     chord = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    curve = CubicSpline(chord, points)
-    roots = CubicSpline(chord, points[:, 0] - y_centre).roots(extrapolate=False)
+    curve = scipy.interpolate.CubicSpline(chord, points)
+    roots = scipy.interpolate.CubicSpline(chord, points[:, 0] - y_centre).roots(extrapolate=False)
     if len(roots) == 0:
         raise WrongInput(f"y_centre = {y_centre:g} mm: not between the first and last point")
     pieces = length_between(curve, chord[:-1], chord[1:])

@@ -1,6 +1,6 @@
 """The grid of elements on which contact is solved: uniform in x and in arc length s."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,9 +34,14 @@ class Grid:
         """Arc lengths of the centres of the strips [mm], shape (n_s,)."""
         return np.asarray(self.s + self.ds * (np.arange(self.n_s) - (self.n_s - 1) / 2))
 
+    @property
+    def element(self) -> Patch:
+        """An element about x = s = 0."""
+        return Patch(self.dx / 2, self.ds / 2)
+
     def patch(self, strip: int) -> Patch:
         """The element of a strip at x = 0."""
-        return Patch(self.dx / 2, self.ds / 2, float(self.strips[strip]))
+        return replace(self.element, s=float(self.strips[strip]))
 
     @property
     def area(self) -> float:

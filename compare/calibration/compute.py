@@ -24,7 +24,7 @@ from compare.ics.compute import (
 )
 from femic.cache.digests import results_digest, versions
 from femic.reference.run_options import DEFAULT, Means
-from femic.scenes.checks import calibration_misfits
+from femic.scenes.calibration import calibration_misfits
 from femic.scenes.errors import require_none
 from femic.scenes.file import SceneFile
 from femic.scenes.scene import Scene

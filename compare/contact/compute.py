@@ -6,7 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
-from approx.variants import needed
+from approx.variants import needs_effective
 from compare.contact.automatic_grid import Sizing
 from compare.contact.feasibility import impossible
 from compare.contact.pair_on_grid import Case, Placed, Settled, placed_on
@@ -18,9 +18,9 @@ from femic.contact.operators.dense import GridOperator
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import MatrixReference, matrices
 from femic.reference.run_options import DEFAULT, Means
-from femic.scenes.checks import matrix_engine_misfits
+from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
-from femic.scenes.file import is_map
+from femic.scenes.ic_names import is_map
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import Failure
@@ -98,7 +98,7 @@ def cases_of(scene: Scene) -> tuple[Case, ...]:
     cases += [Case(None, zeta, side) for zeta in wanted.approaches]
     if not cases:
         raise BadScene(f"{scene.name}: [contact]: give loads = [...] in N, or approaches = [...] in mm")
-    if "Bhat_prime" in needed(approximations_of(wanted.ics)) and not scene.pair.has_effective("combined"):
+    if needs_effective(approximations_of(wanted.ics)) and not scene.pair.has_effective("combined"):
         raise BadScene(
             f"{scene.name}: contact.ics: Bhat_prime needs effective properties of both bodies: "
             "`femic calibrate` finds some"

@@ -9,11 +9,12 @@ from approx.pair import Pair
 from femic.contact.extra_gap import ExtraGap
 from femic.contact.lateral import at_lateral_force
 from femic.contact.normal import NormalContact, NormalProblem, Operator, solve
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.operators.convolution import Convolution
+from femic.contact.operators.dense import GridOperator
 from femic.contact.resultants import Resultant, resultant
 from femic.contact.undeformed import Undeformed
-from femic.scenes.file import DISTINCT_DIGITS
+from femic.key_types import DISTINCT_DIGITS
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
@@ -106,13 +107,13 @@ class Placed:
     @cached_property
     def flat(self) -> Convolution:
         """The nn ICs of half-spaces."""
-        return turned("A", self.pair, self.grid, (N,))
+        return half_space_operator(self.pair, self.grid, (N,))
 
-    def operator(self, variant: str) -> Convolution:
+    def operator(self, variant: str) -> Convolution | GridOperator:
         """The nn ICs of an approximation."""
         if variant == "A":
             return self.flat
-        return turned(variant, self.pair, self.grid, (N,), upper_offset=self.offset)
+        return approximate_operator(variant, self.pair, self.grid, (N,), upper_offset=self.offset)
 
     @property
     def offset(self) -> float:

@@ -7,20 +7,21 @@ import h5netcdf
 import numpy as np
 
 from approx.matrix import column, matrix
+from approx.variants import VARIANTS
 from compare.contact.compute import c_jobs
 from compare.contact.pair_on_grid import placed_on
 from compare.export import contact_file
 from compare.export.contact_file import ContactFile
 from compare.matrix.page import write_matrix
 from femic.cache import folders
-from femic.contact.operators.approximations import turned
-from femic.contact.operators.dense import dense
+from femic.contact.operators.approximations import approximate_matrix
 from femic.reference.matrix.job import Discount
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import matrices
 from femic.reference.run_options import DEFAULT, Means
-from femic.scenes.checks import grid_misfits
+from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import require_none
+from femic.scenes.grid import grid_misfits
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import WrongInput
@@ -59,7 +60,7 @@ class Exported:
 
 
 def require_exportable(scene: Scene, wanted: Wanted) -> None:
-    """Raise BadScene if the grid does not fit, WrongInput if the ICs of both bodies are not available."""
+    """Raise BadScene for a grid or an engine that does not fit, WrongInput for ICs that are not available."""
     if "combined" not in scene.compared:
         raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
     if wanted.discount and wanted.ics != "C":
@@ -69,7 +70,8 @@ def require_exportable(scene: Scene, wanted: Wanted) -> None:
         )
     if wanted.ics == "Bhat_prime" and not scene.pair.has_effective("combined"):
         raise WrongInput("ics = Bhat_prime: the scene has no effective properties; see femic calibrate")
-    require_none(scene.name, grid_misfits(scene))
+    engine_misfits = () if wanted.ics in VARIANTS else matrix_engine_misfits(scene)
+    require_none(scene.name, [*grid_misfits(scene), *engine_misfits])
 
 
 def export(scene: Scene, wanted: Wanted, out: Path, means: Means = DEFAULT) -> Exported:
@@ -91,8 +93,8 @@ def export(scene: Scene, wanted: Wanted, out: Path, means: Means = DEFAULT) -> E
 def _file_content(scene: Scene, wanted: Wanted, out: Path, means: Means) -> ContactFile:
     placed = placed_on(scene, scene.grid)
     if wanted.discount is None and placed.offset:
-        paired = turned(wanted.ics, scene.pair, scene.grid, upper_offset=placed.offset)
-        return to_contact(scene, dense(paired))
+        ics = approximate_matrix(wanted.ics, scene.pair, scene.grid, upper_offset=placed.offset)
+        return to_contact(scene, ics)
     if wanted.discount is None:
         return approximated(scene, wanted.ics)
     if wanted.discount != scene.discount or placed.offset:

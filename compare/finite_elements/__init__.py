@@ -1,1 +1,1 @@
-"""`femic judge`: figures and page of contact by finite elements and by ICs."""
+"""`femic fe-contact`: figures and page of contact by finite elements and by ICs."""

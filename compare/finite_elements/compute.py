@@ -21,11 +21,11 @@ from compare.matrix.compute import matrix_jobs
 from femic.cache.digests import results_digest
 from femic.cache.store import Store
 from femic.contact.finite_elements.levels import Bodies
-from femic.contact.finite_elements.result import CELLS, Judgement, Numbers, judge, require_enough
+from femic.contact.finite_elements.result import CELLS, FEContact, Numbers, fe_contact, require_enough
 from femic.reference.discount import FZ
 from femic.reference.matrix.reference import matrices
 from femic.reference.run_options import DEFAULT, Means
-from femic.scenes.checks import matrix_engine_misfits
+from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.scene import Scene
 from geometries.bodies import Body, Domain
@@ -36,7 +36,7 @@ MODELS = ("lower", "upper")
 LENGTH = 3.0  # of the meshed half of a body along x, in radii of its far arc
 
 
-def compute_judged(
+def compute_fe_contact(
     scene: Scene, contacts: xr.Dataset, means: Means = DEFAULT, cells: float = CELLS
 ) -> xr.Dataset:
     """Numbers of `contacts` by ICs, and by finite elements, `ics` = "FE", of all loads of a scene.
@@ -45,47 +45,47 @@ def compute_judged(
     fail have no numbers; `left_out` says why. Raises BadScene for scenes with friction and without loads, and
     WrongInput for too few cells, before any work; Failure where finite elements fail at all loads.
     """
-    require_judgeable(scene)
+    require_suitable(scene)
     require_enough(cells)
-    judged: list[xr.Dataset | None] = []
+    solved: list[xr.Dataset | None] = []
     failed: list[str] = []
     for load in scene.contact.loads:
         try:
-            judged.append(_judged(scene, load, means, cells))
+            solved.append(_solved(scene, load, means, cells))
         except Failure as failure:
             failed.append(f"{load:g} N: {failure}")
             means.watch.on_stage(f"  left out: {failed[-1]}")
-            judged.append(None)
-    if len(failed) == len(judged):
+            solved.append(None)
+    if len(failed) == len(solved):
         raise Failure("; ".join(failed))
     rigid = rigid_compliance(scene, means)
-    return beside(contacts, judged, cells, rigid).assign_attrs(left_out="; ".join(failed))
+    return beside(contacts, solved, cells, rigid).assign_attrs(left_out="; ".join(failed))
 
 
-def kept_judged(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Dataset | None:
-    """What `compute_judged` gave for the loads that a store has, None where it has none of them."""
-    if unjudgeable(scene):
+def kept_fe_contact(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Dataset | None:
+    """What `compute_fe_contact` gave for the loads that a store has, None where it has none of them."""
+    if unsuitable(scene):
         return None
-    judged = [store.get(_key(scene, load, CELLS, store)) for load in scene.contact.loads]
+    solved = [store.get(_key(scene, load, CELLS, store)) for load in scene.contact.loads]
     rigid = store.get(_rigid_key(scene, store))
-    if rigid is None or not any(one is not None for one in judged):
+    if rigid is None or not any(one is not None for one in solved):
         return None
     missing = [
-        f"{load:g} N (not kept)" for load, one in zip(scene.contact.loads, judged, strict=True) if one is None
+        f"{load:g} N (not kept)" for load, one in zip(scene.contact.loads, solved, strict=True) if one is None
     ]
-    return beside(contacts, judged, CELLS, float(rigid.compliance)).assign_attrs(left_out="; ".join(missing))
+    return beside(contacts, solved, CELLS, float(rigid.compliance)).assign_attrs(left_out="; ".join(missing))
 
 
-def require_judgeable(scene: Scene) -> None:
-    """Raise BadScene for what is not judged, before any work."""
+def require_suitable(scene: Scene) -> None:
+    """Raise BadScene for what contact by finite elements cannot do, before any work."""
     cases_of(scene)
     require_none(scene.name, matrix_engine_misfits(scene))
-    for given, remedy in unjudgeable(scene):
-        raise BadScene(f"{scene.name}: {given}: finite elements do not judge that; {remedy}")
+    for given, remedy in unsuitable(scene):
+        raise BadScene(f"{scene.name}: {given}: not in contact by finite elements; {remedy}")
 
 
-def unjudgeable(scene: Scene) -> list[tuple[str, str]]:
-    """What finite elements do not judge in a scene, and what to do about it."""
+def unsuitable(scene: Scene) -> list[tuple[str, str]]:
+    """What contact by finite elements cannot do of a scene, each with its remedy."""
     wanted = scene.contact
     asked = (
         (wanted.friction is None, f"contact.motion = {wanted.motion!r}", "leave it out: it is frictionless"),
@@ -99,16 +99,16 @@ def unjudgeable(scene: Scene) -> list[tuple[str, str]]:
             "contact by C then lacks the bending of the bodies; take 'approach'",
         ),
     )
-    return [(given, remedy) for judged, given, remedy in asked if not judged]
+    return [(given, remedy) for suitable, given, remedy in asked if not suitable]
 
 
-def _judged(scene: Scene, load: float, means: Means, cells: float) -> xr.Dataset:
+def _solved(scene: Scene, load: float, means: Means, cells: float) -> xr.Dataset:
     """The contact under a load [N] by finite elements, from the store if it is there."""
     key = _key(scene, load, cells, means.store)
     kept = means.store.get(key)
     if kept is None:
         means.watch.on_stage(f"  {load:g} N by finite elements")
-        kept = _labelled(judge(_bodies(scene), load, cells=cells))
+        kept = _labelled(fe_contact(_bodies(scene), load, cells=cells))
         means.store.put(key, kept)
     seconds, unknowns = float(kept.seconds.sum()), int(kept.unknowns.max())
     means.watch.on_stage(f"  {load:g} N by finite elements: {unknowns:,} unknowns, {seconds:.0f} s")
@@ -119,7 +119,7 @@ def _key(scene: Scene, load: float, cells: float, store: Store) -> str:
     """The key of a contact by finite elements in a store."""
     of = _bodies(scene)
     given = of.lower, of.upper, of.s_range, of.shift, load, cells
-    return store.key("judge", results_digest(__name__), *given)
+    return store.key("fe_contact", results_digest(__name__), *given)
 
 
 def rigid_compliance(scene: Scene, means: Means = DEFAULT) -> float:
@@ -146,7 +146,7 @@ def _rigid_key(scene: Scene, store: Store) -> str:
     """The key of the rigid part of the compliance in a store."""
     of, settings = _bodies(scene), scene.settings
     given = of.lower, of.upper, scene.discount, settings.approach_side, settings.tolerance
-    return store.key("judge", "rigid", results_digest(__name__), *given)
+    return store.key("fe_contact", "rigid", results_digest(__name__), *given)
 
 
 def _bodies(scene: Scene) -> Bodies:
@@ -162,32 +162,32 @@ def _meshable(scene: Scene, name: str) -> Body:
     return replace(scene.bodies[name], domain=domain)
 
 
-def _labelled(judgement: Judgement) -> xr.Dataset:
-    """A judgement as labelled arrays; angles in degrees."""
-    named = {"": judgement.numbers, "estimate_": judgement.estimate}
+def _labelled(contact: FEContact) -> xr.Dataset:
+    """A contact as labelled arrays; angles in degrees."""
+    named = {"": contact.numbers, "estimate_": contact.estimate}
     numbers = {
         prefix + name: value
         for prefix, of_all in named.items()
         for name, value in _in_degrees(of_all).items()
     }
     checks = {
-        "load": judgement.load,
-        "load_of_pressures": judgement.load_of_pressures,
-        "tension": judgement.tension,
-        "penetration": judgement.penetration,
-        "memory": judgement.memory,
+        "load": contact.load,
+        "load_of_pressures": contact.load_of_pressures,
+        "tension": contact.tension,
+        "penetration": contact.penetration,
+        "memory": contact.memory,
     }
-    points = {name: ("point", np.asarray(getattr(judgement, name))) for name in ("x", "s", "p")}
+    points = {name: ("point", np.asarray(getattr(contact, name))) for name in ("x", "s", "p")}
     return xr.Dataset(
         {
             **numbers,
             **checks,
             **points,
-            "reaction": ("body", list(judgement.reactions)),
-            "unknowns": ("body", list(judgement.unknowns)),
-            "seconds": ("stage", list(judgement.seconds.values())),
+            "reaction": ("body", list(contact.reactions)),
+            "unknowns": ("body", list(contact.unknowns)),
+            "seconds": ("stage", list(contact.seconds.values())),
         },
-        coords={"body": list(MODELS), "stage": list(judgement.seconds)},
+        coords={"body": list(MODELS), "stage": list(contact.seconds)},
     )
 
 

@@ -1,4 +1,4 @@
-"""The labelled arrays of contacts by ICs beside those by finite elements, `judge.nc`."""
+"""The labelled arrays of contacts by ICs beside those by finite elements, `fe_contact.nc`."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ CHECKS = ("load_of_pressures", "reaction", "tension", "penetration", "unknowns",
 
 
 def beside(
-    contacts: xr.Dataset, judged: Sequence[xr.Dataset | None], cells: float, rigid_compliance: float
+    contacts: xr.Dataset, by_fe: Sequence[xr.Dataset | None], cells: float, rigid_compliance: float
 ) -> xr.Dataset:
     """Numbers with their estimates of all ICs and of finite elements, and what is known of the latter.
 
@@ -24,7 +24,7 @@ def beside(
     C is without: `approach` is without that times the load, and `fe_raw_approach` with it.
     """
     named = [prefix + name for name in NUMBERS for prefix in ("", "estimate_")]
-    of_all = _by_case(judged).assign_coords(case=contacts.case)
+    of_all = _by_case(by_fe).assign_coords(case=contacts.case)
     fe = of_all[named].expand_dims(ics=[FE])
     dataset = xr.concat([contacts[named], fe], "ics", combine_attrs="override")
     load = contacts["load"].isel(ics=0, drop=True)
@@ -37,15 +37,15 @@ def beside(
     dataset["fe_seconds"] = of_all.seconds
     dataset["load"] = load.assign_attrs(units="N")
     dataset["rigid_compliance"] = (), rigid_compliance, {"units": "mm/N"}
-    lines = [_profile(one, number) for number, one in enumerate(judged) if one is not None]
-    of_ics = [_profile_of_ics(contacts, number) for number in range(len(judged))]
+    lines = [_profile(one, number) for number, one in enumerate(by_fe) if one is not None]
+    of_ics = [_profile_of_ics(contacts, number) for number in range(len(by_fe))]
     joined = xr.merge([dataset, *lines, *of_ics], join="outer")  # there is no profile of FE on grids
     return joined.assign_attrs(contacts.attrs | {"cells": cells})
 
 
-def _by_case(judged: Sequence[xr.Dataset | None]) -> xr.Dataset:
+def _by_case(by_fe: Sequence[xr.Dataset | None]) -> xr.Dataset:
     """What has the same shape in all cases, as a dimension; NaN for what is not solved."""
-    solved = [None if one is None else one.drop_vars(_ragged(one)).astype(float) for one in judged]
+    solved = [None if one is None else one.drop_vars(_ragged(one)).astype(float) for one in by_fe]
     some = next(one for one in solved if one is not None)
     return xr.concat([xr.full_like(some, np.nan) if one is None else one for one in solved], "case")
 

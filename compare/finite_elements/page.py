@@ -35,14 +35,16 @@ BELOW = (
 )
 
 
-def write_judged(dataset: xr.Dataset, out: Path) -> Path:
-    """Write `judge.nc`, figures and `judge.html` into a folder; returns the path of the page."""
+def write_fe_contact(dataset: xr.Dataset, out: Path) -> Path:
+    """Write `fe_contact.nc`, figures and `fe_contact.html` into a folder; returns the path of the page."""
     title = str(dataset.attrs["title"]).replace(
         "Frictionless contact", "Contact with ICs, and with finite elements"
     )
     tables = [_table(dataset, number) for number in range(dataset.sizes["case"])]
     end = closing(tables, BELOW + of_approaches(dataset), cost(dataset), str(dataset.attrs["scene"]))
-    return write_results(Page(title, summary(dataset), chain(_parts(dataset), end)), out, "judge", dataset)
+    return write_results(
+        Page(title, summary(dataset), chain(_parts(dataset), end)), out, "fe_contact", dataset
+    )
 
 
 def of_approaches(dataset: xr.Dataset) -> str:

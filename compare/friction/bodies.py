@@ -10,7 +10,7 @@ from compare.contact.pair_on_grid import Placed, placed_on
 from compare.friction.operators import FullReferenceICs, approximation, full_reference_ics
 from femic.contact.frictional import FrictionalProblem, FullOperator
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import half_space_operator
 from femic.contact.specification import FrictionSpecification
 from femic.reference.run_options import Means
 from femic.scenes.scene import Scene
@@ -61,7 +61,7 @@ class Solver:
         return FrictionalProblem(
             placed.grid,
             operator,
-            turned("A", placed.pair, placed.grid),
+            half_space_operator(placed.pair, placed.grid),
             placed.distance,
             placed.undeformed.lower.contour.inclination(placed.grid.strips),
             friction,

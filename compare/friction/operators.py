@@ -9,7 +9,7 @@ import numpy as np
 from compare.contact.compute import c_jobs, require_positive
 from compare.contact.pair_on_grid import Placed
 from femic.contact.frictional import FullOperator
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import approximate_operator
 from femic.contact.operators.dense import PARITY, Asymmetry, GridOperator
 from femic.contact.operators.rolled import rolled
 from femic.reference.estimate import Estimated
@@ -54,10 +54,10 @@ class FullReferenceICs:
 
 def approximation(placed: Placed, variant: str) -> FullOperator:
     """An approximation of the ICs of both bodies on their grid, in the form that is faster there."""
-    convolution = turned(variant, placed.pair, placed.grid, upper_offset=placed.offset)
-    if variant == FLAT or placed.grid.n_s > MOST_DENSE:
-        return convolution
-    return GridOperator.of_convolution(convolution)
+    operator = approximate_operator(variant, placed.pair, placed.grid, upper_offset=placed.offset)
+    if variant == FLAT or placed.grid.n_s > MOST_DENSE or isinstance(operator, GridOperator):
+        return operator
+    return GridOperator.of_convolution(operator)
 
 
 def full_reference_ics(scene: Scene, placed: Placed, means: Means) -> FullReferenceICs:

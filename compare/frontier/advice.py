@@ -6,7 +6,8 @@ import numpy as np
 import xarray as xr
 
 from compare.frontier import ways
-from compare.frontier.trade import FrontierRequest, compute_frontier, known_errors
+from compare.frontier.trade import FrontierRequest, compute_frontier, engine_table, known_errors
+from femic.reference.engines import ENGINES
 from femic.reference.run_options import DEFAULT, Means
 from geometries.errors import Failure, WrongInput
 
@@ -91,22 +92,24 @@ def tried_for(base: str, question: Question, means: Means = DEFAULT) -> tuple[Fr
     If a component vanishes in C, but not by symmetry, a tighter C is tried: the component may only be small,
     and its errors would then be shares of itself.
     """
+    tightest = ENGINES[engine_table(base)["kind"]].comparison.tolerances[-1]
     while True:
-        request = asked_for(question)
+        request = request_for(base, question)
         frontier = compute_frontier(base, request, means)
         of_body = frontier.sel(body=question.body)
         undecided = bool(np.any(of_body.vanishes & ~of_body.by_symmetry))
-        if not undecided or question.tolerance / REFERENCE_FACTOR <= ways.TIGHTEST_HARMONIC:
+        if not undecided or question.tolerance / REFERENCE_FACTOR <= tightest:
             return request, frontier
         question = replace(question, tolerance=question.tolerance / RETRY_FACTOR)
 
 
-def asked_for(question: Question) -> FrontierRequest:
-    """The request for the approximations of one body and a C that is accurate enough to judge them.
+def request_for(base: str, question: Question) -> FrontierRequest:
+    """Return the request for the approximations of one body, and C of the scene's engine to measure them.
 
     Raises WrongInput unless the tolerance is between 0 and 1.
     """
     if not 0 < question.tolerance <= 1:
         raise WrongInput(f"--tolerance {question.tolerance:g}: between 0 and 1")
     changes = {"components": list(question.components), "bodies": [question.body]}
-    return FrontierRequest(tuple(ways.harmonic(question.tolerance / REFERENCE_FACTOR)), changes=changes)
+    kind, tightest = engine_table(base)["kind"], question.tolerance / REFERENCE_FACTOR
+    return FrontierRequest(tuple(ways.by_engine(kind, tightest)), changes=changes)

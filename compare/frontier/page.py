@@ -12,13 +12,13 @@ from rich.table import Table as Printed
 
 from compare.frontier.advice import Advice
 from compare.frontier.trade import front, known_errors, told_apart
+from compare.frontier.ways import styles
 from compare.report.errors import MEASURE, VANISHING, cell_of
 from compare.report.panels import grid_of
 from compare.report.parts import Folded, Items, Note, Page, Picture, Section, Verbatim, write_results
 from compare.report.tables import Cell, Row, Table, numbers
 from geometries.arrays import Array, Indices
 
-KINDS = {"approximation": ("tab:blue", "o"), "harmonic": ("black", "s"), "solid": ("tab:red", "^")}
 LEAST_ERROR_DRAWN = 1e-6  # smaller errors vanish by symmetry and are drawn here
 
 
@@ -94,7 +94,7 @@ def figure(dataset: xr.Dataset, body: str) -> Figure:
 
 def _draw(axes: Axes, dataset: xr.Dataset, errors_of_ways: Array) -> None:
     seconds, errors = dataset.seconds.values, np.maximum(errors_of_ways, LEAST_ERROR_DRAWN)
-    for kind, (colour, marker) in KINDS.items():
+    for kind, (colour, marker) in styles().items():
         of_kind = dataset.kind.values == kind
         if np.any(of_kind):
             axes.loglog(seconds[of_kind], errors[of_kind], marker, color=colour, mfc="none", label=kind)

@@ -21,8 +21,8 @@ from femic.reference.accuracy import NotConverged, component_of
 from femic.reference.engines import ENGINES
 from femic.reference.estimate import Estimated
 from femic.reference.run_options import DEFAULT, Means
+from femic.scenes.engine import EngineTable
 from femic.scenes.errors import BadScene
-from femic.scenes.file import EngineTable
 from femic.scenes.load import load_scene, read_scene, scene_path
 from femic.scenes.messages import in_keys
 from femic.scenes.scene import Scene
@@ -54,7 +54,7 @@ class FrontierRequest:
 
     @classmethod
     def all(cls, budget: float) -> "FrontierRequest":
-        """Request both engines at all tolerances; raises WrongInput unless the budget [s] is positive."""
+        """Request all engines at all tolerances; raises WrongInput unless the budget [s] is positive."""
         if not budget > 0:
             raise WrongInput(f"--budget {budget:g}: must be positive [s]")
         return cls(tuple(way for name in ENGINES for way in ways.by_engine(name)), budget)
@@ -65,10 +65,15 @@ class FrontierRequest:
 
     def engine(self, base: str, engine: Mapping[str, Any]) -> dict[str, Any]:
         """The engine settings of a way, with those of the scene that do not follow from its tolerance."""
-        scene_engine = read_scene(scene_path(base))[1].get("engine", {})
-        kind = scene_engine.get("kind", EngineTable().kind)
-        kept = ("most_unknowns", *(BODY_AND_SOLVER if engine.get("kind", kind) == kind else ()))
-        return {key: scene_engine[key] for key in kept if key in scene_engine} | {"kind": kind} | dict(engine)
+        table = engine_table(base)
+        same_kind = engine.get("kind", table["kind"]) == table["kind"]
+        keys = ("kind", "most_unknowns", *(BODY_AND_SOLVER if same_kind else ()))
+        return {key: table[key] for key in keys if key in table} | dict(engine)
+
+
+def engine_table(base: str) -> dict[str, Any]:
+    """Return the keys of the table `engine` of a scene file, always with `kind`."""
+    return {"kind": EngineTable().kind} | read_scene(scene_path(base))[1].get("engine", {})
 
 
 def compute_frontier(base: str, request: FrontierRequest, means: Means = DEFAULT) -> xr.Dataset:

@@ -1,23 +1,15 @@
-"""The ways to the ICs of a scene: the approximations, and both engines at several tolerances."""
+"""The ways to the ICs of a scene: the approximations, and every engine at several tolerances."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Any, Literal
+from typing import Any
 
 from approx.variants import VARIANTS
-from femic.reference.engines import ENGINES, EngineName
-from femic.reference.solid.pardiso import available as direct_available
-from femic.reference.solid.record import SOLID
+from femic.reference.engines import ENGINES
 from femic.scenes.scene import Scene
 
-TOLERANCES: Mapping[EngineName, tuple[float, ...]] = {  # loose to tight
-    "harmonic": (1e-1, 1e-2, 1e-3, 1e-4),
-    "solid": (1e-1, 3e-2, 1e-2),
-}
-TIGHTEST_HARMONIC = TOLERANCES["harmonic"][-1]
-
-Kind = Literal["approximation", EngineName]
+APPROXIMATION = "approximation"  # the kind of ways that are no engines
 
 
 @dataclass(frozen=True)
@@ -25,7 +17,7 @@ class Way:
     """A variant, or an engine with its settings: keys of the table `engine` of a scene file."""
 
     name: str
-    kind: Kind
+    kind: str  # `APPROXIMATION`, or the name of an engine
     engine: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -38,21 +30,22 @@ def approximations(scene: Scene) -> Iterator[Way]:
     """Yield all variants; B-hat-prime only if one of the bodies compared has effective properties."""
     for variant in VARIANTS:
         if variant != "Bhat_prime" or scene.fitted:
-            yield Way(variant, "approximation")
+            yield Way(variant, APPROXIMATION)
 
 
-def harmonic(tightest: float = TIGHTEST_HARMONIC) -> Iterator[Way]:
-    """Yield the harmonic engine, loose to tight, up to the first tolerance that is not above `tightest`."""
-    for way in by_engine("harmonic"):
-        yield way
-        if way.engine["tolerance"] <= tightest:
-            return
+def by_engine(name: str, tightest: float = 0.0) -> Iterator[Way]:
+    """Yield an engine at its tolerances, loose to tight, with all of its options at each.
+
+    The last tolerance is the first that is not above `tightest`.
+    """
+    comparison = ENGINES[name].comparison
+    looser = [tolerance for tolerance in comparison.tolerances if tolerance > tightest]
+    for tolerance, options in product(comparison.tolerances[: len(looser) + 1], comparison.options()):
+        engine = {"kind": name, "tolerance": tolerance, "check": False, **options}
+        yield Way(", ".join([f"{name} {tolerance:g}", *options.values()]), name, engine)
 
 
-def by_engine(name: EngineName) -> Iterator[Way]:
-    """Yield an engine at several tolerances, the solid engine with every solver that is installed."""
-    solvers = ("multigrid", "direct") if direct_available() else ("multigrid",)
-    choices = [{"solver": solver} for solver in solvers] if ENGINES[name] is SOLID else [{}]
-    for tolerance, more in product(TOLERANCES[name], choices):
-        engine = {"kind": name, "tolerance": tolerance, "check": False, **more}
-        yield Way(", ".join([f"{name} {tolerance:g}", *more.values()]), name, engine)
+def styles() -> dict[str, tuple[str, str]]:
+    """Return the colour and the marker of each kind of ways."""
+    engines = {name: (engine.comparison.colour, engine.comparison.marker) for name, engine in ENGINES.items()}
+    return {APPROXIMATION: ("tab:blue", "o")} | engines

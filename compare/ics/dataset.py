@@ -141,13 +141,13 @@ def settings(scene: Scene) -> dict[str, float | str]:
         "relative residual": RESIDUAL,
     }
     return {
-        "engine": reference_settings.engine.describes,
+        "engine": reference_settings.engine.description,
         "tolerance": reference_settings.tolerance,
         "most_unknowns": reference_settings.most_unknowns,
         "first smallest_cell [mm]": cells.smallest,
         "first growth": cells.growth,
         "first far_radius [mm]": domain.far_radius,
-        **({} if reference_settings.engine.endless else of_solid),
+        **({} if reference_settings.engine.infinite_length else of_solid),
         "reference_length [mm]": scene.reference_length,
         "rotation_reach [mm]": reference_settings.rotation_reach,
         "moment_arm [mm]": reference_settings.moment_arm,

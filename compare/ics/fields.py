@@ -11,7 +11,6 @@ from compare.report import views
 from femic.reference.job import Job
 from femic.reference.level import Level
 from femic.reference.run_options import Watch
-from femic.reference.solid.fields import nodal_fields
 from femic.reference.solid.vtu import write_vtu
 from femic.scenes.load import load_solid_scene
 from geometries.errors import Failure, WrongInput
@@ -43,7 +42,9 @@ def write_fields(results: Results, folder: Path, watch: Watch) -> None:
 
 def _write_solved(job: Job, level: Level, loads: tuple[Load, ...], stem: Path) -> Iterator[Path]:
     """Solve loads on one model of a job, write their fields to STEM_LOAD.vtu and yield the paths."""
-    for load, field in nodal_fields(replace(job.request(level), loads=loads)):
+    fields = job.settings.engine.fields
+    assert fields is not None  # as scenes with fields are checked
+    for load, field in fields.nodal(replace(job.request(level), loads=loads)):
         yield write_vtu(field, stem.with_name(f"{stem.name}_{DIRECTIONS[load.direction]}.vtu"))
 
 
@@ -89,7 +90,11 @@ def _preview(request: Shown, say: Say) -> tuple[Path, str]:
     scene = load_solid_scene(request.target)
     name, direction = request.body or scene.solved[0], request.load or "n"
     title = f"{scene.name}, {name} body, 1 N along +{direction}"
-    say(f"{title}: solving a preview with coarse cells; `fields = true` in a scene gives the finest")
+    engine = scene.settings.engine.name
+    say(
+        f"{title}: solving a preview with coarse cells ({engine} engine); `fields = true` in a scene gives "
+        "the finest"
+    )
     folder = Path("out") / scene.name / "show"
     load = Load(scene.patch, DIRECTIONS.index(direction))
     job = jobs(replace(scene, compared=(name,)))[name]  # whether or not the scene compares that body

@@ -94,7 +94,9 @@ def _setting(results: Results) -> str:
         f"{name} body: E = {body.material.E:g} MPa, ν = {body.material.nu:g}, {_shape(body)}"
         for name, body in scene.bodies.items()
     )
-    ends = " (along x the bodies have no ends)" if scene.settings.engine.endless else " as both ends are"
+    ends = (
+        " (along x the bodies have no ends)" if scene.settings.engine.infinite_length else " as both ends are"
+    )
     place = "the contact centre" if scene.patch.s == 0 else f"s = {scene.patch.s:g} mm"
     return (
         f"{bodies}. Unit loads on a patch of {2 * scene.patch.a:g} × {2 * scene.patch.b:g} mm at {place}. "
@@ -202,7 +204,7 @@ def _cost_cells(cost: Cost) -> list[Cell | str]:
         cost.solver,
         ", ".join(map(str, cost.iterations)),
         Cell(cost.residual, ".0e"),
-        *(Cell(cost.seconds[stage], ".1f") for stage in ("mesh", "assembly", "solution")),
+        *(Cell(cost.seconds.get(stage, 0.0), ".1f") for stage in ("mesh", "assembly", "solution")),
         Cell(cost.peak_memory, ".0f"),
     ]
 

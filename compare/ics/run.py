@@ -17,8 +17,8 @@ from compare.report import views
 from compare.report.parts import Picture, write_page
 from femic.cache import folders
 from femic.cache.files import write_dataset, write_text
+from femic.reference.engine import Fields
 from femic.reference.run_options import DEFAULT, Means
-from femic.reference.solid.engine import build_mesh
 from femic.scenes import receipts
 from femic.scenes.scene import Scene
 
@@ -56,9 +56,12 @@ def key_of(scene: Scene) -> str:
 def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path) -> dict[str, list[Picture]]:
     """All figures of the page by its part; pictures in 3D are written into the folder of figures."""
     scene = results.scene
-    meshes = _draw_meshes if scene.settings.engine.has_fields else _draw_sections
     return {
-        "scene": [Picture("sections", sections.sections(scene)), *meshes(results, folder)],
+        "scene": [
+            Picture("sections", sections.sections(scene)),
+            *_draw_sections(results),
+            *_draw_meshes(results, scene.settings.engine.fields, folder),
+        ],
         "curves": [
             Picture(f"curves_{component}", curves(results, dataset, component))
             for component in scene.components
@@ -67,20 +70,22 @@ def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path
     }
 
 
-def _draw_sections(results: Results, _: Path) -> Iterator[Picture]:
+def _draw_sections(results: Results) -> Iterator[Picture]:
     """Yield the section mesh of each solved body that has one."""
     for name, reference in results.references.items():
         if reference.drawn is not None:
             yield Picture(f"mesh_{name}", sections.section_mesh(*reference.drawn, results.scene, name))
 
 
-def _draw_meshes(results: Results, folder: Path) -> Iterator[Picture]:
+def _draw_meshes(results: Results, fields: Fields | None, folder: Path) -> Iterator[Picture]:
     """Yield the mesh of each solved body, if this machine draws in 3D, and the last body's surface mesh."""
+    if fields is None:
+        return
     in_3d = views.can_render()
     if not in_3d:
         log.warning(f"no 3D pictures of the meshes: {views.NO_RENDERING}. All other figures are drawn")
     for name, job in results.jobs.items():
-        solid = build_mesh(job.request(results.references[name].level))
+        solid = fields.mesh(job.request(results.references[name].level))
         side = -1 if solid.half_section and job.patch.s < 0 else 1  # a half section models s >= 0 only
         if in_3d:
             path = folder / f"mesh_{name}.png"

@@ -14,7 +14,7 @@ from femic.reference.job import Job
 from femic.reference.models import Points
 from femic.reference.result import Reference
 from femic.reference.run_options import DEFAULT, Means
-from femic.scenes.load import CHECK_ENGINE, CHECK_TOLERANCE
+from femic.scenes.engine import CHECK_ENGINE, CHECK_TOLERANCE
 from femic.scenes.scene import Scene
 from geometries.bodies import Domain
 from geometries.patches import COMPONENTS, N

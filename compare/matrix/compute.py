@@ -18,16 +18,18 @@ from femic.cache.digests import results_digest, versions
 from femic.cache.files import published
 from femic.contact.operators.dense import GridOperator
 from femic.reference.accuracy import Shares
+from femic.reference.assessment import worst_of
 from femic.reference.discount import AXES
 from femic.reference.estimate import Estimated, total
-from femic.reference.matrix.columns import column_scale, column_shares, half_spaces_nn, is_far, worst_of
-from femic.reference.matrix.job import Discount, MatrixJob, far_radius_for
+from femic.reference.matrix.columns import column_scale, column_shares, half_spaces_nn, is_far
+from femic.reference.matrix.job import Discount, MatrixJob
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import MatrixReference, matrices
 from femic.reference.models import peak_memory
 from femic.reference.run_options import DEFAULT, Means
-from femic.scenes.checks import grid_misfits, matrix_engine_misfits
+from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import require_none
+from femic.scenes.grid import grid_misfits
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.bodies import Domain
@@ -107,7 +109,8 @@ def _far_radius(scene: Scene) -> float:
     """
     if scene.discount != "source":
         return scene.support_radius
-    least = far_radius_for(scene.settings.tolerance, scene.grid)
+    matrices = scene.settings.engine.matrices
+    least = matrices.far_radius(scene.settings.tolerance, scene.grid) if matrices else 0.0
     return max(least, *(body.domain.far_radius for body in scene.bodies.values()))
 
 

@@ -9,8 +9,8 @@ import xarray as xr
 
 from compare.ics import run
 from compare.ics.dataset import ERRORS
-from femic.scenes import file as files
 from femic.scenes import receipts
+from femic.scenes.file import SceneFile
 from femic.scenes.load import builtin_names, load_scene, parse
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
@@ -86,7 +86,7 @@ def _folder_source(folder: Path) -> Source:
     return Source(folder.resolve().name, folder, content, None, text)
 
 
-def scene_of_text(text: str, folder: Path) -> files.SceneFile:
+def scene_of_text(text: str, folder: Path) -> SceneFile:
     """The scene that a text describes; its files of points need not exist."""
     table = tomllib.loads(text)
     for body in ("lower", "upper"):

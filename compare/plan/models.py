@@ -30,9 +30,9 @@ def steps_of(
     """The models of jobs that are solved in the first round; `prefix` comes before their names."""
     for name, job in jobs_of_bodies.items():
         engine = job.settings.engine
-        for model, level in Level().models(engine.models).items():
+        for model, level in Level().models(engine.estimate.models).items():
             request = job.request(level)
-            body, takes = request.body, engine.planned(request, workers)
+            body, takes = request.body, engine.models.planned(request, workers)
             length_along_x = "endless" if np.isinf(body.xi_end) else f"{body.xi_end:.4g} mm"
             yield Step(
                 f"{prefix}{name}, {model}",

@@ -32,7 +32,6 @@ INVISIBLE = 1e-9  # dimensionless IC below which a curve is shown as zero
 CHECK_MARKS = 24  # about how many marks a curve of the other engine has
 MOST_COLUMNS = 8  # of a legend
 BAND = "C ± estimate"
-OF_SYMBOL = {SYMBOLS.get(name, name): style for name, style in STYLES.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +65,9 @@ class Panel:
 def styles_of(panels: Sequence[Panel]) -> dict[str, Style]:
     """A style for each label of the panels: its variant's, or one of `FURTHER` in turn."""
     labels = dict.fromkeys(label for panel in panels for label in panel.curves)
-    further = dict(zip((label for label in labels if label not in OF_SYMBOL), cycle(FURTHER), strict=False))
-    return OF_SYMBOL | further
+    by_symbol = {SYMBOLS.get(name, name): style for name, style in STYLES.items()}
+    further = dict(zip((label for label in labels if label not in by_symbol), cycle(FURTHER), strict=False))
+    return by_symbol | further
 
 
 def draw(axes: Axes, panel: Panel, styles: Mapping[str, Style]) -> None:

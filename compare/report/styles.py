@@ -1,21 +1,21 @@
 """Symbols, styles and markers of the curves of variants; a variant without its own takes a further one."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from matplotlib.figure import Figure
 
 from approx.variants import VARIANTS, exchanged_symbol
 from femic.cache.files import published
-from femic.scenes.file import is_map
+from femic.scenes.ic_names import is_map
 
 Style = Mapping[str, Any]  # keywords of a line of matplotlib
+Value = TypeVar("Value")
 
 RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.2, "figure.dpi": 110}
-
-SYMBOLS = {name: variant.symbol for name, variant in VARIANTS.items()} | {"C": "C", "C_solid": "C (solid)"}
 
 CHECK_STYLE: Style = {"color": "black", "marker": "o", "markersize": 4, "mfc": "white", "linestyle": "none"}
 
@@ -56,9 +56,27 @@ def symbol_of(name: str) -> str:
     return SYMBOLS[name] if name in SYMBOLS else exchanged_symbol(name)
 
 
-LOOKS = with_further(VARIANTS)
-STYLES: Mapping[str, Style] = {name: style for name, (_, style) in LOOKS.items()}
-MARKERS: Mapping[str, str] = {name: marker for name, (marker, _) in LOOKS.items()}
+@dataclass(frozen=True, eq=False)
+class ByVariant(Mapping[str, Value]):
+    """A mapping by the names of variants and of C, with what is registered when it is used."""
+
+    made: Callable[[], Mapping[str, Value]]
+
+    def __getitem__(self, name: str) -> Value:
+        return self.made()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.made())
+
+    def __len__(self) -> int:
+        return len(self.made())
+
+
+SYMBOLS = ByVariant(
+    lambda: {name: one.symbol for name, one in VARIANTS.items()} | {"C": "C", "C_solid": "C (solid)"}
+)
+STYLES = ByVariant(lambda: {name: style for name, (_, style) in with_further(VARIANTS).items()})
+MARKERS = ByVariant(lambda: {name: marker for name, (marker, _) in with_further(VARIANTS).items()})
 
 
 def save(figure: Figure, path: Path) -> Path:

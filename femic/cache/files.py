@@ -3,14 +3,21 @@
 So a file is complete or as it was before, whoever else writes the same one, and whenever this process ends.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 from uuid import uuid4
 
-import xarray as xr
-
+from femic.late import Late
 from geometries.errors import Failure
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+open_dataset = Late("xarray:open_dataset")
 
 UNFINISHED = ".unfinished."  # within the names of files that are being written
 
@@ -44,7 +51,7 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> Path:
     """
     with published(path) as unfinished:
         dataset.to_netcdf(unfinished, engine="h5netcdf")
-        with xr.open_dataset(unfinished, engine="h5netcdf") as found:
+        with open_dataset(unfinished, engine="h5netcdf") as found:
             wrong = [name for name in dataset.variables if not dataset[name].equals(found[name])]
         if wrong:
             names = ", ".join(map(str, wrong))

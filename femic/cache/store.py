@@ -8,6 +8,8 @@ recognised, and their content is computed again. The location is a folder, or an
 to its own.
 """
 
+from __future__ import annotations
+
 import logging
 import re
 from collections.abc import Callable, Mapping
@@ -15,21 +17,25 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 from uuid import uuid4
 
-import joblib
 import numpy as np
-import xarray as xr
-from fsspec import AbstractFileSystem
-from fsspec.core import url_to_fs
-from fsspec.implementations.local import LocalFileSystem
 
 from femic.cache.digests import code_digest
+from femic.late import Late
 from geometries.arrays import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from fsspec import AbstractFileSystem
 
 Arrays = Mapping[str, Array]
 Kept = TypeVar("Kept")
+
+hash_of = Late("joblib:hash")
+load_dataset = Late("xarray:load_dataset")
+url_to_fs = Late("fsspec.core:url_to_fs")
 
 log = logging.getLogger(__name__)
 
@@ -51,11 +57,11 @@ class Store:
 
     def key(self, kind: str, *request: object) -> str:
         """The key of the entry of a request."""
-        return f"{kind}-{joblib.hash((code_digest(), kind, *request))}"
+        return f"{kind}-{hash_of((code_digest(), kind, *request))}"
 
     def get(self, key: str) -> xr.Dataset | None:
         """The entry of a key, None where there is no undamaged one."""
-        return self._read(f"{key}.nc", lambda content: xr.load_dataset(content, engine="h5netcdf"))
+        return self._read(f"{key}.nc", lambda content: load_dataset(content, engine="h5netcdf"))
 
     def put(self, key: str, entry: xr.Dataset) -> None:
         """Keep an entry, and remove its parts, which are not needed any more."""
@@ -149,7 +155,7 @@ class Store:
 
         Other than local file systems have no such places.
         """
-        if not isinstance(self._fs, LocalFileSystem):
+        if "file" not in self._fs.protocol:
             return
         folder = path.rpartition("/")[0]
         if self._fs.isfile(folder):

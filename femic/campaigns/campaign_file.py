@@ -5,7 +5,8 @@ from typing import Annotated, Any, Literal, TypeGuard
 
 from pydantic import ConfigDict, Field, FilePath, model_validator
 
-from femic.scenes.file import Finite, Section, Several, Whole
+from femic.key_types import Finite, Several, Whole
+from femic.scenes.section import Section
 
 DIGITS = 12  # significant, of numbers in names, and of those between the ends of a range
 LARGEST = 1e30  # finite number of a scene

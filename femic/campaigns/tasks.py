@@ -31,7 +31,7 @@ from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import matrices
 from femic.reference.models import peak_memory
 from femic.reference.run_options import Means, Solved, Watch
-from femic.scenes.file import MAP, is_map
+from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 from geometries.errors import Failure, WrongInput
@@ -111,7 +111,7 @@ def model_tasks(task: SceneTask, store: Store) -> dict[str, ModelTask]:
         scene = task.scene
         wanted = [jobs for keep in task.keys for jobs in KEEPERS[keep].jobs(scene)]
         for body, job in (item for jobs in wanted for item in jobs.items()):
-            key = job.settings.engine.key(job.request(Level()), store)
+            key = job.settings.engine.models.key(job.request(Level()), store)
             tasks.setdefault(key, ModelTask(body, job))
     except Exception:  # a scene that cannot be built must not end the others
         return {}

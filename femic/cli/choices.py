@@ -9,7 +9,7 @@ from compare.frontier import advice as advising
 from compare.frontier import page, trade
 from compare.frontier.advice import Question
 from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work
-from femic.scenes.file import BodyName
+from femic.scenes.calibration import BodyName
 from femic.scenes.load import load_scene
 
 

@@ -21,7 +21,7 @@ from femic.cache import folders
 from femic.cli.work import DEFAULT_WORK, Work
 from femic.reference.run_options import Means
 from femic.scenes import plausibility
-from femic.scenes.file import MAP, is_map
+from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput

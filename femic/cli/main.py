@@ -28,7 +28,10 @@ COMMANDS = {  # by name: module and function, and the help text
         "Contact with several ICs, without or with friction: pressures, patches, cost.",
     ),
     "sweep": ("sweeps:sweep", "Many scenes: keys swept over ranges, on all cores or a Dask cluster."),
-    "judge": ("judges:judge", "Contact by finite elements, without ICs, beside that by ICs."),
+    "fe-contact": (
+        "fe_contacts:fe_contact",
+        "Contact by finite elements, without ICs, beside contact with ICs.",
+    ),
     "calibrate": ("fits:calibrate", "Fit B-hat-prime to C; write the scene with the fit."),
     "export": ("matrices:export", "Write the IC matrix of both bodies for the program CONTACT."),
     "frontier": ("choices:frontier", "Errors against seconds of every way to the ICs of a scene."),

@@ -9,10 +9,11 @@ from compare.export import export as exporting
 from compare.export.export import Wanted
 from compare.frontier.advice import Question
 from compare.frontier.choice import AUTO, choose
+from compare.matrix.compute import require_matrices
 from compare.matrix.page import write_matrix
 from femic.cli.work import DEFAULT_WORK, SceneName, Work
 from femic.reference.matrix.job import Discount
-from femic.scenes.file import ICName
+from femic.scenes.ic_names import ICName
 from femic.scenes.load import load_scene
 from geometries.patches import COMPONENTS
 
@@ -26,6 +27,7 @@ def matrix(
 ) -> None:
     """Compute the IC matrix of a scene on its grid, all lags and strips; write matrix.nc and a report."""
     loaded = load_scene(scene)
+    require_matrices(loaded)
     folder = work.folder(loaded)
     console = Console()
     with work.means(folder, console) as means:

@@ -7,7 +7,6 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cli.work import DEFAULT_WORK, Work
-from femic.reference.engines import ENGINES, EngineName
 from femic.validation.extremes.found import available as extremes_available
 from femic.validation.statements import page as validation
 from femic.validation.statements import runs, verdicts
@@ -36,9 +35,9 @@ def validate(
 def extremes(
     *,
     of: Annotated[
-        tuple[Literal["analytic", EngineName], ...],
+        tuple[Literal["analytic", "harmonic", "solid"], ...],
         Parameter(help="which parts", consume_multiple=True),
-    ] = ("analytic", *ENGINES),
+    ] = ("analytic", "harmonic", "solid"),
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Try every part at the limits of what may be asked for, and beyond; write errors, cost and messages."""

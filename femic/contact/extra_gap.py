@@ -6,7 +6,7 @@ It is linear between the points, and 0 beyond them.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import LinearNDInterpolator
+import scipy
 
 from geometries.arrays import Array
 from geometries.errors import WrongInput
@@ -39,7 +39,9 @@ class Scattered:
         """The gap at places (x, s) [mm], shape broadcast(x, s)."""
         middle = self.places.mean(axis=0)
         size = np.ptp(self.places, axis=0).max()  # triangles need lengths of about 1
-        between = LinearNDInterpolator((self.places - middle) / size, self.gap, fill_value=0.0)
+        between = scipy.interpolate.LinearNDInterpolator(
+            (self.places - middle) / size, self.gap, fill_value=0.0
+        )
         return np.asarray(between((x - middle[0]) / size, (s - middle[1]) / size))
 
 

@@ -341,7 +341,7 @@ class _Turns:
     @cached_property
     def inverse(self) -> RingInverse:
         """Approximately the tractions that cause a slip."""
-        return RingInverse.of(self.problem.flat.restricted(TANGENTIAL), self.motion.symbol)
+        return self.problem.flat.restricted(TANGENTIAL).inverse_on_ring(self.motion.symbol)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,15 +1,16 @@
 """C at points: the ICs of one loaded patch, refined until they are as accurate as asked for."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from femic.reference.estimate import total
+from femic.reference.assessment import Assessment, Batch, Measure, assess
 from femic.reference.job import Job
 from femic.reference.level import Level
 from femic.reference.models import RawICs
-from femic.reference.refinement import Assessed, converged
+from femic.reference.refinement import converged
 from femic.reference.result import Reference, combine, scales, shares
 from femic.reference.run_options import DEFAULT, Means, Solved
+from geometries.arrays import Array
 
 
 def references(
@@ -33,21 +34,18 @@ class AtPoints:
 
     def read(self, name: str, solved: Solved) -> RawICs:
         """The displacements of a solved model at the points."""
-        return self.jobs[name].settings.engine.displacements(solved.task.request, solved.model)
+        return self.jobs[name].settings.engine.models.displacements(solved.task.request, solved.model)
 
     def combine(self, name: str, level: Level, models: Mapping[Level, RawICs]) -> Reference:
         """C of a body at a level, from the displacements of its models."""
         return combine(self.jobs[name], level, models)
 
-    def assess(self, references: Mapping[str, Reference]) -> Assessed:
-        """The estimated errors of the references and, with `combined`, of their sum."""
-        own_shares = {
-            name: shares(job, references[name].c, scales([job], references[name].c.ic))
-            for name, job in self.jobs.items()
-        }
-        if not self.combined:
-            return Assessed(own_shares)
-        c = total([reference.c for reference in references.values()])
-        scale = scales(list(self.jobs.values()), c.ic)
-        combined_shares = {name: shares(job, references[name].c, scale) for name, job in self.jobs.items()}
-        return Assessed(own_shares, shares(next(iter(self.jobs.values())), c, scale), combined_shares)
+    def assess(self, references: Mapping[str, Reference]) -> Assessment:
+        """Return the estimated errors of the references and, with `combined`, of their sum."""
+
+        def measure(bodies: Sequence[str], ic: Array) -> Measure:
+            scale = scales([self.jobs[body] for body in bodies], ic)
+            return lambda body, c: shares(self.jobs[body], c, scale)
+
+        ics = {body: reference.c for body, reference in references.items()}
+        return assess([Batch(ics, measure)], combined=self.combined)

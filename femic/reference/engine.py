@@ -1,25 +1,28 @@
 """An engine: a way to compute the displacements of loaded bodies, and the record of its properties.
 
-An engine is a folder with one record of the type `Engine`; `femic.reference.engines` lists them. Code that
-depends on the engine that computes C reads its record.
+An engine is a folder with one record of the type `Engine`; `femic.reference.engines` lists them. All that
+depends on the engine reads its record, which says what the engine can do: ICs at points in any case, IC
+matrices and displacement fields where the record has functions for them.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from femic.cache.store import Store
 from femic.reference.level import MESH_ORDER
 from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Planned, Points, RawICs, SolverChoice
+from femic.reference.models import Cost, Planned, Points, RawICs, SolverChoice
 from femic.reference.run_options import Means, Solved, Task
+from geometries.arrays import Array
 from geometries.bodies import Body
+from geometries.grids import Grid
 from geometries.patches import Load, Patch
 
 
 @dataclass(frozen=True)
 class Request:
-    """What a model is solved for; each engine's has further fields. Points are relative to each load in x."""
+    """The input of a model; engines add fields of their own. In x, points are relative to each load."""
 
     body: Body  # with its domain
     loads: tuple[Load, ...]  # unit total loads
@@ -29,16 +32,32 @@ class Request:
 
 @dataclass(frozen=True)
 class Specification(Request):
-    """A model that is to be solved, before its engine makes a request of it.
+    """A model to be solved, from which an engine makes its request.
 
-    `tolerance` is that of the job, `least_scale` [mm/N] the least scale of refinement of which it is a share,
-    `waves` the steps by which the wavenumbers are refined; `solver` is that of the solid engine.
+    `tolerance` is the one of the job, and `least_scale` [mm/N] the smallest scale that it refers to: a number
+    or an array (load, 1, observer). `waves` counts the refinements of the wavenumbers. `solver` is the linear
+    solver of the solid engine.
     """
 
     tolerance: float
-    least_scale: float
+    least_scale: Array | float
     waves: int
     solver: SolverChoice
+
+
+@dataclass(frozen=True)
+class MatrixSpecification(Specification):
+    """A model to be solved for an IC matrix, with loads on all strips of a grid.
+
+    M is fitted to loads on `fit_patches`. Spare loads and arc lengths are among the others, but serve only
+    later grids, which have wider strips. With `given_domain` the far arc is a support of the body, and not
+    the approximation of a body without end.
+    """
+
+    fit_patches: tuple[Patch, ...]
+    spare_loads: tuple[Load, ...]
+    spare_s: tuple[float, ...]
+    given_domain: bool
 
 
 @dataclass(frozen=True)
@@ -50,11 +69,11 @@ class Tuned:
     coarsest: float  # largest factor on these cells, for large tolerances
 
     def cells_for(self, tolerance: float, patch: Patch) -> Cells:
-        """Cells that are likely to meet a tolerance: errors are taken to fall like its cube."""
+        """Return cells that are likely to meet a tolerance: errors are assumed to fall like its cube."""
         return self.cells(patch).scaled(min((tolerance / self.tolerance) ** (1 / MESH_ORDER), self.coarsest))
 
     def tighter(self, tolerance: float) -> float:
-        """Factor by which a tolerance is tighter than the tuned one, at least 1."""
+        """Return the factor by which a tolerance is tighter than the tuned one, at least 1."""
         return max(1.0, self.tolerance / tolerance)
 
 
@@ -69,25 +88,106 @@ class Limits:
     distance: float  # largest distance of points from the load, in least half-sides of the patch
 
 
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """How an engine estimates the error of its ICs, and what smaller cells cost."""
+
+    models: tuple[str, ...]  # the models of `level.MODELS` that give C and its error
+    safety: float  # factor on the part of the estimate that comes from the mesh
+    growth_of_unknowns: float  # measured exponent of 1 / cell size
+
+
+@dataclass(frozen=True)
+class Models:
+    """The functions that solve the models of an engine, from specification to displacements."""
+
+    request: Callable[[Specification], Any]  # the engine's own `Request`
+    solve: Callable[[Sequence[Task], Means], Iterator[Solved]]  # in any order
+    key: Callable[[Any, Store], str]  # of the model of a request in a store
+    displacements: Callable[[Any, Any], RawICs]  # from a request and its solved model
+    planned: Callable[[Any, int], Planned]  # expected cost of a request with a number of workers
+
+
+class ColumnSynthesis(Protocol):
+    """The way from the solved model of a grid to the columns of its IC matrix."""
+
+    def column(self, strip: int) -> Array:
+        """Return displacements [mm/N] due to unit total loads on a strip, shape (3, 3, n_x, n_s)."""
+
+
+class GridModel(Protocol):
+    """The solved model of a grid."""
+
+    @property
+    def body(self) -> Body:
+        """The body with the domain of the model."""
+
+    @property
+    def cost(self) -> Cost:
+        """The cost of the model."""
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """How an engine computes the IC matrix of a grid: one model serves all strips.
+
+    `columns` gives a synthesis of the components for the model ("") and for each less accurate variation of
+    it, by name, as `RawICs.perturbed`. `far_radius` [mm] is likely to meet a tolerance on a grid.
+    """
+
+    tuned: Tuned  # cells on strips
+    far_radius: Callable[[float, Grid], float]
+    request: Callable[[MatrixSpecification], Any]
+    columns: Callable[[Any, Grid, Sequence[str]], Mapping[str, ColumnSynthesis]]
+    displacements: Callable[[Any, Sequence[Load], Points], RawICs]
+
+
+@dataclass(frozen=True)
+class Fields:
+    """How an engine gives displacements and stresses in the whole body: functions of a request."""
+
+    mesh: Callable[[Any], Any]  # a `SolidMesh`
+    nodal: Callable[[Any], Iterator[tuple[Load, Any]]]  # a `NodalField` per load
+
+
+def _no_options() -> Sequence[Mapping[str, str]]:
+    """Return a single choice of options: none."""
+    return ({},)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How an engine appears where engines are compared: its tolerances, loose to tight, and its marks.
+
+    `options` returns the further keys of the table `engine` of a scene file that are tried at each tolerance.
+    """
+
+    tolerances: tuple[float, ...] = (1e-1, 1e-2)
+    options: Callable[[], Sequence[Mapping[str, str]]] = _no_options
+    colour: str = "tab:green"
+    marker: str = "D"
+
+    def __post_init__(self) -> None:
+        """Raise ValueError unless there are tolerances, from loose to tight."""
+        if not self.tolerances or list(self.tolerances) != sorted(self.tolerances, reverse=True):
+            raise ValueError(f"tolerances = {self.tolerances}: at least one, from loose to tight")
+
+
 @dataclass(frozen=True, eq=False)
 class Engine:
     """A way to compute C."""
 
     name: str
-    describes: str  # a line that describes it
-    models: tuple[str, ...]  # the models of `level.MODELS` that give C and its error
-    safety: float  # factor on the part of the estimate that comes from the mesh
-    growth_of_unknowns: float  # exponent of 1 / cell size, measured
+    description: str  # one line
+    limits: Limits
     tuned: Tuned
     far_radius: Callable[[float], float]  # radius [mm] of the far arc that is likely to meet a tolerance
     least_side: Callable[[Patch], float]  # half-side [mm] of a patch that cells must resolve
-    limits: Limits
-    endless: bool  # whether prismatic bodies have no ends along x
-    both_loads: bool  # whether the loads of C_ji are solved with those of C_ij
+    infinite_length: bool  # whether prismatic bodies have no ends along x
+    solves_transposes: bool  # whether the loads of C_ji are solved with those of C_ij
     shares_a_model: bool  # whether parallel workers share one model, or each solves another
-    has_fields: bool  # whether its models have meshes and displacements in 3D
-    request: Callable[[Specification], Any]  # the request for a specified model
-    solve: Callable[[Sequence[Task], Means], Iterator[Solved]]  # solves models, in any order
-    key: Callable[[Any, Store], str]  # of the model of a request in a store
-    displacements: Callable[[Any, Any], RawICs]  # from a request and its solved model
-    planned: Callable[[Any, int], Planned]  # expected cost of a request with a number of workers
+    estimate: ErrorEstimate
+    models: Models
+    matrices: Matrices | None = None  # None: it has no IC matrices
+    fields: Fields | None = None  # None: it has no fields in 3D
+    comparison: Comparison = Comparison()

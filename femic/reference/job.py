@@ -47,7 +47,7 @@ class Settings:
         well (`pooled`). So the estimate does not depend on which other components are asked for.
         """
         asked = tuple(components)
-        transposed = [component[::-1] for component in asked] if self.engine.both_loads else []
+        transposed = [component[::-1] for component in asked] if self.engine.solves_transposes else []
         return tuple(dict.fromkeys([*asked, *transposed]))
 
     def first_cells(self, patch: Patch) -> Cells:
@@ -105,7 +105,7 @@ class Job:
 
     def request(self, level: Level) -> Any:
         """The model at a level, as the job's engine takes it."""
-        return self.settings.engine.request(self.specification(level))
+        return self.settings.engine.models.request(self.specification(level))
 
     def specification(self, level: Level) -> Specification:
         """The model at a level: the points of the job come first, then those where M is fitted."""

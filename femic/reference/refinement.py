@@ -8,12 +8,13 @@ waves by more and larger wavenumbers, each by as many steps as its order promise
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from femic.reference.accuracy import NotConverged, Shares
+from femic.reference.assessment import Assessment
 from femic.reference.engine import Engine, Request
 from femic.reference.job import Settings
 from femic.reference.level import (
@@ -33,15 +34,6 @@ from geometries.errors import WrongInput
 
 MOST_STEPS = 3  # largest number of steps of refinement per round
 FURTHEST = 4  # largest number of steps of cells, domain or waves from where a job starts
-
-
-@dataclass(frozen=True)
-class Assessed:
-    """Estimated errors of the bodies, and where their sum is judged, of the sum and of each body in it."""
-
-    own: Mapping[str, Shares]
-    combined: Shares | None = None
-    in_combined: Mapping[str, Shares] = field(default_factory=dict)
 
 
 class Refinable(Protocol):
@@ -83,7 +75,7 @@ class Problem(Protocol[Result]):
     def combine(self, name: str, level: Level, models: Mapping[Level, Any]) -> Result:
         """The result of a job at a level, with its estimate, from the data of its models."""
 
-    def assess(self, results: Mapping[str, Result]) -> Assessed:
+    def assess(self, results: Mapping[str, Result]) -> Assessment:
         """The estimated errors of the results."""
 
 
@@ -103,7 +95,7 @@ def converged(problem: Problem[Result], means: Means) -> dict[str, Result]:
             (job.settings.engine, Task(name, level, job.request(level), job.settings.most_unknowns))
             for model in MODELS
             for name, job in jobs.items()
-            if (level := levels[name].models(job.settings.engine.models).get(model))
+            if (level := levels[name].models(job.settings.engine.estimate.models).get(model))
             and level not in models[name]
         ]
         means.watch.on_round([task for _, task in unsolved])
@@ -127,11 +119,13 @@ def solve_models(unsolved: Sequence[tuple[Engine, Task]], means: Means) -> Itera
     """
     engines = dict.fromkeys(engine for engine, _ in unsolved)
     for engine in engines:
-        yield from engine.solve([task for task_engine, task in unsolved if task_engine is engine], means)
+        yield from engine.models.solve(
+            [task for task_engine, task in unsolved if task_engine is engine], means
+        )
 
 
 def refine(
-    jobs: Mapping[str, Asked], results: Mapping[str, Refinable], assessed: Assessed
+    jobs: Mapping[str, Asked], results: Mapping[str, Refinable], assessed: Assessment
 ) -> dict[str, Level]:
     """The next levels of the bodies that are not accurate enough.
 
@@ -184,7 +178,7 @@ def refined(name: str, job: Asked, result: Refinable, estimated: Shares, share: 
     if level == result.level:  # no part is too large, only their sum
         level = replace(level, cells=level.cells + 1)
     unknowns = result.models["fine"].unknowns
-    growth = job.settings.engine.growth_of_unknowns
+    growth = job.settings.engine.estimate.growth_of_unknowns
     expected = round(unknowns * COARSER ** (growth * (level.cells - result.level.cells)))
     if max(level.cells, level.domain, level.waves) > FURTHEST or expected > job.settings.most_unknowns:
         raise NotConverged(_too_expensive(name, job, result, estimated, expected))

@@ -36,10 +36,10 @@ class Reference:
 def combine(job: Job, level: Level, models: Mapping[Level, RawICs]) -> Reference:
     """Discount each model's displacements and estimate the error of the finest from their differences."""
     engine = job.settings.engine
-    level_of_model = level.models(engine.models)
+    level_of_model = level.models(engine.estimate.models)
     ic, raw, compliance = discounted(job, models[level].u)
     perturbed = {name: discounted(job, u)[0] for name, u in models[level].perturbed.items()}
-    others = {name: discounted(job, models[level_of_model[name]].u)[0] for name in engine.models[1:]}
+    others = {name: discounted(job, models[level_of_model[name]].u)[0] for name in engine.estimate.models[1:]}
     if "coarse" in others:
         perturbed["coarser"] = others["coarse"]
     if "small" in others:  # "nearer" differs from C as "small" does from "coarse"
@@ -48,7 +48,7 @@ def combine(job: Job, level: Level, models: Mapping[Level, RawICs]) -> Reference
     body = job.body.enlarged(domain)
     orders = orders_at(job.patch, job.points, body.domain.far_radius)
     return Reference(
-        estimated(ic, perturbed, safety=engine.safety, orders=orders),
+        estimated(ic, perturbed, safety=engine.estimate.safety, orders=orders),
         raw,
         compliance,
         level,

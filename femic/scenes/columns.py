@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from femic.scenes.file import LARGEST_LENGTH
+from femic.key_types import LARGEST_LENGTH
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 

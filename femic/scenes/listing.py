@@ -3,12 +3,16 @@
 import types
 from collections.abc import Iterator
 from copy import deepcopy
-from typing import Any, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 import tomlkit
-from pydantic import BaseModel
+from pydantic import AfterValidator, BaseModel
 
-from femic.scenes import file as files
+from femic.key_types import NameOf
+from femic.scenes.contours import CONTOURS
+from femic.scenes.effective import CombinedTable, EffectiveTable, PropertiesTable, TransitionTable
+from femic.scenes.file import SceneFile
+from femic.scenes.lines import LineAlongS, LineAlongX, default_lines
 from femic.scenes.load import parse, read_scene, scene_path
 
 TABLES = ("lower", "upper", "patch", "grid", "calibration", "contact", "engine")
@@ -19,20 +23,20 @@ def listing(name_or_path: str) -> str:
     path = scene_path(name_or_path)
     _, table = read_scene(path)
     parse(deepcopy(table), path)
-    plain_keys = [key for key in files.SceneFile.model_fields if key not in (*TABLES, "effective", "lines")]
-    lines = list(_entries(files.SceneFile, table, only=plain_keys))
+    plain_keys = [key for key in SceneFile.model_fields if key not in (*TABLES, "effective", "lines")]
+    lines = list(_entries(SceneFile, table, only=plain_keys))
     for name in TABLES:
-        field = files.SceneFile.model_fields[name]
+        field = SceneFile.model_fields[name]
         left_out = name not in table and field.default is None
         lines += ["", f"# {field.description}", f"{'# ' if left_out else ''}[{name}]"]
         lines += _entries(_table_of(field.annotation), table.get(name, {}))
         lines += _contour_kinds() if name == "lower" else []
-    lines += ["", f"# {files.SceneFile.model_fields['effective'].description}"]
+    lines += ["", f"# {SceneFile.model_fields['effective'].description}"]
     lines += _effective(table.get("effective", {}))
-    lines += ["", f"# {files.SceneFile.model_fields['lines'].description}"]
-    default = files.default_lines(table.get("patch", {}).get("s", 0.0))
+    lines += ["", f"# {SceneFile.model_fields['lines'].description}"]
+    default = default_lines(table.get("patch", {}).get("s", 0.0))
     for entry in table.get("lines", [line.model_dump() for line in default]):
-        kind = files.LineAlongX if entry["along"] == "x" else files.LineAlongS
+        kind = LineAlongX if entry["along"] == "x" else LineAlongS
         lines += ["[[lines]]", *_entries(kind, entry)]
     return "\n".join(lines) + "\n"
 
@@ -45,13 +49,13 @@ def _table_of(annotation: Any) -> type[BaseModel]:
 
 def _effective(table: dict[str, Any]) -> Iterator[str]:
     """Yield the effective properties that are given, and as comments how to give the others."""
-    for name, field in files.EffectiveTable.model_fields.items():
+    for name, field in EffectiveTable.model_fields.items():
         given = name in table
         yield f"{'' if given else '# '}[effective.{name}]  # {field.description}"
-        yield from _entries(files.PropertiesTable, table[name]) if given else ()
+        yield from _entries(PropertiesTable, table[name]) if given else ()
         if name == "combined":
-            yield from _entries(files.CombinedTable, table.get(name, {}), only=["curvature"])
-    keys = files.TransitionTable.model_fields.items()
+            yield from _entries(CombinedTable, table.get(name, {}), only=["curvature"])
+    keys = TransitionTable.model_fields.items()
     yield "#   mismatch_k, G or nu = { " + ", ".join(f"{key} = ..." for key, _ in keys) + " }"
     yield from (f"#     {key}: {field.description}" for key, field in keys)
 
@@ -59,7 +63,7 @@ def _effective(table: dict[str, Any]) -> Iterator[str]:
 def _contour_kinds() -> Iterator[str]:
     """Yield all kinds of contours with their keys, as comments."""
     yield "#   contours:"
-    for name, table in files.CONTOURS.items():
+    for name, table in CONTOURS.items():
         keys = [f"{key}: {field.description}" for key, field in table.model_fields.items() if key != "kind"]
         yield f'#   kind = "{name}": {table.model_fields["kind"].description}'
         yield from (f"#     {key}" for key in keys)
@@ -75,17 +79,20 @@ def _entries(model: type[BaseModel], table: dict[str, Any], only: list[str] | No
             default = None if field.is_required() else field.get_default()
             shown = "..." if default is None else _toml(default)
             yield f"# {key} = {shown}  # {field.description}"
-        if choices := _choices(field.annotation):
+        if choices := [*_choices(field.annotation), *_choices(*field.metadata)]:
             number = "one or more" if "tuple" in str(field.annotation) else "one"
             yield f"#   {number} of: {', '.join(choices)}"
 
 
-def _choices(annotation: Any) -> list[str]:
-    """The literal values that a key may take."""
-    if get_origin(annotation) in (tuple, types.UnionType):
-        return [choice for part in get_args(annotation) for choice in _choices(part)]
-    values = get_args(annotation) if str(annotation).startswith("typing.Literal") else ()
-    return [f'"{value}"' for value in values] if len(values) > 1 else []
+def _choices(*annotations: Any) -> Iterator[str]:
+    """Yield the names that a key may take, in quotes."""
+    for annotation in annotations:
+        if get_origin(annotation) in (tuple, types.UnionType, Annotated):
+            yield from _choices(*get_args(annotation))
+        elif isinstance(annotation, AfterValidator) and isinstance(annotation.func, NameOf):
+            yield from (f'"{name}"' for name in annotation.func.names())
+        elif get_origin(annotation) is Literal and len(get_args(annotation)) > 1:
+            yield from (f'"{value}"' for value in get_args(annotation))
 
 
 def _toml(value: Any) -> str:

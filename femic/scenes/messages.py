@@ -7,13 +7,16 @@ from pathlib import Path
 
 from pydantic_core import ErrorDetails
 
-from femic.scenes import file as files
+from femic.scenes.contact import ContactTable
+from femic.scenes.engine import EngineTable
+from femic.scenes.section import Section
 
 REASONS: Mapping[str, str] = {
     "tuple_type": "Input should be a list",
     "bool_type": "Input should be true or false",
 }
 LIMITS: Mapping[str, str] = {"ge": "at least", "le": "at most", "gt": "greater than", "lt": "less than"}
+OPTIONS = ("workers", "cells")  # of commands
 REMEDIES: Mapping[str, str] = {
     "missing": "add the key",
     "path_not_file": "give a path to an existing file, relative to the scene file",
@@ -51,9 +54,10 @@ def in_keys(message: object) -> str:
 
 
 def _key_of(name: str) -> str:
-    if name in files.EngineTable.model_fields:
-        return f"engine.{name}"
-    return f"--{name}" if name == "workers" else name
+    if name in OPTIONS:
+        return f"--{name}"
+    tables: dict[str, type[Section]] = {"engine": EngineTable, "contact": ContactTable}
+    return next((f"{key}.{name}" for key, table in tables.items() if name in table.model_fields), name)
 
 
 def _field(detail: ErrorDetails) -> str:
@@ -90,13 +94,12 @@ def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
     """The location without the names of union members that pydantic inserts."""
     for k, part in enumerate(location):
         previous = location[k - 1] if k else None
-        of_contour = previous == "contour" and part in files.CONTOURS
         of_line = isinstance(previous, int) and part in {"x", "s"} and location[0] == "lines"
         of_flanks = previous == "flank_inclination_deg" and isinstance(part, str)
-        if not (of_contour or of_line or of_flanks):
+        if not (of_line or of_flanks):
             yield part
 
 
 def _keys() -> set[str]:
     """All keys that any table of a scene file may have."""
-    return {key for table in files.Section.__subclasses__() for key in table.model_fields}
+    return {key for table in Section.__subclasses__() for key in table.model_fields}

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from approx.effective import EffectiveProperties
 from approx.pair import Pair, Solid
 from femic.contact.specification import ContactProblem, ContactSpecification
@@ -62,6 +64,11 @@ class Scene:
     def extent(self) -> tuple[float, float]:
         """Arc lengths [mm] as far as both contours go."""
         return common_extent(self.bodies)
+
+    @property
+    def half_turn(self) -> float:
+        """Half of the shortest circumference of a rolling circle [mm]; infinite for prismatic bodies."""
+        return min(np.pi * body.rolling_radius for body in self.bodies.values())
 
     @property
     def first_cells(self) -> Cells:

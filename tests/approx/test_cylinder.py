@@ -18,7 +18,7 @@ from skfem.helpers import ddot, eye, sym_grad, trace
 
 from approx.cylinder import cavity_ics, half_plane_ics, solid_cylinder_ics
 from approx.halfspace import HalfSpace
-from approx.orientation import turn_about_x
+from approx.rotation import rotation_about_x
 from geometries.errors import WrongInput
 from geometries.materials import Material, one_body
 from geometries.patches import Patch
@@ -229,8 +229,8 @@ def test_circles_are_b_of_the_half_plane_at_the_chord_with_sn_fading_to_the_far_
     chord = 2 * np.sin(ALPHA / 2)
     a = half_plane_ics(material, side, chord, 1.0)
     a[[0, 1], [1, 0]] *= (np.pi - np.abs(ALPHA)) / np.pi
-    turn = turn_about_x(ALPHA).matrix[1:, 1:]
-    b = np.einsum("ikp,kjp->ijp", a, turn)
+    rotation = rotation_about_x(ALPHA).matrix[1:, 1:]
+    b = np.einsum("ikp,kjp->ijp", a, rotation)
     if side < 0:
         b[1, 1] -= (1 - material.nu) / (2 * np.pi * material.G)
     np.testing.assert_allclose(ics(material, ALPHA), b, atol=2e-14 / material.G)

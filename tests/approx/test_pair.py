@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 
 from approx.effective import EffectiveProperties, Transition
+from approx.forms import FORMS
 from approx.halfspace import HalfSpace
-from approx.orientation import both_turned, turn_about_x
 from approx.pair import Pair, Solid
+from approx.rotation import rotation_about_x
 from approx.variants import VARIANTS
 from geometries.contours import arc
 from geometries.errors import WrongInput
@@ -27,7 +28,7 @@ def bodies(of, variant):
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_combined_is_the_sum_each_body_with_its_own_turns(variant):
+def test_combined_is_the_sum_each_body_with_its_own_rotations(variant):
     of = pair(upper=FADE, lower=FADE)
     upper, lower = bodies(of, variant)
     np.testing.assert_array_equal(of.approximate(variant, PATCH, LINE), upper + lower)
@@ -36,8 +37,8 @@ def test_combined_is_the_sum_each_body_with_its_own_turns(variant):
 def test_combined_effective_properties_act_on_the_combined_constants_and_the_lower_surface():
     x, s = LINE
     half_space = HalfSpace(both_bodies(STEEL, BRASS), effective=FADE)
-    alpha = RAIL.contour.inclination(s) - RAIL.contour.inclination(-1.0)  # no turn about y: the rail's
-    expected = both_turned(half_space.effective_ics(PATCH, x, s + 1.0), turn_about_x(alpha))
+    alpha = RAIL.contour.inclination(s) - RAIL.contour.inclination(-1.0)  # no rotation about y: the rail's
+    expected = FORMS["Bhat"].rotate(half_space.effective_ics(PATCH, x, s + 1.0), rotation_about_x(alpha))
     got = pair(FADE).approximate("Bhat_prime", PATCH, LINE)
     np.testing.assert_allclose(got, expected, rtol=0, atol=1e-14 * np.max(expected))
 

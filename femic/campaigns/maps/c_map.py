@@ -21,14 +21,15 @@ import numpy as np
 from compare.contact.pair_on_grid import Placed
 from femic.campaigns.maps.between import KINK, Nodes, Stencil, combined
 from femic.campaigns.maps.swept import Swept, open_swept
-from femic.contact.operators.dense import dense
+from femic.contact.operators.approximations import approximate_matrix
 from femic.scenes.errors import BadScene
-from femic.scenes.file import MAP
+from femic.scenes.ic_names import MAP
 from femic.scenes.keys import key_of, set_key
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.grids import Grid
+from geometries.patches import N
 
 SAME = 1e-9  # relative difference of numbers that are the same
 KEPT = ("c", "c_estimate", "bhat")
@@ -139,7 +140,8 @@ def open_map(name: str) -> CMap:
 
 def bhat_nn(placed: Placed) -> Array:
     """B-hat_nn of both bodies on a grid [mm/MPa], (n_x, n_s, n_s)."""
-    return dense(placed.operator("Bhat"))[..., 0, 0]
+    ics = approximate_matrix("Bhat", placed.pair, placed.grid, upper_offset=placed.offset)
+    return ics[..., N, N]
 
 
 def _own(bhat: Array) -> Array:

@@ -1,4 +1,4 @@
-"""The judge: contact of two meshed bodies under a load, on meshes made for the patch, with error estimates.
+"""Contact of two meshed bodies under a load, on meshes made for the patch, with error estimates.
 
 The patch is first found on rough meshes, from Hertz's on. Then meshes are made for it with `cells` / 2 and
 `cells` cells along its shorter half-length; everything about the cells is twice as fine in the second. The
@@ -50,7 +50,7 @@ class Numbers:
 
 
 @dataclass(frozen=True, eq=False)
-class Judgement:
+class FEContact:
     """A contact of meshed bodies: pressures [MPa] at points (x, s) [mm] of the lower surface, (m,) each.
 
     They are linear between the points, and cover the modelled part, x >= 0, and s >= 0 if all is symmetric.
@@ -80,9 +80,9 @@ def require_enough(cells: float) -> None:
         raise WrongInput(f"cells = {cells!r}: at least {FEWEST:g} along the shorter half-length")
 
 
-def judge(
+def fe_contact(
     bodies: Bodies, load: float, *, cells: float = CELLS, expected: Expected | None = None
-) -> Judgement:
+) -> FEContact:
     """The frictionless contact of two bodies under a vertical load [N].
 
     `expected` is a guess of the patch, Hertz's by default. Raises WrongInput for a load that is not positive
@@ -96,7 +96,7 @@ def judge(
     found = perf_counter()
     coarse = solved(bodies, meshes_of(bodies, rough.patch, cells / 2), load, rough)
     fine = solved(bodies, meshes_of(bodies, rough.patch, cells), load, coarse)
-    return _judgement(fine, coarse, found - start)
+    return _contact_of(fine, coarse, found - start)
 
 
 def numbers_of(level: Level, patch: Expected | None = None) -> Numbers:
@@ -123,10 +123,10 @@ def estimates(fine: Level, coarse: Level) -> Numbers:
         return numbers.estimate(numbers_of(coarse, coarse.patch), coarse.spacing / 2)
 
 
-def _judgement(fine: Level, coarse: Level, seconds_of_patch: float) -> Judgement:
+def _contact_of(fine: Level, coarse: Level, seconds_of_patch: float) -> FEContact:
     """The result of the finest meshes, with estimates from coarser ones."""
     settled = fine.settled
-    return Judgement(
+    return FEContact(
         fine.zone.x,
         fine.zone.s,
         fine.p,

@@ -1,190 +1,222 @@
-"""A and the B family as operators: convolutions in x and s between factors of the inclinations.
+"""Approximations as operators: convolutions in x and s between factors of the inclinations.
 
-On prismatic bodies the turn alpha between two elements is the difference of their inclinations: with
-constant matrices P it is R_x(alpha) = P_1 + P_c cos(alpha) + P_s sin(alpha). So an approximation is a sum of
-kernels of the lag times functions of alpha or, where both elements are turned by half and one direction is x,
-of alpha/2; and functions of a difference are sums of products. Source: [BVSV] sections 3 and 4, design
-section 6.
+On prismatic bodies the rotation between two elements is R_x(alpha), alpha the difference of their
+inclinations, and R_x(p alpha) = Q_0 + Q_1 exp(i p alpha) + Q_-1 exp(-i p alpha) with constant matrices Q. So
+T^p A T^q is a sum of kernels of the lag times cosines and sines of (m p + n q) alpha, m, n = -1, 0, 1; and
+these, of a difference, are sums of products. Forms of ICs that are no such product become an operator that is
+dense between strips. Source: [BVSV] sections 3 and 4; docs/theory/contact.md.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
+from approx.forms import FORMS, Form, Shares
 from approx.halfspace import HalfSpace
 from approx.pair import Pair
-from approx.variants import OF_EFFECTIVE, Forms, forms_of
+from approx.rotation import rotation_about_x
+from approx.variants import Forms, forms_of
 from femic.contact.operators.convolution import Convolution, Place
+from femic.contact.operators.dense import GridOperator, strip_lags
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.grids import Grid
-from geometries.patches import N, Patch, S, X, mirror_signs
+from geometries.patches import N, S, X, mirror_signs
 
-Wave = tuple[str, float]  # "1", "cos" or "sin", and the share of alpha that is its argument
-Waves = dict[Wave, Array]  # coefficients of these functions [mm/MPa], (3, 3, lags along x, along s)
+Complex = NDArray[np.complex128]
 
-ONE, COS, SIN, COS_HALF, SIN_HALF = ("1", 1.0), ("cos", 1.0), ("sin", 1.0), ("cos", 0.5), ("sin", 0.5)
-P_1, P_C = np.diag([1.0, 0.0, 0.0]), np.diag([0.0, 1.0, 1.0])
-P_S = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-FUNCTIONS: Mapping[str, Callable[[Array], Array]] = MappingProxyType(
-    {"1": np.ones_like, "cos": np.cos, "sin": np.sin}
-)
-DIFFERENCES: Mapping[str, tuple[tuple[str, str, float], ...]] = MappingProxyType(
-    {  # functions of delta_I - delta_J: those of delta_I and of delta_J, and the sign of their product
-        "1": (("1", "1", 1.0),),
-        "cos": (("cos", "cos", 1.0), ("sin", "sin", 1.0)),
-        "sin": (("sin", "cos", 1.0), ("cos", "sin", -1.0)),
-    }
-)
+Q_0 = np.diag([1.0, 0.0, 0.0])
+Q_1 = np.array([[0.0, 0.0, 0.0], [0.0, 0.5, 0.5j], [0.0, -0.5j, 0.5]])
+FUNCTIONS: Mapping[str, Callable[[Array], Array]] = MappingProxyType({"cos": np.cos, "sin": np.sin})
+ROUNDING = 1e-10  # of ICs, as a share of the largest
 
 
-def turned(
+def approximate_operator(
     variant: str,
     pair: Pair,
     grid: Grid,
     directions: tuple[int, ...] = (X, S, N),
     *,
     upper_offset: float = 0.0,
-) -> Convolution:
+) -> Convolution | GridOperator:
     """The operator of an approximation of the combined ICs of two bodies.
 
     The grid lies on the lower contour; arc lengths [mm] of the upper one are `upper_offset` larger where both
-    meet, so that each body turns with its own inclinations.
+    meet, so that each body rotates with its own inclinations. The operator is a convolution where all forms
+    of the variant have fixed `Shares` of the rotation.
 
     Both bodies count as prismatic: with theta the angle between two elements about the axle, the curvature of
     a wheel along x changes nn by a share of less than theta ((1 - 2 nu) / (2 - 2 nu) + |alpha| + theta), nu
     that of the wheel, and xn and nx by theta / 2 times xx and nn. Raises WrongInput for an unknown variant,
-    and for B-hat-prime without effective properties. Source: as `approx.pair.Pair`.
+    for B-hat-prime without effective properties, and for ICs that are not symmetric in x. Source: as
+    `approx.pair.Pair`.
     """
-    factors: dict[str, Array] = {}
-    kernels: dict[tuple[Place, Place], Array] = {}
-    for number, part in enumerate(_parts(variant, pair, grid, upper_offset)):
-        for (function, share), coefficients in part.waves.items():
-            for of_observer, of_load, sign in DIFFERENCES[function]:
-                observer, load = (f"{name}({share:g} delta_{number})" for name in (of_observer, of_load))
-                factors[observer] = FUNCTIONS[of_observer](share * part.delta)
-                factors[load] = FUNCTIONS[of_load](share * part.delta)
-                for i, j in product(directions, repeat=2):
-                    if np.any(coefficients[i, j]):
-                        places = (i, observer), (j, load)
-                        kernels[places] = kernels.get(places, 0.0) + sign * coefficients[i, j]
-    return Convolution(directions, factors, kernels)
-
-
-def require_operator(variant: str) -> None:
-    """Raise WrongInput for an unknown variant, and for one that has no operator."""
-    if missing := sorted(set(forms_of(variant).values()) - FORMS.keys()):
+    forms = forms_of(variant)
+    parts = _parts(forms, pair, grid, upper_offset)
+    if all(form.has_shares for form in forms.values()):
+        return _convolution(parts, directions)
+    if not all(part.symmetric_in_x for part in parts):
         raise WrongInput(
-            f"variant = {variant!r}: {', '.join(missing)} has no fast operator: use {', '.join(FORMS)}"
+            f"variant = {variant!r}: its ICs at -x are not those at x with the signs of xs, sx, xn and nx "
+            "changed, which operators of contact need"
         )
+    return GridOperator.of(_matrix(parts)[..., directions, :][..., directions], directions)
+
+
+def approximate_matrix(variant: str, pair: Pair, grid: Grid, *, upper_offset: float = 0.0) -> Array:
+    """The ICs of `approximate_operator` [mm/MPa] at lags >= 0 between strips, (n_x, n_s, n_s, 3, 3)."""
+    return _matrix(_parts(forms_of(variant), pair, grid, upper_offset))
+
+
+def half_space_operator(pair: Pair, grid: Grid, directions: tuple[int, ...] = (X, S, N)) -> Convolution:
+    """The operator of A of both bodies, whose inverse is a preconditioner of contact with any ICs."""
+    return _convolution(_parts(forms_of("A"), pair, grid, 0.0), directions)
 
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """Components of the ICs of a half-space; its directions turn with the inclinations `delta`, (n_s,)."""
+    """Components of the ICs of a half-space; its directions rotate with the inclinations `delta`, (n_s,)."""
 
     forms: Forms
     half_space: HalfSpace
     grid: Grid
     delta: Array
 
-    @property
-    def waves(self) -> Waves:
-        """The functions of the turn that the components consist of, with their coefficients."""
-        total: Waves = {}
-        for form in dict.fromkeys(self.forms.values()):
-            kept = np.zeros((3, 3, 1, 1))
-            kept[tuple(zip(*(at for at in self.forms if self.forms[at] == form), strict=True))] = 1
-            for wave, coefficients in FORMS[form](self).items():
-                total[wave] = total.get(wave, 0.0) + kept * coefficients
+    def between_strips(self, lags_x: slice) -> Array:
+        """ICs [mm/MPa] at some lags along x between all strips, shape (3, 3, lags, n_s, n_s)."""
+        rotation = rotation_about_x(np.subtract.outer(self.delta, self.delta))
+        lags_s = strip_lags(self.grid.n_s)
+        chosen = {form: self.half_space_ics(form)[:, :, lags_x, lags_s] for form in self.components}
+        total = np.zeros_like(next(iter(chosen.values())))
+        for form, components in self.components.items():
+            ics = form.rotate(chosen[form], rotation)
+            for component in components:
+                total[component] = ics[component]
         return total
 
-    @cached_property
-    def a(self) -> Array:
-        """A at all lags [mm/MPa], shape (3, 3, 2 n_x - 1, 2 n_s - 1)."""
-        return _at_all_lags(self.half_space.lags(self._element, self.grid.n_x, self.grid.n_s))
-
-    @cached_property
-    def a_prime(self) -> Array:
-        """A' at all lags [mm/MPa], likewise."""
-        lags_s = self.grid.ds * np.arange(self.grid.n_s)
-        return _at_all_lags(self.half_space.effective_ics(self._element, self.grid.lags[:, None], lags_s))
-
     @property
-    def _element(self) -> Patch:
-        return Patch(self.grid.dx / 2, self.grid.ds / 2)
+    def symmetric_in_x(self) -> bool:
+        """Whether the ICs at lags -1 and +1 along x differ by the signs of components only."""
+        n_x = self.grid.n_x
+        if n_x == 1:
+            return True
+        behind, ahead = (self.between_strips(slice(place, place + 1)) for place in (n_x - 2, n_x))
+        defect = ahead - mirror_signs(X)[:, :, None, None, None] * behind
+        return bool(np.max(np.abs(defect)) <= ROUNDING * np.max(np.abs(ahead)))
+
+    @cached_property
+    def components(self) -> dict[Form, list[tuple[int, int]]]:
+        """The components that have each form."""
+        by_form: dict[Form, list[tuple[int, int]]] = {}
+        for component, form in self.forms.items():
+            by_form.setdefault(form.on(self.half_space), []).append(component)
+        return by_form
+
+    def half_space_ics(self, form: Form) -> Array:
+        """A or A' [mm/MPa] at all lags, shape (3, 3, 2 n_x - 1, 2 n_s - 1)."""
+        return self._a_prime if form.effective else self._a
+
+    @cached_property
+    def _a(self) -> Array:
+        return _at_all_lags(self.half_space.lags(self.grid.element, self.grid.n_x, self.grid.n_s))
+
+    @cached_property
+    def _a_prime(self) -> Array:
+        lags_s = self.grid.ds * np.arange(self.grid.n_s)
+        ics = self.half_space.effective_ics(self.grid.element, self.grid.lags[:, None], lags_s)
+        return _at_all_lags(ics)
 
 
-def _parts(variant: str, pair: Pair, grid: Grid, upper_offset: float) -> list[_Part]:
+def _matrix(parts: Sequence[_Part]) -> Array:
+    """The sum of parts at lags >= 0 [mm/MPa], shape (n_x, n_s, n_s, 3, 3)."""
+    ics = np.sum([part.between_strips(slice(part.grid.n_x - 1, None)) for part in parts], axis=0)
+    return np.moveaxis(ics, (0, 1), (3, 4))
+
+
+def _convolution(parts: Sequence[_Part], directions: tuple[int, ...]) -> Convolution:
+    """The sum of parts, all of them with fixed shares of the rotation, as a sum of convolutions."""
+    factors: dict[str, Array] = {}
+    kernels: dict[tuple[Place, Place], Array] = {}
+    for number, part in enumerate(parts):
+        for (i, j), w, cosine, sine in _waves(part, directions):
+            for of_observer, of_load, kernel in _products(w, cosine, sine):
+                observer, load = (f"{name}({w!r} delta_{number})" for name in (of_observer, of_load))
+                factors[observer] = FUNCTIONS[of_observer](w * part.delta)
+                factors[load] = FUNCTIONS[of_load](w * part.delta)
+                places = (i, observer), (j, load)
+                kernels[places] = kernels.get(places, 0.0) + kernel
+    return Convolution(directions, factors, kernels)
+
+
+def _waves(part: _Part, directions: tuple[int, ...]) -> Iterator[tuple[tuple[int, int], float, Array, Array]]:
+    """Yield component, w, and the kernels of cos(w alpha) and of sin(w alpha) of which a part consists."""
+    for form, components in part.components.items():
+        assert isinstance(form.rotate, Shares)
+        ics, waves = part.half_space_ics(form), _weights(form.rotate)
+        for (i, j), (w, weights) in product(components, waves.items()):
+            if i in directions and j in directions:
+                cosine, sine = weights[i, j].real, -weights[i, j].imag
+                yield (i, j), w, np.tensordot(cosine, ics, 2), np.tensordot(sine, ics, 2)
+
+
+def _weights(shares: Shares) -> dict[float, Complex]:
+    """The weights W of T^p A T^q = Re(sum of exp(i w alpha) W A) by w >= 0: of A_kl in ij, (3, 3, 3, 3)."""
+    total: dict[float, Complex] = {}
+    for (p, left), (q, right) in product(_terms(shares.observer), _terms(shares.load)):
+        w, weights = round(p + q, 12), np.einsum("ik,lj->ijkl", left, right).astype(complex)
+        total[abs(w)] = total.get(abs(w), 0) + (weights if w >= 0 else np.conj(weights))
+    return total
+
+
+def _terms(share: float) -> list[tuple[float, Array | Complex]]:
+    """R_x(share alpha) as matrices times exp(i w alpha): pairs of w and matrix."""
+    return [(0.0, Q_0), (share, Q_1), (-share, np.conj(Q_1))] if share else [(0.0, np.eye(3))]
+
+
+def _products(w: float, cosine: Array, sine: Array) -> Iterator[tuple[str, str, Array]]:
+    """Yield the functions of delta_I and of delta_J of which cos and sin of w alpha consist, with kernels."""
+    if np.any(cosine):
+        yield "cos", "cos", cosine
+        if w:
+            yield "sin", "sin", cosine
+    if w and np.any(sine):
+        yield "sin", "cos", sine
+        yield "cos", "sin", -sine
+
+
+def _parts(forms: Forms, pair: Pair, grid: Grid, upper_offset: float) -> list[_Part]:
     """The parts whose sum are the combined ICs.
 
-    Components by combined effective properties are of both bodies on the lower contour. So are others where
-    both bodies turn alike and have no properties of their own; else each body has its part.
+    Components of combined effective properties are of both bodies on the lower contour. So are others with
+    shares where both bodies rotate alike and have no properties of their own; else each body has its part.
     """
-    forms, lower = forms_of(variant), pair.lower
-    fitted = {at: form for at, form in forms.items() if form in OF_EFFECTIVE}
-    places = (lower, grid.strips), (pair.upper, grid.strips + upper_offset)
-    deltas = [body.surface.contour.inclination(strips) for body, strips in places]
-    combined = HalfSpace(pair.constants, effective=pair.effective)
-    own_properties = fitted and not pair.effective and (lower.effective or pair.upper.effective)
-    if not own_properties and (np.array_equal(deltas[0], deltas[1]) or set(forms.values()) == {"A"}):
-        return [_Part(forms, combined, grid, deltas[0])]
-    of_pair = fitted if pair.effective else {}
-    of_bodies = {at: form for at, form in forms.items() if at not in of_pair}
-    own = [
-        _Part(of_bodies, HalfSpace(body.constants, effective=body.effective), grid, delta)
-        for body, delta in zip((lower, pair.upper), deltas, strict=True)
+    lower, upper = pair.lower, pair.upper
+    deltas = [
+        body.surface.contour.inclination(strips)
+        for body, strips in ((lower, grid.strips), (upper, grid.strips + upper_offset))
     ]
-    return [*own, _Part(of_pair, combined, grid, deltas[0])]
+    effective = {at: form for at, form in forms.items() if form.effective}
+    own_properties = effective and not pair.effective and (lower.effective or upper.effective)
+    alike = np.array_equal(deltas[0], deltas[1]) or set(forms.values()) == {FORMS["A"]}
+    if alike and not own_properties and all(form.has_shares for form in forms.values()):
+        return [_Part(forms, pair.half_space, grid, deltas[0])]
+    of_pair = effective if pair.effective else {}
+    of_bodies = {at: form for at, form in forms.items() if at not in of_pair}
+    parts = (
+        _Part(of_bodies, lower.half_space, grid, deltas[0]),
+        _Part(of_bodies, upper.half_space, grid, deltas[1]),
+        _Part(of_pair, pair.half_space, grid, deltas[0]),
+    )
+    return [part for part in parts if part.forms]
 
 
-def _at_all_lags(a: Array) -> Array:
+def _at_all_lags(ics: Array) -> Array:
     """ICs at lags from -(n - 1) to n - 1 along x and s, from those at lags >= 0, by their parities."""
     sign_x, sign_s = (mirror_signs(direction)[:, :, None, None] for direction in (X, S))
-    along_x = np.concatenate([sign_x * a[:, :, :0:-1], a], axis=2)
+    along_x = np.concatenate([sign_x * ics[:, :, :0:-1], ics], axis=2)
     return np.concatenate([sign_s * along_x[..., :0:-1], along_x], axis=3)
-
-
-def _by(left: Array, kernels: Array, right: Array) -> Array:
-    """Products of matrices (3, 3) with kernels (3, 3, lags, lags) between them."""
-    return np.einsum("ik,klxs,lj->ijxs", left, kernels, right)
-
-
-def _load_turned(a: Array) -> Waves:
-    """B = A R_x(alpha)."""
-    return {wave: _by(np.eye(3), a, p) for wave, p in ((ONE, P_1), (COS, P_C), (SIN, P_S))}
-
-
-def _observer_turned(a: Array) -> Waves:
-    """B-bar = R_x(alpha) A."""
-    return {wave: _by(p, a, np.eye(3)) for wave, p in ((ONE, P_1), (COS, P_C), (SIN, P_S))}
-
-
-def _both_turned(a: Array) -> Waves:
-    """B-hat = R_x(alpha/2) A R_x(alpha/2); products of functions of alpha/2 are functions of alpha."""
-    cos_cos, sin_sin = _by(P_C, a, P_C) / 2, _by(P_S, a, P_S) / 2
-    return {
-        ONE: _by(P_1, a, P_1) + cos_cos + sin_sin,
-        COS: cos_cos - sin_sin,
-        SIN: (_by(P_C, a, P_S) + _by(P_S, a, P_C)) / 2,
-        COS_HALF: _by(P_1, a, P_C) + _by(P_C, a, P_1),
-        SIN_HALF: _by(P_1, a, P_S) + _by(P_S, a, P_1),
-    }
-
-
-FORMS: Mapping[str, Callable[[_Part], Waves]] = MappingProxyType(
-    {
-        "A": lambda part: {ONE: part.a},
-        "B": lambda part: _load_turned(part.a),
-        "Bbar": lambda part: _observer_turned(part.a),
-        "Bhat": lambda part: _both_turned(part.a),
-        "Bhat_prime": lambda part: _both_turned(part.a_prime),
-        "Bhat_prime_or_A": lambda part: (
-            _both_turned(part.a_prime) if part.half_space.effective else {ONE: part.a}
-        ),
-    }
-)

@@ -1,6 +1,6 @@
 """Operators that are sums of 2D convolutions between factors that vary with s."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -77,8 +77,16 @@ class Convolution:
 
     @cached_property
     def ring_inverse(self) -> RingInverse:
-        """Approximately the inverse; for operators without factors, such as A of half-spaces."""
-        return RingInverse.of(self)
+        """The approximate inverse of an operator without factors, such as A of half-spaces."""
+        return self.inverse_on_ring(np.ones_like)
+
+    def inverse_on_ring(self, along_x: Callable[[Array], Array | Complex]) -> RingInverse:
+        """The same where displacements are multiplied by `along_x`, as `RingInverse.of` says."""
+        m = len(self.directions)
+        kernels = np.zeros((*(2 * n - 1 for n in self.shape), m, m))
+        for ((i, _), (j, _)), kernel in self.kernels.items():
+            kernels[..., self.directions.index(i), self.directions.index(j)] += kernel
+        return RingInverse.of(kernels, self.padded, along_x)
 
     @property
     def padded(self) -> tuple[int, int]:

@@ -51,15 +51,22 @@ class GridOperator:
         lags[:n_x] = ics
         parity = PARITY[np.ix_(directions, directions)]
         lags[n_x + 1 :] = parity.astype(ics.dtype) * ics[:0:-1]
-        turned = fft.rfft(lags, axis=0)
-        turned *= np.conj(_phases(directions, turned.dtype))[:, None] * _phases(directions, turned.dtype)
-        rows = turned.real.transpose(0, 1, 3, 2, 4).reshape(n_x + 1, m * n_s, m * n_s)
+        spectra = fft.rfft(lags, axis=0)
+        phases = _phases(directions, spectra.dtype)
+        spectra *= np.conj(phases)[:, None] * phases
+        rows = spectra.real.transpose(0, 1, 3, 2, 4).reshape(n_x + 1, m * n_s, m * n_s)
         return cls(np.ascontiguousarray(rows), n_x, directions)
 
     @classmethod
     def of_convolution(cls, convolution: Convolution) -> "GridOperator":
         """The same operator as a convolution along s, too; its products are faster on grids of few strips."""
-        return cls.of(dense(convolution), convolution.directions)
+        (n_x, n_s), directions = convolution.shape, convolution.directions
+        ics = np.zeros((n_x, n_s, n_s, len(directions), len(directions)))
+        for ((i, of_observer), (j, of_load)), kernel in convolution.kernels.items():
+            factors = np.outer(convolution.factors[of_observer], convolution.factors[of_load])
+            at_lags = kernel[n_x - 1 :, strip_lags(n_s)]
+            ics[..., directions.index(i), directions.index(j)] += factors * at_lags
+        return cls.of(ics, directions)
 
     def __call__(self, tractions: Array) -> Array:
         """Displacements [mm] due to tractions [MPa], shape (n_x, n_s, m) each."""
@@ -151,15 +158,9 @@ class GridOperator:
         return LinearOperator((size, size), dtype=float, matvec=applied)
 
 
-def dense(convolution: Convolution) -> Array:
-    """The ICs of a convolution [mm/MPa] at lags >= 0 between strips, shape (n_x, n_s, n_s, m, m)."""
-    (n_x, n_s), directions = convolution.shape, convolution.directions
-    lags = np.subtract.outer(np.arange(n_s), np.arange(n_s)) + n_s - 1
-    ics = np.zeros((n_x, n_s, n_s, len(directions), len(directions)))
-    for ((i, of_observer), (j, of_load)), kernel in convolution.kernels.items():
-        factors = np.outer(convolution.factors[of_observer], convolution.factors[of_load])
-        ics[..., directions.index(i), directions.index(j)] += factors * kernel[n_x - 1 :, lags]
-    return ics
+def strip_lags(n_s: int) -> Indices:
+    """Places of the lags of all pairs of strips (observing, loaded) among lags from -(n_s - 1) to n_s - 1."""
+    return np.asarray(np.subtract.outer(np.arange(n_s), np.arange(n_s)) + n_s - 1)
 
 
 def _phases(directions: tuple[int, ...], dtype: DTypeLike) -> Complex:

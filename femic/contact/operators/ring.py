@@ -6,17 +6,12 @@ taken as the longest ones: with nothing there some values of the spectrum would 
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
 from geometries.arrays import Array, Indices
-
-if TYPE_CHECKING:
-    from femic.contact.operators.convolution import Convolution
 
 Complex = NDArray[np.complex128]
 
@@ -30,23 +25,20 @@ class RingInverse:
 
     @classmethod
     def of(
-        cls, convolution: "Convolution", along_x: Callable[[Array], Array | Complex] = np.ones_like
+        cls,
+        kernels: Array,
+        padded: tuple[int, int],
+        along_x: Callable[[Array], Array | Complex] = np.ones_like,
     ) -> "RingInverse":
-        """The inverse of a convolution without factors, such as A of half-spaces.
+        """The inverse of a convolution with kernels (2 n_x - 1, 2 n_s - 1, m, m) [mm/MPa] at all lags.
 
-        Displacements are multiplied by `along_x` of the angle by which a wave turns from one element to the
-        next along x.
+        Displacements are multiplied by `along_x` of the phase [rad] of a wave between neighbours along x.
         """
-        places = [_lags(size, n) for size, n in zip(convolution.padded, convolution.shape, strict=True)]
-        directions, (size_x, size_s) = convolution.directions, convolution.padded
-        spectrum = np.zeros((size_x, size_s // 2 + 1, len(directions), len(directions)), complex)
-        for (m, i), (n, j) in product(enumerate(directions), repeat=2):
-            for ((of_u, _), (of_p, _)), kernel in convolution.kernels.items():
-                if (of_u, of_p) == (i, j):
-                    spectrum[..., m, n] += fft.rfft2(kernel[np.ix_(*places)])
-        turns = 2 * np.pi * fft.fftfreq(size_x)
-        spectrum = spectrum * along_x(turns)[:, None, None, None]
-        return cls(np.asarray(np.linalg.inv(spectrum), complex), convolution.padded)
+        places = [_lags(size, (lags + 1) // 2) for size, lags in zip(padded, kernels.shape, strict=False)]
+        spectrum = fft.rfft2(kernels[np.ix_(*places)], axes=(0, 1))
+        symbol = along_x(2 * np.pi * fft.fftfreq(padded[0]))
+        inverse = np.linalg.inv(symbol[:, None, None, None] * spectrum)
+        return cls(np.asarray(inverse, complex), padded)
 
     def __call__(self, values: Array) -> Array:
         """Tractions [MPa] that cause values, shape (n_x, n_s, m) each."""

@@ -1,33 +1,31 @@
 """The record of the harmonic engine."""
 
-from femic.reference.engine import Engine, Limits
+from femic.late import Late
+from femic.reference.engine import Comparison, Engine, ErrorEstimate, Limits, Models
 from femic.reference.harmonic import tuned
-from femic.reference.harmonic.modulus import model_key
-from femic.reference.harmonic.plan import planned
-from femic.reference.harmonic.request import request_for
-from femic.reference.harmonic.synthesis import displacements
-from femic.reference.harmonic.tasks import solve_tasks
+from femic.reference.harmonic.grids import MATRICES
 
 HARMONIC_SAFETY = 2.0  # with it the estimate bounds 99 of 100 errors where C is known
-
+displacements = Late("femic.reference.harmonic.synthesis:displacements")
 
 HARMONIC = Engine(
     name="harmonic",
-    describes="harmonic: quartic triangles of the section",
-    models=("fine",),
-    safety=HARMONIC_SAFETY,
-    growth_of_unknowns=2.0,
+    description="harmonic: quartic triangles of the section",
+    limits=Limits(nu=0.4999, aspect=100.0, rolling_radius=20.0, inclination=85.0, distance=1e4),
     tuned=tuned.TUNED,
     far_radius=tuned.far_radius,
     least_side=tuned.least_side,
-    limits=Limits(nu=0.4999, aspect=100.0, rolling_radius=20.0, inclination=85.0, distance=1e4),
-    endless=True,
-    both_loads=True,
+    infinite_length=True,
+    solves_transposes=True,
     shares_a_model=True,
-    has_fields=False,
-    request=request_for,
-    solve=solve_tasks,
-    key=model_key,
-    displacements=lambda request, solved: displacements(solved, request.loads, request.points),
-    planned=planned,
+    estimate=ErrorEstimate(models=("fine",), safety=HARMONIC_SAFETY, growth_of_unknowns=2.0),
+    models=Models(
+        request=Late("femic.reference.harmonic.request:request_for"),
+        solve=Late("femic.reference.harmonic.tasks:solve_tasks"),
+        key=Late("femic.reference.harmonic.modulus:model_key"),
+        displacements=lambda request, solved: displacements(solved, request.loads, request.points),
+        planned=Late("femic.reference.harmonic.plan:planned"),
+    ),
+    matrices=MATRICES,
+    comparison=Comparison((1e-1, 1e-2, 1e-3, 1e-4), colour="black", marker="s"),
 )

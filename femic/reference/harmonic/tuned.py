@@ -6,6 +6,7 @@ from femic.reference.engine import Tuned
 from femic.reference.estimate import WAVES_GAIN
 from femic.reference.level import HIGHER, TRUNCATION_ORDER, WAVES_ORDER
 from femic.reference.meshing.cell_size import Cells
+from geometries.arrays import Array
 from geometries.patches import Patch
 
 CELLS_PER_HALF_SIDE, GROWTH = 12, 0.34
@@ -33,8 +34,8 @@ def far_radius(tolerance: float) -> float:
     return FAR_RADIUS * TUNED.tighter(tolerance) ** (1 / TRUNCATION_ORDER)
 
 
-def waves_for(tolerance: float, least_scale: float, steps: int) -> tuple[float, float]:
-    """Accuracy [mm/N] of the interpolation between wavenumbers, and the factor on the largest wavenumber.
+def waves_for(tolerance: float, least_scale: Array | float, steps: int) -> tuple[Array | float, float]:
+    """Return the accuracy [mm/N] of the interpolation in k, and the factor on the largest wavenumber.
 
     `least_scale` [mm/N] is the least scale of refinement, `steps` the number of refinements of the waves.
     """

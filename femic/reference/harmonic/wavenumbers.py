@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
+import scipy
 
 from femic.reference.accuracy import NotConverged
 from geometries.arrays import Array, Mask
@@ -85,7 +85,7 @@ class Axis:
 
     def _spline(self, nodes: Array, values: Array, targets: Array) -> Array:
         """Values at other wavenumbers by the spline in t through values at nodes."""
-        spline = make_interp_spline(np.arcsinh(nodes / self.scale), values, k=SPLINE_DEGREE)
+        spline = scipy.interpolate.make_interp_spline(np.arcsinh(nodes / self.scale), values, k=SPLINE_DEGREE)
         return np.asarray(spline(np.arcsinh(targets / self.scale)))
 
 

@@ -1,7 +1,6 @@
 """Columns of an IC matrix: their scale of refinement, and the estimates of their errors on it."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -51,13 +50,3 @@ def column_shares(strip: int, c: Estimated, scale: Array, components: Sequence[s
     line = f"of strip {observer} under strip {strip} (worst at lag {lag})"
     parts = float(np.max(mesh)), float(np.max(truncation)), float(np.max(waves))
     return Shares(*parts, float(np.max(total_share)), components[int(number)], line)
-
-
-def worst_of(strip_shares: list[Shares]) -> Shares:
-    """The worst of several shares; each part is the largest of this part."""
-    worst = max(strip_shares, key=lambda shares: shares.total)
-    parts = {
-        part: max(getattr(shares, part) for shares in strip_shares)
-        for part in ("mesh", "truncation", "waves")
-    }
-    return replace(worst, **parts)

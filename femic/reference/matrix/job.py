@@ -1,9 +1,9 @@
-"""The job of an IC matrix: a body, a grid, and the accuracy that is asked for."""
+"""The job of an IC matrix: a body, a grid, and the accuracy."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,12 +12,10 @@ from approx.pair import Solid
 from femic.reference.accuracy import FLOOR
 from femic.reference.discount import Condition, Rule
 from femic.reference.discount_rules import ApproachRule, NoRule
-from femic.reference.engine import Tuned
-from femic.reference.harmonic.record import HARMONIC
-from femic.reference.harmonic.request import HarmonicRequest
-from femic.reference.harmonic.tuned import FAR_RADIUS, waves_for
+from femic.reference.engine import Matrices, MatrixSpecification
+from femic.reference.engines import kinds_that
 from femic.reference.job import Settings, directions_of
-from femic.reference.level import TRUNCATION_ORDER, Level, factors
+from femic.reference.level import Level, factors
 from femic.reference.meshing.cell_size import Cells
 from femic.reference.models import Points
 from geometries.arrays import Array
@@ -26,37 +24,19 @@ from geometries.errors import WrongInput
 from geometries.grids import Grid
 from geometries.patches import COMPONENTS, Load, N, Patch
 
-CELLS_PER_HALF_STRIP, GROWTH_OF_CELLS = 2, 0.55  # displacements are read at the centres of strips only
-WAVES_OVERESTIMATE = 4.0  # expected over actual error of the interpolation between wavenumbers
-FAR_OVER_HALF_WIDTH = 600.0  # far radius over the half-width of the grid
 MERGED = 2  # strips that one strip of a later, coarser grid may consist of
-HIGHEST_OF_FIT = 6 * np.pi  # largest wavenumber times the least half-side: M needs more digits than C
-
-
-def _cells(patch: Patch) -> Cells:
-    """Cells that meet the tuned tolerance on strips as wide as a patch."""
-    return Cells(patch.b / CELLS_PER_HALF_STRIP, GROWTH_OF_CELLS, GROWTH_OF_CELLS)
-
 
 Discount = Literal["approach", "source", "none"]  # the rules of `femic.reference.discount_rules`
-MATRIX_TUNED = Tuned(tolerance=0.001, cells=_cells, coarsest=1.25)
-
-
-def far_radius_for(tolerance: float, grid: Grid) -> float:
-    """Radius [mm] of the far arc that is likely to meet a tolerance; it grows with the grid's width."""
-    half_width = grid.n_s * grid.ds / 2
-    tightening = MATRIX_TUNED.tighter(tolerance) ** (1 / TRUNCATION_ORDER)
-    return max(FAR_RADIUS, FAR_OVER_HALF_WIDTH * half_width) * tightening
 
 
 @dataclass(frozen=True)
 class MatrixJob:
-    """The IC matrix of one body by the harmonic engine; its scale of refinement: `columns`.
+    """The IC matrix of one body, refined on the scale of `columns`.
 
-    Only loads of the directions that `components` need are solved, and those that M needs for them. C is
-    what is left after the first of the `discounts`; the same model gives it after the others, too. With
-    "source" the far arc stands for a body without end, and C is enlarged until it does not matter. With
-    "approach" and "none" the supports are those of the body, and part of C.
+    Only loads in the directions that `components` need are solved, and the loads that M needs for them. C is
+    the response after the first of the `discounts`; the same model also gives C after the others. With
+    "source" the far arc approximates a body without end, and is moved away until it does not matter. With
+    "approach" and "none" the supports are part of the body, and so of C.
     """
 
     body: Body
@@ -66,17 +46,23 @@ class MatrixJob:
     discounts: tuple[Discount, ...] = ("approach",)
 
     def __post_init__(self) -> None:
-        """Raise WrongInput for another engine."""
-        if self.settings.engine is not HARMONIC:
+        """Raise WrongInput for an engine without IC matrices."""
+        if self.settings.engine.matrices is None:
             raise WrongInput(
-                f"`engine`: IC matrices are solved by the {HARMONIC.name} engine, not by "
-                f"{self.settings.engine.name}: give Settings(HARMONIC)"
+                f"`engine`: the {self.settings.engine.name} engine has no IC matrices: use one with "
+                f"{kinds_that(lambda engine: engine.matrices)}"
             )
+
+    @property
+    def matrices(self) -> Matrices:
+        """The functions of the engine for IC matrices."""
+        assert self.settings.engine.matrices is not None  # as `__post_init__` has made sure
+        return self.settings.engine.matrices
 
     @property
     def first_cells(self) -> Cells:
         """The cells of the first model."""
-        cells = MATRIX_TUNED.cells_for(self.settings.tolerance, self.grid.patch(0))
+        cells = self.matrices.tuned.cells_for(self.settings.tolerance, self.grid.patch(0))
         return self.settings.cells or cells
 
     @property
@@ -139,10 +125,14 @@ class MatrixJob:
         """Whether the far arc of the body is a part of C, and not an approximation of a body without end."""
         return self.discounts[0] != "source"
 
-    def request(self, level: Level) -> HarmonicRequest:
-        """The model at a level, with all strips as loads and observers, and with what M needs.
+    def request(self, level: Level) -> Any:
+        """Return the engine's request for the model at a level."""
+        return self.matrices.request(self.specification(level))
 
-        It serves later grids of strips `MERGED` times as wide, too (`femic.reference.harmonic.nesting`).
+    def specification(self, level: Level) -> MatrixSpecification:
+        """Return the model at a level, with loads and observers on all strips, and those that M needs.
+
+        It also serves later grids of strips `MERGED` times as wide (`femic.reference.harmonic.nesting`).
         """
         cells, domain = factors(level)
         strips, merged = self.grid.strips, self.merged_strips
@@ -152,19 +142,19 @@ class MatrixJob:
             np.concatenate([np.full_like(s, self.grid.lags[-1]), *(at.x for at in fitted)]),
             np.concatenate([s, *(at.s for at in fitted)]),
         )
-        wanted = dict.fromkeys([*self.strip_loads, *self.fit_loads])
-        loads = tuple(dict.fromkeys([*wanted, *self.merged_fit_loads]))
-        accuracy, factor = waves_for(self.settings.tolerance, WAVES_OVERESTIMATE, level.waves)
-        return HarmonicRequest(
+        own_loads = dict.fromkeys([*self.strip_loads, *self.fit_loads])
+        loads = tuple(dict.fromkeys([*own_loads, *self.merged_fit_loads]))
+        return MatrixSpecification(
             self.body.enlarged(domain),
             loads,
             points,
             self.first_cells.scaled(cells),
-            accuracy * self._least_scales(loads, np.unique(points.s)),
-            factor * HIGHEST_OF_FIT,
-            even_strips=True,
+            self.settings.tolerance,
+            self._least_scales(loads, np.unique(points.s)),
+            level.waves,
+            self.settings.solver,
             fit_patches=tuple(dict.fromkeys(load.patch for load in self.fit_loads)),
-            spare_loads=loads[len(wanted) :],
+            spare_loads=loads[len(own_loads) :],
             spare_s=tuple(np.setdiff1d(merged, [*strips, *self._fit_s]).tolist()),
             given_domain=self.given_domain,
         )

@@ -5,25 +5,23 @@ lags are computed from the responses strip by strip, when they are asked for, so
 strip of a large matrix is in memory. The discount takes one matrix M per body (`discount_rules`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import cast
 
 import numpy as np
 
-from femic.reference.accuracy import Shares
+from femic.reference.assessment import Assessment, Batch, Measure, assess
 from femic.reference.discount import FZ, discount, fit_discount, motions
-from femic.reference.estimate import Estimated, estimated, total
-from femic.reference.harmonic.lags import LagSynthesis, syntheses
-from femic.reference.harmonic.record import HARMONIC
-from femic.reference.harmonic.synthesis import Responses, displacements
+from femic.reference.engine import ColumnSynthesis, GridModel
+from femic.reference.estimate import Estimated, estimated
 from femic.reference.level import Level, factors
-from femic.reference.matrix.columns import column_scale, column_shares, worst_of
+from femic.reference.matrix.columns import column_scale, column_shares
 from femic.reference.matrix.job import Discount, MatrixJob
 from femic.reference.meshing.cell_size import Cells
 from femic.reference.models import Cost, Points
-from femic.reference.refinement import Assessed, converged
+from femic.reference.refinement import converged
 from femic.reference.result import costs_of
 from femic.reference.run_options import DEFAULT, Means, Solved
 from geometries.arrays import Array
@@ -44,12 +42,12 @@ class MatrixReference:
     cells: Cells
     body: Body
     models: Mapping[str, Cost]
-    solved: Responses
+    solved: GridModel
 
     @cached_property
-    def _syntheses(self) -> dict[str, LagSynthesis]:
-        """The synthesis at the lags: of the model (""), and of its variations."""
-        return syntheses(self.solved, self.job.grid, self.job.solved)
+    def _syntheses(self) -> Mapping[str, ColumnSynthesis]:
+        """The syntheses of columns: of the model (""), and of its variations."""
+        return self.job.matrices.columns(self.solved, self.job.grid, self.job.solved)
 
     @cached_property
     def _compliances(self) -> dict[Discount, dict[str, Array]]:
@@ -60,7 +58,7 @@ class MatrixReference:
         job = self.job
         if not job.fits[name]:
             return dict.fromkeys(self._syntheses, np.zeros((4, 4)))
-        u = displacements(self.solved, job.fit_loads, job.fit_points(name))
+        u = job.matrices.displacements(self.solved, job.fit_loads, job.fit_points(name))
         return {
             variation: fit_discount(
                 job.body, job.rules[name], job.fits[name], dict(zip(job.fit_loads, of_loads, strict=True))
@@ -101,7 +99,8 @@ class MatrixReference:
             for variation in self._syntheses
             if variation != "nearer" or name == "source"  # elsewhere the far arc is a part of the body
         }
-        column = estimated(by_variation.pop(""), by_variation, safety=HARMONIC.safety)
+        safety = self.job.settings.engine.estimate.safety
+        column = estimated(by_variation.pop(""), by_variation, safety=safety)
         errors = column.mesh_error, column.truncation_error, column.waves_error
         return Estimated(column.ic, *(cast(Array, error.astype(np.float32)) for error in errors))
 
@@ -148,39 +147,29 @@ class AtLags:
     jobs: Mapping[str, MatrixJob]
     combined: bool
 
-    def read(self, _name: str, solved: Solved) -> Responses:
-        """The responses of a solved model."""
-        responses: Responses = solved.model
-        return responses
+    def read(self, _name: str, solved: Solved) -> GridModel:
+        """Return a solved model."""
+        model: GridModel = solved.model
+        return model
 
-    def combine(self, name: str, level: Level, models: Mapping[Level, Responses]) -> MatrixReference:
+    def combine(self, name: str, level: Level, models: Mapping[Level, GridModel]) -> MatrixReference:
         """The IC matrix of a body at a level, from the responses of its models."""
-        job, level_of_model = self.jobs[name], level.models(HARMONIC.models)
+        job = self.jobs[name]
+        level_of_model = level.models(job.settings.engine.estimate.models)
         solved, costs = models[level], costs_of(level_of_model, models)
         cells = job.first_cells.scaled(factors(level)[0])
         return MatrixReference(job, level, cells, solved.body, costs, solved)
 
-    def assess(self, references: Mapping[str, MatrixReference]) -> Assessed:
-        """The estimated errors of the bodies, at worst over all strips, and those of their sum."""
-        own: dict[str, list[Shares]] = {name: [] for name in references}
-        in_sum: dict[str, list[Shares]] = {name: [] for name in references}
-        of_sum: list[Shares] = []
-        job = next(iter(self.jobs.values()))
-        components = job.components
-        for strip in range(job.grid.n_s):
-            of_body = {name: reference.column(strip) for name, reference in references.items()}
-            for name, c in of_body.items():
-                scale = column_scale(strip, c.ic, [self.jobs[name]])
-                own[name].append(column_shares(strip, c, scale, components))
-            if self.combined:
-                c = total(list(of_body.values()))
-                scale = column_scale(strip, c.ic, list(self.jobs.values()))
-                of_sum.append(column_shares(strip, c, scale, components))
-                for name, body_column in of_body.items():
-                    in_sum[name].append(column_shares(strip, body_column, scale, components))
-        own_worst = {name: worst_of(shares) for name, shares in own.items()}
-        if not self.combined:
-            return Assessed(own_worst)
-        return Assessed(
-            own_worst, worst_of(of_sum), {name: worst_of(shares) for name, shares in in_sum.items()}
-        )
+    def assess(self, references: Mapping[str, MatrixReference]) -> Assessment:
+        """Return the estimated errors of the bodies, at worst over all strips, and of their sum."""
+        strips = range(next(iter(self.jobs.values())).grid.n_s)
+        return assess((self._batch(references, strip) for strip in strips), combined=self.combined)
+
+    def _batch(self, references: Mapping[str, MatrixReference], strip: int) -> Batch:
+        """Return the columns of the bodies for a loaded strip."""
+
+        def measure(bodies: Sequence[str], ic: Array) -> Measure:
+            scale = column_scale(strip, ic, [self.jobs[body] for body in bodies])
+            return lambda body, c: column_shares(strip, c, scale, self.jobs[body].components)
+
+        return Batch({body: reference.column(strip) for body, reference in references.items()}, measure)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from importlib.util import find_spec
 
 import numpy as np
-from scipy.sparse import csr_matrix
+import scipy
 
 from geometries.arrays import Array
 
@@ -16,7 +16,7 @@ def available() -> bool:
     return find_spec("pypardiso") is not None
 
 
-def factor(upper_triangle: csr_matrix) -> Callable[[Array], Array]:
+def factor(upper_triangle: "scipy.sparse.csr_matrix") -> Callable[[Array], Array]:
     """Factor a symmetric positive definite matrix; the result takes a right-hand side to its solution."""
     import pypardiso
 

@@ -1,11 +1,10 @@
 """The record of the solid engine."""
 
-from femic.reference.engine import Engine, Limits, Tuned
+from femic.late import Late
+from femic.reference.engine import Comparison, Engine, ErrorEstimate, Fields, Limits, Models, Tuned
 from femic.reference.estimate import SAFETY
 from femic.reference.meshing.cell_size import Cells
-from femic.reference.solid.plan import planned
-from femic.reference.solid.request import request_for
-from femic.reference.solid.tasks import model_key, solve_tasks
+from femic.reference.solid.pardiso import available as direct_available
 from geometries.patches import Patch
 
 CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH = 12, 0.14, 0.05
@@ -22,23 +21,31 @@ def _cells(patch: Patch) -> Cells:
     return Cells(_least_side(patch) / CELLS_PER_HALF_SIDE, GROWTH, LINE_GROWTH)
 
 
+def _solvers() -> list[dict[str, str]]:
+    """Return every linear solver that is installed, as keys of the table `engine`."""
+    return [{"solver": solver} for solver in ("multigrid", *(("direct",) if direct_available() else ()))]
+
+
 SOLID = Engine(
     name="solid",
-    describes="solid: quadratic tetrahedra",
-    models=("fine", "coarse", "small"),
-    safety=SAFETY,
-    growth_of_unknowns=2.7,
+    description="solid: quadratic tetrahedra",
+    limits=Limits(nu=0.49, aspect=10.0, rolling_radius=50.0, inclination=75.0, distance=1e3),
     tuned=Tuned(tolerance=0.01, cells=_cells, coarsest=3.0),
     far_radius=lambda _tolerance: FAR_RADIUS,
     least_side=_least_side,
-    limits=Limits(nu=0.49, aspect=10.0, rolling_radius=50.0, inclination=75.0, distance=1e3),
-    endless=False,
-    both_loads=False,
+    infinite_length=False,
+    solves_transposes=False,
     shares_a_model=False,
-    has_fields=True,
-    request=request_for,
-    solve=solve_tasks,
-    key=model_key,
-    displacements=lambda _request, solved: solved,  # all that is kept of a solved model
-    planned=planned,
+    estimate=ErrorEstimate(models=("fine", "coarse", "small"), safety=SAFETY, growth_of_unknowns=2.7),
+    models=Models(
+        request=Late("femic.reference.solid.request:request_for"),
+        solve=Late("femic.reference.solid.tasks:solve_tasks"),
+        key=Late("femic.reference.solid.tasks:model_key"),
+        displacements=lambda _request, solved: solved,  # a solved model is its displacements
+        planned=Late("femic.reference.solid.plan:planned"),
+    ),
+    fields=Fields(
+        Late("femic.reference.solid.engine:build_mesh"), Late("femic.reference.solid.fields:nodal_fields")
+    ),
+    comparison=Comparison((1e-1, 3e-2, 1e-2), _solvers, colour="tab:red", marker="^"),
 )

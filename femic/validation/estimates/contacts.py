@@ -12,7 +12,7 @@ from compare.friction.operators import approximation
 from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulus
 from femic.contact.friction.kinematics import Creepages, Rolling
 from femic.contact.frictional import FrictionalProblem
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import half_space_operator
 from femic.contact.rolling import RollingProblem
 from femic.contact.undeformed import Undeformed
 from geometries.contours import Contour, arc, ellipse
@@ -60,7 +60,7 @@ class RandomContact:
         return FrictionalProblem(
             placed.grid,
             approximation(placed, self.ics),
-            turned("A", placed.pair, placed.grid),
+            half_space_operator(placed.pair, placed.grid),
             placed.distance,
             placed.undeformed.lower.contour.inclination(placed.grid.strips),
             self.friction,

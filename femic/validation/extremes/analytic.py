@@ -11,8 +11,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from approx.orientation import turn_between
 from approx.pair import Pair, Solid
+from approx.rotation import rotation_between
 from femic.validation.extremes import exact
 from femic.validation.extremes.drawing import drawing
 from femic.validation.extremes.found import ANALYTIC, Beyond, Parameter, Reached, refused
@@ -64,7 +64,7 @@ def _relative(computed: float, parts: list[exact.Number]) -> float:
 
 
 @dataclass(frozen=True)
-class Turned:
+class Rotated:
     """Two elements on a surface of revolution, or on a prismatic one."""
 
     flank: float = 60.0  # degrees
@@ -75,18 +75,18 @@ class Turned:
     side: int = UPPER
 
     def error(self) -> float:
-        """The largest error of an entry of the turn T between the two elements [-]."""
+        """The largest error of an entry of the rotation T between the two elements [-]."""
         angle = np.radians(self.flank)
         surface = Surface(self.side, arc(10.0, angle, angle), self.rolling_radius)
-        computed = turn_between(surface, (np.array(self.x), np.array(self.s)), self.s_load).matrix
+        computed = rotation_between(surface, (np.array(self.x), np.array(self.s)), self.s_load).matrix
         z = surface.contour.position(np.array([self.s, self.s_load]))[1].mean()
         theta = self.x / (self.rolling_radius - self.side * z)
         delta_i, delta_j = surface.contour.inclination(np.array([self.s, self.s_load]))
-        expected = exact.turn(float(delta_i), float(delta_j), theta, self.side)
+        expected = exact.rotation(float(delta_i), float(delta_j), theta, self.side)
         return max(float(abs(float(computed[i, j]) - expected[i, j])) for i, j in np.ndindex(3, 3))
 
 
-Case = HalfSpaces | Turned
+Case = HalfSpaces | Rotated
 Untried = Callable[[], Beyond]
 
 
@@ -94,7 +94,7 @@ def parameters() -> list[Parameter]:
     """The parameters of the analytic ICs, with their cases within and beyond the limits."""
     near = st.floats(-3, 3).map(_or_zero)
     *of_one_body, modulus_ratio = _of_half_spaces(near)
-    return [*of_one_body, *_of_turns(near), modulus_ratio]
+    return [*of_one_body, *_of_rotations(near), modulus_ratio]
 
 
 def _of_half_spaces(near: st.SearchStrategy[float]) -> list[Parameter]:
@@ -136,13 +136,13 @@ def _of_half_spaces(near: st.SearchStrategy[float]) -> list[Parameter]:
     ]
 
 
-def _of_turns(near: st.SearchStrategy[float]) -> list[Parameter]:
+def _of_rotations(near: st.SearchStrategy[float]) -> list[Parameter]:
     """Flanks and rolling radii."""
     flank, sides, prismatic = st.floats(0, 89.9), st.sampled_from([1, -1]), st.just(np.inf)
     at_s = st.floats(-20, 20)
-    flanks = st.builds(Turned, flank, prismatic, near, at_s, at_s, sides)
+    flanks = st.builds(Rotated, flank, prismatic, near, at_s, at_s, sides)
     wheels = st.builds(
-        lambda exponent, *rest: Turned(30.0, 10**exponent, *rest),
+        lambda exponent, *rest: Rotated(30.0, 10**exponent, *rest),
         st.floats(1.4, 12),
         near,
         at_s,
@@ -150,13 +150,13 @@ def _of_turns(near: st.SearchStrategy[float]) -> list[Parameter]:
         st.just(UPPER),
     )
     return [
-        _row("flank inclination", "any", flanks, [Turned(89.9, s=100.0, s_load=-100.0)], []),
+        _row("flank inclination", "any", flanks, [Rotated(89.9, s=100.0, s_load=-100.0)], []),
         _row(
             "R_roll",
             "any",
             wheels,
-            [Turned(30.0, radius) for radius in (25.0, 1e12, np.inf)],
-            [refused("R_roll = -1 mm", lambda: Turned(rolling_radius=-1.0).error())],
+            [Rotated(30.0, radius) for radius in (25.0, 1e12, np.inf)],
+            [refused("R_roll = -1 mm", lambda: Rotated(rolling_radius=-1.0).error())],
         ),
     ]
 

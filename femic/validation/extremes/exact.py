@@ -1,4 +1,4 @@
-"""ICs of a half-space and turns in many digits, by separate formulas: corner sums, matrix products."""
+"""ICs of a half-space and rotations in many digits, by separate formulas: corner sums, matrix products."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -58,8 +58,8 @@ def one_body(material: Material, side: int, integral_values: Sequence[Number]) -
         return [[nn + scale * nu * I_xx, xs, xn], [xs, nn + scale * nu * I_ss, sn], [-xn, -sn, nn]]
 
 
-def turn(delta_i: float, delta_j: float, theta: float, side: int) -> Number:
-    """The turn T = R_x(delta_I) R_y(side theta) R_x(-delta_J), a 3 x 3 matrix; angles in rad."""
+def rotation(delta_i: float, delta_j: float, theta: float, side: int) -> Number:
+    """The rotation T = R_x(delta_I) R_y(side theta) R_x(-delta_J), a 3 x 3 matrix; angles in rad."""
     with many_digits():
         return _about_x(delta_i) * _about_y(side * mpmath.mpf(theta)) * _about_x(-delta_j)
 

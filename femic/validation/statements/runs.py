@@ -11,7 +11,7 @@ from approx.variants import VARIANTS
 from compare.calibration.compute import calibrate
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
-from compare.finite_elements.compute import compute_judged
+from compare.finite_elements.compute import compute_fe_contact
 from compare.ics.compute import Results, compute, with_approximations
 from femic.contact.finite_elements.result import CELLS
 from femic.reference.run_options import Means
@@ -78,7 +78,7 @@ class Runs:
         name = f"arcs of {NEARLY_PLANE / 1000:g} m"
         return self._once(name, lambda: self._compute(replace(self._scene("geometry1", changes), name=name)))
 
-    def judged(
+    def fe_contact(
         self, name: str, loads: tuple[float, ...], *, shift: float = 0.0, cells: float = CELLS
     ) -> xr.Dataset:
         """Numbers of the contacts of a scene by ICs and by finite elements, at some loads [N].
@@ -90,7 +90,7 @@ class Runs:
             self.means.watch.on_stage(f"  {key}: contact by ICs and by finite elements")
             scene = load_scene(name, {"contact": {"loads": list(loads), "shift": shift}})
             by_ics = to_dataset(compute_contact(scene, self.means))
-            self.contacts[key] = compute_judged(scene, by_ics, self.means, cells)
+            self.contacts[key] = compute_fe_contact(scene, by_ics, self.means, cells)
         return self.contacts[key]
 
     def contact(self, name: str, changes: Mapping[str, Any]) -> xr.Dataset:

@@ -4,8 +4,9 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from approx.forms import FORMS
 from approx.halfspace import HalfSpace
-from approx.orientation import Turn, both_turned, load_turned, turn_between
+from approx.rotation import rotation_between
 from compare.ics.compute import Results, parts_of, reference_of
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
@@ -38,7 +39,7 @@ from geometries.patches import N, S
 
 SN = ("combined", "sn")
 GAIN = 0.9  # error with the factor over that without it: at most this is a gain
-TURNED: Mapping[str, Callable[[Array, Turn], Array]] = {"B": load_turned, "Bhat": both_turned}
+WITH_FACTOR = ("B", "Bhat")  # variants of which the factor is tried
 
 
 # --- 9: all on the line along s -------------------------------------------------------------------------
@@ -119,7 +120,7 @@ def errors_with_factor(runs: Runs) -> Mapping[str, float]:
     """
     return {
         f"error with over without: {case}, {variant}": ratio
-        for variant in TURNED
+        for variant in WITH_FACTOR
         for case, ratio in of_bodies(_with_over_without(variant), ALONE)(runs).items()
     }
 
@@ -145,7 +146,7 @@ def with_factor(results: Results, variant: str, body: str) -> Array:
         inclination = solid.surface.contour.inclination
         alpha = np.abs(inclination(points[1]) - inclination(scene.patch.s))
         a[[S, N], [N, S]] *= (np.pi - alpha) / np.pi
-        total += TURNED[variant](a, turn_between(solid.surface, points, scene.patch.s))
+        total += FORMS[variant].rotate(a, rotation_between(solid.surface, points, scene.patch.s))
     return total / scene.patch.area
 
 
@@ -166,7 +167,7 @@ def _factor(results: Results) -> list[Panel]:
         return {
             f"{SYMBOLS[variant]} with the factor": unit(results)
             * with_factor(results, variant, body)[S, N, part]
-            for variant in TURNED
+            for variant in WITH_FACTOR
         }
 
     return [panel(results, ("B", "Bhat"), (body, "sn"), line, more(body)) for body in ALONE]

@@ -22,7 +22,7 @@ from compare.contact.quantities import numbers
 from femic.contact.edges import MARGIN
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.normal import NormalProblem, solve
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import GridOperator
 from femic.reference.run_options import Means
 from femic.scenes.errors import BadScene
@@ -229,7 +229,7 @@ def test_c_of_planes_gives_the_contact_of_half_spaces():
     distance = placed.x[:, None] ** 2 / 40 + grid.strips**2 / 20
     by_c, by_c_and_estimate, by_a = (
         solve(NormalProblem(grid, operator, placed.flat, distance, placed.cosine), load=500.0)
-        for operator in (c.operator, c.perturbed, turned("A", of.pair, grid, (N,)))
+        for operator in (c.operator, c.perturbed, half_space_operator(of.pair, grid, (N,)))
     )
     known = abs(by_c_and_estimate.p.max() / by_c.p.max() - 1) + c.estimate
     assert by_c.p.max() == pytest.approx(by_a.p.max(), rel=known)

@@ -1,6 +1,6 @@
 """Contact by finite elements beside that by ICs: numbers, approaches, what is kept, what is refused.
 
-The finite elements themselves are tested in tests/femic/contact/judge; here others are in their place.
+The finite elements themselves are tested in tests/femic/contact; here others are in their place.
 """
 
 from dataclasses import replace
@@ -14,11 +14,11 @@ from compare.contact.dataset import to_dataset
 from compare.contact.page import write_contact
 from compare.finite_elements import compute
 from compare.finite_elements.beside import beside_of
-from compare.finite_elements.compute import compute_judged, kept_judged, require_judgeable
+from compare.finite_elements.compute import compute_fe_contact, kept_fe_contact, require_suitable
 from compare.finite_elements.dataset import FE
 from compare.finite_elements.deviations import differences, known_to
 from femic.cache.store import Store
-from femic.contact.finite_elements.result import CELLS, Judgement, Numbers
+from femic.contact.finite_elements.result import CELLS, FEContact, Numbers
 from femic.reference.discount import FZ
 from femic.reference.run_options import Means
 from femic.scenes.errors import BadScene
@@ -34,8 +34,8 @@ KNOWN = 0.01
 NO_STORE = Means()
 
 
-def judged(of, means=NO_STORE, cells=CELLS):
-    return compute_judged(of, to_dataset(compute_contact(of)), means, cells)
+def by_fe(of, means=NO_STORE, cells=CELLS):
+    return compute_fe_contact(of, to_dataset(compute_contact(of)), means, cells)
 
 
 def pressed(**contact):
@@ -62,7 +62,7 @@ def asked(monkeypatch, by_bhat):
         numbers = Numbers(a, b, np.radians(float(case.angle)), p_max, approach + RIGID * load, *of_place)
         x, s = np.meshgrid(np.linspace(0, a, 4), np.linspace(0, b, 5), indexing="ij")
         p = p_max * np.sqrt(np.maximum(1 - (x / a) ** 2 - (s / b) ** 2, 0))
-        return Judgement(
+        return FEContact(
             x=x.ravel(),
             s=s.ravel(),
             p=p.ravel(),
@@ -89,13 +89,13 @@ def asked(monkeypatch, by_bhat):
             m[FZ, FZ] = COMPLIANCE[name]
         return {name: SimpleNamespace(discount=m) for name, m in found.items()}
 
-    monkeypatch.setattr(compute, "judge", like_bhat)
+    monkeypatch.setattr(compute, "fe_contact", like_bhat)
     monkeypatch.setattr(compute, "matrices", rigid)
     return calls
 
 
 def test_numbers_stand_beside_those_by_ics(asked, by_bhat):
-    dataset = judged(pressed())
+    dataset = by_fe(pressed())
     assert list(dataset.ics.values) == ["A", "Bhat", FE]
     assert [load for load, _ in asked] == LOADS
     for name in ("a", "b", "p_max", "angle"):
@@ -106,7 +106,7 @@ def test_numbers_stand_beside_those_by_ics(asked, by_bhat):
 
 @pytest.mark.usefixtures("asked")
 def test_the_rigid_part_of_the_compliance_is_taken_from_approaches_as_from_c(by_bhat):
-    dataset = judged(pressed())
+    dataset = by_fe(pressed())
     assert float(dataset.rigid_compliance) == pytest.approx(RIGID)
     np.testing.assert_allclose(dataset.approach.sel(ics=FE), by_bhat.approach)
     np.testing.assert_allclose(dataset.fe_raw_approach, by_bhat.approach + RIGID * np.array(LOADS))
@@ -117,21 +117,21 @@ def test_the_rigid_part_of_the_compliance_is_taken_from_approaches_as_from_c(by_
 def test_nothing_is_taken_from_approaches_where_c_keeps_its_own(by_bhat):
     """Nor is anything fitted: other ICs beside finite elements do not change these."""
     whole = replace(pressed(), discount="none")
-    dataset = judged(whole)
+    dataset = by_fe(whole)
     assert float(dataset.rigid_compliance) == 0
     np.testing.assert_allclose(dataset.approach.sel(ics=FE), by_bhat.approach + RIGID * np.array(LOADS))
 
 
 @pytest.mark.usefixtures("asked")
 def test_supports_are_those_that_c_has(monkeypatch):
-    monkeypatch.setattr(compute, "judge", lambda bodies, *_, **__: pytest.fail(str(bodies.upper.domain)))
+    monkeypatch.setattr(compute, "fe_contact", lambda bodies, *_, **__: pytest.fail(str(bodies.upper.domain)))
     with pytest.raises(pytest.fail.Exception, match=r"far_radius=90\.0, half_length=270\.0"):
-        judged(replace(pressed(), support_radius=90.0))
+        by_fe(replace(pressed(), support_radius=90.0))
 
 
 @pytest.mark.usefixtures("asked")
 def test_force_moment_and_centre_of_pressure_stand_beside_those_by_ics():
-    dataset = judged(pressed())
+    dataset = by_fe(pressed())
     np.testing.assert_allclose(dataset.F_y.sel(ics=FE), SIDEWAYS * np.array(LOADS))
     np.testing.assert_allclose(differences(dataset, "s_centre").sel(ics="A"), -0.2, atol=1e-6)
     np.testing.assert_allclose(known_to(dataset, "M_x"), KNOWN * 3 * SIDEWAYS * np.array(LOADS))
@@ -139,7 +139,7 @@ def test_force_moment_and_centre_of_pressure_stand_beside_those_by_ics():
 
 @pytest.mark.usefixtures("asked")
 def test_pressures_along_s_are_those_at_x_0(by_bhat):
-    dataset = judged(pressed())
+    dataset = by_fe(pressed())
     s, p = dataset.s_fe_1.values, dataset.p_fe_1.values
     assert np.all(np.diff(s) > 0)
     assert len(s) == 5
@@ -149,26 +149,26 @@ def test_pressures_along_s_are_those_at_x_0(by_bhat):
 
 def test_finished_loads_are_kept_and_others_are_not_taken_for_them(asked, tmp_path):
     means = Means(store=Store(tmp_path))
-    first = judged(pressed(loads=LOADS[:2]), means)
-    again = judged(pressed(), means, 15.0)
+    first = by_fe(pressed(loads=LOADS[:2]), means)
+    again = by_fe(pressed(), means, 15.0)
     assert [load for load, _ in asked] == LOADS
     np.testing.assert_array_equal(first.a.sel(ics=FE), again.a.sel(ics=FE)[:2])
-    judged(pressed(loads=LOADS[:1]), means, 20.0)
+    by_fe(pressed(loads=LOADS[:1]), means, 20.0)
     assert asked[3:] == [(LOADS[0], 20.0)]
-    judged(scene(10.3, rolling_radius=401.0, loads=LOADS[:1], ics=["A"]), means)
+    by_fe(scene(10.3, rolling_radius=401.0, loads=LOADS[:1], ics=["A"]), means)
     assert len(asked) == 5
 
 
 def test_loads_at_which_finite_elements_fail_are_left_out(asked, monkeypatch):
-    like_bhat = compute.judge
+    like_bhat = compute.fe_contact
 
     def failing(bodies, load, *, cells):
         if load == LOADS[1]:
             raise Failure("no mesh")
         return like_bhat(bodies, load, cells=cells)
 
-    monkeypatch.setattr(compute, "judge", failing)
-    dataset = judged(pressed())
+    monkeypatch.setattr(compute, "fe_contact", failing)
+    dataset = by_fe(pressed())
     assert dataset.attrs["left_out"] == "5000 N: no mesh"
     assert list(np.isnan(dataset.a.sel(ics=FE))) == [False, True, False]
     assert not np.any(np.isnan(dataset.a.sel(ics="A")))
@@ -176,27 +176,27 @@ def test_loads_at_which_finite_elements_fail_are_left_out(asked, monkeypatch):
     assert "p_fe_1" not in dataset
     assert len(asked) == 2
     with pytest.raises(Failure, match="5000 N: no mesh"):
-        judged(pressed(loads=LOADS[1:2]))
+        by_fe(pressed(loads=LOADS[1:2]))
 
 
 def test_too_few_cells_are_refused_before_any_work(asked, by_bhat):
     with pytest.raises(WrongInput, match=r"cells = 2\.0: at least"):
-        compute_judged(pressed(), by_bhat, cells=2.0)
+        compute_fe_contact(pressed(), by_bhat, cells=2.0)
     assert not asked
 
 
 def test_what_is_kept_is_found_without_work(asked, tmp_path):
-    """The first two loads have been judged; the third has no numbers."""
+    """The first two loads have been solved; the third has no numbers."""
     store = Store(tmp_path)
-    first = judged(pressed(loads=LOADS[:2]), Means(store=store))
+    first = by_fe(pressed(loads=LOADS[:2]), Means(store=store))
     contacts = to_dataset(compute_contact(pressed()))
-    kept = kept_judged(pressed(), contacts, store)
+    kept = kept_fe_contact(pressed(), contacts, store)
     assert len(asked) == 2
     np.testing.assert_array_equal(kept.a.sel(ics=FE)[:2], first.a.sel(ics=FE))
     assert np.isnan(kept.a.sel(ics=FE)[2])
     assert kept.attrs["left_out"] == "10000 N (not kept)"
-    assert kept_judged(pressed(), contacts, Store(tmp_path / "other")) is None
-    assert kept_judged(pressed(gap="exact"), contacts, store) is None
+    assert kept_fe_contact(pressed(), contacts, Store(tmp_path / "other")) is None
+    assert kept_fe_contact(pressed(gap="exact"), contacts, store) is None
     assert float(kept.rigid_compliance) == pytest.approx(RIGID)
 
 
@@ -209,27 +209,26 @@ def test_what_is_kept_is_found_without_work(asked, tmp_path):
         ({"lateral_force": 100.0}, r"contact\.lateral_force: .* give the `shift`"),
     ],
 )
-def test_what_is_not_judged_is_said_before_any_work(keys, message):
+def test_what_finite_elements_cannot_do_is_said_before_any_work(keys, message):
     with pytest.raises(BadScene, match=message):
-        require_judgeable(pressed(**keys))
+        require_suitable(pressed(**keys))
 
 
-def test_c_without_the_bending_of_bodies_is_not_judged():
+def test_c_without_the_bending_of_bodies_is_refused():
     with pytest.raises(BadScene, match=r"discount = 'source': .* take 'approach'"):
-        require_judgeable(replace(pressed(), discount="source"))
+        require_suitable(replace(pressed(), discount="source"))
 
 
 def test_the_page_of_contact_has_a_row_of_finite_elements_where_they_are_kept(asked, tmp_path):
     """Its numbers, and a figure; nothing of that without them."""
     store = Store(tmp_path / "store")
     by_ics = compute_contact(pressed(loads=LOADS[:2]))
-    judged(pressed(loads=LOADS[:1]), Means(store=store))
+    by_fe(pressed(loads=LOADS[:1]), Means(store=store))
     beside = beside_of(by_ics, store)
     page = write_contact(by_ics, tmp_path, beside=beside).read_text(encoding="utf-8")
     assert page.count('<th class="name">FE</th>') == 1
     assert "finite elements did not solve" in page.lower()
-    assert (tmp_path / "figures" / "contact_judged.png").is_file()
-    assert beside_of(by_ics, Store(tmp_path / "other")) is None
+    assert (tmp_path / "figures" / "contact_fe.png").is_file()
     without = write_contact(by_ics, tmp_path / "without").read_text(encoding="utf-8")
     assert '<th class="name">FE</th>' not in without
     assert len(asked) == 1

@@ -1,10 +1,10 @@
-"""What `femic judge` writes: deviations of ICs from finite elements, and from where on they are too large."""
+"""What `femic fe-contact` writes: deviations of ICs from finite elements, and where they become too large."""
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from compare.finite_elements.page import cost, deviations, off_by, summary, write_judged
+from compare.finite_elements.page import cost, deviations, off_by, summary, write_fe_contact
 
 ANGLES, LOADS = [20.0, 60.0, 100.0], [1e3, 1e4, 1e5]
 OFF = {"A": [0.015, 0.06, 0.2], "C": [0.0, 0.004, -0.004], "FE": [0.0, 0.0, 0.0]}
@@ -78,17 +78,17 @@ def test_the_summary_says_what_happens_beside_the_crown_and_nothing_where_all_is
 
 
 def test_numbers_that_vanish_are_compared_in_their_unit_and_are_0_where_all_is_symmetric(dataset, tmp_path):
-    page = write_judged(dataset, tmp_path).read_text(encoding="utf-8")
+    page = write_fe_contact(dataset, tmp_path).read_text(encoding="utf-8")
     assert "-0.8<br><small>± 0.05, +0.1</small>" in page
     symmetric = dataset.assign({name: 1e-9 * dataset[name] for name in ("F_y", "M_x", "s_centre")})
-    assert "-8e-10" not in write_judged(symmetric, tmp_path).read_text(encoding="utf-8")
+    assert "-8e-10" not in write_fe_contact(symmetric, tmp_path).read_text(encoding="utf-8")
 
 
 def test_the_page_says_what_is_in_approaches(dataset, tmp_path):
-    page = write_judged(dataset, tmp_path).read_text(encoding="utf-8")
+    page = write_fe_contact(dataset, tmp_path).read_text(encoding="utf-8")
     assert "without the rigid part M_zz" in page
     assert "M_zz = 1e-07 mm/N" in page
-    raw = write_judged(dataset.assign(rigid_compliance=0.0), tmp_path).read_text(encoding="utf-8")
+    raw = write_fe_contact(dataset.assign(rigid_compliance=0.0), tmp_path).read_text(encoding="utf-8")
     assert "contain the compliance of the whole bodies" in raw
 
 
@@ -97,10 +97,10 @@ def test_the_balance_of_forces_is_told(dataset):
 
 
 def test_file_and_page_are_written(dataset, tmp_path):
-    page = write_judged(dataset, tmp_path).read_text(encoding="utf-8")
+    page = write_fe_contact(dataset, tmp_path).read_text(encoding="utf-8")
     assert page.count("data:image/png;base64,") == 2
     assert "+20.00%" in page
-    assert xr.open_dataset(tmp_path / "judge.nc").attrs["title"] == "a title"
+    assert xr.open_dataset(tmp_path / "fe_contact.nc").attrs["title"] == "a title"
 
 
 def test_a_load_that_finite_elements_do_not_solve_is_told_and_drawn_without_them(dataset, tmp_path):
@@ -114,5 +114,5 @@ def test_a_load_that_finite_elements_do_not_solve_is_told_and_drawn_without_them
     told = summary(some.assign_attrs(left_out="100000 N: too much"))
     assert told.endswith("Finite elements did not solve 100000 N: too much")
     assert "A: at worst +6.0% in p_max" in told
-    page = write_judged(some.assign_attrs(left_out="100000 N: too much"), tmp_path)
+    page = write_fe_contact(some.assign_attrs(left_out="100000 N: too much"), tmp_path)
     assert page.read_text(encoding="utf-8").count("data:image/png;base64,") == 2

@@ -10,8 +10,8 @@ from compare.friction.bodies import Solver
 from compare.friction.compression import compute_compression, in_halves
 from femic.contact.compression import compressed
 from femic.contact.frictional import Pressing
-from femic.contact.operators.approximations import turned
-from femic.contact.operators.dense import GridOperator, dense
+from femic.contact.operators.approximations import approximate_matrix
+from femic.contact.operators.dense import GridOperator
 from femic.reference.run_options import Means
 from geometries.errors import Failure
 from geometries.grids import Grid
@@ -108,7 +108,7 @@ def test_ns_matters_where_bodies_are_pressed_together_and_nx_does_not():
     placed = placed_on(of, Grid(16, 18, 1.3, 1.2))
     p_max = {}
     for left_out in ("nothing", "ns", "nx"):
-        ics = dense(turned("Bhat", placed.pair, placed.grid))
+        ics = approximate_matrix("Bhat", placed.pair, placed.grid)
         if left_out != "nothing":
             ics[..., N, {"ns": S, "nx": X}[left_out]] = 0.0
         problem = Solver(of, placed, Means()).problem(GridOperator.of(ics), 0.4)

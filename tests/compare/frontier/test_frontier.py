@@ -1,6 +1,7 @@
 """`femic frontier` and `femic advise`: the front, the budget, and that advice keeps what it promises."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,14 +11,15 @@ from hypothesis import strategies as st
 
 from compare.frontier import page as frontier_report
 from compare.frontier import trade as frontier
-from compare.frontier.advice import AS_CHEAP, Question, advise, asked_for
+from compare.frontier.advice import AS_CHEAP, Question, advise, request_for
 from compare.frontier.choice import choose, question_of
 from compare.frontier.trade import FrontierRequest, compute_frontier, front, known_errors
-from compare.frontier.ways import Way, by_engine, harmonic
+from compare.frontier.ways import Way, by_engine
 from compare.ics.compute import compute
 from compare.ics.dataset import errors, to_dataset
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
+from femic.reference.engines import ENGINES
 from femic.reference.harmonic import engine as harmonic_engine
 from femic.reference.run_options import Means
 from femic.scenes.load import load_scene
@@ -36,7 +38,11 @@ def made(tmp_path_factory):
     top = 'components = ["nn", "xn", "sn"]\nbodies = ["combined", "lower"]\n'
     path.write_text(scene_text(top, engine=HARMONIC, upper_E=70e3), encoding="utf-8")
     store = Store(folder / "store")
-    return path, store, compute_frontier(str(path), FrontierRequest(tuple(harmonic(1e-2))), Means(2, store))
+    return (
+        path,
+        store,
+        compute_frontier(str(path), FrontierRequest(tuple(by_engine("harmonic", 1e-2))), Means(2, store)),
+    )
 
 
 points = st.tuples(st.integers(0, 6), st.integers(0, 6))
@@ -91,7 +97,7 @@ def test_errors_are_those_of_a_run_against_the_best_c(made):
 
 def test_c_is_as_close_to_the_best_c_as_its_tolerance_says(made):
     _, _, found = made
-    for way in harmonic(1e-2):
+    for way in by_engine("harmonic", 1e-2):
         assert np.all(found.error.sel(way=way.name) <= way.engine["tolerance"])
         assert np.all(found.estimate.sel(way=way.name) <= way.engine["tolerance"])
     assert np.all(found.estimate.sel(way=["A", "mix"]) == 0)
@@ -132,12 +138,12 @@ def test_advice_on_what_is_not_there_is_refused(made, components, body, message)
 
 
 def test_only_what_the_advice_needs_is_tried():
-    asked = asked_for(Question("lower", ("nn",), 0.02))
+    asked = request_for("geometry1", Question("lower", ("nn",), 0.02))
     assert [way.name for way in asked.ways] == ["harmonic 0.1", "harmonic 0.01", "harmonic 0.001"]
     scene = asked.scene("geometry1", asked.ways[0].engine)
     assert (scene.components, scene.compared, scene.solved) == (("nn",), ("lower",), ("lower",))
     with pytest.raises(WrongInput, match="--tolerance 0"):
-        asked_for(Question("lower", ("nn",), 0.0))
+        request_for("geometry1", Question("lower", ("nn",), 0.0))
 
 
 def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
@@ -148,7 +154,7 @@ def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
     monkeypatch.setattr(frontier, "run_steps", lambda *_: [])
     monkeypatch.setattr(frontier, "seconds", lambda *_: next(steps))
     found = compute_frontier(
-        str(path), FrontierRequest(tuple(harmonic(1e-2)), budget=1000.0), Means(2, store)
+        str(path), FrontierRequest(tuple(by_engine("harmonic", 1e-2)), budget=1000.0), Means(2, store)
     )
     assert "harmonic 0.01" not in found.way.values
     assert found.attrs["best"] == "harmonic 0.1"
@@ -158,7 +164,9 @@ def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
 def test_without_a_reference_there_is_no_frontier(made):
     path, store, _ = made
     with pytest.raises(Failure, match="no reference C within the budget of 1e-06 s"):
-        compute_frontier(str(path), FrontierRequest(tuple(harmonic(0.1)), budget=1e-6), Means(2, store))
+        compute_frontier(
+            str(path), FrontierRequest(tuple(by_engine("harmonic", 0.1)), budget=1e-6), Means(2, store)
+        )
 
 
 def test_b_hat_prime_is_tried_where_there_are_properties_for_it(made, tmp_path):
@@ -166,7 +174,9 @@ def test_b_hat_prime_is_tried_where_there_are_properties_for_it(made, tmp_path):
     fitted = tmp_path / "fitted.toml"
     properties = "\n[effective.combined]\nmismatch_k = { far = 0.1, r_inf = 9.0, m = 1.0, n = 2.0 }\n"
     fitted.write_text(path.read_text(encoding="utf-8") + properties, encoding="utf-8")
-    with_fit = compute_frontier(str(fitted), FrontierRequest(tuple(harmonic(0.1))), Means(2, store))
+    with_fit = compute_frontier(
+        str(fitted), FrontierRequest(tuple(by_engine("harmonic", 0.1))), Means(2, store)
+    )
     b_hat_prime = with_fit.error.sel(way="Bhat_prime")
     assert np.all(b_hat_prime.sel(body="combined") > 0)
     assert np.all(np.isnan(b_hat_prime.sel(body="lower")))
@@ -184,7 +194,7 @@ def test_what_an_engine_cannot_do_is_listed(made, tmp_path):
     path, *_ = made
     soft = tmp_path / "soft.toml"
     soft.write_text(path.read_text(encoding="utf-8").replace("nu = 0.3", "nu = 0.4995"), encoding="utf-8")
-    asked = FrontierRequest((*harmonic(0.1), *by_engine("solid")))
+    asked = FrontierRequest((*by_engine("harmonic", 0.1), *by_engine("solid")))
     monkey = [way.name for way in asked.ways if way.kind == "solid"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(frontier, "compute", lambda *_, **__: pytest.fail("solved"))
@@ -197,8 +207,11 @@ def test_what_an_engine_cannot_do_is_listed(made, tmp_path):
 def test_the_commands_write_a_report_and_solve_nothing_twice(made, tmp_path, monkeypatch, capsys):
     path, store, _ = made
     monkeypatch.setattr(harmonic_engine, "build_section", lambda *_: pytest.fail("a mesh was made"))
-    monkeypatch.setitem(frontier.ways.TOLERANCES, "harmonic", (1e-1, 1e-2))
-    monkeypatch.setitem(frontier.ways.TOLERANCES, "solid", ())
+    looser = replace(
+        ENGINES["harmonic"], comparison=replace(ENGINES["harmonic"].comparison, tolerances=(1e-1, 1e-2))
+    )
+    monkeypatch.setitem(ENGINES, "harmonic", looser)
+    monkeypatch.delitem(ENGINES, "solid")
     out = tmp_path / "out"
     place = ["--out", str(out), "--store", str(store.location)]
     assert exit_code(["frontier", str(path), *place]) == DONE
@@ -232,7 +245,7 @@ def test_auto_chooses_what_advise_names(made, tolerance, kind):
     scene = load_scene(str(path), {"ics_tolerance": tolerance})
     chosen = choose(str(path), question_of(scene), Means(2, store))
     question = Question("combined", scene.components, tolerance)
-    found = compute_frontier(str(path), asked_for(question), Means(2, store))
+    found = compute_frontier(str(path), request_for(str(path), question), Means(2, store))
     way = advise(found, question).way
     assert chosen.advice.way == way
     assert chosen.advice.error <= tolerance == chosen.advice.question.tolerance
@@ -249,7 +262,7 @@ def test_ways_keep_what_belongs_to_the_body(made, tmp_path):
     mine = tmp_path / "mine.toml"
     engine = "check = true\nfar_radius = 2000.0\nsmallest_cell = 0.01\nmost_unknowns = 5000\n"
     mine.write_text(path.read_text(encoding="utf-8").replace("check = true", engine), encoding="utf-8")
-    asked = asked_for(Question("lower", ("nn",), 0.1))
+    asked = request_for("geometry1", Question("lower", ("nn",), 0.1))
     scene = asked.scene(str(mine), asked.ways[0].engine)
     assert scene.bodies["lower"].domain.far_radius == 2000.0
     assert (scene.settings.most_unknowns, scene.settings.tolerance, scene.check) == (5000, 0.1, None)
@@ -292,4 +305,4 @@ def test_export_refuses_before_it_asks_what_to_use(made, tmp_path, monkeypatch, 
 
 def test_ways_have_labels():
     assert Way("Bhat", "approximation").label == "B̂"
-    assert next(harmonic()).label == "C, harmonic 0.1"
+    assert next(by_engine("harmonic")).label == "C, harmonic 0.1"

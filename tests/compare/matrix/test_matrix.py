@@ -260,7 +260,7 @@ def test_a_plan_of_a_solid_is_right_to_a_factor_of_two(write_scene):
     scene = load_scene(str(write_scene('bodies = ["lower"]', engine=COARSE_ENGINE)))
     asked = jobs(scene)["lower"].request(Level())
     cells = solid.build_mesh(asked)
-    assert 0.5 < SOLID.planned(asked, 2).unknowns / (3 * cells.nodes.shape[1]) < 2
+    assert 0.5 < SOLID.models.planned(asked, 2).unknowns / (3 * cells.nodes.shape[1]) < 2
 
 
 # --- the solid engine --------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from approx.variants import VARIANTS
 from compare.report import panels, styles
 from compare.report.panels import CHECK_MARKS, Panel, draw, drawn, finish, styles_of
-from compare.report.styles import COLOURS, DASHES, LOOKS, MARKERS, STYLES, SYMBOLS, with_further
+from compare.report.styles import COLOURS, DASHES, MARKERS, STYLES, SYMBOLS, with_further
 
 AT = np.linspace(0.0, 2.0, 101)
 CURVES = {"A": 1 - AT, "C": np.exp(-AT), "B̂": 2 * np.exp(-AT)}
@@ -113,7 +113,7 @@ def test_each_variant_has_a_symbol_a_style_and_a_marker_unlike_those_of_others()
         assert mpl.colors.is_color_like(STYLES[name]["color"])
     assert len(set(MARKERS.values())) == len(MARKERS)
     assert len({str(style) for style in STYLES.values()}) == len(STYLES)
-    assert list(LOOKS)[-1] == "C"  # behind all others
+    assert list(STYLES)[-1] == "C"  # behind all others
 
 
 def test_a_new_variant_looks_like_none_of_the_others():

@@ -78,7 +78,7 @@ def test_a_further_file_counts(tmp_path):
     assert digest_of([tmp_path / "package"]) != alone
 
 
-ERRORS, JUDGE = "compare.ics.dataset", "compare.finite_elements.compute"
+ERRORS, FE_CONTACT = "compare.ics.dataset", "compare.finite_elements.compute"
 
 
 @pytest.fixture
@@ -110,15 +110,15 @@ def test_a_measure_of_compare_changes_results_but_no_models(copy):
 
 
 IMPORTED = {  # by what a module imports: a file that counts for it
-    "itself": (JUDGE, "compare/finite_elements/compute.py"),
-    "module": (JUDGE, "femic/contact/finite_elements/result.py"),
-    "module of a module": (JUDGE, "femic/contact/finite_elements/overlap.py"),
-    "package of a module": (JUDGE, "femic/contact/finite_elements/__init__.py"),
+    "itself": (FE_CONTACT, "compare/finite_elements/compute.py"),
+    "module": (FE_CONTACT, "femic/contact/finite_elements/result.py"),
+    "module of a module": (FE_CONTACT, "femic/contact/finite_elements/overlap.py"),
+    "package of a module": (FE_CONTACT, "femic/contact/finite_elements/__init__.py"),
     "module from a package": ("femic.validation.statements.registry", "femic/validation/statements/sn.py"),
     "readers of scenes": (ERRORS, "femic/scenes/load.py"),
 }
 OTHERS = {  # modules that others do not need
-    "friction, for the judge": (JUDGE, "femic/contact/friction/coulomb.py"),
+    "friction, for contact by finite elements": (FE_CONTACT, "femic/contact/friction/coulomb.py"),
     "contact, for ICs": (ERRORS, "femic/contact/bound_constrained.py"),
     "pages": ("compare.frontier.page", "compare/report/styles.py"),
     "commands": (ERRORS, "femic/cli/main.py"),

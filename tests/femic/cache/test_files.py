@@ -56,7 +56,7 @@ def test_a_dataset_that_cannot_be_read_back_takes_no_place(tmp_path, monkeypatch
         found["p"][2] = np.nan  # what a disk has lost
         return found
 
-    monkeypatch.setattr(files.xr, "open_dataset", other)
+    monkeypatch.setattr(files, "open_dataset", other)
     with pytest.raises(Failure, match=r"a\.nc: p of it cannot be read back"):
         write_dataset(DATASET.assign_attrs(title="new"), path)
     monkeypatch.undo()

@@ -117,4 +117,4 @@ def test_models_of_contact_on_grids_of_its_own_are_known_beforehand(kind, monkey
 
 def key_of(job):
     """The key of the first model of a job."""
-    return job.settings.engine.key(job.request(Level()), Store())
+    return job.settings.engine.models.key(job.request(Level()), Store())

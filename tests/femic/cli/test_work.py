@@ -85,7 +85,7 @@ COMMANDS = {  # by name: arguments, and the folders in results/ that each writes
     "run": (["flat", "--out", "one"], ["one"]),
     "matrix": (["geometry2", "--out", "one"], ["one"]),
     "contact": (["wide", "tall"], ["out/wide", "out/tall", "out/wide_tall"]),
-    "judge": (["tall", "--out", "one"], ["one"]),
+    "fe-contact": (["tall", "--out", "one"], ["one"]),
     "calibrate": (["geometry1", "geometry2", "--out", "."], ["geometry1", "geometry2", "."]),
     "export": (["geometry2", "--out", "one"], ["one"]),
     "frontier": (["flat", "--out", "one"], ["one"]),

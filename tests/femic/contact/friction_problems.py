@@ -1,6 +1,6 @@
 """Contacts with friction to solve in tests, and Coulomb's law as a reader would check it, without the solver.
 
-Slip is computed here from the operator and the definitions of design section 6, element by element.
+Slip is computed here from the operator and the definitions of docs/theory/friction.md, element by element.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.kinematics import Rolling
 from femic.contact.friction.leading import DEPTH, LeadingEdge
 from femic.contact.frictional import FrictionalProblem
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.operators.dense import GridOperator
 from femic.contact.rolling import RollingProblem
 from femic.contact.undeformed import Undeformed
@@ -43,7 +43,7 @@ def paraboloids(n_x=20, n_s=18, *, friction=0.3, materials=STEELS, room=(1.7, 1.
 
 def on_half_spaces(grid, distance, *, friction=0.3, materials=STEELS):
     """Half-spaces with any distance."""
-    flat = turned("A", level(materials), grid)
+    flat = half_space_operator(level(materials), grid)
     return FrictionalProblem(grid, flat, flat, distance, np.zeros(grid.n_s), friction)
 
 
@@ -62,8 +62,10 @@ def groove(n_x=20, n_s=24, *, friction=0.3, materials=STEELS, radius=WHEEL, mirr
     distance = undeformed.distance(x_of(grid)[:, None], grid.strips)
     pair = Pair(Solid(materials[0], wheel), Solid(materials[1], rail))
     inclination = rail.contour.inclination(grid.strips)
-    flat = turned("A", level(materials), grid)
-    return FrictionalProblem(grid, turned("Bhat", pair, grid), flat, distance, inclination, friction)
+    flat = half_space_operator(level(materials), grid)
+    return FrictionalProblem(
+        grid, approximate_operator("Bhat", pair, grid), flat, distance, inclination, friction
+    )
 
 
 def wheel_on(problem, *, order=2, mirrored=False):

@@ -7,7 +7,7 @@ import numpy as np
 from approx.pair import Pair, Solid
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.normal import NormalProblem
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.undeformed import Undeformed
 from geometries.contours import arc, ellipse, plane
 from geometries.grids import Grid
@@ -25,7 +25,7 @@ ROOM = (1.9, 2.1)  # sides of a grid over the axes of the ellipse
 def half_spaces(grid, upper=BRASS, lower=STEEL):
     """nn of A."""
     bodies = Pair(Solid(upper, Surface(UPPER, plane())), Solid(lower, Surface(LOWER, plane())))
-    return turned("A", bodies, grid, (N,))
+    return half_space_operator(bodies, grid, (N,))
 
 
 def x_of(grid):
@@ -49,7 +49,11 @@ def conformal(grid, variant="Bhat", *, ratio=1e-2, materials=(BRASS, STEEL), shi
     bodies = Pair(Solid(materials[0], wheel), Solid(materials[1], rail))
     cosine = np.cos(rail.contour.inclination(grid.strips))
     return NormalProblem(
-        grid, turned(variant, bodies, grid, (N,)), half_spaces(grid, *materials), distance, cosine
+        grid,
+        approximate_operator(variant, bodies, grid, (N,)),
+        half_spaces(grid, *materials),
+        distance,
+        cosine,
     )
 
 
@@ -67,7 +71,11 @@ def elliptic(name, grid, variant="Bhat"):
     bodies = Pair(Solid(STEEL, wheel), Solid(STEEL, rail))
     cosine = np.cos(rail.contour.inclination(grid.strips))
     return NormalProblem(
-        grid, turned(variant, bodies, grid, (N,)), half_spaces(grid, STEEL, STEEL), distance, cosine
+        grid,
+        approximate_operator(variant, bodies, grid, (N,)),
+        half_spaces(grid, STEEL, STEEL),
+        distance,
+        cosine,
     )
 
 

@@ -10,7 +10,7 @@ from scipy.optimize import nnls
 from approx.pair import Pair, Solid
 from femic.contact import bound_constrained
 from femic.contact.bound_constrained import Bounded, pressures
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from geometries.contours import arc, plane
 from geometries.errors import Failure
 from geometries.grids import Grid
@@ -27,7 +27,7 @@ def problem(n_x, n_s, h, *, variant="Bhat"):
     grid = Grid(n_x, n_s, 3.0 / n_x, 4.0 / n_s, -0.9)
     bodies = Pair(Solid(BRASS, Surface(UPPER, contour)), Solid(STEEL, Surface(LOWER, contour)))
     level = Pair(Solid(BRASS, Surface(UPPER, plane())), Solid(STEEL, Surface(LOWER, plane())))
-    operator, flat = turned(variant, bodies, grid, (N,)), turned("A", level, grid, (N,))
+    operator, flat = approximate_operator(variant, bodies, grid, (N,)), half_space_operator(level, grid, (N,))
     c = np.broadcast_to(np.cos(contour.inclination(grid.strips)), (n_x, n_s))
     of_one = [
         lambda p, linear=linear: linear(p[..., None])[..., 0] for linear in (operator, flat.ring_inverse)

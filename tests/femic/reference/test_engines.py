@@ -1,43 +1,38 @@
 """Engines are records: what all have, and one that is made here and nowhere else."""
 
-from dataclasses import replace
-from typing import get_args
-
 import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
 from femic.reference.accuracy import NotConverged
 from femic.reference.at_points import references
-from femic.reference.engine import Engine, Limits, Tuned
-from femic.reference.engines import ENGINES, EngineName
+from femic.reference.engine import Comparison
+from femic.reference.engines import ENGINES
 from femic.reference.job import Job, Settings
 from femic.reference.level import MODELS, Level
-from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Cost, Planned, Points, RawICs
-from femic.reference.run_options import Means, Solved
+from femic.reference.models import Points
+from femic.reference.run_options import Means
 from geometries.bodies import Body, Domain
 from geometries.contours import plane
 from geometries.materials import one_body
 from geometries.patches import Patch
 from geometries.surfaces import LOWER
+from tests.femic.reference.closed_engine import CLOSED, OFF
 from tests.femic.reference.conftest import STEEL
 
 PATCH = Patch(0.3, 0.2)
 BODY = Body(LOWER, plane(), STEEL, Domain(100.0, np.inf))
 POINTS = Points(np.array([2.0, 4.0, 8.0]), np.array([0.5, 0.0, -3.0]))
-OFF = 8.0  # error of its C in cells of 1 mm: a share of each displacement, with the cube of the cell size
 
 
 def test_each_engine_is_registered_under_its_name():
-    assert get_args(EngineName) == tuple(ENGINES)
     assert all(engine.name == name for name, engine in ENGINES.items())
 
 
 @pytest.mark.parametrize("engine", ENGINES.values(), ids=ENGINES)
 def test_an_engine_solves_the_models_that_give_c_and_its_error(engine):
-    assert engine.models == MODELS[: len(engine.models)]
-    assert engine.safety >= 1
+    assert engine.estimate.models == MODELS[: len(engine.estimate.models)]
+    assert engine.estimate.safety >= 1
 
 
 @pytest.mark.parametrize("engine", ENGINES.values(), ids=ENGINES)
@@ -50,47 +45,6 @@ def test_what_is_asked_of_an_engine_is_what_it_solves(engine):
 
 
 # --- an engine of closed formulas --------------------------------------------------------------------------
-
-
-def half_space(request):
-    """Displacements of a half-space (load, 3, n), too large by a share that falls like h^3."""
-    solid = HalfSpace(one_body(request.body.material, request.body.side))
-    share = 1 + OFF * request.cells.smallest**3
-    u = [
-        share * solid.ics(load.patch, request.points.x, request.points.s - load.patch.s)[:, load.direction]
-        for load in request.loads
-    ]
-    return np.stack(u) / PATCH.area
-
-
-def solve(tasks, _means):
-    for task in tasks:
-        raw = RawICs(
-            half_space(task.request), Cost(round(task.request.cells.smallest**-3), 1, "A", (), 0.0, {}, 0.0)
-        )
-        yield Solved(task, replace(raw, perturbed={"nearer": raw.u}), kept=False)
-
-
-CLOSED = Engine(
-    name="closed",
-    describes="closed formulas with an error",
-    models=("fine", "coarse"),
-    safety=1.0,
-    growth_of_unknowns=3.0,
-    tuned=Tuned(1.0, lambda _: Cells(0.5, 1.0, 1.0), coarsest=1.0),
-    far_radius=lambda _: 100.0,
-    least_side=lambda patch: patch.b,
-    limits=Limits(0.5, np.inf, 0.0, 90.0, np.inf),
-    endless=True,
-    both_loads=False,
-    shares_a_model=True,
-    has_fields=False,
-    request=lambda asked: asked,
-    solve=solve,
-    key=lambda request, store: store.key("closed", request),
-    displacements=lambda _, model: model,
-    planned=lambda *_: Planned(1, 0, 1, False, 0.0, 0.0),
-)
 
 
 def c_of(tolerance, **settings):
@@ -115,3 +69,9 @@ def test_its_growth_says_when_a_model_would_be_too_large():
     unknowns = c_of(1e-3).models["fine"].unknowns
     with pytest.raises(NotConverged, match="`most_unknowns`"):
         c_of(1e-3, most_unknowns=unknowns // 2)
+
+
+@pytest.mark.parametrize("tolerances", [(), (1e-2, 1e-1)])
+def test_tolerances_of_a_comparison_go_from_loose_to_tight(tolerances):
+    with pytest.raises(ValueError, match="from loose to tight"):
+        Comparison(tolerances)

@@ -47,7 +47,7 @@ SAFETY = {"solid": 1.25, "harmonic": 2.0}
 def test_a_mesh_error_of_the_assumed_order_is_bounded_with_its_safety(engine):
     """Errors of coarse cells are 1.5^2 times those of fine ones: the difference tells them."""
     ic, coarse = EXACT + ERROR, EXACT + 1.5**2 * ERROR
-    found = estimated(ic, {"coarser": coarse, "nearer": ic}, safety=ENGINES[engine].safety)
+    found = estimated(ic, {"coarser": coarse, "nearer": ic}, safety=ENGINES[engine].estimate.safety)
     np.testing.assert_allclose(found.mesh_error, SAFETY[engine] * np.abs(ERROR))
     assert np.all(found.truncation_error == 0)
     assert np.all(found.waves_error == 0)
@@ -188,7 +188,7 @@ def test_at_the_very_ends_of_these_places_orders_are_the_usual_ones():
 
 def made_up(job, u_of):
     """Models of a job that nobody solved: displacements by a function of cells and domain."""
-    models = Level().models(job.settings.engine.models).values()
+    models = Level().models(job.settings.engine.estimate.models).values()
     loads, n = job.request(Level()).loads, len(job.request(Level()).points.x)
     exact, error = np.random.default_rng(8).normal(size=(2, len(loads), 3, n))
     return {level: RawICs(exact + u_of(*factors(level)) * error, COST) for level in models}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.scenes import checks
+from femic.scenes import engine as engine_table
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene
 from tests.femic.scenes.changes import SHORT, arc, both, engine, line, patch, straight
@@ -276,7 +276,7 @@ def test_a_fit_is_asked_for_only_where_some_body_compared_has_one(asked, bodies,
 
 @pytest.mark.parametrize("installed", [True, False])
 def test_the_direct_solver_is_refused_where_it_is_not_installed(installed, monkeypatch):
-    monkeypatch.setattr(checks, "direct_available", lambda: installed)
+    monkeypatch.setattr(engine_table, "direct_available", lambda: installed)
     if installed:
         assert load_scene("flat", engine(solver="direct")).settings.solver == "direct"
     else:

@@ -66,16 +66,23 @@ def test_exchanges_that_need_effective_properties_are_refused_without():
         cases_of(load_scene("geometry2", ics))
 
 
-def test_names_of_ics_are_those_that_contact_has_operators_of(monkeypatch):
-    monkeypatch.setattr("femic.contact.operators.approximations.FORMS", {"A": None})
-    with pytest.raises(BadScene, match=r"contact\.ics\.0 = 'Bhat': .*Bhat has no fast operator: use A"):
-        load_scene("flat", {"contact": {"ics": ["Bhat"]}})
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"variants": ["Bhut"]}, r"variants\.0 = 'Bhut': Input should be 'A', 'B', .* or 'mix'"),
+        ({"ics": "Bhut"}, r"ics = 'Bhut': Input should be 'auto', 'C', 'A', .* or 'mix'"),
+        ({"contact": {"ics": ["Bhut"]}}, r"contact\.ics\.0 = 'Bhut': .*one of A, B, .*Bhat\+sn:B"),
+    ],
+)
+def test_unknown_names_of_ics_are_refused_with_the_known_ones(changes, says):
+    with pytest.raises(BadScene, match=says):
+        load_scene("flat", changes)
 
 
 def test_only_contact_by_c_asks_for_the_engine_of_matrices():
     solid = {"engine": {"kind": "solid"}, "contact": {"loads": [1.0], "ics": ["A", "Bhat"]}}
     assert len(cases_of(load_scene("tall", solid))) == 1
-    with pytest.raises(BadScene, match=r"engine\.kind = 'solid': C on a grid"):
+    with pytest.raises(BadScene, match=r"engine\.kind = 'solid': has no C on a grid"):
         cases_of(load_scene("tall", solid | {"contact": {"loads": [1.0], "ics": ["A", "C"]}}))
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from femic.contact.finite_elements.bodies import Expected
 from femic.contact.finite_elements.levels import Bodies
-from femic.contact.finite_elements.result import READING, estimates, hertz_patch, judge
+from femic.contact.finite_elements.result import READING, estimates, fe_contact, hertz_patch
 from geometries.errors import Failure, WrongInput
 from tests.femic.contact.finite_elements.ellipse import HERTZ, LOAD, bodies
 
@@ -21,30 +21,30 @@ def test_the_first_guess_is_hertz_s_patch():
 @pytest.mark.parametrize("load", [0.0, -1.0, np.inf, np.nan])
 def test_a_load_must_be_positive(load):
     with pytest.raises(WrongInput, match="load = "):
-        judge(bodies(), load)
+        fe_contact(bodies(), load)
 
 
 @pytest.mark.parametrize("cells", [0.0, 7.9, np.nan])
 def test_cells_must_be_enough(cells):
     with pytest.raises(WrongInput, match="cells = "):
-        judge(bodies(), LOAD, cells=cells)
+        fe_contact(bodies(), LOAD, cells=cells)
 
 
 @pytest.mark.slow
 def test_estimates_bound_errors():
-    judged = judge(bodies(), LOAD, cells=9.0)
+    contact = fe_contact(bodies(), LOAD, cells=9.0)
     truth = {"a": HERTZ.a, "b": HERTZ.b, "p_max": HERTZ.p_max}
     for name, value in truth.items():
-        error, estimate = abs(vars(judged.numbers)[name] - value), vars(judged.estimate)[name]
+        error, estimate = abs(vars(contact.numbers)[name] - value), vars(contact.estimate)[name]
         assert error <= estimate
         assert estimate < 0.06 * value
-    assert judged.reactions == pytest.approx((LOAD, -LOAD), rel=1e-5)
-    assert judged.load_of_pressures == pytest.approx(LOAD, rel=1e-5)
-    assert judged.tension <= 1e-5
-    assert judged.penetration <= 1e-5
-    assert judged.p.max() == judged.numbers.p_max
-    assert judged.seconds["fine"] > 0
-    assert judged.memory > 0
+    assert contact.reactions == pytest.approx((LOAD, -LOAD), rel=1e-5)
+    assert contact.load_of_pressures == pytest.approx(LOAD, rel=1e-5)
+    assert contact.tension <= 1e-5
+    assert contact.penetration <= 1e-5
+    assert contact.p.max() == contact.numbers.p_max
+    assert contact.seconds["fine"] > 0
+    assert contact.memory > 0
 
 
 def test_the_lower_body_must_be_prismatic():

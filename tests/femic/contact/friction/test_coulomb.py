@@ -13,9 +13,8 @@ from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
 from femic.contact.friction.leading import LeadingEdge
 from femic.contact.friction.motion import Shift, SteadyRolling
-from femic.contact.operators.approximations import turned
+from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.convolution import Convolution
-from femic.contact.operators.ring import RingInverse
 from geometries.contours import plane
 from geometries.errors import Failure
 from geometries.grids import Grid
@@ -33,7 +32,7 @@ def law(operator, motion, bound):
     """The problem of a motion with given bounds."""
     return Coulomb(
         lambda p: motion.slip_of(operator(p)),
-        RingInverse.of(operator, motion.symbol),
+        operator.inverse_on_ring(motion.symbol),
         motion.given,
         bound,
         LeadingEdge.of(bound, motion.depth),
@@ -42,7 +41,7 @@ def law(operator, motion, bound):
 
 
 def on_half_spaces(grid):
-    return turned("A", HALF_SPACES, grid, (X, S))
+    return half_space_operator(HALF_SPACES, grid, (X, S))
 
 
 def dense(linear, shape):
@@ -246,7 +245,7 @@ def test_rolling_the_other_way_in_a_mirror_is_mirrored():
         return (u - np.concatenate([u[:1], u[:-1]])) / GRID.dx
 
     sign, mirror = np.array([-1.0, 1.0]), slice(None, None, -1)
-    inverse = RingInverse.of(operator, lambda turns: (1 - np.exp(-1j * turns - 0.4)) / GRID.dx)
+    inverse = operator.inverse_on_ring(lambda turns: (1 - np.exp(-1j * turns - 0.4)) / GRID.dx)
     edge = LeadingEdge.of(g[mirror], 0)
     problem = Coulomb(slip_of, inverse, sign * w[mirror], g[mirror], edge, Shift(w))
     there = coulomb.tractions(problem, tolerance=1e-9)

@@ -6,10 +6,13 @@ import pytest
 from approx.effective import EffectiveProperties, Transition
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
-from approx.variants import FORMS as FORMS_AT_POINTS
 from approx.variants import VARIANTS
-from femic.contact.operators import approximations as operators
-from femic.contact.operators.approximations import FORMS, require_operator, turned
+from femic.contact.operators.approximations import (
+    approximate_matrix,
+    approximate_operator,
+    half_space_operator,
+)
+from femic.contact.operators.convolution import Convolution
 from femic.contact.operators.dense import GridOperator
 from geometries.contours import arc, ellipse, plane
 from geometries.errors import WrongInput
@@ -17,6 +20,7 @@ from geometries.grids import Grid
 from geometries.materials import Material
 from geometries.patches import N, S, X
 from geometries.surfaces import LOWER, UPPER, Surface
+from tests.approx.new_forms import register
 
 STEEL, BRASS = Material(210e3, 0.28), Material(100e3, 0.35)
 GRID = Grid(6, 9, 0.4, 0.9, 0.5)  # over the crown and both flanks of the contours
@@ -56,7 +60,7 @@ def assert_dense(variant, bodies, directions):
     ics = matrix(variant, bodies, GRID)[..., directions, :][..., directions]
     tractions = TRACTIONS[..., directions]
     expected = GridOperator.of(ics, directions)(tractions)
-    u = turned(variant, bodies, GRID, directions)(tractions)
+    u = approximate_operator(variant, bodies, GRID, directions)(tractions)
     np.testing.assert_allclose(u, expected, rtol=0, atol=1e-13 * np.max(np.abs(expected)))
 
 
@@ -80,15 +84,65 @@ def test_it_is_so_with_a_component_by_effective_properties(bodies):
     assert_dense("Bhat+sn:Bhat_prime", bodies, (X, S, N))
 
 
-def test_all_forms_of_components_are_known():
-    assert FORMS.keys() == FORMS_AT_POINTS.keys()
+@pytest.mark.parametrize("bodies", (PAIRS | WITH_EFFECTIVE).values(), ids=PAIRS | WITH_EFFECTIVE)
+@pytest.mark.parametrize(
+    ("variant", "kind"),
+    [
+        ("Btilde", Convolution),
+        ("Bhat+sn:Btilde", Convolution),
+        ("Bfaded", GridOperator),
+        ("Alength", GridOperator),
+        ("Bhat+ss:Bprime_or_Bfaded", GridOperator),
+        ("mix+ss:Bfaded", GridOperator),
+    ],
+)
+def test_new_forms_have_operators(variant, kind, bodies, monkeypatch):
+    """Those with shares of the rotation are convolutions, others dense between strips."""
+    register(monkeypatch)
+    for directions in ((X, S, N), (N, X)):
+        assert isinstance(approximate_operator(variant, bodies, GRID, directions), kind)
+        assert_dense(variant, bodies, directions)
+
+
+@pytest.mark.parametrize("bodies", WITH_EFFECTIVE.values(), ids=WITH_EFFECTIVE)
+@pytest.mark.parametrize("variant", ["Btilde_prime", "Btilde_prime+sn:Bfaded"])
+def test_new_forms_of_effective_properties_have_operators(variant, bodies, monkeypatch):
+    register(monkeypatch)
+    assert_dense(variant, bodies, (X, S, N))
+
+
+@pytest.mark.parametrize("n_x", [1, 2, 5])
+def test_a_form_that_is_not_symmetric_in_x_has_no_operator_on_more_than_one_row(n_x, monkeypatch):
+    register(monkeypatch)
+    grid = Grid(n_x, 3, 0.4, 0.9)
+    if n_x == 1:
+        assert isinstance(approximate_operator("Askew", pair(), grid), GridOperator)
+    else:
+        with pytest.raises(WrongInput, match="variant = 'Askew': its ICs at -x are not those at x"):
+            approximate_operator("Askew", pair(), grid)
+
+
+@pytest.mark.parametrize("bodies", (PAIRS | WITH_EFFECTIVE).values(), ids=PAIRS | WITH_EFFECTIVE)
+@pytest.mark.parametrize("variant", ["A", "Bhat", "mix", "B+xs:A"])
+def test_the_matrix_has_the_ics_of_the_operator(variant, bodies):
+    ics = approximate_matrix(variant, bodies, GRID, upper_offset=0.3)
+    expected = approximate_operator(variant, bodies, GRID, upper_offset=0.3)(TRACTIONS)
+    tolerance = 1e-14 * np.max(np.abs(expected))
+    np.testing.assert_allclose(GridOperator.of(ics)(TRACTIONS), expected, rtol=0, atol=tolerance)
+
+
+@pytest.mark.parametrize("bodies", (PAIRS | WITH_EFFECTIVE).values(), ids=PAIRS | WITH_EFFECTIVE)
+def test_half_spaces_have_the_operator_of_a(bodies):
+    operator = half_space_operator(bodies, GRID, (N, X))
+    expected = approximate_operator("A", bodies, GRID, (N, X))(TRACTIONS[..., (N, X)])
+    np.testing.assert_array_equal(operator(TRACTIONS[..., (N, X)]), expected)
 
 
 @pytest.mark.parametrize("directions", [(X, S, N), (N,), (N, X)])
 @pytest.mark.parametrize("bodies", PAIRS.values(), ids=PAIRS)
 @pytest.mark.parametrize("variant", ["A", "B", "Bbar", "Bhat", "mix"])
 def test_it_is_the_same_dense_between_strips(variant, bodies, directions):
-    fast = turned(variant, bodies, GRID, directions, upper_offset=0.3)
+    fast = approximate_operator(variant, bodies, GRID, directions, upper_offset=0.3)
     of_strips = GridOperator.of_convolution(fast)
     p = TRACTIONS[..., directions]
     np.testing.assert_allclose(of_strips(p), fast(p), rtol=0, atol=1e-14 * np.max(np.abs(fast(p))))
@@ -111,19 +165,19 @@ def test_one_body_of_the_pair_alone_may_have_effective_properties():
     """Of the mix only: B-hat-prime needs them of both."""
     assert_dense("mix", pair(of_bodies=(OF_WHEEL, None)), (X, S, N))
     with pytest.raises(WrongInput, match="effective properties: give those"):
-        turned("Bhat_prime", pair(of_bodies=(OF_WHEEL, None)), GRID)
+        approximate_operator("Bhat_prime", pair(of_bodies=(OF_WHEEL, None)), GRID)
 
 
 def test_an_unknown_variant_is_named_with_the_known_ones():
     with pytest.raises(WrongInput, match="variant = 'C': one of A, B, Bbar, Bhat"):
-        turned("C", pair(), GRID)
+        approximate_operator("C", pair(), GRID)
 
 
 @pytest.mark.parametrize(("variant", "symmetric"), [("A", True), ("Bhat", True), ("mix", True), ("B", False)])
 def test_work_is_reciprocal_where_the_variant_is(variant, symmetric):
     """p1 S p2 = p2 S p1."""
     other = np.roll(TRACTIONS, (2, 3, 1), axis=(0, 1, 2))
-    operator = turned(variant, pair(), GRID)
+    operator = approximate_operator(variant, pair(), GRID)
     there, back = np.vdot(TRACTIONS, operator(other)), np.vdot(other, operator(TRACTIONS))
     size = np.linalg.norm(TRACTIONS) * np.linalg.norm(operator(other))
     assert (abs(there - back) < 1e-13 * size) == symmetric
@@ -133,13 +187,16 @@ def test_work_is_reciprocal_where_the_variant_is(variant, symmetric):
 def test_nn_is_reciprocal_for_all_variants(variant):
     """Of B, too: A_nn cos(alpha) - A_ns sin(alpha) is even. Frictionless contact needs no more."""
     p, other = TRACTIONS[..., 2:], TRACTIONS[..., :1]
-    operator = turned(variant, pair(), GRID, (N,))
+    operator = approximate_operator(variant, pair(), GRID, (N,))
     assert np.vdot(p, operator(other)) == pytest.approx(np.vdot(other, operator(p)), rel=1e-11, abs=0)
 
 
 def test_nn_of_b_and_b_bar_are_the_same_and_differ_from_b_hat_and_a():
     p = np.abs(TRACTIONS[..., 2:])
-    of = {variant: turned(variant, pair(), GRID, (N,))(p) for variant in ("B", "Bbar", "Bhat", "A")}
+    of = {
+        variant: approximate_operator(variant, pair(), GRID, (N,))(p)
+        for variant in ("B", "Bbar", "Bhat", "A")
+    }
     np.testing.assert_allclose(of["B"], of["Bbar"], rtol=1e-13)
     for variant in ("Bhat", "A"):
         assert np.max(np.abs(of[variant] - of["B"])) > 0.01 * np.max(of["B"])
@@ -147,7 +204,7 @@ def test_nn_of_b_and_b_bar_are_the_same_and_differ_from_b_hat_and_a():
 
 def coarsening_defect(variant, bodies, grid, directions=(X, S, N)):
     """Largest defect of the coarsened operator over the largest displacement, of smooth tractions."""
-    operator = turned(variant, bodies, grid, directions)
+    operator = approximate_operator(variant, bodies, grid, directions)
     middles = grid.strips.reshape(-1, 2).mean(axis=1)
     x = 2 * grid.dx * np.arange(grid.n_x // 2)[:, None]
     waves = [np.cos(0.7 * x + 0.4 * middles + shift) for shift in directions]
@@ -174,7 +231,7 @@ def test_coarsened_others_are_so_to_second_order_in_the_width_of_strips(variant)
 @pytest.mark.parametrize("radius", [40.0, 400.0])
 @pytest.mark.parametrize("upper", [STEEL, Material(90e3, 0.0), Material(1.0, 0.5)])
 def test_the_curvature_of_a_wheel_along_x_changes_nn_by_the_angle_times_its_coupling(upper, radius):
-    """A bound that grows with the angle, not with its square: xn of the wheel, turned, is part of nn."""
+    """A bound that grows with the angle, not with its square: xn of the wheel, rotated, is part of nn."""
     grid = Grid(12, 5, 0.8, 0.5)
     wheel, rail = Solid(upper, Surface(UPPER, WHEEL, radius)), Solid(STEEL, Surface(LOWER, RAIL))
     exact = matrix("Bhat", Pair(wheel, rail), grid)[..., N, N]
@@ -212,8 +269,9 @@ class MovedContour:
         return self.contour.position(s + self.s) - origin.reshape(2, *[1] * np.ndim(s))
 
 
-@pytest.mark.parametrize("variant", ["B", "Bhat"])
-def test_an_upper_body_that_lies_aside_turns_with_its_own_inclinations(variant):
+@pytest.mark.parametrize("variant", ["B", "Bhat", "Bfaded"])
+def test_an_upper_body_that_lies_aside_rotates_with_its_own_inclinations(variant, monkeypatch):
+    register(monkeypatch)
     grid, offset = Grid(5, 4, 0.4, 0.9, 1.0), 5.0
     wheel, rail = ellipse(13.0, 7.0, 1.0, 1.0), ellipse(12.0, 6.5, 1.0, 1.0)
     lower = Solid(Material(70e3, 0.33), Surface(LOWER, rail))
@@ -221,17 +279,10 @@ def test_an_upper_body_that_lies_aside_turns_with_its_own_inclinations(variant):
         Pair(Solid(Material(210e3, 0.28), Surface(UPPER, contour)), lower)
         for contour in (wheel, MovedContour(wheel, offset))
     )
-    aside = turned(variant, of_both, grid, upper_offset=offset)
+    aside = approximate_operator(variant, of_both, grid, upper_offset=offset)
     tractions = np.random.default_rng(0).normal(size=(5, 4, 3))
     expected = GridOperator.of(matrix(variant, moved, grid))(tractions)
     np.testing.assert_allclose(aside(tractions), expected, atol=1e-13 * np.max(np.abs(expected)))
-    assert np.max(np.abs(turned(variant, of_both, grid)(tractions) - expected)) > 1e-4 * np.max(expected)
-
-
-def test_variants_without_an_operator_are_refused_with_those_that_have_one(monkeypatch):
-    require_operator("Bhat+sn:B")
-    monkeypatch.setattr(operators, "FORMS", {name: FORMS[name] for name in ("A", "Bhat")})
-    require_operator("Bhat")
-    for name in ("B", "Bhat+sn:B"):
-        with pytest.raises(WrongInput, match=r"variant = '.*': B(, Bbar)? has no fast operator: use A, Bhat"):
-            require_operator(name)
+    assert np.max(np.abs(approximate_operator(variant, of_both, grid)(tractions) - expected)) > 1e-4 * np.max(
+        expected
+    )

@@ -5,8 +5,7 @@ import pytest
 from scipy import fft
 
 from approx.pair import Pair, Solid
-from femic.contact.operators.approximations import turned
-from femic.contact.operators.ring import RingInverse
+from femic.contact.operators.approximations import half_space_operator
 from geometries.contours import plane
 from geometries.grids import Grid
 from geometries.materials import Material
@@ -18,7 +17,7 @@ BODIES = Pair(Solid(BRASS, Surface(UPPER, plane())), Solid(STEEL, Surface(LOWER,
 
 
 def flat(n_x, n_s, aspect=1.0):
-    return turned("A", BODIES, Grid(n_x, n_s, 0.3 * aspect, 0.3), (N,))
+    return half_space_operator(BODIES, Grid(n_x, n_s, 0.3 * aspect, 0.3), (N,))
 
 
 @pytest.mark.parametrize("aspect", [0.05, 0.3, 1.0, 4.0, 20.0])
@@ -33,7 +32,7 @@ def test_it_is_positive_at_all_frequencies(sizes, aspect):
 @pytest.mark.parametrize("sizes", [(6, 10), (7, 5)])
 def test_it_inverts_what_the_operator_does_on_its_grid(sizes, directions):
     """On the ring displacements of tractions on the grid are the operator's there, and lead back to them."""
-    operator = turned("A", BODIES, Grid(*sizes, 0.21, 0.3), directions)
+    operator = half_space_operator(BODIES, Grid(*sizes, 0.21, 0.3), directions)
     ring, m = operator.ring_inverse, len(directions)
     p = np.zeros((*ring.padded, m))
     p[: sizes[0], : sizes[1]] = np.random.default_rng(0).normal(size=(*sizes, m))
@@ -49,7 +48,7 @@ def test_it_inverts_what_the_operator_does_on_its_grid(sizes, directions):
 def test_waves_along_x_are_multiplied_by_their_symbol():
     """On a ring a difference of neighbours is the same before and after."""
     operator = flat(6, 10)
-    inverse = RingInverse.of(operator, lambda turns: 2.0 - np.exp(1j * turns))
+    inverse = operator.inverse_on_ring(lambda phase: 2.0 - np.exp(1j * phase))
     plain = operator.ring_inverse
     symbol = 2.0 - np.exp(2j * np.pi * fft.fftfreq(plain.padded[0]))
     np.testing.assert_allclose(

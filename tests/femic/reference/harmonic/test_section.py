@@ -8,6 +8,7 @@ from skfem import Basis, ElementTriP4, MeshTri
 
 from femic.reference.harmonic import section as sections
 from femic.reference.harmonic.engine import build_section, strips
+from femic.reference.harmonic.grids import far_radius_for
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.section import MeshTri4, section_mesh, shapes
 from femic.reference.harmonic.section_model import assemble
@@ -15,7 +16,7 @@ from femic.reference.harmonic.section_response import Respond
 from femic.reference.harmonic.section_size import SectionSize
 from femic.reference.job import Settings
 from femic.reference.level import Level
-from femic.reference.matrix.job import MatrixJob, far_radius_for
+from femic.reference.matrix.job import MatrixJob
 from femic.reference.meshing.cell_size import Cells
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse, plane

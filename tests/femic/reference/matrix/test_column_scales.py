@@ -5,11 +5,13 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from femic.reference.accuracy import Shares
+from femic.reference.assessment import worst_of
 from femic.reference.engines import HARMONIC, SOLID
 from femic.reference.estimate import Estimated
+from femic.reference.harmonic.grids import far_radius_for
 from femic.reference.job import Settings
-from femic.reference.matrix.columns import column_scale, column_shares, worst_of
-from femic.reference.matrix.job import MatrixJob, far_radius_for
+from femic.reference.matrix.columns import column_scale, column_shares
+from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import AtLags
 from geometries.bodies import Body, Domain
 from geometries.contours import plane
@@ -38,7 +40,7 @@ def a_nn(material, side):
 
 def test_a_matrix_by_another_engine_is_refused():
     body = Body(LOWER, plane(), STEEL, Domain(1000.0, np.inf))
-    with pytest.raises(WrongInput, match=r"`engine`: .*harmonic engine, not by solid: give"):
+    with pytest.raises(WrongInput, match=r"`engine`: the solid engine has no .*engine\.kind = 'harmonic'"):
         MatrixJob(body, GRID, Settings(SOLID))
 
 

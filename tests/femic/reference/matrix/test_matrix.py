@@ -13,6 +13,7 @@ from femic.reference.at_points import references
 from femic.reference.discount import generalized
 from femic.reference.estimate import total
 from femic.reference.harmonic.engine import build_section, solve
+from femic.reference.harmonic.grids import far_radius_for
 from femic.reference.harmonic.lags import syntheses
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.section_model import assemble
@@ -21,7 +22,7 @@ from femic.reference.harmonic.synthesis import displacements
 from femic.reference.job import Job, Settings
 from femic.reference.level import Level
 from femic.reference.matrix.columns import column_scale, column_shares
-from femic.reference.matrix.job import MatrixJob, far_radius_for
+from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import AtLags, matrices
 from femic.reference.models import Points
 from femic.reference.result import scales

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from femic.validation.extremes import analytic, exact
-from femic.validation.extremes.analytic import HalfSpaces, Turned
+from femic.validation.extremes.analytic import HalfSpaces, Rotated
 from geometries.surfaces import LOWER, UPPER
 
 
@@ -39,7 +39,7 @@ def cases():
     """The cases whose error is asked for, corners and drawn ones, by parameter."""
     asked, by_name = [], {}
     with pytest.MonkeyPatch.context() as patch:
-        for kind in (HalfSpaces, Turned):
+        for kind in (HalfSpaces, Rotated):
             patch.setattr(kind, "error", lambda self: asked.append(self) or 0.0)
         for row in analytic.parameters():
             by_name[row.name] = []
@@ -103,12 +103,12 @@ def test_distances_are_drawn_by_decades():
 
 
 @pytest.mark.parametrize("side", [UPPER, LOWER])
-def test_turns_in_many_digits_are_products_of_turns(side):
+def test_rotations_in_many_digits_are_products_of_rotations(side):
     """R_x(a) R_y(0) R_x(-b) is R_x(a - b); of a quarter turn about y, x goes to -side z."""
-    about_x = np.array(exact.turn(0.7, 0.3, 0.0, side).tolist(), dtype=float)
+    about_x = np.array(exact.rotation(0.7, 0.3, 0.0, side).tolist(), dtype=float)
     c, s = np.cos(0.4), np.sin(0.4)
     np.testing.assert_allclose(about_x, [[1, 0, 0], [0, c, -s], [0, s, c]], atol=1e-15)
-    quarter = np.array(exact.turn(0.0, 0.0, np.pi / 2, side).tolist(), dtype=float)
+    quarter = np.array(exact.rotation(0.0, 0.0, np.pi / 2, side).tolist(), dtype=float)
     np.testing.assert_allclose(quarter, [[0, 0, side], [0, 1, 0], [-side, 0, 0]], atol=1e-15)
 
 
@@ -140,8 +140,8 @@ def test_an_error_of_a_millionth_is_found_in_any_case(case, monkeypatch):
 @pytest.mark.parametrize("radius", [np.inf, 400.0])
 @pytest.mark.parametrize("side", [UPPER, LOWER])
 def test_turns_of_surfaces_are_known_to_all_digits_and_wrong_ones_are_found(side, radius, monkeypatch):
-    case = Turned(30.0, radius, side=side)
+    case = Rotated(30.0, radius, side=side)
     assert case.error() < 1e-14
-    right = exact.turn
-    monkeypatch.setattr(exact, "turn", lambda i, j, theta, side: right(i + 1e-6, j, theta, side))
+    right = exact.rotation
+    monkeypatch.setattr(exact, "rotation", lambda i, j, theta, side: right(i + 1e-6, j, theta, side))
     assert 1e-7 < case.error() < 1.001e-6

@@ -149,7 +149,7 @@ def contacts(**apart):
         {name: (("case", "ics"), values) for name, values in (numbers | estimates).items()},
         coords={"case": case, "ics": ["C", FE]},
     ).assign(load=("case", [LOAD, LOAD]))
-    return lambda: SimpleNamespace(judged=lambda *_, **__: dataset)
+    return lambda: SimpleNamespace(fe_contact=lambda *_, **__: dataset)
 
 
 def known(held, count=2000):

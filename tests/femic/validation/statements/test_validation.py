@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from approx import orientation, variants
+from approx import forms
 from approx.effective import EffectiveProperties, Transition
-from approx.orientation import Turn
+from approx.rotation import Rotation, rotation_between
 from femic.cache.store import Store
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference import result
@@ -130,7 +130,7 @@ def test_every_criterion_is_measured_in_some_case(runs):
 
 def factor(entry, by):
     """A, as approximations see it, with one component and its reciprocal wrong by a factor."""
-    right = variants.Ingredients.a.func
+    right = forms.Ingredients.a.func
 
     def wrong(self):
         a = right(self).copy()
@@ -138,14 +138,14 @@ def factor(entry, by):
             a[at] *= by
         return a
 
-    return variants.Ingredients, "a", property(wrong)
+    return forms.Ingredients, "a", property(wrong)
 
 
 def backwards(*arguments):
-    """Turns the wrong way."""
-    turn = orientation.turn_between(*arguments).quaternion.copy()
-    turn[1:] *= -1
-    return Turn(turn)
+    """Rotations in the wrong direction."""
+    quaternion = rotation_between(*arguments).quaternion.copy()
+    quaternion[1:] *= -1
+    return Rotation(quaternion)
 
 
 def c_times(entry, by):
@@ -170,7 +170,7 @@ MUTATIONS = {  # what is wrong, and some of the criteria that must say so
     "A_xx too large": (factor((0, 0), 1.2), {(2, "A"), (17, "xx"), (18, "at the load")}),
     "sign of A_xn": (factor((0, 2), -1), {(6, "in B"), (6, "in B̂"), (18, "at the load")}),
     "sign of A_sn": (factor((1, 2), -1), {(5, "add"), (9, "convex"), (9, "concave")}),
-    "direction of turns": ((variants, "turn_between", backwards), {(6, "in B"), (9, "B"), (9, "arc")}),
+    "direction of rotations": ((forms, "rotation_between", backwards), {(6, "in B"), (9, "B"), (9, "arc")}),
     "sign of C_xn": (c_times((0, 2), -1), {(5, "add"), (7, "too large"), (18, "at the load")}),
     "sign of C_sn": (c_times((1, 2), -1), {(9, "convex"), (9, "concave"), (9, "arc")}),
     "C_nn too large": (c_times((2, 2), 1.1), {(18, "at the load")}),
@@ -179,7 +179,7 @@ MUTATIONS = {  # what is wrong, and some of the criteria that must say so
         {(3, "other way"), (5, "cancel"), (18, "at the load")},
     ),
 }
-QUICK = ("direction of turns", "sign of C_xn")
+QUICK = ("direction of rotations", "sign of C_xn")
 
 
 def cases_met(runs, number, name):

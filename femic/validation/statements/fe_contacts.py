@@ -32,7 +32,7 @@ class Contacts:
 
     def solved(self, runs: Runs) -> xr.Dataset:
         """Their numbers by ICs and by finite elements."""
-        return runs.judged(self.scene, self.loads, shift=self.shift, cells=self.cells)
+        return runs.fe_contact(self.scene, self.loads, shift=self.shift, cells=self.cells)
 
 
 CENTRED = Contacts("wide", (660e3, 5300e3))  # patches over 39 and 77 degrees

@@ -1,8 +1,12 @@
-"""Turns between the local directions of two elements, and ICs turned by them: B, B-bar, B-hat.
+"""Rotations between the local directions of two elements, about which ICs of half-spaces are rotated.
 
 With the local directions of an element in global axes as the columns of Q, T = Q_I^T Q_J takes load
 directions into those of the observer. On a prismatic surface T = R_x(alpha), alpha = delta(s_I) -
-delta(s_J), the same for both bodies. Source: [BVSV] section 3 (design section 3 corrects B-bar).
+delta(s_J), the same for both bodies. Source: [BVSV] section 3;
+docs/theory/ics.md.
+
+SciPy's `Rotation` gives the same numbers, but takes three to thirteen times as long (B-hat at 100 000 points:
+100 ms against 36 ms, where A takes 37 ms), because its matrices have the points in front.
 """
 
 from dataclasses import dataclass
@@ -15,7 +19,7 @@ from geometries.surfaces import Surface
 
 
 @dataclass(frozen=True, eq=False)
-class Turn:
+class Rotation:
     """Rotations T as unit quaternions, shape (4, ...)."""
 
     quaternion: Array
@@ -33,19 +37,32 @@ class Turn:
         )
 
     @property
-    def half(self) -> "Turn":
-        """T^(1/2): half the angle about the same axis."""
+    def angle(self) -> Array:
+        """Angle [rad] about the axis of the rotation, 0 ... 2 pi, shape (...)."""
+        return np.asarray(2 * np.arctan2(np.linalg.norm(self.quaternion[1:], axis=0), self.quaternion[0]))
+
+    @property
+    def inverse(self) -> "Rotation":
+        """T^-1: the rotation from observer to load."""
         w, *axis = self.quaternion
-        return Turn(np.array([1 + w, *axis]) / np.sqrt(2 * (1 + w)))
+        return Rotation(np.array([w, *(-component for component in axis)]))
+
+    def power(self, exponent: float) -> "Rotation":
+        """T^exponent: this multiple of the angle about the same axis."""
+        if exponent == 1:
+            return self
+        half = self.angle / 2
+        ratio = exponent * np.sinc(exponent * half / np.pi) / np.sinc(half / np.pi)
+        return Rotation(np.array([np.cos(exponent * half), *(ratio * self.quaternion[1:])]))
 
 
-def turn_about_x(alpha: ArrayLike) -> Turn:
-    """The turn R_x(alpha) about the x axis, alpha in rad."""
+def rotation_about_x(alpha: ArrayLike) -> Rotation:
+    """R_x(alpha), the rotation by alpha [rad] about the x axis."""
     half = np.asarray(alpha, dtype=float) / 2
-    return Turn(np.array([np.cos(half), np.sin(half), 0 * half, 0 * half]))
+    return Rotation(np.array([np.cos(half), np.sin(half), 0 * half, 0 * half]))
 
 
-def turn_between(surface: Surface, points: tuple[Array, Array], s_load: float) -> Turn:
+def rotation_between(surface: Surface, points: tuple[Array, Array], s_load: float) -> Rotation:
     """T of observers at (x, s) [mm] on a surface and a load at (0, s_load).
 
     T = R_x(delta_I) R_y(side theta) R_x(-delta_J), theta the angle between the two about the axis.
@@ -55,7 +72,7 @@ def turn_between(surface: Surface, points: tuple[Array, Array], s_load: float) -
     half = surface.side * surface.chart_x(x, s, s_load) / surface.rolling_radius / 2
     alpha, mean = (delta_I - delta_J) / 2, (delta_I + delta_J) / 2
     along, about = np.cos(half), np.sin(half)
-    return Turn(
+    return Rotation(
         np.array([along * np.cos(alpha), along * np.sin(alpha), about * np.cos(mean), about * np.sin(mean)])
     )
 
@@ -63,19 +80,3 @@ def turn_between(surface: Surface, points: tuple[Array, Array], s_load: float) -
 def matmul(left: Array, right: Array) -> Array:
     """Matrix product over the first two axes, shape (3, 3, ...)."""
     return np.einsum("ik...,kj...->ij...", left, right)
-
-
-def load_turned(a: Array, turn: Turn) -> Array:
-    """B = A T: the load is turned into the observer's directions; shape and unit of A."""
-    return matmul(a, turn.matrix)
-
-
-def observer_turned(a: Array, turn: Turn) -> Array:
-    """B-bar = T A: the displacement is turned; shape and unit of A."""
-    return matmul(turn.matrix, a)
-
-
-def both_turned(a: Array, turn: Turn) -> Array:
-    """B-hat = S A S, S = T^(1/2): load and displacement are turned by half each, which keeps reciprocity."""
-    half = turn.half.matrix
-    return matmul(matmul(half, a), half)

@@ -1,4 +1,4 @@
-"""The command `judge`."""
+"""The command `fe-contact`."""
 
 from typing import Annotated
 
@@ -9,14 +9,14 @@ from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.contact.page import write_contact
 from compare.finite_elements.beside import beside_of
-from compare.finite_elements.compute import compute_judged, require_judgeable
-from compare.finite_elements.page import write_judged
+from compare.finite_elements.compute import compute_fe_contact, require_suitable
+from compare.finite_elements.page import write_fe_contact
 from femic.cli.work import SceneName, Work
 from femic.contact.finite_elements.result import CELLS, require_enough
 from femic.scenes.load import load_scene
 
 
-def judge(
+def fe_contact(
     scene: SceneName,
     *,
     cells: Annotated[
@@ -24,17 +24,17 @@ def judge(
     ] = CELLS,
     work: Work | None = None,
 ) -> None:
-    """Solve the contact of a scene by finite elements, without ICs, and judge that by its ICs.
+    """Solve the contact of a scene by finite elements, without ICs, and compare contact with its ICs to it.
 
-    Writes judge.nc and judge.html, and contact.html with both. A load takes minutes and gigabytes; finished
-    ones are kept.
+    Writes fe_contact.nc and fe_contact.html, and contact.html with both. A load takes minutes and gigabytes;
+    finished loads are stored.
     """
     loaded, work, console = load_scene(scene), work or Work(), Console()
-    require_judgeable(loaded)
+    require_suitable(loaded)
     require_enough(cells)
     folder = work.folder(loaded)
     with work.means(folder, console) as means:
-        by_ics = compute_contact(loaded, means)
-        report = write_judged(compute_judged(loaded, to_dataset(by_ics), means, cells), folder)
-        beside = write_contact(by_ics, folder, beside=beside_of(by_ics, means.store))
-    console.print(f"Report: {report}, and by ICs {beside}", soft_wrap=True)
+        with_ics = compute_contact(loaded, means)
+        report = write_fe_contact(compute_fe_contact(loaded, to_dataset(with_ics), means, cells), folder)
+        beside = write_contact(with_ics, folder, beside=beside_of(with_ics, means.store))
+    console.print(f"Report: {report}, and with ICs {beside}", soft_wrap=True)

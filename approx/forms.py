@@ -1,0 +1,124 @@
+"""Forms of ICs: how ICs of half-spaces become those of curved bodies by the rotation from load to observer.
+
+`FORMS` holds each form once; points, matrices and contact operators follow from it. A form consists of A, or
+A' of effective properties, and of a function of these ICs and the rotation T. In the B family this is
+`Shares`: T^p A T^q, for which contact has fast operators, whatever p and q are. Any other function that works
+point by point and is symmetric in x will do, with a slower operator in contact.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from approx.halfspace import HalfSpace
+from approx.rotation import Rotation, matmul, rotation_between
+from geometries.arrays import Array
+from geometries.patches import Patch
+from geometries.surfaces import Surface
+
+# From ICs of a half-space (3, 3, ...) and rotations whose shape broadcasts to ..., to ICs of the same shape.
+Rotate = Callable[[Array, Rotation], Array]
+
+
+@dataclass(frozen=True)
+class Shares:
+    """T^observer A T^load: the shares of the rotation by which displacement and load are rotated."""
+
+    observer: float
+    load: float
+
+    def __call__(self, ics: Array, rotation: Rotation) -> Array:
+        """ICs of the shape and unit of `ics`."""
+        powers = {share: rotation.power(share).matrix for share in {self.observer, self.load} - {0}}
+        if self.observer:
+            ics = matmul(powers[self.observer], ics)
+        return matmul(ics, powers[self.load]) if self.load else ics
+
+
+@dataclass(frozen=True)
+class Transposed:
+    """A function of ICs and rotations with load and observer exchanged."""
+
+    rotate: Rotate
+
+    def __call__(self, ics: Array, rotation: Rotation) -> Array:
+        """ICs of the shape and unit of `ics`."""
+        return np.swapaxes(self.rotate(np.swapaxes(ics, 0, 1), rotation.inverse), 0, 1)
+
+
+@dataclass(frozen=True)
+class Form:
+    """A form of ICs: `rotate` makes them of A or, if `effective`, of A'.
+
+    `fallback` is the form that takes the place of an effective one where there are no effective properties.
+    """
+
+    rotate: Rotate
+    effective: bool = False
+    fallback: "Form | None" = None
+
+    @property
+    def reciprocal(self) -> "Form":
+        """The form F with F(I, J) = this form(J, I)^T."""
+        fallback = self.fallback and self.fallback.reciprocal
+        if isinstance(self.rotate, Shares):
+            return Form(Shares(self.rotate.load, self.rotate.observer), self.effective, fallback)
+        return Form(Transposed(self.rotate), self.effective, fallback)
+
+    @property
+    def has_shares(self) -> bool:
+        """Whether the form, and its fallback, rotate by fixed shares."""
+        return isinstance(self.rotate, Shares) and (self.fallback is None or self.fallback.has_shares)
+
+    def on(self, half_space: HalfSpace) -> "Form":
+        """The form itself, or its fallback on a half-space without effective properties."""
+        return self if half_space.effective or self.fallback is None else self.fallback
+
+
+UNROTATED, HALVES = Shares(0, 0), Shares(1 / 2, 1 / 2)
+FORMS: dict[str, Form] = {
+    "A": Form(UNROTATED),
+    "B": Form(Shares(0, 1)),
+    "Bbar": Form(Shares(1, 0)),
+    "Bhat": Form(HALVES),
+    "Bhat_prime": Form(HALVES, effective=True),
+    "Bhat_prime_or_A": Form(HALVES, effective=True, fallback=Form(UNROTATED)),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Ingredients:
+    """Ingredients of forms at observers (x, s) [mm]: ICs of half-spaces, and rotations of the directions."""
+
+    half_space: HalfSpace
+    surface: Surface
+    patch: Patch
+    x: Array
+    s: Array
+
+    @cached_property
+    def a(self) -> Array:
+        """A [mm/MPa], shape (3, 3, ...)."""
+        return self.half_space.ics(self.patch, self.x, self.s - self.patch.s)
+
+    @cached_property
+    def a_prime(self) -> Array:
+        """A' of the effective properties [mm/MPa], shape (3, 3, ...)."""
+        return self.half_space.effective_ics(self.patch, self.x, self.s - self.patch.s)
+
+    @cached_property
+    def rotation(self) -> Rotation:
+        """T from load to observer."""
+        return rotation_between(self.surface, (self.x, self.s), self.patch.s)
+
+    def ics(self, form: Form) -> Array:
+        """ICs of a form per unit pressure [mm/MPa], shape (3, 3, ...)."""
+        form = form.on(self.half_space)
+        ics = self.a_prime if form.effective else self.a
+        return ics if form.rotate == UNROTATED else form.rotate(ics, self.rotation)
+
+    def by_form(self, forms: Iterable[Form]) -> dict[Form, Array]:
+        """ICs of several forms; what they have in common is computed once."""
+        return {form: self.ics(form) for form in forms}

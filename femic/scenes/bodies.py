@@ -1,0 +1,55 @@
+"""The tables [lower] and [upper] of a scene file: material and surface of a body."""
+
+from collections.abc import Iterator
+from typing import Annotated
+
+import numpy as np
+from pydantic import AfterValidator, Field
+
+from femic.key_types import LARGEST_LENGTH, Amount, Length
+from femic.scenes.contours import AnyContour
+from femic.scenes.errors import BadScene
+from femic.scenes.section import LIMIT_SLACK, Section
+from geometries.bodies import Body, Domain
+from geometries.errors import WrongInput
+from geometries.materials import Material
+
+
+def _finite_or_prismatic(value: float) -> float:
+    """Return a rolling radius; raise ValueError for one that is neither a length nor infinite."""
+    if not (value <= LARGEST_LENGTH or value == float("inf")):
+        raise ValueError(f"should be at most {LARGEST_LENGTH:g}, or inf for a prismatic body")
+    return value
+
+
+class BodyTable(Section):
+    """One body."""
+
+    E: Amount = Field(description="Young's modulus [MPa]")
+    nu: float = Field(ge=0, le=0.4999, description="Poisson's ratio, 0 ... 0.4999 (solid engine: 0.49)")
+    contour: AnyContour = Field(description="contact contour in (y, z)")
+    rolling_radius: Annotated[float, Field(ge=20), AfterValidator(_finite_or_prismatic)] = Field(
+        np.inf,
+        description="radius of the circle through the contact centre [mm], 20 ... inf (solid engine: 50); "
+        "inf: prismatic",
+    )
+    hub_radius: Length | None = Field(
+        None, description="radius of the clamped hub [mm]; default: 0.2 rolling_radius, the least allowed"
+    )
+
+
+def body_of(table: BodyTable, name: str, side: int, domain: Domain) -> Body:
+    """Return the body of a table by its name; raise BadScene where its keys do not fit together."""
+    try:
+        material = Material(table.E, table.nu)
+        return Body(side, table.contour.contour(), material, domain, table.rolling_radius, table.hub_radius)
+    except WrongInput as error:
+        raise BadScene(f"{name}.{error}") from error
+
+
+def body_misfits(name: str, body: Body, limit: float) -> Iterator[str]:
+    """Yield what is wrong with the contour of a body; `limit` is the largest inclination [degrees]."""
+    contour = body.contour
+    steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
+    if steepest > limit * (1 + LIMIT_SLACK):
+        yield f"{name}.contour: inclined up to {steepest:.1f} degrees; at most {limit:g}: cut it there"

@@ -1,0 +1,104 @@
+"""Builds a scene from the tables of its file: bodies, patch, lines, and how C is computed."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from femic.reference.harmonic.tuned import FAR_RADIUS
+from femic.reference.job import Settings
+from femic.scenes.bodies import body_of
+from femic.scenes.calibration import calibration_misfits, calibration_of
+from femic.scenes.checks import misfits
+from femic.scenes.contact import contact_of
+from femic.scenes.effective import effective_properties
+from femic.scenes.errors import require_none
+from femic.scenes.file import SceneFile
+from femic.scenes.grid import grid_misfits, grid_of
+from femic.scenes.lines import default_lines, line_of, patch_of
+from femic.scenes.scene import Scene
+from femic.scenes.section import shared
+from geometries.bodies import Body, common_extent
+from geometries.contours import Contour
+from geometries.surfaces import LOWER, UPPER
+
+SIDES = {"lower": LOWER, "upper": UPPER}
+FLAT_REFERENCE_LENGTH = 10.0  # mm
+APPROACH_SHARE = 50.0  # reference length over the half-side of the load at which the approach is matched
+
+
+def build_scene(name: str, text: str, file: SceneFile) -> Scene:
+    """Return the scene of a valid file; raise BadScene where its parts do not fit together."""
+    bodies = {
+        body: body_of(getattr(file, body), body, side, file.engine.domain) for body, side in SIDES.items()
+    }
+    reference_length = file.reference_length or _crown_radius(bodies["lower"].contour)
+    extent, room = common_extent(bodies), _room_of_discount(bodies)
+    rotation_reach = file.rotation_reach or min(2 * reference_length, room)
+    patch = patch_of(file.patch, rotation_reach)
+    settings = Settings(
+        engine=file.engine.engine,
+        cells=file.engine.cells(patch),
+        rotation_reach=rotation_reach,
+        moment_arm=file.moment_arm or min(reference_length / 2, room / 2),
+        approach_side=reference_length / APPROACH_SHARE,
+        **shared(file.engine, Settings),
+    )
+    resolved = {
+        "name": name,
+        "title": file.title or name,
+        "text": text,
+        "files": _files(file),
+        "bodies": bodies,
+        "compared": file.bodies,
+        "effective": effective_properties(file.effective),
+        "curvature_apart": file.effective.curvature_apart,
+        "calibration": calibration_of(file.calibration, patch, reference_length, extent),
+        "patch": patch,
+        "lines": tuple(line_of(line, extent) for line in file.lines or default_lines(patch.s)),
+        "grid": grid_of(file.grid, patch),
+        "checked_strips": file.grid.check,
+        "contact": contact_of(file.contact),
+        "support_radius": file.engine.far_radius or FAR_RADIUS,
+        "settings": settings,
+        "reference_length": reference_length,
+        "check": check_scene(name, text, file) if file.engine.needs_check else None,
+    }
+    scene = Scene(**shared(file, Scene) | resolved)
+    require_none(name, list(_misfits_of_given(scene, file.model_fields_set)))
+    return scene
+
+
+def check_scene(name: str, text: str, file: SceneFile) -> Scene:
+    """Return the scene with the engine that checks others."""
+    return build_scene(name, text, file.model_copy(update={"engine": file.engine.of_check}))
+
+
+def _misfits_of_given(scene: Scene, given: set[str]) -> Iterator[str]:
+    """Yield what does not fit between the tables of a scene; of some tables only where they are given."""
+    yield from misfits(scene)
+    if "grid" in given:
+        yield from grid_misfits(scene)
+    if "calibration" in given:
+        yield from calibration_misfits(scene)
+
+
+def _files(file: SceneFile) -> dict[str, Path]:
+    """Return the files of contours by body, where they have one."""
+    files = {body: getattr(getattr(file, body).contour, "file", None) for body in SIDES}
+    return {body: path for body, path in files.items() if path is not None}
+
+
+def _room_of_discount(bodies: dict[str, Body]) -> float:
+    """Return the distance from the contact centre within which the discount has room [mm]."""
+    domain, extent = bodies["lower"].domain, common_extent(bodies)
+    turn = min(2 * np.pi * body.rolling_radius for body in bodies.values())
+    return float(min(domain.far_radius / 8, domain.half_length / 8, turn / 6, -extent[0], extent[1]))
+
+
+def _crown_radius(contour: Contour) -> float:
+    """Return the radius of curvature at s = 0 [mm]; `FLAT_REFERENCE_LENGTH` where the contour is flat."""
+    step = 1e-4
+    inclinations = contour.core.inclination(np.array([-step, step]))
+    curvature = float(np.ptp(inclinations)) / (2 * step)
+    return 1 / abs(curvature) if abs(curvature) > 1e-6 else FLAT_REFERENCE_LENGTH

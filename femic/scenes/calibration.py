@@ -1,0 +1,108 @@
+"""The table [calibration] of a scene file: which properties are fitted, to what, and where."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from femic.key_types import Length, Place, Several, Whole, each_once
+from femic.scenes.effective import Curvature
+from femic.scenes.engine import ratio_misfits
+from femic.scenes.lines import half_sides, misfits_of_line, reach_of
+from femic.scenes.scene import Calibration, Scene
+from femic.scenes.section import Section, shared
+from geometries.patches import OffsetLine, Patch, line_along_s
+
+BodyName = Literal["combined", "lower", "upper"]
+Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
+PropertyName = Literal["mismatch_k", "G", "nu"]
+
+
+class CalibrationTable(Section):
+    """What `femic calibrate` fits: Bhat_prime to C at the points of lines with x_min < x <= x_max."""
+
+    bodies: Several[BodyName] = Field(("combined",), min_length=1, description="whose properties to fit")
+    properties: Several[PropertyName] = Field(
+        ("mismatch_k",), min_length=1, description="which properties vary with the distance"
+    )
+    components: Several[Component] = Field(
+        ("xn",), min_length=1, description="components to fit to, each counts alike"
+    )
+    curvature: Curvature = Field(
+        "contained",
+        description="of wheels along x, combined bodies. contained: the fit makes up for it; apart: "
+        "subtracted before, and added by Bhat_prime as B-hat has it",
+    )
+    s: Several[Place] | None = Field(
+        None, description="arc lengths of lines along x [mm]; default: patch.s and patch.s + 1.6"
+    )
+    x: Several[Length] = Field((), description="distances of lines along s [mm]")
+    x_min: Length | None = Field(None, description="nearest points [mm]; default: 2 patch.a")
+    x_max: Length | None = Field(
+        None, description="furthest points [mm], also along s; default: 2.5 reference_length"
+    )
+    points: Annotated[Whole, Field(ge=8, le=5000)] = Field(200, description="number of points of a line")
+    weights: Literal["uniform", "logarithmic"] = Field(
+        "uniform", description="uniform: each point counts alike; logarithmic: each octave of the distance"
+    )
+
+    _distinct = field_validator("bodies", "properties", "components")(each_once)
+
+    @model_validator(mode="after")
+    def _some_line(self) -> "CalibrationTable":
+        if self.s == () and not self.x:
+            raise ValueError("s and x: no line at all; give one")
+        return self
+
+
+def calibration_of(
+    table: CalibrationTable, patch: Patch, reference_length: float, extent: tuple[float, float]
+) -> Calibration:
+    """Return the calibration beside a patch on contours of an extent; lengths in mm."""
+    nearest, furthest = table.x_min or 2 * patch.a, table.x_max or 2.5 * reference_length
+    x = np.linspace(nearest, furthest, table.points + 1)[1:]
+    along_x = [
+        OffsetLine(f"fit s = {s:g} mm", "x", x, np.full_like(x, s))
+        for s in ((patch.s, patch.s + 1.6) if table.s is None else table.s)
+    ]
+    s_range = max(extent[0], patch.s - furthest), min(extent[1], patch.s + furthest)
+    along_s = [
+        replace(line_along_s(distance, s_range, table.points), name=f"fit x = {distance:g} mm")
+        for distance in table.x
+    ]
+    resolved = {
+        "x_min": nearest,
+        "x_max": furthest,
+        "lines": (*along_x, *along_s),
+        "curvature_apart": table.curvature == "apart",
+        "logarithmic": table.weights == "logarithmic",
+    }
+    return Calibration(**shared(table, Calibration) | resolved)
+
+
+def calibration_misfits(scene: Scene) -> Iterator[str]:
+    """Yield what is wrong with the points and components that effective properties are fitted to."""
+    calibration, extent = scene.calibration, scene.extent
+    if not calibration.x_min < calibration.x_max:
+        yield "calibration.x_min, x_max: the furthest points must be further than the nearest"
+    for line in calibration.lines:
+        yield from misfits_of_line(f"calibration ({line.name})", line, scene.bodies, extent)
+        if line.along == "s" and line.x[0] <= calibration.x_min:
+            yield f"calibration.x ({line.name}): not beyond x_min = {calibration.x_min:g} mm: move it away"
+    if len({line.name for line in calibration.lines}) < len(calibration.lines):
+        yield "calibration.s, calibration.x: two of the lines are the same: remove one"
+    domain_size = min(scene.half_turn, *(body.domain.far_radius for body in scene.bodies.values()))
+    furthest = max(float(np.max(np.hypot(line.x, line.s))) for line in calibration.lines)
+    if 2 * furthest > domain_size:
+        yield (
+            f"calibration.x_max: points {furthest:g} mm away, more than half of {domain_size:g} mm: reduce it"
+        )
+    reaches = [(f"calibration ({line.name})", reach_of(line, scene)) for line in calibration.lines]
+    yield from ratio_misfits(half_sides(scene), reaches, scene)
+    if calibration.curvature_apart and "combined" not in calibration.bodies:
+        yield "calibration.curvature = 'apart': only of the combined bodies; leave it out"
+    missing = [name for name in calibration.bodies if name not in scene.compared]
+    if missing:
+        yield f"calibration.bodies: {', '.join(missing)} not in bodies = {', '.join(scene.compared)}: add it"

@@ -1,0 +1,176 @@
+"""The table [engine] of a scene file: how the reference C is computed."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Annotated
+
+import numpy as np
+from pydantic import AfterValidator, Field
+
+from femic.key_types import Length, NameOf, Whole
+from femic.reference.engine import Engine
+from femic.reference.engines import ENGINES, kinds_that
+from femic.reference.meshing.cell_size import Cells
+from femic.reference.models import SolverChoice
+from femic.reference.solid.pardiso import available as direct_available
+from femic.reference.solid.record import SOLID
+from femic.scenes.scene import Scene
+from femic.scenes.section import LIMIT_SLACK, Section
+from geometries.bodies import Domain
+from geometries.patches import Patch
+
+LARGEST_FAR_RADIUS = 5e6  # in half-sides of the loaded element
+INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
+CHECK_ENGINE, CHECK_TOLERANCE = SOLID, 0.01  # the engine that checks others; its tightest tolerance for that
+
+
+class EngineTable(Section):
+    """How the reference C is computed."""
+
+    kind: Annotated[str, AfterValidator(NameOf(lambda: ENGINES))] = Field(
+        "harmonic",
+        description="harmonic: one section problem per wavenumber along x, seconds (half_length, "
+        "line_growth and solver do not matter); solid: 3D finite elements, minutes",
+    )
+    check: bool = Field(
+        False,
+        description="draw C of the solid engine, too, at tolerance 0.01 or that of the scene (minutes, once)",
+    )
+    tolerance: Annotated[float, Field(ge=1e-4, le=1)] = Field(
+        0.01,
+        description="estimated error of C that is good enough, each body and combined, on the scale of "
+        "refinement (docs/conventions.md); sets the cells",
+    )
+    most_unknowns: Annotated[Whole, Field(ge=1000)] = Field(
+        1_000_000, description="largest model that refinement may lead to"
+    )
+    smallest_cell: Length | None = Field(
+        None,
+        description="first cell size at the patch [mm]; default: b/8 (solid: min(a, b)/12 at tolerance 0.01)",
+    )
+    growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
+        None,
+        description="first cell size over distance from the patch's edges; default: 0.5, less below "
+        "tolerance 0.003 (solid: over distance from the lines; 0.14 at tolerance 0.01)",
+    )
+    line_growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
+        None, description="first cell size on a line over distance from the patch; default: 0.05, likewise"
+    )
+    far_radius: Length | None = Field(
+        None,
+        description="first radius of the clamped far arc [mm]; default: 1280, more below tolerance 0.001 "
+        "(solid: 320)",
+    )
+    half_length: Length = Field(320.0, description="first extent along +x and -x, clamped ends [mm]")
+    solver: SolverChoice = Field("auto", description="linear solver; direct needs the extra femic[direct]")
+
+    @property
+    def engine(self) -> Engine:
+        """The engine of this kind."""
+        return ENGINES[self.kind]
+
+    @property
+    def domain(self) -> Domain:
+        """The domain of the first model."""
+        far_radius = self.far_radius or self.engine.far_radius(self.tolerance)
+        return Domain(far_radius, np.inf if self.engine.infinite_length else self.half_length)
+
+    def cells(self, patch: Patch) -> Cells:
+        """Return the first cells: as given, else as the tolerance needs."""
+        default = self.engine.tuned.cells_for(self.tolerance, patch)
+        return Cells(
+            self.smallest_cell or default.smallest,
+            self.growth or default.growth,
+            self.line_growth or default.line_growth,
+        )
+
+    @property
+    def needs_check(self) -> bool:
+        """Whether another engine checks this one."""
+        return self.check and self.engine is not CHECK_ENGINE
+
+    @property
+    def of_check(self) -> "EngineTable":
+        """The engine that checks this one, with cells of its own, in the same domain where one is given."""
+        same = self.model_dump(include={"far_radius", "half_length", "most_unknowns", "solver"})
+        tolerance = max(self.tolerance, CHECK_TOLERANCE)
+        return EngineTable(kind=CHECK_ENGINE.name, tolerance=tolerance, **same)
+
+
+def engine_misfits(scene: Scene) -> Iterator[str]:
+    """Yield what the engine of a scene cannot do."""
+    yield from _limit_misfits(scene)
+    if scene.fields and not scene.settings.engine.fields:
+        yield f"fields = true: only {kinds_that(lambda engine: engine.fields)} has fields in 3D"
+    if scene.settings.solver == "direct" and not direct_available():
+        yield f"engine.solver = 'direct': not installed; {INSTALL_DIRECT}, or use 'auto'"
+
+
+def matrix_engine_misfits(scene: Scene) -> Iterator[str]:
+    """Yield the misfit of an engine that has no IC matrices, and so no C for contact."""
+    engine = scene.settings.engine
+    if engine.matrices is None:
+        yield (
+            f"engine.kind = {engine.name!r}: has no C on a grid, as matrices and contact need it: use "
+            f"{kinds_that(lambda other: other.matrices)} (grid.check compares columns of a matrix with the "
+            "solid engine)"
+        )
+
+
+def _limit_misfits(scene: Scene) -> Iterator[str]:
+    """Yield what only another engine can do.
+
+    What no engine can do is excluded by the limits of keys.
+    """
+    limits, patch = scene.settings.engine.limits, scene.patch
+    for name, body in scene.bodies.items():
+        nu, radius = body.material.nu, body.rolling_radius
+        if nu > limits.nu:
+            remedy = _use(other for other in ENGINES.values() if other.limits.nu >= nu)
+            yield f"{name}.nu = {nu:g}: {remedy} above {limits.nu:g}, or give a smaller one"
+        if radius < limits.rolling_radius:
+            remedy = _use(other for other in ENGINES.values() if other.limits.rolling_radius <= radius)
+            yield (
+                f"{name}.rolling_radius = {radius:g}: {remedy} below {limits.rolling_radius:g}, or give a "
+                "larger one"
+            )
+    aspect = patch.a / patch.b
+    elongation = max(aspect, 1 / aspect) * (1 - LIMIT_SLACK)
+    if elongation > limits.aspect:
+        remedy = _use(other for other in ENGINES.values() if other.limits.aspect >= elongation)
+        yield (
+            f"patch.a / patch.b = {aspect:g}: {remedy} outside {1 / limits.aspect:g} ... {limits.aspect:g}, "
+            "or bring a and b closer"
+        )
+
+
+def _use(capable: Iterable[Engine]) -> str:
+    """The remedy: use one of the engines that are capable of it."""
+    names = [repr(engine.name) for engine in capable]
+    return f"use engine.kind = {' or '.join(names)} (without check)" if names else "no engine goes"
+
+
+def ratio_misfits(
+    half_sides: Mapping[str, float], reaches: Iterable[tuple[str, float]], scene: Scene
+) -> Iterator[str]:
+    """Yield distances that are too large beside the loaded element.
+
+    With them, cells and wavenumbers would span too many decades. `half_sides`: those of the element by
+    name; `reaches`: how far from the load displacements are read, with a label each. All in mm.
+    """
+    name, side = min(half_sides.items(), key=lambda named_side: named_side[1])
+    element = f"{name} = {side:g}, the least half-side of the loaded element"
+    engine = scene.settings.engine
+    limit = engine.limits.distance * side
+    for label, reach in reaches:
+        if reach > limit * (1 + LIMIT_SLACK):
+            yield (
+                f"{label}: reaches {reach:g} mm, {reach / side:.3g} times {element}; at most "
+                f"{limit / side:g} times by engine.kind = {engine.name!r}: shorten it to {limit:g} mm, or "
+                "enlarge the element"
+            )
+    far_radius = max(body.domain.far_radius for body in scene.bodies.values())
+    if far_radius > LARGEST_FAR_RADIUS * side * (1 + LIMIT_SLACK):
+        yield (
+            f"engine.far_radius = {far_radius:g}: {far_radius / side:.3g} times {element}; at most "
+            f"{LARGEST_FAR_RADIUS:g} times: give a smaller one, or enlarge the element"
+        )

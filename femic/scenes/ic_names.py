@@ -1,0 +1,28 @@
+"""Names of ICs in scene files: approximations, C, and maps of C."""
+
+from typing import Annotated
+
+from pydantic import AfterValidator
+
+from approx.variants import VARIANTS, forms_of
+from femic.key_types import NameOf
+
+MAP = "map:"  # before the name of the file of a campaign, whose map of C stands for C
+
+VariantName = Annotated[str, AfterValidator(NameOf(lambda: VARIANTS))]
+ICName = Annotated[str, AfterValidator(NameOf(lambda: ("auto", "C", *VARIANTS)))]
+
+
+def is_map(ics: str) -> bool:
+    """Whether a name stands for a map of C."""
+    return ics.startswith(MAP)
+
+
+def _known(ics: str) -> str:
+    """Return the name of C, a map, or approximations, perhaps with exchanged components; raise WrongInput."""
+    if ics != "C" and not is_map(ics):
+        forms_of(ics)
+    return ics
+
+
+ContactICName = Annotated[str, AfterValidator(_known)]

@@ -1,0 +1,80 @@
+"""Variants that a user registers, on the command line."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from femic.cli.main import DONE, WRONG_INPUT, exit_code
+from femic.scenes.listing import listing
+from femic.scenes.load import load_scene
+from tests.approx.new_forms import register
+from tests.compare.conftest import scene_text
+
+NEW = "Btilde", "Bfaded"
+HARMONIC = "[engine]\nfar_radius = 60.0\ntolerance = 0.5\n"
+CONTACT = """
+[contact]
+motion = "{motion}"
+loads = [2e3]
+elements = 8
+ics = ["Btilde", "Bfaded", "Bhat+nn:Btilde"]
+"""
+FEW = 'bodies = ["lower"]\ncomponents = ["nn", "sn"]\nvariants = ["B", "Btilde", "Bfaded"]'
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """Write a scene with a wheel that is a little wider than the rail; returns its path."""
+
+    def written(motion):
+        path = tmp_path / "mine.toml"
+        lower, upper = scene_text(FEW, engine=HARMONIC).split("[upper]")
+        wheel = upper.replace("radius = 10.0", "radius = 11.0").replace(
+            "nu =", "rolling_radius = 300.0\nnu ="
+        )
+        contact = CONTACT.format(motion=motion)
+        path.write_text(f"{lower}[upper]{wheel}{contact}", encoding="utf-8")
+        return str(path)
+
+    return written
+
+
+def test_a_run_compares_them_with_c(scene, tmp_path, monkeypatch):
+    register(monkeypatch)
+    assert exit_code(["run", scene("none"), "--out", str(tmp_path / "out"), "--workers", "1"]) == DONE
+    loaded = load_scene(str(tmp_path / "mine.toml"))
+    with xr.open_dataset(tmp_path / "out/ics.nc", engine="h5netcdf") as dataset:
+        ics = dataset.ic.sel(body="lower", j="n", i=["s", "n"])
+        assert list(ics.variant.values) == ["B", "Btilde", "Bfaded", "C"]
+        points = dataset.x.values, dataset.s.values
+    for variant in NEW:
+        expected = loaded.pair.lower.approximate(variant, loaded.patch, points)[1:, 2] / loaded.patch.area
+        np.testing.assert_allclose(ics.sel(variant=variant), expected, rtol=1e-12)
+    assert "symbol of Btilde" in (tmp_path / "out/report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("motion", ["none", "compression"])
+def test_contact_is_solved_with_them(motion, scene, tmp_path, monkeypatch):
+    """Without friction nn alone counts."""
+    register(monkeypatch)
+    assert exit_code(["contact", scene(motion), "--out", str(tmp_path / "out"), "--workers", "1"]) == DONE
+    with xr.open_dataset(tmp_path / "out/contact.nc", engine="h5netcdf") as dataset:
+        approach = {
+            name: float(dataset.approach.sel(ics=name).values.ravel()[0]) for name in dataset.ics.values
+        }
+    same_nn = pytest.approx(approach["Btilde"], rel=1e-8) == approach["Bhat+nn:Btilde"]
+    assert same_nn == (motion == "none")
+    assert approach["Bfaded"] != pytest.approx(approach["Btilde"], rel=1e-5)
+
+
+def test_they_are_listed_and_unknown_names_are_refused_with_the_known_ones(
+    scene, tmp_path, monkeypatch, capsys
+):
+    assert exit_code(["run", scene("none"), "--out", str(tmp_path / "out")]) == WRONG_INPUT
+    assert "variants.1 = 'Btilde': Input should be 'A', 'B', 'Bbar'" in " ".join(
+        capsys.readouterr().err.split()
+    )
+    assert exit_code(["contact", "flat", "--ics", "Bfaded", "--out", str(tmp_path / "out")]) == WRONG_INPUT
+    assert "variant = 'Bfaded': one of A, B" in " ".join(capsys.readouterr().err.split())
+    register(monkeypatch)
+    assert '"Btilde", "Btilde_prime", "Bfaded"' in listing("flat")

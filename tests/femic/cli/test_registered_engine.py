@@ -1,0 +1,113 @@
+"""An engine that is only registered: every command that takes a scene works with it or says why not."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from femic.cli.main import DONE, FAILED, WRONG_INPUT, exit_code
+from femic.reference.engines import ENGINES
+from geometries.errors import Failure
+from tests.compare.conftest import scene_text
+from tests.femic.reference.closed_engine import CLOSED
+
+LINES = """
+[[lines]]
+along = "x"
+s = 1.6
+reach = 6.0
+points = 9
+"""
+OTHERS = "[grid]\nn_x = 4\nn_s = 3\n[contact]\nloads = [100.0]\nelements = 8\n"
+NO_MATRICES = "engine.kind = 'closed': has no C on a grid, as matrices and contact need it: use engine.kind"
+
+
+@pytest.fixture
+def femic(tmp_path, monkeypatch, capsys):
+    """Run a command on a small scene with the engine: its exit code, and all that it has printed."""
+    monkeypatch.setitem(ENGINES, "closed", CLOSED)
+    monkeypatch.chdir(tmp_path)
+    engine = f'[engine]\nkind = "closed"\n{OTHERS}'
+    scene = tmp_path / "mine.toml"
+    text = scene_text('components = ["nn", "xn"]\n', lines=LINES, engine=engine)
+    lower, upper = text.replace("b = 0.2", "b = 0.5").split("[upper]")
+    wheel = upper.replace("radius = 10.0", "radius = 11.0", 1)
+    text = f"{lower}[upper]\nrolling_radius = 500.0{wheel}"
+    scene.write_text(text, encoding="utf-8")
+
+    def run(command, *options):
+        code = exit_code([command, str(scene), *options])
+        printed = capsys.readouterr()
+        return code, " ".join((printed.out + printed.err).split())
+
+    return run
+
+
+def test_a_run_has_the_c_of_the_engine(femic, tmp_path):
+    code, told = femic("run")
+    assert (code, "Report:" in told) == (DONE, True)
+    with xr.open_dataset(tmp_path / "out" / "mine" / "ics.nc", engine="h5netcdf") as ics:
+        assert CLOSED.description in str(ics.attrs)
+        c, a = (ics.ic.sel(variant=variant, body="lower", i="n", j="n").values for variant in ("C", "A"))
+    np.testing.assert_allclose(c, a, rtol=0.02)  # half-spaces, whatever the bodies are
+
+
+@pytest.mark.parametrize("command", ["matrix", "contact", "judge", "export"])
+def test_without_matrices_commands_that_need_them_say_so_before_any_work(command, femic, tmp_path):
+    code, told = femic(command)
+    assert (code, NO_MATRICES in told) == (WRONG_INPUT, True)
+    assert "engine.kind = 'harmonic'" in told
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("command", ["contact", "export"])
+def test_they_work_with_approximations(command, femic):
+    code, told = femic(command, "--ics", "A")
+    assert (code, "engine" in told) == (DONE, False), told
+
+
+def test_a_frontier_has_its_default_tolerances_beside_all_others(femic, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        "compare.frontier.trade.perf_counter", lambda: 0.0
+    )  # to plan takes none of the budget
+    code, _ = femic("frontier", "--budget", "1")
+    assert code == DONE
+    with xr.open_dataset(tmp_path / "out" / "mine" / "frontier.nc", engine="h5netcdf") as frontier:
+        ways = [str(way) for way in frontier.way.values if str(frontier.kind.sel(way=way).item()) == "closed"]
+        assert sorted(ways) == ["closed 0.01", "closed 0.1"]
+        assert "harmonic 0.0001" in frontier.attrs["skipped"]
+
+
+def test_advice_measures_approximations_by_its_c(femic):
+    code, told = femic("advise", "--components", "nn", "--body", "lower", "--tolerance", "0.5")
+    assert (code, "Use " in told) == (DONE, True)
+    assert "closed" in told
+    assert "harmonic" not in told
+
+
+def test_a_plan_has_its_models_and_says_that_there_are_no_matrices(femic):
+    code, told = femic("plan")
+    assert (code, "closed" in told) == (DONE, True)
+    assert told.count(NO_MATRICES) == 2  # of `femic matrix` and `femic contact`
+
+
+def test_without_fields_a_picture_names_the_engine_that_draws_it(femic, monkeypatch):
+    monkeypatch.setattr("compare.ics.fields._write_solved", lambda *_: _raise(Failure("solved")))
+    code, told = femic("show")
+    assert (code, "(solid engine)" in told) == (FAILED, True)
+
+
+def test_properties_are_fitted_to_its_c_or_it_is_said_why_not(femic):
+    code, told = femic("calibrate")
+    assert code in (DONE, FAILED, WRONG_INPUT)
+    assert told
+
+
+def test_an_engine_that_is_not_registered_is_refused_with_the_names_of_those_that_are(femic, monkeypatch):
+    monkeypatch.delitem(ENGINES, "closed")
+    code, told = femic("run")
+    assert code == WRONG_INPUT
+    assert "engine.kind = 'closed': should be one of 'harmonic', 'solid'" in told
+
+
+def _raise(error):
+    raise error

@@ -1,0 +1,56 @@
+"""An engine of closed formulas: half-space displacements with a known error; no matrices and no fields."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from approx.halfspace import HalfSpace
+from femic.reference.engine import Engine, ErrorEstimate, Limits, Models, Tuned
+from femic.reference.meshing.cell_size import Cells
+from femic.reference.models import Cost, Planned, RawICs
+from femic.reference.run_options import Solved
+from geometries.materials import one_body
+
+OFF = 8.0  # error of its C in cells of 1 mm: a share of each displacement, with the cube of the cell size
+
+
+def half_space(request):
+    """Displacements of a half-space (load, 3, n), too large by a share that falls like h^3."""
+    solid = HalfSpace(one_body(request.body.material, request.body.side))
+    share = 1 + OFF * request.cells.smallest**3
+    u = [
+        share
+        * solid.ics(load.patch, request.points.x, request.points.s - load.patch.s)[:, load.direction]
+        / load.patch.area
+        for load in request.loads
+    ]
+    return np.stack(u)
+
+
+def solve(tasks, _options):
+    for task in tasks:
+        unknowns = round(task.request.cells.smallest**-3)
+        cost = Cost(unknowns, 1, "A", (), 0.0, {}, 0.0)
+        raw = RawICs(half_space(task.request), cost)
+        yield Solved(task, replace(raw, perturbed={"nearer": raw.u}), kept=False)
+
+
+CLOSED = Engine(
+    name="closed",
+    description="closed formulas with an error",
+    limits=Limits(0.5, np.inf, 0.0, 90.0, np.inf),
+    tuned=Tuned(1.0, lambda _: Cells(0.5, 1.0, 1.0), coarsest=1.0),
+    far_radius=lambda _: 100.0,
+    least_side=lambda patch: patch.b,
+    infinite_length=True,
+    solves_transposes=False,
+    shares_a_model=True,
+    estimate=ErrorEstimate(("fine", "coarse"), safety=1.0, growth_of_unknowns=3.0),
+    models=Models(
+        request=lambda specification: specification,
+        solve=solve,
+        key=lambda request, store: store.key("closed", request),
+        displacements=lambda _, model: model,
+        planned=lambda *_: Planned(1, 0, 1, False, 0.0, 0.0),
+    ),
+)
