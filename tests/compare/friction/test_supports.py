@@ -65,7 +65,7 @@ def test_the_page_says_what_changes_and_what_does_not(write, motion, tmp_path):
         "changes with other supports, computed with C, friction 0.2, " + ("2000 N" if motion else "0.01 %")
         in page
     )
-    assert f'<td class="name">{SOFTER}</td>' in page
+    assert f'<th class="name">{SOFTER}</th>' in page
 
 
 @pytest.mark.usefixtures("in_place_of_c")

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
+from compare.report.tables import Cell
 from femic.campaigns.report.advised import NONE, advice_of
 from femic.campaigns.report.axes import ShownAxis, axes_of, prepared
 from femic.campaigns.report.clouds import correlations
@@ -112,7 +113,7 @@ def samples():
 
 
 def cells(table, row):
-    return [cell["text"] for one in table.rows if one.name == row for cell in one.cells]
+    return [cell.text for one in table.rows if one.name == row for cell in one.cells]
 
 
 def pictures(page):
@@ -163,7 +164,7 @@ def test_crossings_of_errors_are_those_of_the_function_where_most_and_where_leas
             (row,) = (row for row in table.rows if row.name == f"sn, {symbol}")
             most, least = (shown(crossing(variant, level, ratio)) for ratio in (RATIOS[0], RATIOS[-1]))
             more = f"at ratio = 1.05; {least} at ratio = 1.5"
-            assert row.cells[k] == {"text": most, "below": more if most != least else ""}
+            assert row.cells[k] == Cell(most, below=more if most != least else "")
 
 
 def test_all_crossings_are_in_a_file(grid, tmp_path):
@@ -187,7 +188,7 @@ def test_the_largest_error_over_lines_of_both_bodies_together_is_shown(grid):
     assert float(at.sel({COLUMN: "sn"})) == pytest.approx(error("A", 30, 1.2))
     np.testing.assert_allclose(field.floor.sel({COLUMN: "sn"}), ESTIMATE)
     cell = worst_table(field, grid).rows[1].cells[1]  # of B-hat, sn
-    assert cell == {"text": "4.75 %", "below": "flank = 60, ratio = 1.05"}
+    assert cell == Cell("4.75 %", below="flank = 60, ratio = 1.05")
 
 
 def test_the_sentences_answer_the_question_of_the_campaign(grid):
@@ -228,7 +229,7 @@ def test_failed_and_missing_scenes_leave_gaps_that_are_told(grid, tmp_path):
     assert "everywhere" not in told_all
     table = failure_table(broken)
     assert [row.name for row in table.rows][:2] == ["flank = 40, ratio = 1.05", "flank = 40, ratio = 1.2"]
-    assert table.rows[0].cells[0]["text"] == "not converged"
+    assert table.rows[0].cells[0].text == "not converged"
     page = write_sweep(broken, tmp_path)
     assert pictures(page) == 1
     assert "Lines: 1, 2, 5 and 10 %, where most scenes are known." in page.read_text(encoding="utf-8")
