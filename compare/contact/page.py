@@ -71,7 +71,7 @@ def write_contact(
     `supports` has the numbers of the largest contact with other supports, by what is changed.
     """
     dataset = with_supports(to_dataset(results), supports)
-    sections = _sections(results, dataset, beside, folders.made(out / "figures"))
+    sections = _sections(results, dataset, beside, folders.make(out / "figures"))
     return write_results(
         Page(str(dataset.attrs["title"]), summary(dataset), sections), out, "contact", dataset
     )
@@ -133,7 +133,7 @@ def write_sensitivity(results: Mapping[str, ContactResults], out: Path) -> Path:
     maps = Picture("sensitivity", sensitivity.maps(results))
     title = f"Where A and B̂ differ: {', '.join(results)}"
     page = Page(title, sensitivity.summary(results), [Section("", [MAPS, maps])])
-    return write_page(page, folders.made(out) / "contact.html")
+    return write_page(page, folders.make(out) / "contact.html")
 
 
 def summary(dataset: xr.Dataset) -> str:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from rich.table import Table as Printed
 
 from compare.frontier.advice import Advice
-from compare.frontier.trade import front, known_errors, told_apart
+from compare.frontier.trade import error_bounds, front, resolved_errors
 from compare.frontier.ways import styles
 from compare.report.errors import MEASURE, VANISHING, cell_of
 from compare.report.panels import grid_of
@@ -54,7 +54,7 @@ def _explanation(dataset: xr.Dataset) -> str:
 def summary(dataset: xr.Dataset) -> str:
     """One paragraph, computed: the front of the first body's ways, by their worst components."""
     body = str(dataset.body.values[0])
-    worst, seconds = told_apart(dataset, body).max("component"), dataset.seconds.sel(body=body)
+    worst, seconds = resolved_errors(dataset, body).max("component"), dataset.seconds.sel(body=body)
     parts = [
         f"{dataset.label.values[k]} {100 * worst.values[k]:.3g} % in {_time(seconds.values[k])}"
         for k in _along_front(seconds.values, worst.values)
@@ -78,7 +78,7 @@ def figure(dataset: xr.Dataset, body: str) -> Figure:
     components = [str(component) for component in dataset.component.values]
     columns = min(3, len(components))
     rows = -(-len(components) // columns)
-    errors = told_apart(dataset, body)
+    errors = resolved_errors(dataset, body)
     with grid_of(rows, columns, (4.4, 3.4), sharex=True) as (canvas, grid):
         for axes, component in zip(grid.ravel(), components, strict=False):
             _draw(axes, dataset.sel(body=body, component=component), errors.sel(component=component).values)
@@ -125,7 +125,7 @@ def _labels(dataset: xr.Dataset, ways: Indices, errors: Array) -> dict[tuple[flo
 
 def _table(dataset: xr.Dataset, body: str) -> Table:
     of_body, components = dataset.sel(body=body), [str(component) for component in dataset.component.values]
-    errors = told_apart(dataset, body)
+    errors = resolved_errors(dataset, body)
     fronts = {c: front(of_body.seconds.values, errors.sel(component=c).values) for c in components}
     rows = []
     for k, way in enumerate(dataset.way.values):
@@ -161,7 +161,7 @@ def evidence(dataset: xr.Dataset, advice: Advice) -> Printed:
     ]
     for heading in ("", "seconds", *headings):
         rows.add_column(heading, justify="right")
-    errors, seconds = known_errors(dataset, body), dataset.seconds.sel(body=body).values
+    errors, seconds = error_bounds(dataset, body), dataset.seconds.sel(body=body).values
     for k in np.argsort(seconds):
         way_errors = errors.isel(way=int(k)).sel(component=components).values
         if np.all(np.isnan(way_errors)):

@@ -18,7 +18,7 @@ from compare.report.parts import Picture, write_page
 from femic.cache import folders
 from femic.cache.files import write_dataset, write_text
 from femic.reference.engine import Fields
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes import receipts
 from femic.scenes.scene import Scene
 
@@ -28,23 +28,23 @@ FILES = ("ics.nc", "errors.nc", "report.html")
 log = logging.getLogger(__name__)
 
 
-def run_scene(scene: Scene, out: Path, means: Means = DEFAULT) -> Path:
+def run_scene(scene: Scene, out: Path, options: RunOptions = DEFAULT) -> Path:
     """Compute the scene; write `ics.nc`, `errors.nc`, CSV files, figures and `report.html`; return its path.
 
     Solved models are kept in the store, so that an interrupted run continues after the last of them.
     """
     with receipts.renewed(out, COMMAND, key_of(scene), FILES):
-        results = compute(scene, means)
+        results = compute(scene, options)
         dataset = data.to_dataset(results)
         errors = data.errors(results, dataset)
         write_dataset(dataset, out / "ics.nc")
         write_dataset(errors, out / "errors.nc")
         data.write_curves(dataset, scene.components, out)
         write_text(scene.text, out / "scene.toml")
-        figures = draw(results, dataset, errors, folders.made(out / "figures"))
+        figures = draw(results, dataset, errors, folders.make(out / "figures"))
         path = write_page(page_of(results, errors, figures), out / "report.html")
         if scene.fields:
-            write_fields(results, out / "fields", means.watch)
+            write_fields(results, out / "fields", options.watch)
     return path
 
 

@@ -7,18 +7,18 @@ import numpy as np
 
 from approx.matrix import column as approximated
 from compare.ics.compute import models_of, seconds_of, solids
-from compare.matrix.check import Checked, check
+from compare.matrix.check import ColumnCheck, check
 from compare.matrix.compute import MatrixResults, compute_matrix, discounted
 from compare.matrix.figures import maps
 from compare.matrix.plan import matrix_steps
-from compare.matrix.reciprocity import described
+from compare.matrix.reciprocity import description
 from compare.plan.models import Step, seconds
 from compare.report.errors import error_cell
 from compare.report.parts import Folded, Page, Picture, Section, Verbatim, write_page
 from compare.report.styles import SYMBOLS
 from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.reference.models import Cost
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes import receipts
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
@@ -66,13 +66,13 @@ MEASURES = {  # of `Deviation`: the errors, the weights below them, and which co
 }
 
 
-def write_matrix(scene: Scene, out: Path, strip: int | None = None, means: Means = DEFAULT) -> Path:
+def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: RunOptions = DEFAULT) -> Path:
     """Write `matrix.nc`, figures of one loaded strip and `matrix.html`; returns the path of the page.
 
     By default the loaded strip is the one nearest to the patch. Nothing is computed if the folder has the
     same results already. Raises WrongInput for a strip that the grid does not have.
     """
-    watch, workers = means.watch, means.workers
+    watch, workers = options.watch, options.workers
     loaded_strip = _chosen(scene, strip)
     path, key = out / "matrix.html", receipts.key_of(scene, __name__, loaded_strip)
     if receipts.holds(out, COMMAND, key):
@@ -80,12 +80,12 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, means: Means
         return path
     steps = matrix_steps(scene, workers)
     watch.on_stage(
-        f"  about {seconds(steps, workers):.0f} s, {max(step.takes.memory for step in steps):.0f} MB "
-        "if the store has none of its models"
+        f"  about {seconds(steps, workers):.0f} s, {max(step.expected.memory for step in steps):.0f} MB "
+        "if no model is stored yet"
     )
     with receipts.renewed(out, COMMAND, key, ["matrix.nc", path.name]):
-        results = compute_matrix(scene, out / "matrix.nc", means)
-        sections = _sections(results, loaded_strip, steps, check(results, means))
+        results = compute_matrix(scene, out / "matrix.nc", options)
+        sections = _sections(results, loaded_strip, steps, check(results, options))
         write_page(Page(f"IC matrix: {scene.title}", summary(results, out / "matrix.nc"), sections), path)
     return path
 
@@ -118,7 +118,7 @@ def pictures(results: MatrixResults, strip: int) -> Iterator[Picture]:
 
 
 def _sections(
-    results: MatrixResults, strip: int, steps: Sequence[Step], checks: Sequence[Checked]
+    results: MatrixResults, strip: int, steps: Sequence[Step], checks: Sequence[ColumnCheck]
 ) -> Iterator[Section]:
     scene, costs = results.scene, models_of(results.matrices)
     text = f"{discounted(scene)} {ACCURACY}"
@@ -159,12 +159,12 @@ def _demands_table(results: MatrixResults) -> Table:
     rows = []
     for name, eigenvalue in results.eigenvalues.items():
         body, _, kind = name.partition(", ")
-        defect = described(results.reciprocity[body], results.scene.grid) if kind == "raw" else "as raw"
+        defect = description(results.reciprocity[body], results.scene.grid) if kind == "raw" else "as raw"
         rows.append(Row(name, [defect, Cell(eigenvalue, ".3f")]))
     return Table("matrix", [*texts("reciprocity defect"), *numbers("smallest eigenvalue")], rows)
 
 
-def _checks_text(scene: Scene, checks: Sequence[Checked]) -> str:
+def _checks_text(scene: Scene, checks: Sequence[ColumnCheck]) -> str:
     minutes = scene.grid.n_s * np.mean([one.seconds for one in checks]) / 60
     return (
         f"{CHECKS} All {scene.grid.n_s} strips of a body would take {minutes:.0f} minutes (extrapolated from "
@@ -172,14 +172,14 @@ def _checks_text(scene: Scene, checks: Sequence[Checked]) -> str:
     )
 
 
-def _checks_table(checks: Sequence[Checked]) -> Table:
+def _checks_table(checks: Sequence[ColumnCheck]) -> Table:
     columns = ["strip", "difference", "allowed", "largest difference / allowed", "s"]
     rows = [
         Row(
             one.body,
             [
                 str(one.strip),
-                f"{one.apart:.2%} ({one.component})",
+                f"{one.difference:.2%} ({one.component})",
                 Cell(one.allowed, ".2%"),
                 Cell(one.closest, ".2f"),
                 Cell(one.seconds, ".0f"),
@@ -242,10 +242,10 @@ def _cost_table(steps: Sequence[Step], costs: Mapping[str, Cost]) -> Table:
         if cost := costs.get(step.name):
             waves = cost.solver.split(", ")[-1].split()[0] if cost.solver.endswith("wavenumbers") else "–"
             cells = [
-                f"{step.takes.unknowns:,} / {cost.unknowns:,}",
-                f"{step.takes.wavenumbers or '–'} / {waves}",
-                f"{step.takes.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
-                f"{step.takes.memory:.0f} / {cost.peak_memory:.0f}",
+                f"{step.expected.unknowns:,} / {cost.unknowns:,}",
+                f"{step.expected.wavenumbers or '–'} / {waves}",
+                f"{step.expected.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
+                f"{step.expected.memory:.0f} / {cost.peak_memory:.0f}",
             ]
             rows.append(Row(step.name, cells))
     return Table("model", ["unknowns", "wavenumbers", "s", "MB"], rows)

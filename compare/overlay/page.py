@@ -27,7 +27,7 @@ WITHIN_ACCURACY = "alike within the accuracy of C"
 
 def folder_of(sources: Sequence[Source], out: Path | None, results: Path) -> Path:
     """The folder of the overlay; raises WrongInput if it holds the results of a scene."""
-    folder = folders.checked(out or results / "_".join(source.name for source in sources))
+    folder = folders.check(out or results / "_".join(source.name for source in sources))
     if (folder / "ics.nc").exists() or folder.resolve() in [source.folder.resolve() for source in sources]:
         raise WrongInput(f"--out {folder}: has the results of a scene; name another folder")
     return folder
@@ -35,7 +35,7 @@ def folder_of(sources: Sequence[Source], out: Path | None, results: Path) -> Pat
 
 def write(overlay: Overlay, folder: Path) -> Path:
     """Write figures, CSV files and `report.html` into a folder; returns the report's path."""
-    folders.made(folder)
+    folders.make(folder)
     write_curves(overlay, folder)
     title = ", ".join(result.name for result in overlay.results)
     return write_page(Page(title, summary(overlay), _sections(overlay)), folder / "report.html")

@@ -110,7 +110,7 @@ def closing(
 
 def write_results(page: Page, folder: Path, name: str, dataset: xr.Dataset | None = None) -> Path:
     """Write NAME.nc, NAME.html and figures NAME_FIGURE.png into a folder; returns the path of the page."""
-    folders.made(folder)
+    folders.make(folder)
     if dataset is not None:
         write_dataset(dataset, folder / f"{name}.nc")
     return write_page(page, folder / f"{name}.html", name)
@@ -118,7 +118,7 @@ def write_results(page: Page, folder: Path, name: str, dataset: xr.Dataset | Non
 
 def write_page(page: Page, path: Path, prefix: str = "") -> Path:
     """Write a self-contained page, and figures/PREFIX_NAME.png beside it; returns the path of the page."""
-    figures = folders.made(path.parent / "figures")
+    figures = folders.make(path.parent / "figures")
     environment = Environment(
         loader=PackageLoader("compare.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )

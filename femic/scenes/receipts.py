@@ -38,7 +38,7 @@ def renewed(folder: Path, command: str, key: str, files: Iterable[str]) -> Itera
 
     An old receipt of these files is removed before; afterwards, if nothing was raised, they have a new one.
     """
-    _path(folders.made(folder), command).unlink(missing_ok=True)
+    _path(folders.make(folder), command).unlink(missing_ok=True)
     yield folder
     digests = {name: _digest(folder / name) for name in files}
     write_text(Receipt(key=key, sha256=digests).model_dump_json(indent=1), _path(folder, command))

@@ -30,7 +30,7 @@ ERRORS = (
 def try_all(parts: Sequence[str], engines: Engines, folder: Path) -> Path:
     """Try the parts and write the results; returns the path of the page."""
     findings = list(
-        tried([row for part in parts for row in rows(part, engines)], engines.means.watch.on_stage)
+        tried([row for part in parts for row in rows(part, engines)], engines.options.watch.on_stage)
     )
     return record.write(folder, "extremes", numbers(findings), page_of)
 

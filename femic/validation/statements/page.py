@@ -49,13 +49,13 @@ VERDICT_COLOURS = {
 
 def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
     """Judge statements; write `validation.json`, figures and `validation.html`; return the page's path."""
-    folders.made(folder)
+    folders.make(folder)
     start, judged = perf_counter(), []
     for number in numbers:
-        runs.means.watch.on_stage(f"statement {number}")
+        runs.options.watch.on_stage(f"statement {number}")
         judged.append(judge(number, runs))
-        runs.means.watch.on_stage(f"statement {number}: {judged[-1].verdict}")
-    runs.means.watch.on_stage("  figures and report")
+        runs.options.watch.on_stage(f"statement {number}: {judged[-1].verdict}")
+    runs.options.watch.on_stage("  figures and report")
     found = found_numbers(judged, runs, perf_counter() - start)
     return record.write(folder, "validation", found, partial(page_of, judged))
 

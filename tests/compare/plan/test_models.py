@@ -6,13 +6,15 @@ from compare.ics.plan import run_steps
 from compare.matrix.page import _cost_table
 from compare.plan.models import Step, seconds
 from femic.reference.engines import ENGINES
-from femic.reference.models import Cost, Planned
+from femic.reference.models import Cost, ExpectedCost
 from femic.scenes.load import load_scene
 
 
-def step(engine, takes):
-    planned = Planned(unknowns=1000, wavenumbers=20, fields=3, half_section=True, seconds=takes, memory=100.0)
-    return Step("a model", ENGINES[engine], 1.0, 100.0, "endless", planned)
+def step(engine, expected):
+    expected_cost = ExpectedCost(
+        unknowns=1000, wavenumbers=20, fields=3, half_section=True, seconds=expected, memory=100.0
+    )
+    return Step("a model", ENGINES[engine], 1.0, 100.0, "infinite", expected_cost)
 
 
 @pytest.mark.parametrize(("workers", "expected"), [(1, 3 + 5 + 8 + 4), (2, 3 + 5 + 6), (4, 3 + 5 + 3)])
