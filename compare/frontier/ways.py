@@ -6,7 +6,6 @@ from itertools import product
 from typing import Any
 
 from approx.variants import VARIANTS, needs_effective
-from compare.report.styles import SYMBOLS
 from femic.reference.engines import ENGINES
 from femic.scenes.scene import Scene
 
@@ -24,7 +23,7 @@ class Way:
     @property
     def label(self) -> str:
         """The label of this way in figures and tables."""
-        return SYMBOLS.get(self.name, f"C, {self.name}")
+        return VARIANTS[self.name].symbol if self.name in VARIANTS else f"C, {self.name}"
 
 
 def approximations(scene: Scene) -> Iterator[Way]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from compare.overlay.curves import Overlay, Result
+from compare.overlay.results import Overlay, Result
 from compare.overlay.sources import scene_of_text
 from femic.scenes.section import Section
 

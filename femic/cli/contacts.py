@@ -9,6 +9,7 @@ from rich.console import Console
 from compare.contact.compute import compute_contact, require_solvable
 from compare.contact.page import write_contact, write_sensitivity
 from compare.contact.sensitivity import is_mapped
+from compare.finite_elements.beside import beside_of
 from compare.friction.compute import compute_with_friction
 from compare.friction.pages import PAGES, require_page
 from compare.friction.supports import with_supports
@@ -57,7 +58,7 @@ def contact(
             if loaded.contact.friction is None:
                 solved = contacts[loaded.name] = compute_contact(loaded, options, maps_of_scene(loaded))
                 supports = changed_supports(solved.solved, options)
-                report = write_contact(solved, folder, options.store, supports)
+                report = write_contact(solved, folder, supports, beside_of(solved, options.store))
             else:
                 dataset = with_supports(loaded, compute_with_friction(loaded, options), options)
                 report = PAGES[loaded.contact.motion](dataset, folder)

@@ -8,6 +8,7 @@ from rich.console import Console
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.contact.page import write_contact
+from compare.finite_elements.beside import beside_of
 from compare.finite_elements.compute import compute_fe_contact, require_suitable
 from compare.finite_elements.page import write_fe_contact
 from femic.campaigns.maps.c_map import maps_of_scene
@@ -36,5 +37,5 @@ def fe_contact(
     with work.options(folder, console) as options:
         with_ics = compute_contact(loaded, options, maps_of_scene(loaded))
         report = write_fe_contact(compute_fe_contact(loaded, to_dataset(with_ics), options, cells), folder)
-        beside = write_contact(with_ics, folder, options.store)
+        beside = write_contact(with_ics, folder, beside=beside_of(with_ics, options.store))
     console.print(f"Report: {report}, and with ICs {beside}", soft_wrap=True)

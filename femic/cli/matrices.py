@@ -5,11 +5,11 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.console import Console
 
+from compare.export import export as exporting
+from compare.export.export import ExportSpecification
 from compare.frontier.advice import Question
 from compare.frontier.choice import AUTO, choose
-from compare.matrix import export as exporting
 from compare.matrix.compute import require_matrices
-from compare.matrix.export import ExportSpecification
 from compare.matrix.page import write_matrix
 from femic.cli.work import DEFAULT_WORK, SceneName, Work
 from femic.reference.matrix.job import Discount

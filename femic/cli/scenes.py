@@ -9,8 +9,8 @@ from rich.console import Console
 from compare.frontier.choice import AUTO, choose, question_of
 from compare.ics import fields
 from compare.ics.run import run_scene
-from compare.overlay import curves as overlay
 from compare.overlay import page as overlay_page
+from compare.overlay import results as overlay_results
 from compare.overlay import sources as overlay_sources
 from femic.cache import folders
 from femic.cli import plan as planning
@@ -78,7 +78,7 @@ def compare(
             work = Work(source.folder, workers, store or kept_at)
             _computed(source.scene, source.folder, work, console)
     with folders.locked(folder):
-        report = overlay_page.write(overlay.load(scene_sources), folder)
+        report = overlay_page.write(overlay_results.load(scene_sources), folder)
     console.print(f"Report: {report}", soft_wrap=True)
 
 

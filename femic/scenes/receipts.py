@@ -3,12 +3,14 @@
 A later run takes finished results only with their receipt, and only while no file of it has changed.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from hashlib import file_digest
 from pathlib import Path
 
 from pydantic import BaseModel
 
+from femic.cache import folders
 from femic.cache.digests import results_digest
 from femic.cache.files import write_text
 from femic.cache.store import Store
@@ -30,10 +32,16 @@ def key_of(scene: Scene, module: str, *further: object) -> str:
     return Store().key("results", results_digest(module), scene.text, dict(scene.bodies), *further)
 
 
-def leave(folder: Path, command: str, key: str, files: Iterable[str]) -> None:
-    """Leave a receipt of the files of finished results with a key, by the command that has written them."""
-    found = Receipt(key=key, sha256={name: _digest(folder / name) for name in files})
-    write_text(found.model_dump_json(indent=1), _path(folder, command))
+@contextmanager
+def renewed(folder: Path, command: str, key: str, files: Iterable[str]) -> Iterator[Path]:
+    """A context in which a command writes files of results into a folder, created if it does not exist.
+
+    An old receipt of these files is removed before; afterwards, if nothing was raised, they have a new one.
+    """
+    _path(folders.make(folder), command).unlink(missing_ok=True)
+    yield folder
+    digests = {name: _digest(folder / name) for name in files}
+    write_text(Receipt(key=key, sha256=digests).model_dump_json(indent=1), _path(folder, command))
 
 
 def holds(folder: Path, command: str, key: str) -> bool:
@@ -47,11 +55,6 @@ def changed(folder: Path, command: str) -> list[str]:
     receipt = _read(folder, command)
     digests = receipt.sha256 if receipt else {}
     return [name for name, digest in digests.items() if _digest(folder / name) != digest]
-
-
-def withdraw(folder: Path, command: str) -> None:
-    """Remove a receipt, before files of it are written anew."""
-    _path(folder, command).unlink(missing_ok=True)
 
 
 def _path(folder: Path, command: str) -> Path:

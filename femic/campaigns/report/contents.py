@@ -53,7 +53,7 @@ def fields_of(dataset: xr.Dataset) -> list[Field]:
     if "error" in dataset:
         fields += _errors(dataset)
     if "known_error" in dataset and "error" not in dataset:
-        fields += _known_errors(dataset)
+        fields += _error_bounds(dataset)
     if "contact" in json.loads(dataset.attrs["keep"]):
         fields += _contact(dataset)
     if "fit_value" in dataset:
@@ -83,7 +83,7 @@ def _errors(dataset: xr.Dataset) -> Iterator[Field]:
     )
 
 
-def _known_errors(dataset: xr.Dataset) -> Iterator[Field]:
+def _error_bounds(dataset: xr.Dataset) -> Iterator[Field]:
     """Errors of all ICs with the estimate of C, the worst over lines and components."""
     body = body_of(dataset)
     known = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)

@@ -8,8 +8,8 @@ import numpy as np
 
 from approx.matrix import column, matrix
 from approx.variants import VARIANTS, needs_effective
-from compare.matrix import contact_file
-from compare.matrix.contact_file import ContactFile
+from compare.export import contact_file
+from compare.export.contact_file import ContactFile
 from compare.matrix.page import write_matrix
 from femic.cache import folders
 from femic.contact.operators.approximations import approximate_matrix
