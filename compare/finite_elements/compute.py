@@ -20,8 +20,9 @@ from compare.finite_elements.dataset import beside
 from compare.matrix.compute import matrix_jobs
 from femic.cache.digests import results_digest
 from femic.cache.store import Store
+from femic.contact.finite_elements.fineness import CELLS, require_enough
 from femic.contact.finite_elements.levels import Bodies
-from femic.contact.finite_elements.result import CELLS, FEContact, Numbers, fe_contact, require_enough
+from femic.contact.finite_elements.result import FEContact, Numbers, fe_contact
 from femic.reference.discount import FZ
 from femic.reference.matrix.reference import matrices
 from femic.reference.run_options import DEFAULT, Means

@@ -8,8 +8,6 @@ from compare.frontier.advice import Advice, Question, advise, told, tried_for
 from femic.reference.run_options import DEFAULT, Means
 from femic.scenes.scene import Scene
 
-AUTO = "auto"
-
 
 @dataclass(frozen=True)
 class Choice:

@@ -31,8 +31,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from pydantic import ValidationError
-from scipy.stats import qmc
 
 from femic.campaigns.campaign_file import (
     ABSURD,
@@ -297,7 +297,7 @@ def _listed(parsed: CampaignFile, path: Path) -> list[Point]:
 
 def _random(parsed: CampaignFile) -> list[Point]:
     """Points of a scrambled Sobol sequence: so the first ones cover the ranges, too."""
-    sequence = qmc.Sobol(len(parsed.sweep), rng=parsed.seed)
+    sequence = scipy.stats.qmc.Sobol(len(parsed.sweep), rng=parsed.seed)
     shares = sequence.random_base2(int(np.ceil(np.log2(max(parsed.samples, 2)))))[: parsed.samples]
     columns = []
     for axis, share in zip(parsed.sweep.values(), shares.T, strict=True):

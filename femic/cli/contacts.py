@@ -7,23 +7,27 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.contact.compute import cases_of, compute_contact
-from compare.contact.page import write_contact, write_sensitivity
-from compare.contact.sensitivity import is_mapped
-from compare.contact.supports import changed_supports
-from compare.friction.compression import compute_compression
-from compare.friction.compression_page import write_compression
-from compare.friction.rolling import compute_rolling
-from compare.friction.rolling_page import write_rolling
-from compare.friction.supports import with_supports
 from femic.cache import folders
 from femic.cli.work import DEFAULT_WORK, Work
+from femic.late import Late
 from femic.reference.run_options import Means
 from femic.scenes import plausibility
 from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
+
+cases_of = Late("compare.contact.compute:cases_of")
+compute_contact = Late("compare.contact.compute:compute_contact")
+write_contact = Late("compare.contact.page:write_contact")
+write_sensitivity = Late("compare.contact.page:write_sensitivity")
+is_mapped = Late("compare.contact.sensitivity:is_mapped")
+changed_supports = Late("compare.contact.supports:changed_supports")
+compute_rolling = Late("compare.friction.rolling:compute_rolling")
+write_rolling = Late("compare.friction.rolling_page:write_rolling")
+compute_compression = Late("compare.friction.compression:compute_compression")
+write_compression = Late("compare.friction.compression_page:write_compression")
+with_supports = Late("compare.friction.supports:with_supports")
 
 WITH_FRICTION: Mapping[str, Callable[[Scene, Path, Means], Path]] = {  # by motion
     "rolling": lambda scene, folder, means: write_rolling(
