@@ -8,7 +8,7 @@ solid cylinder is not specified, so that only self-balanced loads have a meaning
 
 These are cases in which B is exact. With the half-plane at the distance of the chord, 2 R sin(alpha / 2), the
 cavity is B with A_sn, A_ns times (pi - |alpha|) / pi; the solid cylinder is the same with its side, plus a
-uniform radial displacement. Source: design section 3.
+uniform radial displacement. Theory: docs/theory/ics.md.
 """
 
 import numpy as np

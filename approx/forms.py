@@ -67,20 +67,24 @@ class Form:
             return Form(Shares(self.rotate.load, self.rotate.observer), self.effective, fallback)
         return Form(Transposed(self.rotate), self.effective, fallback)
 
+    @property
+    def has_shares(self) -> bool:
+        """Whether the form, and its fallback, rotate by fixed shares."""
+        return isinstance(self.rotate, Shares) and (self.fallback is None or self.fallback.has_shares)
+
     def on(self, half_space: HalfSpace) -> "Form":
         """The form itself, or its fallback on a half-space without effective properties."""
         return self if half_space.effective or self.fallback is None else self.fallback
 
 
-A = Form(Shares(0, 0))
-HALVES = Shares(1 / 2, 1 / 2)
+UNROTATED, HALVES = Shares(0, 0), Shares(1 / 2, 1 / 2)
 FORMS: dict[str, Form] = {
-    "A": A,
+    "A": Form(UNROTATED),
     "B": Form(Shares(0, 1)),
     "Bbar": Form(Shares(1, 0)),
     "Bhat": Form(HALVES),
     "Bhat_prime": Form(HALVES, effective=True),
-    "Bhat_prime_or_A": Form(HALVES, effective=True, fallback=A),
+    "Bhat_prime_or_A": Form(HALVES, effective=True, fallback=Form(UNROTATED)),
 }
 
 
@@ -112,7 +116,8 @@ class Ingredients:
     def ics(self, form: Form) -> Array:
         """ICs of a form per unit pressure [mm/MPa], shape (3, 3, ...)."""
         form = form.on(self.half_space)
-        return form.rotate(self.a_prime if form.effective else self.a, self.rotation)
+        ics = self.a_prime if form.effective else self.a
+        return ics if form.rotate == UNROTATED else form.rotate(ics, self.rotation)
 
     def by_form(self, forms: Iterable[Form]) -> dict[Form, Array]:
         """ICs of several forms; what they have in common is computed once."""

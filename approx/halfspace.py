@@ -82,7 +82,7 @@ class HalfSpace:
 
 
 def nine(constants: ElasticConstants, integrals: Array) -> Array:
-    """ICs [mm/MPa], shape (3, 3, ...), from I_xx, I_ss, I_xs, J_x, J_s [mm] (5, ...): design section 3."""
+    """ICs [mm/MPa], shape (3, 3, ...), from I_xx, I_ss, I_xs, J_x, J_s [mm] (5, ...): docs/theory/ics.md."""
     scale = constants.factor / (2 * np.pi * constants.G)
     I_xx, I_ss, I_xs, J_x, J_s = integrals
     nn = scale * (1 - constants.nu) * (I_xx + I_ss)

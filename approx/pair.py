@@ -79,7 +79,7 @@ class Pair:
         Where combined effective properties are given, B-hat-prime, and components that a variant has from
         it, are those of the combined constants on the contour of the lower body. The properties stand for
         everything else, also for the curvature of wheels along x; with `curvature_apart` the effect of this
-        curvature on B-hat of each body is added instead. Source: [BVSV] section 4.
+        curvature on B-hat of each body is added instead. Source: [BVSV] section 4; docs/theory/ics.md.
         """
         return self.approximations([variant], patch, points)[variant]
 

@@ -145,7 +145,7 @@ def approximate(
     rotate, for both bodies that of the lower one. Errors are those of the half-space, 1e-14 of the largest
     component; the symmetries that a variant keeps hold to rounding. `variant` is one of `VARIANTS`, or one
     with exchanges (`forms_of`). Raises WrongInput for an unknown one, for points that are not finite, and for
-    B-hat-prime without effective properties. Source: [BVSV] sections 3 and 4.
+    B-hat-prime without effective properties. Source: [BVSV] sections 3 and 4; docs/theory/ics.md.
     """
     return approximations([variant], half_space, surface, patch, points)[variant]
 

@@ -38,7 +38,7 @@ class ElasticConstants:
     """The constants of half-space ICs, of one body or of both; arrays where they vary from point to point.
 
     The ICs are `factor` / (2 pi G) times geometry: factor 1 for one body, 2 for both. The mismatch
-    constant `mismatch_k` (K of design section 3) scales xn, nx, sn, ns.
+    constant `mismatch_k` (K) scales xn, nx, sn, ns.
     """
 
     G: float | Array

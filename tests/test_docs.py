@@ -1,6 +1,7 @@
-"""The Python blocks of the pages and of README.md run as they stand; computed pages are up to date."""
+"""Python blocks of the pages run; links, paths and names exist; computed pages are up to date."""
 
 import json
+import pkgutil
 import re
 import runpy
 import shutil
@@ -14,6 +15,9 @@ from femic.cache.digests import results_digest
 ROOT = Path(__file__).parent.parent
 MODULE = "compare.ics.dataset"
 BLOCK = re.compile(r"^```python\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
+PACKAGES = ("approx", "compare", "femic", "geometries")
+FOLDERS = (*PACKAGES, "benchmarks", "docs", "examples", "tests", "tools")
+PAGES = sorted(str(page.relative_to(ROOT)) for page in (ROOT / "README.md", *ROOT.glob("docs/**/*.md")))
 
 
 def run_blocks(document):
@@ -26,6 +30,74 @@ def run_blocks(document):
     return len(blocks), namespace
 
 
+def prose(page):
+    """The text of a page without its code blocks."""
+    return re.sub(r"^ *```.*?^ *```$", "", (ROOT / page).read_text("utf-8"), flags=re.DOTALL | re.MULTILINE)
+
+
+def quoted(page):
+    """All that stands in backticks on a page."""
+    return set(re.findall(r"`([^`\n]+)`", prose(page)))
+
+
+def anchors(page):
+    """The anchors of a page's headings, as code hosts make them."""
+    headings = re.findall(r"^#+ (.*)$", prose(page), flags=re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def resolves(name):
+    """Whether a dotted name is a module or an attribute that can be imported."""
+    try:
+        pkgutil.resolve_name(name)
+    except (ImportError, AttributeError):
+        return False
+    return True
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", prose(page)):
+        if "://" in target:
+            continue
+        path, _, anchor = target.partition("#")
+        linked = ((ROOT / page).parent / path).resolve() if path else ROOT / page
+        assert linked.exists(), target
+        assert not anchor or anchor in anchors(linked.relative_to(ROOT)), target
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_files_and_names_in_the_text_exist(page):
+    for text in quoted(page):
+        if re.fullmatch(rf"({'|'.join(FOLDERS)})/[\w./-]*", text):
+            assert (ROOT / text).exists(), text
+        if re.fullmatch(rf"({'|'.join(PACKAGES)})(\.\w+)+", text) and not (ROOT / text).exists():
+            assert resolves(text), text
+
+
+def product():
+    """The source of the product: code, scenes, templates."""
+    kinds = ("*.py", "*.toml", "*.j2")
+    paths = [path for folder in PACKAGES for kind in kinds for path in (ROOT / folder).rglob(kind)]
+    return "\n".join(path.read_text("utf-8") for path in paths)
+
+
+def test_pages_that_the_code_names_exist():
+    named = set(re.findall(r"docs/[\w/-]+\.md", product()))
+    assert len(named) > 5
+    assert not [page for page in named if not (ROOT / page).exists()]
+
+
+def test_the_names_of_the_glossary_are_in_the_code():
+    """Dotted names can be imported; others are words of the product's source."""
+    words = set(re.findall(r"\w+", product()))
+    rows = re.findall(r"^\|(.*)\|$", prose("docs/glossary.md"), flags=re.MULTILINE)
+    names = {name for row in rows for name in re.findall(r"`([^`]+)`", row.rsplit("|", 1)[-1])}
+    assert len(names) > 50
+    missing = [name for name in names if not (resolves(name) if "." in name else name in words)]
+    assert not missing
+
+
 def test_pages_with_computed_numbers_are_not_written_by_hand():
     pages = runpy.run_path(str(ROOT / "tools/write_docs.py"))["pages"]()
     assert set(pages) == {"which-ics.md", "validation.md", "extremes.md", "mutations.md"}
@@ -33,7 +105,7 @@ def test_pages_with_computed_numbers_are_not_written_by_hand():
         assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run make docs"
 
 
-@pytest.mark.slow  # numbers take half an hour: they follow the code at the end of a piece of work
+@pytest.mark.slow  # the numbers take long: they follow the code at the end of a piece of work
 def test_pages_were_computed_by_this_code():
     outdated = runpy.run_path(str(ROOT / "tools/write_docs.py"))["outdated"]()
     assert not outdated, f"{outdated}: run make docs"

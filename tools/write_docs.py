@@ -2,10 +2,10 @@
 
     python tools/write_docs.py [--compute | --check]
 
-With --compute, `femic validate`, `extremes`, `calibrate` and `frontier` run first (half an hour on 2 cores;
-what out/ keeps is not solved again) and their numbers go to docs/numbers/. Pages are made of these and
-docs/templates/; a test compares. Numbers carry the digest of the code that computed them: --check writes
-nothing, says which pages rest on numbers of other code, and ends with 1 if any does.
+With --compute, `femic validate`, `extremes`, `calibrate` and `frontier` run first (models in out/ are not
+solved again) and their numbers go to docs/numbers/. Pages are rendered from these and docs/templates/; a test
+compares. Numbers carry the digest of the code that computed them: --check writes nothing, says which pages
+have numbers of other code, and ends with 1 if any does.
 """
 
 import json
@@ -32,7 +32,7 @@ QUESTIONS = {"nn": ("nn",), "nn, ss, xx": ("nn", "ss", "xx"), "all six": ()}
 
 
 def compute() -> None:
-    """Run what gives the numbers, and keep them."""
+    """Run the commands that give the numbers, and save these."""
     out = Path("out")
     run("validate")
     run("extremes")
@@ -43,9 +43,9 @@ def compute() -> None:
         run("frontier", calibrated, "--out", str(out / f"{name}_calibrated"))
         with xr.open_dataset(out / f"{name}_calibrated" / "frontier.nc", engine="h5netcdf") as dataset:
             frontiers[name] = numbers_of(dataset.load())
-    keep("frontier", frontiers)
+    save("frontier", frontiers)
     for name in ("validation", "extremes"):
-        keep(name, json.loads((out / name / f"{name}.json").read_text(encoding="utf-8")))
+        save(name, json.loads((out / name / f"{name}.json").read_text(encoding="utf-8")))
 
 
 def run(*arguments: str) -> None:
@@ -53,7 +53,7 @@ def run(*arguments: str) -> None:
         sys.exit(code)
 
 
-def keep(name: str, values: Any) -> None:
+def save(name: str, values: Any) -> None:
     NUMBERS.mkdir(exist_ok=True)
     text = json.dumps(rounded(values), indent=1, ensure_ascii=False, allow_nan=False)
     (NUMBERS / f"{name}.json").write_text(text + "\n", encoding="utf-8")
@@ -120,16 +120,16 @@ def finite(value: float) -> float | None:
 
 
 def advice(dataset: xr.Dataset, tolerance: float, components: tuple[str, ...], body: str) -> dict[str, Any]:
-    asked = components or tuple(str(component) for component in dataset.component.values)
-    found = None
+    requested = components or tuple(str(component) for component in dataset.component.values)
+    advised = None
     with suppress(Failure):
-        found = advise(dataset, Question(body, asked, tolerance))
+        advised = advise(dataset, Question(body, requested, tolerance))
     return {"tolerance": tolerance} | {
-        key: getattr(found, key, None) for key in ("label", "error", "seconds")
+        key: getattr(advised, key, None) for key in ("label", "error", "seconds")
     }
 
 
-def numbers_kept() -> dict[str, Any]:
+def stored_numbers() -> dict[str, Any]:
     """The numbers in docs/numbers, by the name of their file."""
     return {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in NUMBERS.glob("*.json")}
 
@@ -152,7 +152,7 @@ def templates() -> dict[str, Path]:
 
 def pages() -> dict[str, str]:
     """The text of every page, by its name; last of all, what its numbers were computed with."""
-    numbers, made = numbers_kept(), environment()
+    numbers, made = stored_numbers(), environment()
     return {
         page: made.get_template(path.name).render(**numbers).rstrip()
         + f"\n\n{computed_with(path, numbers)}\n"
@@ -175,16 +175,16 @@ def programs(values: dict[str, Any]) -> dict[str, str]:
 
 
 def computed_with(template: Path, numbers: dict[str, Any]) -> str:
-    told = [
+    sentences = [
         f"{name} by " + ", ".join(f"{what} {version}" for what, version in programs(numbers[name]).items())
         for name in used(template, numbers)
     ]
-    return f"*Numbers of this page were computed with: {'; '.join(told)}.*"
+    return f"*Numbers of this page were computed with: {'; '.join(sentences)}.*"
 
 
 def outdated() -> dict[str, list[str]]:
     """Pages whose numbers other code has computed: which numbers, by which code."""
-    numbers = numbers_kept()
+    numbers = stored_numbers()
     found = {
         page: [
             f"docs/numbers/{name}.json by code {code}, now {now}"

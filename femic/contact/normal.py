@@ -1,7 +1,8 @@
 """Frictionless contact on a curvilinear grid: pressures that lift two surfaces apart, with any ICs.
 
 The gap along the normals of the lower surface is g = S p + h - zeta cos(delta), h the undeformed distance and
-zeta the vertical approach; p >= 0, g >= 0, p g = 0. Source: [BVSV] section 6, design section 6.
+zeta the vertical approach; p >= 0, g >= 0, p g = 0. Source: [BVSV] section 6;
+docs/theory/contact.md.
 """
 
 from dataclasses import dataclass

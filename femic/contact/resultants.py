@@ -1,6 +1,6 @@
 """Forces and moments of the tractions of a contact, about its centre, and its centre of pressure.
 
-All are those on the upper body, in global axes. Source: statics; design section 6.
+All are those on the upper body, in global axes. Theory: docs/theory/contact.md.
 """
 
 from dataclasses import dataclass

@@ -1,8 +1,8 @@
 """The undeformed distance of two surfaces, along the normals of the lower one.
 
 The lower surface is prismatic, the upper one prismatic or of revolution. The upper one is moved along y,
-comes down along z until both touch, and by the approach zeta [mm] beyond that. Source: [BVSV], design
-section 6.
+comes down along z until both touch, and by the approach zeta [mm] beyond that. Source: [BVSV];
+docs/theory/contact.md.
 """
 
 from dataclasses import dataclass

@@ -3,7 +3,7 @@
 The error of a component on a line is max |error of C|, divided by the larger of max |C_ij| and 0.05 max
 |C_nn| on that line, body by body. The floor keeps components that vanish, or nearly do, from asking for
 endless cells. The scale does not measure approximations: their errors are shares of C itself, however small C
-is, see `compare.ics.error_measure`. Source: design section 2.
+is, see `compare.ics.error_measure`. Theory: docs/theory/errors.md.
 """
 
 from dataclasses import dataclass

@@ -14,8 +14,8 @@ With these, D is rigid for each load, reciprocal, and a function of the lag. M h
 and z-phi. The tilts of the axle cover a part of them; the rest turns the load's section about its contact
 centre. Seen from another position this turn is rigid except for a translation along y, the turn times the
 height of the observer's contact centre over the load's. This translation is left out: with it, D would not be
-reciprocal, or loads at the contact centre would depend on phi-phi. Source: [BVSV] section 5.1, design section
-4.
+reciprocal, or loads at the contact centre would depend on phi-phi. Source: [BVSV] section 5.1;
+docs/theory/discount.md.
 """
 
 from collections.abc import Callable, Mapping, Sequence

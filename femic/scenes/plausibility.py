@@ -11,7 +11,7 @@ from geometries.bodies import Body
 LARGE_RADIUS = 10  # radius over patch.b from which flat elements are accurate to about 1 %
 CLEAR = 3  # least number of patches between a patch and an end of its contour
 THIN_WEDGE = 40  # degrees of material between the flanks below which a body is slender
-HUB_PROBLEM = 300  # mm of rolling radius below which the hub shapes the result (design section 4)
+HUB_PROBLEM = 300  # mm of rolling radius below which the hub shapes the result (docs/theory/reference.md)
 LARGE_ROLLING_RADIUS = 20  # over the longest line along x, from which the surface hardly turns along it
 DOMAIN_OVER_LINE = 6  # size of the domain over reach of a line from which truncation is below about 1 %
 NEARLY_INCOMPRESSIBLE = 0.45  # Poisson's ratio

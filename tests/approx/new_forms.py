@@ -21,10 +21,19 @@ def unlike_in_x(ics, _rotation):
     return changed
 
 
+def not_linear(ics, _rotation):
+    """A with the length of the displacement in nn."""
+    changed = ics.copy()
+    changed[2, 2] = np.linalg.norm(ics[:, 2], axis=0)
+    return changed
+
+
 NEW_FORMS = {
     "Btilde": Form(Shares(observer=2 / 3, load=1 / 3)),
     "Btilde_prime": Form(Shares(observer=2 / 3, load=1 / 3), effective=True),
     "Bfaded": Form(faded),
+    "Bprime_or_Bfaded": Form(Shares(observer=0, load=1), effective=True, fallback=Form(faded)),
+    "Alength": Form(not_linear),
     "Askew": Form(unlike_in_x),
 }
 

@@ -191,7 +191,7 @@ def test_k_point_by_point_is_the_curve():
     np.testing.assert_allclose(pointwise_k(data)[0], TRUE.at(data.r, half_space), rtol=1e-9)
 
 
-def test_k_point_by_point_on_a_prismatic_pair_is_the_design_s_formula():
+def test_k_point_by_point_on_a_prismatic_pair_has_a_closed_form():
     """K = -(C_xn + A_xs sin(alpha / 2)) pi G / (J_x cos(alpha / 2)), any C_xn."""
     flat_wheel = Solid(BRASS, Surface(UPPER, CONTOUR))
     pair = Pair(flat_wheel, RAIL)

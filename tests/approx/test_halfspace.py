@@ -58,7 +58,7 @@ def integrals_by_rays(patch, x, s):
 
 
 def table(integrals, material, side):
-    """One body: the table of design section 3, written out."""
+    """One body: the table of docs/theory/ics.md, written out."""
     I_0, I_xx, I_ss, I_xs, J_x, J_s = integrals
     G, nu = material.E / (2 * (1 + material.nu)), material.nu
     xx, ss = ((1 - nu) * I_0 + nu * part for part in (I_xx, I_ss))

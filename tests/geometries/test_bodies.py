@@ -73,7 +73,7 @@ def test_scaled_domain_has_both_lengths_multiplied():
     assert Domain(60.0, 130.0).scaled(1.5) == Domain(90.0, 195.0)
 
 
-def test_sides_are_the_signs_of_the_design():
+def test_sides_are_signs():
     assert (UPPER, LOWER) == (+1, -1)
 
 

@@ -2,7 +2,8 @@
 
 Rolling is towards +x. Velocities are those of the upper surface over the lower one, in the local directions
 x, s, n of the latter; those along x and s are the rigid slip.
-Source: design section 6; Kalker (1990), Three-dimensional elastic bodies in rolling contact, section 1.3.
+Theory: docs/theory/friction.md. Source: Kalker (1990), Three-dimensional elastic bodies in rolling contact,
+section 1.3.
 """
 
 from dataclasses import dataclass

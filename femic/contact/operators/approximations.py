@@ -4,7 +4,7 @@ On prismatic bodies the rotation between two elements is R_x(alpha), alpha the d
 inclinations, and R_x(p alpha) = Q_0 + Q_1 exp(i p alpha) + Q_-1 exp(-i p alpha) with constant matrices Q. So
 T^p A T^q is a sum of kernels of the lag times cosines and sines of (m p + n q) alpha, m, n = -1, 0, 1; and
 these, of a difference, are sums of products. Forms of ICs that are no such product become an operator that is
-dense between strips. Source: [BVSV] sections 3 and 4.
+dense between strips. Source: [BVSV] sections 3 and 4; docs/theory/contact.md.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -29,7 +29,6 @@ from geometries.grids import Grid
 from geometries.patches import N, S, X, mirror_signs
 
 Complex = NDArray[np.complex128]
-Waves = dict[float, Complex]  # coefficients of exp(i w alpha) by w >= 0, (3, 3, lags along x, along s)
 
 Q_0 = np.diag([1.0, 0.0, 0.0])
 Q_1 = np.array([[0.0, 0.0, 0.0], [0.0, 0.5, 0.5j], [0.0, -0.5j, 0.5]])
@@ -59,7 +58,7 @@ def approximate_operator(
     """
     forms = forms_of(variant)
     parts = _parts(forms, pair, grid, upper_offset)
-    if all(isinstance(form.rotate, Shares) for form in forms.values()):
+    if all(form.has_shares for form in forms.values()):
         return _convolution(parts, directions)
     if not all(part.symmetric_in_x for part in parts):
         raise WrongInput(
@@ -88,27 +87,16 @@ class _Part:
     grid: Grid
     delta: Array
 
-    @property
-    def waves(self) -> Waves:
-        """The coefficients of the waves of all components; the forms have fixed shares of the rotation."""
-        total: Waves = {}
-        for form, mask in self._masks.items():
-            assert isinstance(form.rotate, Shares)
-            terms = product(_terms(form.rotate.observer), _terms(form.rotate.load))
-            for (w_observer, left), (w_load, right) in terms:
-                coefficients = mask * np.einsum("ik,klxs,lj->ijxs", left, self._half_space_ics(form), right)
-                w = round(w_observer + w_load, 12)
-                total[abs(w)] = total.get(abs(w), 0) + (coefficients if w >= 0 else np.conj(coefficients))
-        return total
-
     def between_strips(self, lags_x: slice) -> Array:
         """ICs [mm/MPa] at some lags along x between all strips, shape (3, 3, lags, n_s, n_s)."""
         rotation = rotation_about_x(np.subtract.outer(self.delta, self.delta))
         lags_s = strip_lags(self.grid.n_s)
-        total = np.zeros(())
-        for form, mask in self._masks.items():
-            ics = form.rotate(self._half_space_ics(form)[:, :, lags_x, lags_s], rotation)
-            total = total + mask[..., None] * ics
+        chosen = {form: self.half_space_ics(form)[:, :, lags_x, lags_s] for form in self.components}
+        total = np.zeros_like(next(iter(chosen.values())))
+        for form, components in self.components.items():
+            ics = form.rotate(chosen[form], rotation)
+            for component in components:
+                total[component] = ics[component]
         return total
 
     @property
@@ -122,14 +110,14 @@ class _Part:
         return bool(np.max(np.abs(defect)) <= ROUNDING * np.max(np.abs(ahead)))
 
     @cached_property
-    def _masks(self) -> dict[Form, Array]:
-        """1 at the components of each form, else 0, shape (3, 3, 1, 1)."""
-        masks: dict[Form, Array] = {}
+    def components(self) -> dict[Form, list[tuple[int, int]]]:
+        """The components that have each form."""
+        by_form: dict[Form, list[tuple[int, int]]] = {}
         for component, form in self.forms.items():
-            masks.setdefault(form.on(self.half_space), np.zeros((3, 3, 1, 1)))[component] = 1
-        return masks
+            by_form.setdefault(form.on(self.half_space), []).append(component)
+        return by_form
 
-    def _half_space_ics(self, form: Form) -> Array:
+    def half_space_ics(self, form: Form) -> Array:
         """A or A' [mm/MPa] at all lags, shape (3, 3, 2 n_x - 1, 2 n_s - 1)."""
         return self._a_prime if form.effective else self._a
 
@@ -150,43 +138,62 @@ def _matrix(parts: Sequence[_Part]) -> Array:
     return np.moveaxis(ics, (0, 1), (3, 4))
 
 
-def _terms(share: float) -> list[tuple[float, Array | Complex]]:
-    """R_x(share alpha) as matrices times exp(i w alpha): pairs of w and matrix."""
-    return [(0.0, Q_0), (share, Q_1), (-share, np.conj(Q_1))] if share else [(0.0, np.eye(3))]
-
-
 def _convolution(parts: Sequence[_Part], directions: tuple[int, ...]) -> Convolution:
     """The sum of parts, all of them with fixed shares of the rotation, as a sum of convolutions."""
     factors: dict[str, Array] = {}
     kernels: dict[tuple[Place, Place], Array] = {}
     for number, part in enumerate(parts):
-        for w, coefficients in part.waves.items():
-            for of_observer, of_load, kernel in _products(w, coefficients):
+        for (i, j), w, cosine, sine in _waves(part, directions):
+            for of_observer, of_load, kernel in _products(w, cosine, sine):
                 observer, load = (f"{name}({w!r} delta_{number})" for name in (of_observer, of_load))
-                factors[observer], factors[load] = (
-                    FUNCTIONS[name](w * part.delta) for name in (of_observer, of_load)
-                )
-                for i, j in product(directions, repeat=2):
-                    if np.any(kernel[i, j]):
-                        places = (i, observer), (j, load)
-                        kernels[places] = kernels.get(places, 0.0) + kernel[i, j]
+                factors[observer] = FUNCTIONS[of_observer](w * part.delta)
+                factors[load] = FUNCTIONS[of_load](w * part.delta)
+                places = (i, observer), (j, load)
+                kernels[places] = kernels.get(places, 0.0) + kernel
     return Convolution(directions, factors, kernels)
 
 
-def _products(w: float, coefficients: Complex) -> Iterator[tuple[str, str, Array]]:
-    """Re(c exp(i w (delta_I - delta_J))) as functions of delta_I and of delta_J with their kernels."""
-    yield "cos", "cos", coefficients.real
-    if w:
-        yield "sin", "sin", coefficients.real
-        yield "sin", "cos", -coefficients.imag
-        yield "cos", "sin", coefficients.imag
+def _waves(part: _Part, directions: tuple[int, ...]) -> Iterator[tuple[tuple[int, int], float, Array, Array]]:
+    """Yield component, w, and the kernels of cos(w alpha) and of sin(w alpha) of which a part consists."""
+    for form, components in part.components.items():
+        assert isinstance(form.rotate, Shares)
+        ics, waves = part.half_space_ics(form), _weights(form.rotate)
+        for (i, j), (w, weights) in product(components, waves.items()):
+            if i in directions and j in directions:
+                cosine, sine = weights[i, j].real, -weights[i, j].imag
+                yield (i, j), w, np.tensordot(cosine, ics, 2), np.tensordot(sine, ics, 2)
+
+
+def _weights(shares: Shares) -> dict[float, Complex]:
+    """The weights W of T^p A T^q = Re(sum of exp(i w alpha) W A) by w >= 0: of A_kl in ij, (3, 3, 3, 3)."""
+    total: dict[float, Complex] = {}
+    for (p, left), (q, right) in product(_terms(shares.observer), _terms(shares.load)):
+        w, weights = round(p + q, 12), np.einsum("ik,lj->ijkl", left, right).astype(complex)
+        total[abs(w)] = total.get(abs(w), 0) + (weights if w >= 0 else np.conj(weights))
+    return total
+
+
+def _terms(share: float) -> list[tuple[float, Array | Complex]]:
+    """R_x(share alpha) as matrices times exp(i w alpha): pairs of w and matrix."""
+    return [(0.0, Q_0), (share, Q_1), (-share, np.conj(Q_1))] if share else [(0.0, np.eye(3))]
+
+
+def _products(w: float, cosine: Array, sine: Array) -> Iterator[tuple[str, str, Array]]:
+    """Yield the functions of delta_I and of delta_J of which cos and sin of w alpha consist, with kernels."""
+    if np.any(cosine):
+        yield "cos", "cos", cosine
+        if w:
+            yield "sin", "sin", cosine
+    if w and np.any(sine):
+        yield "sin", "cos", sine
+        yield "cos", "sin", -sine
 
 
 def _parts(forms: Forms, pair: Pair, grid: Grid, upper_offset: float) -> list[_Part]:
     """The parts whose sum are the combined ICs.
 
-    Components of combined effective properties are of both bodies on the lower contour. So are others where
-    both bodies rotate alike and have no properties of their own; else each body has its part.
+    Components of combined effective properties are of both bodies on the lower contour. So are others with
+    shares where both bodies rotate alike and have no properties of their own; else each body has its part.
     """
     lower, upper = pair.lower, pair.upper
     deltas = [
@@ -195,15 +202,17 @@ def _parts(forms: Forms, pair: Pair, grid: Grid, upper_offset: float) -> list[_P
     ]
     effective = {at: form for at, form in forms.items() if form.effective}
     own_properties = effective and not pair.effective and (lower.effective or upper.effective)
-    if not own_properties and (np.array_equal(deltas[0], deltas[1]) or set(forms.values()) == {FORMS["A"]}):
+    alike = np.array_equal(deltas[0], deltas[1]) or set(forms.values()) == {FORMS["A"]}
+    if alike and not own_properties and all(form.has_shares for form in forms.values()):
         return [_Part(forms, pair.half_space, grid, deltas[0])]
     of_pair = effective if pair.effective else {}
     of_bodies = {at: form for at, form in forms.items() if at not in of_pair}
-    own = [
-        _Part(of_bodies, body.half_space, grid, delta)
-        for body, delta in zip((lower, upper), deltas, strict=True)
-    ]
-    return [*own, _Part(of_pair, pair.half_space, grid, deltas[0])] if of_pair else own
+    parts = (
+        _Part(of_bodies, lower.half_space, grid, deltas[0]),
+        _Part(of_bodies, upper.half_space, grid, deltas[1]),
+        _Part(of_pair, pair.half_space, grid, deltas[0]),
+    )
+    return [part for part in parts if part.forms]
 
 
 def _at_all_lags(ics: Array) -> Array:

@@ -5,7 +5,7 @@ u_x = U sin(k x), u_y = V cos(k x), u_z = W cos(k x), where U, V, W are amplitud
 (`section_model`). For a load along x sines and cosines are exchanged: its K is K(-k), which is K(k) with the
 sign of U changed. So one factorisation per wavenumber serves all loads. On a closed body of revolution k = m
 / R_roll. Sections that are their own mirror image are halved, with even and odd fields. `synthesis` computes
-displacements anywhere along x from the responses. Source: design section 4.
+displacements anywhere along x from the responses. Theory: docs/theory/reference.md.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence

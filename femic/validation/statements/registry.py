@@ -1,9 +1,9 @@
 """All statements by number: 1 to 13 and 16 to 21 are those of [BVSV], all others about this program.
 
 Thresholds were set before the first run and have not been changed since; `changes` lists what was changed
-in claims and criteria. The report says where a number misses its threshold. Errors are those of design
-section 2: shares of the component itself. Lines are those of the scenes. Where scenes are compared, curves
-are dimensionless.
+in claims and criteria. The report says where a number misses its threshold. Errors are shares of the
+component itself (docs/theory/errors.md). Lines are those of the scenes. Where scenes are compared, curves are
+dimensionless.
 """
 
 from collections.abc import Mapping

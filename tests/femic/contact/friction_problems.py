@@ -1,6 +1,6 @@
 """Contacts with friction to solve in tests, and Coulomb's law as a reader would check it, without the solver.
 
-Slip is computed here from the operator and the definitions of design section 6, element by element.
+Slip is computed here from the operator and the definitions of docs/theory/friction.md, element by element.
 """
 
 from dataclasses import dataclass, replace

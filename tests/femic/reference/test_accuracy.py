@@ -1,4 +1,4 @@
-"""The error measure of the design."""
+"""The scale of refinement."""
 
 import numpy as np
 import pytest

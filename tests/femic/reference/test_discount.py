@@ -190,8 +190,8 @@ def test_phi_phi_is_nothing_to_loads_at_the_contact_centre():
     assert np.all(discounts(m, wheel(60.0, UPPER), 0.0) == 0)
 
 
-def test_the_discount_at_the_contact_centre_is_that_of_the_design():
-    """D_xx = M_zz cos + (M_xx - M_zz) R(I) R(J) / R^2, D_nn = M_zz cos, D_nx = -D_xn = M_zz sin."""
+def test_the_discount_at_the_contact_centre_is_that_of_the_theory():
+    """D_xx = M_zz cos + (M_xx - M_zz) R(I) R(J) / R^2, D_nn = M_zz cos, D_xn = -D_nx = M_zz sin."""
     m, R = some_m(), 60.0
     body = wheel(R, UPPER, SYMMETRIC)
     for s_load, s in ((0.0, 0.0), (0.0, 7.0), (4.0, -7.0)):
@@ -231,7 +231,7 @@ def test_a_wheel_of_infinite_radius_is_prismatic():
     assert further == pytest.approx(far / 10, rel=0.01)
 
 
-def test_m_is_symmetric_and_only_has_the_entries_of_the_design(fit):
+def test_m_is_symmetric_and_only_has_the_entries_of_the_theory(fit):
     np.testing.assert_array_equal(fit.m, fit.m.T)
     free = CENTRAL_ENTRIES if fit.body.contour.symmetric else COUPLED_ENTRIES
     if OFF_CENTRE[0] in fit.u:
@@ -239,7 +239,7 @@ def test_m_is_symmetric_and_only_has_the_entries_of_the_design(fit):
     assert {(int(a), int(b)) for a, b in np.argwhere(fit.m != 0)} == free
 
 
-def test_discounted_ics_meet_the_half_space_where_the_design_says(fit):
+def test_discounted_ics_meet_the_half_space_where_the_rule_says(fit):
     for j, load in enumerate(CENTRAL):
         if load in fit.u:
             assert fit.discounted(load)[j, 0] == pytest.approx(fit.half_space("A", load)[j, j, 0], rel=1e-10)

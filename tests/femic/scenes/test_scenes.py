@@ -40,7 +40,7 @@ def test_the_listing_is_the_same_scene_and_names_every_key(name):
         assert f"{key} = " in text
 
 
-def test_geometry1_is_the_design_s():
+def test_geometry1_has_the_inclinations_of_the_source():
     scene = load_scene("geometry1")
     for body in scene.bodies.values():
         assert np.degrees(body.contour.inclination(np.array([-20.0, 20.0]))) == pytest.approx([-25.5, 25.5])

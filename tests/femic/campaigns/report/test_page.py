@@ -190,7 +190,7 @@ def test_the_largest_error_over_lines_of_both_bodies_together_is_shown(grid):
     assert cell == {"text": "4.75 %", "below": "flank = 60, ratio = 1.05"}
 
 
-def test_the_sentences_answer_the_design_question(grid):
+def test_the_sentences_answer_the_question_of_the_campaign(grid):
     told_all = summary(grid, fields_of(grid), None).split("\n")
     assert told_all[0] == "21 scenes over flank = 0 ... 60 u and ratio = 1.05 ... 1.5 u: all computed."
     assert told_all[1] == "C is known to 0.2 % or better."

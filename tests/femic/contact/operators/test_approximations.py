@@ -91,6 +91,8 @@ def test_it_is_so_with_a_component_by_effective_properties(bodies):
         ("Btilde", Convolution),
         ("Bhat+sn:Btilde", Convolution),
         ("Bfaded", GridOperator),
+        ("Alength", GridOperator),
+        ("Bhat+ss:Bprime_or_Bfaded", GridOperator),
         ("mix+ss:Bfaded", GridOperator),
     ],
 )
@@ -103,10 +105,10 @@ def test_new_forms_have_operators(variant, kind, bodies, monkeypatch):
 
 
 @pytest.mark.parametrize("bodies", WITH_EFFECTIVE.values(), ids=WITH_EFFECTIVE)
-def test_new_forms_of_effective_properties_have_operators(bodies, monkeypatch):
+@pytest.mark.parametrize("variant", ["Btilde_prime", "Btilde_prime+sn:Bfaded"])
+def test_new_forms_of_effective_properties_have_operators(variant, bodies, monkeypatch):
     register(monkeypatch)
-    if bodies.has_effective("combined"):
-        assert_dense("Btilde_prime", bodies, (X, S, N))
+    assert_dense(variant, bodies, (X, S, N))
 
 
 @pytest.mark.parametrize("n_x", [1, 2, 5])
