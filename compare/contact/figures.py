@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from compare.contact.compute import reference_name
-from compare.contact.quantities import QUANTITIES
 from compare.report.panels import Panel, add_legend, drawn
 from compare.report.styles import RC, symbol_of, with_further
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
 
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on shades
 DRAWN = ("a", "b", "aspect", "p_max", "approach", "stiffness")  # quantities over the angle of the patch
@@ -33,7 +33,7 @@ def over_angle(dataset: xr.Dataset) -> Figure:
         figure = Figure(figsize=(2.9 * len(DRAWN), 5.4), layout="constrained")
         rows = figure.subplots(2, len(DRAWN), sharex=True)
         for column, name in zip(rows.T, DRAWN, strict=True):
-            quantity, values = QUANTITIES[name], cases[name]
+            quantity, values = OF_FRICTIONLESS[name], cases[name]
             unit = f" [{quantity.unit}]" if quantity.unit != "1" else " [-]"
             _by_ics(column[0], angle, values)
             _by_ics(column[1], angle, values / values.sel(ics=reference))

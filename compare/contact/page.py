@@ -11,7 +11,6 @@ import xarray as xr
 from compare.contact import figures, sensitivity
 from compare.contact.compute import ContactResults, reference_name
 from compare.contact.dataset import to_dataset, with_supports
-from compare.contact.quantities import QUANTITIES
 from compare.finite_elements.compute import kept_fe_contact
 from compare.finite_elements.dataset import FE, OF_PLACE
 from compare.finite_elements.dataset import NUMBERS as KNOWN_TO_FE
@@ -25,6 +24,7 @@ from compare.report.styles import save, symbol_of
 from femic.cache import folders
 from femic.cache.files import write_dataset
 from femic.cache.store import Store
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from geometries.patches import N
 
 RELIEF, LIFTED = 0.2, 0.02  # height of the largest pressure over the grid's width; of none, over that
@@ -71,7 +71,7 @@ def write_contact(
         title=str(dataset.attrs["title"]),
         summary=summary(dataset),
         reference=symbol_of(figures.reference_of(dataset)),
-        quantities=QUANTITIES,
+        quantities=OF_FRICTIONLESS,
         tables=[
             {
                 "case": str(case),
@@ -83,28 +83,28 @@ def write_contact(
         discounted=discounted(scene),
         supports=list(_support_rows(dataset)),
         figures=drawn,
-        seconds=f"{results.seconds:.1f}",
+        seconds=f"{results.solved.seconds:.1f}",
         text=scene.text,
     )
 
 
 def _drawn_in_3d(results: ContactResults, folder: Path) -> Iterator[Path]:
     """Draw pressures of the reference on the lower surface, as heights and colours, a picture per case."""
-    name = reference_name(results.ics)
-    for number, case in enumerate(results.cases):
-        contact = results.contacts[case, name]
-        surface, grid = contact.placed.undeformed.lower, contact.placed.grid
+    name = reference_name(results.solved.ics)
+    for number, loading in enumerate(results.solved.loadings):
+        contact = results.solved.contacts[loading, name]
+        surface, grid = contact.on_grid.undeformed.lower, contact.on_grid.grid
         p = np.where(contact.normal.in_contact, contact.normal.p, np.nan)
-        x = np.linspace(contact.placed.x[0], contact.placed.x[-1], 2)
+        x = np.linspace(contact.on_grid.x[0], contact.on_grid.x[-1], 2)
         s = np.linspace(*surface.contour.limits, 200)
         path = folder / f"contact_3d_{number}.png"
         rail, patch = (
             np.reshape(surface.position(*map(np.ravel, np.meshgrid(*at, indexing="ij"))), (3, *map(len, at)))
-            for at in ((x, s), (contact.placed.x, grid.strips))
+            for at in ((x, s), (contact.on_grid.x, grid.strips))
         )
         heights = RELIEF * grid.n_s * grid.ds * (contact.normal.p / contact.normal.p.max() + LIFTED)
         raised = patch + heights * surface.axes(0.0, grid.strips)[N][:, None]
-        views.draw_pressures(rail, raised, p, path, title=f"{case}, pressures by {name}")
+        views.draw_pressures(rail, raised, p, path, title=f"{loading}, pressures by {name}")
         yield path
 
 
@@ -208,7 +208,7 @@ def _rows(case: xr.Dataset) -> Iterator[dict[str, object]]:
                     "text": f"{float(of_ics[key]):.5g}",
                     "below": f"± {float(of_ics[f'estimate_{key}']):.2g}; {float(ratios[key]):.4f}",
                 }
-                for key in QUANTITIES
+                for key in OF_FRICTIONLESS
             ],
             "displaced": f"{float(of_ics.displaced_p_max):.5g}" if of_ics.displaced_p_max.notnull() else "–",
             "iterations": int(of_ics.iterations),
@@ -227,7 +227,7 @@ def _support_rows(dataset: xr.Dataset) -> Iterator[dict[str, object]]:
             "name": str(name),
             "cells": [
                 changed_cell(other[f"supported_{key}"], by_c[key], by_c[f"estimate_{key}"])
-                for key in QUANTITIES
+                for key in OF_FRICTIONLESS
             ],
         }
 
@@ -249,7 +249,7 @@ def _fe_row(dataset: xr.Dataset, by_fe: xr.Dataset | None, number: int) -> Itera
             }
             if key in KNOWN_TO_FE
             else unknown
-            for key in QUANTITIES
+            for key in OF_FRICTIONLESS
         ],
         "displaced": "–",
         "iterations": "–",
@@ -259,13 +259,13 @@ def _fe_row(dataset: xr.Dataset, by_fe: xr.Dataset | None, number: int) -> Itera
 
 def _grids(results: ContactResults) -> Iterator[dict[str, str]]:
     """Yield what is known of each grid and of C on it."""
-    placed = {contact.placed.grid: contact.case for contact in results.contacts.values()}
-    for grid in placed:
-        c = results.references.get(grid)
+    grids = dict.fromkeys(contact.on_grid.grid for contact in results.solved.contacts.values())
+    for grid in grids:
+        c = results.solved.references.get(grid)
         yield {
             "grid": f"{grid.n_x} x {grid.n_s} elements of {grid.dx:.4g} x {grid.ds:.4g} mm",
             "estimate": f"{c.estimate:.2%}" if c else "–",
-            "asymmetry": f"{c.asymmetry:.1e}" if c else "–",
+            "asymmetry": f"{c.asymmetry.share:.1e}" if c else "–",
             "eigenvalue": f"{c.eigenvalue:.3f}" if c else "–",
             "seconds": f"{c.seconds:.1f}" if c else "–",
         }

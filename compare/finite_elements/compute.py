@@ -14,8 +14,7 @@ from dataclasses import asdict, replace
 import numpy as np
 import xarray as xr
 
-from compare.contact.compute import FRICTIONLESS, cases_of
-from compare.contact.pair_on_grid import undeformed_of
+from compare.contact.compute import require_solvable
 from compare.finite_elements.dataset import beside
 from compare.matrix.compute import matrix_jobs
 from femic.cache.digests import results_digest
@@ -23,6 +22,7 @@ from femic.cache.store import Store
 from femic.contact.finite_elements.fineness import CELLS, require_enough
 from femic.contact.finite_elements.levels import Bodies
 from femic.contact.finite_elements.result import FEContact, Numbers, fe_contact
+from femic.contact.pairs.pair_on_grid import undeformed_of
 from femic.reference.discount import FZ
 from femic.reference.matrix.reference import matrices
 from femic.reference.run_options import DEFAULT, Means
@@ -79,7 +79,7 @@ def kept_fe_contact(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Data
 
 def require_suitable(scene: Scene) -> None:
     """Raise BadScene for what contact by finite elements cannot do, before any work."""
-    cases_of(scene)
+    require_solvable(scene)
     require_none(scene.name, matrix_engine_misfits(scene))
     for given, remedy in unsuitable(scene):
         raise BadScene(f"{scene.name}: {given}: not in contact by finite elements; {remedy}")
@@ -136,7 +136,7 @@ def rigid_compliance(scene: Scene, means: Means = DEFAULT) -> float:
     if kept is None:
         side = 2 * scene.settings.approach_side
         alone = replace(scene, grid=Grid(1, 1, side, side), compared=("combined",))
-        found = matrices(matrix_jobs(alone, FRICTIONLESS), means, combined=True)
+        found = matrices(matrix_jobs(alone, ("nn",)), means, combined=True)
         compliance = sum(float(reference.discount[FZ, FZ]) for reference in found.values())
         kept = xr.Dataset({"compliance": ((), compliance, {"units": "mm/N"})})
         means.store.put(key, kept)
@@ -152,7 +152,7 @@ def _rigid_key(scene: Scene, store: Store) -> str:
 
 def _bodies(scene: Scene) -> Bodies:
     """The bodies of a scene, as they are meshed and placed."""
-    undeformed = undeformed_of(scene)
+    undeformed = undeformed_of(scene.contact_problem)
     lower, upper = (_meshable(scene, name) for name in MODELS)
     return Bodies(lower, upper, undeformed.s_range, undeformed.shift)
 

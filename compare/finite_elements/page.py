@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from compare.contact.quantities import QUANTITIES
 from compare.finite_elements.dataset import FE, NUMBERS, OF_PATCH, OF_PLACE
 from compare.finite_elements.deviations import deviations, differences, known
 from compare.report.panels import add_legend
@@ -16,6 +15,7 @@ from compare.report.parts import Page, Part, Row, Table, furthest, listed, onset
 from compare.report.styles import RC, symbol_of, with_further
 from femic.cache import folders
 from femic.cache.files import write_dataset
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
 
 SHARES = (0.01, 0.02, 0.05)  # deviations from which the angles are told
 DRAWN = ("p_max", "a", "b", "approach")
@@ -147,7 +147,7 @@ def over_angle(dataset: xr.Dataset) -> Figure:
             axes.fill_between(
                 angle, -band, band, color="black", alpha=0.15, linewidth=0, label="estimate of FE"
             )
-            axes.set(title=QUANTITIES[key].symbol, xlabel="Δδ by FE [deg]")
+            axes.set(title=OF_FRICTIONLESS[key].symbol, xlabel="Δδ by FE [deg]")
         figure.axes[0].set_ylabel("by ICs less by FE [%]")
         add_legend(figure)
         return figure
@@ -185,7 +185,7 @@ def _draw_profile(axes: mpl.axes.Axes, dataset: xr.Dataset, number: int) -> None
 def _table(dataset: xr.Dataset, number: int) -> Table:
     """All numbers of a case."""
     case = dataset.isel(case=number)
-    columns = [f"{QUANTITIES[name].symbol} [{QUANTITIES[name].unit}]" for name in NUMBERS]
+    columns = [f"{OF_FRICTIONLESS[name].symbol} [{OF_FRICTIONLESS[name].unit}]" for name in NUMBERS]
     rows = [
         Row(FE if name == FE else symbol_of(name), [_cell(dataset, number, name, key) for key in NUMBERS])
         for name in map(str, case.ics.values)

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from compare.contact.figures import reference_of
 from compare.friction import maps
 from compare.friction.page import band_of, columns, curves, names, of_supports, write_contact_page
-from compare.friction.quantities import OF_PATCH
 from compare.report.panels import add_legend
 from compare.report.parts import Part, Row, Table, cell, listed
 from compare.report.styles import RC, symbol_of
+from femic.contact.pairs.quantities import OF_COMPRESSION
 
 WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel
 SUFFICES = 0.05  # difference of sliding over contact area up to which ICs are said to suffice
@@ -117,11 +117,11 @@ def _tables(dataset: xr.Dataset) -> list[Table]:
     of_friction = [
         Table(
             f"friction {float(friction):g}",
-            columns(OF_PATCH),
+            columns(OF_COMPRESSION),
             [
                 Row(
                     f"{symbol_of(name)}, {float(load):g} N",
-                    [cell(one[key], one[f"estimate_{key}"]) for key in OF_PATCH],
+                    [cell(one[key], one[f"estimate_{key}"]) for key in OF_COMPRESSION],
                 )
                 for load in dataset["load"].values
                 for name in names(dataset)

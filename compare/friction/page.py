@@ -6,14 +6,15 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.axes import Axes
 
-from compare.contact.compute import C
 from compare.contact.figures import reference_of
-from compare.friction.quantities import Quantity
-from compare.friction.supports import PREFIX, of_motion
+from compare.friction.supports import PREFIX
 from compare.report.parts import Page, Part, Row, Table, changed_cell
 from compare.report.styles import symbol_of, with_further
 from femic.cache import folders
 from femic.cache.files import write_dataset
+from femic.contact.motions import MOTIONS
+from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.quantities import Quantity
 
 BELOW = (
     "Small, below each number: its estimated error (from elements twice and four times as large; in "
@@ -36,26 +37,21 @@ def of_supports(dataset: xr.Dataset) -> list[Table]:
     """What other supports change of a contact by C, a row per change; empty where it is not known."""
     if "supports" not in dataset.coords:
         return []
-    given = {
-        dim: float(dataset[PREFIX + dim]) for dim in ("friction", "xi", "load") if PREFIX + dim in dataset
-    }
-    by_c, quantities = (
-        dataset.sel({"ics": C, **given}),
-        of_motion("rolling" if "xi" in given else "compression"),
-    )
-    at = f"{100 * given['xi']:.3g} %" if "xi" in given else f"{given['load']:g} N"
+    motion = next(one for one in MOTIONS.values() if PREFIX + one.dimension in dataset)
+    friction, place = (float(dataset[PREFIX + dim]) for dim in ("friction", motion.dimension))
+    by_c = dataset.sel({"ics": C, "friction": friction, motion.dimension: place})
     rows = [
         Row(
             str(name),
             [
                 changed_cell(dataset[PREFIX + key].sel(supports=name), by_c[key], by_c[f"estimate_{key}"])
-                for key in quantities
+                for key in motion.quantities
             ],
         )
         for name in dataset.supports.values
     ]
-    caption = f"what other supports change: by C, friction {given['friction']:g}, {at}"
-    return [Table(caption, columns(quantities), rows)]
+    caption = f"what other supports change: by C, friction {friction:g}, {motion.place(place)}"
+    return [Table(caption, columns(motion.quantities), rows)]
 
 
 def columns(quantities: Mapping[str, Quantity]) -> list[str]:

@@ -10,13 +10,12 @@ from matplotlib.figure import Figure
 
 from compare.contact.figures import reference_of
 from compare.friction import maps
-from compare.friction.displaced import PREFIX
 from compare.friction.page import band_of, columns, curves, names, of_supports, write_contact_page
-from compare.friction.quantities import OF_ROLLING
-from compare.friction.rolling import OF_FREE, scaled_force
+from compare.friction.rolling import DISPLACED, scaled_force
 from compare.report.panels import add_legend
 from compare.report.parts import Part, Row, Table, cell, furthest, listed
 from compare.report.styles import RC, symbol_of
+from femic.contact.pairs.quantities import OF_CURVE, OF_ROLLING
 
 WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel
 SUFFICES = 0.02  # largest distance of curves over friction times load up to which ICs are said to suffice
@@ -114,11 +113,11 @@ def _known(dataset: xr.Dataset, name: str) -> float:
 def _displaced(dataset: xr.Dataset) -> Iterator[str]:
     """Yield what the distance of the displaced wheel changes, by the reference."""
     of_reference = dataset.sel(ics=reference_of(dataset))
-    found = of_reference.isel(friction=of_reference[f"{PREFIX}zero_creepage"].notnull())
+    found = of_reference.isel(friction=of_reference[f"{DISPLACED}zero_creepage"].notnull())
     if found.sizes["friction"]:
-        zero = found[f"{PREFIX}zero_creepage"] - found.zero_creepage
-        linearised = found.p_max.sel(xi=found[f"{PREFIX}xi"])
-        p_max = found[f"{PREFIX}p_max"] / linearised - 1
+        zero = found[f"{DISPLACED}zero_creepage"] - found.zero_creepage
+        linearised = found.p_max.sel(xi=found[f"{DISPLACED}xi"])
+        p_max = found[f"{DISPLACED}p_max"] / linearised - 1
         yield (
             "The distance of the displaced wheel instead of the linearised one would move the creepage "
             f"without force by {furthest(zero):+.1g} and change p_max by {furthest(p_max):+.1%}, by "
@@ -212,13 +211,13 @@ def _tables(dataset: xr.Dataset) -> list[Table]:
 def _free(dataset: xr.Dataset) -> Table:
     """What free rolling is like by friction and ICs, and how far curves are from the reference's."""
     symbol = symbol_of(reference_of(dataset))
-    heads = [f"{one.meaning} [{one.unit}]" if one.unit != "1" else one.meaning for one in OF_FREE.values()]
+    heads = [f"{one.meaning} [{one.unit}]" if one.unit != "1" else one.meaning for one in OF_CURVE.values()]
     rows = [
         Row(
             f"friction {float(friction):g}, {symbol_of(name)}",
             [
-                *(cell(one[key], one[f"estimate_{key}"]) for key in OF_FREE),
-                cell(one[f"{PREFIX}zero_creepage"]),
+                *(cell(one[key], one[f"estimate_{key}"]) for key in OF_CURVE),
+                cell(one[f"{DISPLACED}zero_creepage"]),
                 *({"text": f"{float(one[key]):.2%}", "below": ""} for key in ("largest", "rms")),
                 cell(one.seconds, digits=3),
             ],

@@ -17,6 +17,7 @@ from compare.matrix.reciprocity import Reciprocity, reciprocity
 from femic.cache.digests import results_digest, versions
 from femic.cache.files import published
 from femic.contact.operators.dense import GridOperator
+from femic.contact.pairs.reference_ics import far_radius
 from femic.reference.accuracy import Shares
 from femic.reference.assessment import worst_of
 from femic.reference.discount import AXES
@@ -82,7 +83,7 @@ def matrix_jobs(
     C is that after the discount of the scene; `further` ones may be asked of the same models.
     """
     require_matrices(scene)
-    domain = Domain(_far_radius(scene), np.inf)
+    domain = Domain(far_radius(scene.contact_problem, scene.grid), np.inf)
     settings = replace(scene.settings, cells=None)
     return {
         name: MatrixJob(
@@ -102,18 +103,6 @@ def require_matrices(scene: Scene) -> None:
     require_none(scene.name, [*grid_misfits(scene), *matrix_engine_misfits(scene)])
 
 
-def _far_radius(scene: Scene) -> float:
-    """Radius [mm] of the far arc: a support of the bodies, but for the source's discount a body without end.
-
-    As a support it depends neither on the grid nor on the tolerance.
-    """
-    if scene.discount != "source":
-        return scene.support_radius
-    matrices = scene.settings.engine.matrices
-    least = matrices.far_radius(scene.settings.tolerance, scene.grid) if matrices else 0.0
-    return max(least, *(body.domain.far_radius for body in scene.bodies.values()))
-
-
 def discounted(scene: Scene) -> str:
     """A sentence on what was taken from C for rigid, and on what holds the bodies."""
     return f"{TAKEN[scene.discount]} {_supports(scene)}"
@@ -123,7 +112,8 @@ def _supports(scene: Scene) -> str:
     """A sentence on what holds the bodies of IC matrices and of contact."""
     hubs = [name for name, body in scene.bodies.items() if np.isfinite(body.rolling_radius)]
     at_hub = f", that of the {' and '.join(hubs)} body at its hub, too" if hubs else ""
-    return f"The sections are clamped at a far arc of {_far_radius(scene):g} mm{at_hub}."
+    radius = far_radius(scene.contact_problem, scene.grid)
+    return f"The sections are clamped at a far arc of {radius:g} mm{at_hub}."
 
 
 def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixResults:
@@ -337,7 +327,7 @@ def _attributes(results: MatrixResults) -> dict[str, str | float]:
         "ds": scene.grid.ds,
         "tolerance": scene.settings.tolerance,
         "discounted": scene.discount,
-        "far_radius": _far_radius(scene),
+        "far_radius": far_radius(scene.contact_problem, scene.grid),
         "estimated_error": json.dumps({name: asdict(shares) for name, shares in results.errors.items()}),
         "reciprocity_defect": json.dumps(
             {name: asdict(defect) for name, defect in results.reciprocity.items()}

@@ -8,13 +8,13 @@ import numpy as np
 
 from approx.matrix import column, matrix
 from approx.variants import VARIANTS
-from compare.contact.compute import c_jobs
-from compare.contact.pair_on_grid import placed_on
 from compare.matrix import contact_file
 from compare.matrix.contact_file import ContactFile
 from compare.matrix.page import write_matrix
 from femic.cache import folders
 from femic.contact.operators.approximations import approximate_matrix
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.reference_ics import c_jobs
 from femic.reference.matrix.job import Discount
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import matrices
@@ -91,13 +91,13 @@ def export(scene: Scene, wanted: Wanted, out: Path, means: Means = DEFAULT) -> E
 
 
 def _file_content(scene: Scene, wanted: Wanted, out: Path, means: Means) -> ContactFile:
-    placed = placed_on(scene, scene.grid)
-    if wanted.discount is None and placed.offset:
-        ics = approximate_matrix(wanted.ics, scene.pair, scene.grid, upper_offset=placed.offset)
+    on_grid = pair_on_grid(scene.contact_problem, scene.grid)
+    if wanted.discount is None and on_grid.offset:
+        ics = approximate_matrix(wanted.ics, scene.pair, scene.grid, upper_offset=on_grid.offset)
         return to_contact(scene, ics)
     if wanted.discount is None:
         return approximated(scene, wanted.ics)
-    if wanted.discount != scene.discount or placed.offset:
+    if wanted.discount != scene.discount or on_grid.offset:
         return to_contact(scene, discounted_matrix(scene, wanted.discount, means))
     write_matrix(scene, out, means=means)
     return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
@@ -157,7 +157,8 @@ def discounted_matrix(scene: Scene, discount: Discount, means: Means) -> Array:
     Strips of the upper body are those opposite, where it is moved along y. Models are solved unless they are
     kept.
     """
-    jobs = c_jobs(replace(scene, discount=discount), placed_on(scene, scene.grid), COMPONENTS)
+    problem = replace(scene.contact_problem, discount=discount)
+    jobs = c_jobs(problem, pair_on_grid(problem, scene.grid), COMPONENTS)
     solved, contour = matrices(jobs, means, combined=True), scene.bodies["lower"].contour
     columns = [pair_column(solved, contour, strip).ic for strip in range(scene.grid.n_s)]
     return scene.grid.area * np.moveaxis(np.stack(columns), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))

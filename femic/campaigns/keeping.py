@@ -13,18 +13,21 @@ import numpy as np
 import xarray as xr
 
 from compare.calibration.compute import Calibrated, calibrate, extended, require_calibration, unit_of
-from compare.contact.compute import C, c_jobs, cases_of, compute_contact, grids_of
+from compare.contact.compute import compute_contact, require_solvable
 from compare.contact.dataset import to_dataset as contact_dataset
-from compare.contact.pair_on_grid import placed_on
-from compare.contact.quantities import QUANTITIES
-from compare.friction.compression import compute_compression
-from compare.friction.displaced import PREFIX
-from compare.friction.quantities import OF_PATCH, OF_ROLLING
-from compare.friction.rolling import OF_FREE, compute_rolling
+from compare.friction.compute import compute_with_friction
+from compare.friction.rolling import DISPLACED
 from compare.ics import dataset as of_points
 from compare.ics.compute import Results, compute, jobs, reference_of, seconds_of
 from compare.ics.errors import measure_of
+from femic.campaigns.maps.c_map import maps_of_scene
 from femic.campaigns.maps.node import OF_NODE, node
+from femic.contact.motions import MOTIONS
+from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.quantities import OF_CURVE, OF_FRICTIONLESS
+from femic.contact.pairs.reference_ics import c_jobs
 from femic.reference.accuracy import component_of
 from femic.reference.job import Job
 from femic.reference.matrix.job import MatrixJob
@@ -34,8 +37,8 @@ from femic.scenes.scene import Scene
 from geometries.arrays import Array
 
 OF_CURVES = ("rms", "largest", "estimate_rms", "estimate_largest")  # distances of creep-force curves
-OF_CURVE = "_of_curve"  # the end of their names in campaigns: errors have an rms, too
-CURVES_LARGEST = f"largest{OF_CURVE}"
+END_OF_CURVE = "_of_curve"  # the end of their names in campaigns: errors have an rms, too
+CURVES_LARGEST = f"largest{END_OF_CURVE}"
 AS_CHEAP = 3.0  # times the fastest good ICs' seconds: faster ones count as equally cheap, as clocks vary
 COSTS = ("unknowns", "model_seconds", "ic_seconds")
 OF_ERRORS = ("error", "rms", "weight", "vanishes", "estimate_refinement")
@@ -80,18 +83,17 @@ def kept_contact(scene: Scene, means: Means) -> xr.Dataset:
     Those with friction are by friction, ICs and load or creepage; maps over the patch are not kept.
     """
     if scene.contact.friction is None:
-        solved = contact_dataset(compute_contact(scene, means))
-        names = [f"{prefix}{name}" for prefix in ("", "estimate_") for name in QUANTITIES]
+        solved = contact_dataset(compute_contact(scene, means, maps_of_scene(scene)))
+        names = [f"{prefix}{name}" for prefix in ("", "estimate_") for name in OF_FRICTIONLESS]
         return solved[names].assign_coords(case=np.arange(solved.sizes["case"], dtype=float))
-    computed = {"rolling": compute_rolling, "compression": compute_compression}[scene.contact.motion]
-    solved = computed(scene, means).drop_vars(["C_seconds", "seconds"], errors="ignore")
+    solved = compute_with_friction(scene, means).drop_vars(["C_seconds", "seconds"], errors="ignore")
     numbers = [
         name
         for name, variable in solved.data_vars.items()
-        if not ({"x", "s"} & set(variable.dims) or str(name).startswith(PREFIX))
+        if not ({"x", "s"} & set(variable.dims) or str(name).startswith(DISPLACED))
     ]
     numbers_only = solved[numbers].drop_vars(["x", "s", "direction", "tangential"], errors="ignore")
-    distances = {name: name + OF_CURVE for name in OF_CURVES if name in numbers}
+    distances = {name: name + END_OF_CURVE for name in OF_CURVES if name in numbers}
     return numbers_only.astype(float).rename(distances)
 
 
@@ -217,7 +219,7 @@ def _on_lines(scene: Scene) -> list[Jobs]:
 
 def _matrix_jobs(scene: Scene) -> dict[str, MatrixJob]:
     """The jobs of C on the scene's grid, for contact without friction."""
-    return c_jobs(scene, placed_on(scene, scene.grid))
+    return c_jobs(scene.contact_problem, pair_on_grid(scene.contact_problem, scene.grid))
 
 
 def _require_frictionless(scene: Scene) -> None:
@@ -237,16 +239,25 @@ def _contact_jobs(scene: Scene) -> list[Jobs]:
     """
     if C not in scene.contact.ics:
         return []
-    return [c_jobs(scene, placed_on(scene, grid)) for grid, _ in grids_of(scene)]
+    problem, maps = scene.contact_problem, maps_of_scene(scene)
+    return [c_jobs(problem, pair_on_grid(problem, grid)) for grid, _ in grids_of(problem, maps)]
 
 
 def _names_of_contact() -> frozenset[str]:
     """The names in all that is kept of contacts, without friction or with it."""
-    numbers = {*QUANTITIES, *OF_PATCH, *OF_ROLLING, *OF_FREE}
+    numbers = {name for motion in MOTIONS.values() for name in motion.quantities} | {*OF_CURVE}
     return frozenset({*numbers, *(f"estimate_{name}" for name in numbers), *OF_CONTACT})
 
 
-OF_CONTACT = ("case", "ics", "friction", "load", "xi", *(name + OF_CURVE for name in OF_CURVES), "simplified")
+OF_CONTACT = (
+    "case",
+    "ics",
+    "friction",
+    "load",
+    "xi",
+    *(name + END_OF_CURVE for name in OF_CURVES),
+    "simplified",
+)
 ON_LINES = frozenset({*OF_ERRORS, *("variant", "body", "line", "i", "j"), *COSTS})
 AT_POINTS = ON_LINES | {"ic", "estimate", "point", "on_line", "x", "s"}
 OF_ADVICE = frozenset({"variant", "body", "known_error", "ic_seconds", "advised"})
@@ -259,7 +270,7 @@ KEEPERS: Mapping[str, Keeper] = MappingProxyType(
     {
         "errors": Keeper(kept_errors, _on_lines, names=ON_LINES),
         "ics": Keeper(kept_ics, _on_lines, names=AT_POINTS),
-        "contact": Keeper(kept_contact, _contact_jobs, cases_of, _names_of_contact()),
+        "contact": Keeper(kept_contact, _contact_jobs, require_solvable, _names_of_contact()),
         "matrix": Keeper(node, lambda scene: [_matrix_jobs(scene)], _require_frictionless, OF_NODE),
         "advice": Keeper(kept_advice, _on_lines, names=OF_ADVICE),
         "calibration": Keeper(

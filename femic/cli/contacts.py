@@ -1,6 +1,5 @@
 """The command `contact`."""
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -10,33 +9,21 @@ from rich.console import Console
 from femic.cache import folders
 from femic.cli.work import DEFAULT_WORK, Work
 from femic.late import Late
-from femic.reference.run_options import Means
 from femic.scenes import plausibility
 from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.load import load_scene
-from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
-cases_of = Late("compare.contact.compute:cases_of")
+require_solvable = Late("compare.contact.compute:require_solvable")
 compute_contact = Late("compare.contact.compute:compute_contact")
 write_contact = Late("compare.contact.page:write_contact")
 write_sensitivity = Late("compare.contact.page:write_sensitivity")
 is_mapped = Late("compare.contact.sensitivity:is_mapped")
-changed_supports = Late("compare.contact.supports:changed_supports")
-compute_rolling = Late("compare.friction.rolling:compute_rolling")
-write_rolling = Late("compare.friction.rolling_page:write_rolling")
-compute_compression = Late("compare.friction.compression:compute_compression")
-write_compression = Late("compare.friction.compression_page:write_compression")
+changed_supports = Late("femic.contact.pairs.supports:changed_supports")
+compute_with_friction = Late("compare.friction.compute:compute_with_friction")
+PAGES = Late("compare.friction.pages:PAGES")
 with_supports = Late("compare.friction.supports:with_supports")
-
-WITH_FRICTION: Mapping[str, Callable[[Scene, Path, Means], Path]] = {  # by motion
-    "rolling": lambda scene, folder, means: write_rolling(
-        with_supports(scene, compute_rolling(scene, means), means), folder
-    ),
-    "compression": lambda scene, folder, means: write_compression(
-        with_supports(scene, compute_compression(scene, means), means), folder
-    ),
-}
+maps_of_scene = Late("femic.campaigns.maps.c_map:maps_of_scene")
 
 
 def contact(
@@ -57,7 +44,7 @@ def contact(
     changes = {"contact": {"ics": [_from_here(name) for name in ics.split(",")]}} if ics else None
     scenes = [load_scene(name, changes) for name in scene]
     for loaded in scenes:
-        cases_of(loaded)  # raises before any work starts
+        require_solvable(loaded)  # raises before any work starts
     if len({loaded.name for loaded in scenes}) < len(scenes):
         raise WrongInput(f"SCENE: {', '.join(scene)}: two have the same name; rename a file")
     console, contacts = Console(), {}
@@ -71,11 +58,12 @@ def contact(
             console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
         with work.means(folder, console) as means:
             if loaded.contact.friction is None:
-                solved = contacts[loaded.name] = compute_contact(loaded, means)
-                supports = changed_supports(solved, means)
+                solved = contacts[loaded.name] = compute_contact(loaded, means, maps_of_scene(loaded))
+                supports = changed_supports(solved.solved, means)
                 report = write_contact(solved, folder, means.store, supports)
             else:
-                report = WITH_FRICTION[loaded.contact.motion](loaded, folder, means)
+                dataset = with_supports(loaded, compute_with_friction(loaded, means), means)
+                report = PAGES.resolved[loaded.contact.motion](dataset, folder)
         console.print(f"Report: {report}", soft_wrap=True)
     for folder in of_maps:
         with folders.only_run_in(folder):
@@ -84,5 +72,5 @@ def contact(
 
 
 def _from_here(name: str) -> str:
-    """The name of ICs; a map's file is found from the working directory."""
+    """Return the name of ICs; a map's file is found from the working directory."""
     return MAP + str(Path(name.removeprefix(MAP)).absolute()) if is_map(name) else name

@@ -15,6 +15,7 @@ to_dataset = Late("compare.contact.dataset:to_dataset")
 write_contact = Late("compare.contact.page:write_contact")
 require_suitable = Late("compare.finite_elements.compute:require_suitable")
 compute_fe_contact = Late("compare.finite_elements.compute:compute_fe_contact")
+maps_of_scene = Late("femic.campaigns.maps.c_map:maps_of_scene")
 write_fe_contact = Late("compare.finite_elements.page:write_fe_contact")
 
 
@@ -36,7 +37,7 @@ def fe_contact(
     require_enough(cells)
     folder = work.folder(loaded)
     with work.means(folder, console) as means:
-        with_ics = compute_contact(loaded, means)
+        with_ics = compute_contact(loaded, means, maps_of_scene(loaded))
         report = write_fe_contact(compute_fe_contact(loaded, to_dataset(with_ics), means, cells), folder)
         beside = write_contact(with_ics, folder, means.store)
     console.print(f"Report: {report}, and with ICs {beside}", soft_wrap=True)

@@ -1,10 +1,11 @@
-"""What a contact is asked for: the bodies, loads, ICs and motion, and how C is computed."""
+"""The specification of a contact: bodies, loads, ICs and motion, and how C is computed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from approx.pair import Pair
 from femic.contact.extra_gap import ExtraGap
+from femic.contact.loading import Loading
 from femic.reference.job import Settings
 from femic.reference.matrix.job import Discount
 from geometries.bodies import Body, common_extent
@@ -29,17 +30,24 @@ class ContactSpecification:
 
     loads: tuple[float, ...]  # N
     approaches: tuple[float, ...]  # mm, where no loads are given
-    ics: tuple[str, ...]  # "C" or names of variants
+    ics: tuple[str, ...]  # "C", names of variants, or of ICs that are given
     shift: float  # of the upper body along y [mm]
     flanks: bool  # whether the bodies may touch on the straight flanks
-    exact: bool  # whether the undeformed distance is that of the displaced body, not linearised
-    extra_gap: ExtraGap | None  # that is added
+    exact: bool  # whether the undeformed distance follows the displaced body; otherwise it is linearised
+    extra_gap: ExtraGap | None  # added to the undeformed distance
     elements: int  # across the smallest patch on an automatic grid
-    automatic: bool  # whether the grid is; otherwise it is that of the scene
+    automatic: bool  # whether grids are sized automatically; otherwise the grid of the problem is taken
     shape_load: float | None  # load whose pressures are mapped onto all patches [N]
     lateral_force: float | None = None  # on the upper body [N]; None: its position is given
-    supports: bool = True  # whether what supports do to the contact is computed
+    supports: bool = True  # whether the effect of supports is computed
     friction: FrictionSpecification | None = None  # None: without friction
+
+    @property
+    def loadings(self) -> tuple[Loading, ...]:
+        """The loads, then the approaches."""
+        side = self.lateral_force
+        loads = [Loading(load, None, side) for load in self.loads]
+        return (*loads, *(Loading(None, approach, side) for approach in self.approaches))
 
     @property
     def motion(self) -> str:

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from approx.variants import VARIANTS
 from femic.contact.extra_gap import ExtraGap, extra_gap
+from femic.contact.motions import MOTIONS
 from femic.contact.specification import ContactSpecification, FrictionSpecification
-from femic.key_types import Amount, Length, Place, Several, Signed, Whole, each_distinct, each_once
+from femic.key_types import Amount, Length, NameOf, Place, Several, Signed, Whole, each_distinct, each_once
 from femic.scenes.columns import columns
 from femic.scenes.contours import ExistingFile
 from femic.scenes.errors import BadScene
@@ -23,23 +24,12 @@ from geometries.errors import WrongInput
 Creepage = Annotated[float, Field(gt=-1, lt=1)]
 GAPS_IN_LENGTH = 10  # reference lengths over the largest gap that raises a surface
 CREEPAGES = (0.0005, 0.001, 0.0015, 0.002, 0.003, 0.004, 0.006, 0.008, 0.012)  # and 0, and these below 0
-OF_MOTIONS = {  # keys that only some motions have
-    "friction": ("rolling", "compression"),
-    "longitudinal": ("rolling",),
-    "lateral": ("rolling",),
-    "spin": ("rolling",),
-    "equal_force": ("rolling",),
-    "approaches": ("none",),
-    "gap": ("none",),
-    "shape_load": ("none",),
-    "lateral_force": ("none",),
-}
 
 
 class ContactTable(Section):
     """Contact of both bodies (femic contact)."""
 
-    motion: Literal["none", "rolling", "compression"] = Field(
+    motion: Annotated[str, AfterValidator(NameOf(lambda: MOTIONS))] = Field(
         "none",
         description="none: frictionless; rolling: steady rolling along x with friction, at one load; "
         "compression: with friction, loaded in steps",
@@ -118,15 +108,15 @@ class ContactTable(Section):
 
     @model_validator(mode="after")
     def _of_this_motion(self) -> "ContactTable":
-        for key, motions in OF_MOTIONS.items():
-            if key in self.model_fields_set and self.motion not in motions:
-                of = " or ".join(map(repr, motions))
+        for key in dict.fromkeys(key for motion in MOTIONS.values() for key in motion.keys):
+            if key in self.model_fields_set and key not in MOTIONS[self.motion].keys:
+                of = " or ".join(repr(name) for name, motion in MOTIONS.items() if key in motion.keys)
                 raise ValueError(f"{key} is only of motion = {of}, not {self.motion!r}: leave it out")
         return self
 
     @model_validator(mode="after")
     def _growing(self) -> "ContactTable":
-        for key in ("longitudinal", *(["loads"] if self.motion == "compression" else [])):
+        for key in MOTIONS[self.motion].growing:
             values = getattr(self, key)
             if any(after <= before for before, after in pairwise(values)):
                 raise ValueError(f"{key} must grow: sort them, each once")
@@ -139,7 +129,7 @@ def contact_of(table: ContactTable) -> ContactSpecification:
         "exact": table.gap == "exact",
         "extra_gap": _extra_gap(table.extra_gap),
         "automatic": table.grid == "automatic",
-        "friction": None if table.motion == "none" else _friction(table),
+        "friction": _friction(table) if MOTIONS[table.motion].has_friction else None,
     }
     return ContactSpecification(**shared(table, ContactSpecification) | resolved)
 
@@ -177,20 +167,18 @@ def _gap_misfits(scene: Scene) -> Iterator[str]:
 
 def _friction_misfits(scene: Scene) -> Iterator[str]:
     """Yield what is wrong with the bodies and loads of a contact with friction."""
-    wanted, motion = scene.contact, scene.contact.motion
-    if motion == "none":
-        return
-    if not wanted.loads:
-        yield f"contact.loads = []: motion = {motion!r} needs a load: give loads = [...] in N"
-    if motion != "rolling":
-        return
-    if len(wanted.loads) > 1:
+    loads, name = scene.contact.loads, scene.contact.motion
+    motion = MOTIONS[name]
+    if motion.has_friction and not loads:
+        yield f"contact.loads = []: motion = {name!r} needs a load: give loads = [...] in N"
+    if motion.one_load and len(loads) > 1:
         yield (
-            f"contact.loads = {list(wanted.loads)}: motion = 'rolling' has one load: give one, and a scene "
-            "each for others"
+            f"contact.loads = {list(loads)}: motion = {name!r} has one load: give one, and a scene each for "
+            "others"
         )
-    if np.isinf(scene.bodies["upper"].rolling_radius):
+    if motion.wheel_rolls and np.isinf(scene.bodies["upper"].rolling_radius):
+        others = [repr(other) for other, of in MOTIONS.items() if of.has_friction and not of.wheel_rolls]
         yield (
-            "upper.rolling_radius = inf: motion = 'rolling' needs a wheel: give upper.rolling_radius in mm, "
-            "or motion = 'compression'"
+            f"upper.rolling_radius = inf: motion = {name!r} needs a wheel: give upper.rolling_radius in mm, "
+            f"or motion = {' or '.join(others)}"
         )

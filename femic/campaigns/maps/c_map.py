@@ -18,12 +18,12 @@ from typing import Any
 import joblib
 import numpy as np
 
-from compare.contact.pair_on_grid import Placed
 from femic.campaigns.maps.between import KINK, Nodes, Stencil, combined
 from femic.campaigns.maps.swept import Swept, open_swept
 from femic.contact.operators.approximations import approximate_matrix
+from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.scenes.errors import BadScene
-from femic.scenes.ic_names import MAP
+from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.keys import key_of, set_key
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
@@ -51,7 +51,7 @@ class CMap:
         """The grid on which C is known."""
         return self.base.grid
 
-    def at(self, scene: Scene, placed: Placed) -> tuple[Array, Array]:
+    def at(self, scene: Scene, on_grid: PairOnGrid) -> tuple[Array, Array]:
         """C_nn [mm/MPa] of both bodies of a scene on the grid, and what it is known to, (n_x, n_s, n_s) each.
 
         Raises BadScene where the scene is not one of the map's but for the axes, WrongInput outside the map,
@@ -59,7 +59,7 @@ class CMap:
         """
         point = self.point_of(scene)
         stencils = self.swept.stencils(point)
-        bhat = bhat_nn(placed)
+        bhat = bhat_nn(on_grid)
         own, axes = _own(bhat), tuple(range(len(stencils)))
         correction = combined(self._corrections(stencils), stencils)
         estimate = np.max(self.swept.at_nodes("c_estimate", stencils), axis=axes)
@@ -138,9 +138,31 @@ def open_map(name: str) -> CMap:
         raise BadScene(f"contact.ics: {MAP}{error}") from error
 
 
-def bhat_nn(placed: Placed) -> Array:
+@dataclass(frozen=True, eq=False)
+class MapOfScene:
+    """A map of C for one scene, as contact takes ICs that are given."""
+
+    c_map: CMap
+    scene: Scene
+
+    @property
+    def grid(self) -> Grid:
+        """The grid on which C is known."""
+        return self.c_map.grid
+
+    def at(self, on_grid: PairOnGrid) -> tuple[Array, Array]:
+        """C_nn of both bodies and its errors, as `CMap.at`."""
+        return self.c_map.at(self.scene, on_grid)
+
+
+def maps_of_scene(scene: Scene) -> dict[str, MapOfScene]:
+    """The maps of C among the ICs of a scene, by name; raises as `open_map`."""
+    return {name: MapOfScene(open_map(name), scene) for name in scene.contact.ics if is_map(name)}
+
+
+def bhat_nn(on_grid: PairOnGrid) -> Array:
     """B-hat_nn of both bodies on a grid [mm/MPa], (n_x, n_s, n_s)."""
-    ics = approximate_matrix("Bhat", placed.pair, placed.grid, upper_offset=placed.offset)
+    ics = approximate_matrix("Bhat", on_grid.pair, on_grid.grid, upper_offset=on_grid.offset)
     return ics[..., N, N]
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import xarray as xr
 
-from compare.contact.compute import c_on
-from compare.contact.pair_on_grid import placed_on
 from femic.campaigns.maps.c_map import bhat_nn
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.reference_ics import normal_ics
 from femic.reference.run_options import DEFAULT, Means
 from femic.scenes.scene import Scene
 
@@ -24,9 +24,10 @@ def node(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
     They are what frictionless contact takes, with the strips of the upper body opposite those of the lower
     one. Raises as `femic.reference.matrix.reference.matrices`.
     """
-    placed = placed_on(scene, scene.grid)
-    ic, estimate = c_on(scene, placed, means)
-    values = {"c": ic, "c_estimate": estimate.astype(np.float32), "bhat": bhat_nn(placed)}
+    problem = scene.contact_problem
+    on_grid = pair_on_grid(problem, scene.grid)
+    ic, estimate = normal_ics(problem, on_grid, means)
+    values = {"c": ic, "c_estimate": estimate.astype(np.float32), "bhat": bhat_nn(on_grid)}
     mm = {"units": "mm"}
     return xr.Dataset(
         {name: (DIMS, value, {"units": "mm/MPa", "long_name": ABOUT[name]}) for name, value in values.items()}

@@ -7,7 +7,6 @@ import numpy as np
 import xarray as xr
 
 from compare.contact.compute import reference_name
-from compare.contact.quantities import QUANTITIES
 from compare.ics.error_measure import ROUNDING
 from compare.report.parts import listed
 from femic.campaigns.keeping import CURVES_LARGEST
@@ -23,6 +22,7 @@ from femic.campaigns.report.fields import (
     label_of,
     swept_dims,
 )
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
 
 RATIOS = ("p_max", "a", "b", "approach", "angle", "slope")  # numbers of contacts, compared as ratios
 SHARES = (CURVES_LARGEST, "sliding_share")  # numbers that are shares: compared as they are
@@ -162,7 +162,7 @@ def _own_dims(dataset: xr.Dataset, name: str) -> list[str]:
 
 
 def _symbol(name: str) -> str:
-    return SYMBOLS.get(name) or QUANTITIES[name].symbol
+    return SYMBOLS.get(name) or OF_FRICTIONLESS[name].symbol
 
 
 def _calibration(dataset: xr.Dataset) -> Iterator[Field]:

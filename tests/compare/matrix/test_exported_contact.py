@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from compare.contact.compute import compute_contact
-from compare.contact.pair_on_grid import placed_on
 from compare.matrix.contact_file import read
 from femic.cache.store import Store
 from femic.cli.main import DONE, exit_code
 from femic.contact.normal import NormalProblem, solve
 from femic.contact.operators.dense import GridOperator
+from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.reference.run_options import Means
 from femic.scenes.load import load_scene
 from geometries.patches import N
@@ -35,11 +35,11 @@ def by_file(path, folder, ics):
     for observed, loaded in np.ndindex(grid.n_s, grid.n_s):
         nn[:, observed, loaded] = file.values[loaded, observed - loaded + grid.n_s - 1, :, N, N]
     nn = (nn + np.swapaxes(nn, 1, 2)) / 2 / scene.pair.constants.G
-    placed = placed_on(scene, grid)
+    on_grid = pair_on_grid(scene.contact_problem, grid)
     operator = GridOperator.of(nn[..., None, None], (N,))
-    problem = NormalProblem(grid, operator, placed.flat, placed.distance, placed.cosine)
+    problem = NormalProblem(grid, operator, on_grid.flat, on_grid.distance, on_grid.cosine)
     contact = solve(problem, load=LOAD)
-    return contact, placed.resultant(contact.p[..., None] * [0.0, 0.0, 1.0]).force[1]
+    return contact, on_grid.resultant(contact.p[..., None] * [0.0, 0.0, 1.0]).force[1]
 
 
 @pytest.mark.parametrize("ics", [pytest.param("C", marks=pytest.mark.slow), "Bhat"])
@@ -47,7 +47,7 @@ def test_the_file_gives_the_contact_of_the_program_beside_the_crown(ics, tmp_pat
     path = tmp_path / "shifted.toml"
     path.write_text(TEXT.replace("ICS", ics).replace("FLANK", "flank_inclination_deg = 40"), encoding="utf-8")
     results = compute_contact(load_scene(str(path)), Means(2, Store(tmp_path / "store")))
-    own = results.contacts[results.cases[0], ics].settled
+    own = results.solved.contacts[results.solved.loadings[0], ics].settled
     contact, lateral = by_file(path, tmp_path, ics)
     np.testing.assert_allclose(contact.p, own.normal.p, atol=1e-5 * own.normal.p.max())
     assert contact.approach == pytest.approx(own.normal.approach, rel=1e-6)

@@ -5,8 +5,7 @@ import pytest
 
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
-from compare.friction.compression import compute_compression
-from compare.friction.rolling import compute_rolling
+from compare.friction.compute import compute_with_friction
 from compare.ics.compute import compute
 from compare.ics.dataset import to_dataset as ics_dataset
 from femic.cache.store import Store
@@ -21,9 +20,12 @@ CONTACTS = {
     "frictionless": ({"loads": [2e3, 5e3]}, lambda scene: to_dataset(compute_contact(scene))),
     "compression": (
         {"motion": "compression", "loads": [2e3, 5e3], "friction": [0.3], "ics": ["A"]},
-        compute_compression,
+        compute_with_friction,
     ),
-    "rolling": ({"motion": "rolling", "loads": [2e3], "friction": [0.3], "ics": ["A"]}, compute_rolling),
+    "rolling": (
+        {"motion": "rolling", "loads": [2e3], "friction": [0.3], "ics": ["A"]},
+        compute_with_friction,
+    ),
 }
 
 

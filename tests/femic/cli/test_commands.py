@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import pytest
 
-from compare.contact.compute import grids_of
 from compare.frontier.advice import Advice, Question
 from compare.frontier.choice import Choice
 from compare.plan.models import Step
 from femic.cli import plan as planning
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from femic.contact.pairs.automatic_grid import grids_of
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.models import Planned
 from femic.reference.solid.record import SOLID

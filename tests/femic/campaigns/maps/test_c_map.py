@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.contact import compute
-from compare.contact.compute import compute_contact, grids_of, reference_name
+from compare.contact.compute import compute_contact, reference_name, require_solvable
 from compare.contact.dataset import to_dataset
-from compare.contact.pair_on_grid import placed_on
 from compare.report.styles import symbol_of
 from femic.campaigns.campaign import load_campaign
 from femic.campaigns.dataset import Collected
 from femic.campaigns.kept import Kept
-from femic.campaigns.maps.c_map import bhat_nn, open_map
+from femic.campaigns.maps.c_map import bhat_nn, maps_of_scene, open_map
 from femic.campaigns.maps.node import node
+from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene
 from geometries.errors import Failure, WrongInput
@@ -55,9 +55,9 @@ def steep(ratio, modulus):
     return 0.004 * np.exp(2 * ratio) * np.log(modulus / 5e4) ** 4
 
 
-def c_of(scene, placed, f):
+def c_of(scene, on_grid, f):
     """B-hat, and f times a share of its own ICs that is largest at small lags and on equal strips."""
-    bhat, grid = bhat_nn(placed), placed.grid
+    bhat, grid = bhat_nn(on_grid), on_grid.grid
     near = np.exp(-np.abs(np.subtract.outer(grid.strips, grid.strips)))
     shape = np.exp(-grid.lags)[:, None, None] * near
     return bhat + f(*ratio_and_modulus(scene)) * bhat[0, 0, 0] * shape
@@ -99,12 +99,12 @@ def make(kept, tmp_path, monkeypatch):
     """Makes a map of C = f(ratio, modulus) times B-hat; returns its name."""
 
     def made(f=polynomial, left_out=(), base=BASE, campaign=CAMPAIGN):
-        def c_on(scene, placed, _means=None):
-            c = c_of(scene, placed, f)
+        def c_on(scene, on_grid, _means=None):
+            c = c_of(scene, on_grid, f)
             return c, np.full_like(c, ESTIMATE)
 
-        monkeypatch.setattr("femic.campaigns.maps.node.c_on", c_on)
-        monkeypatch.setattr(compute, "c_on", c_on)
+        monkeypatch.setattr("femic.campaigns.maps.node.normal_ics", c_on)
+        monkeypatch.setattr("femic.contact.pairs.reference_ics.normal_ics", c_on)
         (tmp_path / "base.toml").write_text(base, encoding="utf-8")
         return f"map:{kept(f, left_out, base, campaign)}"
 
@@ -123,21 +123,25 @@ def scene_at(folder, ratio, modulus, **changes):
 
 
 def read(name, scene):
-    return open_map(name).at(scene, placed_on(scene, scene.grid))
+    return open_map(name).at(scene, pair_on_grid(scene.contact_problem, scene.grid))
 
 
 @pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.25, 1.5e5), (1.1, 8e5), (1.29, 9.9e5)])
 def test_polynomials_of_the_keys_are_exact(make, tmp_path, ratio, modulus):
     name, scene = make(), scene_at(tmp_path, ratio, modulus)
     ic, known_to = read(name, scene)
-    np.testing.assert_allclose(ic, c_of(scene, placed_on(scene, scene.grid), polynomial), rtol=1e-10)
+    np.testing.assert_allclose(
+        ic, c_of(scene, pair_on_grid(scene.contact_problem, scene.grid), polynomial), rtol=1e-10
+    )
     np.testing.assert_allclose(known_to, ESTIMATE, rtol=1e-3)
 
 
 def test_nodes_are_c_to_rounding(make, tmp_path):
     name, scene = make(steep), scene_at(tmp_path, 1.2, 4e5)
     ic, _ = read(name, scene)
-    np.testing.assert_allclose(ic, c_of(scene, placed_on(scene, scene.grid), steep), rtol=1e-14)
+    np.testing.assert_allclose(
+        ic, c_of(scene, pair_on_grid(scene.contact_problem, scene.grid), steep), rtol=1e-14
+    )
 
 
 @pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.15, 1.4e5), (1.25, 8e5)])
@@ -146,7 +150,7 @@ def test_the_error_on_left_out_nodes_covers_that_between_them(make, tmp_path, ra
     for kinks that are not there, on two axes, on the steepest of the lines around."""
     name, scene = make(steep), scene_at(tmp_path, ratio, modulus)
     ic, known_to = read(name, scene)
-    error = np.abs(ic - c_of(scene, placed_on(scene, scene.grid), steep))
+    error = np.abs(ic - c_of(scene, pair_on_grid(scene.contact_problem, scene.grid), steep))
     assert np.all(error <= known_to - ESTIMATE)
     assert np.max(error) > 1e-4 * np.max(ic)
     assert np.max(known_to - ESTIMATE) < 100 * np.max(error)
@@ -155,7 +159,7 @@ def test_the_error_on_left_out_nodes_covers_that_between_them(make, tmp_path, ra
 def test_contact_by_a_map_is_that_by_c_and_known_to_its_error(make, tmp_path):
     name = make(steep)
     scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["Bhat", name, "C"]})
-    found = to_dataset(compute_contact(scene)).isel(case=0)
+    found = to_dataset(compute_contact(scene, maps=maps_of_scene(scene))).isel(case=0)
     c, by_map = (found.sel(ics=one) for one in ("C", name))
     for number in ("p_max", "approach", "a", "b"):
         assert float(by_map[number]) == pytest.approx(float(c[number]), rel=1e-2)
@@ -168,11 +172,11 @@ def test_contact_by_a_map_is_that_by_c_and_known_to_its_error(make, tmp_path):
 def test_a_map_has_a_grid_of_its_own_on_which_all_is_solved(make, tmp_path):
     name = make()
     scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["A", name], "grid": "automatic"})
-    ((grid, _),) = grids_of(scene)
+    ((grid, _),) = grids_of(scene.contact_problem, maps_of_scene(scene))
     assert (grid.n_x, grid.n_s, grid.dx, grid.ds) == (20, 20, 0.5, 0.4)
     small = scene_at(tmp_path, 1.05, 1e5, contact={"ics": [name], "loads": [1e6]})
     with pytest.raises(Failure, match=r"contact at 1e\+06 N with map:"):
-        compute_contact(small)
+        compute_contact(small, maps=maps_of_scene(small))
 
 
 def test_the_reference_is_c_then_a_map_then_bhat():
@@ -266,4 +270,4 @@ def test_other_files_are_refused(make, tmp_path):
 def test_friction_is_refused(make, tmp_path):
     name = make()
     with pytest.raises(BadScene, match="maps of C know nn only"):
-        compute.cases_of(scene_at(tmp_path, 1.1, 3e5, contact={"ics": [name], "motion": "compression"}))
+        require_solvable(scene_at(tmp_path, 1.1, 3e5, contact={"ics": [name], "motion": "compression"}))

@@ -1,4 +1,4 @@
-"""The bodies of a scene above each other: undeformed distance, and contact problems on grids."""
+"""Two bodies above each other on a grid: undeformed distance, pairing, frictionless contact with any ICs."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -8,14 +8,14 @@ import numpy as np
 from approx.pair import Pair
 from femic.contact.extra_gap import ExtraGap
 from femic.contact.lateral import at_lateral_force
+from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact, NormalProblem, Operator, solve
 from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.operators.convolution import Convolution
 from femic.contact.operators.dense import GridOperator
 from femic.contact.resultants import Resultant, resultant
+from femic.contact.specification import ContactProblem
 from femic.contact.undeformed import Undeformed
-from femic.key_types import DISTINCT_DIGITS
-from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
@@ -29,26 +29,8 @@ FIRST_STEP, POSITION = 0.05, 1e-6  # of a lateral movement, and the accuracy of 
 NEARLY = 0.01  # of a strip: offsets that small are none
 
 
-@dataclass(frozen=True)
-class Case:
-    """What is given: a vertical load [N], or an approach [mm]; a lateral force [N], or no such force."""
-
-    load: float | None
-    approach: float | None
-    lateral_force: float | None = None
-
-    def __str__(self) -> str:
-        return f"{_short(self.load)} N" if self.load is not None else f"{_short(self.approach or 0.0)} mm"
-
-
-def _short(value: float) -> str:
-    """A number with six digits if these are all it has, else with as many as tell cases apart."""
-    text = f"{value:g}"
-    return text if float(text) == value else f"{value:.{DISTINCT_DIGITS}g}"
-
-
 @dataclass(frozen=True, eq=False)
-class Placed:
+class PairOnGrid:
     """The undeformed distance of two bodies on a grid, and all that ICs do not change.
 
     `extra_gap` is added to their distance.
@@ -126,103 +108,107 @@ class Placed:
         """The strips opposite, on the upper contour."""
         return replace(self.grid, s=self.grid.s + self.offset)
 
-    def moved_to(self, shift: float) -> "Placed":
+    def moved_to(self, shift: float) -> "PairOnGrid":
         """The upper body moved along y to another position [mm], with the ICs of this one."""
         undeformed = replace(self.undeformed, shift=shift)
         return replace(self, undeformed=undeformed, paired=self.paired or self.undeformed)
 
-    def settled(self, operator: Operator, case: Case, *, exact: bool = False) -> "Settled":
-        """The contact where it has the lateral force of the case, if that has one; raises as `contact`."""
-        if case.lateral_force is None:
-            return Settled(self, self.contact(operator, case, exact=exact))
+    def solve(self, operator: Operator, loading: Loading, *, exact: bool = False) -> "PairContact":
+        """The contact with nn ICs, in the position given or the one that gives it the lateral force.
 
-        def contact_at(shift: float) -> tuple[float, Settled]:
-            placed = self.moved_to(shift)
-            settled = Settled(placed, placed.contact(operator, case, exact=exact))
-            return settled.lateral_force, settled
+        Raises as `solve_in_place`, and Failure where no position has the force.
+        """
+        if loading.lateral_force is None:
+            return PairContact(self, self.solve_in_place(operator, loading, exact=exact))
+
+        def contact_at(shift: float) -> tuple[float, PairContact]:
+            moved = self.moved_to(shift)
+            contact = PairContact(moved, moved.solve_in_place(operator, loading, exact=exact))
+            return contact.lateral_force, contact
 
         found = at_lateral_force(
             contact_at,
-            case.lateral_force,
+            loading.lateral_force,
             start=self.undeformed.shift,
             step=FIRST_STEP * self.grid.ds,
             accuracy=POSITION * self.grid.ds,
         )
-        return replace(found.contact, stiffness=found.stiffness)
+        return replace(found.contact, lateral_stiffness=found.stiffness)
 
-    def contact(self, operator: Operator, case: Case, *, exact: bool = False) -> NormalContact:
-        """The contact with nn ICs; `exact`: with the distance of the displaced upper body, not linearised.
+    def solve_in_place(self, operator: Operator, loading: Loading, *, exact: bool = False) -> NormalContact:
+        """The contact with nn ICs where the upper body is now, whatever lateral force that needs.
 
-        The upper body stays where it is. Raises as `contact.normal.solve`, and WrongInput where the bodies do
-        not touch.
+        `exact`: with the distance of the displaced upper body instead of the linearised one. Raises as
+        `contact.normal.solve`, and WrongInput where the bodies do not touch.
         """
         if not np.any(np.isfinite(self.distance)):
             raise WrongInput(
-                f"contact at {case}: at a shift of {self.undeformed.shift:g} mm no part of the bodies is "
+                f"contact at {loading}: at a shift of {self.undeformed.shift:g} mm no part of the bodies is "
                 f"opposite on s = {self.grid.extent[0]:g} ... {self.grid.extent[1]:g} mm; give another "
                 "shift, a smaller lateral_force, or another grid"
             )
         problem = NormalProblem(self.grid, operator, self.flat, self.distance, self.cosine)
-        contact = solve(problem, load=case.load, approach=case.approach)
+        contact = solve(problem, load=loading.load, approach=loading.approach)
         if not contact.in_contact.any():
             raise WrongInput(
-                f"contact at {case}: the bodies do not touch on s = {self.grid.extent[0]:g} ... "
+                f"contact at {loading}: the bodies do not touch on s = {self.grid.extent[0]:g} ... "
                 f"{self.grid.extent[1]:g} mm; give a larger approach, a load, or another grid"
             )
-        return self._displaced(contact, case) if exact else contact
+        return self._displaced(contact, loading) if exact else contact
 
-    def _displaced(self, contact: NormalContact, case: Case) -> NormalContact:
+    def _displaced(self, contact: NormalContact, loading: Loading) -> NormalContact:
         """The contact with the distance at its own approach: a fixed point."""
         for _ in range(EXACT_STEPS):
             before = contact.approach
             distance = self.distance_at(before) + before * self.cosine
             problem = NormalProblem(self.grid, contact.problem.operator, self.flat, distance, self.cosine)
-            contact = solve(problem, load=case.load, approach=case.approach, start=contact.p)
-            if case.load is None or abs(contact.approach - before) <= EXACT_TOLERANCE * abs(before):
+            contact = solve(problem, load=loading.load, approach=loading.approach, start=contact.p)
+            if loading.load is None or abs(contact.approach - before) <= EXACT_TOLERANCE * abs(before):
                 return contact
         raise Failure(
-            f"contact at {case}: the approach with the exact distance does not settle "
+            f"contact at {loading}: the approach with the exact distance does not settle "
             f"({before:g}, then {contact.approach:g} mm); use the linearised distance"
         )
 
 
 @dataclass(frozen=True, eq=False)
-class Settled:
-    """A contact and where its bodies are.
+class PairContact:
+    """A frictionless contact and where its bodies are.
 
-    `stiffness` [N/mm] is that against lateral movements, known where a lateral force was given.
+    `lateral_stiffness` [N/mm], against lateral movements, is known where a lateral force was given.
     """
 
-    placed: Placed
+    on_grid: PairOnGrid
     normal: NormalContact
-    stiffness: float = np.inf
+    lateral_stiffness: float = np.inf
 
     @property
     def lateral_force(self) -> float:
         """Lateral force on the upper body [N]."""
-        return float(self.placed.resultant(self.normal.p[..., None] * [0.0, 0.0, 1.0]).force[1])
+        return float(self.on_grid.resultant(self.normal.tractions).force[1])
 
 
-def placed_on(scene: Scene, grid: Grid) -> Placed:
-    """The bodies of a scene on a grid."""
-    return Placed(scene.pair, undeformed_of(scene), grid, scene.contact.extra_gap)
+def pair_on_grid(problem: ContactProblem, grid: Grid) -> PairOnGrid:
+    """The bodies of a problem on a grid."""
+    return PairOnGrid(problem.pair, undeformed_of(problem), grid, problem.specification.extra_gap)
 
 
-def undeformed_of(scene: Scene) -> Undeformed:
-    """The surfaces of a scene, the upper one moved along y as it says."""
-    lower, upper = scene.bodies["lower"].surface, scene.bodies["upper"].surface
-    return _undeformed(upper, lower, _reach(scene), scene.contact.shift)
+def undeformed_of(problem: ContactProblem) -> Undeformed:
+    """The surfaces of a problem, the upper one moved along y as it says."""
+    lower, upper = problem.bodies["lower"].surface, problem.bodies["upper"].surface
+    return _undeformed(upper, lower, _reach(problem), problem.specification.shift)
 
 
 @lru_cache(maxsize=16)
 def _undeformed(upper: Surface, lower: Surface, s_range: tuple[float, float], shift: float) -> Undeformed:
-    """Two surfaces above each other, the same object each time: where they touch is found once."""
+    """Two surfaces above each other, the same object each time: the point of first contact is found once."""
     return Undeformed(upper, lower, s_range, shift)
 
 
-def _reach(scene: Scene) -> tuple[float, float]:
+def _reach(problem: ContactProblem) -> tuple[float, float]:
     """Arc lengths [mm] between which contact is sought: to the contours' ends, on flanks as far as these."""
-    start, end = scene.bodies["lower"].contour.limits
-    half = max((end - start) / 2, scene.reference_length) if scene.contact.flanks or start == end else 0.0
-    low, high = scene.extent
+    start, end = problem.bodies["lower"].contour.limits
+    on_flanks = problem.specification.flanks or start == end
+    half = max((end - start) / 2, problem.reference_length) if on_flanks else 0.0
+    low, high = problem.extent
     return max(low, start - half), min(high, end + half)

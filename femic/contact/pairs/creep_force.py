@@ -1,4 +1,4 @@
-"""A creep-force curve by some ICs on one grid: contacts along it, and those at prescribed forces."""
+"""Creep-force curves of a wheel: contacts from one creepage to the next, and at prescribed forces."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from compare.friction.bodies import Solver
-from compare.friction.quantities import OF_ROLLING, measured
 from femic.contact.estimates import Measured, Scale
 from femic.contact.friction.kinematics import Creepages, Rolling
-from femic.contact.frictional import FrictionalProblem, Pressing
+from femic.contact.frictional import FrictionalProblem
+from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.quantities import OF_ROLLING, measured
 from femic.contact.rolling import RollingContact, RollingProblem
 from geometries.errors import Failure
 
@@ -21,53 +22,59 @@ AROUND_ZERO = 0.02  # forces over friction times load between which the slope at
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
-    """A creep-force curve on one grid: what is found at creepages, and at certain forces."""
+class CreepForceCurve:
+    """A creep-force curve on one grid: contacts by creepage, and at certain forces."""
 
     contacts: Mapping[float, RollingContact]
     points: Mapping[float, Measured]  # by creepage, as contacts
-    free: Measured  # what `OF_FREE` names
+    free: Measured  # the numbers of `OF_CURVE`
     equal: RollingContact  # with the force at which ICs are compared
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
-    """The way along a creep-force curve, outward from the creepage nearest 0."""
+class Continuation:
+    """Continuation along a creep-force curve, outward from the creepage nearest 0."""
 
-    solver: Solver
+    pair: PairWithFriction
     problem: RollingProblem
     label: str
 
     @classmethod
-    def of(cls, solver: Solver, problem: FrictionalProblem, label: str) -> "Path":
-        """The way along the curve of a problem on its own grid."""
-        bodies, placed = solver.scene.bodies, replace(solver.placed, grid=problem.grid)
-        contour, radius = bodies["lower"].contour, bodies["upper"].rolling_radius
-        strips = placed.grid.strips
-        rolling = Rolling(contour, radius, placed.x, strips, placed.undeformed.upper_height(strips))
-        return cls(solver, RollingProblem(problem, rolling), label)
+    def of(cls, pair: PairWithFriction, problem: FrictionalProblem, label: str) -> "Continuation":
+        """The continuation along the curve of a problem on its own grid."""
+        on_grid = replace(pair.on_grid, grid=problem.grid)
+        undeformed, strips = on_grid.undeformed, on_grid.grid.strips
+        rolling = Rolling(
+            undeformed.lower.contour,
+            undeformed.upper.rolling_radius,
+            on_grid.x,
+            strips,
+            undeformed.upper_height(strips),
+        )
+        return cls(pair, RollingProblem(problem, rolling), label)
 
     @property
     def xi(self) -> tuple[float, ...]:
         """The creepages, growing."""
-        return self.solver.wanted.longitudinal
+        return self.pair.specification.longitudinal
 
     @property
     def largest(self) -> float:
         """Friction times load [N]."""
-        return self.problem.problem.friction * self.solver.scene.contact.loads[0]
+        return self.problem.problem.friction * self.pair.loads[0]
 
-    def curve(self) -> Curve:
-        """The contacts at all creepages, each from its neighbour, and those at prescribed forces."""
+    def curve(self) -> CreepForceCurve:
+        """The contacts at all creepages, each from its neighbour, and the contacts at prescribed forces."""
         contacts = self.contacts()
         free, equal = self.free(list(contacts.values()))
-        return Curve(contacts, {xi: self.measured(one) for xi, one in contacts.items()}, free, equal)
+        points = {xi: self.measured(contact) for xi, contact in contacts.items()}
+        return CreepForceCurve(contacts, points, free, equal)
 
     def free(self, contacts: Sequence[RollingContact]) -> tuple[Measured, RollingContact]:
-        """What `OF_FREE` names, near a curve of `contacts`, and the contact at which ICs are compared."""
+        """The numbers of `OF_CURVE` from a curve of `contacts`, and the contact at which ICs are compared."""
         zero, below, above, equal = (
             self.with_force(share * self.largest, contacts)
-            for share in (0.0, -AROUND_ZERO, AROUND_ZERO, self.solver.wanted.equal_force)
+            for share in (0.0, -AROUND_ZERO, AROUND_ZERO, self.pair.specification.equal_force)
         )
         rise = float(above.creepages.longitudinal - below.creepages.longitudinal)
         slope = 2 * AROUND_ZERO * self.largest / rise
@@ -85,44 +92,44 @@ class Path:
         first = self.first()
         found = {first.creepages.longitudinal: first}
         number = self.xi.index(first.creepages.longitudinal)
-        for way in (self.xi[number + 1 :], self.xi[:number][::-1]):
+        for side in (self.xi[number + 1 :], self.xi[:number][::-1]):
             before = first
-            for xi in way:
-                if contact := self.tried(xi, before):
+            for xi in side:
+                if contact := self.at_if_possible(xi, before):
                     before = found[xi] = contact
         return {xi: found[xi] for xi in sorted(found)}
 
     def first(self) -> RollingContact:
         """The contact at the creepage nearest 0 that has a solution without a neighbour's."""
         for xi in sorted(self.xi, key=abs):
-            if contact := self.tried(xi, None):
+            if contact := self.at_if_possible(xi, None):
                 return contact
         raise Failure(f"{self.label}: no contact at any creepage; use smaller or larger elements")
 
-    def tried(self, xi: float, before: RollingContact | None) -> RollingContact | None:
-        """The contact at a creepage; None where it has no solution, which is said."""
+    def at_if_possible(self, xi: float, before: RollingContact | None) -> RollingContact | None:
+        """The contact at a creepage; None where it has no solution, which is reported."""
         try:
             return self.at(xi, before)
         except PotentialAreaTooSmall:
             raise
         except Failure as failure:
-            self.solver.means.watch.on_stage(f"  left out: {failure}")
+            self.pair.means.watch.on_stage(f"  left out: {failure}")
             return None
 
     def with_force(self, force: float, contacts: Sequence[RollingContact]) -> RollingContact:
-        """The contact with a longitudinal force [N], near that which the curve of `contacts` says."""
+        """The contact with a longitudinal force [N], from where the curve of `contacts` has it."""
         forces = [contact.contact.force[0] for contact in contacts]
         xi = [contact.creepages.longitudinal for contact in contacts]
         nearest = contacts[int(np.argmin(np.abs(np.array(forces) - force)))]
-        begun = self.at(float(np.interp(force, forces, xi)), nearest)
+        start = self.at(float(np.interp(force, forces, xi)), nearest)
         try:
-            return self.solved(begun.creepages.longitudinal, begun, force)
+            return self.solve(start.creepages.longitudinal, start, force)
         except Failure:
-            return self.searched(force, begun)
+            return self.search_force(force, start)
 
-    def searched(self, force: float, begun: RollingContact) -> RollingContact:
-        """The same by a search over creepages; raises Failure where the curve does not reach the force."""
-        found = {begun.creepages.longitudinal: begun}
+    def search_force(self, force: float, start: RollingContact) -> RollingContact:
+        """The contact with a force [N] by a search over creepages; Failure where none has it."""
+        found = {start.creepages.longitudinal: start}
 
         def beyond(xi: float) -> float:
             nearest = found[min(found, key=lambda other: abs(other - xi))]
@@ -136,7 +143,7 @@ class Path:
     def at(self, xi: float, before: RollingContact | None, halvings: int = MOST_HALVINGS) -> RollingContact:
         """The contact at a creepage, from a neighbour; where that fails in two steps, each likewise."""
         try:
-            return self.solved(xi, before)
+            return self.solve(xi, before)
         except PotentialAreaTooSmall:
             raise
         except Failure as failure:
@@ -145,16 +152,16 @@ class Path:
             half_way = self.at((xi + before.creepages.longitudinal) / 2, before, halvings - 1)
             return self.at(xi, half_way, halvings - 1)
 
-    def solved(self, xi: float, before: RollingContact | None, force: float | None = None) -> RollingContact:
+    def solve(self, xi: float, before: RollingContact | None, force: float | None = None) -> RollingContact:
         """The contact at a creepage, or with a longitudinal force [N] near it."""
-        wanted = self.solver.wanted
+        specification = self.pair.specification
         return self.problem.contact(
-            Creepages(xi, wanted.lateral, wanted.spin),
-            Pressing(load=self.solver.scene.contact.loads[0]),
+            Creepages(xi, specification.lateral, specification.spin),
+            Loading(self.pair.loads[0]),
             forces={} if force is None else {"longitudinal": force},
             start=None if before is None else before.contact,
         )
 
     def measured(self, rolling: RollingContact) -> Measured:
         """The numbers of a contact, with what estimates need."""
-        return measured(OF_ROLLING, self.solver.placed, rolling.contact)
+        return measured(self.pair.on_grid, rolling.contact, OF_ROLLING)

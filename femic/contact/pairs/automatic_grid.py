@@ -1,17 +1,21 @@
 """Automatic grids: as large as the contact, found with B-hat, and fine enough for the smallest patch."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import TypeVar
 
 import numpy as np
 
-from compare.contact.pair_on_grid import NEARLY, Case, Placed
 from femic.contact.edges import ENDS, MARGIN
 from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulus
+from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact, PotentialAreaTooSmall
+from femic.contact.pairs.given_ics import NONE_GIVEN, NormalICs, approximations_of, given_of
+from femic.contact.pairs.pair_on_grid import NEARLY, PairOnGrid, pair_on_grid
+from femic.contact.specification import ContactProblem
 from geometries.arrays import Array
-from geometries.errors import Failure
+from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
 
 SIZING = "Bhat"  # the ICs with which grids are sized
@@ -26,7 +30,10 @@ NEARBY = 1e-3  # step over which curvatures are taken, as a share of the contour
 STEP = 8  # numbers of elements are multiples of it, for the sake of coarser grids
 MOST_STRIPS, MOST_ALONG_X = 96, 256  # of a grid; loads that need more have grids of their own
 
+COARSE_MARGIN = 2 * MARGIN + 1  # elements beside a patch, so that elements twice as large have a margin
+
 Range = tuple[float, float]
+Outcome = TypeVar("Outcome")
 
 
 @dataclass(frozen=True)
@@ -44,7 +51,7 @@ class Sizing:
     Beside `ROOM` there are `margin` elements beside the largest patch.
     """
 
-    bodies: Placed
+    bodies: PairOnGrid
     elements: int
     margin: int = MARGIN + 1
 
@@ -53,19 +60,19 @@ class Sizing:
         """Arc lengths [mm] between which the bodies may touch."""
         return self.bodies.undeformed.s_range
 
-    def grids(self, cases: Sequence[Case]) -> list[tuple[Grid, list[Case]]]:
-        """Grids, each with the cases that are solved on it, in the order of their size.
+    def grids(self, loadings: Sequence[Loading]) -> list[tuple[Grid, list[Loading]]]:
+        """Grids, each with the loadings that are solved on it, in the order of their size.
 
-        Cases share a grid and so C, as long as it does not have more than `MOST_STRIPS` strips.
+        Loadings share a grid and so C, as long as it does not have more than `MOST_STRIPS` strips.
         """
-        sizes = {case: self.size(case) for case in cases}
-        groups: list[list[Case]] = []
-        for case in sorted(cases, key=lambda case: sizes[case].x[1]):
-            if groups and _fits(self.grid([sizes[other] for other in [*groups[-1], case]])):
-                groups[-1].append(case)
+        sizes = {loading: self.size(loading) for loading in loadings}
+        groups: list[list[Loading]] = []
+        for loading in sorted(loadings, key=lambda loading: sizes[loading].x[1]):
+            if groups and _fits(self.grid([sizes[other] for other in [*groups[-1], loading]])):
+                groups[-1].append(loading)
             else:
-                groups.append([case])
-        return [(self.grid([sizes[case] for case in group]), group) for group in groups]
+                groups.append([loading])
+        return [(self.grid([sizes[loading] for loading in group]), group) for group in groups]
 
     def grid(self, sizes: Sequence[Size]) -> Grid:
         """A grid for some sizes of contacts."""
@@ -80,24 +87,35 @@ class Sizing:
         middle = (low + high) / 2
         return self._within(Grid(n_x, n_s, dx, ds, 0.0 if abs(middle) < NEARLY * ds else float(middle)))
 
-    def large_enough(self, grid: Grid, cases: Sequence[Case], variants: Sequence[str]) -> Grid:
-        """The grid, made longer where the contact by another approximation needs it."""
-        for variant, case in product(variants, cases):
-            for _ in range(MOST_TRIES):
-                placed = replace(self.bodies, grid=grid)
-                try:
-                    placed.settled(placed.operator(variant), case)
-                    break
-                except PotentialAreaTooSmall as short:
-                    grid = self.longer(grid, short, case)
+    def large_enough(self, grid: Grid, loadings: Sequence[Loading], variants: Sequence[str]) -> Grid:
+        """The grid, made longer where the contact with another approximation needs it."""
+        for variant, loading in product(variants, loadings):
+
+            def grid_of(on_grid: PairOnGrid, variant: str = variant, loading: Loading = loading) -> Grid:
+                on_grid.solve(on_grid.operator(variant), loading)
+                return on_grid.grid
+
+            grid = self.on_long_enough_grid(grid, grid_of)
         return grid
 
-    def longer(self, grid: Grid, short: PotentialAreaTooSmall, case: Case) -> Grid:
+    def on_long_enough_grid(self, grid: Grid, solve: Callable[[PairOnGrid], Outcome]) -> Outcome:
+        """Return the solution of `solve` on a grid, which is made longer while a contact reaches its ends.
+
+        Raises Failure where a contour ends there, and as `solve`.
+        """
+        for _ in range(MOST_TRIES):
+            try:
+                return solve(replace(self.bodies, grid=grid))
+            except PotentialAreaTooSmall as short:
+                grid, loading = self.longer(grid, short), short.loading
+        raise _no_grid(loading)
+
+    def longer(self, grid: Grid, short: PotentialAreaTooSmall) -> Grid:
         """The grid with `STEP` more elements at the ends at which it is too short.
 
         Raises Failure where a contour ends there.
         """
-        self._require_room(short, case, grid.extent)
+        self._require_room(short, grid.extent)
         ends = short.ends
         along_x = 2 * STEP if ENDS[0] in ends or ENDS[1] in ends else 0
         before, after = (STEP * (end in ends) for end in ENDS[2:])
@@ -105,47 +123,45 @@ class Sizing:
         longer = Grid(grid.n_x + along_x, grid.n_s + before + after, grid.dx, grid.ds, middle)
         return self._within(longer)
 
-    def size(self, case: Case) -> Size:
+    def size(self, loading: Loading) -> Size:
         """The size of a contact with B-hat, on coarse grids that are made longer or shorter until they fit.
 
         Raises Failure where the contact reaches the end of a contour, and where there is none.
         """
-        (half_x, s), n_s = self._first_guess(case), TRIED
+        (half_x, s), n_s = self._first_guess(loading), TRIED
         for _ in range(MOST_TRIES):
             low, high = max(s[0], self.extent[0]), min(s[1], self.extent[1])
             grid = Grid(TRIED, n_s, 2 * half_x / TRIED, (high - low) / n_s, (low + high) / 2)
-            placed = replace(self.bodies, grid=grid)
+            on_grid = replace(self.bodies, grid=grid)
             try:
-                contact = placed.settled(placed.operator(SIZING), case).normal
+                contact = on_grid.solve(on_grid.operator(SIZING), loading).normal
             except PotentialAreaTooSmall as short:
                 if self._at_ends(short, (low, high)):
                     n_s *= 2
                     if n_s > MOST_STRIPS:
-                        self._require_room(short, case, (low, high))
+                        self._require_room(short, (low, high))
                 half_x *= GROWTH if ENDS[0] in short.ends or ENDS[1] in short.ends else 1.0
                 grown = (GROWTH - 1) * (high - low)
                 s = low - grown * (ENDS[2] in short.ends), high + grown * (ENDS[3] in short.ends)
                 continue
-            size, across = size_of(placed, contact), _across(contact)
+            size, across = size_of(on_grid, contact), _across(contact)
             if min(across) >= FEWEST:
                 return size
             half_x = size.x[1] * GROWTH if across[0] < FEWEST else half_x
             if across[1] < FEWEST:
                 room = (GROWTH - 1) / 2 * (size.s[1] - size.s[0])
                 s = size.s[0] - room, size.s[1] + room
-        raise Failure(
-            f"contact at {case}: no grid found that it fits; give contact.grid = 'scene' and a [grid]"
-        )
+        raise _no_grid(loading)
 
-    def hertz(self, case: Case) -> LoadedPoint:
+    def hertz(self, loading: Loading) -> LoadedPoint:
         """The ellipse of Hertz of the curvatures where the bodies touch first, without an extra gap."""
         modulus = combined_modulus(self.bodies.pair.upper.material, self.bodies.pair.lower.material)
         point = PointContact(*self._curvatures(), modulus)
-        return point.at_load(case.load) if case.load else point.at_approach(case.approach or 0.0)
+        return point.at_load(loading.load) if loading.load else point.at_approach(loading.approach or 0.0)
 
-    def _first_guess(self, case: Case) -> tuple[float, Range]:
+    def _first_guess(self, loading: Loading) -> tuple[float, Range]:
         """Half-length along x and range of s [mm] with which grids are tried first: a little beyond Hertz."""
-        touching, patch = self.bodies.undeformed.touching[0], self.hertz(case)
+        touching, patch = self.bodies.undeformed.touching[0], self.hertz(loading)
         half_s = GROWTH * patch.b
         return GROWTH * patch.a, (touching - half_s, touching + half_s)
 
@@ -171,11 +187,11 @@ class Sizing:
         least = max(of_x, of_s) / MOST_UNLIKE
         return max(of_x, least), max(of_s, least)
 
-    def _require_room(self, short: PotentialAreaTooSmall, case: Case, s: Range) -> None:
+    def _require_room(self, short: PotentialAreaTooSmall, s: Range) -> None:
         """Raise Failure where the contact reaches the end of a contour."""
         if ended := self._at_ends(short, s):
             raise Failure(
-                f"contact at {case}: it reaches the end of a contour at {' and '.join(ended)} "
+                f"{short.contact}: it reaches the end of a contour at {' and '.join(ended)} "
                 f"(s = {self.extent[0]:g} ... {self.extent[1]:g} mm); give longer contours or a smaller load"
             )
 
@@ -192,9 +208,9 @@ class Sizing:
         return Grid(grid.n_x, grid.n_s, grid.dx, grid.ds, grid.s + max(0, low - start) - max(0, end - high))
 
 
-def size_of(placed: Placed, contact: NormalContact) -> Size:
+def size_of(on_grid: PairOnGrid, contact: NormalContact) -> Size:
     """The ranges that the patches of a contact cover [mm]; those of x about the middle of the grid."""
-    grid = placed.grid
+    grid = on_grid.grid
     x = [place for patch in contact.patches for place in patch.x]
     s = [place for patch in contact.patches for place in patch.s]
     half = max(abs(place - (grid.n_x - 1) / 2) for place in x) * grid.dx
@@ -214,3 +230,61 @@ def _rounded(n: float) -> int:
 
 def _fits(grid: Grid) -> bool:
     return grid.n_s <= MOST_STRIPS and grid.n_x <= MOST_ALONG_X
+
+
+def _no_grid(loading: Loading) -> Failure:
+    return Failure(
+        f"contact at {loading}: no grid found that it fits; give contact.grid = 'scene' and a [grid]"
+    )
+
+
+def sizing_of(problem: ContactProblem) -> Sizing:
+    """The sizing of a problem's grids; contacts with friction are solved on larger elements, too."""
+    bodies, elements = pair_on_grid(problem, problem.grid), problem.specification.elements
+    return Sizing(bodies, elements, COARSE_MARGIN if problem.specification.friction else MARGIN + 1)
+
+
+def grids_of(
+    problem: ContactProblem, given: Mapping[str, NormalICs] = NONE_GIVEN
+) -> list[tuple[Grid, list[Loading]]]:
+    """The grids of a problem and the loadings on each: the given one, or automatic ones.
+
+    ICs that are given have a grid of their own, on which all is solved. With friction there is one grid, of
+    the largest load, which the steps to it share. Raises WrongInput where given ICs have different grids, and
+    Failure where no grid fits.
+    """
+    specification, loadings = problem.specification, list(problem.specification.loadings)
+    if own := given_of(specification.ics, given):
+        return [(_common_grid(own), loadings)]
+    if not specification.automatic:
+        return [(problem.grid, loadings)]
+    sizing, variants = sizing_of(problem), approximations_of(specification.ics, given)
+    if specification.friction:
+        largest = loadings[-1:]
+        grid = sizing.grid([sizing.size(largest[0])])
+        return [(sizing.large_enough(grid, largest, variants), loadings)]
+    return [
+        (sizing.large_enough(grid, on_grid, variants), on_grid) for grid, on_grid in sizing.grids(loadings)
+    ]
+
+
+def on_fitting_grid(
+    problem: ContactProblem, grid: Grid, solve: Callable[[PairOnGrid], Outcome], *, longer: bool = True
+) -> Outcome:
+    """Return the solution of `solve` on a grid, made `longer` where needed if the problem has automatic ones.
+
+    Raises Failure where a contact comes near the ends of another grid, and as `Sizing.on_long_enough_grid`.
+    """
+    if longer and problem.specification.automatic:
+        return sizing_of(problem).on_long_enough_grid(grid, solve)
+    try:
+        return solve(pair_on_grid(problem, grid))
+    except PotentialAreaTooSmall as short:
+        raise Failure(f"{short.contact}: {short}") from short
+
+
+def _common_grid(given: Mapping[str, NormalICs]) -> Grid:
+    grids = {name: ics.grid for name, ics in given.items()}
+    if len(set(grids.values())) > 1:
+        raise WrongInput(f"contact.ics: {', '.join(grids)} have different grids: name one")
+    return next(iter(grids.values()))
