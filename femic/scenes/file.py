@@ -7,7 +7,7 @@ from pydantic import Field, field_validator
 from femic.key_types import Length, Several, each_once
 from femic.scenes.bodies import BodyTable
 from femic.scenes.calibration import BodyName, CalibrationTable, Component
-from femic.scenes.contact import ContactTable
+from femic.scenes.contact import AnyContact, ContactTable
 from femic.scenes.effective import EffectiveTable
 from femic.scenes.engine import EngineTable
 from femic.scenes.grid import GridTable
@@ -82,7 +82,7 @@ class SceneFile(Section):
     calibration: CalibrationTable = Field(
         CalibrationTable(), description="which properties femic calibrate fits to which points"
     )
-    contact: ContactTable = Field(
+    contact: AnyContact = Field(
         ContactTable(), description="contact of both bodies, without or with friction (femic contact)"
     )
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")

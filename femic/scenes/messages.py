@@ -9,7 +9,7 @@ from pydantic_core import ErrorDetails
 
 from femic.scenes.contact import ContactTable
 from femic.scenes.engine import EngineTable
-from femic.scenes.section import Section
+from femic.scenes.section import Section, tables
 
 REASONS: Mapping[str, str] = {
     "tuple_type": "Input should be a list",
@@ -102,4 +102,4 @@ def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
 
 def _keys() -> set[str]:
     """All keys that any table of a scene file may have."""
-    return {key for table in Section.__subclasses__() for key in table.model_fields}
+    return {key for table in tables() for key in table.model_fields}
