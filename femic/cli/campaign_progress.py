@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
-from femic.campaigns.compute import Progress
+from femic.campaigns.running.run import Progress
 from femic.cli.progress import EVERY, Write
 
 
@@ -54,8 +54,8 @@ class CampaignLines:
 def of_which(progress: Progress) -> str:
     """Text about the scenes and models of a campaign."""
     return (
-        f"{progress.found} kept, {progress.failed} failed; models: {progress.models} solved, "
-        f"{progress.models_found} times kept"
+        f"{progress.reused} kept, {progress.failed} failed; models: {progress.models} solved, "
+        f"{progress.models_reused} times kept"
     )
 
 

@@ -14,7 +14,8 @@ from rich.console import Console
 
 from femic.cache import folders
 from femic.cache.store import Store
-from femic.campaigns.campaign import Campaign, load_campaign
+from femic.campaigns.files.campaign import Campaign
+from femic.campaigns.files.load import load_campaign
 from femic.cli.work import DEFAULT_WORK, Work, kept
 from femic.late import Late
 from geometries.errors import Failure, WrongInput
@@ -23,26 +24,26 @@ if TYPE_CHECKING:
     import xarray as xr
     from distributed import Client
 
-    from femic.campaigns.compute import Progress
-    from femic.campaigns.dataset import Collected
+    from femic.campaigns.dataset.collected import Collected
+    from femic.campaigns.running.run import Progress
 
-existing_cluster = Late("femic.campaigns.cluster:existing_cluster")
-local_cluster = Late("femic.campaigns.cluster:local_cluster")
-size_for = Late("femic.campaigns.cluster:size_for")
-ComputeOptions = Late("femic.campaigns.compute:Options")
-compute_sweep = Late("femic.campaigns.compute:compute_sweep")
-impossible = Late("femic.campaigns.compute:impossible")
-require_computable = Late("femic.campaigns.compute:require_computable")
-collect = Late("femic.campaigns.dataset:Collected")
-file_in = Late("femic.campaigns.opened:file_in")
-open_sweep = Late("femic.campaigns.opened:open_sweep")
-largest_memory = Late("femic.campaigns.plan:largest_memory")
-planned = Late("femic.campaigns.plan:planned")
+existing_cluster = Late("femic.campaigns.running.cluster:existing_cluster")
+local_cluster = Late("femic.campaigns.running.cluster:local_cluster")
+size_for = Late("femic.campaigns.running.cluster:size_for")
+ComputeOptions = Late("femic.campaigns.running.run:Options")
+compute_sweep = Late("femic.campaigns.running.run:compute_sweep")
+impossible = Late("femic.campaigns.running.checks:impossible")
+require_computable = Late("femic.campaigns.running.checks:require_computable")
+collect = Late("femic.campaigns.dataset.collected:Collected")
+file_in = Late("femic.campaigns.dataset.reading:file_in")
+open_sweep = Late("femic.campaigns.dataset.reading:open_sweep")
+largest_memory = Late("femic.campaigns.running.plan:largest_memory")
+planned = Late("femic.campaigns.running.plan:planned")
 write_sweep = Late("femic.campaigns.report.page:write_sweep")
-address_of = Late("femic.campaigns.scheduler:address_of")
-require_scheduler = Late("femic.campaigns.scheduler:require_scheduler")
-require_undamaged = Late("femic.campaigns.verified:require_undamaged")
-REMEDY = Late("femic.campaigns.verified:REMEDY")
+address_of = Late("femic.campaigns.running.scheduler:address_of")
+require_scheduler = Late("femic.campaigns.running.scheduler:require_scheduler")
+require_undamaged = Late("femic.campaigns.dataset.integrity:require_undamaged")
+REMEDY = Late("femic.campaigns.dataset.integrity:REMEDY")
 campaign_shown = Late("femic.cli.campaign_progress:campaign_shown")
 written = Late("femic.cli.points:written")
 
@@ -83,7 +84,7 @@ def sweep(
 ) -> None:
     """Compute the scenes of a campaign; write sweep.html and sweep.nc (sweep.zarr where it is large).
 
-    Models that scenes share are solved once, and what is finished is kept: the same command goes on after an
+    Models that scenes share are solved once, and finished scenes are kept: the same command goes on after an
     interruption. Scenes that fail are listed, and do not stop the others.
     """
     loaded, console = load_campaign(campaign), Console(highlight=False)
@@ -160,9 +161,9 @@ def _local(campaign: Campaign, scenes: int, workers: int | None, console: Consol
 def _show_plan(campaign: Campaign, store: Store, workers: int, console: Console) -> None:
     takes = planned(campaign, store)
     size = size_for(workers, takes.scenes, takes.memory)
-    counted = "" if takes.counted == takes.scenes - takes.found else f" in the first {takes.counted} of them"
+    counted = "" if takes.counted == takes.scenes - takes.reused else f" in the first {takes.counted} of them"
     console.print(
-        f"{campaign.title}: {takes.scenes} scenes, {takes.found} of them kept; the others have "
+        f"{campaign.title}: {takes.scenes} scenes, {takes.reused} of them kept; the others have "
         f"{takes.models} different models{counted}. About {takes.seconds / size.workers:.0f} s with "
         f"{size.workers} workers, {takes.memory:.0f} MB each",
         markup=False,
@@ -176,7 +177,7 @@ def _tell(collected: Collected, done: Progress, console: Console) -> None:
     """Print what was computed, what failed and where the dataset is."""
     console.print(
         f"{done.scenes} scenes: {done.finished - done.failed} computed, {done.failed} failed "
-        f"({done.found} by earlier runs). Models: {done.models} solved, {done.models_found} times kept"
+        f"({done.reused} by earlier runs). Models: {done.models} solved, {done.models_reused} times kept"
         + (f"; up to {done.memory:.0f} MB a worker" if done.memory else ""),
         soft_wrap=True,
     )

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from approx.pair import Pair
+from approx.pair import Pair, Solid
 from approx.variants import VARIANTS
 from femic.contact.extra_gap import ExtraGap
 from femic.contact.loading import Loading
@@ -22,11 +22,17 @@ from femic.key_types import (
     Signed,
     Whole,
 )
+from femic.reference.harmonic.record import HARMONIC
+from femic.reference.harmonic.tuned import FAR_RADIUS
 from femic.reference.job import Settings
 from femic.reference.matrix.job import Discount
 from geometries.bodies import Body, common_extent
+from geometries.errors import WrongInput
 from geometries.grids import Grid
 
+APPROACH_SHARE = 50.0  # reference length over the half-side of the load at which the approach is matched
+DEFAULT_GRID = Grid(64, 32, 0.2, 0.2)
+DEFAULT_SETTINGS = Settings(HARMONIC)
 CREEPAGES = (0.0005, 0.001, 0.0015, 0.002, 0.003, 0.004, 0.006, 0.008, 0.012)  # and 0, and these below 0
 Creepage = Annotated[float, Field(gt=-1, lt=1)]
 
@@ -157,6 +163,13 @@ class ContactSpecification:
         ),
     ] = None
 
+    def __post_init__(self) -> None:
+        """Raise WrongInput unless friction is specified for a motion with friction, and only then."""
+        if MOTIONS[self.motion].has_friction != (self.friction is not None):
+            raise WrongInput(
+                f"motion = {self.motion!r}: give `friction` for motions with friction, and only then"
+            )
+
     @property
     def exact(self) -> bool:
         """Whether the undeformed distance follows the displaced body; otherwise it is linearised."""
@@ -179,7 +192,7 @@ class ContactSpecification:
 class ContactProblem:
     """Two bodies whose contact is solved, as `specification` says, and how C of them is computed."""
 
-    name: str  # that messages begin with
+    name: str  # at the beginning of messages
     bodies: Mapping[str, Body]  # "lower", "upper"
     pair: Pair  # the same as the approximations take them
     specification: ContactSpecification
@@ -188,6 +201,26 @@ class ContactProblem:
     discount: Discount
     support_radius: float  # of the far arc of the bodies [mm]
     reference_length: float  # mm
+
+    @classmethod
+    def of(
+        cls,
+        lower: Body,
+        upper: Body,
+        specification: ContactSpecification,
+        *,
+        grid: Grid = DEFAULT_GRID,
+        settings: Settings = DEFAULT_SETTINGS,
+    ) -> "ContactProblem":
+        """The contact of two bodies, of which C has the rigid part of the approach subtracted.
+
+        Approximations have the elastic properties of the bodies. Where the specification has no automatic
+        grids, `grid` is needed.
+        """
+        pair = Pair(Solid(upper.material, upper.surface), Solid(lower.material, lower.surface))
+        bodies = {"lower": lower, "upper": upper}
+        length = settings.approach_side * APPROACH_SHARE
+        return cls("contact", bodies, pair, specification, grid, settings, "approach", FAR_RADIUS, length)
 
     @property
     def extent(self) -> tuple[float, float]:

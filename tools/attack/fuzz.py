@@ -19,8 +19,8 @@ from commands import FILES
 from outcomes import Outcome
 
 from compare.contact.compute import compute_contact, require_solvable
-from femic.campaigns.campaign import load_campaign
-from femic.campaigns.compute import require_computable
+from femic.campaigns.files.load import load_campaign
+from femic.campaigns.running.checks import require_computable
 from femic.cli.main import exit_code
 from femic.contact.pairs.automatic_grid import grids_of
 from femic.contact.pairs.pair_on_grid import pair_on_grid

@@ -1,4 +1,4 @@
-"""What the dataset of a campaign has to show: errors of ICs, numbers of contacts, fits; as fields."""
+"""The fields in the dataset of a campaign: errors of ICs, numbers of contacts, fits."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,7 +9,6 @@ import xarray as xr
 from compare.contact.compute import reference_name
 from compare.ics.error_measure import ROUNDING
 from compare.report.parts import listed
-from femic.campaigns.keeping import CURVES_LARGEST
 from femic.campaigns.report.axes import ICS, LAST
 from femic.campaigns.report.fields import (
     COLUMN,
@@ -22,6 +21,7 @@ from femic.campaigns.report.fields import (
     label_of,
     swept_dims,
 )
+from femic.campaigns.results.contact import CURVES_LARGEST
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 
 RATIOS = ("p_max", "a", "b", "approach", "angle", "slope")  # numbers of contacts, compared as ratios
@@ -32,7 +32,12 @@ MEANINGS = {
     CURVES_LARGEST: " F_x(ξ): largest distance of creep-force curves, share of friction times load.",
     "sliding_share": " Sliding: share of the patch that slides, the difference.",
 }
-DIMS = {"case": "load", "load": "load", "friction": "friction", "xi": "creepage"}  # dims of contacts, as told
+DIMS = {
+    "case": "load",
+    "load": "load",
+    "friction": "friction",
+    "xi": "creepage",
+}  # dims in words
 SHOWN_ORDER = ("nn", "ss", "xx", "xs", "xn", "sn", "sx", "nx", "ns")  # of components
 ANY = "any component"
 VANISHING = (
@@ -43,18 +48,17 @@ BY_PLACE = " Scenes differ in their ICs: here they are called by their places in
 
 
 def fields_of(dataset: xr.Dataset) -> list[Field]:
-    """All that the dataset of a campaign has to show over its axes, as far as anything is computed."""
-    kept = json.loads(dataset.attrs["keep"])
-    found: list[Field] = []
+    """Return all fields of a campaign's dataset in which anything is computed."""
+    fields: list[Field] = []
     if "error" in dataset:
-        found += _errors(dataset)
+        fields += _errors(dataset)
     if "known_error" in dataset and "error" not in dataset:
-        found += _known_errors(dataset)
-    if "contact" in kept:
-        found += _contact(dataset)
+        fields += _known_errors(dataset)
+    if "contact" in json.loads(dataset.attrs["keep"]):
+        fields += _contact(dataset)
     if "fit_value" in dataset:
-        found += _calibration(dataset)
-    return [field for field in found if field.values.size and np.any(np.isfinite(field.values))]
+        fields += _calibration(dataset)
+    return [field for field in fields if field.values.size and np.any(np.isfinite(field.values))]
 
 
 def _errors(dataset: xr.Dataset) -> Iterator[Field]:
@@ -72,14 +76,10 @@ def _errors(dataset: xr.Dataset) -> Iterator[Field]:
     errors = xr.concat(columns.values(), xr.Variable(COLUMN, list(columns))).rename(variant=ROW)
     notes = [VANISHING] if any(name.endswith(VANISHES) for name in columns) else []
     notes += [BY_PLACE] if f"{ICS} 1" in errors[ROW] else []
-    yield Field(
-        "errors",
-        "error",
-        "errors",
+    yield _error_field(
+        errors,
         f"Error of the {body} ICs: largest deviation from C over a line, share of the component itself; the "
         f"worst over all lines.{''.join(notes)}",
-        errors.sel({ROW: _approximations(errors)}),
-        errors.sel({ROW: C}, drop=True),
     )
 
 
@@ -87,23 +87,19 @@ def _known_errors(dataset: xr.Dataset) -> Iterator[Field]:
     """Errors of all ICs with the estimate of C, the worst over lines and components."""
     body = body_of(dataset)
     known = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)
-    known = known.expand_dims({COLUMN: [ANY]})
-    yield Field(
-        "errors",
-        "error",
-        "errors",
-        f"Error of the {body} ICs with the estimate of C: the worst over lines and components.",
-        known.sel({ROW: _approximations(known)}),
-        known.sel({ROW: C}, drop=True),
-    )
+    text = f"Error of the {body} ICs with the estimate of C: the worst over lines and components."
+    yield _error_field(known.expand_dims({COLUMN: [ANY]}), text)
 
 
-def _approximations(values: xr.DataArray) -> list[str]:
-    return [name for name in map(str, values[ROW].values) if not name.startswith(C)]
+def _error_field(errors: xr.DataArray, text: str) -> Field:
+    """Errors of approximations, with those of C as their floor."""
+    approximations = [name for name in map(str, errors[ROW].values) if not name.startswith(C)]
+    floor = errors.sel({ROW: C}, drop=True)
+    return Field("errors", "error", "errors", text, errors.sel({ROW: approximations}), floor)
 
 
 def _contact(dataset: xr.Dataset) -> Iterator[Field]:
-    """Numbers of the contact by each of the ICs over those by the reference, and these themselves."""
+    """Numbers of the contact with each of the ICs over those with the reference, and the latter."""
     numbers = [name for name in (*RATIOS, *SHARES) if name in dataset and "ics" in dataset[name].dims]
     if not numbers:
         return
@@ -128,24 +124,24 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
 
 
 def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, over: str) -> Field:
-    """Numbers of the contact by other ICs than the reference over those by it."""
+    """Numbers of the contact with other ICs than the reference over those with it."""
     off, known = zip(*(_off(dataset, name, reference) for name in numbers), strict=True)
-    labels, by = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), label_of(reference)
+    labels, base = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), label_of(reference)
     values = xr.concat(off, labels).rename(ics=ROW)
     notes = [MEANINGS[name] for name in numbers if name in MEANINGS] + [BY_PLACE] * (reference == LAST)
     return Field(
         "contact",
         "deviation",
         "deviations of the contact",
-        f"Numbers of the contact by each of the ICs over those by {by}, less 1{over}.{''.join(notes)}",
+        f"Numbers of the contact by each of the ICs over those by {base}, less 1{over}.{''.join(notes)}",
         values.sel({ROW: [name for name in map(str, values[ROW].values) if name != reference]}),
         xr.concat(known, labels),
-        by,
+        base,
     )
 
 
 def _off(dataset: xr.Dataset, name: str, reference: str) -> tuple[xr.DataArray, xr.DataArray]:
-    """How far a number of the contact is from the reference's, and how well the latter is known."""
+    """Deviations of a number of the contact from the reference's, and the estimate of the latter."""
     values = dataset[name].drop_attrs()
     of_reference = values.sel(ics=reference, drop=True)
     unit = xr.ones_like(of_reference) if name in SHARES else of_reference.where(of_reference != 0)
@@ -166,7 +162,7 @@ def _symbol(name: str) -> str:
 
 
 def _calibration(dataset: xr.Dataset) -> Iterator[Field]:
-    """Fitted parameters, and the deviations of B-hat-prime by them from C, by fitted body."""
+    """Fitted parameters, and deviations of B-hat-prime with them from C, by fitted body."""
     labels: Mapping[str, str] = {"fitted_body": ROW, "parameter": COLUMN}
     yield Field(
         "fits",

@@ -9,9 +9,8 @@ from approx.matrix import matrix
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset, with_supports
 from femic.contact.operators.dense import Asymmetry, GridOperator
-from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.contact.pairs.reference_ics import ReferenceICs, pair_operator
+from femic.contact.pairs.reference_ics import ReferenceICs
 from femic.contact.pairs.supports import (
     FLATTER,
     NEARER,
@@ -20,7 +19,6 @@ from femic.contact.pairs.supports import (
     with_flatter_flanks,
 )
 from geometries.contours import arc, ellipse, through_points
-from geometries.grids import Grid
 from geometries.patches import N
 from tests.compare.contact.test_contact import scene
 
@@ -88,28 +86,3 @@ def test_flanks_that_are_tangents_of_points_stay():
     of = scene(10.3, loads=[1e3])
     bodies = {name: replace(body, contour=contour) for name, body in of.bodies.items()}
     assert flatter_problem(replace(of.contact_problem, bodies=bodies)) is None
-
-
-class Body:
-    """A body whose raw C is 0: what is left of a pair is what is subtracted."""
-
-    def __init__(self, approach):
-        self.m_zz = approach
-
-    def paired_column(self, _, __):
-        return np.zeros((3, 3, 4, 6))
-
-    def approach(self, variation):
-        return self.m_zz * (2.0 if variation else 1.0)
-
-
-def test_the_approach_of_a_pair_is_read_along_the_lower_normals():
-    """Of bodies that incline differently, M_zz large and of opposite signs: their sum counts, and no more."""
-    on_grid = pair_on_grid(scene(13.0, loads=[1e3], shift=0.05).contact_problem, Grid(4, 6, 0.5, 0.9, -0.7))
-    bodies, p = {"lower": Body(3.0), "upper": Body(-2.5)}, np.random.default_rng(0).random((4, 6, 1))
-    load = np.sum(p[..., 0] * np.cos(on_grid.grid.strips / 10.0)) * on_grid.grid.area
-    found = pair_operator(bodies, on_grid, (N,))(p)
-    expected = -0.5 * load * np.cos(on_grid.grid.strips / 10.0)
-    np.testing.assert_allclose(found[..., 0], np.broadcast_to(expected, (4, 6)), rtol=1e-9)
-    nearer = pair_operator(bodies, on_grid, (N,), variation="nearer")(p)
-    np.testing.assert_allclose(nearer, 2 * found, rtol=1e-9)

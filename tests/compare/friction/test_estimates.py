@@ -1,6 +1,5 @@
 """Estimates of what scenes with friction give: parts are all there, curves are apart by what is said."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,15 +9,11 @@ import xarray as xr
 from approx.matrix import matrix
 from compare.friction.compute import compute_with_friction
 from compare.friction.rolling import _away
-from femic.contact.edges import extents
 from femic.contact.estimates import Measured
 from femic.contact.operators.dense import Asymmetry, GridOperator
-from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, OF_ROLLING, main_patch
-from femic.contact.pairs.reference_ics import BodyICs, ReferenceICs, full_reference_ics, normal_reference_ics
+from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, OF_ROLLING
+from femic.contact.pairs.reference_ics import ReferenceICs
 from femic.contact.pairs.solved_curve import between, deciding
-from femic.reference.run_options import Means
-from geometries.grids import Grid
 from tests.compare.friction.scenes import scene
 
 XI = [-1e-3, 0.0, 2e-3]
@@ -139,76 +134,3 @@ def test_curves_without_estimates_have_distances_without_estimates():
     of = _away(curves(np.ones((2, 2, 3)), np.full((2, 2, 3), np.nan)))
     assert np.all(np.isnan(of["estimate_rms"].sel(ics="A")))
     assert np.all(np.isnan(of["estimate_largest"].sel(ics="A")))
-
-
-# --- numbers --------------------------------------------------------------------------------------------
-
-
-def test_the_moment_is_that_of_all_tractions_on_inclined_places():
-    """By cross products of places and forces, of pressures too, element by element."""
-    on_grid = pair_on_grid(scene(10.3, shift=0.1).contact_problem, Grid(4, 5, 0.7, 0.9, 1.3))
-    p = np.random.default_rng(2).normal(size=(4, 5, 3))
-    contour, moment = on_grid.undeformed.lower.contour, np.zeros(3)
-    for i, x in enumerate(on_grid.x):
-        for j, s in enumerate(on_grid.grid.strips):
-            delta = float(contour.inclination(np.array([s]))[0])
-            sin, cos = np.sin(delta), np.cos(delta)
-            directions = np.array([[1, 0, 0], [0, cos, -sin], [0, sin, cos]])
-            y, z = (float(v[0]) for v in contour.position(np.array([s])))
-            moment += np.cross([x, y, z], p[i, j] @ directions) * on_grid.grid.area
-    m_z = OF_COMPRESSION["M_z"].of
-    assert m_z(on_grid, SimpleNamespace(tractions=p)) == pytest.approx(moment[2])
-    assert OF_COMPRESSION["M_x"].of(on_grid, SimpleNamespace(tractions=p)) == pytest.approx(moment[0])
-    level = replace(on_grid, grid=Grid(4, 5, 0.7, 0.9, 0.0))
-    assert m_z(on_grid, SimpleNamespace(tractions=p)) != pytest.approx(
-        m_z(level, SimpleNamespace(tractions=p)), rel=0.01
-    )
-
-
-def test_the_main_patch_is_the_one_that_carries_most():
-    """Not the largest, and not the first."""
-    p, gap = np.zeros((12, 20)), np.ones((12, 20))
-    p[4:8, 3:9], p[5:7, 12:15] = 1.0, 50.0
-    contact = SimpleNamespace(pressures=p, patches=extents(p, np.where(p > 0, 0.0, gap)))
-    assert len(contact.patches) == 2
-    assert main_patch(contact).s[0] > 10
-    mirrored = SimpleNamespace(
-        pressures=p[:, ::-1], patches=extents(p[:, ::-1], np.where(p > 0, 0.0, gap)[:, ::-1])
-    )
-    assert main_patch(mirrored).s[1] < 9
-
-
-# --- C plus its estimate --------------------------------------------------------------------------------
-
-
-def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
-    """Products with tractions differ by those of the sum of the estimates; the largest is said."""
-    of, grid = scene(10.3, motion="rolling", loads=[1e3]), Grid(6, 4, 0.4, 0.5)
-    on_grid, random = pair_on_grid(of.contact_problem, grid), np.random.default_rng(4)
-    size = matrix("Bhat", of.pair, grid)
-    estimates = {name: 0.01 * random.random(size.shape) * np.max(size) for name in ("lower", "upper")}
-    made = {name: BodyICs(size / 2) for name in estimates}, sum(estimates.values())
-    monkeypatch.setattr("femic.contact.pairs.reference_ics.c_of_bodies", lambda *_: made)
-    c, p = (
-        full_reference_ics(of.contact_problem, on_grid, Means(), wheel_rolls=True),
-        random.random((6, 4, 3)),
-    )
-    total = estimates["lower"] + estimates["upper"]
-    np.testing.assert_allclose(
-        c.perturbed(p) - c.operator(p), GridOperator.of(total)(p), rtol=1e-6, atol=1e-12
-    )
-    assert c.estimate == pytest.approx(np.max(total) / np.max(np.abs(size[..., 2, 2])), rel=1e-6)
-
-
-def test_c_nn_is_perturbed_by_its_estimate(monkeypatch):
-    of, grid = scene(10.3, loads=[1e3]), Grid(6, 4, 0.4, 0.5)
-    on_grid = pair_on_grid(of.contact_problem, grid)
-    nn = matrix("Bhat", of.pair, grid)[..., 2, 2]
-    estimate = 0.01 * nn
-    monkeypatch.setattr("femic.contact.pairs.reference_ics.normal_ics", lambda *_: (nn, estimate))
-    c, p = (
-        normal_reference_ics(of.contact_problem, on_grid, Means()),
-        np.random.default_rng(4).random((6, 4, 1)),
-    )
-    np.testing.assert_allclose(c.perturbed(p), 1.01 * c.operator(p))
-    assert c.estimate == pytest.approx(0.01)

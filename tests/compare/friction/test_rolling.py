@@ -9,20 +9,14 @@ from compare.friction.rolling import scaled_force
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.operators.dense import Asymmetry, GridOperator, reciprocity_defects
+from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
 from femic.contact.pairs.reference_ics import (
-    BodyICs,
     ReferenceICs,
     approximation,
-    full_reference_ics,
-    reciprocal,
-    sum_of_bodies,
 )
-from femic.reference.run_options import Means
-from femic.scenes.load import load_scene
 from geometries.errors import Failure
 from geometries.grids import Grid
 from geometries.materials import both_bodies
@@ -134,15 +128,6 @@ def test_curves_are_the_same_from_a_search_as_from_prescribed_forces(conforming)
     assert searched.creepages.longitudinal == pytest.approx(expected, abs=1e-6)
 
 
-@pytest.mark.parametrize("variant", ["A", "Bhat", "mix"])
-def test_the_form_of_an_operator_does_not_matter(variant, monkeypatch):
-    on_grid = pair_on_grid(rolls(10.3, shift=0.1).contact_problem, Grid(8, 6, 0.5, 0.7, 0.3))
-    p = np.random.default_rng(1).random((8, 6, 3))
-    first = approximation(on_grid, variant)(p)
-    monkeypatch.setattr("femic.contact.pairs.reference_ics.MOST_DENSE", 4)
-    np.testing.assert_allclose(approximation(on_grid, variant)(p), first, atol=1e-14 * np.max(np.abs(first)))
-
-
 def steps(dataset):
     return [float(np.diff(dataset[name])[0]) for name in ("x", "s")]
 
@@ -189,56 +174,3 @@ def test_grids_that_are_too_short_are_made_longer_and_a_scenes_own_is_not():
     assert tried[1].n_x > tried[0].n_x
     with pytest.raises(Failure, match=r"contact at 2 N: potential contact area"):
         solve_with_friction(rolls(grid="scene").contact_problem, short_at_first)
-
-
-def test_only_a_rolling_wheel_is_seen_as_rolling():
-    of = rolls(10.3)
-    grid = Grid(6, 4, 0.2, 0.2)
-    on_grid = pair_on_grid(of.contact_problem, grid)
-    random = np.random.default_rng(0)
-    ics = {name: BodyICs(random.standard_normal((6, 4, 4, 3, 3))) for name in ("lower", "upper")}
-    rolled, pressed = (sum_of_bodies(on_grid, ics, wheel_rolls=rolls) for rolls in (True, False))
-    np.testing.assert_array_equal(rolled[..., 1:, :], pressed[..., 1:, :])
-    assert np.max(np.abs(rolled[1:, ..., 0, :] - pressed[1:, ..., 0, :])) > 0
-    np.testing.assert_array_equal(pressed, ics["lower"].ics + ics["upper"].ics)
-
-
-@pytest.mark.slow  # two models by finite elements
-def test_c_of_planes_moves_as_half_spaces_do():
-    """All nine components; coarse cells."""
-    of = load_scene(
-        "flat", {"engine": {"tolerance": 0.3}, "contact": {"motion": "compression", "loads": [1.0]}}
-    )
-    on_grid = pair_on_grid(of.contact_problem, Grid(6, 4, 0.4, 0.6))
-    c = full_reference_ics(of.contact_problem, on_grid, Means(), wheel_rolls=False)
-    p = np.random.default_rng(0).random((6, 4, 3))
-    p -= p.mean(axis=(0, 1))  # no resultant: the rigid-body discount does not matter
-    expected = approximation(on_grid, "A")(p)
-    found = c.operator(p)
-    found -= (found - expected).mean(axis=(0, 1))
-    np.testing.assert_allclose(found, expected, atol=0.1 * np.max(np.abs(expected)))
-    assert 0 < c.estimate < 0.2
-
-
-def test_ics_that_are_made_reciprocal_are_so_and_stay_as_they_are_where_they_were():
-    ics = np.random.default_rng(0).standard_normal((5, 4, 4, 3, 3))
-    made = reciprocal(ics)
-    assert np.max(reciprocity_defects(made)) < 1e-15
-    np.testing.assert_array_equal(reciprocal(made), made)
-    np.testing.assert_allclose(np.einsum("xssii->xsi", made), np.einsum("xssii->xsi", ics))
-
-
-def test_the_approach_that_is_taken_from_a_pair_is_vertical_and_does_not_turn():
-    """Along z at any lag, per vertical traction, the sum of the bodies'; of rolling, too."""
-    of, grid = rolls(10.3), Grid(6, 4, 0.2, 0.9, 1.1)
-    on_grid, random = pair_on_grid(of.contact_problem, grid), np.random.default_rng(0)
-    ics = {name: random.standard_normal((6, 4, 4, 3, 3)) for name in ("lower", "upper")}
-    approaches = {"lower": 3.0, "upper": -2.5}
-    taken = sum_of_bodies(on_grid, {name: BodyICs(of_body) for name, of_body in ics.items()})
-    taken -= sum_of_bodies(
-        on_grid, {name: BodyICs(of_body, approaches[name]) for name, of_body in ics.items()}
-    )
-    delta = grid.strips / 10.0
-    along_z = np.stack([0 * delta, -np.sin(delta), np.cos(delta)], axis=-1)
-    expected = 0.5 * np.einsum("ai,bj->abij", along_z, along_z)
-    np.testing.assert_allclose(taken, np.broadcast_to(expected, taken.shape), atol=1e-12)

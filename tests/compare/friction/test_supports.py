@@ -3,17 +3,13 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 from compare.friction.compute import compute_with_friction
 from compare.friction.pages import PAGES
 from compare.friction.supports import with_supports
-from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_ROLLING
-from femic.contact.pairs.reference_ics import ALL, pair_operator
 from femic.reference.run_options import Means
-from geometries.grids import Grid
 from tests.compare.friction.scenes import scene
 from tests.compare.friction.test_rolling import in_place_of_c as stand_in
 
@@ -75,29 +71,3 @@ def test_nothing_is_solved_where_there_is_no_c_or_the_scene_wants_none(changes):
     of = scene(13.0, **KEYS | {"friction": [0.2]} | changes, **COMPRESSION)
     dataset = compute_with_friction(of)
     assert with_supports(of, dataset, Means(1)) is dataset
-
-
-class Body:
-    """A body whose raw C is 0, and which has no asymmetry: what is left of a pair is what is subtracted."""
-
-    def __init__(self, approach):
-        self.m_zz = approach
-
-    def paired_column(self, _, variation):
-        return np.full((3, 3, 4, 6), 0.1 if variation else 0.0)
-
-    def approach(self, variation):
-        return self.m_zz * (2.0 if variation else 1.0)
-
-
-def test_c_with_other_supports_has_their_responses_and_their_approach():
-    on_grid = pair_on_grid(scene(13.0, loads=[1e3], shift=0.05).contact_problem, Grid(4, 6, 0.5, 0.9, -0.7))
-    bodies = {"lower": Body(3.0), "upper": Body(-2.5)}
-    found, nearer = (pair_operator(bodies, on_grid, ALL, variation=name) for name in ("", "nearer"))
-    ones = np.zeros((4, 6, 3))
-    ones[..., 2] = 1.0
-    weight = 4 * np.cos(on_grid.grid.strips / 10.0).sum() * on_grid.grid.area
-    along_z = np.cos(on_grid.grid.strips / 10.0)
-    np.testing.assert_allclose(found(ones)[0, :, 2], -0.5 * weight * along_z, rtol=1e-9)
-    raw = 2 * 0.1 * 4 * 6 * on_grid.grid.area
-    np.testing.assert_allclose(nearer(ones)[0, :, 2], raw - 1.0 * weight * along_z, rtol=1e-9)

@@ -47,7 +47,7 @@ def test_the_file_gives_the_contact_of_the_program_beside_the_crown(ics, tmp_pat
     path = tmp_path / "shifted.toml"
     path.write_text(TEXT.replace("ICS", ics).replace("FLANK", "flank_inclination_deg = 40"), encoding="utf-8")
     results = compute_contact(load_scene(str(path)), Means(2, Store(tmp_path / "store")))
-    own = results.solved.contacts[results.solved.loadings[0], ics].settled
+    own = results.solved.contacts[results.solved.loadings[0], ics].contact
     contact, lateral = by_file(path, tmp_path, ics)
     np.testing.assert_allclose(contact.p, own.normal.p, atol=1e-5 * own.normal.p.max())
     assert contact.approach == pytest.approx(own.normal.approach, rel=1e-6)

@@ -9,12 +9,11 @@ import xarray as xr
 from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
 from compare.calibration.compute import Calibrated, target_from
-from femic.campaigns import keeping
-from femic.campaigns.campaign import load_campaign
-from femic.campaigns.dataset import Collected
-from femic.campaigns.keeping import kept_calibration
-from femic.campaigns.kept import Kept
+from femic.campaigns.dataset.collected import Collected
+from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.files.load import load_campaign
 from femic.campaigns.maps.fit_map import fit_at, left_out, open_fits
+from femic.campaigns.results import calibration
 from femic.reference.run_options import Means
 from femic.scenes.errors import BadScene
 from geometries.errors import WrongInput
@@ -54,9 +53,11 @@ def fits(tmp_path_factory):
     campaign = load_campaign(folder / "fits.toml")
     collected = Collected(campaign, folder)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(keeping, "calibrate", smooth)
+        patch.setattr(calibration, "calibrate", smooth)
         for number in range(campaign.size):
-            collected.add(number, Kept(kept_calibration(campaign.scene(campaign.point(number)), Means())))
+            collected.add(
+                number, Outcome(calibration.calibration(campaign.scene(campaign.point(number)), Means()))
+            )
     return open_fits(collected.write())
 
 
