@@ -64,7 +64,7 @@ class FrictionSpecification:
         Field(
             gt=-1,
             lt=1,
-            description="of rolling: F_x / (friction load) at which tractions by all ICs are compared, "
+            description="of rolling: F_x / (friction load) at which tractions with all ICs are compared, "
             "-1 ... 1",
         ),
     ] = 0.5
@@ -100,7 +100,7 @@ class ContactSpecification:
             min_length=1,
             description=f"ICs to solve it with: C, {', '.join(VARIANTS)}, or one of these with components of "
             "others: Bhat+sn:B is Bhat with sn of B, and ns by reciprocity; map:FILE is C from the file of a "
-            "campaign that kept matrix, without friction, on the grid of that",
+            "campaign that kept matrix, without friction, on the grid of that campaign",
         ),
         EachOnce,
     ] = ("A", "B", "Bhat", "C")
@@ -138,27 +138,27 @@ class ContactSpecification:
     grid: Annotated[
         Literal["automatic", "scene"],
         Field(
-            description="automatic: as large as the patches; scene: that of [grid], centred at x = 0",
+            description="automatic: as large as the patches; scene: the one of [grid], centred at x = 0",
         ),
     ] = "automatic"
     lateral_force: Annotated[
         Signed | None,
         Field(
             description="without friction: lateral force F_y on the upper body [N]; its lateral position "
-            "follows, and `shift` is where it is sought first"
+            "follows, and `shift` is the first guess"
         ),
     ] = None
     supports: Annotated[
         bool,
         Field(
-            description="whether the page shows what supports do to the contact by C: far arc of half the "
-            "radius and, where the contact is not symmetric, flanks 5 degrees flatter (C once more)"
+            description="whether the page shows the effect of supports on contact with C: far arc of half "
+            "the radius and, where the contact is not symmetric, flanks 5 degrees flatter (C once more)"
         ),
     ] = True
     shape_load: Annotated[
         Amount | None,
         Field(
-            description="load whose B-hat pressures are mapped onto all patches, to see where A and B-hat "
+            description="load whose B-hat pressures are mapped onto all patches, to show where A and B-hat "
             "differ [N]; default: the largest"
         ),
     ] = None

@@ -26,8 +26,7 @@ REMEDIES: Mapping[str, str] = {
 def messages(details: Sequence[ErrorDetails]) -> list[str]:
     """Errors of validation as lines, one per value.
 
-    Where a value may be of several types, only errors of the type that it has are listed, or all that it may
-    be.
+    Where a value may be of several types, only errors of its own type are listed, or of all types.
     """
     fields_of_right_type = [f"{_field(detail)}." for detail in details if not _of_container(detail)]
     of_fields: dict[str, list[ErrorDetails]] = {}
@@ -43,7 +42,7 @@ def messages(details: Sequence[ErrorDetails]) -> list[str]:
 
 
 def _of_container(detail: ErrorDetails) -> bool:
-    """Whether an error is that of a whole value: of another type, or short of valid entries."""
+    """Whether an error is about a whole value: of another type, or without enough valid entries."""
     return detail["type"].endswith("_type") or detail["type"] == "too_short"
 
 
