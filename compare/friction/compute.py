@@ -1,9 +1,8 @@
 """Contact with friction of a scene with several ICs, as `femic.contact` solves it: arrays of `contact.nc`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
-from types import MappingProxyType
 from typing import Any
 
 import xarray as xr
@@ -13,9 +12,9 @@ from compare.contact.dataset import provenance
 from compare.friction import compression, rolling
 from compare.friction.parts import by_friction_and_ics
 from compare.matrix.compute import discounted
-from femic.contact.motions import MOTIONS
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
 from femic.reference.run_options import DEFAULT, Means
+from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
 
 
@@ -28,12 +27,21 @@ class Labels:
     of_all: Callable[[Scene, xr.Dataset], xr.Dataset] = lambda _, dataset: dataset
 
 
-LABELS: Mapping[str, Labels] = MappingProxyType(
-    {
-        "rolling": Labels("Rolling with friction", rolling.labelled, rolling.with_distances),
-        "compression": Labels("Compression with friction", compression.labelled),
-    }
-)
+LABELS: dict[str, Labels] = {
+    "rolling": Labels("Rolling with friction", rolling.labelled, rolling.with_distances),
+    "compression": Labels("Compression with friction", compression.labelled),
+}
+
+
+def _labels_of(scene: Scene) -> Labels:
+    """The labels of a scene's motion; raises BadScene where none are registered."""
+    motion = scene.contact.motion
+    if motion not in LABELS:
+        raise BadScene(
+            f"{scene.name}: contact.motion = {motion!r}: its solutions have no labels: register some in "
+            f"{__name__}.LABELS, or use one of {', '.join(LABELS)}"
+        )
+    return LABELS[motion]
 
 
 def compute_with_friction(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
@@ -42,12 +50,12 @@ def compute_with_friction(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
     Raises BadScene for what cannot be solved, and Failure as `femic.contact`.
     """
     require_solvable(scene)
-    start, motion, labels = perf_counter(), MOTIONS[scene.contact.motion], LABELS[scene.contact.motion]
+    start, labels = perf_counter(), _labels_of(scene)
 
     def solve(pair: PairWithFriction) -> xr.Dataset:
         return by_friction_and_ics(pair, labels.labelled)
 
-    joined = solve_with_friction(scene.contact_problem, solve, means, wheel_rolls=motion.wheel_rolls)
+    joined = solve_with_friction(scene.contact_problem, solve, means)
     attributes = {
         "title": f"{labels.title}: {scene.title}",
         "meaning": "tractions on the upper body along x, s, n of the lower surface; slip over that surface",

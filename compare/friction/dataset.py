@@ -6,7 +6,6 @@ import xarray as xr
 
 from femic.contact.estimates import Numbers
 from femic.contact.frictional import FrictionalContact
-from femic.contact.motions import MOTIONS
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import Quantity
 from geometries.patches import DIRECTIONS
@@ -40,7 +39,7 @@ def _variables(
 
 def maps(pair: PairWithFriction, contact: FrictionalContact) -> xr.Dataset:
     """Tractions, sticking, slip and work of friction of a contact on its grid."""
-    on_grid, unit = ("x", "s"), MOTIONS[pair.problem.specification.motion].slip_unit
+    on_grid, unit = ("x", "s"), pair.motion.slip_unit
     return xr.Dataset(
         {
             "p": ((*on_grid, "direction"), contact.p, {"units": "MPa"}),

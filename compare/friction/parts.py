@@ -7,7 +7,6 @@ from typing import Any
 import xarray as xr
 
 from femic.cache.digests import results_digest
-from femic.contact.motions import MOTIONS
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.reference_ics import c_jobs
@@ -34,7 +33,7 @@ def by_friction_and_ics(pair: PairWithFriction, labelled: Labelled) -> xr.Datase
 
 def _stored(pair: PairWithFriction, friction: float, name: str, labelled: Labelled) -> xr.Dataset:
     """A solution, from the store if it is there."""
-    store, solve = pair.means.store, MOTIONS[pair.problem.specification.motion].solve
+    store, solve = pair.means.store, pair.motion.solve
     assert solve is not None
     key = store.key("friction", results_digest(labelled.__module__), *_inputs(pair, friction, name))
     part = store.get(key)

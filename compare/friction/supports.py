@@ -3,7 +3,6 @@
 import xarray as xr
 
 from compare.friction.dataset import tables
-from femic.contact.motions import MOTIONS
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
@@ -22,18 +21,17 @@ def with_supports(scene: Scene, dataset: xr.Dataset, means: Means = DEFAULT) -> 
     last load. `supported_friction`, and `supported_xi` or `supported_load`, say so. The arrays are as they
     were where they have no C, or the scene wants none of it. Raises NotConverged as `matrices`.
     """
-    motion = MOTIONS[scene.contact.motion]
-    if C not in dataset.ics.values or not scene.contact.supports or motion.one_point is None:
+    if C not in dataset.ics.values or not scene.contact.supports:
         return dataset
     problem, friction = scene.contact_problem, float(dataset.friction.min())
-    pair = PairWithFriction(problem, pair_on_grid(problem, _grid(dataset)), means, motion.wheel_rolls)
-    points = changed_supports_with_friction(pair, friction, motion.one_point)
+    pair = PairWithFriction(problem, pair_on_grid(problem, _grid(dataset)), means)
+    points = changed_supports_with_friction(pair, friction)
     if not points:
         return dataset
     rows = {PREFIX: [numbers for _, numbers in points.values()]}
-    found = xr.Dataset(tables(motion.quantities, "supports", rows), coords={"supports": list(points)})
+    found = xr.Dataset(tables(pair.motion.quantities, "supports", rows), coords={"supports": list(points)})
     place = next(place for place, _ in points.values())
-    return dataset.merge(found).assign({f"{PREFIX}friction": friction, PREFIX + motion.dimension: place})
+    return dataset.merge(found).assign({f"{PREFIX}friction": friction, PREFIX + pair.motion.dimension: place})
 
 
 def _grid(dataset: xr.Dataset) -> Grid:

@@ -22,6 +22,7 @@ is_mapped = Late("compare.contact.sensitivity:is_mapped")
 changed_supports = Late("femic.contact.pairs.supports:changed_supports")
 compute_with_friction = Late("compare.friction.compute:compute_with_friction")
 PAGES = Late("compare.friction.pages:PAGES")
+require_page = Late("compare.friction.pages:require_page")
 with_supports = Late("compare.friction.supports:with_supports")
 maps_of_scene = Late("femic.campaigns.maps.c_map:maps_of_scene")
 
@@ -45,6 +46,7 @@ def contact(
     scenes = [load_scene(name, changes) for name in scene]
     for loaded in scenes:
         require_solvable(loaded)  # raises before any work starts
+        require_page(loaded)
     if len({loaded.name for loaded in scenes}) < len(scenes):
         raise WrongInput(f"SCENE: {', '.join(scene)}: two have the same name; rename a file")
     console, contacts = Console(), {}

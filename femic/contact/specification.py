@@ -164,7 +164,9 @@ class ContactSpecification:
     ] = None
 
     def __post_init__(self) -> None:
-        """Raise WrongInput unless friction is specified for a motion with friction, and only then."""
+        """Raise WrongInput for an unknown motion, and unless friction is specified for one that has it."""
+        if self.motion not in MOTIONS:
+            raise WrongInput(f"motion = {self.motion!r}: one of {', '.join(MOTIONS)}")
         if MOTIONS[self.motion].has_friction != (self.friction is not None):
             raise WrongInput(
                 f"motion = {self.motion!r}: give `friction` for motions with friction, and only then"

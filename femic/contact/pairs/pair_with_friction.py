@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import TypeVar
 
 from femic.contact.frictional import FrictionalProblem, FullOperator
+from femic.contact.motions import MOTIONS, ContactMotion
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
 from femic.contact.pairs.given_ics import C
@@ -20,15 +21,11 @@ Outcome = TypeVar("Outcome")
 
 @dataclass(frozen=True, eq=False)
 class PairWithFriction:
-    """Two bodies on a grid; `wheel_rolls`: C of the upper one is taken as the rail sees it in rolling.
-
-    Raises WrongInput where the problem has no friction.
-    """
+    """Two bodies on a grid; raises WrongInput where the problem has no friction."""
 
     problem: ContactProblem
     on_grid: PairOnGrid
     means: Means = DEFAULT
-    wheel_rolls: bool = False
 
     def __post_init__(self) -> None:
         if self.problem.specification.friction is None:
@@ -37,13 +34,19 @@ class PairWithFriction:
     @cached_property
     def reference(self) -> ReferenceICs:
         """C on the grid, computed when it is needed for the first time."""
-        return full_reference_ics(self.problem, self.on_grid, self.means, wheel_rolls=self.wheel_rolls)
+        rolls = self.motion.wheel_rolls
+        return full_reference_ics(self.problem, self.on_grid, self.means, wheel_rolls=rolls)
 
     @property
     def specification(self) -> FrictionSpecification:
         """The specification of friction and motion."""
         assert self.problem.specification.friction is not None
         return self.problem.specification.friction
+
+    @property
+    def motion(self) -> ContactMotion:
+        """The motion."""
+        return MOTIONS[self.problem.specification.motion]
 
     @property
     def loads(self) -> tuple[float, ...]:
@@ -68,11 +71,7 @@ class PairWithFriction:
 
 
 def solve_with_friction(
-    problem: ContactProblem,
-    solve: Callable[[PairWithFriction], Outcome],
-    means: Means = DEFAULT,
-    *,
-    wheel_rolls: bool = False,
+    problem: ContactProblem, solve: Callable[[PairWithFriction], Outcome], means: Means = DEFAULT
 ) -> Outcome:
     """Return the solution of `solve` on a grid that fits the largest load, made longer where needed."""
     ((grid, loadings),) = grids_of(problem)
@@ -81,6 +80,6 @@ def solve_with_friction(
         n_x, n_s = on_grid.grid.n_x, on_grid.grid.n_s
         size = f"{on_grid.grid.dx:.3g} x {on_grid.grid.ds:.3g} mm"
         means.watch.on_stage(f"  {n_x} x {n_s} elements of {size}: {loadings[-1]}")
-        return solve(PairWithFriction(problem, on_grid, means, wheel_rolls))
+        return solve(PairWithFriction(problem, on_grid, means))
 
     return on_fitting_grid(problem, grid, solve_on)

@@ -186,17 +186,18 @@ def c_jobs(
             f"{problem.name}: C on elements of {grid.dx:g} x {grid.ds:g} mm: dx / ds is outside "
             f"{least:g} ... {largest:g}: give a [grid] of other elements, with contact.grid = 'scene'"
         )
-    domain, settings = Domain(far_radius(problem, grid), np.inf), replace(problem.settings, cells=None)
+    grids = {"lower": grid, "upper": on_grid.upper_grid}
     return {
-        name: MatrixJob(
-            replace(body, domain=domain),
-            on_grid.upper_grid if name == "upper" else grid,
-            settings,
-            components or components_of(problem),
-            (problem.discount,),
-        )
-        for name, body in problem.bodies.items()
+        name: job_of(problem, name, grids[name], components or components_of(problem))
+        for name in problem.bodies
     }
+
+
+def job_of(problem: ContactProblem, name: str, grid: Grid, components: tuple[str, ...]) -> MatrixJob:
+    """The job of C of a body on a grid."""
+    body = replace(problem.bodies[name], domain=Domain(far_radius(problem, grid), np.inf))
+    settings = replace(problem.settings, cells=None)
+    return MatrixJob(body, grid, settings, components, (problem.discount,))
 
 
 def far_radius(problem: ContactProblem, grid: Grid) -> float:

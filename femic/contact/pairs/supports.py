@@ -5,7 +5,7 @@ How far the far arc is, and how the flanks incline that stand for the rest of a 
 effect is stated beside the results.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -77,15 +77,17 @@ def _changed(
 
 
 def changed_supports_with_friction(
-    pair: PairWithFriction, friction: float, one_point: Callable[..., tuple[float, Numbers]]
+    pair: PairWithFriction, friction: float
 ) -> dict[str, tuple[float, Numbers]]:
     """The place and the numbers of one contact with C with other supports, by what is other.
 
-    `one_point` solves it, as `femic.contact.motions.ContactMotion.one_point`.
+    It is the `one_point` of the motion; empty where that has none.
     """
-    points = {}
+    points, one_point = {}, pair.motion.one_point
+    if one_point is None:
+        return {}
     for supports in other_supports(pair.problem, pair.on_grid, pair.means):
-        operator = supports.operator(pair.on_grid, friction=True, wheel_rolls=pair.wheel_rolls)
+        operator = supports.operator(pair.on_grid, friction=True, wheel_rolls=pair.motion.wheel_rolls)
         try:
             points[supports.name] = one_point(pair, pair.frictional(operator, friction), supports.name)
         except Failure as failure:

@@ -90,7 +90,7 @@ def asked(monkeypatch, by_bhat):
         return {name: SimpleNamespace(discount=m) for name, m in found.items()}
 
     monkeypatch.setattr(compute, "fe_contact", like_bhat)
-    monkeypatch.setattr(compute, "matrices", rigid)
+    monkeypatch.setattr("femic.contact.finite_elements.supports.matrices", rigid)
     return calls
 
 

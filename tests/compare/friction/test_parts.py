@@ -5,7 +5,6 @@ from dataclasses import replace
 import pytest
 import xarray as xr
 
-from compare.friction import parts
 from compare.friction.compute import compute_with_friction
 from femic.cache.store import Store
 from femic.contact.motions import MOTIONS
@@ -33,7 +32,7 @@ def solved(monkeypatch):
         return counting
 
     motions = {name: replace(motion, solve=counted(motion.solve)) for name, motion in MOTIONS.items()}
-    monkeypatch.setattr(parts, "MOTIONS", motions)
+    monkeypatch.setattr("femic.contact.pairs.pair_with_friction.MOTIONS", motions)
     return calls, interrupted
 
 

@@ -6,11 +6,12 @@ from typing import Annotated
 import pytest
 from pydantic import Field, ValidationError, create_model
 
-from femic.contact.specification import ContactSpecification
+from femic.contact.specification import ContactSpecification, FrictionSpecification
 from femic.key_types import Length, Several
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene
 from femic.scenes.section import Section, keys_of, shared, tables
+from geometries.errors import WrongInput
 
 
 @dataclass(frozen=True)
@@ -53,3 +54,16 @@ def test_keys_of_friction_stand_in_the_table_of_contact():
     friction = load_scene("rolling", {"contact": {"friction": [0.1], "lateral": 0.001}}).contact.friction
     assert friction.coefficients == (0.1,)
     assert friction.lateral == 0.001
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"motion": "sliding"}, "motion = 'sliding': one of none, rolling, compression"),
+        ({"motion": "rolling"}, "give `friction`"),
+        ({"friction": FrictionSpecification()}, "give `friction`"),
+    ],
+)
+def test_a_motion_is_known_and_has_friction_where_friction_is_specified(keys, message):
+    with pytest.raises(WrongInput, match=message):
+        ContactSpecification(**keys)
