@@ -1,6 +1,6 @@
-"""Receipts of finished results: what a run has computed from what, and the digests of the files it wrote.
+"""Receipts of finished results: the input of a run and the digests of the files it wrote.
 
-A later run takes finished results only with their receipt, and only while no file of it has changed.
+A later run reuses finished results only with their receipt, and only while none of its files has changed.
 """
 
 from collections.abc import Iterable, Iterator
@@ -18,14 +18,14 @@ from femic.scenes.scene import Scene
 
 
 class Receipt(BaseModel):
-    """What finished results were made of, and the digests of their files by name."""
+    """The key of finished results, and the digests of their files by name."""
 
     key: str
     sha256: dict[str, str]
 
 
 def key_of(scene: Scene, module: str, *further: object) -> str:
-    """The key of all that results of a scene depend on: the code of a module, text, bodies, and what else.
+    """Return the key of everything that results of a scene depend on: code, text, bodies, and `further`.
 
     Contents of files that the scene names are in its bodies.
     """

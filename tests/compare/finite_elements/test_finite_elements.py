@@ -18,7 +18,8 @@ from compare.finite_elements.compute import compute_fe_contact, kept_fe_contact,
 from compare.finite_elements.dataset import FE
 from compare.finite_elements.deviations import differences, known_to
 from femic.cache.store import Store
-from femic.contact.finite_elements.result import CELLS, FEContact, Numbers
+from femic.contact.finite_elements.fineness import CELLS
+from femic.contact.finite_elements.result import FEContact, Numbers
 from femic.reference.discount import FZ
 from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene

@@ -243,7 +243,7 @@ def test_a_plan_of_contact_counts_the_models_that_contact_solves(monkeypatch, ca
     monkeypatch.setattr(planning, "matrix_steps", lambda *_: [step])
     monkeypatch.setattr(planning, "steps_of", lambda jobs, _: planned_jobs.append(jobs) or [step])
     assert exit_code(["plan", "tall"]) == DONE
-    ((grid, _),) = grids_of(load_scene("tall"))
+    ((grid, _),) = grids_of(load_scene("tall").contact_problem)
     (jobs,) = planned_jobs
     assert {(name, job.components, job.grid) for name, job in jobs.items()} == {
         (name, ("nn",), grid) for name in ("lower", "upper")
