@@ -68,7 +68,7 @@ def test_contacts_with_friction_have_shares_as_differences_and_name_their_refere
     assert reference.columns == ["p_max [1]", "sliding [1]"]
     np.testing.assert_allclose(reference.values.sel({COLUMN: "sliding [1]"}), 1.0)
     sentences = summary(kept, [off, reference], None).split("\n")
-    assert sentences[1] == "The numbers by B̂ are known, at the worst scene, to 3 % (p_max)."
+    assert sentences[1] == "The numbers with B̂ are known, at the worst scene, to 3 % (p_max)."
     assert sentences[2] == (
         "A is off by more than 5 % in p_max everywhere; in sliding everywhere, at most by 30 % (also in "
         "F_x(ξ))."
