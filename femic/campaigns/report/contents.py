@@ -178,6 +178,6 @@ def _calibration(dataset: xr.Dataset) -> Iterator[Field]:
             f"fitted_{number}",
             "error",
             f"errors of the fit to {body}",
-            f"Largest deviation from C of {body} for B̂ and for the fitted B̂′, share of max |C| of the points.",
+            f"Largest deviation from C of {body} for B̂ and the fitted B̂′, share of max |C| of the points.",
             xr.concat(of_body, xr.Variable(ROW, list(kinds))).rename(fitted_component=COLUMN),
         )
