@@ -16,7 +16,7 @@ from femic.campaigns.report.fields import COLUMN, ROW
 from femic.campaigns.report.figures import MOST_PANELS, parts
 from femic.campaigns.report.page import write_sweep
 from femic.campaigns.report.summary import summary
-from femic.campaigns.report.tables import MOST_FAILURES, failure_table
+from femic.campaigns.report.tables import MOST_FAILURES, _cell, failure_table
 from tests.femic.campaigns.report.datasets import FLANKS, RATIOS, pictures, with_failures
 
 
@@ -53,7 +53,7 @@ def test_failed_and_missing_scenes_leave_gaps_that_are_told(grid, tmp_path):
     assert "everywhere" not in sentences
     table = failure_table(broken)
     assert [row.name for row in table.rows][:2] == ["flank = 40, ratio = 1.05", "flank = 40, ratio = 1.2"]
-    assert table.rows[0].cells[0]["text"] == "not converged"
+    assert table.rows[0].cells[0] == _cell("not converged")
     page = write_sweep(broken, tmp_path)
     assert pictures(page) == 1
     assert "Lines: 1, 2, 5 and 10 %, where most scenes are known." in page.read_text(encoding="utf-8")
