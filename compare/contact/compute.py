@@ -98,7 +98,7 @@ def cases_of(scene: Scene) -> tuple[Case, ...]:
     cases += [Case(None, zeta, side) for zeta in wanted.approaches]
     if not cases:
         raise BadScene(f"{scene.name}: [contact]: give loads = [...] in N, or approaches = [...] in mm")
-    if needs_effective(approximations_of(wanted.ics)) and not scene.pair.has_effective("combined"):
+    if needs_effective(*approximations_of(wanted.ics)) and not scene.pair.has_effective("combined"):
         raise BadScene(
             f"{scene.name}: contact.ics: Bhat_prime needs effective properties of both bodies: "
             "`femic calibrate` finds some"

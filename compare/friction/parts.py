@@ -65,6 +65,6 @@ def _determined_by(solver: Solver, friction: float, name: str) -> tuple[object, 
 
 
 def _inputs(job: MatrixJob) -> tuple[object, ...]:
-    """What C depends on; the engine is part of the code."""
+    """Return all inputs of C; the engine by its name, because the digest covers its code."""
     settings = replace(job.settings, engine=None)  # type: ignore[arg-type]
-    return job.body, job.grid, job.components, job.discounts, settings
+    return job.body, job.grid, job.components, job.discounts, settings, job.settings.engine.name

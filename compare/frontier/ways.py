@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
-from approx.variants import VARIANTS
+from approx.variants import VARIANTS, needs_effective
 from femic.reference.engines import ENGINES
 from femic.scenes.scene import Scene
 
@@ -29,7 +29,7 @@ class Way:
 def approximations(scene: Scene) -> Iterator[Way]:
     """Yield all variants; B-hat-prime only if one of the bodies compared has effective properties."""
     for variant in VARIANTS:
-        if variant != "Bhat_prime" or scene.fitted:
+        if scene.fitted or not needs_effective(variant):
             yield Way(variant, APPROXIMATION)
 
 
