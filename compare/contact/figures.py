@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from compare.contact.compute import reference_name
-from femic.contact.pairs.quantities import OF_FRICTIONLESS
+from compare.contact.quantities import QUANTITIES
 from compare.report.panels import Panel, add_legend, draw_band, draw_by_ics, drawn, grid_of
 from compare.report.styles import RC, symbol_of, with_further
 from compare.report.tables import Column
@@ -36,7 +36,7 @@ def over_angle(dataset: xr.Dataset) -> Figure:
             draw_by_ics(column[0], angle, values)
             draw_by_ics(column[1], angle, values / values.sel(ics=reference))
             positive = bool((values > 0).all())  # approaches are negative over raised spots
-            title = Column(OF_FRICTIONLESS[name].symbol, OF_FRICTIONLESS[name].unit).title
+            title = Column(QUANTITIES[name].symbol, QUANTITIES[name].unit).title
             column[0].set(title=title, yscale="log" if positive else "linear")
             column[1].set(xlabel=f"Δδ with {symbol_of(reference)} [deg]")
             known = (cases[f"estimate_{name}"] / values).sel(ics=reference)

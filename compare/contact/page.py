@@ -12,7 +12,7 @@ import xarray as xr
 from compare.contact import figures, sensitivity
 from compare.contact.compute import ContactResults, reference_name
 from compare.contact.dataset import to_dataset, with_supports
-from femic.contact.pairs.quantities import OF_FRICTIONLESS
+from compare.contact.quantities import QUANTITIES
 from compare.matrix.compute import discounted
 from compare.report import views
 from compare.report.parts import (
@@ -91,7 +91,7 @@ def _sections(
         yield beside.section
     yield Section("Numbers by case", [_explanation(dataset, beside), *_tables(dataset, beside)])
     yield Section("Rigid motions and supports of the bodies", list(_supports(results.scene, dataset)))
-    seconds = f"All in all {results.solved.seconds:.1f} s."
+    seconds = f"All in all {results.seconds:.1f} s."
     yield Section("Grids, and C on them", [GRIDS, _grids_table(results), seconds])
     yield Section("The scene", [Verbatim(results.scene.text)])
 
@@ -124,7 +124,7 @@ def _drawn_in_3d(results: ContactResults, folder: Path) -> Iterator[Picture]:
         )
         heights = RELIEF * grid.n_s * grid.ds * (contact.normal.p / contact.normal.p.max() + LIFTED)
         raised = patch + heights * surface.axes(0.0, grid.strips)[N][:, None]
-        views.draw_pressures(rail, raised, p, path, title=f"{loading}, pressures with {name}")
+        views.draw_pressures(rail, raised, p, path, title=f"{case}, pressures with {name}")
         yield Picture(path.stem, path)
 
 
@@ -206,7 +206,7 @@ def _seconds_of_c(dataset: xr.Dataset) -> float:
 
 def _tables(dataset: xr.Dataset, beside: Beside | None) -> Iterator[Table]:
     """Yield a table per case: each number with its estimate, its ratio to the reference, and the cost."""
-    columns = [*columns_of(OF_FRICTIONLESS.values()), *numbers("p_max, displaced", "iterations", "s")]
+    columns = [*columns_of(QUANTITIES.values()), *numbers("p_max, displaced", "iterations", "s")]
     for number, name in enumerate(dataset.case.values):
         case = dataset.isel(case=number)
         rows = [_row(case, ics) for ics in map(str, case.ics.values)]
@@ -224,7 +224,7 @@ def _row(case: xr.Dataset, name: str) -> Row:
             ".5g",
             f"± {float(of_ics[f'estimate_{key}']):.2g}; {float(ratios[key]):.4f}",
         )
-        for key in OF_FRICTIONLESS
+        for key in QUANTITIES
     ]
     cost = Cell(int(of_ics.iterations)), Cell(float(of_ics.seconds), ".2f")
     return Row(symbol_of(name), [*cells, Cell(float(of_ics.displaced_p_max), ".5g"), *cost])
@@ -237,20 +237,20 @@ def _supports(scene: Scene, dataset: xr.Dataset) -> Iterator[Block]:
         return
     yield f"{discounted(scene)} How other supports change the largest contact computed with C:"
     with_c = dataset.sel(ics="C").isel(case=int(dataset.attrs["supported_case"]))
-    yield changes_table("supports", OF_FRICTIONLESS, with_c, dataset, "supported_")
+    yield changes_table("supports", QUANTITIES, with_c, dataset, "supported_")
 
 
 def _grids_table(results: ContactResults) -> Table:
     """The grids, and the estimate of C on each."""
     rows = []
-    for grid in dict.fromkeys(contact.on_grid.grid for contact in results.solved.contacts.values()):
-        c = results.solved.references.get(grid)
+    for grid in dict.fromkeys(contact.placed.grid for contact in results.contacts.values()):
+        c = results.references.get(grid)
         rows.append(
             Row(
                 f"{grid.n_x} x {grid.n_s} elements of {grid.dx:.4g} x {grid.ds:.4g} mm",
                 [
                     Cell(c.estimate, ".2%"),
-                    Cell(c.asymmetry.share, ".1e"),
+                    Cell(c.asymmetry, ".1e"),
                     Cell(c.eigenvalue, ".3f"),
                     Cell(c.seconds, ".1f"),
                 ]

@@ -9,10 +9,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from compare.contact.quantities import OF_FRICTIONLESS
+from compare.contact.quantities import QUANTITIES
 from compare.finite_elements.dataset import FE, NUMBERS, OF_PATCH, OF_PLACE
 from compare.finite_elements.deviations import deviations, differences, known
-from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from compare.report.panels import draw_band, draw_by_ics, grid_of
 from compare.report.parts import Page, Part, closing, furthest, listed, onset, span, write_results
 from compare.report.styles import symbol_of
@@ -136,7 +135,7 @@ def over_angle(dataset: xr.Dataset) -> Figure:
             off, band = 100 * deviations(cases, key), 100 * known(cases, key)
             draw_by_ics(axes, angle, off)
             draw_band(axes, angle, -band, band, "estimate of FE")
-            axes.set(title=OF_FRICTIONLESS[key].symbol, xlabel="Δδ with FE [deg]")
+            axes.set(title=QUANTITIES[key].symbol, xlabel="Δδ with FE [deg]")
         figure.axes[0].set_ylabel("ICs minus FE, over FE [%]")
     return figure
 
@@ -167,7 +166,7 @@ def _draw_profile(axes: Axes, dataset: xr.Dataset, number: int) -> None:
 def _table(dataset: xr.Dataset, number: int) -> Table:
     """All numbers of a case."""
     case = dataset.isel(case=number)
-    columns = columns_of(OF_FRICTIONLESS[name] for name in NUMBERS)
+    columns = columns_of(QUANTITIES[name] for name in NUMBERS)
     rows = [
         Row(FE if name == FE else symbol_of(name), [_cell(dataset, number, name, key) for key in NUMBERS])
         for name in map(str, case.ics.values)

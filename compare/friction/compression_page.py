@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from compare.contact.figures import reference_of
 from compare.friction import maps
 from compare.friction.page import band_of, names, others, write_contact_page
-from femic.contact.pairs.quantities import OF_COMPRESSION
+from compare.friction.quantities import OF_PATCH
 from compare.report.panels import draw_band, draw_by_ics, grid_of
 from compare.report.parts import Part, listed
 from compare.report.styles import symbol_of
@@ -108,11 +108,11 @@ def _tables(dataset: xr.Dataset) -> list[Table]:
     return [
         Table(
             f"friction {float(friction):g}",
-            columns_of(OF_COMPRESSION.values()),
+            columns_of(OF_PATCH.values()),
             [
                 Row(
                     f"{symbol_of(name)}, {float(load):g} N",
-                    [cell(one[key], one[f"estimate_{key}"]) for key in OF_COMPRESSION],
+                    [cell(one[key], one[f"estimate_{key}"]) for key in OF_PATCH],
                 )
                 for load in dataset["load"].values
                 for name in names(dataset)
