@@ -6,19 +6,12 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work
-from femic.late import Late
+from femic.late import lazy_imports
 from femic.scenes.calibration import BodyName
 from femic.scenes.load import load_scene
 
-Question = Late("compare.frontier.advice:Question")
-frontier_for = Late("compare.frontier.advice:frontier_for")
-advise_from = Late("compare.frontier.advice:advise")
-text_of = Late("compare.frontier.advice:sentence")
-request_all = Late("compare.frontier.trade:FrontierRequest.all")
-compute_frontier = Late("compare.frontier.trade:compute_frontier")
-summary = Late("compare.frontier.page:summary")
-evidence = Late("compare.frontier.page:evidence")
-write_frontier = Late("compare.frontier.page:write_frontier")
+with lazy_imports():
+    from compare.frontier import advice, page, trade
 
 
 def frontier(
@@ -32,9 +25,9 @@ def frontier(
     loaded = load_scene(scene)
     folder, console = work.folder(loaded), Console()
     with work.options(folder, console) as options:
-        computed = compute_frontier(scene, request_all(budget), options)
-    console.print(summary(computed), markup=False, highlight=False)
-    console.print(f"Report: {write_frontier(computed, folder)}", soft_wrap=True)
+        computed = trade.compute_frontier(scene, trade.FrontierRequest.all(budget), options)
+    console.print(page.summary(computed), markup=False, highlight=False)
+    console.print(f"Report: {page.write_frontier(computed, folder)}", soft_wrap=True)
 
 
 def advise(
@@ -50,12 +43,12 @@ def advise(
 ) -> None:
     """Say which ICs are the cheapest that are good enough, and why."""
     loaded = load_scene(scene)
-    asked_components = tuple(components.split(",")) if components else loaded.components
-    question = Question(body or loaded.compared[0], asked_components, tolerance)
+    of_components = tuple(components.split(",")) if components else loaded.components
+    question = advice.Question(body or loaded.compared[0], of_components, tolerance)
     folder = work.folder(loaded)
     console = Console(width=TABLE_WIDTH, highlight=False)
     with work.options(folder, console) as options:
-        _, computed = frontier_for(scene, question, options)
-    advice = advise_from(computed, question)
-    console.print(evidence(computed, advice))
-    console.print(text_of(advice), markup=False)
+        _, computed = advice.frontier_for(scene, question, options)
+    answer = advice.advise(computed, question)
+    console.print(page.evidence(computed, answer))
+    console.print(advice.sentence(answer), markup=False)

@@ -1,5 +1,7 @@
 """The command `contact`."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import Annotated
 
@@ -7,25 +9,22 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cache import folders
-from femic.cli.work import DEFAULT_WORK, Work
-from femic.late import Late
-from femic.scenes import plausibility
+from femic.cli.work import DEFAULT_WORK, Work, print_warnings
+from femic.late import lazy_imports
+from femic.reference.run_options import RunOptions
 from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.load import load_scene
+from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
-require_solvable = Late("compare.contact.compute:require_solvable")
-compute_contact = Late("compare.contact.compute:compute_contact")
-write_contact = Late("compare.contact.page:write_contact")
-write_sensitivity = Late("compare.contact.page:write_sensitivity")
-is_mapped = Late("compare.contact.sensitivity:is_mapped")
-changed_supports = Late("femic.contact.pairs.supports:changed_supports")
-compute_with_friction = Late("compare.friction.compute:compute_with_friction")
-PAGES = Late("compare.friction.pages:PAGES")
-require_page = Late("compare.friction.pages:require_page")
-with_supports = Late("compare.friction.supports:with_supports")
-beside_of = Late("compare.finite_elements.beside:beside_of")
-maps_of_scene = Late("femic.campaigns.maps.c_map:maps_of_scene")
+with lazy_imports():
+    from compare.contact import compute, page, sensitivity
+    from compare.finite_elements import beside
+    from compare.friction import compute as friction_compute
+    from compare.friction import pages
+    from compare.friction import supports as friction_supports
+    from femic.campaigns.maps import c_map
+    from femic.contact.pairs import supports
 
 
 def contact(
@@ -46,34 +45,41 @@ def contact(
     changes = {"contact": {"ics": [_from_here(name) for name in ics.split(",")]}} if ics else None
     scenes = [load_scene(name, changes) for name in scene]
     for loaded in scenes:
-        require_solvable(loaded)  # raises before any work starts
-        require_page(loaded)
-    if len({loaded.name for loaded in scenes}) < len(scenes):
-        raise WrongInput(f"SCENE: {', '.join(scene)}: two have the same name; rename a file")
-    console, contacts = Console(), {}
-    mapped = [loaded.name for loaded in scenes if is_mapped(loaded)]
-    of_each = [work.folder_among(loaded, scenes) for loaded in scenes]
+        compute.require_solvable(loaded)  # raises before any work starts
+        pages.require_page(loaded)
+    mapped = [loaded.name for loaded in scenes if sensitivity.is_mapped(loaded)]
     of_maps = [work.joint_folder(mapped)] if len(mapped) > 1 else []
-    for folder in (*of_each, *of_maps):
-        folders.require_usable(folder)
+    of_each = work.folders_of(scenes, of_maps)
+    console, contacts = Console(markup=False, highlight=False), {}
     for loaded, folder in zip(scenes, of_each, strict=True):
-        for text in plausibility.warnings(loaded):
-            console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
+        print_warnings(loaded, console)
         with work.options(folder, console) as options:
             if loaded.contact.friction is None:
-                solved = contacts[loaded.name] = compute_contact(loaded, options, maps_of_scene(loaded))
-                supports = changed_supports(solved.solved, options)
-                report = write_contact(solved, folder, supports, beside_of(solved, options.store))
+                results = compute.compute_contact(loaded, options, c_map.maps_of_scene(loaded))
+                contacts[loaded.name] = results
+                report = _write_frictionless(results, folder, options)
             else:
-                dataset = with_supports(loaded, compute_with_friction(loaded, options), options)
-                report = PAGES.resolved[loaded.contact.motion](dataset, folder)
+                report = _write_with_friction(loaded, folder, options)
         console.print(f"Report: {report}", soft_wrap=True)
     for folder in of_maps:
         with folders.locked(folder):
-            report = write_sensitivity({name: contacts[name] for name in mapped}, folder)
+            report = page.write_sensitivity({name: contacts[name] for name in mapped}, folder)
         console.print(f"Report: {report}", soft_wrap=True)
 
 
 def _from_here(name: str) -> str:
     """Return the name of ICs; a map's file is found from the working directory."""
     return MAP + str(Path(name.removeprefix(MAP)).absolute()) if is_map(name) else name
+
+
+def _write_frictionless(contacts: compute.ContactResults, folder: Path, options: RunOptions) -> Path:
+    """Write the page of contact without friction; return its path."""
+    others = supports.changed_supports(contacts.solved, options)
+    return page.write_contact(contacts, folder, others, beside.beside_of(contacts, options.store))
+
+
+def _write_with_friction(scene: Scene, folder: Path, options: RunOptions) -> Path:
+    """Solve a contact with friction and write its page; return its path."""
+    dataset = friction_compute.compute_with_friction(scene, options)
+    dataset = friction_supports.with_supports(scene, dataset, options)
+    return pages.PAGES[scene.contact.motion](dataset, folder)

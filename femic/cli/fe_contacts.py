@@ -7,17 +7,15 @@ from rich.console import Console
 
 from femic.cli.work import SceneName, Work
 from femic.contact.finite_elements.fineness import CELLS, require_enough
-from femic.late import Late
+from femic.late import lazy_imports
 from femic.scenes.load import load_scene
 
-compute_contact = Late("compare.contact.compute:compute_contact")
-to_dataset = Late("compare.contact.dataset:to_dataset")
-write_contact = Late("compare.contact.page:write_contact")
-require_suitable = Late("compare.finite_elements.compute:require_suitable")
-compute_fe_contact = Late("compare.finite_elements.compute:compute_fe_contact")
-beside_of = Late("compare.finite_elements.beside:beside_of")
-maps_of_scene = Late("femic.campaigns.maps.c_map:maps_of_scene")
-write_fe_contact = Late("compare.finite_elements.page:write_fe_contact")
+with lazy_imports():
+    from compare.contact import compute, dataset, page
+    from compare.finite_elements import beside
+    from compare.finite_elements import compute as fe_compute
+    from compare.finite_elements import page as fe_page
+    from femic.campaigns.maps import c_map
 
 
 def fe_contact(
@@ -34,11 +32,12 @@ def fe_contact(
     finished loads are stored.
     """
     loaded, work, console = load_scene(scene), work or Work(), Console()
-    require_suitable(loaded)
+    fe_compute.require_suitable(loaded)
     require_enough(cells)
     folder = work.folder(loaded)
     with work.options(folder, console) as options:
-        with_ics = compute_contact(loaded, options, maps_of_scene(loaded))
-        report = write_fe_contact(compute_fe_contact(loaded, to_dataset(with_ics), options, cells), folder)
-        beside = write_contact(with_ics, folder, beside=beside_of(with_ics, options.store))
-    console.print(f"Report: {report}, and with ICs {beside}", soft_wrap=True)
+        with_ics = compute.compute_contact(loaded, options, c_map.maps_of_scene(loaded))
+        fe_dataset = fe_compute.compute_fe_contact(loaded, dataset.to_dataset(with_ics), options, cells)
+        report = fe_page.write_fe_contact(fe_dataset, folder)
+        with_both = page.write_contact(with_ics, folder, beside=beside.beside_of(with_ics, options.store))
+    console.print(f"Report: {report}, and with ICs {with_both}", soft_wrap=True)

@@ -7,15 +7,13 @@ from rich.console import Console
 
 from femic.cache import folders
 from femic.cli.work import DEFAULT_WORK, Work
-from femic.late import Late
+from femic.late import lazy_imports
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
 
-calibrate_scene = Late("compare.calibration.compute:calibrate")
-require_calibration = Late("compare.calibration.compute:require_calibration")
-write_fit = Late("compare.calibration.page:write_fit")
-MOST_SCENES = Late("compare.overlay.sources:MOST_SCENES")
-write_report = Late("compare.calibration.page:write_report")
+with lazy_imports():
+    from compare.calibration import compute, page
+    from compare.overlay import sources
 
 
 def calibrate(
@@ -26,25 +24,21 @@ def calibrate(
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Fit the effective properties of B-hat-prime to C; write the fits, scenes with them and one report."""
-    loaded, most = [load_scene(name) for name in scene], MOST_SCENES.resolved
-    if not 1 <= len(scene) <= most:
-        raise WrongInput(f"scenes: {len(scene)} of them; give 1 to {most}")
-    names = [loaded_scene.name for loaded_scene in loaded]
-    if len(set(names)) < len(names):
-        raise WrongInput(f"scenes = {', '.join(scene)}: two of the same name; rename one of them")
-    for loaded_scene in loaded:
-        require_calibration(loaded_scene)
-    console, calibrated = Console(), []
-    of_each = [work.folder_among(one, loaded) for one in loaded]
-    of_all = of_each[0] if len(loaded) == 1 else work.joint_folder(names)
-    for folder in (*of_each, of_all):
-        folders.require_usable(folder)
-    for loaded_scene, folder in zip(loaded, of_each, strict=True):
+    scenes, most = [load_scene(name) for name in scene], sources.MOST_SCENES
+    if not 1 <= len(scenes) <= most:
+        raise WrongInput(f"scenes: {len(scenes)} of them; give 1 to {most}")
+    for loaded in scenes:
+        compute.require_calibration(loaded)
+    joint = [work.joint_folder([loaded.name for loaded in scenes])] if len(scenes) > 1 else []
+    of_each = work.folders_of(scenes, joint)
+    console, calibrated = Console(markup=False, highlight=False), []
+    for loaded, folder in zip(scenes, of_each, strict=True):
         with work.options(folder, console) as options:
-            console.print(f"{loaded_scene.name}:", markup=False)
-            calibrated.append(calibrate_scene(loaded_scene, options))
-            fit = write_fit(calibrated[-1], folder)
+            console.print(f"{loaded.name}:")
+            calibrated.append(compute.calibrate(loaded, options))
+            fit = page.write_fit(calibrated[-1], folder)
         console.print(f"Scene with the fit: {fit}", soft_wrap=True)
-    with folders.locked(of_all):
-        report = write_report(calibrated, of_all)
+    folder_of_report = (*joint, *of_each)[0]
+    with folders.locked(folder_of_report):
+        report = page.write_report(calibrated, folder_of_report)
     console.print(f"Report: {report}", soft_wrap=True)

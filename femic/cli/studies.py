@@ -7,14 +7,15 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cli.work import DEFAULT_WORK, Work
-from femic.late import Late
+from femic.late import lazy_imports
 from femic.validation.extremes.found import available as extremes_available
 from femic.validation.statements import page as validation
 from femic.validation.statements import runs, verdicts
 from geometries.errors import WrongInput
 
-try_all = Late("femic.validation.extremes.page:try_all")  # needs the extra femic[extremes]
-Engines = Late("femic.validation.extremes.engines:Engines")
+with lazy_imports():  # they need the extra femic[extremes]
+    from femic.validation.extremes import engines
+    from femic.validation.extremes import page as extremes_page
 
 
 def validate(
@@ -50,5 +51,5 @@ def extremes(
     folder = work.out or Path("out") / "extremes"
     console = Console(highlight=False)
     with work.options(folder, console) as options:
-        report = try_all(of, Engines(options), folder)
+        report = extremes_page.try_all(of, engines.Engines(options), folder)
     console.print(f"Report: {report}", soft_wrap=True)

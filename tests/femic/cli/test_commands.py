@@ -4,10 +4,12 @@ What they ask for is recorded instead of computed.
 """
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
 from compare.frontier.advice import Advice, Question
+from compare.friction.pages import PAGES
 from compare.frontier.choice import Choice
 from compare.plan.models import Step
 from femic.cli import plan as planning
@@ -162,7 +164,7 @@ def test_the_ics_of_the_scene_are_exported_unless_others_are_named(options, ics,
 )
 def test_what_auto_chooses_is_exported_with_its_engine(choice, tolerance, exported, recorded, command):
     """Judged on all nine components of both bodies, at the tolerance of the scene."""
-    asked = recorded("femic.cli.matrices.choose", choice)
+    asked = recorded("compare.frontier.choice.choose", choice)
     assert command("export", "flat", "--ics", "auto") == DONE
     assert asked[0][1] == Question("combined", COMPONENTS, 0.02)
     ((scene, wanted),) = exported
@@ -174,7 +176,7 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
     names = [str(tmp_path / f"s{k}.toml") for k in range(n)]
     for name in names:
         (tmp_path / name).write_text(load_scene("geometry1").text, encoding="utf-8")
-    recorded("femic.cli.fits.calibrate_scene", "fit")
+    recorded("compare.calibration.compute.calibrate", "fit")
     written = recorded("compare.calibration.page.write_fit", "there")
     reports = recorded("compare.calibration.page.write_report", "there")
     if n > 5:
@@ -192,8 +194,8 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
 
 
 def test_a_run_chooses_ics_only_where_the_scene_leaves_it_open(recorded, command, write_scene):
-    recorded("femic.cli.scenes.run_scene", "there")
-    asked = recorded("femic.cli.scenes.choose", Choice("C", ADVICE))
+    recorded("compare.ics.run.run_scene", "there")
+    asked = recorded("compare.frontier.choice.choose", Choice("C", ADVICE))
     assert command("run", str(write_scene())) == DONE
     assert not asked
     assert command("run", str(write_scene('ics = "auto"\nics_tolerance = 0.07\nbodies = ["upper"]'))) == DONE
@@ -202,7 +204,7 @@ def test_a_run_chooses_ics_only_where_the_scene_leaves_it_open(recorded, command
 
 
 def test_only_scenes_without_results_of_now_are_computed_to_compare(recorded, monkeypatch, tmp_path):
-    ran = recorded("femic.cli.scenes.run_scene", "there")
+    ran = recorded("compare.ics.run.run_scene", "there")
     recorded("compare.overlay.results.load", "curves")
     written = recorded("compare.overlay.page.write", "there")
     monkeypatch.setattr("compare.overlay.sources.up_to_date", lambda source: source.name == "flat")
@@ -287,10 +289,11 @@ def test_c_on_a_grid_is_refused_with_the_solid_engine(name, write_scene, command
 
 
 @pytest.mark.parametrize("motion", ["rolling", "compression"])
-def test_contact_of_a_scene_is_that_of_its_motion(motion, recorded, tmp_path):
-    computed = recorded(f"femic.cli.contacts.compute_{motion}", returns="contact")
-    supported = recorded("femic.cli.contacts.with_supports", returns="with supports")
-    written = recorded(f"femic.cli.contacts.write_{motion}", returns=tmp_path / "contact.html")
+def test_contact_with_friction_is_shown_on_the_page_of_its_motion(motion, recorded, monkeypatch, tmp_path):
+    computed = recorded("compare.friction.compute.compute_with_friction", returns="contact")
+    supported = recorded("compare.friction.supports.with_supports", returns="with supports")
+    written = []
+    monkeypatch.setitem(PAGES, motion, lambda *of: written.append(of) or tmp_path / "contact.html")
     assert exit_code(["contact", motion, "--ics", "A,Bhat", "--out", str(tmp_path / "here")]) == DONE
     ((scene, _),) = computed
     assert (scene.name, scene.contact.ics) == (motion, ("A", "Bhat"))
@@ -299,11 +302,11 @@ def test_contact_of_a_scene_is_that_of_its_motion(motion, recorded, tmp_path):
 
 
 def test_contact_of_several_scenes_goes_to_a_folder_each_and_maps_beside_them(recorded, command, tmp_path):
-    recorded("femic.cli.contacts.compute_contact")
-    recorded("femic.cli.contacts.changed_supports")
-    recorded("femic.cli.contacts.beside_of")
-    written = recorded("femic.cli.contacts.write_contact", "there")
-    maps = recorded("femic.cli.contacts.write_sensitivity", "there")
+    recorded("compare.contact.compute.compute_contact", SimpleNamespace(solved=None))
+    recorded("femic.contact.pairs.supports.changed_supports")
+    recorded("compare.finite_elements.beside.beside_of")
+    written = recorded("compare.contact.page.write_contact", "there")
+    maps = recorded("compare.contact.page.write_sensitivity", "there")
     assert command("contact", "wide", "tall") == DONE
     out = tmp_path / "out"
     assert [folder for _, folder, *_ in written] == [out / "wide", out / "tall"]
