@@ -77,7 +77,7 @@ def swept(name, text, workers):
         print(
             f"{name}: {done.scenes} scenes, {workers} workers: {seconds:.0f} s, {of_cores:.0f} s of cores "
             f"(here {process_time() - begun:.0f} s); {done.models} models solved, "
-            f"{done.models_reused} times kept, {done.failed} failed; {done.memory:.0f} MB a worker, "
+            f"{done.models_reused} times reused, {done.failed} failed; {done.memory:.0f} MB a worker, "
             f"{peak_memory():.0f} MB here",
             flush=True,
         )

@@ -54,8 +54,8 @@ class CampaignLines:
 def of_which(progress: Progress) -> str:
     """Text about the scenes and models of a campaign."""
     return (
-        f"{progress.reused} kept, {progress.failed} failed; models: {progress.models} solved, "
-        f"{progress.models_reused} times kept"
+        f"{progress.reused} finished before, {progress.failed} failed; models: {progress.models} solved, "
+        f"{progress.models_reused} times reused"
     )
 
 

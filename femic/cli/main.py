@@ -71,7 +71,7 @@ def exit_code(arguments: list[str]) -> int:
         _say(console, error)
         return FAILED
     except KeyboardInterrupt:
-        console.print("femic: interrupted; what was finished is kept: run the same command to go on")
+        console.print("femic: interrupted; finished parts are stored: run the same command to continue")
         return INTERRUPTED
     return DONE
 

@@ -40,8 +40,8 @@ def show(scene: Scene, workers: int, console: Console) -> None:
         with _or_why_not("femic contact", console):
             _show_contact(scene, workers, console)
     console.print(
-        "One round; a round more where the estimated error is larger than the tolerance. Kept models take no "
-        "time.",
+        "One round; a round more where the estimated error is larger than the tolerance. Stored models take "
+        "no time.",
         markup=False,
     )
 

@@ -95,8 +95,9 @@ def _require_scenes(arguments: Sequence[str]) -> None:
 
 
 def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
-    """Say what a scene would take: models, unknowns, wavenumbers, seconds, memory, file size."""
-    plan_tables.show(load_scene(scene), workers or cores(), Console(width=TABLE_WIDTH, highlight=False))
+    """Estimate the cost of a scene: models, unknowns, wavenumbers, seconds, memory, file size."""
+    loaded = load_scene(scene)  # raises before anything heavy is loaded
+    plan_tables.show(loaded, workers or cores(), Console(width=TABLE_WIDTH, highlight=False))
 
 
 def show(

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from compare.frontier.advice import Advice, Question
 from compare.friction.pages import PAGES
+from compare.frontier.advice import Advice, Question
 from compare.frontier.choice import Choice
 from compare.plan.models import Step
 from femic.cli import plan as planning
@@ -53,7 +53,7 @@ def command(tmp_path):
         (WrongInput("a = 1: at most `tolerance`"), 2, "femic: a = 1: at most engine.tolerance"),
         (Failure("use fewer (`workers` = 1)"), 1, "femic: use fewer (--workers 1)"),
         (OSError("no space left"), 1, "femic: no space left"),
-        (KeyboardInterrupt(), 130, "femic: interrupted; what was finished is kept"),
+        (KeyboardInterrupt(), 130, "femic: interrupted; finished parts are stored"),
     ],
 )
 def test_each_error_has_its_exit_code_and_its_message(error, code, says, monkeypatch, capsys):

@@ -71,7 +71,7 @@ def test_models_that_say_nothing_have_lines_too_until_they_are_finished(heard):
     lines.tell()
     assert written[5:] == [f"{NAMES[UPPER]}: solid engine at work, 13 s"]
     lines.on_model(solved(UPPER, cached=True))
-    assert written[-1].endswith("kept from an earlier run")
+    assert written[-1].endswith("stored by an earlier run")
     clock.now += 10 * EVERY
     lines.tell()
     assert len(written) == 7
