@@ -58,14 +58,14 @@ def main(n_tasks=100_000, n_files=100_000, n_scenes=20_000):
 def scheduled(n, window=8):
     """Tasks that do nothing, a window of them at a time, as a campaign hands them over."""
     with local_cluster(Size(2, MEMORY)) as client:
-        start, begun, left = perf_counter(), process_time(), n - window
+        start, cpu_start, left = perf_counter(), process_time(), n - window
         first = [client.submit(os.getpid, pure=False) for _ in range(window)]
         finishing = as_completed(first, loop=client.loop)
         for _ in finishing:
             if left:
                 finishing.add(client.submit(os.getpid, pure=False))
                 left -= 1
-        wall, cpu = perf_counter() - start, process_time() - begun
+        wall, cpu = perf_counter() - start, process_time() - cpu_start
     print(
         f"{n} tasks that do nothing: {1e3 * wall / n:.2f} ms a task, {1e3 * cpu / n:.2f} ms of a core for "
         f"client and scheduler; {peak_memory():.0f} MB",
@@ -142,9 +142,9 @@ def campaign(n):
     with TemporaryDirectory() as folder, local_cluster(Size(2, MEMORY)) as client:
         client.run(_nothing_is_computed)
         _nothing_is_computed()
-        told = [_seconds_a_scene(folder, n, client) for _ in range(2)]
+        timings = [_seconds_a_scene(folder, n, client) for _ in range(2)]
         dataset = max(Path(folder, "out").glob("sweep.*"), key=lambda path: path.suffix)
-    for what, (wall, cpu) in zip(("first", "again"), told, strict=True):
+    for what, (wall, cpu) in zip(("first", "again"), timings, strict=True):
         print(
             f"{n} scenes that take nothing, {what}: {1e3 * wall:.1f} ms a scene, {1e3 * cpu:.1f} ms of "
             f"a core for client and scheduler; {dataset.name}, {peak_memory():.0f} MB",
@@ -155,9 +155,9 @@ def campaign(n):
 def _seconds_a_scene(folder, n, client):
     swept = campaign_in(folder, CAMPAIGN.format(n=n))
     collected, store = Collected(swept, Path(folder, "out")), Store(f"{folder}/store")
-    start, begun = perf_counter(), process_time()
+    start, cpu_start = perf_counter(), process_time()
     compute_sweep(collected, store, lambda _: nullcontext(client))
-    return (perf_counter() - start) / n, (process_time() - begun) / n
+    return (perf_counter() - start) / n, (process_time() - cpu_start) / n
 
 
 def _nothing_is_computed():

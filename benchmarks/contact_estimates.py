@@ -96,9 +96,9 @@ def main() -> None:
     parser.add_argument("studies", nargs="+", choices=list(ALL))
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=2)
-    asked = parser.parse_args()
-    for study in asked.studies:
-        print(table(study, list(islice(outcomes(ALL[study], asked.seed), asked.count))), flush=True)
+    arguments = parser.parse_args()
+    for study in arguments.studies:
+        print(table(study, list(islice(outcomes(ALL[study], arguments.seed), arguments.count))), flush=True)
 
 
 if __name__ == "__main__":

@@ -66,10 +66,10 @@ def main(*, out: Path = Path("out/benchmarks"), tolerance: float = 0.01) -> xr.D
 
 def fitted(name: str, tolerance: float, store: Store) -> tuple[Results, dict[tuple[str, ...], Fits]]:
     """C of a scene's bodies, and effective properties of each for every set of components."""
-    wanted = {"bodies": list(BODIES), "properties": ["mismatch_k"], "components": COMPONENTS}
+    calibration = {"bodies": list(BODIES), "properties": ["mismatch_k"], "components": COMPONENTS}
     engine = {"tolerance": tolerance, "check": False}
     results = calibrate(
-        load_scene(name, {"calibration": wanted, "engine": engine}), RunOptions(store=store)
+        load_scene(name, {"calibration": calibration, "engine": engine}), RunOptions(store=store)
     ).results
     fits = {}
     for components, properties in SETS.items():

@@ -60,10 +60,10 @@ def with_cells(job: Job, factor: float) -> Job:
     return replace(job, settings=replace(job.settings, cells=job.first_cells.scaled(factor)))
 
 
-def in_fresh_process(asked: Request) -> RawICs:
+def in_fresh_process(request: Request) -> RawICs:
     """Its peak memory is its own, and idle threads of a direct solver slow down nothing else."""
     with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn")) as pool:
-        return pool.submit(raw_ics, asked).result()
+        return pool.submit(raw_ics, request).result()
 
 
 def seconds_of(cost: Cost) -> float:
@@ -140,8 +140,8 @@ def solver_rows() -> Iterator[list[str]]:
     half = replace(quarter, body=replace(quarter.body, contour=unsymmetric))
     for model, job in (("quarter", quarter), ("half", half)):
         for cells in (4, 2.83, 2, 1.41):
-            asked = with_cells(job, cells).request(Level())
-            costs = [in_fresh_process(replace(asked, solver=name)).cost for name in ("multigrid", "direct")]
+            request = with_cells(job, cells).request(Level())
+            costs = [in_fresh_process(replace(request, solver=name)).cost for name in ("multigrid", "direct")]
             seconds = [cost.seconds["solution"] for cost in costs]
             yield [
                 model,
@@ -170,8 +170,8 @@ def growth_rows(measured: dict[str, list[Cost]]) -> Iterator[list[str]]:
         for cells in (3.5, 2.4, 1.7, 1.2, 0.85, 0.65):
             if solver == "direct" and costs and costs[-1].unknowns * 2.3 > DIRECT_MOST:
                 break
-            asked = replace(with_cells(job, cells).request(Level()), solver=solver)
-            costs.append(cost := in_fresh_process(asked).cost)
+            request = replace(with_cells(job, cells).request(Level()), solver=solver)
+            costs.append(cost := in_fresh_process(request).cost)
             yield [
                 solver,
                 f"{cost.unknowns:,}",

@@ -86,12 +86,12 @@ def spans_of_words(code: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
 
 def _words(node: ast.AST) -> Iterator[Any]:
     match node:
-        case ast.AnnAssign(annotation=said) | ast.arg(annotation=ast.expr() as said):
-            yield said
+        case ast.AnnAssign(annotation=annotation) | ast.arg(annotation=ast.expr() as annotation):
+            yield annotation
         case ast.FunctionDef(name=name) if name in MESSAGES:
             yield node
-        case ast.FunctionDef(returns=ast.expr() as said):
-            yield said
+        case ast.FunctionDef(returns=ast.expr() as annotation):
+            yield annotation
         case ast.Raise() | ast.JoinedStr() | ast.Import() | ast.ImportFrom() | ast.Assert():
             yield node
         case ast.Expr(value=ast.Constant()):

@@ -14,22 +14,22 @@ from femic.cli.progress import EVERY, Write
 
 
 @contextmanager
-def campaign_shown(console: Console) -> Iterator[Callable[[Progress], None]]:
+def show_campaign(console: Console) -> Iterator[Callable[[Progress], None]]:
     """A function that shows how far a campaign is: a bar on a terminal, otherwise a line every EVERY s."""
     if not console.is_terminal:
-        yield CampaignLines(lambda text: console.print(text, soft_wrap=True, markup=False)).tell
+        yield CampaignLines(lambda text: console.print(text, soft_wrap=True, markup=False)).write_if_due
         return
     columns = SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
     with Bars(*columns, TimeElapsedColumn(), TextColumn("{task.fields[left]}"), console=console) as bars:
-        scenes = bars.add_task("scenes", total=None, left="")
+        scenes = bars.add_task("scenes", total=None, time_left="")
 
         def show(progress: Progress) -> None:
             bars.update(
                 scenes,
                 total=progress.scenes,
                 completed=progress.finished,
-                description=f"scenes ({of_which(progress)})",
-                left=left(progress),
+                description=f"scenes ({counts(progress)})",
+                time_left=time_left(progress),
             )
 
         yield show
@@ -43,15 +43,15 @@ class CampaignLines:
     clock: Callable[[], float] = monotonic
     _last: float = -EVERY
 
-    def tell(self, progress: Progress) -> None:
+    def write_if_due(self, progress: Progress) -> None:
         """Write a line if the last one is old, or if all is done."""
         if self.clock() - self._last >= EVERY or progress.finished == progress.scenes:
             self._last = self.clock()
-            line = f"  {progress.finished} of {progress.scenes} scenes ({of_which(progress)})"
-            self.write(", ".join(text for text in (line, left(progress)) if text))
+            line = f"  {progress.finished} of {progress.scenes} scenes ({counts(progress)})"
+            self.write(", ".join(text for text in (line, time_left(progress)) if text))
 
 
-def of_which(progress: Progress) -> str:
+def counts(progress: Progress) -> str:
     """Text about the scenes and models of a campaign."""
     return (
         f"{progress.reused} finished before, {progress.failed} failed; models: {progress.models} solved, "
@@ -59,7 +59,7 @@ def of_which(progress: Progress) -> str:
     )
 
 
-def left(progress: Progress) -> str:
+def time_left(progress: Progress) -> str:
     """Text about the time that is left; "" where it is not known, and at the end."""
     seconds = progress.seconds_left
     if not seconds:

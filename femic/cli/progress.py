@@ -26,7 +26,7 @@ Write = Callable[[str], None]
 
 
 @contextmanager
-def shown(console: Console) -> Iterator[Watch]:
+def show_progress(console: Console) -> Iterator[Watch]:
     """A watch that shows the progress of models on the console; each finished model has a line."""
 
     def write(text: str) -> None:
@@ -53,11 +53,11 @@ def _bar(console: Console, write: Write) -> Iterator[Watch]:
             progress.update(models, total=(progress.tasks[models].total or 0) + len(todo))
 
         def on_model(solved: Solved) -> None:
-            write(finished(solved))
+            write(model_text(solved))
             progress.update(models, advance=1, description="models")
 
         def on_step(step: Step) -> None:
-            progress.update(models, description=f"{step.task.job} body: {doing(step)}")
+            progress.update(models, description=f"{step.task.job} body: {step_text(step)}")
 
         yield Watch(on_round, on_model, write, on_step)
 
@@ -72,7 +72,7 @@ def _lines(write: Write) -> Iterator[Watch]:
 
     def look() -> None:
         while not stopped.wait(LOOK_EVERY):
-            lines.tell()
+            lines.write_if_due()
 
     thread = Thread(target=look, daemon=True)
     thread.start()
@@ -97,39 +97,39 @@ class Lines:
         """Note the step that a model is at; write a line if it has just begun or the last line is old."""
         with self._lock:
             key = step.task.job, step.task.level
-            begun = self._working[key][0] if key in self._working else self.clock()
+            start = self._working[key][0] if key in self._working else self.clock()
             has_just_begun = key not in self._working
-            self._working[key] = begun, step
+            self._working[key] = start, step
             if has_just_begun:
-                self._last = begun
-                self.write(f"{named(step.task)}: {doing(step)}")
-        self.tell()
+                self._last = start
+                self.write(f"{task_text(step.task)}: {step_text(step)}")
+        self.write_if_due()
 
     def on_model(self, solved: Solved) -> None:
         """Write a line about a model that is finished."""
         with self._lock:
             self._working.pop((solved.task.job, solved.task.level), None)
             self._last = self.clock()
-            self.write(finished(solved))
+            self.write(model_text(solved))
 
-    def tell(self) -> None:
+    def write_if_due(self) -> None:
         """Write the steps that all models are at, if the last line is older than EVERY seconds."""
         with self._lock:
             now = self.clock()
             if now - self._last < EVERY:
                 return
             self._last = now
-            for begun, step in self._working.values():
-                self.write(f"{named(step.task)}: {doing(step)}, {now - begun:.0f} s")
+            for start, step in self._working.values():
+                self.write(f"{task_text(step.task)}: {step_text(step)}, {now - start:.0f} s")
 
 
-def named(task: Task) -> str:
+def task_text(task: Task) -> str:
     """Text that names the model of a task."""
     cells, domain = factors(task.level)
     return f"  {task.job} body, cells x {cells:.3g}, domain x {domain:.3g}"
 
 
-def doing(step: Step) -> str:
+def step_text(step: Step) -> str:
     """Text about the step that a model is at."""
     if not step.wavenumbers:
         return step.stage
@@ -138,8 +138,8 @@ def doing(step: Step) -> str:
     return f"{step.wavenumbers} of about {step.expected} wavenumbers"
 
 
-def finished(solved: Solved) -> str:
+def model_text(solved: Solved) -> str:
     """Text about a finished model: what it took."""
     cost = solved.model.cost
     took = "stored by an earlier run" if solved.cached else f"{sum(cost.seconds.values()):.1f} s"
-    return f"{named(solved.task)}: {cost.unknowns:,} unknowns, {took}"
+    return f"{task_text(solved.task)}: {cost.unknowns:,} unknowns, {took}"

@@ -77,7 +77,7 @@ def sweep(
     address = None if scheduler is None else schedulers.address_of(scheduler)
     folder = folders.check(work.out or Path("out") / loaded.name)
     if options.write is not None:
-        for path in points.written(loaded, options.write, folder):
+        for path in points.write_scenes(loaded, options.write, folder):
             console.print(str(path), soft_wrap=True)
         return
     if options.page:
@@ -103,7 +103,7 @@ def sweep(
         return _local_client(loaded, scenes, work.workers, console)
 
     dataset = collected.Collected(loaded, folder)
-    with campaign_progress.campaign_shown(console) as watch:
+    with campaign_progress.show_campaign(console) as watch:
         progress = run.compute_sweep(dataset, store, client, run.Options(watch, options.retry, note))
     _print_outcome(dataset, progress, console)
     if len(dataset.failures) == loaded.size and not dataset.template.data_vars:
@@ -142,7 +142,7 @@ def _local_client(campaign: Campaign, scenes: int, workers: int | None, console:
 
 
 def _print_plan(campaign: Campaign, store: Store, workers: int, console: Console) -> None:
-    expected = plan.planned(campaign, store)
+    expected = plan.sweep_plan(campaign, store)
     size = cluster.size_for(workers, expected.scenes, expected.memory)
     rest = expected.scenes - expected.reused
     counted = "" if expected.counted == rest else f" in the first {expected.counted} of them"
@@ -169,7 +169,7 @@ def _print_outcome(dataset: collected.Collected, progress: run.Progress, console
     for message, count in counts.most_common(SHOWN_FAILURES):
         first = min(number for number, failure in dataset.failures.items() if failure == message)
         others = f" and {count - 1} more" if count > 1 else ""
-        point = campaign.named(campaign.point(first))
+        point = campaign.point_name(campaign.point(first))
         console.print(f"failed: {point}{others}: {message}", soft_wrap=True)
     if len(counts) > SHOWN_FAILURES:
         console.print(f"and {len(counts) - SHOWN_FAILURES} other messages: `failure` in the dataset")

@@ -76,7 +76,7 @@ class Work:
 
         The store is in this folder unless another is named. Raises as `folders.locked` does.
         """
-        with folders.locked(folder), progress.shown(console) as watch:
+        with folders.locked(folder), progress.show_progress(console) as watch:
             yield RunOptions(self.threads, store_at(self.store, folder), watch)
 
 

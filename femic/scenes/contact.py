@@ -33,7 +33,7 @@ class ContactKeys(Section):
         return self
 
     @model_validator(mode="after")
-    def _of_this_motion(self) -> "ContactKeys":
+    def _keys_of_motion(self) -> "ContactKeys":
         name = dict(self)["motion"]
         for key in dict.fromkeys(key for motion in MOTIONS.values() for key in motion.keys):
             if key in self.model_fields_set and key not in MOTIONS[name].keys:
@@ -53,10 +53,10 @@ class ContactKeys(Section):
 def _declared() -> dict[str, Any]:
     """Return the keys that the specifications declare; those of friction stand where `friction` is."""
     files = {"ics": tuple[ContactICName, ...], "extra_gap": ExistingFile | None}  # as scene files have them
-    of_friction = keys_of(FrictionSpecification)
-    of_friction = {"friction": of_friction.pop("coefficients"), **of_friction}
+    friction_keys = keys_of(FrictionSpecification)
+    friction_keys = {"friction": friction_keys.pop("coefficients"), **friction_keys}
     keys = keys_of(ContactSpecification, files).items()
-    parts = (of_friction if key == "friction" else {key: declared} for key, declared in keys)
+    parts = (friction_keys if key == "friction" else {key: declared} for key, declared in keys)
     return {key: declared for part in parts for key, declared in part.items()}
 
 

@@ -110,12 +110,12 @@ class ContourKind(BaseModel):
     kind: Annotated[str, AfterValidator(NameOf(lambda: CONTOURS))]
 
 
-def _of_its_kind(value: Any) -> Section:
+def _table_of_kind(value: Any) -> Section:
     """Return the table of a contour with the keys of its kind; raise ValidationError."""
     return CONTOURS[ContourKind.model_validate(value).kind].model_validate(value)
 
 
-AnyContour = Annotated[ContourTable, PlainValidator(_of_its_kind)]
+AnyContour = Annotated[ContourTable, PlainValidator(_table_of_kind)]
 
 
 def _in_radians(degrees: float | tuple[float, float]) -> tuple[float, float]:

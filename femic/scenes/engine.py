@@ -90,7 +90,7 @@ class EngineTable(Section):
         return self.check and self.engine is not CHECK_ENGINE
 
     @property
-    def of_check(self) -> "EngineTable":
+    def check_engine(self) -> "EngineTable":
         """The engine that checks this one, with cells of its own, in the same domain where one is given."""
         same = self.model_dump(include={"far_radius", "half_length", "most_unknowns", "solver"})
         tolerance = max(self.tolerance, CHECK_TOLERANCE)

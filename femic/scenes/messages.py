@@ -28,20 +28,20 @@ def messages(details: Sequence[ErrorDetails]) -> list[str]:
 
     Where a value may be of several types, only errors of its own type are listed, or of all types.
     """
-    fields_of_right_type = [f"{_field(detail)}." for detail in details if not _of_container(detail)]
-    of_fields: dict[str, list[ErrorDetails]] = {}
+    typed_fields = [f"{_field(detail)}." for detail in details if not _is_about_container(detail)]
+    by_field: dict[str, list[ErrorDetails]] = {}
     for detail in details:
         field = _field(detail)
-        of_inner_value = any(inner.startswith(f"{field}.") for inner in fields_of_right_type)
-        if not (_of_container(detail) and of_inner_value):
-            of_fields.setdefault(field, []).append(detail)
+        has_inner_error = any(inner.startswith(f"{field}.") for inner in typed_fields)
+        if not (_is_about_container(detail) and has_inner_error):
+            by_field.setdefault(field, []).append(detail)
     return [
         " or ".join([message(first), *(_reason(other).removeprefix("Input should be ") for other in others)])
-        for first, *others in of_fields.values()
+        for first, *others in by_field.values()
     ]
 
 
-def _of_container(detail: ErrorDetails) -> bool:
+def _is_about_container(detail: ErrorDetails) -> bool:
     """Whether an error is about a whole value: of another type, or without enough valid entries."""
     return detail["type"].endswith("_type") or detail["type"] == "too_short"
 
@@ -93,9 +93,9 @@ def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
     """The location without the names of union members that pydantic inserts."""
     for k, part in enumerate(location):
         previous = location[k - 1] if k else None
-        of_line = isinstance(previous, int) and part in {"x", "s"} and location[0] == "lines"
-        of_flanks = previous == "flank_inclination_deg" and isinstance(part, str)
-        if not (of_line or of_flanks):
+        is_line_kind = isinstance(previous, int) and part in {"x", "s"} and location[0] == "lines"
+        is_flank_type = previous == "flank_inclination_deg" and isinstance(part, str)
+        if not (is_line_kind or is_flank_type):
             yield part
 
 

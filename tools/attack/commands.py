@@ -209,11 +209,11 @@ def _difference(mine: Path, other: Path) -> str:
         datasets = [xr.load_dataset(path, engine="h5netcdf") for path in (mine, other)]
     except (OSError, ValueError) as error:
         return f"cannot be read: {error}"
-    found, wanted = (
+    actual, expected = (
         dataset.drop_vars([name for name in dataset.variables if str(name).endswith(NOT_RESULTS)])
         for dataset in datasets
     )
-    if {*found.variables} != {*wanted.variables}:
-        return f"has other variables: {sorted(map(str, {*found.variables} ^ {*wanted.variables}))}"
-    differ = (name for name in found.variables if not found[name].variable.equals(wanted[name].variable))
+    if {*actual.variables} != {*expected.variables}:
+        return f"has other variables: {sorted(map(str, {*actual.variables} ^ {*expected.variables}))}"
+    differ = (name for name in actual.variables if not actual[name].variable.equals(expected[name].variable))
     return ", ".join(f"{name} differs" for name in differ)

@@ -227,19 +227,19 @@ def _gap_file(chance: np.random.Generator) -> str:
 
 
 @cache
-def _seen(*texts: str) -> Mapping[str, list[str]]:
+def _words_by_key(*texts: str) -> Mapping[str, list[str]]:
     """All words that keys have in some tables."""
     found: dict[str, set[str]] = {}
 
-    def look(key: str, value: Any) -> None:
+    def collect(key: str, value: Any) -> None:
         if isinstance(value, str):
             found.setdefault(key, set()).add(value)
         elif isinstance(value, dict | list):
             for inner, entry in value.items() if isinstance(value, dict) else ((key, one) for one in value):
-                look(inner, entry)
+                collect(inner, entry)
 
     for text in texts:
-        look("", tomllib.loads(text))
+        collect("", tomllib.loads(text))
     return {key: sorted(words) for key, words in found.items()}
 
 
@@ -252,25 +252,25 @@ def _changed(bases: Sequence[str], chance: random.Random) -> str:
         return "\n".join(lines)
     table = tomllib.loads(text)
     for _ in range(chance.choice((1, 1, 1, 2))):
-        _change(table, "", _seen(*bases), chance)
+        _change(table, "", _words_by_key(*bases), chance)
     return tomlkit.dumps(table)
 
 
-def _change(table: Any, name: str, seen: Mapping[str, list[str]], chance: random.Random) -> None:
-    """Change an entry somewhere in a table or list, which has a name; `seen` are words that keys may have."""
+def _change(table: Any, name: str, words: Mapping[str, list[str]], chance: random.Random) -> None:
+    """Change an entry somewhere in the table or list of a name; `words` are the values of keys."""
     keys = list(table) if isinstance(table, dict) else list(range(len(table)))
     if not keys:
         return
     key = chance.choice(keys)
     if isinstance(table[key], dict | list) and chance.random() < 0.85 and len(table[key]):
-        _change(table[key], key if isinstance(key, str) else name, seen, chance)
+        _change(table[key], key if isinstance(key, str) else name, words, chance)
     elif chance.random() < 0.05:
         del table[key]
     elif chance.random() < 0.03 and isinstance(table, dict):
         table[f"{key}_"] = table[key]
     else:
         gentle = chance.random() < GENTLE
-        words = seen.get(key if isinstance(key, str) else name, WORDS)
+        words = words.get(key if isinstance(key, str) else name, WORDS)
         table[key] = _gently(table[key], words, chance) if gentle else _roughly(table[key], chance)
 
 
@@ -312,9 +312,9 @@ def _roughly(value: Any, chance: random.Random) -> Any:
 
 def outcome(attack: str, read: Callable[[], str]) -> Outcome:
     """What femic answers where a file is read: taken, or refused with a message."""
-    said = io.StringIO()
+    printed = io.StringIO()
     try:
-        with limited(), redirect_stdout(said), redirect_stderr(said):
+        with limited(), redirect_stdout(printed), redirect_stderr(printed):
             answer = read()
     except (WrongInput, Failure, OSError) as error:  # what commands print as a message
         return Outcome(attack, "refused", "" if str(error).strip() else "without a message")
@@ -322,7 +322,7 @@ def outcome(attack: str, read: Callable[[], str]) -> Outcome:
         return Outcome(attack, "wrong", str(error)[:300])
     except Exception as error:  # whatever it is, it would be a traceback
         return Outcome(attack, "traceback", f"{type(error).__name__}: {error}"[:300])
-    if answer == "refused" and not said.getvalue().strip():
+    if answer == "refused" and not printed.getvalue().strip():
         return Outcome(attack, answer, "without a message")
     return Outcome(attack, answer)
 

@@ -31,10 +31,10 @@ from femic.campaigns.dataset.arrays import DIGEST, SceneArrays
 from femic.campaigns.dataset.checksums import (
     CHECKSUM,
     LAYOUT,
-    OF_SCENES,
+    SCENE_VARIABLES,
     layout_of,
-    of_outcomes,
-    of_values,
+    outcome_checksums,
+    value_checksums,
 )
 from femic.campaigns.dataset.frame import (
     attributes_of,
@@ -175,7 +175,7 @@ class Collected:
         for mine, name in ((self.seconds, "seconds"), (self.digests, DIGEST), (self.checksums, CHECKSUM)):
             mine.reshape(shape)[there] = earlier[name].values
         self.digests.reshape(shape)[there][condition.damaged] = 0
-        self.template = earlier.drop_vars(OF_SCENES).isel(dict.fromkeys(swept, 0), drop=True)
+        self.template = earlier.drop_vars(SCENE_VARIABLES).isel(dict.fromkeys(swept, 0), drop=True)
         self._differing = {
             str(dim)
             for dim, labels in self.template.coords.items()
@@ -222,12 +222,12 @@ class Collected:
     def _checksum(self, outcome: Outcome, digest: int) -> np.uint64:
         """The checksum of a scene, with its values as they are stored."""
         numbers = [
-            of_values(str(name), outcome.dataset[name].values.astype(variable.dtype))
+            value_checksums(str(name), outcome.dataset[name].values.astype(variable.dtype))
             for name, variable in self.template.data_vars.items()
             if name in outcome.dataset
         ]
         seconds, digests = np.array([outcome.seconds]), np.array([digest], dtype=np.uint64)
-        return np.sum([*numbers, *of_outcomes([outcome.failure], seconds, digests)], dtype=np.uint64)
+        return np.sum([*numbers, *outcome_checksums([outcome.failure], seconds, digests)], dtype=np.uint64)
 
     def _frame(self) -> xr.Dataset:
         """Coordinates, failures and seconds."""
@@ -237,7 +237,7 @@ class Collected:
         columns = (failure, self.seconds, self.digests, self.checksums)
         of_scenes = {
             name: (swept, values.reshape(campaign.shape), ABOUT[name])
-            for name, values in zip(OF_SCENES, columns, strict=True)
+            for name, values in zip(SCENE_VARIABLES, columns, strict=True)
         }
         frame = xr.Dataset(of_scenes, coords=swept_coords(campaign) | self._labels())
         return frame.set_coords([DIGEST, CHECKSUM])

@@ -9,7 +9,7 @@ import tomlkit
 import xarray as xr
 
 from femic.cache.digests import versions
-from femic.campaigns.dataset.checksums import OF_SCENES
+from femic.campaigns.dataset.checksums import SCENE_VARIABLES
 from femic.campaigns.files.campaign import Axis, Campaign
 from femic.campaigns.files.keys import is_number
 from femic.scenes.errors import BadScene
@@ -38,9 +38,9 @@ def swept_coords(campaign: Campaign) -> dict[str, Any]:
 
 def require_other_names(campaign: Campaign, names: Iterable[str]) -> None:
     """Raise BadScene where an axis has the name of a result or of one of its dims."""
-    taken = {*names, *OF_SCENES, SAMPLE}
+    reserved = {*names, *SCENE_VARIABLES, SAMPLE}
     for axis in campaign.axes:
-        if axis.name in taken:
+        if axis.name in reserved:
             raise BadScene(
                 f"sweep.{axis.name}: results have something of that name, too: rename the axis, such as "
                 f"{axis.name}_swept"

@@ -114,7 +114,7 @@ class Campaign:
         places = np.unravel_index(number, self.shape)
         return tuple(axis.values[place] for axis, place in zip(self.axes, places, strict=True))
 
-    def named(self, point: Point) -> str:
+    def point_name(self, point: Point) -> str:
         """The name of a point, such as flank=30,ratio=1.1."""
         return ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(self.axes, point, strict=True))
 
@@ -129,10 +129,10 @@ class Campaign:
 
     def scene(self, point: Point) -> Scene:
         """The scene at a point; raises BadScene."""
-        return scene_from_table(self.scene_table(point), self.named(point))
+        return scene_from_table(self.scene_table(point), self.point_name(point))
 
 
-def points_named(campaign: Campaign, name: str) -> list[Point]:
+def find_points(campaign: Campaign, name: str) -> list[Point]:
     """The points with a name such as flank=30,ratio=1.1; raises BadScene.
 
     A name with all axes stands for one point, of the campaign or not; one with some of them for all points

@@ -99,26 +99,26 @@ class CampaignFile(Section):
     @model_validator(mode="after")
     def _points_of_axes(self) -> "CampaignFile":
         for name, axis in self.sweep.items():
-            of_range = axis.start is not None
-            if self.points == "all" and not (of_range or axis.values):
+            is_range = axis.start is not None
+            if self.points == "all" and not (is_range or axis.values):
                 raise ValueError(f"sweep.{name}: give either values, or both from and to")
             if not name.isidentifier():
                 raise ValueError(f"sweep.{name}: a name has letters, digits and _ only")
-            if self.points == "random" and not of_range:
+            if self.points == "random" and not is_range:
                 raise ValueError(f"sweep.{name}: random points need from and to")
-            if self.points == "all" and of_range and axis.count is None:
+            if self.points == "all" and is_range and axis.count is None:
                 raise ValueError(f"sweep.{name}: give count, the number of values")
         return self
 
     @model_validator(mode="after")
     def _keys_of_one_axis(self) -> "CampaignFile":
-        taken: dict[str, str] = {}
+        owners: dict[str, str] = {}
         for name, axis in self.sweep.items():
             for key in axis.keys:
-                others = [f"{other} of sweep.{of}" for other, of in taken.items() if _replaces(key, other)]
+                others = [f"{other} of sweep.{of}" for other, of in owners.items() if _replaces(key, other)]
                 if others:
                     raise ValueError(f"sweep.{name}: {key} and {others[0]}: a key has one axis")
-            taken |= dict.fromkeys(axis.keys, name)
+            owners |= dict.fromkeys(axis.keys, name)
         return self
 
 

@@ -71,7 +71,7 @@ def load_campaign(path: Path) -> Campaign:
         try:
             campaign.scene(point)
         except BadScene as error:
-            raise BadScene(f"{path}: at {campaign.named(point)}: {error}") from error
+            raise BadScene(f"{path}: at {campaign.point_name(point)}: {error}") from error
     return campaign
 
 

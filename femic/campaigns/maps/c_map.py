@@ -18,7 +18,7 @@ from typing import Any
 import joblib
 import numpy as np
 
-from femic.campaigns.maps.interpolation import KINK, Nodes, Stencil, combined
+from femic.campaigns.maps.interpolation import KINK, Nodes, Stencil, interpolate
 from femic.campaigns.maps.scene_grid import SceneGrid, open_grid
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.pairs.pair_on_grid import PairOnGrid
@@ -60,7 +60,7 @@ class CMap:
         stencils = self.nodes.stencils(point)
         bhat = bhat_nn(on_grid)
         own, axes = _self_ic(bhat), tuple(range(len(stencils)))
-        correction = combined(self._corrections(stencils), stencils)
+        correction = interpolate(self._corrections(stencils), stencils)
         estimate = np.max(self.nodes.at_nodes("c_estimate", stencils), axis=axes)
         return bhat + own * correction, estimate + own * self._error(point)
 
@@ -109,7 +109,7 @@ class CMap:
         errors = []
         for k, (axis, value) in enumerate(zip(self.nodes.axes, point, strict=True)):
             along = [
-                self._missed(
+                self._prediction_error(
                     [*beside[:k], others, *beside[k:]], [*beside[:k], axis.single(node), *beside[k:]]
                 )
                 for beside in product(*around[:k], *around[k + 1 :])
@@ -118,9 +118,9 @@ class CMap:
             errors.append(KINK * np.max(along, axis=0))
         return np.asarray(np.sum(errors, axis=0))
 
-    def _missed(self, others: list[Stencil], itself: list[Stencil]) -> Array:
+    def _prediction_error(self, others: list[Stencil], itself: list[Stencil]) -> Array:
         """The difference of corrections from other nodes and those at the node itself [-]."""
-        predicted, known = (combined(self._corrections(of), of) for of in (others, itself))
+        predicted, known = (interpolate(self._corrections(of), of) for of in (others, itself))
         return np.abs(predicted - known)
 
 

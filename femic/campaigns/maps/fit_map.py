@@ -14,7 +14,7 @@ import xarray as xr
 from approx.calibration import Fit, fit
 from approx.target import Target
 from compare.calibration.compute import target_from, unit_of
-from femic.campaigns.maps.interpolation import Stencil, combined
+from femic.campaigns.maps.interpolation import Stencil, interpolate
 from femic.campaigns.maps.scene_grid import SceneGrid, open_grid
 from geometries.arrays import Array
 
@@ -34,7 +34,7 @@ def fit_at(fits: SceneGrid, point: Sequence[float], body: str = "combined") -> F
     return fit(_target(fits, point, fits.stencils(point), body), fits.scene(point).calibration.properties)
 
 
-def left_out(fits: SceneGrid, body: str = "combined") -> xr.Dataset:
+def leave_one_out(fits: SceneGrid, body: str = "combined") -> xr.Dataset:
     """Return deviations from C, `rms` and `worst` (node, by), at nodes that the others on an axis predict.
 
     They are shares of max |C| of the points: of the fit to C from the other nodes ("map"), of the fit to C
@@ -86,5 +86,5 @@ def _target(fits: SceneGrid, point: Sequence[float], stencils: list[Stencil], bo
     """C of stencils as the target of a fit at a point."""
     scene = fits.scene(point)
     place = list(fits.dataset.fitted_body.values).index(body)
-    values = combined(fits.at_nodes("fit_c", stencils), stencils)[place]
+    values = interpolate(fits.at_nodes("fit_c", stencils), stencils)[place]
     return target_from(scene, values / unit_of(scene), body)

@@ -103,7 +103,7 @@ class Nodes:
         return Stencil(chosen, np.array(weights))
 
 
-def combined(values: Array, stencils: list[Stencil]) -> Array:
+def interpolate(values: Array, stencils: list[Stencil]) -> Array:
     """Return the sum of values (k_1, ..., k_m, ...) at the nodes of stencils, times their weights."""
     for stencil in stencils:
         values = np.tensordot(stencil.weights, values, axes=(0, 0))

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from compare.report.styles import RC, with_further
-from femic.campaigns.report.axes import ShownAxis, spread_out
+from femic.campaigns.report.axes import ShownAxis, evenly_spaced
 from femic.campaigns.report.clouds import MOST_POINTS
 from femic.campaigns.report.fields import body_of, label_of
 from femic.campaigns.report.maps import PANEL, STRIP, Plane, draw_cells, gap_handles
@@ -97,7 +97,7 @@ def advised_over(panels: Sequence[tuple[str, Advice, Plane]]) -> Figure:
 def advised_points(advice: Advice, axes: Sequence[ShownAxis]) -> Figure:
     """Draw points of the advised ICs over the first two axes, or over the only one."""
     across, up = axes[0], axes[1] if len(axes) > 1 else STRIP
-    chosen = spread_out(len(across.values), MOST_POINTS)
+    chosen = evenly_spaced(len(across.values), MOST_POINTS)
     heights = np.zeros(len(chosen)) if up is STRIP else up.at[chosen]
     with mpl.rc_context(RC | {"grid.alpha": 0.2}):
         figure = Figure(figsize=(5.4, 1.8 if up is STRIP else 4.2), layout="constrained")

@@ -86,9 +86,9 @@ def _errors(dataset: xr.Dataset) -> Iterator[Field]:
 def _error_bounds(dataset: xr.Dataset) -> Iterator[Field]:
     """Errors of all ICs with the estimate of C, the worst over lines and components."""
     body = body_of(dataset)
-    known = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)
+    estimates = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)
     text = f"Error of the {body} ICs with the estimate of C: the worst over lines and components."
-    yield _error_field(known.expand_dims({COLUMN: [ANY]}), text)
+    yield _error_field(estimates.expand_dims({COLUMN: [ANY]}), text)
 
 
 def _error_field(errors: xr.DataArray, text: str) -> Field:
@@ -125,9 +125,11 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
 
 def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, over: str) -> Field:
     """Numbers of the contact with other ICs than the reference over those with it."""
-    off, known = zip(*(_off(dataset, name, reference) for name in numbers), strict=True)
+    deviations, estimates = zip(
+        *(_relative_deviations(dataset, name, reference) for name in numbers), strict=True
+    )
     labels, base = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), label_of(reference)
-    values = xr.concat(off, labels).rename(ics=ROW)
+    values = xr.concat(deviations, labels).rename(ics=ROW)
     notes = [MEANINGS[name] for name in numbers if name in MEANINGS] + [BY_PLACE] * (reference == LAST)
     return Field(
         "contact",
@@ -135,22 +137,22 @@ def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, ove
         "deviations of the contact",
         f"Numbers of the contact with each of the ICs over those with {base}, minus 1{over}.{''.join(notes)}",
         values.sel({ROW: [name for name in map(str, values[ROW].values) if name != reference]}),
-        xr.concat(known, labels),
+        xr.concat(estimates, labels),
         base,
     )
 
 
-def _off(dataset: xr.Dataset, name: str, reference: str) -> tuple[xr.DataArray, xr.DataArray]:
+def _relative_deviations(dataset: xr.Dataset, name: str, reference: str) -> tuple[xr.DataArray, xr.DataArray]:
     """Deviations of a number of the contact from the reference's, and the estimate of the latter."""
     values = dataset[name].drop_attrs()
-    of_reference = values.sel(ics=reference, drop=True)
-    unit = xr.ones_like(of_reference) if name in SHARES else of_reference.where(of_reference != 0)
-    off = (values - of_reference) / unit
+    reference_values = values.sel(ics=reference, drop=True)
+    unit = xr.ones_like(reference_values) if name in SHARES else reference_values.where(reference_values != 0)
+    deviations = (values - reference_values) / unit
     estimate = dataset.get(f"estimate_{name}", xr.full_like(values, np.nan)).drop_attrs()
-    known = abs(estimate.sel(ics=reference, drop=True) / unit)
+    estimates = abs(estimate.sel(ics=reference, drop=True) / unit)
     for dim in _own_dims(dataset, name):
-        off, known = furthest_along(off, dim), known.max(dim)
-    return off, known
+        deviations, estimates = furthest_along(deviations, dim), estimates.max(dim)
+    return deviations, estimates
 
 
 def _own_dims(dataset: xr.Dataset, name: str) -> list[str]:

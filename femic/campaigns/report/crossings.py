@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from compare.report.parts import listed
-from femic.campaigns.report.axes import Names, ShownAxis, named, swept, text_of
+from femic.campaigns.report.axes import Names, ShownAxis, swept, text_of, values_text
 from geometries.arrays import Array
 
 NOWHERE, EVERYWHERE = "nowhere", "everywhere"
@@ -92,7 +92,7 @@ class Line:
 
     def crossing(self, level: float) -> Crossing:
         """Where the sizes exceed a level."""
-        place = listed([named({name: value}) for name, value in self.place.items()] or [""])
+        place = listed([values_text({name: value}) for name, value in self.place.items()] or [""])
         known = np.isfinite(self.sizes)
         if not self.axis.is_number:
             over = self.axis.values[known & (self.sizes > level)]
@@ -124,7 +124,7 @@ class Lines:
 
     axis: ShownAxis
     all: Sequence[Line]
-    known_of: str  # "15 of 21 scenes", "" where all are known
+    known_count: str  # "15 of 21 scenes", "" where all are known
 
     @classmethod
     def of(cls, sizes: xr.DataArray, axes: Sequence[ShownAxis]) -> "Lines":
@@ -137,7 +137,7 @@ class Lines:
             Line(axis, dict(zip((one.name for one in rest), place, strict=True)), row)
             for place, row in zip(places, rows, strict=True)
         ]
-        return cls(axis, lines, known_of(sizes))
+        return cls(axis, lines, known_count(sizes))
 
     @cached_property
     def known(self) -> list[Line]:
@@ -158,7 +158,7 @@ def main_axis(axes: Iterable[ShownAxis]) -> ShownAxis:
     return max(swept(axes), key=lambda axis: (axis.is_number, len(axis.values)))
 
 
-def known_of(sizes: xr.DataArray) -> str:
+def known_count(sizes: xr.DataArray) -> str:
     """Return "15 of 21 scenes" where not all are known, else ""."""
     known = int(np.sum(np.isfinite(sizes.values)))
     return "" if known == sizes.size else f"{known} of {sizes.size} scenes"

@@ -80,7 +80,7 @@ def maps(rows: Sequence[MapRow]) -> Iterator[Figure]:
 def _figure(rows: Sequence[MapRow], columns: list[str]) -> Figure:
     """One figure; values have a scale per column, other numbers a common scale."""
     first = rows[0]
-    common = first.field.is_judged
+    common = first.field.rates_ics
     scales = {
         column: scale_of(first.field.kind, np.array([row.values(column) for row in rows]))
         for column in columns

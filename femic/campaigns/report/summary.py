@@ -9,7 +9,7 @@ import xarray as xr
 from compare.report.parts import listed
 from femic.campaigns.report.advised import Advice
 from femic.campaigns.report.axes import ShownAxis, axes_of, is_grid, swept, text_of
-from femic.campaigns.report.crossings import REPORTED, Lines, known_of, main_axis
+from femic.campaigns.report.crossings import REPORTED, Lines, known_count, main_axis
 from femic.campaigns.report.fields import COLUMN, ROW, Field, label_of, plain
 from femic.campaigns.report.scales import share
 
@@ -24,15 +24,15 @@ MEANINGS = {
 def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None) -> str:
     """Return sentences computed from the numbers: scenes, errors with their places, advice."""
     sentences = [_counted(dataset)]
-    judged = [field for field in fields if field.is_judged]
-    sentences += [sentence for field in judged[:1] for sentence in judgement(dataset, field)]
+    ratings = [field for field in fields if field.rates_ics]
+    sentences += [sentence for field in ratings[:1] for sentence in judgement(dataset, field)]
     sentences += list(_interpolated(dataset, sentences))
     if advice is not None:
         counts = listed(f"{name} in {count}" for name, count in advice.counts().items())
         sentences.append(f"The cheapest ICs that are good enough (scenes): {counts}.")
-    kept = [MEANINGS[name] for name in json.loads(dataset.attrs["keep"]) if name in MEANINGS]
-    if kept:
-        sentences.append(f"The file of the campaign has {listed(kept)}, too.")
+    also_in_file = [MEANINGS[name] for name in json.loads(dataset.attrs["keep"]) if name in MEANINGS]
+    if also_in_file:
+        sentences.append(f"The file of the campaign has {listed(also_in_file)}, too.")
     return "\n".join(sentences)
 
 
@@ -87,7 +87,7 @@ def _range(axis: ShownAxis) -> str:
 def _failing(dataset: xr.Dataset, field: Field) -> str:
     """The columns in which numbers of the only row exceed `REPORTED`, and where in the worst of them."""
     sizes = field.sizes.isel({ROW: 0})
-    known = known_of(sizes.max(COLUMN))
+    known = known_count(sizes.max(COLUMN))
     largest = {column: float(sizes.sel({COLUMN: column}).max()) for column in field.columns}
     over = [column for column, size in largest.items() if size > REPORTED]
     within = [plain(column) for column, size in largest.items() if size <= REPORTED]
@@ -102,10 +102,10 @@ def _failing(dataset: xr.Dataset, field: Field) -> str:
     notes = [f"also in {listed(also)}"] if also else []
     notes += [f"in {listed(within)} nowhere"] if within else []
     notes += [f"{known} are known"] if known else []
-    noted = f" ({'; '.join(notes)})" if notes else ""
+    remarks = f" ({'; '.join(notes)})" if notes else ""
     return (
         f"off by more than {share(REPORTED)} in {before}{plain(worst)} {where}, at most by "
-        f"{share(largest[worst])}{noted}."
+        f"{share(largest[worst])}{remarks}."
     )
 
 

@@ -30,7 +30,7 @@ def crossing_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
     def cells(sizes: xr.DataArray) -> list[Cell]:
         lines = Lines.of(sizes, axes)
         crossings = [_crossing_cell(lines.crossings(level)) for level in LEVELS]
-        return [*crossings, _cell(lines.known_of or "all")]
+        return [*crossings, _cell(lines.known_count or "all")]
 
     axis = main_axis(axes)
     caption = f"{field.title}: where along {axis.name} ({axis.heading})"
@@ -82,8 +82,8 @@ def correlation_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
     """Return rank correlations with the axes, by row and column."""
 
     def cells(sizes: xr.DataArray) -> list[Cell]:
-        found = [rank_correlation(axis, sizes.values) for axis in axes]
-        return [_cell("–" if np.isnan(one) else f"{one:+.2f}") for one in found]
+        coefficients = [rank_correlation(axis, sizes.values) for axis in axes]
+        return [_cell("–" if np.isnan(one) else f"{one:+.2f}") for one in coefficients]
 
     return Table(f"Rank correlation of {field.what} with", [axis.name for axis in axes], _rows(field, cells))
 

@@ -37,7 +37,7 @@ def _problems(campaign: Campaign, points: Iterable[Point]) -> list[str]:
     reasons: dict[str, str] = {}
     start = perf_counter()
     for point in points:
-        name = campaign.named(point)
+        name = campaign.point_name(point)
         try:
             scene = campaign.scene(point)
             for keep in campaign.keep if perf_counter() - start < REQUIRES_FOR else ():

@@ -83,7 +83,7 @@ def local_cluster(size: Size) -> Iterator[Client]:
     Nobody else can use it: connections need a certificate that is made for this run, in memory only.
     """
     with _quiet(), dask.config.set(LOCAL_SETTINGS), ExitStack() as started:
-        with _interrupted_afterwards():
+        with _interrupts_delayed():
             cluster = started.enter_context(
                 LocalCluster(
                     n_workers=size.workers,
@@ -104,7 +104,7 @@ def local_cluster(size: Size) -> Iterator[Client]:
 
 
 @contextmanager
-def _interrupted_afterwards() -> Iterator[None]:
+def _interrupts_delayed() -> Iterator[None]:
     """A context after which Ctrl-C takes effect: Dask cannot properly end a cluster that is half started.
 
     A second Ctrl-C takes effect at once.
@@ -112,19 +112,19 @@ def _interrupted_afterwards() -> Iterator[None]:
     if current_thread() is not main_thread():  # others are not interrupted
         yield
         return
-    seen: list[int] = []
+    signals: list[int] = []
 
-    def noted(number: int, _: object) -> None:
-        if seen:
+    def handler(number: int, _: object) -> None:
+        if signals:
             raise KeyboardInterrupt
-        seen.append(number)
+        signals.append(number)
 
-    before = signal.signal(signal.SIGINT, noted)
+    before = signal.signal(signal.SIGINT, handler)
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-    if seen:
+    if signals:
         raise KeyboardInterrupt
 
 

@@ -37,7 +37,7 @@ class Crew:
     @property
     def window(self) -> int:
         """The number of scenes that the scheduler should have: one per worker once memory ran out."""
-        return (1 if self.pauses.seen else SCENES_PER_WORKER) * max(1, self.running)
+        return (1 if self.pauses.reported else SCENES_PER_WORKER) * max(1, self.running)
 
     def submit(self, task: Callable[..., Receipt], *given: object, priority: int = 0) -> Future:
         """Submit a task."""
@@ -46,7 +46,7 @@ class Crew:
         future.add_done_callback(self.ended.put)
         return future
 
-    def endings(self) -> Iterator[Future]:
+    def completed(self) -> Iterator[Future]:
         """Yield tasks as they end, until none is left; raises Failure as `count`."""
         counted = perf_counter()
         while self.open:

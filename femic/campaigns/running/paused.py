@@ -22,7 +22,7 @@ class Pauses:
 
     on_message: Callable[[str], None]
     clock: Callable[[], float]
-    seen: bool = False  # whether workers have been paused for long
+    reported: bool = False  # whether workers have been paused for long
     _begin: float | None = field(default=None, init=False)  # when some were paused, without an end since
     _idle: float | None = field(default=None, init=False)  # when the last one had a task at work
 
@@ -32,8 +32,8 @@ class Pauses:
         self._begin = _since(self._begin, now) if paused else None
         stuck = bool(paused) and len(paused) == len(workers) and not any(map(_at_work, paused))
         self._idle = _since(self._idle, now) if stuck else None
-        if self._begin is not None and now - self._begin >= REPORTED_AFTER and not self.seen:
-            self.seen = True
+        if self._begin is not None and now - self._begin >= REPORTED_AFTER and not self.reported:
+            self.reported = True
             self.on_message(
                 f"{_counted(paused, workers)}: the campaign goes on with fewer tasks at once. If that lasts: "
                 f"{REMEDY}"

@@ -157,7 +157,7 @@ class _Run:
         self.start, self.waiting = perf_counter(), first
         crew = Crew(client, self.options.on_message)
         self._submit(crew)
-        for future in crew.endings():
+        for future in crew.completed():
             receipt = receipt_of(future)
             self._count(receipt)
             if future in self.listing:

@@ -82,8 +82,8 @@ def model_tasks(task: SceneTask, store: Store) -> dict[str, ModelTask]:
 
 def list_models(task: SceneTask, origin: Origin) -> Receipt:
     """List the models that a scene needs: those that scenes share are solved once. Raises Unusable."""
-    work = _Work.begun(origin)
-    with _alone():
+    work = _Work.begin(origin)
+    with _single_threaded():
         return replace(work.receipt(), needed=model_tasks(task, work.store))
 
 
@@ -92,8 +92,8 @@ def solve_models(task: ModelTask, origin: Origin) -> Receipt:
 
     Models that cannot be solved are no failure here: the task of the scene meets them again.
     """
-    work = _Work.begun(origin)
-    with _alone(), suppress(Failure, WrongInput):
+    work = _Work.begin(origin)
+    with _single_threaded(), suppress(Failure, WrongInput):
         if isinstance(task.job, MatrixJob):
             matrices({task.body: task.job}, work.options)
         else:
@@ -106,8 +106,8 @@ def compute_scene(task: SceneTask, origin: Origin, _models: object = None) -> Re
 
     A failure of the scene is stored, too: it would be the same again. Raises Unusable.
     """
-    work = _Work.begun(origin)
-    with _alone():
+    work = _Work.begin(origin)
+    with _single_threaded():
         parts = {kind: _part(task, kind, work) for kind in task.keys}
     return work.receipt(merged_outcome(parts).failure)
 
@@ -137,7 +137,7 @@ def worker_problem(origin: Origin) -> str:
         require_same_code(origin)
     except Unusable as error:
         return str(error)
-    with _alone():
+    with _single_threaded():
         shares_store = outcomes.get(Store(origin.store), PROBE) is not None
     if not shares_store:
         return (
@@ -148,7 +148,7 @@ def worker_problem(origin: Origin) -> str:
 
 
 @contextmanager
-def _alone() -> Iterator[None]:
+def _single_threaded() -> Iterator[None]:
     """A context with one BLAS thread, in which xarray locks files without asking the cluster."""
     with one_blas_thread(), dask.config.set(scheduler="synchronous"):
         yield
@@ -190,7 +190,7 @@ class _Work:
     reused: list[bool] = field(default_factory=list)  # by model: whether it was in the store
 
     @classmethod
-    def begun(cls, origin: Origin) -> "_Work":
+    def begin(cls, origin: Origin) -> "_Work":
         require_same_code(origin)
         return cls(Store(origin.store), perf_counter())
 

@@ -20,7 +20,7 @@ from femic.campaigns.results import registry
 from femic.campaigns.running.cluster import Size
 from femic.campaigns.running.run import Progress
 from femic.cli import scenes
-from femic.cli.campaign_progress import CampaignLines, campaign_shown
+from femic.cli.campaign_progress import CampaignLines, show_campaign
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.cli.progress import EVERY
 from femic.scenes.load import load_scene
@@ -241,7 +241,7 @@ def test_a_campaign_has_a_line_every_few_seconds_and_a_last_one():
     written, clock = [], iter([0.0, 0.0, 1.0, EVERY, EVERY, EVERY + 1, EVERY + 1])
     lines = CampaignLines(written.append, lambda: next(clock))
     for finished in (1, 2, 3, 4):
-        lines.tell(
+        lines.write_if_due(
             Progress(4, finished=finished, reused=0, models=5, models_reused=2, seconds=60.0 * finished)
         )
     assert written == [
@@ -253,7 +253,7 @@ def test_a_campaign_has_a_line_every_few_seconds_and_a_last_one():
 
 def test_on_a_terminal_there_is_a_bar():
     console = Console(file=StringIO(), force_terminal=True, width=150)
-    with campaign_shown(console) as told:
+    with show_campaign(console) as told:
         told(Progress(10, finished=3, reused=1, failed=1, models=5, seconds=20.0))
     text = re.sub("\x1b\\[[0-9;?]*[A-Za-z]", "", console.file.getvalue())
     assert "scenes (1 finished before, 1 failed; models: 5 solved, 0 times reused)" in text

@@ -101,7 +101,7 @@ USED = [(name, folder) for name, (_, folders) in COMMANDS.items() for folder in 
 def nothing_begins(tmp_path, monkeypatch):
     """In an empty folder, where work would be shown as begun."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("femic.cli.progress.shown", lambda _: pytest.fail("work began"))
+    monkeypatch.setattr("femic.cli.progress.show_progress", lambda _: pytest.fail("work began"))
 
 
 @pytest.mark.usefixtures("nothing_begins")

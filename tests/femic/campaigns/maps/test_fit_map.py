@@ -12,7 +12,7 @@ from compare.calibration.compute import Calibrated, target_from
 from femic.campaigns.dataset.collected import Collected
 from femic.campaigns.dataset.outcomes import Outcome
 from femic.campaigns.files.load import load_campaign
-from femic.campaigns.maps.fit_map import fit_at, left_out, open_fits
+from femic.campaigns.maps.fit_map import fit_at, leave_one_out, open_fits
 from femic.campaigns.results import calibration
 from femic.reference.run_options import Means
 from femic.scenes.errors import BadScene
@@ -82,7 +82,7 @@ def test_nothing_is_extrapolated(fits):
 
 def test_nodes_that_are_left_out_are_predicted_by_the_others(fits):
     """Every inner node along each axis, once; the map is nearly as good there as the node's own fit."""
-    tried = left_out(fits)
+    tried = leave_one_out(fits)
     assert tried.sizes["node"] == 3 + 3
     assert set(tried.flank.values[tried.along.values == "flank"]) == {30.0}
     assert set(tried.ratio.values[tried.along.values == "ratio"]) == {1.2}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.campaigns.maps.interpolation import KINK, Nodes, combined
+from femic.campaigns.maps.interpolation import KINK, Nodes, interpolate
 from geometries.errors import WrongInput
 
 PLACES = (0.0, 1.0, 2.5, 3.0, 5.0, 6.0)
@@ -12,14 +12,14 @@ AXIS = Nodes("flank", PLACES)
 
 def along(nodes, f, value):
     stencil = nodes.at(value)
-    return float(combined(f(np.array(nodes.values)[stencil.nodes]), [stencil]))
+    return float(interpolate(f(np.array(nodes.values)[stencil.nodes]), [stencil]))
 
 
 def error(nodes, f, value):
     """The largest error on left-out nodes near a value, as it counts."""
     values = f(np.array(nodes.values))
     return KINK * max(
-        abs(float(combined(values[stencil.nodes], [stencil])) - values[node])
+        abs(float(interpolate(values[stencil.nodes], [stencil])) - values[node])
         for node, stencil in nodes.left_out(value)
     )
 
@@ -112,7 +112,7 @@ def test_errors_hold_at_95_percent_of_random_places(kink):
 
 def at(axes, f, stencils):
     nodes = [np.array(axis.values)[stencil.nodes] for axis, stencil in zip(axes, stencils, strict=True)]
-    return float(combined(f(*np.meshgrid(*nodes, indexing="ij")), stencils))
+    return float(interpolate(f(*np.meshgrid(*nodes, indexing="ij")), stencils))
 
 
 def missed(axes, f, point):
@@ -147,7 +147,7 @@ def test_axes_are_combined_one_after_the_other():
     stencils = [first.at(1.2), second.at(3.3)]
     x, y = (np.array(n.values)[s.nodes] for n, s in zip((first, second), stencils, strict=True))
     values = (x[:, None] ** 2 * y**3)[..., None] * np.array([1.0, -2.0])
-    np.testing.assert_allclose(combined(values, stencils), 1.2**2 * 3.3**3 * np.array([1.0, -2.0]))
+    np.testing.assert_allclose(interpolate(values, stencils), 1.2**2 * 3.3**3 * np.array([1.0, -2.0]))
 
 
 @pytest.mark.parametrize("values", [(1.0, 2.0), (1.0, 3.0, 2.0), (1.0, 1.0, 2.0)])
