@@ -86,9 +86,9 @@ def _errors(dataset: xr.Dataset) -> Iterator[Field]:
 def _error_bounds(dataset: xr.Dataset) -> Iterator[Field]:
     """Errors of all ICs with the estimate of C, the worst over lines and components."""
     body = body_of(dataset)
-    estimates = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)
+    bounds = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)
     text = f"Error of the {body} ICs with the estimate of C: the worst over lines and components."
-    yield _error_field(estimates.expand_dims({COLUMN: [ANY]}), text)
+    yield _error_field(bounds.expand_dims({COLUMN: [ANY]}), text)
 
 
 def _error_field(errors: xr.DataArray, text: str) -> Field:

@@ -89,8 +89,8 @@ def below(dataset: xr.Dataset, fields: Sequence[Field]) -> str:
 def _has_crossings(dataset: xr.Dataset, fields: Sequence[Field]) -> bool:
     """Whether levels are exceeded along an axis of numbers."""
     axes = swept(axes_of(dataset))
-    ratings = any(field.rates_ics for field in fields)
-    return ratings and bool(axes) and is_grid(dataset) and main_axis(axes).is_number
+    rated = any(field.rates_ics for field in fields)
+    return rated and bool(axes) and is_grid(dataset) and main_axis(axes).is_number
 
 
 def cost(dataset: xr.Dataset) -> str:
