@@ -42,7 +42,7 @@ def run(name: str, **engine: object) -> tuple[Results, float]:
 
 
 def worst_share(results: Results, deviations: dict[str, np.ndarray]) -> float:
-    """Largest share of the scale of refinement over both bodies, lines and components."""
+    """Return largest share of the scale of refinement over both bodies, lines and components."""
     return max(
         component_of(share, c)
         for body in BODIES
@@ -77,7 +77,7 @@ def engines(tolerances: list[float]) -> None:
 
 
 def described(results: Results) -> tuple[str, str, str]:
-    """Unknowns of the largest model, memory, worst estimate of the results."""
+    """Return unknowns of the largest model, memory, worst estimate of the results."""
     models = [cost for body in BODIES for cost in results.references[body].models.values()]
     estimate = worst_share(results, {body: results.references[body].c.estimate for body in BODIES})
     return (

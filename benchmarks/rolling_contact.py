@@ -39,7 +39,7 @@ REPEATED = 3
 
 
 def curvatures() -> tuple[float, float]:
-    """Relative curvatures of the surfaces whose patch has these half-lengths."""
+    """Return relative curvatures of the surfaces whose patch has these half-lengths."""
     modulus = combined_modulus(STEEL, STEEL)
     along_x = along_s = 0.01
     for _ in range(200):

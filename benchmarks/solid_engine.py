@@ -51,12 +51,12 @@ def table(title: str, head: list[str], rows: Iterator[list[str]]) -> None:
 
 
 def solid_jobs(scene: str) -> dict[str, Job]:
-    """The jobs of a built-in scene by the solid engine."""
+    """Return the jobs of a built-in scene by the solid engine."""
     return jobs(load_scene(scene, {"engine": {"kind": "solid", "check": False}}))
 
 
 def with_cells(job: Job, factor: float) -> Job:
-    """A job with other cells to start with."""
+    """Return a job with other cells to start with."""
     return replace(job, settings=replace(job.settings, cells=job.first_cells.scaled(factor)))
 
 
@@ -71,7 +71,7 @@ def seconds_of(cost: Cost) -> float:
 
 
 def series(job: Job, levels: list[Level]) -> tuple[dict[Level, RawICs], dict[Level, np.ndarray], dict]:
-    """All models of some levels, and C and its estimate at each."""
+    """Return all models of some levels, and C and its estimate at each."""
     models: dict[Level, RawICs] = {}
     for level in levels:
         for needed in level.models(SOLID.estimate.models).values():
@@ -82,7 +82,7 @@ def series(job: Job, levels: list[Level]) -> tuple[dict[Level, RawICs], dict[Lev
 
 
 def accuracy_rows(job: Job, levels: list[Level], truth: np.ndarray | None = None) -> Iterator[list[str]]:
-    """Error and estimate of each level in percent, worst of the two lines; truth: else the last level's C."""
+    """Yield error (against the truth, or C of the last level) and estimate of each level in percent."""
     models, ic, estimate = series(job, levels)
     c = ic[levels[-1]] if truth is None else truth
     for level in levels:
@@ -191,7 +191,7 @@ def runs() -> None:
 
 
 def run(scene: str, out: str) -> float:
-    """Wall seconds of `femic run` as a process of its own."""
+    """Return wall seconds of `femic run` as a process of its own."""
     start = perf_counter()
     command = [sys.executable, "-m", "femic", "run", scene, "--out", out]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)

@@ -31,7 +31,7 @@ class Mutant:
 
 
 def sample(module: str, most: int) -> list[Mutant]:
-    """The same mutants of a module each time."""
+    """Return the same mutants of a module each time."""
     code = (ROOT / module).read_text(encoding="utf-8")
     found = places(code)
     Random(f"{SEED} {module}").shuffle(found)
@@ -46,7 +46,7 @@ def sample(module: str, most: int) -> list[Mutant]:
 
 
 def places(code: str) -> list[tuple[str, int, int]]:
-    """Operators, their occurrences and lines where what they change is no word."""
+    """Return operators, their occurrences and lines where what they change is no word."""
     left_out, nodes = spans_of_words(code), list(ast_nodes(get_ast(code)))
     found = []
     for name, operator in operators().items():
@@ -64,7 +64,7 @@ def mutated(code: str, operator: str, occurrence: int) -> str:
 
 
 def changed_lines(before: str, after: str) -> tuple[str, str] | None:
-    """The lines that differ, before and after; None if none does."""
+    """Return the lines that differ, before and after; None if none does."""
     matching = difflib.SequenceMatcher(None, before.splitlines(), after.splitlines(), autojunk=False)
     apart = [code for code in matching.get_opcodes() if code[0] != "equal"]
     if not apart:
@@ -75,7 +75,7 @@ def changed_lines(before: str, after: str) -> tuple[str, str] | None:
 
 
 def spans_of_words(code: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
-    """From where to where the code only says something: types, docstrings, texts, what is raised, logged."""
+    """Return the spans of code without effect on results: types, docstrings, texts, errors, logs."""
     spans = []
     for node in ast.walk(ast.parse(code)):
         for part in _words(node):

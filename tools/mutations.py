@@ -130,7 +130,7 @@ def borrowed(trees: Queue[Path]) -> Iterator[Path]:
 
 
 def baseline(trees: Queue[Path], tests: tuple[str, ...]) -> float:
-    """Seconds of some tests, which must pass as the code is."""
+    """Return seconds of some tests, which must pass as the code is."""
     with borrowed(trees) as tree:
         start = perf_counter()
         if run_tests(tree, tests, None) != 0:
@@ -153,7 +153,7 @@ def trial_in(trees: Queue[Path], mutant: Mutant, tests: tuple[str, ...], limit: 
 
 
 def run_tests(tree: Path, tests: tuple[str, ...], limit: float | None) -> int | None:
-    """Exit code of pytest, 0: all passed; None where it did not end in time."""
+    """Return exit code of pytest, 0: all passed; None where it did not end in time."""
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", *tests]
     process = subprocess.Popen(
         command,

@@ -52,7 +52,7 @@ class CampaignLines:
 
 
 def counts(progress: Progress) -> str:
-    """Text about the scenes and models of a campaign."""
+    """Return text about the scenes and models of a campaign."""
     return (
         f"{progress.reused} finished before, {progress.failed} failed; models: {progress.models} solved, "
         f"{progress.models_reused} times reused"
@@ -60,7 +60,7 @@ def counts(progress: Progress) -> str:
 
 
 def time_left(progress: Progress) -> str:
-    """Text about the time that is left; "" where it is not known, and at the end."""
+    """Return text about the time that is left; "" where it is not known, and at the end."""
     seconds = progress.seconds_left
     if not seconds:
         return ""

@@ -18,7 +18,7 @@ LONGEST_NAME = 100  # of a file
 
 
 def write_scenes(campaign: Campaign, name: str, folder: Path) -> list[Path]:
-    """The files of the scenes at some points, in a folder; raises BadScene before any is written.
+    """Return the files of the scenes at some points, in a folder; raise BadScene before any is written.
 
     They are as the campaign computes them, without the check by the other engine.
     """
@@ -32,13 +32,13 @@ def write_scenes(campaign: Campaign, name: str, folder: Path) -> list[Path]:
 
 
 def _without_check(table: dict[str, Any]) -> dict[str, Any]:
-    """The table of a scene without the check by the other engine."""
+    """Return the table of a scene without the check by the other engine."""
     engine = table.get("engine", {})
     return table | {"engine": engine | {"check": False}} if engine.get("check") else table
 
 
 def scenes_of(argument: str, results: Path) -> dict[str, str | None]:
-    """The scenes that an argument stands for, and where models of each are kept; None: nowhere yet.
+    """Return the scenes that an argument stands for, and where models of each are kept; None: nowhere yet.
 
     They are itself, or files of points of a campaign such as CAMPAIGN.toml@flank=30, of whose models the
     campaign has kept some.

@@ -124,13 +124,13 @@ class Lines:
 
 
 def task_text(task: Task) -> str:
-    """Text that names the model of a task."""
+    """Return text that names the model of a task."""
     cells, domain = factors(task.level)
     return f"  {task.job} body, cells x {cells:.3g}, domain x {domain:.3g}"
 
 
 def step_text(step: Step) -> str:
-    """Text about the step that a model is at."""
+    """Return text about the step that a model is at."""
     if not step.wavenumbers:
         return step.stage
     if step.expected is None or step.wavenumbers > step.expected:
@@ -139,7 +139,7 @@ def step_text(step: Step) -> str:
 
 
 def model_text(solved: Solved) -> str:
-    """Text about a finished model: what it took."""
+    """Return text about a finished model: what it took."""
     cost = solved.model.cost
     took = "stored by an earlier run" if solved.cached else f"{sum(cost.seconds.values()):.1f} s"
     return f"{task_text(solved.task)}: {cost.unknowns:,} unknowns, {took}"

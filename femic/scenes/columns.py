@@ -42,7 +42,7 @@ def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 
 def _length(cell: str, line: int) -> float:
-    """A number of a cell."""
+    """Return a number of a cell."""
     try:
         value = float(cell)
     except ValueError:

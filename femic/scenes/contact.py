@@ -76,7 +76,7 @@ def contact_of(table: ContactKeys) -> ContactSpecification:
 
 
 def _extra_gap(path: Path | None) -> ExtraGap | None:
-    """The gap of a file; raises BadScene for other files."""
+    """Return the gap of a file; raise BadScene for other files."""
     if path is None:
         return None
     try:

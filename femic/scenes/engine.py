@@ -145,7 +145,7 @@ def _limit_misfits(scene: Scene) -> Iterator[str]:
 
 
 def _use(capable: Iterable[Engine]) -> str:
-    """The remedy: use one of the engines that are capable of it."""
+    """Return the remedy: use one of the engines that are capable of it."""
     names = [repr(engine.name) for engine in capable]
     return f"use engine.kind = {' or '.join(names)} (without check)" if names else "no engine goes"
 

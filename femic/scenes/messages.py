@@ -24,7 +24,7 @@ REMEDIES: Mapping[str, str] = {
 
 
 def messages(details: Sequence[ErrorDetails]) -> list[str]:
-    """Errors of validation as lines, one per value.
+    """Return errors of validation as lines, one per value.
 
     Where a value may be of several types, only errors of its own type are listed, or of all types.
     """
@@ -47,7 +47,7 @@ def _is_about_container(detail: ErrorDetails) -> bool:
 
 
 def in_keys(message: object) -> str:
-    """A message of `femic` for the user: its `names` become keys of a scene file or options of commands."""
+    """Return a message in which `names` are keys of a scene file or options of commands."""
     text = re.sub(r"`workers` = (\d+)", r"--workers \1", str(message))
     return re.sub(r"`(\w+)`", lambda match: _key_of(match[1]), text)
 
@@ -64,7 +64,7 @@ def _field(detail: ErrorDetails) -> str:
 
 
 def message(detail: ErrorDetails) -> str:
-    """One error as a line: field = value: what is wrong; remedy."""
+    """Return one error as a line: field = value: what is wrong; remedy."""
     field = _field(detail)
     kind = detail["type"]
     if kind == "extra_forbidden":
@@ -78,7 +78,7 @@ def message(detail: ErrorDetails) -> str:
 
 
 def _reason(detail: ErrorDetails) -> str:
-    """What is wrong with a value."""
+    """Return what is wrong with a value."""
     for limit, words in LIMITS.items():
         if limit in detail.get("ctx", {}):
             return f"Input should be {words} {detail['ctx'][limit]:g}"
@@ -90,7 +90,7 @@ def _shown(value: object) -> str:
 
 
 def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
-    """The location without the names of union members that pydantic inserts."""
+    """Yield the location without the names of union members that pydantic inserts."""
     for k, part in enumerate(location):
         previous = location[k - 1] if k else None
         is_line_kind = isinstance(previous, int) and part in {"x", "s"} and location[0] == "lines"
@@ -100,5 +100,5 @@ def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
 
 
 def _keys() -> set[str]:
-    """All keys that any table of a scene file may have."""
+    """Return all keys that any table of a scene file may have."""
     return {key for table in tables() for key in table.model_fields}

@@ -34,7 +34,7 @@ def _require_shallow(table: dict[str, Any]) -> None:
 
 
 def _entries(outer: Any) -> list[Any]:
-    """The tables and lists in a table or list."""
+    """Return the tables and lists in a table or list."""
     inside = outer.values() if isinstance(outer, dict) else outer
     return [inner for inner in inside if isinstance(inner, dict | list)]
 

@@ -47,7 +47,7 @@ class Kind:
 def of_files(
     change: Callable[[Path, int, int], Iterator[Outcome]],
 ) -> Callable[[Place, int, int], Iterator[Outcome]]:
-    """Attacks by files in a folder of their own."""
+    """Return attacks by files in a folder of their own."""
 
     def attack(_: Place, count: int, seed: int) -> Iterator[Outcome]:
         with TemporaryDirectory() as folder:

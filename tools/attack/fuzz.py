@@ -48,7 +48,7 @@ ODD_LINES = ("[" * 3000, "x = 1" + "0" * 5000, "[[lower]]", "= 3", '"', "lower.E
 
 
 def scenes(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
-    """Scenes: read, with all checks before any work; some are planned."""
+    """Yield scenes: read, with all checks before any work; some are planned."""
     bases = [listing(name) for name in builtin_names()] + [
         FILES[name] for name in ("mine.toml", "rolls.toml", "pressed.toml")
     ]
@@ -70,7 +70,7 @@ def _checked(path: Path, *, plan: bool) -> str:
 
 
 def campaigns(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
-    """Campaigns: read, with all scenes that are checked before any work."""
+    """Yield campaigns: read, with all scenes that are checked before any work."""
     examples = Path(__file__).parents[2] / "examples"
     bases = [path.read_text(encoding="utf-8") for path in examples.glob("*.toml")]
     bases += [
@@ -92,7 +92,7 @@ def _computable(path: Path) -> str:
 
 
 def tables(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
-    """Tables of points (CSV): each is read as it says, or refused."""
+    """Yield tables of points (CSV): each is read as it says, or refused."""
     campaign = folder / "table.toml"
     campaign.write_text(
         'scene = "flat"\npoints = "points.csv"\n[sweep.nu]\nkeys = ["lower.nu", "upper.nu"]\n'
@@ -121,7 +121,7 @@ def _read_table(path: Path, meant: list[list[float]] | None) -> str:
 
 
 def _changed_table(rows: list[list[str]], chance: random.Random) -> tuple[bytes, list[list[float]] | None]:
-    """A table as bytes, and the numbers that it means if it is read at all; None where that is not known."""
+    """Return a table as bytes, and its numbers if it can be read; None where that is unclear."""
     names, mark, end = ["nu", "E"], chance.choice(",,,;\t"), chance.choice(("\n", "\r\n"))
     meant: list[list[float]] | None = [[float(cell) for cell in row] for row in rows]
     table, never = [names, *rows], [[float("nan")]]  # `never`: must be refused
@@ -169,7 +169,7 @@ def _changed_table(rows: list[list[str]], chance: random.Random) -> tuple[bytes,
 
 
 def gaps(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
-    """Gap files: the distance with them is finite; some are solved with A."""
+    """Yield gap files: the distance with them is finite; some are solved with A."""
     text = FILES["mine.toml"].replace('["A", "Bhat", "C"]', '["A"]')
     scene = folder / "gap.toml"
     scene.write_text(f'{text}extra_gap = "gap.txt"\n', encoding="utf-8")
@@ -192,7 +192,7 @@ def _with_gap(path: Path, *, solve: bool) -> str:
 
 
 def _gap_file(chance: np.random.Generator) -> str:
-    """Points x, s, gap: scattered, on a grid, on a line, twice, nearly on a line, few; of any size."""
+    """Return points x, s, gap: scattered, on a grid, on a line, twice, nearly on a line, few; of any size."""
     n = int(chance.integers(1, 30))
     x, s = chance.uniform(-5, 5, (2, n))
     gap = chance.uniform(-0.02, 0.02, n)
@@ -228,7 +228,7 @@ def _gap_file(chance: np.random.Generator) -> str:
 
 @cache
 def _words_by_key(*texts: str) -> Mapping[str, list[str]]:
-    """All words that keys have in some tables."""
+    """Return all words that keys have in some tables."""
     found: dict[str, set[str]] = {}
 
     def collect(key: str, value: Any) -> None:
@@ -244,7 +244,7 @@ def _words_by_key(*texts: str) -> Mapping[str, list[str]]:
 
 
 def _changed(bases: Sequence[str], chance: random.Random) -> str:
-    """The text of one of some tables with some changes; now and then of the text itself."""
+    """Return the text of one of some tables with some changes; now and then of the text itself."""
     text = chance.choice(bases)
     if chance.random() < 0.1:
         lines = text.splitlines()
@@ -275,7 +275,7 @@ def _change(table: Any, name: str, words: Mapping[str, list[str]], chance: rando
 
 
 def _gently(value: Any, words: Sequence[str], chance: random.Random) -> Any:
-    """Another value of the same type."""
+    """Return another value of the same type."""
     match value:
         case bool():
             return not value
@@ -311,7 +311,7 @@ def _roughly(value: Any, chance: random.Random) -> Any:
 
 
 def outcome(attack: str, read: Callable[[], str]) -> Outcome:
-    """What femic answers where a file is read: taken, or refused with a message."""
+    """Return what femic answers where a file is read: taken, or refused with a message."""
     printed = io.StringIO()
     try:
         with limited(), redirect_stdout(printed), redirect_stderr(printed):

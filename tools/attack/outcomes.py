@@ -19,7 +19,7 @@ class Outcome:
 
 
 def row(kind: str, meaning: str, outcomes: Iterable[Outcome]) -> dict[str, Any]:
-    """The row of a kind of attacks: how many, the answers, and what falls short."""
+    """Return the row of a kind of attacks: how many, the answers, and what falls short."""
     outcomes = list(outcomes)
     short = [one for one in outcomes if one.short]
     return {
@@ -33,7 +33,7 @@ def row(kind: str, meaning: str, outcomes: Iterable[Outcome]) -> dict[str, Any]:
 
 
 def text_of_rows(rows: Iterable[dict[str, Any]]) -> str:
-    """The table as text."""
+    """Return the table as text."""
     lines = []
     for one in rows:
         answers = ", ".join(f"{count} {answer}" for answer, count in one["answers"].items())

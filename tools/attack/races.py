@@ -35,7 +35,7 @@ def races(place: Place, count: int, seed: int, commands: Sequence[Command] = COM
 
 
 def _assessed(reference: Path, at: Path, command: Command, ended: Ended) -> tuple[str, str]:
-    """How a command ended, and what falls short."""
+    """Return how a command ended, and what falls short."""
     if ended.code == 1 and ANOTHER in ended.text and not ended.trouble:
         return "refused", ""
     return "done", ended.failure or command.differences(at, reference)

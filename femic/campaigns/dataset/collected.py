@@ -148,7 +148,7 @@ class Collected:
         return self.path
 
     def _in_memory(self) -> xr.Dataset:
-        """The dataset with all variables."""
+        """Return the dataset with all variables."""
         self._arrays.flush()
         swept = swept_dims(self.campaign)
         variables = {
@@ -158,7 +158,7 @@ class Collected:
         return self._signed(self._frame().assign(variables))
 
     def _signed(self, frame: xr.Dataset) -> xr.Dataset:
-        """The frame with attributes, among them the digest of all that is not of a scene."""
+        """Return the frame with attributes, among them the digest of all that is not of a scene."""
         attributes = attributes_of(self.campaign, self.code) | {
             "computed": int(np.sum(~np.isnan(self.seconds))) - len(self.failures),
             "failed": len(self.failures),
@@ -220,7 +220,7 @@ class Collected:
         self.checksums[number] = self._checksum(outcome, digest)
 
     def _checksum(self, outcome: Outcome, digest: int) -> np.uint64:
-        """The checksum of a scene, with its values as they are stored."""
+        """Return the checksum of a scene, with its values as they are stored."""
         numbers = [
             value_checksums(str(name), outcome.dataset[name].values.astype(variable.dtype))
             for name, variable in self.template.data_vars.items()
@@ -230,7 +230,7 @@ class Collected:
         return np.sum([*numbers, *outcome_checksums([outcome.failure], seconds, digests)], dtype=np.uint64)
 
     def _frame(self) -> xr.Dataset:
-        """Coordinates, failures and seconds."""
+        """Return coordinates, failures and seconds."""
         campaign, swept = self.campaign, swept_dims(self.campaign)
         failure = np.full(campaign.size, "", dtype=object)
         failure[list(self.failures)] = list(self.failures.values())
@@ -243,7 +243,7 @@ class Collected:
         return frame.set_coords([DIGEST, CHECKSUM])
 
     def _labels(self) -> dict[str, Any]:
-        """The coordinates of the dims that scenes have by themselves."""
+        """Return the coordinates of the dims that scenes have by themselves."""
         return {
             str(dim): _numbered(str(dim), labels.size) if dim in self._differing else labels
             for dim, labels in self.template.coords.items()
@@ -251,7 +251,7 @@ class Collected:
 
 
 def _numbered(dim: str, size: int) -> list[str]:
-    """Labels of a dim without labels of its own."""
+    """Return labels of a dim without labels of its own."""
     return [f"{dim} {number}" for number in range(size)]
 
 

@@ -83,7 +83,7 @@ def with_free_text(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def _values(values: Iterable[Any]) -> np.ndarray[Any, Any]:
-    """Values of an axis: numbers, or else text."""
+    """Return values of an axis: numbers, or else text."""
     listed = list(values)
     return np.array(listed, dtype=float) if all(map(is_number, listed)) else np.array(list(map(str, listed)))
 
@@ -99,5 +99,5 @@ def _described(axis: Axis) -> dict[str, Any]:
 
 
 def _keys_of(axes: str) -> list[tuple[str, dict[str, float | None]]]:
-    """Names and keys of axes from their attribute."""
+    """Return names and keys of axes from their attribute."""
     return [(axis["name"], axis["keys"]) for axis in json.loads(axes)]

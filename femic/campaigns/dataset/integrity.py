@@ -95,12 +95,12 @@ def verified(path: Path, dataset: xr.Dataset) -> Verified:
 
 
 def _differing(dataset: xr.Dataset, sums: Checksums) -> Mask:
-    """Where sums over variables, with the numbers of outcomes, are not the checksums of finished scenes."""
+    """Return where the checksums of variables and outcomes do not sum up to those of finished scenes."""
     failures, seconds, digests = (dataset[name].values.ravel() for name in ("failure", "seconds", "digest"))
     totals = sums + outcome_checksums(map(str, failures), seconds, digests).reshape(sums.shape)
     return np.asarray(_finished(dataset) & (totals != dataset[CHECKSUM].values))
 
 
 def _finished(dataset: xr.Dataset) -> Mask:
-    """Which scenes have a checksum or a digest."""
+    """Return which scenes have a checksum or a digest."""
     return np.asarray((dataset.digest.values != 0) | (dataset[CHECKSUM].values != 0))

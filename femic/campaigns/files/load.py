@@ -42,7 +42,7 @@ MOST_AXES = 32  # of a grid
 
 
 def load_campaign(path: Path) -> Campaign:
-    """Load the campaign of a TOML file; raises BadScene before any work.
+    """Load the campaign of a TOML file; raise BadScene before any work.
 
     Scenes at the first point and at the ends of each axis are built, to see whether keys and values fit.
     """
@@ -86,7 +86,7 @@ def _parsed(given: dict[str, Any], path: Path) -> CampaignFile:
 
 
 def _axes(parsed: CampaignFile, path: Path) -> tuple[Axis, ...]:
-    """The axes; raises BadScene where a grid is too large."""
+    """Return the axes; raise BadScene where a grid is too large."""
     is_grid, axes = parsed.points == "all", []
     for name, table in parsed.sweep.items():
         try:
@@ -109,7 +109,7 @@ def _axis(name: str, table: AxisTable, *, is_grid: bool) -> Axis:
 
 
 def _values(table: AxisTable) -> Point:
-    """The values of an axis of a grid; raises BadScene where a range gives one value twice."""
+    """Return the values of an axis of a grid; raise BadScene where a range gives one value twice."""
     if table.start is None or table.to is None or table.count is None:
         return table.values
     values = (table.start, *map(table.between, np.linspace(0, 1, table.count)[1:-1].tolist()), table.to)
@@ -119,7 +119,7 @@ def _values(table: AxisTable) -> Point:
 
 
 def _listed(parsed: CampaignFile, path: Path) -> list[Point]:
-    """The points of a campaign that is not a grid."""
+    """Return the points of a campaign that is not a grid."""
     if parsed.points == "all":
         return []
     if parsed.points == "random":
@@ -131,7 +131,7 @@ def _listed(parsed: CampaignFile, path: Path) -> list[Point]:
 
 
 def _random(parsed: CampaignFile) -> list[Point]:
-    """Points of a scrambled Sobol sequence, whose first points cover the ranges, too."""
+    """Return points of a scrambled Sobol sequence, whose first points cover the ranges, too."""
     sequence = scipy.stats.qmc.Sobol(len(parsed.sweep), rng=parsed.seed)
     shares = sequence.random_base2(int(np.ceil(np.log2(max(parsed.samples, 2)))))[: parsed.samples]
     columns = []

@@ -22,7 +22,7 @@ BY = ("map", "own", "Bhat")  # fit of C from other nodes, own fit, no fit
 
 
 def open_fits(path: Path) -> SceneGrid:
-    """Open the dataset of a campaign that kept "calibration"; raises BadScene for others."""
+    """Open the dataset of a campaign that kept "calibration"; raise BadScene for others."""
     return open_grid(path, "calibration", ("fit_c",))
 
 
@@ -73,7 +73,7 @@ def _deviations(fits: SceneGrid, along: int, node: tuple[int, ...], body: str) -
 
 
 def _point(fits: SceneGrid, node: Sequence[int]) -> list[float]:
-    """The values of the axes at a node."""
+    """Return the values of the axes at a node."""
     return [axis.values[k] for axis, k in zip(fits.axes, node, strict=True)]
 
 
@@ -83,7 +83,7 @@ def _measured(target: Target, ics: Array) -> tuple[float, float]:
 
 
 def _target(fits: SceneGrid, point: Sequence[float], stencils: list[Stencil], body: str) -> Target:
-    """C of stencils as the target of a fit at a point."""
+    """Return C of stencils as the target of a fit at a point."""
     scene = fits.scene(point)
     place = list(fits.dataset.fitted_body.values).index(body)
     values = interpolate(fits.at_nodes("fit_c", stencils), stencils)[place]

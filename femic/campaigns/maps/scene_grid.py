@@ -41,11 +41,11 @@ class SceneGrid:
         return ", ".join(axis.name for axis in self.axes)
 
     def stencils(self, point: Sequence[float]) -> list[Stencil]:
-        """Return the stencil of a point along each axis; raises WrongInput outside the map."""
+        """Return the stencil of a point along each axis; raise WrongInput outside the map."""
         return [axis.at(value) for axis, value in zip(self.axes, point, strict=True)]
 
     def scene(self, point: Sequence[float]) -> Scene:
-        """Return the scene at a point; raises BadScene."""
+        """Return the scene at a point; raise BadScene."""
         table = json.loads(json.dumps(self.table))
         for axis, keys, value in zip(self.axes, self.keys, point, strict=True):
             for key, factor in keys.items():
@@ -79,7 +79,7 @@ class SceneGrid:
         self._undamaged.update(places)
 
     def _missing(self, name: str, nodes: Mapping[str, Any]) -> str:
-        """The message about the first scene without results."""
+        """Return the message about the first scene without results."""
         chosen = self.dataset[[name, "failure", CHECKSUM]].isel(nodes)
         others = [dim for dim in chosen[name].dims if dim not in nodes]
         known = chosen[name].notnull().all(others) & (chosen[CHECKSUM] != 0)

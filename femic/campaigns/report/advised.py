@@ -52,11 +52,11 @@ class Advice:
         return Scale(norm, ListedColormap(self.colours))
 
     def at(self, **places: int) -> "Advice":
-        """The advice at some places of swept dims."""
+        """Return the advice at some places of swept dims."""
         return Advice(self.numbers.isel(places), self.names)
 
     def counts(self) -> dict[str, int]:
-        """The numbers of scenes by advised ICs."""
+        """Return the numbers of scenes by advised ICs."""
         counts = {label: int((self.numbers == k).sum()) for k, label in enumerate(self.labels)}
         return {label: count for label, count in counts.items() if count}
 

@@ -102,12 +102,12 @@ class ShownAxis:
             ruler.set_minor_locator(NullLocator())
 
     def _room(self, which: str) -> float:
-        """The room of a tick of an x or y axis, over the length of the axis."""
+        """Return the room of a tick of an x or y axis, over the length of the axis."""
         ends = np.min(self.values), np.max(self.values)
         return max(len(text_of(value)) + 1 for value in ends) * LETTER if which == "x" else LINE
 
     def _ticks(self, which: str) -> list[float]:
-        """Ticks of an x or y axis: every value, every second, ... as room permits, or the outermost ones."""
+        """Return ticks of an x or y axis: every value, every second, ... as room permits, or both ends."""
         values = np.unique(self.values)
         at, last = np.log(values) if self.is_logarithmic else values, len(values) - 1
         room = self._room(which)

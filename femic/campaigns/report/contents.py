@@ -62,7 +62,7 @@ def fields_of(dataset: xr.Dataset) -> list[Field]:
 
 
 def _errors(dataset: xr.Dataset) -> Iterator[Field]:
-    """Errors of all ICs, the worst over the lines, of components that do not vanish by symmetry."""
+    """Yield errors of all ICs, the worst over the lines, of components that do not vanish by symmetry."""
     body, columns = body_of(dataset), {}
     of_body = dataset[["error", "vanishes"]].sel(body=body, drop=True).drop_attrs()
     for component in SHOWN_ORDER:
@@ -84,7 +84,7 @@ def _errors(dataset: xr.Dataset) -> Iterator[Field]:
 
 
 def _error_bounds(dataset: xr.Dataset) -> Iterator[Field]:
-    """Errors of all ICs with the estimate of C, the worst over lines and components."""
+    """Yield errors of all ICs with the estimate of C, the worst over lines and components."""
     body = body_of(dataset)
     bounds = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)
     text = f"Error of the {body} ICs with the estimate of C: the worst over lines and components."
@@ -92,14 +92,14 @@ def _error_bounds(dataset: xr.Dataset) -> Iterator[Field]:
 
 
 def _error_field(errors: xr.DataArray, text: str) -> Field:
-    """Errors of approximations, with those of C as their floor."""
+    """Return errors of approximations, with those of C as their floor."""
     approximations = [name for name in map(str, errors[ROW].values) if not name.startswith(C)]
     floor = errors.sel({ROW: C}, drop=True)
     return Field("errors", "error", "errors", text, errors.sel({ROW: approximations}), floor)
 
 
 def _contact(dataset: xr.Dataset) -> Iterator[Field]:
-    """Numbers of the contact with each of the ICs over those with the reference, and the latter."""
+    """Yield numbers of the contact with each of the ICs over those with the reference, and the latter."""
     numbers = [name for name in (*RATIOS, *SHARES) if name in dataset and "ics" in dataset[name].dims]
     if not numbers:
         return
@@ -124,7 +124,7 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
 
 
 def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, over: str) -> Field:
-    """Numbers of the contact with other ICs than the reference over those with it."""
+    """Return numbers of the contact with other ICs than the reference over those with it."""
     deviations, estimates = zip(
         *(_relative_deviations(dataset, name, reference) for name in numbers), strict=True
     )
@@ -143,7 +143,7 @@ def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, ove
 
 
 def _relative_deviations(dataset: xr.Dataset, name: str, reference: str) -> tuple[xr.DataArray, xr.DataArray]:
-    """Deviations of a number of the contact from the reference's, and the estimate of the latter."""
+    """Return deviations of a number of the contact from the reference's, and the estimate of the latter."""
     values = dataset[name].drop_attrs()
     reference_values = values.sel(ics=reference, drop=True)
     unit = xr.ones_like(reference_values) if name in SHARES else reference_values.where(reference_values != 0)
@@ -164,7 +164,7 @@ def _symbol(name: str) -> str:
 
 
 def _calibration(dataset: xr.Dataset) -> Iterator[Field]:
-    """Fitted parameters, and deviations of B-hat-prime with them from C, by fitted body."""
+    """Yield fitted parameters, and deviations of B-hat-prime with them from C, by fitted body."""
     labels: Mapping[str, str] = {"fitted_body": ROW, "parameter": COLUMN}
     yield Field(
         "fits",

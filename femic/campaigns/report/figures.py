@@ -99,7 +99,7 @@ def _by_third(axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[tuple
 
 
 def _left_out(field: Field, axes: Sequence[ShownAxis]) -> str:
-    """A note on the scenes that figures of three axes and more leave out."""
+    """Return a note on the scenes that figures of three axes and more leave out."""
     third, *rest = axes[2:]
     shown = len(evenly_spaced(len(third.values), MOST_MULTIPLES))
     text = f"A row per value of {third.name}, {shown} of {len(third.values)}; the file has all."
@@ -129,7 +129,7 @@ def _cloud_parts(field: Field, axes: Sequence[ShownAxis]) -> Iterator[Part]:
 
 
 def _advice_part(advice: Advice, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Part:
-    """The part on advised ICs, over one axis, two or three, or as points."""
+    """Return the part on advised ICs, over one axis, two or three, or as points."""
     heading = "Which ICs are good enough"
     text = "The cheapest ICs whose error, with the estimate of C, is at most `ics_tolerance`."
     if "sample" in failed.dims:

@@ -53,7 +53,7 @@ class Plane:
         return np.asarray(self.over(self.failing), dtype=bool)
 
     def over(self, values: xr.DataArray) -> Array:
-        """Numbers over the plane, (n_across, n_up)."""
+        """Return numbers over the plane, (n_across, n_up)."""
         in_order = values.transpose(self.across.name, *([] if self.up is STRIP else [self.up.name]))
         return np.asarray(in_order.values.reshape(len(self.across.values), len(self.up.values)))
 
@@ -67,7 +67,7 @@ class MapRow:
     plane: Plane
 
     def values(self, column: str) -> Array:
-        """The numbers of a map, (n_across, n_up)."""
+        """Return the numbers of a map, (n_across, n_up)."""
         return self.plane.over(self.field.values.sel({COLUMN: column}).isel({ROW: 0}))
 
 
@@ -78,7 +78,7 @@ def maps(rows: Sequence[MapRow]) -> Iterator[Figure]:
 
 
 def _figure(rows: Sequence[MapRow], columns: list[str]) -> Figure:
-    """One figure; values have a scale per column, other numbers a common scale."""
+    """Return one figure; values have a scale per column, other numbers a common scale."""
     first = rows[0]
     common = first.field.rates_ics
     scales = {
@@ -210,7 +210,7 @@ def gap_handles(planes: Sequence[Plane], shown: Sequence[Array]) -> list[Artist]
 
 
 def _parted(columns: list[str]) -> list[list[str]]:
-    """Columns in groups of at most `COLUMNS`, about equally many."""
+    """Return columns in groups of at most `COLUMNS`, about equally many."""
     count = -(-len(columns) // COLUMNS)
     size = -(-len(columns) // count)
     return [columns[start : start + size] for start in range(0, len(columns), size)]

@@ -65,7 +65,7 @@ def judgement(dataset: xr.Dataset, field: Field) -> Iterator[str]:
 
 
 def _counted(dataset: xr.Dataset) -> str:
-    """The numbers of scenes, and the ranges of the axes."""
+    """Return the numbers of scenes, and the ranges of the axes."""
     scenes, computed, failed = (int(dataset.attrs[name]) for name in ("scenes", "computed", "failed"))
     ranges = listed(_range(axis) for axis in axes_of(dataset))
     missing = scenes - computed - failed
@@ -85,7 +85,7 @@ def _range(axis: ShownAxis) -> str:
 
 
 def _failing(dataset: xr.Dataset, field: Field) -> str:
-    """The columns in which numbers of the only row exceed `REPORTED`, and where in the worst of them."""
+    """Return the columns whose numbers in the only row exceed `REPORTED`, and the place in the worst one."""
     sizes = field.sizes.isel({ROW: 0})
     known = known_count(sizes.max(COLUMN))
     largest = {column: float(sizes.sel({COLUMN: column}).max()) for column in field.columns}
@@ -110,7 +110,7 @@ def _failing(dataset: xr.Dataset, field: Field) -> str:
 
 
 def _where(dataset: xr.Dataset, sizes: xr.DataArray) -> str:
-    """Where numbers of a row and column exceed `REPORTED`: along an axis, at extremes of the others."""
+    """Return where numbers exceed `REPORTED`: along an axis, at extremes of the others."""
     axes = axes_of(dataset)
     if not swept(axes):
         return "there"

@@ -89,7 +89,7 @@ def correlation_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
 
 
 def _rows(field: Field, cells: Callable[[xr.DataArray], list[Cell]]) -> list[Row]:
-    """Rows by column and row of a field, with cells for the sizes of each."""
+    """Return rows by column and row of a field, with cells for the sizes of each."""
     return [
         Row(f"{column}, {label_of(row)}", cells(field.sizes.sel({COLUMN: column, ROW: row})))
         for column, row in product(field.columns, field.rows)

@@ -51,7 +51,7 @@ def cheapest(bounds: Array, seconds: Array, tolerance: float) -> int:
 
 
 def _error_bounds(results: Results, body: str) -> list[float]:
-    """Bounds of the errors of all ICs of a body, the worst over lines and components; C: its estimate."""
+    """Return error bounds of all ICs of a body, the worst over lines and components; of C its estimate."""
     measure, c = measure_of(results, body), reference_of(results, body)
     floor = _worst(results, measure.shares(c.estimate))
     bounds = {
@@ -63,7 +63,7 @@ def _error_bounds(results: Results, body: str) -> list[float]:
 
 
 def _worst(results: Results, shares: Mapping[str, Array]) -> Array:
-    """The largest share over the lines by component of the scene, (n_components,)."""
+    """Return the largest share over the lines by component of the scene, (n_components,)."""
     largest = np.max(list(shares.values()), axis=0)
     return np.array([component_of(largest, component) for component in results.scene.components])
 

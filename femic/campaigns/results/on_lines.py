@@ -41,7 +41,7 @@ def jobs_on_lines(scene: Scene) -> list[Jobs]:
 
 
 def _errors(results: Results) -> xr.Dataset:
-    """Errors of the scene's components, NaN for others, and the cost of the models of C."""
+    """Return errors of the scene's components, NaN for others, and the cost of the models of C."""
     at_points = ics_dataset.to_dataset(results)
     of_scene = xr.zeros_like(at_points.ic.isel(variant=0, body=0, point=0, drop=True), dtype=bool)
     for component in results.scene.components:
@@ -58,7 +58,7 @@ def _errors(results: Results) -> xr.Dataset:
 
 
 def _described(dataset: xr.Dataset) -> xr.Dataset:
-    """The dataset with meanings as long names."""
+    """Return the dataset with meanings as long names."""
     for variable in dataset.variables.values():
         if "meaning" in variable.attrs:
             variable.attrs["long_name"] = variable.attrs.pop("meaning")

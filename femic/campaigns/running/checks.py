@@ -33,7 +33,7 @@ def impossible(campaign: Campaign) -> list[str]:
 
 
 def _problems(campaign: Campaign, points: Iterable[Point]) -> list[str]:
-    """Problems of the scenes at some points: the first ones with different reasons."""
+    """Return problems of the scenes at some points: the first ones with different reasons."""
     reasons: dict[str, str] = {}
     start = perf_counter()
     for point in points:

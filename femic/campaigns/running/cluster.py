@@ -58,7 +58,7 @@ class Size:
 
 
 def size_for(requested: int | None, scenes: int, largest: float, memory: float | None = None) -> Size:
-    """The size of a local cluster for models that take up to `largest` MB.
+    """Return the size of a local cluster for models that take up to `largest` MB.
 
     By default there is a worker per core, and not more than scenes; fewer where their models would not fit
     into `memory` [MB], by default that of the machine.
@@ -137,7 +137,7 @@ def existing_cluster(address: str, timeout: float = CONNECTS_WITHIN) -> Iterator
 
 
 def _require_workers(client: Client, address: str) -> None:
-    """Wait for workers, paused ones, too; raises Failure where none come."""
+    """Wait for workers, paused ones, too; raise Failure where none come."""
     start = perf_counter()
     while not client.scheduler_info(n_workers=-1).get("workers"):
         if perf_counter() - start > WORKS_WITHIN:
@@ -149,7 +149,7 @@ def _require_workers(client: Client, address: str) -> None:
 
 
 def _connected(address: str, timeout: float) -> Client:
-    """A client of the scheduler at an address; raises Failure where none answers."""
+    """Return a client of the scheduler at an address; raise Failure where none answers."""
     with catch_warnings():
         simplefilter("ignore")  # of other versions of Dask: the digest of the code decides
         try:

@@ -47,7 +47,7 @@ class Crew:
         return future
 
     def completed(self) -> Iterator[Future]:
-        """Yield tasks as they end, until none is left; raises Failure as `count`."""
+        """Yield tasks as they end, until none is left; raise Failure as `count`."""
         counted = perf_counter()
         while self.open:
             if perf_counter() - counted > COUNT_EVERY:
@@ -59,7 +59,7 @@ class Crew:
                 yield future
 
     def count(self) -> None:
-        """Count the workers; raises Failure where the scheduler is gone, or all workers stay paused."""
+        """Count the workers; raise Failure where the scheduler is gone, or all workers stay paused."""
         workers = self.client.scheduler_info(n_workers=-1).get("workers")
         if workers is None or self.client.status != "running":
             raise Failure(GONE)
@@ -70,7 +70,7 @@ class Crew:
 
 
 def receipt_of(future: Future) -> Receipt:
-    """Return the receipt of a task; raises Failure where the campaign cannot go on."""
+    """Return the receipt of a task; raise Failure where the campaign cannot go on."""
     try:
         receipt: Receipt = future.result(timeout=ANSWERS_WITHIN)
     except CancelledError as error:

@@ -27,7 +27,7 @@ class Pauses:
     _idle: float | None = field(default=None, init=False)  # when the last one had a task at work
 
     def update(self, workers: Workers) -> None:
-        """Report pauses, once; raises Failure where nothing is going to happen any more."""
+        """Report pauses, once; raise Failure where nothing is going to happen any more."""
         now, paused = self.clock(), [one for one in workers.values() if _is_paused(one)]
         self._begin = _since(self._begin, now) if paused else None
         stuck = bool(paused) and len(paused) == len(workers) and not any(map(_at_work, paused))
@@ -46,7 +46,7 @@ class Pauses:
 
 
 def running(workers: Workers) -> int:
-    """The number of workers that take tasks."""
+    """Return the number of workers that take tasks."""
     return sum(not _is_paused(worker) for worker in workers.values())
 
 
@@ -64,7 +64,7 @@ def _at_work(worker: Mapping[str, Any]) -> bool:
 
 
 def _counted(paused: list[Mapping[str, Any]], workers: Workers) -> str:
-    """The number of paused workers, and the memory of the largest."""
+    """Return the number of paused workers, and the memory of the largest."""
     largest = max(paused, key=lambda worker: float(worker.get("metrics", {}).get("memory", 0)))
     memory, limit = largest.get("metrics", {}).get("memory", 0), largest.get("memory_limit") or 0
     used = f" ({memory / 2**20:.0f} of {limit / 2**20:.0f} MB)" if limit else ""

@@ -137,7 +137,7 @@ class _Run:
         return Origin(shared, results_digest(tasks.__name__))
 
     def next_unfinished(self) -> Numbered | None:
-        """The next scene that is not in the store, None if there is none; those before it are collected."""
+        """Return the next scene that is not in the store, None without one; collect those before it."""
         for number, task in self.todo:
             retry = self.options.retry
             if self.collected.has(number, task.digest) and not (retry and number in self.collected.failures):

@@ -106,14 +106,14 @@ def _contents(table: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _table(table: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    """A table in a table, empty where there is none; other entries are refused elsewhere."""
+    """Return a table in a table, empty where there is none; other entries are refused elsewhere."""
     inner = table.get(name)
     return inner if isinstance(inner, Mapping) else {}
 
 
 @cache
 def _digest(files: tuple[tuple[Path, int], ...]) -> str:
-    """The digest of files with their times of modification."""
+    """Return the digest of files with their times of modification."""
     digest = sha256()
     for file, _ in files:
         digest.update(file.read_bytes())

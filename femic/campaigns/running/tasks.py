@@ -155,13 +155,13 @@ def _single_threaded() -> Iterator[None]:
 
 
 def _part(task: SceneTask, kind: str, work: "_Work") -> Outcome:
-    """Results of one kind, computed if the store lacks them or they are to be tried again."""
+    """Return results of one kind, computed if the store lacks them or they are to be tried again."""
     part = outcomes.get(work.store, task.keys[kind])
     return _computed(task, kind, work) if part is None or (part.failure and task.retry) else part
 
 
 def _computed(task: SceneTask, name: str, work: "_Work") -> Outcome:
-    """Results of one kind, stored unless they have failed and may not the next time."""
+    """Return results of one kind, stored unless they have failed and may not the next time."""
     kind, start, lasting = registry.KINDS[name], perf_counter(), True
     dataset, failure = xr.Dataset(), ""
     try:
@@ -203,7 +203,7 @@ class _Work:
         self.reused.append(model.cached)
 
     def receipt(self, failure: str = "") -> Receipt:
-        """The report of the task; raises Unusable where its result could not be stored."""
+        """Return the report of the task; raise Unusable where its result could not be stored."""
         if not self.store.writable:
             raise Unusable(store_full(self.store))
         seconds, reused = perf_counter() - self.start, sum(self.reused)
