@@ -212,12 +212,12 @@ def bilinear() -> None:
 
 
 def with_finer_rules(patch: Patch, x: Array, s: Array) -> Array:
-    kept = hat.GAUSS, hat.LEAST, hat.MOST
+    before = hat.GAUSS, hat.LEAST, hat.MOST
     hat.GAUSS, hat.LEAST, hat.MOST = (48,), 301, 301
     try:
         return hat.over_hat(patch, x, s)
     finally:
-        hat.GAUSS, hat.LEAST, hat.MOST = kept
+        hat.GAUSS, hat.LEAST, hat.MOST = before
 
 
 # --- another library -----------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from femic.cache.store import Store
 from femic.campaigns.dataset.collected import Collected
 from femic.campaigns.files.load import load_campaign
 from femic.campaigns.running import tasks
-from femic.campaigns.running.cluster import Size, local_cluster
+from femic.campaigns.running.cluster import ClusterSize, local_cluster
 from femic.campaigns.running.run import compute_sweep
 from femic.reference.models import peak_memory
 from femic.reference.run_options import RunOptions
@@ -68,7 +68,7 @@ def computed(campaign, folder, client):
 
 
 def swept(name, text, workers):
-    with TemporaryDirectory() as folder, local_cluster(Size(workers, MEMORY)) as client:
+    with TemporaryDirectory() as folder, local_cluster(ClusterSize(workers, MEMORY)) as client:
         client.run(tasks.results_digest)  # imports are not measured
         before, cpu_start = _of_workers(client), process_time()
         campaign, start = campaign_in(folder, text), perf_counter()

@@ -114,8 +114,8 @@ def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArr
     """Return the worst errors on the scene's lines by ratio, variant and component."""
     lines = {name: part for name, part in results.lines.items() if not name.startswith("fit ")}
     variants = {"B̂": ("Bhat", {}), TRANSLATED: ("Bhat", {})} | {
-        f"B̂′, {', '.join(SETS[components])} to {', '.join(components)}": ("Bhat_prime", found)
-        for components, found in fits.items()
+        f"B̂′, {', '.join(SETS[components])} to {', '.join(components)}": ("Bhat_prime", effective)
+        for components, effective in fits.items()
     }
     table = np.empty((len(RATIOS), len(variants), len(COMPONENTS)))
     upper, lower = (reference_of(results, body) for body in BODIES)
@@ -124,8 +124,8 @@ def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArr
     for r, ratio in enumerate(RATIOS):
         c = upper.ic / ratio + lower.ic
         measure = Measure(c, upper.estimate / ratio + lower.estimate, c[2, 2], lines, far)
-        for v, (name, (variant, found)) in enumerate(variants.items()):
-            ics = approximated(results, variant, ratio, found)
+        for v, (name, (variant, effective)) in enumerate(variants.items()):
+            ics = approximated(results, variant, ratio, effective)
             if name == TRANSLATED:
                 ics = ics + moved[0] / ratio + moved[1]
             worst = np.max(list(measure.shares(ics - c).values()), axis=0)

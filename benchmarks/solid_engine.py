@@ -77,8 +77,8 @@ def series(job: Job, levels: list[Level]) -> tuple[dict[Level, RawICs], dict[Lev
         for needed in level.models(SOLID.estimate.models).values():
             if needed not in models:
                 models[needed] = in_fresh_process(job.request(needed))
-    found = {level: combine(job, level, models) for level in levels}
-    return models, {k: r.c.ic for k, r in found.items()}, {k: r.c.estimate for k, r in found.items()}
+    results = {level: combine(job, level, models) for level in levels}
+    return models, {k: r.c.ic for k, r in results.items()}, {k: r.c.estimate for k, r in results.items()}
 
 
 def accuracy_rows(job: Job, levels: list[Level], truth: np.ndarray | None = None) -> Iterator[list[str]]:
@@ -185,7 +185,7 @@ def runs() -> None:
     for scene in ("geometry1", "geometry2"):
         with tempfile.TemporaryDirectory() as out:
             first, second = run(scene, out), run(scene, out)
-            print(f"\n`femic run {scene}`: {first:.0f} s, again with the models kept: {second:.0f} s")
+            print(f"\n`femic run {scene}`: {first:.0f} s, again with stored models: {second:.0f} s")
             head = ["model", "unknowns", "solver", *(f"{s} [s]" for s in STAGES), "peak of its process [MB]"]
             table(f"`femic run {scene}` by stage, one process per core", head, stage_rows(out))
 

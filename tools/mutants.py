@@ -33,10 +33,10 @@ class Mutant:
 def sample(module: str, most: int) -> list[Mutant]:
     """Return the same mutants of a module each time."""
     code = (ROOT / module).read_text(encoding="utf-8")
-    found = places(code)
-    Random(f"{SEED} {module}").shuffle(found)
+    changes = places(code)
+    Random(f"{SEED} {module}").shuffle(changes)
     chosen: list[Mutant] = []
-    for name, occurrence, number in found:
+    for name, occurrence, number in changes:
         changed = changed_lines(code, mutated(code, name, occurrence))
         if changed and len(chosen) < most:
             chosen.append(Mutant(module, name, occurrence, number, *changed))
@@ -48,15 +48,15 @@ def sample(module: str, most: int) -> list[Mutant]:
 def places(code: str) -> list[tuple[str, int, int]]:
     """Return operators, their occurrences and lines where what they change is no word."""
     left_out, nodes = spans_of_words(code), list(ast_nodes(get_ast(code)))
-    found = []
+    changes = []
     for name, operator in operators().items():
         spans = (place for node in nodes for place in operator.mutation_positions(node))
-        found += [
+        changes += [
             (name, occurrence, start[0])
             for occurrence, (start, _) in enumerate(spans)
             if not any(low <= start < high for low, high in left_out)
         ]
-    return found
+    return changes
 
 
 def mutated(code: str, operator: str, occurrence: int) -> str:

@@ -185,7 +185,7 @@ def computed_with(template: Path, numbers: dict[str, Any]) -> str:
 def outdated() -> dict[str, list[str]]:
     """Return pages whose numbers other code has computed: which numbers, by which code."""
     numbers = stored_numbers()
-    found = {
+    outdated_pages = {
         page: [
             f"docs/numbers/{name}.json by code {code}, now {now}"
             for name in used(path, numbers)
@@ -194,7 +194,7 @@ def outdated() -> dict[str, list[str]]:
         ]
         for page, path in templates().items()
     }
-    return {page: reasons for page, reasons in found.items() if reasons}
+    return {page: reasons for page, reasons in outdated_pages.items() if reasons}
 
 
 def codes(values: dict[str, Any]) -> list[tuple[str, str]]:
@@ -229,10 +229,10 @@ def in_seconds(value: float | None) -> str:
 
 def checked() -> int:
     """Say which pages are out of date; the exit code."""
-    found = outdated()
-    for page, reasons in found.items():
+    outdated_pages = outdated()
+    for page, reasons in outdated_pages.items():
         sys.stderr.write(f"docs/{page}: {'; '.join(reasons)}: run make docs\n")
-    return 1 if found else 0
+    return 1 if outdated_pages else 0
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Commands that say which ICs to use: `frontier`, `advise`."""
+"""Commands that help to choose ICs: `frontier`, `advise`."""
 
 from typing import Annotated
 
@@ -41,7 +41,7 @@ def advise(
     body: Annotated[BodyName | None, Parameter(help="default: the first that the scene compares")] = None,
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Say which ICs are the cheapest that are good enough, and why."""
+    """Name the cheapest ICs that are good enough, with reasons."""
     loaded = load_scene(scene)
     of_components = tuple(components.split(",")) if components else loaded.components
     question = advice.Question(body or loaded.compared[0], of_components, tolerance)

@@ -36,9 +36,8 @@ def contact(
 ) -> None:
     """Solve the contact of scenes with several ICs, without or with friction; write contact.nc and a report.
 
-    `contact.motion` of a scene says which: none without friction, else steady rolling or compression. Of two
-    frictionless scenes or more, maps show where A and B-hat differ under pressures of one on the patch of
-    another.
+    `contact.motion` of a scene is none without friction, else rolling or compression. For two frictionless
+    scenes or more, maps show where A and B-hat differ under pressures of one on the patch of another.
     """
     if not scene:
         raise WrongInput("SCENE: name one scene or more, such as wide tall")
@@ -68,7 +67,7 @@ def contact(
 
 
 def _from_here(name: str) -> str:
-    """Return the name of ICs; a map's file is found from the working directory."""
+    """Return the name of ICs; the file of a map is relative to the working directory."""
     return MAP + str(Path(name.removeprefix(MAP)).absolute()) if is_map(name) else name
 
 

@@ -50,7 +50,7 @@ def export(
     discount: Annotated[
         Discount | None,
         Parameter(
-            help="what is taken from C for rigid: approach, M_zz alone, as in contact; source: as [BVSV]; "
+            help="rigid part to subtract from C: approach, M_zz alone, as in contact; source: as [BVSV]; "
             "none; default: the scene's"
         ),
     ] = None,

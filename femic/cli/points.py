@@ -38,10 +38,10 @@ def _without_check(table: dict[str, Any]) -> dict[str, Any]:
 
 
 def scenes_of(argument: str, results: Path) -> dict[str, str | None]:
-    """Return the scenes that an argument stands for, and where models of each are kept; None: nowhere yet.
+    """Return the scenes of an argument, and the store of the models of each; None: no store yet.
 
-    They are itself, or files of points of a campaign such as CAMPAIGN.toml@flank=30, of whose models the
-    campaign has kept some.
+    The scenes are the argument itself, or files of points of a campaign such as CAMPAIGN.toml@flank=30,
+    some of whose models the campaign has stored.
     """
     file, at, name = argument.rpartition(AT)
     if not at or Path(argument).exists():

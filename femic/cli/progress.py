@@ -68,7 +68,7 @@ def _lines(write: Write) -> Iterator[Watch]:
 
     A thread looks at the clock, so that lines are written even while no model reports.
     """
-    lines, stopped = Lines(write), Event()
+    lines, stopped = ProgressLines(write), Event()
 
     def look() -> None:
         while not stopped.wait(LOOK_EVERY):
@@ -84,7 +84,7 @@ def _lines(write: Write) -> Iterator[Watch]:
 
 
 @dataclass
-class Lines:
+class ProgressLines:
     """Writes a line about each model that is being solved: when it begins, and every EVERY seconds."""
 
     write: Write

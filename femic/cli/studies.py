@@ -1,4 +1,4 @@
-"""Commands that try the program itself: `validate`, `extremes`."""
+"""Commands that test the program itself: `validate`, `extremes`."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -26,7 +26,7 @@ def validate(
     tolerance: Annotated[float, Parameter(help="of C")] = runs.TOLERANCE,
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Check what is said about these ICs, and this program, with computed verdicts; write a report."""
+    """Check statements about these ICs, and about this program, with computed verdicts; write a report."""
     numbers = verdicts.chosen(only)
     if not runs.TIGHTEST <= tolerance <= runs.LOOSEST:
         raise WrongInput(f"--tolerance {tolerance:g}: {runs.TIGHTEST:g} ... {runs.LOOSEST:g}")
@@ -45,7 +45,7 @@ def extremes(
     ] = ("analytic", "harmonic", "solid"),
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Try every part at the limits of what may be asked for, and beyond; write errors, cost and messages."""
+    """Test every part at the limits of its inputs, and beyond; write errors, cost and messages."""
     if not extremes_available():
         raise WrongInput("femic extremes: run .venv/bin/pip install -c constraints.txt -e '.[extremes]'")
     folder = work.out or Path("out") / "extremes"

@@ -41,7 +41,7 @@ class SweepOptions:
 
     plan: Annotated[bool, Parameter(negative="", help="estimate the cost, and compute nothing")] = False
     page: Annotated[
-        bool, Parameter(negative="", help="write the page of what is finished so far, and compute nothing")
+        bool, Parameter(negative="", help="write the page of the finished scenes, and compute nothing")
     ] = False
     retry: Annotated[bool, Parameter(negative="", help="try scenes again that failed before")] = False
     write: Annotated[

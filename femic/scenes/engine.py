@@ -14,7 +14,7 @@ from femic.reference.models import SolverChoice
 from femic.reference.solid.pardiso import available as direct_available
 from femic.reference.solid.record import SOLID
 from femic.scenes.scene import Scene
-from femic.scenes.section import LIMIT_SLACK, Section
+from femic.scenes.section import LIMIT_SLACK, SceneTable
 from geometries.bodies import Domain
 from geometries.patches import Patch
 
@@ -23,7 +23,7 @@ INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 CHECK_ENGINE, CHECK_TOLERANCE = SOLID, 0.01  # the engine that checks others; its tightest tolerance for that
 
 
-class EngineTable(Section):
+class EngineTable(SceneTable):
     """How the reference C is computed."""
 
     kind: Annotated[str, AfterValidator(NameOf(lambda: ENGINES))] = Field(

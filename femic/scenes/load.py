@@ -10,7 +10,7 @@ import tomlkit
 from pydantic import ValidationError
 
 from femic.scenes.build import build_scene, check_scene
-from femic.scenes.errors import BadScene
+from femic.scenes.errors import BadScene, bad_scene
 from femic.scenes.file import SceneFile
 from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.messages import messages
@@ -104,8 +104,7 @@ def parse(table: dict[str, Any], path: Path) -> SceneFile:
     try:
         return SceneFile.model_validate(table)
     except ValidationError as error:
-        lines = messages(error.errors())
-        raise BadScene(f"{path}: {len(lines)} error(s)\n  " + "\n  ".join(lines)) from error
+        raise bad_scene(path, messages(error.errors())) from error
 
 
 def resolve_files(table: dict[str, Any], folder: Path) -> None:

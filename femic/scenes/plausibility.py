@@ -119,7 +119,7 @@ def _pair_warnings(scene: Scene) -> Iterator[str]:
         return
     if not 1 / UNLIKE_MODULI < ratio < UNLIKE_MODULI:
         softer = "lower" if ratio > 1 else "upper"
-        yield f"upper.E / lower.E = {ratio:.3g}: the combined ICs are those of the {softer} body alone"
+        yield f"upper.E / lower.E = {ratio:.3g}: the combined ICs are the ICs of the {softer} body alone"
     s = np.concatenate([line.s for line in scene.lines])
     angles = np.degrees(np.abs(upper.contour.inclination(s) - lower.contour.inclination(s)))
     if np.max(angles) > CONFORMAL:

@@ -1,4 +1,4 @@
-"""The scene: bodies, patch, lines, what is compared, and how C is computed."""
+"""The scene: bodies, patch, lines, contact, and settings of C."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -106,7 +106,7 @@ class Scene:
 
     @property
     def fitted(self) -> tuple[str, ...]:
-        """Names of what is compared that has effective properties, which B-hat-prime needs."""
+        """Compared bodies with effective properties, which B-hat-prime needs."""
         return tuple(name for name in self.compared if self.pair.has_effective(name))
 
     @property

@@ -95,12 +95,12 @@ def _of_pressures(solved: SolvedContact, scene: Scene) -> str:
     normal, on_grid = solved.normal, solved.on_grid
     tractions = normal.p[..., None] * [0.0, 0.0, 1.0]
     force, moment = summed(tractions, scene.bodies["lower"].contour, on_grid)
-    found, load = on_grid.resultant(tractions), scene.contact.loads[0]
+    total, load = on_grid.resultant(tractions), scene.contact.loads[0]
     return _first(
         (np.any(normal.p < 0), "pulls"),
         (abs(force[2] - load) > FORCE * load, f"bears {force[2]:g} N of {load:g} N"),
-        (differ(found.force, force), "other forces than its tractions"),
-        (differ(found.moment, moment, arm_of(on_grid) * load), "other moments than its tractions"),
+        (differ(total.force, force), "other forces than its tractions"),
+        (differ(total.moment, moment, arm_of(on_grid) * load), "other moments than its tractions"),
     )
 
 
@@ -117,9 +117,9 @@ def _rolling(scene: Scene, chance: np.random.Generator) -> str:
         problem = pair.frictional(pair.operator(scene.contact.ics[0]), friction.coefficients[0])
         path = Continuation.of(pair, problem, "strange")
         load = scene.contact.loads[0]
-        found = path.problem.contact(creepages, Loading(load), forces=free)
-        along = found.contact.force[0]
-        return _of_friction(found.contact, pair, load) or _first(
+        total = path.problem.contact(creepages, Loading(load), forces=free)
+        along = total.contact.force[0]
+        return _of_friction(total.contact, pair, load) or _first(
             (bool(free) and abs(along) > 1e-4 * load * friction.coefficients[0], f"F_x is {along:g} N, not 0")
         )
 
@@ -149,7 +149,7 @@ def _of_friction(contact: FrictionalContact, pair: PairWithFriction, load: float
     """Return what falls short of equilibrium, Coulomb's law, and a work of friction that is not negative."""
     on_grid, p = replace(pair.on_grid, grid=contact.problem.grid), contact.p
     force, moment = summed(p, pair.problem.bodies["lower"].contour, on_grid)
-    found = on_grid.resultant(p)
+    total = on_grid.resultant(p)
     bound, size = contact.problem.friction * p[..., N], np.hypot(p[..., 0], p[..., 1])
     work, free = contact.dissipation, LeadingEdge.of(bound, contact.motion.depth).free
     return _first(
@@ -159,8 +159,8 @@ def _of_friction(contact: FrictionalContact, pair: PairWithFriction, load: float
         (np.min(work[free], initial=0.0) < -WORK * np.max(np.abs(work)), "friction gives energy"),
         (np.sum(work) < 0, "friction gives energy in all"),
         (differ(contact.force, force), "other forces than its tractions"),
-        (differ(found.force, force), "other resultants than its tractions"),
-        (differ(found.moment, moment, arm_of(on_grid) * load), "other moments than its tractions"),
+        (differ(total.force, force), "other resultants than its tractions"),
+        (differ(total.moment, moment, arm_of(on_grid) * load), "other moments than its tractions"),
     )
 
 
@@ -191,6 +191,6 @@ def differ(one: Any, other: Any, size: float = 0.0) -> bool:
     return bool(np.max(np.abs(one - other)) > SAME * max(size, np.max(np.abs(other))))
 
 
-def _first(*found: tuple[Any, str]) -> str:
+def _first(*total: tuple[Any, str]) -> str:
     """Return the first that is so."""
-    return next((text for is_so, text in found if is_so), "")
+    return next((text for is_so, text in total if is_so), "")

@@ -114,9 +114,9 @@ def _read_table(path: Path, meant: list[list[float]] | None) -> str:
     """Read a campaign with a table that means some numbers, None: unknown or nothing."""
     loaded = load_campaign(path)
     require_computable(loaded)
-    found = [[float(value) for value in row] for row in loaded.listed]
-    if meant is not None and not np.array_equal(found, meant):
-        raise AssertionError(f"read as {found}, meant are {meant}")
+    points = [[float(value) for value in row] for row in loaded.listed]
+    if meant is not None and not np.array_equal(points, meant):
+        raise AssertionError(f"read as {points}, meant are {meant}")
     return "taken"
 
 
@@ -229,18 +229,18 @@ def _gap_file(chance: np.random.Generator) -> str:
 @cache
 def _words_by_key(*texts: str) -> Mapping[str, list[str]]:
     """Return all words that keys have in some tables."""
-    found: dict[str, set[str]] = {}
+    points: dict[str, set[str]] = {}
 
     def collect(key: str, value: Any) -> None:
         if isinstance(value, str):
-            found.setdefault(key, set()).add(value)
+            points.setdefault(key, set()).add(value)
         elif isinstance(value, dict | list):
             for inner, entry in value.items() if isinstance(value, dict) else ((key, one) for one in value):
                 collect(inner, entry)
 
     for text in texts:
         collect("", tomllib.loads(text))
-    return {key: sorted(words) for key, words in found.items()}
+    return {key: sorted(words) for key, words in points.items()}
 
 
 def _changed(bases: Sequence[str], chance: random.Random) -> str:

@@ -23,12 +23,12 @@ def races(place: Place, count: int, seed: int, commands: Sequence[Command] = COM
         processes = [first.begin(at)]
         sleep(chance.choice((0.0, 0.0, 0.5, 2.0)))
         processes.append(second.again.begin(at))
-        found = [
+        assessed = [
             _assessed(place.reference(command)[0], at, command, one.ended(process, at))
             for command, one, process in zip((first, second), (first, second.again), processes, strict=True)
         ]
-        short = "; ".join(text for _, text in found if text)
-        answers = sorted(answer for answer, _ in found)
+        short = "; ".join(text for _, text in assessed if text)
+        answers = sorted(answer for answer, _ in assessed)
         if not short and answers == ["refused", "refused"]:
             short = "both were refused"
         yield Outcome(f"{first.name} and {second.name}", " and ".join(answers), short)

@@ -99,7 +99,7 @@ class SceneArrays:
         self._buffered = 0
 
     def write(self, frame: xr.Dataset) -> None:
-        """Write the scenes that wait, then `frame` (what is known of all scenes), its digests last.
+        """Write the waiting scenes, then `frame` (coordinates and outcomes of all scenes), its digests last.
 
         Checksums come before digests: a scene with a digest has its checksum.
         """

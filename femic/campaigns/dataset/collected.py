@@ -7,8 +7,8 @@ Layout of `sweep.nc` (NetCDF 4; `sweep.zarr` where it would take more than `LARG
 - dim of random points and of tables: `sample`. The values of the axes are coordinates along it.
 - over these dims: `failure` (text, "" where there is none or where nothing is computed yet), `seconds` (for
   the scene, without models that other scenes have solved; NaN: not computed yet) and coordinates: `digest`
-  (of everything that the scene's results rest on; 0: not computed yet, or to be tried again), `checksum` (of
-  the results themselves: `femic.campaigns.dataset.checksums`).
+  (of all inputs of the results; 0: not computed yet, or to be computed again), `checksum` (of the
+  results: `femic.campaigns.dataset.checksums`).
 - over these dims and its own: every variable of `femic.campaigns.results`, NaN where it is not known.
   All are numbers. Dims of their own have labels (`variant`, `body`, `line`, ...), where all scenes have the
   same ones; otherwise "line 0", "line 1", ...
@@ -44,7 +44,7 @@ from femic.campaigns.dataset.frame import (
     with_free_text,
 )
 from femic.campaigns.dataset.integrity import Verified, require_layout, verified
-from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.dataset.reading import FILE, ZARR, open_sweep
 from femic.campaigns.files.campaign import Campaign
 
@@ -53,7 +53,7 @@ LARGEST_FILE = 200e6  # bytes of a dataset that is held in memory and written as
 ABOUT = {
     "failure": {"long_name": "why there are no results"},
     "seconds": {"units": "s", "long_name": "time for the scene; NaN: not computed yet"},
-    DIGEST: {"long_name": "of everything that results rest on; 0: not computed yet, or to be tried again"},
+    DIGEST: {"long_name": "of all inputs of the results; 0: not computed yet, or to be computed again"},
     CHECKSUM: {"long_name": "of the results; 0: not computed yet"},
 }
 
@@ -122,9 +122,9 @@ class Collected:
 
     def remove(self, number: int) -> None:
         """Remove a scene, also values that a killed run has left without a digest."""
-        self._put(number, Outcome(seconds=np.nan), 0)
+        self._put(number, SceneOutcome(seconds=np.nan), 0)
 
-    def add(self, number: int, outcome: Outcome, digest: int = 0) -> None:
+    def add(self, number: int, outcome: SceneOutcome, digest: int = 0) -> None:
         """Add the results of a scene; one whose arrays have other shapes than those before has failed.
 
         The digest is 0 where the scene may have other results the next time.
@@ -132,7 +132,7 @@ class Collected:
         other = _other_shape(self.template, outcome)
         if other:
             message = f"its results have other shapes than in earlier scenes: {other}"
-            outcome = Outcome(failure=message, seconds=outcome.seconds)
+            outcome = SceneOutcome(failure=message, seconds=outcome.seconds)
         self._extend(outcome.dataset)
         self._put(number, outcome, digest)
 
@@ -210,7 +210,7 @@ class Collected:
         for name in new:
             self._arrays.add(name, dataset[name].variable)
 
-    def _put(self, number: int, outcome: Outcome, digest: int) -> None:
+    def _put(self, number: int, outcome: SceneOutcome, digest: int) -> None:
         """Put a scene at its place."""
         self._arrays.put(number, outcome.dataset)
         self.failures.pop(number, None)
@@ -219,7 +219,7 @@ class Collected:
         self.seconds[number], self.digests[number] = outcome.seconds, digest
         self.checksums[number] = self._checksum(outcome, digest)
 
-    def _checksum(self, outcome: Outcome, digest: int) -> np.uint64:
+    def _checksum(self, outcome: SceneOutcome, digest: int) -> np.uint64:
         """Return the checksum of a scene, with its values as they are stored."""
         numbers = [
             value_checksums(str(name), outcome.dataset[name].values.astype(variable.dtype))
@@ -255,7 +255,7 @@ def _numbered(dim: str, size: int) -> list[str]:
     return [f"{dim} {number}" for number in range(size)]
 
 
-def _other_shape(template: xr.Dataset, outcome: Outcome) -> str:
+def _other_shape(template: xr.Dataset, outcome: SceneOutcome) -> str:
     """Describe a result that has another shape than before; "" if there is none."""
     dataset = outcome.dataset
     for name, variable in template.data_vars.items():

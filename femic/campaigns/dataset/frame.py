@@ -10,7 +10,7 @@ import xarray as xr
 
 from femic.cache.digests import versions
 from femic.campaigns.dataset.checksums import SCENE_VARIABLES
-from femic.campaigns.files.campaign import Axis, Campaign
+from femic.campaigns.files.campaign import Campaign, SweptAxis
 from femic.campaigns.files.keys import is_number
 from femic.scenes.errors import BadScene
 
@@ -88,7 +88,7 @@ def _values(values: Iterable[Any]) -> np.ndarray[Any, Any]:
     return np.array(listed, dtype=float) if all(map(is_number, listed)) else np.array(list(map(str, listed)))
 
 
-def _described(axis: Axis) -> dict[str, Any]:
+def _described(axis: SweptAxis) -> dict[str, Any]:
     return {
         "name": axis.name,
         "label": axis.label,

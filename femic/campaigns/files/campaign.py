@@ -29,7 +29,7 @@ MOST_CHECKED = 1000  # scenes that are built before the run, a few ms each
 
 
 @dataclass(frozen=True)
-class Axis:
+class SweptAxis:
     """An axis of a campaign. `values` are those of a grid; () where points are random or from a table."""
 
     name: str
@@ -59,7 +59,7 @@ class Campaign:
     text: str  # TOML
     keep: tuple[str, ...]
     table: Mapping[str, Any] = field(repr=False)  # the scene, with the keys that all scenes share
-    axes: tuple[Axis, ...] = ()
+    axes: tuple[SweptAxis, ...] = ()
     listed: tuple[Point, ...] = ()  # points that are not a grid
     is_random: bool = False  # whether `listed` is random
     folder: Path = Path()  # to which paths in swept values are relative

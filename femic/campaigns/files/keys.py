@@ -6,14 +6,14 @@ from typing import Annotated, Any, Literal, TypeGuard
 from pydantic import ConfigDict, Field, FilePath, model_validator
 
 from femic.key_types import Finite, Several, Whole
-from femic.scenes.section import Section
+from femic.scenes.section import SceneTable
 
 DIGITS = 12  # significant, of numbers in names, and of those between the ends of a range
 LARGEST = 1e30  # finite number of a scene
 OUT_OF_RANGE = f"no number, or beyond {LARGEST:g}: give another one"
 
 
-class AxisTable(Section):
+class AxisTable(SceneTable):
     """An axis: keys of a scene with the same value, or with multiples of it, and the values."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, populate_by_name=True)
@@ -73,8 +73,8 @@ class AxisTable(Section):
         return self
 
 
-class CampaignFile(Section):
-    """A campaign: a scene, the keys that are swept, and the results that are kept of each scene."""
+class CampaignFile(SceneTable):
+    """A campaign: a scene, the keys that are swept, and the kinds of results to keep."""
 
     title: str = Field("", description="heading of the page; default: the file's name")
     scene: str = Field(description="built-in name, or file relative to this one")

@@ -28,11 +28,11 @@ import numpy as np
 import scipy
 from pydantic import ValidationError
 
-from femic.campaigns.files.campaign import Axis, Campaign
+from femic.campaigns.files.campaign import Campaign, SweptAxis
 from femic.campaigns.files.keys import DIGITS, AxisTable, CampaignFile
 from femic.campaigns.files.point_order import Point
 from femic.campaigns.files.points_table import points_in
-from femic.scenes.errors import BadScene
+from femic.scenes.errors import BadScene, bad_scene
 from femic.scenes.load import merged, read_scene, resolve_files, scene_path
 from femic.scenes.messages import message
 from femic.scenes.names import name_of
@@ -81,11 +81,10 @@ def _parsed(given: dict[str, Any], path: Path) -> CampaignFile:
     try:
         return CampaignFile.model_validate(given)
     except ValidationError as error:
-        lines = [message(detail) for detail in error.errors()]
-        raise BadScene(f"{path}: {len(lines)} error(s)\n  " + "\n  ".join(lines)) from error
+        raise bad_scene(path, map(message, error.errors())) from error
 
 
-def _axes(parsed: CampaignFile, path: Path) -> tuple[Axis, ...]:
+def _axes(parsed: CampaignFile, path: Path) -> tuple[SweptAxis, ...]:
     """Return the axes; raise BadScene where a grid is too large."""
     is_grid, axes = parsed.points == "all", []
     for name, table in parsed.sweep.items():
@@ -102,10 +101,10 @@ def _axes(parsed: CampaignFile, path: Path) -> tuple[Axis, ...]:
     return tuple(axes)
 
 
-def _axis(name: str, table: AxisTable, *, is_grid: bool) -> Axis:
+def _axis(name: str, table: AxisTable, *, is_grid: bool) -> SweptAxis:
     factors = dict(table.keys) if isinstance(table.keys, dict) else dict.fromkeys(table.keys)
     values = _values(table) if is_grid else ()
-    return Axis(name, table.label or name, table.unit, values, factors, table.spacing)
+    return SweptAxis(name, table.label or name, table.unit, values, factors, table.spacing)
 
 
 def _values(table: AxisTable) -> Point:

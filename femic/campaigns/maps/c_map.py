@@ -18,7 +18,7 @@ from typing import Any
 import joblib
 import numpy as np
 
-from femic.campaigns.maps.interpolation import KINK, Nodes, Stencil, interpolate
+from femic.campaigns.maps.interpolation import KINK, AxisNodes, Stencil, interpolate
 from femic.campaigns.maps.scene_grid import SceneGrid, open_grid
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.pairs.pair_on_grid import PairOnGrid
@@ -151,7 +151,7 @@ def _self_ic(bhat: Array) -> Array:
     return np.asarray(np.mean(np.diagonal(bhat[..., 0, :, :], axis1=-2, axis2=-1), axis=-1))
 
 
-def _rounded(axis: Nodes, value: float) -> float:
+def _rounded(axis: AxisNodes, value: float) -> float:
     """Return the node that equals a value to rounding, else the value."""
     return next((node for node in axis.values if abs(node - value) <= SAME * abs(node)), value)
 

@@ -35,7 +35,7 @@ class Stencil:
 
 
 @dataclass(frozen=True)
-class Nodes:
+class AxisNodes:
     """The increasing values of an axis, and how distances between them are measured: `SPACINGS`.
 
     Raises WrongInput where there are fewer than `FEWEST`, they do not increase, or are not positive where

@@ -15,7 +15,7 @@ import xarray as xr
 from femic.campaigns.dataset.checksums import CHECKSUM, LAYOUT
 from femic.campaigns.dataset.integrity import REMEDY, damaged_in_memory, require_layout
 from femic.campaigns.dataset.reading import open_sweep
-from femic.campaigns.maps.interpolation import Nodes, Stencil
+from femic.campaigns.maps.interpolation import AxisNodes, Stencil
 from femic.scenes.errors import BadScene
 from femic.scenes.keys import set_key
 from femic.scenes.load import scene_from_table
@@ -30,7 +30,7 @@ class SceneGrid:
 
     path: Path
     dataset: xr.Dataset
-    axes: tuple[Nodes, ...]
+    axes: tuple[AxisNodes, ...]
     keys: tuple[Mapping[str, float], ...]  # by axis: keys of a scene, and the factor of each
     table: Mapping[str, Any]  # of the scenes, but for the axes
     _undamaged: set[tuple[int, ...]] = field(default_factory=set)  # nodes whose values have been verified
@@ -118,7 +118,7 @@ def _opened(path: Path, _changed: int) -> SceneGrid:
         raise BadScene(f"{path}: {', '.join(texts)}: there is nothing between values that are not numbers")
     try:
         nodes = tuple(
-            Nodes(axis["name"], tuple(map(float, dataset[axis["name"]].values)), axis["spacing"])
+            AxisNodes(axis["name"], tuple(map(float, dataset[axis["name"]].values)), axis["spacing"])
             for axis in axes
         )
     except WrongInput as error:

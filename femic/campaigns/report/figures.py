@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from compare.report.parts import Part, listed
-from femic.campaigns.report.advised import Advice, advised_over, advised_points
+from femic.campaigns.report.advised import AdvisedICs, advised_over, advised_points
 from femic.campaigns.report.axes import Names, ShownAxis, axes_of, evenly_spaced, swept, values_text
 from femic.campaigns.report.clouds import MOST_POINTS, clouds, strongest
 from femic.campaigns.report.curves import curves
@@ -20,7 +20,7 @@ MOST_MULTIPLES = 4  # values of the third axis
 MOST_PANELS = 60  # of all figures of random points of a field
 
 
-def parts(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None) -> Iterator[Part]:
+def parts(dataset: xr.Dataset, fields: Sequence[Field], advice: AdvisedICs | None) -> Iterator[Part]:
     """Yield the figures: curves over one axis, maps over two, points of random scenes."""
     axes = swept(axes_of(dataset))
     if not axes:
@@ -128,7 +128,7 @@ def _cloud_parts(field: Field, axes: Sequence[ShownAxis]) -> Iterator[Part]:
         text = ""
 
 
-def _advice_part(advice: Advice, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Part:
+def _advice_part(advice: AdvisedICs, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Part:
     """Return the part on advised ICs, over one axis, two or three, or as points."""
     heading = "Which ICs are good enough"
     text = "The cheapest ICs whose error, with the estimate of C, is at most `ics_tolerance`."

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from compare.report.parts import listed
-from femic.campaigns.report.advised import Advice
+from femic.campaigns.report.advised import AdvisedICs
 from femic.campaigns.report.axes import ShownAxis, axes_of, is_grid, swept, text_of
 from femic.campaigns.report.crossings import REPORTED, Lines, known_count, main_axis
 from femic.campaigns.report.fields import COLUMN, ROW, Field, label_of, plain
@@ -21,7 +21,7 @@ MEANINGS = {
 }
 
 
-def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None) -> str:
+def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: AdvisedICs | None) -> str:
     """Return sentences computed from the numbers: scenes, errors with their places, advice."""
     sentences = [_counted(dataset)]
     ratings = [field for field in fields if field.rates_ics]

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from compare.frontier.advice import AS_CHEAP
 from compare.ics.compute import Results, compute, reference_of
 from compare.ics.errors import measure_of
 from femic.campaigns.results.kind import SHARE, ResultKind
@@ -13,8 +14,6 @@ from femic.reference.accuracy import component_of
 from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
-
-AS_CHEAP = 3.0  # times the seconds of the fastest good ICs: these count as equally cheap, as clocks vary
 
 
 def advice(scene: Scene, options: RunOptions) -> xr.Dataset:

@@ -52,7 +52,7 @@ def contact(scene: Scene, options: RunOptions) -> xr.Dataset:
 def _jobs(scene: Scene) -> list[Jobs]:
     """Return the jobs of C on each grid of the contact; none where C is not among the ICs.
 
-    The grids are found with approximations; C may make them longer.
+    Approximations size the grids; C may make them longer.
     """
     if C not in scene.contact.ics:
         return []

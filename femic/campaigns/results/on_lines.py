@@ -19,7 +19,7 @@ OF_ICS = OF_ERRORS | {"ic", "estimate", "point", "on_line", "x", "s"}
 def errors(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Return the errors of all ICs: `error`, `rms`, `weight` (body, variant, line, i, j), and the cost of C.
 
-    They are those of `errors.nc`, for the scene's components. `vanishes` is 1 where a component does, else 0.
+    As in `errors.nc`, for the scene's components. `vanishes` is 1 where a component vanishes, else 0.
     """
     return _errors(compute(scene, options))
 

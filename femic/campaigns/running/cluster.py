@@ -49,7 +49,7 @@ LOCAL_SETTINGS: dict[str, Any] = {
 
 
 @dataclass(frozen=True)
-class Size:
+class ClusterSize:
     """The number of local workers, the memory that each may have [MB], and a note on it."""
 
     workers: int
@@ -57,7 +57,7 @@ class Size:
     note: str = ""
 
 
-def size_for(requested: int | None, scenes: int, largest: float, memory: float | None = None) -> Size:
+def size_for(requested: int | None, scenes: int, largest: float, memory: float | None = None) -> ClusterSize:
     """Return the size of a local cluster for models that take up to `largest` MB.
 
     By default there is a worker per core, and not more than scenes; fewer where their models would not fit
@@ -67,8 +67,8 @@ def size_for(requested: int | None, scenes: int, largest: float, memory: float |
     useful = max(1, min(requested or cores(), scenes))
     fitting = max(1, int(available // max(largest, BASE_MEMORY)))
     if useful <= fitting:
-        return Size(useful, available / useful)
-    return Size(
+        return ClusterSize(useful, available / useful)
+    return ClusterSize(
         fitting,
         available / fitting,
         f"{fitting} instead of {useful} workers: models take up to {largest:.0f} MB, and there are "
@@ -77,7 +77,7 @@ def size_for(requested: int | None, scenes: int, largest: float, memory: float |
 
 
 @contextmanager
-def local_cluster(size: Size) -> Iterator[Client]:
+def local_cluster(size: ClusterSize) -> Iterator[Client]:
     """A client of a cluster of processes on this machine, which end with the context.
 
     Nobody else can use it: connections need a certificate that is made for this run, in memory only.

@@ -41,7 +41,7 @@ class Pauses:
         if self._idle is not None and now - self._idle >= GIVE_UP_AFTER:
             raise Failure(
                 f"{_counted(paused, workers)}, and none has a task at work: {REMEDY}. Finished scenes "
-                "are kept: run the same command to go on"
+                "are stored: run the same command to continue"
             )
 
 

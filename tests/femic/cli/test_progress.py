@@ -8,7 +8,7 @@ from rich.console import Console
 
 from femic.cli import progress, scenes
 from femic.cli.main import DONE, exit_code
-from femic.cli.progress import EVERY, Lines, show_progress, step_text
+from femic.cli.progress import EVERY, ProgressLines, show_progress, step_text
 from femic.reference.level import Level
 from femic.reference.models import Cost, RawICs
 from femic.reference.run_options import Solved, Step, Task
@@ -34,7 +34,7 @@ class Clock:
 def heard():
     """Lines with a clock that is set by hand, and what they have written."""
     clock, written = Clock(), []
-    return Lines(written.append, clock), clock, written
+    return ProgressLines(written.append, clock), clock, written
 
 
 def test_a_model_has_a_line_when_it_begins_then_at_most_one_every_few_seconds(heard):

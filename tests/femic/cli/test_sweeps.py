@@ -17,7 +17,7 @@ from rich.console import Console
 
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.results import registry
-from femic.campaigns.running.cluster import Size
+from femic.campaigns.running.cluster import ClusterSize
 from femic.campaigns.running.run import Progress
 from femic.cli import scenes
 from femic.cli.campaign_progress import CampaignLines, show_campaign
@@ -219,7 +219,7 @@ def test_no_more_scenes_are_written_than_can_be_compared(tmp_path, monkeypatch, 
 
 
 def test_a_note_says_why_there_are_fewer_workers(femic, monkeypatch):
-    size = Size(1, 100.0, "1 instead of 2 workers: ...")
+    size = ClusterSize(1, 100.0, "1 instead of 2 workers: ...")
     monkeypatch.setattr("femic.campaigns.running.cluster.size_for", lambda *_: size)
     assert "note: 1 instead of 2 workers" in femic(LIGHT)[1]
 

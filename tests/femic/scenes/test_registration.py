@@ -14,7 +14,7 @@ from femic.scenes.contours import CONTOURS
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene
-from femic.scenes.section import Section
+from femic.scenes.section import SceneTable
 from geometries import contours
 from tests.femic.scenes.changes import line
 
@@ -39,7 +39,7 @@ tolerance = 0.1
 """
 
 
-class Parabola(Section):
+class Parabola(SceneTable):
     """z = -y^2 / (2 R) between y = -w and w."""
 
     kind: Literal["parabola"] = Field(description="parabola + straight flanks")

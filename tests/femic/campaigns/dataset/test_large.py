@@ -10,7 +10,7 @@ import xarray as xr
 
 from femic.cache.store import Store
 from femic.campaigns.dataset.collected import Collected
-from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.running.run import code_of_dataset
 from femic.campaigns.running.scene_task import task_of
@@ -149,7 +149,7 @@ def test_labels_that_differ_are_numbered_in_a_large_dataset_too(tmp_path, monkey
     collected = Collected(campaign_in(tmp_path, LIGHT), tmp_path)
     for number in range(2):
         one = xr.Dataset({"y": ("load", [1.0])}, coords={"load": [10.0 + number]})
-        collected.add(number, Outcome(one), 1)
+        collected.add(number, SceneOutcome(one), 1)
         labels = open_sweep(collected.write())["load"].values
         assert list(labels) == ([10.0] if number == 0 else ["load 0"])
 
