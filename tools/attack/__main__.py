@@ -31,7 +31,7 @@ from femic.cache.digests import results_digest, versions
 NUMBERS = Path(__file__).parents[2] / "docs" / "numbers" / "attacks.json"
 LOGS = Path("out") / "attack"  # what commands printed in attacks that fall short
 SEED = 36
-MODULE = "femic.cli.contacts"  # whose code is attacked, with what it imports
+MODULE = "femic.cli.contact"  # whose code is attacked, with what it imports
 Attack = Callable[[Place, int, int], Iterator[Outcome]]  # how many, and which random ones
 
 
