@@ -1,6 +1,7 @@
 """A contour and an approximation that are registered once: scenes, listings and commands know them."""
 
-from typing import Literal
+from typing from dataclasses import replace
+import Literal
 
 import numpy as np
 import pytest
@@ -95,7 +96,7 @@ def test_commands_take_a_registered_contour(parabola, tmp_path, capsys):
 
 
 def test_a_registered_approximation_can_be_named(monkeypatch):
-    monkeypatch.setitem(VARIANTS, "Btilde", VARIANTS["Bhat"])
+    monkeypatch.setitem(VARIANTS, "Btilde", replace(VARIANTS["Bhat"], composition="Bhat+sn:B"))
     changes = line("x", 0.0, 3.0) | {"variants": ["Btilde"], "ics": "Btilde"}
     assert load_scene("flat", changes).variants == ("Btilde",)
     assert '"Btilde"' in listing("flat")
