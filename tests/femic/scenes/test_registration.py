@@ -1,7 +1,7 @@
 """A contour and an approximation that are registered once: scenes, listings and commands know them."""
 
-from typing from dataclasses import replace
-import Literal
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
