@@ -1,4 +1,4 @@
-"""Shows how far a campaign is: a bar on a terminal, otherwise a line every few seconds."""
+"""Progress of campaigns: a bar on a terminal, otherwise a line every few seconds."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,7 +15,7 @@ from femic.cli.progress import EVERY, Write
 
 @contextmanager
 def show_campaign(console: Console) -> Iterator[Callable[[Progress], None]]:
-    """A function that shows how far a campaign is: a bar on a terminal, otherwise a line every EVERY s."""
+    """Yield a function that shows the progress of a campaign: by a bar on a terminal, otherwise by lines."""
     if not console.is_terminal:
         yield CampaignLines(lambda text: console.print(text, soft_wrap=True, markup=False)).write_if_due
         return
@@ -37,7 +37,7 @@ def show_campaign(console: Console) -> Iterator[Callable[[Progress], None]]:
 
 @dataclass
 class CampaignLines:
-    """Writes how far a campaign is: EVERY seconds, and when it is finished."""
+    """Lines about the progress of a campaign: every EVERY seconds, and at the end."""
 
     write: Write
     clock: Callable[[], float] = monotonic

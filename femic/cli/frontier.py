@@ -18,10 +18,12 @@ def frontier(
     scene: SceneName,
     /,
     *,
-    budget: Annotated[float, Parameter(help="seconds; what would take longer is skipped and listed")] = 600.0,
+    budget: Annotated[
+        float, Parameter(help="seconds; ways that would take longer are skipped and listed")
+    ] = 600.0,
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Try every way to the ICs of a scene: errors, seconds, unknowns, memory; write a report."""
+    """Compare all ways to compute the ICs of a scene: errors, seconds, unknowns, memory; write a report."""
     loaded = load_scene(scene)
     folder, console = work.folder(loaded), Console()
     with work.options(folder, console) as options:

@@ -36,7 +36,7 @@ COMMANDS = {  # by name: module and function, and the help text
     ),
     "calibrate": ("calibrate:calibrate", "Fit B-hat-prime to C; write the scene with the fit."),
     "export": ("matrix:export", "Write the IC matrix of both bodies for the program CONTACT."),
-    "frontier": ("frontier:frontier", "Errors against seconds of every way to the ICs of a scene."),
+    "frontier": ("frontier:frontier", "Errors against seconds of all ways to compute the ICs of a scene."),
     "advise": ("frontier:advise", "Name the cheapest ICs that are good enough."),
     "validate": ("validate:validate", "Check statements about these ICs, and about this program."),
     "extremes": ("validate:extremes", "Test every part at its limits, and beyond."),

@@ -1,4 +1,4 @@
-"""Prints the tables of `femic plan`."""
+"""The tables of `femic plan`."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

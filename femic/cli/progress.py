@@ -1,4 +1,4 @@
-"""Shows progress while models are solved: a bar on a terminal, otherwise a line every few seconds."""
+"""Progress of models: a bar on a terminal, otherwise a line every few seconds."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -27,7 +27,7 @@ Write = Callable[[str], None]
 
 @contextmanager
 def show_progress(console: Console) -> Iterator[Watch]:
-    """A watch that shows the progress of models on the console; each finished model has a line."""
+    """Yield a watch that shows the progress of models on the console; each finished model has a line."""
 
     def write(text: str) -> None:
         console.print(text, soft_wrap=True)
@@ -38,7 +38,7 @@ def show_progress(console: Console) -> Iterator[Watch]:
 
 @contextmanager
 def _bar(console: Console, write: Write) -> Iterator[Watch]:
-    """A watch that shows a progress bar over the models; refinement adds models."""
+    """Yield a watch that shows a progress bar over the models; refinement adds models."""
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -64,7 +64,7 @@ def _bar(console: Console, write: Write) -> Iterator[Watch]:
 
 @contextmanager
 def _lines(write: Write) -> Iterator[Watch]:
-    """A watch that writes lines.
+    """Yield a watch that writes lines.
 
     A thread looks at the clock, so that lines are written even while no model reports.
     """
@@ -85,7 +85,7 @@ def _lines(write: Write) -> Iterator[Watch]:
 
 @dataclass
 class ProgressLines:
-    """Writes a line about each model that is being solved: when it begins, and every EVERY seconds."""
+    """Lines about each model in progress: when it begins, and every EVERY seconds."""
 
     write: Write
     clock: Callable[[], float] = monotonic
@@ -139,7 +139,7 @@ def step_text(step: Step) -> str:
 
 
 def model_text(solved: Solved) -> str:
-    """Return text about a finished model: what it took."""
+    """Return text about a finished model, with its cost."""
     cost = solved.model.cost
     took = "stored by an earlier run" if solved.cached else f"{sum(cost.seconds.values()):.1f} s"
     return f"{task_text(solved.task)}: {cost.unknowns:,} unknowns, {took}"

@@ -1,4 +1,4 @@
-"""Options that commands share: the folder of results, workers and store."""
+"""Options that commands share: folder of results, workers, store."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -34,7 +34,7 @@ url_to_fs = Late("fsspec.core:url_to_fs")
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Work:
-    """Where the results of a scene go, and how they are computed."""
+    """The folder of results, and the workers and the store of a computation."""
 
     out: Annotated[
         Path | None,

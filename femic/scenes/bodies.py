@@ -23,7 +23,7 @@ def _finite_or_prismatic(value: float) -> float:
 
 
 class BodyTable(SceneTable):
-    """One body."""
+    """A body."""
 
     E: Amount = Field(description="Young's modulus [MPa]")
     nu: float = Field(ge=0, le=0.4999, description="Poisson's ratio, 0 ... 0.4999 (solid engine: 0.49)")

@@ -1,4 +1,4 @@
-"""Builds a scene from the tables of its file: bodies, patch, lines, and how C is computed."""
+"""The scene of a file's tables: bodies, patch, lines, and settings of C."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -21,7 +21,7 @@ PropertyName = Literal["mismatch_k", "G", "nu"]
 
 
 class CalibrationTable(SceneTable):
-    """What `femic calibrate` fits: Bhat_prime to C at the points of lines with x_min < x <= x_max."""
+    """Fit by `femic calibrate`: Bhat_prime to C at the points of lines with x_min < x <= x_max."""
 
     bodies: Several[BodyName] = Field(("combined",), min_length=1, description="whose properties to fit")
     properties: Several[PropertyName] = Field(

@@ -1,4 +1,4 @@
-"""Reads columns of numbers from text files: points of contours, and of extra gaps."""
+"""Columns of numbers in text files: points of contours, and of extra gaps."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path

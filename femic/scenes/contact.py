@@ -1,4 +1,4 @@
-"""The table [contact] of a scene file: which contact is solved, and with which ICs."""
+"""The table [contact] of a scene file: loads, motion and ICs of the contact."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -23,7 +23,7 @@ GAPS_IN_LENGTH = 10  # reference lengths over the largest gap that raises a surf
 
 
 class ContactKeys(SceneTable):
-    """Contact of both bodies (femic contact): rules for keys that `ContactTable` has."""
+    """Contact of both bodies (femic contact): rules for the keys of `ContactTable`."""
 
     @model_validator(mode="after")
     def _loads_or_approaches(self) -> "ContactKeys":

@@ -1,4 +1,4 @@
-"""The table [engine] of a scene file: how the reference C is computed."""
+"""The table [engine] of a scene file: settings of the reference C."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated
@@ -91,7 +91,7 @@ class EngineTable(SceneTable):
 
     @property
     def check_engine(self) -> "EngineTable":
-        """The engine that checks this one, with cells of its own, in the same domain where one is given."""
+        """The settings of the engine that checks this one, with its own cells, in the domain of this one."""
         same = self.model_dump(include={"far_radius", "half_length", "most_unknowns", "solver"})
         tolerance = max(self.tolerance, CHECK_TOLERANCE)
         return EngineTable(kind=CHECK_ENGINE.name, tolerance=tolerance, **same)

@@ -1,4 +1,4 @@
-"""The error of a scene that cannot be run."""
+"""The exception for scenes that cannot be run."""
 
 from collections.abc import Iterable
 

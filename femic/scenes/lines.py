@@ -1,4 +1,4 @@
-"""The tables [patch] and [[lines]] of a scene file: the loaded element, and where displacements are read."""
+"""The tables [patch] and [[lines]] of a scene file: the loaded element, and the lines of observers."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Loads scenes from a built-in name, a TOML file or a table; errors of a scene are raised together."""
+"""Scenes from a built-in name, a TOML file or a table; errors of a scene are raised together."""
 
 from collections.abc import Mapping
 from copy import deepcopy
@@ -108,7 +108,7 @@ def parse(table: dict[str, Any], path: Path) -> SceneFile:
 
 
 def resolve_files(table: dict[str, Any], folder: Path) -> None:
-    """Let names of files in a scene table begin at a folder instead of the working directory."""
+    """Make names of files in a scene table relative to a folder instead of the working directory."""
     places = [(table.get(body, {}), "contour", "file") for body in ("lower", "upper")]
     for of_body, *keys in [*places, (table, "contact", "extra_gap")]:
         inner = of_body.get(keys[0], {}) if isinstance(of_body, dict) else {}

@@ -1,4 +1,4 @@
-"""Messages about a scene file, one line per error: field = value: what is wrong; remedy."""
+"""Messages about a scene file, one line per error: field = value: reason; remedy."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -64,7 +64,7 @@ def _field(detail: ErrorDetails) -> str:
 
 
 def message(detail: ErrorDetails) -> str:
-    """Return one error as a line: field = value: what is wrong; remedy."""
+    """Return one error as a line: field = value: reason; remedy."""
     field = _field(detail)
     kind = detail["type"]
     if kind == "extra_forbidden":
@@ -78,7 +78,7 @@ def message(detail: ErrorDetails) -> str:
 
 
 def _reason(detail: ErrorDetails) -> str:
-    """Return what is wrong with a value."""
+    """Return the reason why a value is wrong."""
     for limit, words in LIMITS.items():
         if limit in detail.get("ctx", {}):
             return f"Input should be {words} {detail['ctx'][limit]:g}"

@@ -34,7 +34,7 @@ def key_of(scene: Scene, module: str, *further: object) -> str:
 
 @contextmanager
 def renewed(folder: Path, command: str, key: str, files: Iterable[str]) -> Iterator[Path]:
-    """A context in which a command writes files of results into a folder, created if it does not exist.
+    """Yield a folder, created if missing, into which a command writes files of results.
 
     An old receipt of these files is removed before; afterwards, if nothing was raised, they have a new one.
     """

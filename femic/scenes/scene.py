@@ -19,7 +19,7 @@ from geometries.patches import OffsetLine, Patch
 
 @dataclass(frozen=True)
 class Calibration:
-    """How effective properties are fitted: to components of C at the points of lines, x_min < x <= x_max."""
+    """The fit of effective properties: to components of C at the points of lines, x_min < x <= x_max."""
 
     bodies: tuple[str, ...]  # of "combined", "lower", "upper"
     properties: tuple[str, ...]  # of EffectiveProperties

@@ -1,4 +1,4 @@
-"""A table of a scene file, and how it becomes a dataclass."""
+"""Tables of scene files, and their conversion to dataclasses."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
@@ -13,7 +13,7 @@ LIMIT_SLACK = 1e-9  # share by which rounding may exceed a limit
 
 
 class SceneTable(BaseModel):
-    """A table of a scene file: unknown keys are errors, and texts and true are not numbers."""
+    """A table of a scene file: unknown keys are errors; text and booleans are no numbers."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 

@@ -121,11 +121,11 @@ class Collected:
         return bool(self.digests[number] == digest)
 
     def remove(self, number: int) -> None:
-        """Remove a scene, also values that a killed run has left without a digest."""
+        """Remove a scene, and values without a digest that a killed run has left."""
         self._put(number, SceneOutcome(seconds=np.nan), 0)
 
     def add(self, number: int, outcome: SceneOutcome, digest: int = 0) -> None:
-        """Add the results of a scene; one whose arrays have other shapes than those before has failed.
+        """Add the results of a scene; a scene whose arrays differ in shape from earlier ones has failed.
 
         The digest is 0 where the scene may have other results the next time.
         """
@@ -256,7 +256,7 @@ def _numbered(dim: str, size: int) -> list[str]:
 
 
 def _other_shape(template: xr.Dataset, outcome: SceneOutcome) -> str:
-    """Describe a result that has another shape than before; "" if there is none."""
+    """Describe a result whose shape differs from earlier scenes; "" without one."""
     dataset = outcome.dataset
     for name, variable in template.data_vars.items():
         sizes = dict(dataset[name].sizes) if name in dataset else "nothing"

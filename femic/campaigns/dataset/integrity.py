@@ -1,4 +1,4 @@
-"""Damaged scenes of a campaign's dataset: those whose values do not have their checksum."""
+"""Damaged scenes of a campaign's dataset: scenes whose values do not match their checksum."""
 
 import shutil
 from dataclasses import dataclass, field

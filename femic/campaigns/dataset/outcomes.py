@@ -17,7 +17,7 @@ LAYOUT = "layout"
 
 @dataclass(frozen=True, eq=False)
 class SceneOutcome:
-    """Results of a scene, or the message why there are none; and the seconds that they took."""
+    """Results of a scene, or the message of its failure, and the seconds of the computation."""
 
     dataset: xr.Dataset = field(default_factory=xr.Dataset)
     failure: str = ""

@@ -30,7 +30,7 @@ MOST_CHECKED = 1000  # scenes that are built before the run, a few ms each
 
 @dataclass(frozen=True)
 class SweptAxis:
-    """An axis of a campaign. `values` are those of a grid; () where points are random or from a table."""
+    """An axis of a campaign, with the `values` of a grid; () where points are random or from a table."""
 
     name: str
     label: str

@@ -125,7 +125,7 @@ class CMap:
 
 
 def open_map(name: str, scene: Scene) -> CMap:
-    """Open the map of C of ICs such as "map:out/flanks/sweep.nc"; raise BadScene where the file is none.
+    """Open the map of C of ICs such as "map:out/flanks/sweep.nc"; raise BadScene for other files.
 
     The file, or the folder with it, is of a campaign that kept "matrix" on a grid of numbers.
     """

@@ -34,7 +34,7 @@ class AdvisedICs:
 
     @property
     def labels(self) -> list[str]:
-        """The names as the page has them."""
+        """The names as on the page."""
         return [name if name == NONE else label_of(name) for name in self.names]
 
     @property

@@ -67,7 +67,7 @@ def _rounded(value: float, span: float) -> str:
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where a level is exceeded, at a place of the other axes ("": at all of them), and more ranges."""
+    """The range where a level is exceeded, at a place of the other axes ("": at all), and more ranges."""
 
     text: str
     place: str = ""

@@ -48,7 +48,7 @@ class Field:
 
     @property
     def rates_ics(self) -> bool:
-        """Whether the numbers say how good ICs are."""
+        """Whether the numbers rate ICs: errors and deviations."""
         return self.kind != "value"
 
     @property

@@ -20,7 +20,7 @@ MOST_RATIO = 1e4  # of the ends of a logarithmic scale that has ticks at 1, 2, 5
 
 @dataclass(frozen=True, eq=False)
 class ColourScale:
-    """The colours of numbers, levels of contour lines, and ticks of the bar; (): those of matplotlib."""
+    """The colours of numbers, levels of contour lines, and ticks of the bar; (): matplotlib's own."""
 
     norm: Normalize
     colours: Colormap

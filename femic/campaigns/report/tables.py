@@ -1,4 +1,4 @@
-"""Tables of the page of a campaign: what fails where, worst numbers, correlations, failed scenes."""
+"""Tables of the page of a campaign: where ICs fail, worst numbers, correlations, failed scenes."""
 
 import csv
 from collections.abc import Callable, Sequence

@@ -36,7 +36,7 @@ class Crew:
 
     @property
     def window(self) -> int:
-        """The number of scenes that the scheduler should have: one per worker once memory ran out."""
+        """The number of scenes to have submitted: one per worker once memory ran out."""
         return (1 if self.pauses.reported else SCENES_PER_WORKER) * max(1, self.running)
 
     def submit(self, task: Callable[..., TaskReport], *given: object, priority: int = 0) -> Future:

@@ -27,7 +27,7 @@ class Pauses:
     _idle: float | None = field(default=None, init=False)  # when the last one had a task at work
 
     def update(self, workers: Workers) -> None:
-        """Report pauses, once; raise Failure where nothing is going to happen any more."""
+        """Report pauses, once; raise Failure where no task can progress any more."""
         now, paused = self.clock(), [one for one in workers.values() if _is_paused(one)]
         self._begin = _since(self._begin, now) if paused else None
         stuck = bool(paused) and len(paused) == len(workers) and not any(map(_at_work, paused))

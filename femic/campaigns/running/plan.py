@@ -23,7 +23,7 @@ SECONDS_OF_SCENE = 1.0  # besides its models: approximations, errors
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """The cost of a campaign as far as it is not finished; models are those before refinement."""
+    """The cost of the unfinished part of a campaign; models are counted before refinement."""
 
     scenes: int
     reused: int  # finished by earlier runs

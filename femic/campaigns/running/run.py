@@ -201,7 +201,7 @@ class _Run:
             self.waiting = self.next_unfinished()
 
     def _submit_scene(self, crew: Crew, number: int, task: SceneTask, listed: TaskReport) -> None:
-        """Submit a scene, with the models that it is the first to need."""
+        """Submit a scene, and those of its models that no earlier scene needs."""
         lost = [self.solved[key] for key in listed.needed if self.solved.get(key)]
         if listed.failure or lost:
             self._collect_failed(number, task, listed.failure or lost[0])
@@ -213,7 +213,7 @@ class _Run:
         self.scenes[crew.submit(tasks.compute_scene, task, self.origin, models)] = number, task
 
     def _finish_model(self, future: Future, report: TaskReport) -> None:
-        """Note that a model is in the store; its task is not needed any more."""
+        """Note that a model is in the store, and forget its task."""
         key = next(key for key, model in self.models.items() if model is future)
         del self.models[key]
         self.solved[key] = report.failure
@@ -229,7 +229,7 @@ class _Run:
             raise Unusable(f"the store {self.store.location} has lost the result of a task: run again")
 
     def _collect_failed(self, number: int, task: SceneTask, failure: str) -> None:
-        """Collect the stored parts of a scene that failed, but may not the next time."""
+        """Collect the stored parts of a scene whose failure may not repeat itself."""
         self._collect(number, replace(merged_outcome(stored_parts(task, self.store)), failure=failure))
 
     def _count(self, report: TaskReport) -> None:

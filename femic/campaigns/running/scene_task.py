@@ -1,4 +1,4 @@
-"""Scenes as tasks: their tables, the keys of their results in the store, and what the store has of them.
+"""Scenes as tasks: their tables, the keys of their results, and their stored results.
 
 Scenes are identified by their tables and by the contents of the files that they name: campaigns that share a
 store share scenes, too.
@@ -36,7 +36,7 @@ class SceneTask:
 
     @property
     def digest(self) -> int:
-        """A number of 64 bits, not 0, of everything that the scene's results rest on."""
+        """A number of 64 bits, not 0, that depends on all inputs of the scene's results."""
         return int.from_bytes(sha256("".join(self.keys.values()).encode()).digest()[:8]) or 1
 
     @property

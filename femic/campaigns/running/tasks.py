@@ -149,7 +149,7 @@ def worker_problem(origin: Origin) -> str:
 
 @contextmanager
 def _single_threaded() -> Iterator[None]:
-    """A context with one BLAS thread, in which xarray locks files without asking the cluster."""
+    """Use one BLAS thread within the context, and let xarray lock files without the cluster."""
     with one_blas_thread(), dask.config.set(scheduler="synchronous"):
         yield
 
