@@ -13,8 +13,8 @@ from cyclopts import run
 from matplotlib.figure import Figure
 
 from compare.ics.compute import compute
+from compare.ics.curves import draw_curve
 from compare.ics.dataset import to_dataset
-from compare.report.curves import draw_curve
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene

@@ -30,7 +30,7 @@ def require_solvable(scene: Scene) -> None:
     if not specification.loadings:
         raise BadScene(f"{scene.name}: [contact]: give loads = [...] in N, or approaches = [...] in mm")
     approximations = [name for name in specification.ics if name != C and not is_map(name)]
-    if needs_effective(approximations) and not scene.pair.has_effective("combined"):
+    if needs_effective(*approximations) and not scene.pair.has_effective("combined"):
         raise BadScene(
             f"{scene.name}: contact.ics: Bhat_prime needs effective properties of both bodies: "
             "`femic calibrate` finds some"

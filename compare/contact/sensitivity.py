@@ -61,10 +61,10 @@ def is_mapped(scene: Scene) -> bool:
 def shape_of(results: ContactResults) -> SolvedContact:
     """The contact by B-hat whose pressures are mapped: at `contact.shape_load`, or the largest load."""
     contacts = [contact for (_, ics), contact in results.solved.contacts.items() if ics == SHAPE]
-    load = results.scene.contact.shape_load
-    if load is None:
+    shape_load = results.scene.contact.shape_load
+    if shape_load is None:
         return max(contacts, key=lambda contact: contact.normal.load)
-    return min(contacts, key=lambda contact: abs(contact.normal.load - load))
+    return min(contacts, key=lambda contact: abs(contact.normal.load - shape_load))
 
 
 def mapped(shape: SolvedContact, onto: SolvedContact) -> Array:
@@ -95,7 +95,7 @@ def summary(results: Mapping[str, ContactResults]) -> str:
     found = list(sensitivities(results))
     sentences = [
         f"Pressures of {one.shape} on {one.scene}: A is off by {np.min(one.inside):+.1%} ... "
-        f"{np.max(one.inside):+.1%} of the largest displacement by B̂."
+        f"{np.max(one.inside):+.1%} of the largest displacement with B̂."
         for one in found
     ]
     for scene in results:
@@ -122,5 +122,5 @@ def maps(results: Mapping[str, ContactResults]) -> Figure:
                 (axes.set_ylim, one.s, (one.in_patch > 0).any(axis=0)),
             ):
                 limit(place[inside].min(), place[inside].max())
-        figure.colorbar(shades, ax=figure.axes, label="(u_n by A − u_n by B̂) / max u_n by B̂ [-]")
+        figure.colorbar(shades, ax=figure.axes, label="(u_n with A − u_n with B̂) / max u_n with B̂ [-]")
         return figure

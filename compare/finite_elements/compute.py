@@ -15,7 +15,8 @@ from compare.contact.compute import require_solvable
 from compare.finite_elements.dataset import beside
 from femic.cache.digests import results_digest
 from femic.cache.store import Store
-from femic.contact.finite_elements.result import CELLS, FEContact, Numbers, fe_contact, require_enough
+from femic.contact.finite_elements.fineness import CELLS, require_enough
+from femic.contact.finite_elements.result import FEContact, Numbers, fe_contact
 from femic.contact.finite_elements.supports import meshed_bodies, rigid_compliance
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import matrix_engine_misfits

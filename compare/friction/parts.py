@@ -67,6 +67,6 @@ def _inputs(pair: PairWithFriction, friction: float, name: str) -> tuple[object,
 
 
 def _inputs_of_c(job: MatrixJob) -> tuple[object, ...]:
-    """The inputs of C; the engine is part of the code."""
+    """Return all inputs of C; the engine by its name, because the digest covers its code."""
     settings = replace(job.settings, engine=None)  # type: ignore[arg-type]
-    return job.body, job.grid, job.components, job.discounts, settings
+    return job.body, job.grid, job.components, job.discounts, settings, job.settings.engine.name

@@ -9,6 +9,7 @@ from timeit import repeat
 import numpy as np
 
 from approx.pair import Pair, Solid
+from approx.variants import needs_effective
 from femic.reference.at_points import references
 from femic.reference.estimate import EstimatedICs, total
 from femic.reference.job import Job
@@ -113,13 +114,13 @@ def approximated(
 ) -> tuple[dict[tuple[str, str], Array], dict[tuple[str, str], float]]:
     """Return approximations, (3, 3, n_points) [mm/N], and their seconds, both by (variant, body).
 
-    Bhat_prime is NaN where a body has no effective properties.
+    They are NaN where a variant needs effective properties and the body has none.
     """
     ics: dict[tuple[str, str], Array] = {}
     seconds: dict[tuple[str, str], float] = {}
     for name, variant in product(scene.compared, scene.variants):
         key = variant, name
-        if variant == "Bhat_prime" and name not in scene.fitted:
+        if name not in scene.fitted and needs_effective(variant):
             ics[key], seconds[key] = np.full((3, 3, len(points.x)), np.nan), np.nan
         else:
             ics[key], seconds[key] = _timed(variant, solids(scene)[name], scene.patch, points)

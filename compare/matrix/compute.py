@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from approx.matrix import columns as approximations
+from approx.variants import needs_effective
 from compare.ics.compute import models_of, parts_of, solids
 from compare.matrix.deviation import Column, Deviation
 from compare.matrix.reciprocity import Reciprocity, reciprocity
@@ -220,7 +221,7 @@ class _Accumulator:
                 (variant, name): Deviation.none(scene.grid.n_s)
                 for variant in scene.variants
                 for name in scene.compared
-                if variant != "Bhat_prime" or name in scene.fitted
+                if name in scene.fitted or not needs_effective(variant)
             },
             {name: Deviation.none(scene.grid.n_s) for name in scene.compared},
         )

@@ -6,20 +6,26 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.contact.compute import compute_contact, require_solvable
-from compare.contact.page import write_contact, write_sensitivity
-from compare.contact.sensitivity import is_mapped
-from compare.friction.compute import compute_with_friction
-from compare.friction.pages import PAGES, require_page
-from compare.friction.supports import with_supports
 from femic.cache import folders
-from femic.campaigns.maps.c_map import maps_of_scene
 from femic.cli.work import DEFAULT_WORK, Work
-from femic.contact.pairs.supports import changed_supports
+from femic.late import Late
 from femic.scenes import plausibility
 from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
+
+require_solvable = Late("compare.contact.compute:require_solvable")
+compute_contact = Late("compare.contact.compute:compute_contact")
+write_contact = Late("compare.contact.page:write_contact")
+write_sensitivity = Late("compare.contact.page:write_sensitivity")
+is_mapped = Late("compare.contact.sensitivity:is_mapped")
+changed_supports = Late("femic.contact.pairs.supports:changed_supports")
+compute_with_friction = Late("compare.friction.compute:compute_with_friction")
+PAGES = Late("compare.friction.pages:PAGES")
+require_page = Late("compare.friction.pages:require_page")
+with_supports = Late("compare.friction.supports:with_supports")
+beside_of = Late("compare.finite_elements.beside:beside_of")
+maps_of_scene = Late("femic.campaigns.maps.c_map:maps_of_scene")
 
 
 def contact(
@@ -57,10 +63,10 @@ def contact(
             if loaded.contact.friction is None:
                 solved = contacts[loaded.name] = compute_contact(loaded, options, maps_of_scene(loaded))
                 supports = changed_supports(solved.solved, options)
-                report = write_contact(solved, folder, options.store, supports)
+                report = write_contact(solved, folder, supports, beside_of(solved, options.store))
             else:
                 dataset = with_supports(loaded, compute_with_friction(loaded, options), options)
-                report = PAGES[loaded.contact.motion](dataset, folder)
+                report = PAGES.resolved[loaded.contact.motion](dataset, folder)
         console.print(f"Report: {report}", soft_wrap=True)
     for folder in of_maps:
         with folders.locked(folder):
@@ -69,5 +75,5 @@ def contact(
 
 
 def _from_here(name: str) -> str:
-    """The name of ICs; a map's file is found from the working directory."""
+    """Return the name of ICs; a map's file is found from the working directory."""
     return MAP + str(Path(name.removeprefix(MAP)).absolute()) if is_map(name) else name

@@ -7,8 +7,10 @@ from rich.console import Console
 from rich.table import Table
 
 from compare.contact.compute import require_solvable
+from compare.ics.plan import run_steps
 from compare.matrix.compute import file_size
-from compare.plan.models import Step, matrix_steps, run_steps, seconds, steps_of
+from compare.matrix.plan import matrix_steps
+from compare.plan.models import Step, seconds, steps_of
 from femic.campaigns.maps.c_map import maps_of_scene
 from femic.contact.pairs.automatic_grid import grids_of
 from femic.contact.pairs.given_ics import C

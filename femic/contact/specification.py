@@ -1,54 +1,186 @@
 """The specification of a contact: bodies, loads, ICs and motion, and how C is computed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
 
 from approx.pair import Pair, Solid
+from approx.variants import VARIANTS
 from femic.contact.extra_gap import ExtraGap
 from femic.contact.loading import Loading
+from femic.contact.motions import MOTIONS
+from femic.key_types import (
+    Amount,
+    EachDistinct,
+    EachOnce,
+    Length,
+    NameOf,
+    Place,
+    Several,
+    Signed,
+    Whole,
+)
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.tuned import FAR_RADIUS
 from femic.reference.job import Settings
 from femic.reference.matrix.job import Discount
 from geometries.bodies import Body, common_extent
+from geometries.errors import WrongInput
 from geometries.grids import Grid
 
 APPROACH_SHARE = 50.0  # reference length over the half-side of the load at which the approach is matched
 DEFAULT_GRID = Grid(64, 32, 0.2, 0.2)
 DEFAULT_SETTINGS = Settings(HARMONIC)
+CREEPAGES = (0.0005, 0.001, 0.0015, 0.002, 0.003, 0.004, 0.006, 0.008, 0.012)  # and 0, and these below 0
+Creepage = Annotated[float, Field(gt=-1, lt=1)]
 
 
 @dataclass(frozen=True)
 class FrictionSpecification:
-    """Which motion with friction is solved, of `femic.contact.motions`."""
+    """The specification of a motion with friction."""
 
-    motion: str
-    coefficients: tuple[float, ...]
-    longitudinal: tuple[float, ...] = (-1e-3, 0.0, 1e-3)  # creepages of rolling, growing
-    lateral: float = 0.0
-    spin: float = 0.0  # 1/mm
-    equal_force: float = 0.5  # F_x over friction times load at which tractions are compared
+    coefficients: Annotated[
+        Several[Annotated[float, Field(gt=0, le=1000)]],
+        Field(min_length=1, description="coefficients of friction, each solved, 0 ... 1000"),
+        EachOnce,
+    ] = (0.2, 0.4, 0.6)
+    longitudinal: Annotated[
+        Several[Creepage],
+        Field(
+            min_length=2,
+            description="of rolling: longitudinal creepages omega R / V - 1, growing, for the creep-force "
+            "curve",
+        ),
+    ] = (*(-xi for xi in reversed(CREEPAGES)), 0.0, *CREEPAGES)
+    lateral: Annotated[Creepage, Field(description="of rolling: lateral velocity of the wheel over V")] = 0.0
+    spin: Annotated[
+        float,
+        Field(ge=-1, le=1, description="of rolling: angular velocity of the wheel about z over V [1/mm]"),
+    ] = 0.0
+    equal_force: Annotated[
+        float,
+        Field(
+            gt=-1,
+            lt=1,
+            description="of rolling: F_x / (friction load) at which tractions with all ICs are compared, "
+            "-1 ... 1",
+        ),
+    ] = 0.5
 
 
 @dataclass(frozen=True)
 class ContactSpecification:
-    """Which contact is solved, with which ICs."""
+    """Which contact is solved, with which ICs.
 
-    loads: tuple[float, ...] = ()  # N; with friction they grow
-    approaches: tuple[float, ...] = ()  # mm, where no loads are given
-    ics: tuple[str, ...] = ("Bhat",)  # "C", names of variants, or of ICs that are given
-    shift: float = 0.0  # of the upper body along y [mm]
-    flanks: bool = True  # whether the bodies may touch on the straight flanks
-    exact: bool = False  # whether the undeformed distance follows the displaced body; else it is linearised
-    extra_gap: ExtraGap | None = None  # added to the undeformed distance
-    elements: int = 20  # across the smallest patch on an automatic grid
-    automatic: bool = True  # whether grids are sized automatically; else the grid of the problem is taken
-    shape_load: float | None = None  # load whose pressures are mapped onto all patches [N]
-    lateral_force: float | None = None  # on the upper body [N]; None: its position is given
-    supports: bool = True  # whether the effect of supports is computed
+    Each key is declared here alone, with its unit, limits and default; the table [contact] of a scene file
+    is made from these declarations.
+    """
+
+    motion: Annotated[
+        str,
+        AfterValidator(NameOf(lambda: MOTIONS)),
+        Field(
+            description="none: frictionless; rolling: steady rolling along x with friction, at one load; "
+            "compression: with friction, loaded in steps"
+        ),
+    ] = "none"
+    loads: Annotated[
+        Several[Amount],
+        Field(description="vertical loads [N]; of a compression they grow"),
+        EachDistinct,
+    ] = ()
+    approaches: Annotated[
+        Several[Length], Field(description="instead of loads: vertical approaches [mm]"), EachDistinct
+    ] = ()
+    ics: Annotated[
+        Several[str],
+        Field(
+            min_length=1,
+            description=f"ICs to solve it with: C, {', '.join(VARIANTS)}, or one of these with components of "
+            "others: Bhat+sn:B is Bhat with sn of B, and ns by reciprocity; map:FILE is C from the file of a "
+            "campaign that kept matrix, without friction, on the grid of that campaign",
+        ),
+        EachOnce,
+    ] = ("A", "B", "Bhat", "C")
     friction: FrictionSpecification | None = None  # None: without friction
+    shift: Annotated[Place, Field(description="the upper body is moved by this along y [mm]")] = 0.0
+    flanks: Annotated[
+        bool,
+        Field(
+            description="whether the bodies may touch on the straight flanks beyond the contours; false "
+            "where flanks only stand for the rest of a body"
+        ),
+    ] = True
+    gap: Annotated[
+        Literal["linear", "exact"],
+        Field(
+            description="undeformed distance. linear: at first touch, less approach times cos(delta); exact: "
+            "of the displaced body"
+        ),
+    ] = "linear"
+    extra_gap: Annotated[
+        ExtraGap | None,
+        Field(
+            description="text file of columns x, s, gap, or of s, gap for all x [mm]: a gap that is added, "
+            "linear between the points, 0 beyond; # comments"
+        ),
+    ] = None
+    elements: Annotated[
+        Whole,
+        Field(
+            ge=8,
+            le=64,
+            description="elements across the smallest patch on an automatic grid, along x and s",
+        ),
+    ] = 20
+    grid: Annotated[
+        Literal["automatic", "scene"],
+        Field(
+            description="automatic: as large as the patches; scene: the one of [grid], centred at x = 0",
+        ),
+    ] = "automatic"
+    lateral_force: Annotated[
+        Signed | None,
+        Field(
+            description="without friction: lateral force F_y on the upper body [N]; its lateral position "
+            "follows, and `shift` is the first guess"
+        ),
+    ] = None
+    supports: Annotated[
+        bool,
+        Field(
+            description="whether the page shows the effect of supports on contact with C: far arc of half "
+            "the radius and, where the contact is not symmetric, flanks 5 degrees flatter (C once more)"
+        ),
+    ] = True
+    shape_load: Annotated[
+        Amount | None,
+        Field(
+            description="load whose B-hat pressures are mapped onto all patches, to show where A and B-hat "
+            "differ [N]; default: the largest"
+        ),
+    ] = None
+
+    def __post_init__(self) -> None:
+        """Raise WrongInput for an unknown motion, and unless friction is specified for one that has it."""
+        if self.motion not in MOTIONS:
+            raise WrongInput(f"motion = {self.motion!r}: one of {', '.join(MOTIONS)}")
+        if MOTIONS[self.motion].has_friction != (self.friction is not None):
+            raise WrongInput(
+                f"motion = {self.motion!r}: give `friction` for motions with friction, and only then"
+            )
+
+    @property
+    def exact(self) -> bool:
+        """Whether the undeformed distance follows the displaced body; otherwise it is linearised."""
+        return self.gap == "exact"
+
+    @property
+    def automatic(self) -> bool:
+        """Whether grids are sized automatically; otherwise the grid of the problem is taken."""
+        return self.grid == "automatic"
 
     @property
     def loadings(self) -> tuple[Loading, ...]:
@@ -56,11 +188,6 @@ class ContactSpecification:
         side = self.lateral_force
         loads = [Loading(load, None, side) for load in self.loads]
         return (*loads, *(Loading(None, approach, side) for approach in self.approaches))
-
-    @property
-    def motion(self) -> str:
-        """The motion, of `femic.contact.motions`."""
-        return self.friction.motion if self.friction else "none"
 
 
 @dataclass(frozen=True)
@@ -86,7 +213,7 @@ class ContactProblem:
         *,
         grid: Grid = DEFAULT_GRID,
         settings: Settings = DEFAULT_SETTINGS,
-    ) -> ContactProblem:
+    ) -> "ContactProblem":
         """The contact of two bodies, of which C has the rigid part of the approach subtracted.
 
         Approximations have the elastic properties of the bodies. Where the specification has no automatic

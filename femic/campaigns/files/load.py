@@ -25,8 +25,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from pydantic import ValidationError
-from scipy.stats import qmc
 
 from femic.campaigns.files.campaign import Axis, Campaign
 from femic.campaigns.files.keys import DIGITS, AxisTable, CampaignFile
@@ -132,7 +132,7 @@ def _listed(parsed: CampaignFile, path: Path) -> list[Point]:
 
 def _random(parsed: CampaignFile) -> list[Point]:
     """Points of a scrambled Sobol sequence, whose first points cover the ranges, too."""
-    sequence = qmc.Sobol(len(parsed.sweep), rng=parsed.seed)
+    sequence = scipy.stats.qmc.Sobol(len(parsed.sweep), rng=parsed.seed)
     shares = sequence.random_base2(int(np.ceil(np.log2(max(parsed.samples, 2)))))[: parsed.samples]
     columns = []
     for axis, share in zip(parsed.sweep.values(), shares.T, strict=True):

@@ -44,7 +44,7 @@ VANISHING = (
     f"{VANISHES}: in some scenes this component of C vanishes, or nearly does; its errors there are shares "
     "of 0.05 max |C_nn|."
 )
-BY_PLACE = " Scenes differ in their ICs: here they are called by their places in the lists."
+BY_PLACE = " Scenes differ in their ICs: here they are named after their places in the lists."
 
 
 def fields_of(dataset: xr.Dataset) -> list[Field]:
@@ -53,7 +53,7 @@ def fields_of(dataset: xr.Dataset) -> list[Field]:
     if "error" in dataset:
         fields += _errors(dataset)
     if "known_error" in dataset and "error" not in dataset:
-        fields += _known_errors(dataset)
+        fields += _error_bounds(dataset)
     if "contact" in json.loads(dataset.attrs["keep"]):
         fields += _contact(dataset)
     if "fit_value" in dataset:
@@ -83,7 +83,7 @@ def _errors(dataset: xr.Dataset) -> Iterator[Field]:
     )
 
 
-def _known_errors(dataset: xr.Dataset) -> Iterator[Field]:
+def _error_bounds(dataset: xr.Dataset) -> Iterator[Field]:
     """Errors of all ICs with the estimate of C, the worst over lines and components."""
     body = body_of(dataset)
     known = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)
@@ -117,7 +117,7 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
         "reference",
         "value",
         "the contact",
-        f"Numbers of the contact by {label_of(reference)}{f', at the last {several}' if several else ''}.",
+        f"Numbers of the contact with {label_of(reference)}{f', at the last {several}' if several else ''}.",
         xr.concat([at_last[name] for name in shown], labels, coords="minimal").rename(ics=ROW),
         reference=label_of(reference),
     )
@@ -133,7 +133,7 @@ def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, ove
         "contact",
         "deviation",
         "deviations of the contact",
-        f"Numbers of the contact by each of the ICs over those by {base}, less 1{over}.{''.join(notes)}",
+        f"Numbers of the contact with each of the ICs over those with {base}, minus 1{over}.{''.join(notes)}",
         values.sel({ROW: [name for name in map(str, values[ROW].values) if name != reference]}),
         xr.concat(known, labels),
         base,
@@ -178,6 +178,6 @@ def _calibration(dataset: xr.Dataset) -> Iterator[Field]:
             f"fitted_{number}",
             "error",
             f"errors of the fit to {body}",
-            f"Largest deviation from C of {body} by B̂ and by the fitted B̂′, share of max |C| of the points.",
+            f"Largest deviation from C of {body} for B̂ and the fitted B̂′, share of max |C| of the points.",
             xr.concat(of_body, xr.Variable(ROW, list(kinds))).rename(fitted_component=COLUMN),
         )

@@ -20,7 +20,7 @@ Kind = Literal["error", "deviation", "value"]
 class Field:
     """Numbers over the swept dims, `ROW` and `COLUMN`; `floor`: their estimated error, without `ROW`.
 
-    Errors are positive shares, deviations are ratios less 1, values have units.
+    Errors are positive shares, deviations are ratios minus 1, values have units.
     """
 
     name: str

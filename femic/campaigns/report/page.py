@@ -1,12 +1,14 @@
 """The page of a campaign: sentences, figures over the swept keys, and tables of where ICs fail."""
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from compare.report.parts import Page, Table
+from compare.report.parts import Page, closing, write_results
+from compare.report.tables import Table
 from femic.cache import folders
 from femic.campaigns.report.advised import advice_of
 from femic.campaigns.report.axes import axes_of, is_grid, prepared, swept
@@ -40,17 +42,16 @@ def write_sweep(dataset: xr.Dataset, out: Path) -> Path:
     fields, advice = fields_of(dataset), advice_of(dataset)
     if _has_crossings(dataset, fields):
         write_crossings([field for field in fields if field.is_judged], axes_of(dataset), out / CROSSINGS)
-    page = Page(
-        str(dataset.attrs["title"]),
-        summary(dataset, fields, advice),
-        parts(dataset, fields, advice),
+    end = closing(
         list(tables(dataset, fields)),
         below(dataset, fields),
         cost(dataset),
         str(dataset.attrs["campaign"]),
         "The campaign",
     )
-    return page.write(out / "sweep.html", "sweep")
+    title, sentences = str(dataset.attrs["title"]), summary(dataset, fields, advice)
+    page = Page(title, sentences, chain(parts(dataset, fields, advice), end))
+    return write_results(page, out, "sweep")
 
 
 def tables(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Table]:

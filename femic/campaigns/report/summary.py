@@ -55,7 +55,7 @@ def judgement(dataset: xr.Dataset, field: Field) -> Iterator[str]:
         else:
             by_column = {plain(name): float(largest.sel({COLUMN: name})) for name in field.columns}
             known = [f"{share(size)} ({name})" for name, size in by_column.items() if np.isfinite(size)]
-            yield f"The numbers by {field.reference} are known, at the worst scene, to {listed(known)}."
+            yield f"The numbers with {field.reference} are known, at the worst scene, to {listed(known)}."
     verdicts: dict[str, list[str]] = {}
     for row in field.rows:
         if np.any(field.values.sel({ROW: row}).notnull()):

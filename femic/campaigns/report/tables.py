@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.report.parts import Row, Table
+from compare.report.tables import Cell, Row, Table
 from femic.cache.files import replacing
 from femic.campaigns.report.axes import ShownAxis, point_of, text_of
 from femic.campaigns.report.clouds import rank_correlation
@@ -19,11 +19,9 @@ from femic.campaigns.report.scales import share
 MOST_FAILURES = 20
 OVER = [f"more than {share(level)}" for level in LEVELS]  # heads
 
-Cell = dict[str, str]
-
 
 def _cell(text: str, below: str = "") -> Cell:
-    return {"text": text, "below": below}
+    return Cell(text, below=below)
 
 
 def crossing_table(field: Field, axes: Sequence[ShownAxis]) -> Table:

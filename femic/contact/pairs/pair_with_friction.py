@@ -21,7 +21,7 @@ Outcome = TypeVar("Outcome")
 
 @dataclass(frozen=True, eq=False)
 class PairWithFriction:
-    """Two bodies on a grid; raises WrongInput where the problem has no friction, or an unknown motion."""
+    """Two bodies on a grid; raises WrongInput where the problem has no friction."""
 
     problem: ContactProblem
     on_grid: PairOnGrid
@@ -30,9 +30,6 @@ class PairWithFriction:
     def __post_init__(self) -> None:
         if self.problem.specification.friction is None:
             raise WrongInput(f"{self.problem.name}: without friction: give a specification of it")
-        if self.specification.motion not in MOTIONS:
-            known = ", ".join(name for name, motion in MOTIONS.items() if motion.has_friction)
-            raise WrongInput(f"{self.problem.name}: motion = {self.specification.motion!r}: one of {known}")
 
     @cached_property
     def reference(self) -> ReferenceICs:
@@ -49,7 +46,7 @@ class PairWithFriction:
     @property
     def motion(self) -> ContactMotion:
         """The motion."""
-        return MOTIONS[self.specification.motion]
+        return MOTIONS[self.problem.specification.motion]
 
     @property
     def loads(self) -> tuple[float, ...]:

@@ -102,9 +102,9 @@ class _UnderPatch:
     solved: Responses
     loads: list[Load]  # on the same patch
     points: Points
-    observer: Indices  # number of each point's arc length among those of the responses
+    observer: Indices  # number of each point's arc length in the responses
     stretch: float  # chart length over arc length at the load
-    distance: Indices  # number of each point's |xi| among those of the shares
+    distance: Indices  # number of each point's |xi| in the shares
     sign: Array  # of each point's xi
     shares: dict[float, tuple[Array, Array]]  # at |xi| without repetitions, by the largest wavenumber
 

@@ -102,7 +102,7 @@ def test_what_the_linearised_distance_changes_is_told_where_it_is_known(rolled):
         displaced_zero_creepage=rolled.zero_creepage - 3e-5, displaced_p_max=0.97 * rolled.p_max.sel(xi=0.0)
     )
     assert (
-        "would move the creepage without force by -3e-05 and change p_max by -3.0%, by B̂."
+        "would move the creepage without force by -3e-05 and change p_max by -3.0%, with B̂."
         in rolling_page.summary(moved)
     )
     unknown = rolled.assign(displaced_zero_creepage=np.nan * rolled.zero_creepage)
@@ -126,8 +126,8 @@ def test_the_page_of_compression_says_how_much_slides(pressed, tmp_path):
     dataset = pressed
     last = dataset.isel(load=-1).sel(friction=0.2)
     slides = {name: f"{float(last.sliding_share.sel(ics=name)):.0%}" for name in ("A", "Bhat")}
-    assert f"With friction 0.2, {slides['Bhat']} of the contact area slides by B̂" in page
-    assert f"{slides['A']} by A." in page
+    assert f"With friction 0.2, {slides['Bhat']} of the contact area slides with B̂" in page
+    assert f"{slides['A']} with A." in page
     assert page.count("data:image/png;base64,") == 3
     assert (tmp_path / "contact.nc").is_file()
 

@@ -61,8 +61,8 @@ def test_the_page_says_what_changes_and_what_does_not(keys, place, tmp_path):
     page = PAGES[keys["motion"]](
         with_supports(of, compute_with_friction(of), RunOptions(1)), tmp_path
     ).read_text(encoding="utf-8")
-    assert "what other supports change: by C, friction 0.2, " + place in page
-    assert f'<td class="name">{SOFTER}</td>' in page
+    assert "changes with other supports, computed with C, friction 0.2, " + place in page
+    assert f'<th class="name">{SOFTER}</th>' in page
 
 
 @pytest.mark.usefixtures("in_place_of_c")

@@ -20,8 +20,9 @@ from femic.campaigns.results import registry
 from femic.campaigns.running.cluster import Size
 from femic.campaigns.running.run import Progress
 from femic.cli import scenes, sweeps
+from femic.cli.campaign_progress import CampaignLines, campaign_shown
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
-from femic.cli.progress import EVERY, CampaignLines, campaign_shown
+from femic.cli.progress import EVERY
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
 from tests.femic.campaigns.campaigns import (

@@ -9,7 +9,7 @@ from compare.friction import compute, pages
 from compare.friction.compute import compute_with_friction
 from compare.friction.pages import require_page
 from femic.contact.motions import MOTIONS
-from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
+from femic.contact.pairs.pair_with_friction import solve_with_friction
 from femic.contact.pairs.solved_curve import solve_curve
 from femic.contact.specification import FrictionSpecification
 from femic.scenes.errors import BadScene
@@ -62,9 +62,8 @@ def test_a_motion_has_the_keys_that_it_is_registered_with(monkeypatch):
 def test_unknown_motions_are_refused():
     with pytest.raises(BadScene, match=r"contact\.motion = 'sliding': Input should be 'none', 'rolling' or"):
         scene(motion="sliding", loads=LOADS)
-    of = problem(loads=(1e3,), friction=FrictionSpecification("sliding", (0.3,)))
-    with pytest.raises(WrongInput, match="motion = 'sliding': one of rolling, compression"):
-        PairWithFriction(of, None)
+    with pytest.raises(WrongInput, match="motion = 'sliding': one of none, rolling, compression"):
+        problem(loads=(1e3,), motion="sliding", friction=FrictionSpecification((0.3,)))
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -78,8 +77,8 @@ def test_all_that_is_named_is_there(motion):
 
 def test_rolling_needs_no_scene():
     """At large creepages all of a small contact slides: forces are friction times load."""
-    friction = FrictionSpecification("rolling", (0.3,), (-4e-3, 0.0, 4e-3), equal_force=0.3)
-    of = problem(loads=(SMALL,), friction=friction, ics=("A",), elements=8)
+    friction = FrictionSpecification((0.3,), (-4e-3, 0.0, 4e-3), equal_force=0.3)
+    of = problem(loads=(SMALL,), motion="rolling", friction=friction, ics=("A",), elements=8)
     found = solve_with_friction(of, lambda pair: solve_curve(pair, 0.3, "A"))
     for xi in (-4e-3, 4e-3):
         numbers = found.curve.points[xi].numbers

@@ -14,7 +14,7 @@ from femic.campaigns.dataset.outcomes import Outcome
 from femic.campaigns.files.load import load_campaign
 from femic.campaigns.maps.fit_map import fit_at, left_out, open_fits
 from femic.campaigns.results import calibration
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
 from geometries.errors import WrongInput
 
@@ -56,7 +56,7 @@ def fits(tmp_path_factory):
         patch.setattr(calibration, "calibrate", smooth)
         for number in range(campaign.size):
             collected.add(
-                number, Outcome(calibration.calibration(campaign.scene(campaign.point(number)), Means()))
+                number, Outcome(calibration.calibration(campaign.scene(campaign.point(number)), RunOptions()))
             )
     return open_fits(collected.write())
 

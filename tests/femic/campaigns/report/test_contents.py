@@ -11,7 +11,7 @@ from femic.campaigns.report.contents import fields_of
 from femic.campaigns.report.fields import COLUMN, ROW
 from femic.campaigns.report.page import write_sweep
 from femic.campaigns.report.summary import summary
-from femic.campaigns.report.tables import worst_table
+from femic.campaigns.report.tables import _cell, worst_table
 from tests.femic.campaigns.report.datasets import ESTIMATE, error
 
 
@@ -23,7 +23,7 @@ def test_the_largest_error_over_lines_of_both_bodies_together_is_shown(grid):
     assert float(at.sel({COLUMN: "sn"})) == pytest.approx(error("A", 30, 1.2))
     np.testing.assert_allclose(field.floor.sel({COLUMN: "sn"}), ESTIMATE)
     cell = worst_table(field, grid).rows[1].cells[1]  # of B-hat, sn
-    assert cell == {"text": "4.75 %", "below": "flank = 60, ratio = 1.05"}
+    assert cell == _cell("4.75 %", "flank = 60, ratio = 1.05")
 
 
 def test_contacts_are_compared_with_that_by_c(curve):
@@ -68,7 +68,7 @@ def test_contacts_with_friction_have_shares_as_differences_and_name_their_refere
     assert reference.columns == ["p_max [1]", "sliding [1]"]
     np.testing.assert_allclose(reference.values.sel({COLUMN: "sliding [1]"}), 1.0)
     sentences = summary(kept, [off, reference], None).split("\n")
-    assert sentences[1] == "The numbers by B̂ are known, at the worst scene, to 3 % (p_max)."
+    assert sentences[1] == "The numbers with B̂ are known, at the worst scene, to 3 % (p_max)."
     assert sentences[2] == (
         "A is off by more than 5 % in p_max everywhere; in sliding everywhere, at most by 30 % (also in "
         "F_x(ξ))."

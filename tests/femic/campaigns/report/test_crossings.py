@@ -12,7 +12,7 @@ from femic.campaigns.report.contents import fields_of
 from femic.campaigns.report.crossings import EVERYWHERE, NOWHERE, Crossing, Line, Lines, exceeded
 from femic.campaigns.report.fields import LEVELS
 from femic.campaigns.report.page import CROSSINGS, write_sweep
-from femic.campaigns.report.tables import crossing_table
+from femic.campaigns.report.tables import _cell, crossing_table
 from tests.femic.campaigns.report.datasets import (
     RATIOS,
     SHARES,
@@ -64,7 +64,7 @@ def test_crossings_of_errors_are_those_of_the_function_where_most_and_where_leas
             (row,) = (row for row in table.rows if row.name == f"sn, {symbol}")
             most, least = (shown(crossing(variant, level, ratio)) for ratio in (RATIOS[0], RATIOS[-1]))
             more = f"at ratio = 1.05; {least} at ratio = 1.5"
-            assert row.cells[k] == {"text": most, "below": more if most != least else ""}
+            assert row.cells[k] == _cell(most, more if most != least else "")
 
 
 def test_all_crossings_are_in_a_file(grid, tmp_path):

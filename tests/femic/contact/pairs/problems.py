@@ -23,8 +23,8 @@ def problem(upper_radius=WHEEL, inclination=FLANKS, grid=None, **keys):
         Body(LOWER, lower, Material(210e3, 0.3), DOMAIN),
         Body(UPPER, upper, Material(100e3, 0.25), DOMAIN, ROLLING),
     )
-    automatic = {} if grid is None else {"automatic": False}
-    specification = ContactSpecification(**{"ics": ("A", "Bhat")} | automatic | keys)
+    on_grid = {} if grid is None else {"grid": "scene"}
+    specification = ContactSpecification(**{"ics": ("A", "Bhat")} | on_grid | keys)
     return ContactProblem.of(*bodies, specification, **{} if grid is None else {"grid": grid})
 
 

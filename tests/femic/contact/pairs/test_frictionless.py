@@ -80,7 +80,7 @@ def test_the_exact_distance_agrees_where_the_approach_is_small_beside_the_radii(
 
 
 def test_problems_with_the_exact_distance_are_solved_with_it():
-    linear, exact = (contacts_of(problem(10.2, loads=(2e4,), exact=exact))["Bhat"] for exact in (False, True))
+    linear, exact = (contacts_of(problem(10.2, loads=(2e4,), gap=gap))["Bhat"] for gap in ("linear", "exact"))
     assert exact.normal.approach == pytest.approx(linear.displaced.normal.approach, rel=1e-4)
     assert exact.displaced is None
 

@@ -7,9 +7,9 @@ import h5netcdf
 import numpy as np
 
 from approx.matrix import column, matrix
-from approx.variants import VARIANTS
-from compare.matrix import contact_file
-from compare.matrix.contact_file import ContactFile
+from approx.variants import VARIANTS, needs_effective
+from compare.export import contact_file
+from compare.export.contact_file import ContactFile
 from compare.matrix.page import write_matrix
 from femic.cache import folders
 from femic.contact.operators.approximations import approximate_matrix
@@ -68,9 +68,12 @@ def require_exportable(scene: Scene, specification: ExportSpecification) -> None
             f"discount = {specification.discount}, ics = {specification.ics}: approximations have no "
             "discount: leave --discount out, or give --ics C"
         )
-    if specification.ics == "Bhat_prime" and not scene.pair.has_effective("combined"):
-        raise WrongInput("ics = Bhat_prime: the scene has no effective properties; see femic calibrate")
-    engine_misfits = () if specification.ics in VARIANTS else matrix_engine_misfits(scene)
+    is_variant = specification.ics in VARIANTS
+    if is_variant and needs_effective(specification.ics) and not scene.pair.has_effective("combined"):
+        raise WrongInput(
+            f"ics = {specification.ics}: the scene has no effective properties; see femic calibrate"
+        )
+    engine_misfits = () if is_variant else matrix_engine_misfits(scene)
     require_none(scene.name, [*grid_misfits(scene), *engine_misfits])
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from compare.contact.compute import compute_contact
-from compare.matrix.contact_file import read
+from compare.export.contact_file import read
 from femic.cache.store import Store
 from femic.cli.main import DONE, exit_code
 from femic.contact.normal import NormalProblem, solve

@@ -8,8 +8,8 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from approx.matrix import column, matrix
-from compare.matrix.contact_file import ContactFile, of_offsets_only, read, write
-from compare.matrix.export import (
+from compare.export.contact_file import ContactFile, of_offsets_only, read, write
+from compare.export.export import (
     Export,
     ExportSpecification,
     approximated,

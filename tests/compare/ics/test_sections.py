@@ -9,8 +9,8 @@ from skfem import MeshTri
 
 from compare.ics import run
 from compare.ics.compute import jobs
+from compare.ics.sections import _closing, surface_mesh
 from compare.report import views
-from compare.report.sections import _closing, surface_mesh
 from femic.reference.level import Level
 from femic.scenes.load import load_scene
 from geometries.bodies import Body, Domain
@@ -102,6 +102,6 @@ def test_the_close_up_aims_at_the_modelled_side(s, flanks, shown, tmp_path, monk
     drawn = []
     monkeypatch.setattr(views, "can_render", lambda: True)
     monkeypatch.setattr(views, "draw_mesh", lambda *given, **_: drawn.append(given[2]))
-    names = [path.name for path in run._draw_meshes(results, tmp_path)]
-    assert names == ["mesh_lower.png", "mesh_surface.png"]
+    names = [picture.name for picture in run._draw_meshes(results, tmp_path)]
+    assert names == ["mesh_lower", "mesh_surface"]
     np.testing.assert_allclose(drawn, [scene.bodies["lower"].surface.position(0.0, shown)])
