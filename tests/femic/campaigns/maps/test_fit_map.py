@@ -42,7 +42,7 @@ def smooth(scene, _means):
     flank = scene.bodies["lower"].contour.inclination(30.0)
     ratio = scene.bodies["upper"].contour.core.radius / scene.bodies["lower"].contour.core.radius
     target = target_from(scene, np.ones((1, 40)))
-    target = replace(target, ics=target.of(true(flank, ratio)))
+    target = replace(target, ics=target.bhat_prime(true(flank, ratio)))
     return Calibrated(scene, None, {"combined": fit(target)}, {"combined": target})
 
 
