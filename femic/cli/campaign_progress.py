@@ -20,7 +20,7 @@ def show_campaign(console: Console) -> Iterator[Callable[[Progress], None]]:
         yield CampaignLines(lambda text: console.print(text, soft_wrap=True, markup=False)).write_if_due
         return
     columns = SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
-    with Bars(*columns, TimeElapsedColumn(), TextColumn("{task.fields[left]}"), console=console) as bars:
+    with Bars(*columns, TimeElapsedColumn(), TextColumn("{task.fields[time_left]}"), console=console) as bars:
         scenes = bars.add_task("scenes", total=None, time_left="")
 
         def show(progress: Progress) -> None:

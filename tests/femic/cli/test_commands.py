@@ -126,14 +126,16 @@ def test_a_frontier_has_ten_minutes_by_default(options, budget, recorded, comman
         ),
     ],
 )
-def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options, asked, recorded, command):
+def test_advice_is_on_what_the_scene_compares_unless_something_is_named(
+    options, questions, recorded, command
+):
     tried = recorded("compare.frontier.advice.frontier_for", ("request", "frontier"))
     advised = recorded("compare.frontier.advice.advise", "advice")
     for name in ("page.evidence", "advice.sentence"):
         recorded(f"compare.frontier.{name}", "")
     assert command("advise", "geometry1", *options) == DONE
-    assert tried[0][1] == asked
-    assert advised == [("frontier", asked)]
+    assert tried[0][1] == questions
+    assert advised == [("frontier", questions)]
 
 
 # --- matrix, export, calibrate ---------------------------------------------------------------------------
@@ -142,7 +144,7 @@ def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options,
 @pytest.fixture
 def exported(recorded, monkeypatch):
     calls = []
-    formats = {"contact": lambda scene, wanted, *_: calls.append((scene, wanted))}
+    formats = {"contact": lambda scene, specification, *_: calls.append((scene, specification))}
     monkeypatch.setattr("compare.export.export.FORMATS", formats)
     recorded("compare.export.export.contact_settings", "")
     return calls
@@ -154,8 +156,8 @@ def exported(recorded, monkeypatch):
 )
 def test_the_ics_of_the_scene_are_exported_unless_others_are_named(options, ics, discount, exported, command):
     assert command("export", "flat", *options) == DONE
-    ((scene, wanted),) = exported
-    assert (scene.ics, wanted.ics, wanted.discount) == (ics, ics, discount)
+    ((scene, specification),) = exported
+    assert (scene.ics, specification.ics, specification.discount) == (ics, ics, discount)
 
 
 @pytest.mark.parametrize(
@@ -164,11 +166,11 @@ def test_the_ics_of_the_scene_are_exported_unless_others_are_named(options, ics,
 )
 def test_what_auto_chooses_is_exported_with_its_engine(choice, tolerance, exported, recorded, command):
     """Judged on all nine components of both bodies, at the tolerance of the scene."""
-    asked = recorded("compare.frontier.choice.choose", choice)
+    questions = recorded("compare.frontier.choice.choose", choice)
     assert command("export", "flat", "--ics", "auto") == DONE
-    assert asked[0][1] == Question("combined", COMPONENTS, 0.02)
-    ((scene, wanted),) = exported
-    assert (wanted.ics, scene.settings.tolerance) == (choice.ics, tolerance)
+    assert questions[0][1] == Question("combined", COMPONENTS, 0.02)
+    ((scene, specification),) = exported
+    assert (specification.ics, scene.settings.tolerance) == (choice.ics, tolerance)
 
 
 @pytest.mark.parametrize("n", [1, 5, 6])
@@ -195,11 +197,11 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
 
 def test_a_run_chooses_ics_only_where_the_scene_leaves_it_open(recorded, command, write_scene):
     recorded("compare.ics.run.run_scene", "there")
-    asked = recorded("compare.frontier.choice.choose", Choice("C", ADVICE))
+    questions = recorded("compare.frontier.choice.choose", Choice("C", ADVICE))
     assert command("run", str(write_scene())) == DONE
-    assert not asked
+    assert not questions
     assert command("run", str(write_scene('ics = "auto"\nics_tolerance = 0.07\nbodies = ["upper"]'))) == DONE
-    question = asked[0][1]
+    question = questions[0][1]
     assert (question.body, question.tolerance) == ("upper", 0.07)
 
 
@@ -229,13 +231,13 @@ def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkey
     monkeypatch.setattr(planning, "matrix_steps", lambda *_: steps[:1])
     monkeypatch.setattr(planning, "file_size", lambda _: 12.4e6)
     assert exit_code(["plan", "flat", "--workers", "4"]) == DONE
-    told = " ".join(capsys.readouterr().out.split())
-    assert "tolerance 0.01, 4 workers" in told
-    assert "64 lags of 0.4 mm, 32 strips of 0.6 mm about s = 0 mm; matrix.nc takes 12 MB" in told
-    assert "about 115 s, 1500 MB" in told
-    assert "about 100 s, 900 MB" in told
+    output = " ".join(capsys.readouterr().out.split())
+    assert "tolerance 0.01, 4 workers" in output
+    assert "64 lags of 0.4 mm, 32 strips of 0.6 mm about s = 0 mm; matrix.nc takes 12 MB" in output
+    assert "about 115 s, 1500 MB" in output
+    assert "about 100 s, 900 MB" in output
     for shown in ("1,234,567", "1.5", "1280 mm", "640 mm", "infinite", "55"):
-        assert shown in told
+        assert shown in output
 
 
 def test_a_plan_of_contact_counts_the_models_that_contact_solves(monkeypatch, capsys):
@@ -274,18 +276,18 @@ def test_a_plan_by_the_solid_engine_says_that_matrices_are_not_computed_by_it(mo
     solid = small | {"engine": {"kind": "solid"}}
     monkeypatch.setattr("femic.cli.scenes.load_scene", lambda name: load_scene(name, solid))
     assert exit_code(["plan", "tall"]) == DONE
-    told = " ".join(capsys.readouterr().out.split())
+    output = " ".join(capsys.readouterr().out.split())
     for name in ("matrix", "contact"):
-        assert f"femic {name}: tall: 1 error(s) engine.kind = 'solid': has no C on a grid" in told
+        assert f"femic {name}: tall: 1 error(s) engine.kind = 'solid': has no C on a grid" in output
 
 
 @pytest.mark.parametrize("name", ["matrix", "contact", "fe-contact", "export"])
 def test_c_on_a_grid_is_refused_with_the_solid_engine(name, write_scene, command, capsys):
     path = write_scene("[contact]\nloads = [1.0]\n")
     assert command(name, str(path)) == WRONG_INPUT
-    told = capsys.readouterr().err.replace("\n", " ")
-    assert "engine.kind = 'solid': has no C on a grid, as matrices and contact need it: use" in told
-    assert "use engine.kind = 'harmonic'" in told
+    output = capsys.readouterr().err.replace("\n", " ")
+    assert "engine.kind = 'solid': has no C on a grid, as matrices and contact need it: use" in output
+    assert "use engine.kind = 'harmonic'" in output
 
 
 @pytest.mark.parametrize("motion", ["rolling", "compression"])
@@ -316,8 +318,8 @@ def test_contact_of_several_scenes_goes_to_a_folder_each_and_maps_beside_them(re
 @pytest.mark.parametrize("words", [(), ("contact",)])
 def test_the_help_of_contact_says_that_it_has_friction(words, capsys):
     assert exit_code([*words, "--help"]) == DONE
-    told = " ".join(capsys.readouterr().out.replace("│", " ").split())
-    assert "without or with friction" in told
+    output = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert "without or with friction" in output
 
 
 def test_contact_without_a_scene_is_refused(capsys):

@@ -103,17 +103,17 @@ def test_on_a_terminal_the_bar_says_it():
 def test_in_a_file_a_thread_looks_at_the_clock(monkeypatch):
     monkeypatch.setattr(progress, "EVERY", 0.02)
     monkeypatch.setattr(progress, "LOOK_EVERY", 0.01)
-    told, waited = progress.Event(), StringIO()
+    line_written, waited = progress.Event(), StringIO()
 
     class Listening(StringIO):
         def write(self, text):
             if text.strip().endswith(" s"):
-                told.set()
+                line_written.set()
             return waited.write(text)
 
     with show_progress(Console(file=Listening(), width=120)) as watch:
         watch.on_step(Step(LOWER, "solid engine at work"))
-        assert told.wait(10)
+        assert line_written.wait(10)
     assert f"{NAMES[LOWER]}: solid engine at work, 0 s" in waited.getvalue()
 
 

@@ -107,11 +107,11 @@ def test_a_scene_that_is_removed_is_not_there_any_more(taken):
     assert taken.has(4, digest)
     assert not taken.has(4, digest + 1)
     taken.remove(4)
-    found = open_sweep(taken.write())
-    assert np.isnan(found["sum"].values.ravel()[4])
-    assert np.isnan(found.seconds.values.ravel()[4])
-    assert int(found["sum"].isnull().sum()) == 3 + 1
-    assert found.attrs["computed"] == 27 - 3 - 1
+    result = open_sweep(taken.write())
+    assert np.isnan(result["sum"].values.ravel()[4])
+    assert np.isnan(result.seconds.values.ravel()[4])
+    assert int(result["sum"].isnull().sum()) == 3 + 1
+    assert result.attrs["computed"] == 27 - 3 - 1
 
 
 def test_a_digest_goes_before_its_values_change(taken, tmp_path):
@@ -130,9 +130,9 @@ def test_values_without_a_digest_are_removed_too(taken):
 
 
 def test_a_run_that_is_killed_at_its_beginning_loses_nothing(taken, tmp_path):
-    found = open_sweep(tmp_path)
-    assert np.all(found.digest.values.ravel() == taken.digests)
-    assert int((found.failure == "seven").sum()) == 3
+    result = open_sweep(tmp_path)
+    assert np.all(result.digest.values.ravel() == taken.digests)
+    assert int((result.failure == "seven").sum()) == 3
 
 
 def test_a_large_dataset_of_other_files_is_made_anew(taken, tmp_path):
