@@ -1,6 +1,6 @@
 """Computes a scene: reference ICs, their check by the other engine, approximations."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -9,6 +9,7 @@ from timeit import repeat
 import numpy as np
 
 from approx.pair import Pair, Solid
+from approx.variants import needs_effective
 from femic.reference.at_points import references
 from femic.reference.estimate import Estimated, total
 from femic.reference.job import Job
@@ -18,7 +19,7 @@ from femic.reference.result import Reference
 from femic.reference.run_options import DEFAULT, Means
 from femic.scenes.scene import Scene
 from geometries.arrays import Array, Indices
-from geometries.patches import OffsetLine, Patch
+from geometries.patches import OffsetLine
 
 REPETITIONS = 5  # how often an approximation is computed for its timing
 
@@ -113,17 +114,25 @@ def approximated(
 ) -> tuple[dict[tuple[str, str], Array], dict[tuple[str, str], float]]:
     """Approximations, (3, 3, n_points) [mm/N], and their seconds, both by (variant, body).
 
-    They are NaN for Bhat_prime where a body has no effective properties.
+    They are NaN where effective properties are missing.
     """
-    ics: dict[tuple[str, str], Array] = {}
-    seconds: dict[tuple[str, str], float] = {}
-    for name, variant in product(scene.compared, scene.variants):
-        key = variant, name
-        if variant == "Bhat_prime" and name not in scene.fitted:
-            ics[key], seconds[key] = np.full((3, 3, len(points.x)), np.nan), np.nan
-        else:
-            ics[key], seconds[key] = _timed(variant, solids(scene)[name], scene.patch, points)
-    return ics, seconds
+    keys = [(variant, name) for name, variant in product(scene.compared, scene.variants)]
+    ics = {(variant, name): approximation(scene, variant, name, points) for variant, name in keys}
+    return ics, {key: _least_seconds(partial(approximation, scene, *key, points)) for key in keys}
+
+
+def approximation(scene: Scene, variant: str, body: str, points: Points) -> Array:
+    """An approximation per unit load, (3, 3, n_points) [mm/N]; NaN where effective properties are missing."""
+    if needs_effective([variant]) and body not in scene.fitted:
+        return np.full((3, 3, len(points.x)), np.nan)
+    ics = solids(scene)[body].approximate(variant, scene.patch, (points.x, points.s))
+    return ics / scene.patch.area
+
+
+def _least_seconds(approximate: Callable[[], Array]) -> float:
+    """The least seconds of some repetitions; NaN where nothing is computed."""
+    computed = not np.all(np.isnan(approximate()))
+    return min(repeat(approximate, number=1, repeat=REPETITIONS)) if computed else np.nan
 
 
 def with_approximations(results: Results, scene: Scene) -> Results:
@@ -138,12 +147,6 @@ def solids(scene: Scene) -> dict[str, Solid | Pair]:
     """What the approximations of "lower", "upper" and "combined" are made of."""
     pair = scene.pair
     return {"lower": pair.lower, "upper": pair.upper, "combined": pair}
-
-
-def _timed(variant: str, solid: Solid | Pair, patch: Patch, points: Points) -> tuple[Array, float]:
-    """ICs per unit load, (3, 3, n_points) [mm/N], and the least seconds of some repetitions."""
-    approximate = partial(solid.approximate, variant, patch, (points.x, points.s))
-    return approximate() / patch.area, min(repeat(approximate, number=1, repeat=REPETITIONS))
 
 
 def _reference_seconds(variant: str, solved: Mapping[str, Reference]) -> dict[tuple[str, str], float]:

@@ -100,9 +100,18 @@ def _files(module: str) -> Iterator[str]:
 
 def _imports(code: str) -> Iterator[str]:
     """The modules that code imports, and names from them, which may be modules."""
-    for node in ast.walk(ast.parse(code)):
+    for node in ast.walk(_WithoutTypes().visit(ast.parse(code))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
             yield node.module
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+class _WithoutTypes(ast.NodeTransformer):
+    """Removes what is imported for type checkers only: no result depends on it."""
+
+    def visit_If(self, node: ast.If) -> ast.AST | list[ast.stmt]:
+        """The statement, or what runs instead of one that no interpreter enters."""
+        of_types = isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+        return node.orelse if of_types else node
