@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from femic.late import Late
 
 if TYPE_CHECKING:
-    from approx.calibration import Fit as Fit
     from femic.interface.bodies import Body as Body
     from femic.interface.bodies import Pair as Pair
     from femic.interface.bodies import arc as arc

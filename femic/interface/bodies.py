@@ -15,10 +15,13 @@ from femic.scenes.effective import effective_properties
 from femic.scenes.load import parse, read_scene, scene_path
 from femic.scenes.messages import messages
 from femic.scenes.section import Section
+from geometries import bodies
 from geometries.errors import WrongInput
 from geometries.materials import Material
+from geometries.surfaces import LOWER
 
 Flanks = float | tuple[float, float]
+ANY_DOMAIN = bodies.Domain(np.inf, np.inf)  # of bodies whose keys are checked
 Table = TypeVar("Table", bound=Section)
 
 
@@ -85,7 +88,8 @@ class Body:
     hub_radius: float | None = None
 
     def __post_init__(self) -> None:
-        checked(BodyTable, self.table)
+        contour = checked(BodyTable, self.table).contour.contour()
+        bodies.Body(LOWER, contour, self.material, ANY_DOMAIN, self.rolling_radius, self.hub_radius)
 
     @property
     def table(self) -> dict[str, Any]:
