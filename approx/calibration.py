@@ -19,7 +19,7 @@ Values = dict[Key, float]
 
 PARAMETERS = ("far", "r_inf", "m", "n")
 FAR_BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
-    {"mismatch_k": (-5.0, 5.0), "G": (0.05, 20.0), "nu": (0.0, 0.5)}  # G over that of the half-space
+    {"mismatch_k": (-5.0, 5.0), "G": (0.05, 20.0), "nu": (0.0, 0.5)}  # G as a multiple of the half-space's G
 )
 EXPONENTS: Mapping[str, tuple[float, float]] = MappingProxyType(  # n below 1: infinite slope at r_inf
     {"m": (0.2, 10.0), "n": (1.0, 50.0)}
@@ -50,8 +50,8 @@ class Parameter:
 class Fit:
     """The result of a fit.
 
-    `covariance` (n_fitted, n_fitted) is that of the fitted parameters in their order, as if the deviations of
-    the points were independent and as large as the residual or, if larger, as the error of the target. `rms`
+    `covariance` (n_fitted, n_fitted) belongs to the fitted parameters in their order. It takes the deviations
+    of the points as independent, and as large as the residual or, if larger, the error of the target. `rms`
     and `worst` (n_components,) are the root mean square and the largest deviation of each component, as
     shares of its largest IC.
     """
@@ -84,7 +84,7 @@ def fit(target: Target, properties: Sequence[str] = ("mismatch_k",)) -> Fit:
 
 @dataclass(frozen=True, eq=False)
 class _Response:
-    """The ICs of a target by B-hat-prime as an explicit function of the properties at each point.
+    """B-hat-prime at the points of a target as an explicit function of the properties at each point.
 
     ICs = (fixed + nu by_nu + mismatch_k by_k) / (G / G of the half-space) + apart. All arrays are in mm/MPa
     and have the shape (n_components, n).
@@ -97,28 +97,28 @@ class _Response:
 
     @classmethod
     def of(cls, target: Target) -> "_Response":
-        """The function, from ICs with three constant pairs of nu and K."""
+        """Return the function, from ICs with three constant pairs of nu and K."""
         r_min, nu_max = float(np.min(target.r)), 0.5
 
         def ics(nu: float, mismatch_k: float) -> Array:
             transitions = (Transition(value, r_min, 1.0, 1.0) for value in (nu, mismatch_k))
-            return target.of(EffectiveProperties(None, *transitions))
+            return target.bhat_prime(EffectiveProperties(None, *transitions))
 
         at_zero = ics(0.0, 0.0)
         apart = target.apart
         return cls(at_zero - apart, (ics(nu_max, 0.0) - at_zero) / nu_max, ics(0.0, 1.0) - at_zero, apart)
 
     def __call__(self, G: float | Array, nu: float | Array, mismatch_k: float | Array) -> Array:
-        """ICs [mm/MPa], shape (n_components, n); G is given over that of the half-space."""
+        """ICs [mm/MPa], shape (n_components, n); G is given as a multiple of the half-space's G."""
         return np.asarray((self.fixed + nu * self.by_nu + mismatch_k * self.by_k) / G + self.apart)
 
 
 @dataclass(frozen=True, eq=False)
 class _Data:
-    """A target with its points in the order of their distances, and the function that gives its ICs.
+    """A target with its points in the order of their distances, and the function that gives B-hat-prime.
 
-    The optimiser works on variables: far in
-    `unit`s, and the logarithms of r_inf, m and n. So the fit does not depend on units.
+    The optimiser works on variables: far in `unit`s, and the logarithms of r_inf, m and n. So the fit does
+    not depend on units.
     """
 
     target: Target
@@ -128,7 +128,7 @@ class _Data:
 
     @classmethod
     def of(cls, target: Target, properties: tuple[str, ...]) -> "_Data":
-        """The data of a fit: the points of a target whose weight is not 0."""
+        """Return the data of a fit: the points of a target whose weight is not 0."""
         weighted = np.flatnonzero(target.weights > 0)
         order = weighted[np.lexsort((target.s[weighted], target.x[weighted], target.r[weighted]))]
         sorted_target = replace(
@@ -185,7 +185,7 @@ class _Data:
         return np.asarray((target.weights * (ics - target.ics) / target.scales).ravel())
 
     def ics(self, values: Values) -> Array:
-        """ICs by B-hat-prime [mm/MPa], shape (n_components, n)."""
+        """B-hat-prime [mm/MPa], shape (n_components, n)."""
         r, constants = self.target.r, dict[str, float | Array](self.half_space)
         for name, transition in transitions(values).items():
             constants[name] = transition.at(r, self.half_space[name])
@@ -361,7 +361,7 @@ class _Data:
             for key in product(self.properties, PARAMETERS)
         )
         effective = EffectiveProperties(**transitions(values))
-        shares = np.abs(self.target.of(effective) - self.target.ics) / self.target.scales
+        shares = np.abs(self.target.bhat_prime(effective) - self.target.ics) / self.target.scales
         return Fit(
             effective,
             parameters,

@@ -6,8 +6,8 @@ into an upper body. Each IC is determined up to a rigid motion. The formulas fix
 at the distance `s_0`) and for the cavity (the logarithm is zero at a chord of one radius). The support of the
 solid cylinder is not specified, so that only self-balanced loads have a meaning.
 
-These are cases in which B is exact. With the half-plane at the distance of the chord, 2 R sin(alpha / 2), the
-cavity is B with A_sn, A_ns times (pi - |alpha|) / pi; the solid cylinder is the same with its side, plus a
+In these cases B is exact: with the half-plane at the distance of the chord, 2 R sin(alpha / 2), the cavity is
+B with A_sn, A_ns times (pi - |alpha|) / pi; the solid cylinder is the same with the sign of its side, plus a
 uniform radial displacement. Theory: docs/theory/ics.md.
 """
 
@@ -20,7 +20,7 @@ from geometries.materials import Material
 
 
 def half_plane_ics(material: Material, side: int, s: ArrayLike, s_0: float) -> Array:
-    """Flamant's half-plane, observer at distance s [mm] from the load; nn and ss are zero at s_0 [mm].
+    """ICs of Flamant's half-plane at distance s [mm] from the load; nn and ss are zero at s_0 [mm].
 
     In mm^2/N, shape (2, 2, *s.shape). Raises WrongInput where s is 0 or not finite.
     """
@@ -31,7 +31,7 @@ def half_plane_ics(material: Material, side: int, s: ArrayLike, s_0: float) -> A
 
 
 def cavity_ics(material: Material, alpha: ArrayLike) -> Array:
-    """A cylindrical cavity, observer at the angle alpha [rad] from the load.
+    """ICs of a cylindrical cavity at the angle alpha [rad] from the load.
 
     In mm^2/N, shape (2, 2, *alpha.shape). Raises WrongInput where alpha is 0 or not finite.
     """
@@ -39,7 +39,7 @@ def cavity_ics(material: Material, alpha: ArrayLike) -> Array:
 
 
 def solid_cylinder_ics(material: Material, alpha: ArrayLike) -> Array:
-    """A solid cylinder, observer at the angle alpha [rad] from the load.
+    """ICs of a solid cylinder at the angle alpha [rad] from the load.
 
     In mm^2/N, shape (2, 2, *alpha.shape). Raises WrongInput where alpha is 0 or not finite.
     """
@@ -49,7 +49,7 @@ def solid_cylinder_ics(material: Material, alpha: ArrayLike) -> Array:
 
 
 def _circle(material: Material, alpha: ArrayLike, side: int) -> Array:
-    """The formula of the cavity, with the side of the body."""
+    """The formula of the cavity for a body of either side."""
     wrapped = _wrapped(_nonzero(alpha, "alpha"))
     cos, sin = np.cos(wrapped), np.sin(wrapped)
     F = side * (wrapped - np.pi * np.sign(wrapped)) / 2 * (2 - 4 * material.nu)
@@ -59,7 +59,7 @@ def _circle(material: Material, alpha: ArrayLike, side: int) -> Array:
 
 
 def _wrapped(alpha: Array) -> Array:
-    """Angles taken to -pi ... pi; those that lie there already do not change."""
+    """Angles wrapped to -pi ... pi; those that lie there already do not change."""
     return np.where(np.abs(alpha) <= np.pi, alpha, np.remainder(alpha + np.pi, 2 * np.pi) - np.pi)
 
 

@@ -11,7 +11,7 @@ from geometries.materials import ElasticConstants
 
 @dataclass(frozen=True)
 class Transition:
-    """Transition of a property from that of the half-space, at the load, to `far` at distance `r_inf` [mm].
+    """Transition of a property from its value in the half-space, at the load, to `far` at `r_inf` [mm].
 
     f(r) = f0 + (far - f0) [(1 - rho) rho^m + rho (1 - (1 - rho)^n)], rho = min(1, r / r_inf). Source: [BVSV]
     section 4, which prints m twice where two exponents are defined.
@@ -30,7 +30,7 @@ class Transition:
                 raise WrongInput(f"{name} = {value!r}: must be positive and finite")
 
     def at(self, r: Array, f0: float | Array) -> Array:
-        """The property at distances r [mm], shape of r; f0 is that of the half-space."""
+        """Return the property at distances r [mm], shape of r; f0 is its value in the half-space."""
         rho = np.minimum(1, r / self.r_inf)
         share = (1 - rho) * rho**self.m + rho * (1 - (1 - rho) ** self.n)
         return np.asarray(f0 + (self.far - f0) * share)
@@ -38,9 +38,9 @@ class Transition:
 
 @dataclass(frozen=True)
 class EffectiveProperties:
-    """The transitions of G [MPa], nu and K; None stands for the value of the half-space everywhere.
+    """The transitions of G [MPa], nu and K; None stands for the constant value of the half-space.
 
-    K of one body does not follow an effective nu.
+    K of a body keeps its value where its nu varies.
     """
 
     G: Transition | None = None
@@ -54,7 +54,7 @@ class EffectiveProperties:
             raise WrongInput(f"effective nu far away = {self.nu.far!r}: must lie in 0 ... 0.5")
 
     def at(self, r: Array, constants: ElasticConstants) -> ElasticConstants:
-        """The constants at distances r [mm] from the load."""
+        """Return the constants at distances r [mm] from the load."""
         varying = {
             name: transition.at(r, getattr(constants, name))
             for name in ("G", "nu", "mismatch_k")

@@ -1,4 +1,4 @@
-"""Forms of ICs: how ICs of half-spaces become those of curved bodies by the rotation from load to observer.
+"""Forms of ICs: how ICs of half-spaces and the rotation from load to observer give ICs of curved bodies.
 
 `FORMS` holds each form once; points, matrices and contact operators follow from it. A form consists of A, or
 A' of effective properties, and of a function of these ICs and the rotation T. In the B family this is

@@ -18,7 +18,7 @@ from geometries.patches import Patch
 
 @dataclass(frozen=True)
 class Element:
-    """A distribution of the traction about an element: its integrals at points and at lags of a grid."""
+    """A distribution of traction: the integrals of the kernels over it, at points and at lags of a grid."""
 
     at_points: Callable[[Patch, Array, Array], Array]
     at_lags: Callable[[Patch, int, int], Array]
@@ -34,7 +34,7 @@ ELEMENTS: Mapping[str, Element] = MappingProxyType(
 
 @dataclass(frozen=True)
 class HalfSpace:
-    """One body or both as half-spaces: elastic constants, the element's traction, effective properties."""
+    """One body or both as half-spaces: elastic constants, distribution of traction, effective properties."""
 
     constants: ElasticConstants
     element: str = "uniform"
@@ -52,7 +52,7 @@ class HalfSpace:
         Raises WrongInput for points that are not finite or do not broadcast. Source: [BVSV] section 2,
         Kalker (1990).
         """
-        return nine(self.constants, self._integrals(patch, *observers(x, s)))
+        return ics_from_integrals(self.constants, self._integrals(patch, *observers(x, s)))
 
     def effective_ics(self, patch: Patch, x: ArrayLike, s: ArrayLike) -> Array:
         """A' [mm/MPa], with the arguments and the shape of `ics`.
@@ -60,10 +60,10 @@ class HalfSpace:
         Raises WrongInput also where no effective properties are given.
         """
         if self.effective is None:
-            raise WrongInput("effective properties: give those of B-hat-prime (far, r_inf, m, n)")
+            raise WrongInput("effective properties: B-hat-prime needs some (far, r_inf, m, n)")
         x, s = observers(x, s)
         constants = self.effective.at(np.hypot(x, s), self.constants)
-        return nine(constants, self._integrals(patch, x, s))
+        return ics_from_integrals(constants, self._integrals(patch, x, s))
 
     def lags(self, patch: Patch, n_x: int, n_s: int) -> Array:
         """A at the lags (2 a k, 2 b l) of a grid of such elements, shape (3, 3, n_x, n_s) [mm/MPa].
@@ -73,7 +73,7 @@ class HalfSpace:
         if not (n_x >= 1 and n_s >= 1):
             raise WrongInput(f"n_x = {n_x!r}, n_s = {n_s!r}: at least one lag each")
         checked_lengths(patch, np.array(2 * n_x * patch.a), np.array(2 * n_s * patch.b))
-        return nine(self.constants, ELEMENTS[self.element].at_lags(patch, n_x, n_s))
+        return ics_from_integrals(self.constants, ELEMENTS[self.element].at_lags(patch, n_x, n_s))
 
     def _integrals(self, patch: Patch, x: Array, s: Array) -> Array:
         """Integrals of the kernels [mm], shape (5, *x.shape)."""
@@ -81,7 +81,7 @@ class HalfSpace:
         return ELEMENTS[self.element].at_points(patch, x, s)
 
 
-def nine(constants: ElasticConstants, integrals: Array) -> Array:
+def ics_from_integrals(constants: ElasticConstants, integrals: Array) -> Array:
     """ICs [mm/MPa], shape (3, 3, ...), from I_xx, I_ss, I_xs, J_x, J_s [mm] (5, ...): docs/theory/ics.md."""
     scale = constants.factor / (2 * np.pi * constants.G)
     I_xx, I_ss, I_xs, J_x, J_s = integrals

@@ -1,10 +1,11 @@
 """Integrals of the half-space kernels with a piecewise bilinear traction: the hat over 2 x 2 elements.
 
-The hat (1 - |X| / 2a) (1 - |S| / 2b) is the uniform element averaged over an element, so its integrals are
-those of the uniform rectangle averaged over an element about the observer. The average is a product of two
-quadratures: Gauss-Legendre with as many nodes as the distance to the nearest corner asks for (the size of an
-ellipse in the complex plane that contains no singularity), and beside the patch, where this ellipse is too
-small, tanh-sinh quadrature on both sides of the edge line. Errors: docs/analytic.md.
+The hat (1 - |X| / 2a) (1 - |S| / 2b) is the average of the uniform element over an element, so its integrals
+are averages of the integrals over the uniform rectangle, over an element about the observer. The average is a
+product of two quadratures: Gauss-Legendre rules, whose number of nodes follows from the distance to the
+nearest corner (the size of an ellipse in the complex plane that contains no singularity), and beside the
+patch, where this ellipse is too small, tanh-sinh rules on both sides of the edge line. Errors:
+docs/analytic.md.
 """
 
 from dataclasses import dataclass
@@ -26,7 +27,7 @@ AT_ONCE = 2**20  # number of evaluations of the rectangle at a time
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """Abscissas, and weights of sum 1, of the windows about some observers; shape (observers, nodes)."""
+    """Nodes, and weights of sum 1, of the windows about some observers; shape (observers, nodes)."""
 
     at: Array
     weights: Array
@@ -70,7 +71,7 @@ def _averaged(patch: Patch, window_x: Nodes, window_s: Nodes) -> Array:
 
 
 def _rules(centre: Array, gap: Array) -> Array:
-    """Number of Gauss nodes that each window centre - 1 ... centre + 1 needs; 0 if no rule of `GAUSS` does.
+    """Number of Gauss nodes that each window centre - 1 ... centre + 1 needs; 0 if `GAUSS` has not as many.
 
     Seen from the window, the corners are singularities at +-1 +- i gap. The integrand is analytic in the
     ellipse about the window through the nearest of them, of semi-axes' sum rho: n nodes err by rho^(-2n).

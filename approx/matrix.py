@@ -1,4 +1,4 @@
-"""Approximations on a grid: ICs of all pairs of elements, by their lag along x and their strips."""
+"""Approximations on a grid: ICs of all pairs of elements, sorted by lag along x and by strips."""
 
 from collections.abc import Sequence
 
@@ -15,11 +15,11 @@ def column(variant: str, solid: Solid | Pair, grid: Grid, strip: int) -> Array:
 
 
 def columns(variants: Sequence[str], solid: Solid | Pair, grid: Grid, strip: int) -> dict[str, Array]:
-    """The columns of several variants; what they have in common is computed once."""
+    """Return the columns of several variants; what they have in common is computed once."""
     return solid.approximations(variants, grid.patch(strip), (grid.lags[:, None], grid.strips))
 
 
 def matrix(variant: str, solid: Solid | Pair, grid: Grid) -> Array:
-    """The IC matrix [mm/MPa], (n_x, n_s, n_s, 3, 3): lag, observing and loaded strip, their directions."""
+    """Return the IC matrix [mm/MPa], (n_x, n_s, n_s, 3, 3): lag, observing and loaded strip, directions."""
     by_strip = [column(variant, solid, grid, strip) for strip in range(grid.n_s)]
     return np.moveaxis(np.stack(by_strip), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))

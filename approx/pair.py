@@ -76,10 +76,10 @@ class Pair:
     def approximate(self, variant: str, patch: Patch, points: Points) -> Array:
         """ICs per unit pressure [mm/MPa], shape (3, 3, ...): the sum over both bodies, each with its T.
 
-        Where combined effective properties are given, B-hat-prime, and components that a variant has from
-        it, are those of the combined constants on the contour of the lower body. The properties stand for
-        everything else, also for the curvature of wheels along x; with `curvature_apart` the effect of this
-        curvature on B-hat of each body is added instead. Source: [BVSV] section 4; docs/theory/ics.md.
+        Where combined effective properties are given, B-hat-prime, and components that a variant takes from
+        it, are computed from the combined constants on the contour of the lower body. The properties then
+        represent everything else, also the curvature of wheels along x; with `curvature_apart` the effect of
+        this curvature on B-hat of each body is added instead. Source: [BVSV] section 4; docs/theory/ics.md.
         """
         return self.approximations([variant], patch, points)[variant]
 

@@ -1,6 +1,6 @@
 """Integrals of the half-space kernels over a rectangle, exact to rounding everywhere.
 
-The sums of logarithms over the corners in textbooks suffer from cancellation: far away they lose digits in
+The textbooks' sums of logarithms over the corners suffer from cancellation: far away they lose digits in
 proportion to r^2 / (a b), and they lose digits beside the patch. Here
 
 - kernels are even or odd in X and in S = observer minus loaded point, so that each integral is a sum
@@ -30,7 +30,7 @@ BELOW_ONE = np.nextafter(1.0, 0.0)
 
 @dataclass(frozen=True)
 class Interval:
-    """0 <= low <= high along one axis; `length` = high - low, known more exactly than that difference."""
+    """0 <= low <= high along one axis; `length` = high - low, without the rounding of that difference."""
 
     low: Array
     high: Array
@@ -165,7 +165,7 @@ def checked_lengths(patch: Patch, x: Array, s: Array) -> None:
 def over_rectangle(patch: Patch, x: Array, s: Array) -> Array:
     """Integrals I_xx, I_ss, I_xs, J_x, J_s [mm] over the patch, shape (5, *x.shape).
 
-    They are the integrals of X^2/R^3, S^2/R^3, X S/R^3, X/R^2, S/R^2; that of 1/R is I_xx + I_ss.
+    The integrands are X^2/R^3, S^2/R^3, X S/R^3, X/R^2, S/R^2; the integral of 1/R is I_xx + I_ss.
     x, s [mm], of one shape: observer minus patch centre.
     """
     out = np.empty((5, x.size))

@@ -1,9 +1,8 @@
 """Rotations between the local directions of two elements, about which ICs of half-spaces are rotated.
 
-With the local directions of an element in global axes as the columns of Q, T = Q_I^T Q_J takes load
-directions into those of the observer. On a prismatic surface T = R_x(alpha), alpha = delta(s_I) -
-delta(s_J), the same for both bodies. Source: [BVSV] section 3;
-docs/theory/ics.md.
+With the local directions of an element in global axes as the columns of Q, T = Q_I^T Q_J takes the directions
+of the load into the directions of the observer. On a prismatic surface T = R_x(alpha), alpha = delta(s_I) -
+delta(s_J), the same for both bodies. Source: [BVSV] section 3; docs/theory/ics.md.
 
 SciPy's `Rotation` gives the same numbers, but takes three to thirteen times as long (B-hat at 100 000 points:
 100 ms against 36 ms, where A takes 37 ms), because its matrices have the points in front.

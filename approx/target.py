@@ -18,10 +18,10 @@ SPREAD = 1.5  # least ratio of the largest to the smallest distance
 class Target:
     """ICs that B-hat-prime is to reproduce.
 
-    `ics` (n_components, n) per unit pressure [mm/MPa] of `components` such as "xn" at observers (x, s) [mm],
-    (n,) each, x from the load, s from the contact centre; `error` [mm/MPa], of a shape that broadcasts to the
-    same, is that of `ics`; deviations are multiplied by `weights` (n,). `solid` is a body or a pair without
-    effective properties.
+    `ics` (n_components, n) are ICs per unit pressure [mm/MPa] of `components` such as "xn" at observers
+    (x, s) [mm], (n,) each, with x from the load and s from the contact centre; `error` [mm/MPa] is their
+    error, of a shape that broadcasts to theirs. Deviations are multiplied by `weights` (n,). `solid` is a
+    body or a pair without effective properties.
 
     Raises WrongInput for shapes that do not fit, values that are not finite, weights below 0, fewer than
     `FEWEST` points that count, points at one distance only, and components that are 0 at all of them.
@@ -91,22 +91,22 @@ class Target:
 
     @property
     def apart(self) -> Array:
-        """Part of B-hat-prime that does not depend on effective properties [mm/MPa], shape of `ics`.
+        """The part of B-hat-prime [mm/MPa] that effective properties leave alone, shape of `ics`.
 
-        It is that of the curvature of wheels, or 0.
+        It is due to the curvature of wheels along x, or 0.
         """
         solid = self.solid
         if not (isinstance(solid, Pair) and solid.curvature_apart):
             return np.zeros(np.shape(self.ics))
         return self._components(solid.curvature(self.patch, (self.x, self.s)))
 
-    def of(self, effective: EffectiveProperties) -> Array:
-        """The same ICs by B-hat-prime with effective properties [mm/MPa], shape of `ics`."""
+    def bhat_prime(self, effective: EffectiveProperties) -> Array:
+        """B-hat-prime with effective properties at the same points [mm/MPa], shape of `ics`."""
         solid = replace(self.solid, effective=effective)
         return self._components(solid.approximate("Bhat_prime", self.patch, (self.x, self.s)))
 
-    def by(self, variant: str) -> Array:
-        """The same ICs by a variant without effective properties [mm/MPa], shape of `ics`."""
+    def approximate(self, variant: str) -> Array:
+        """A variant without effective properties at the same points [mm/MPa], shape of `ics`."""
         return self._components(self.solid.approximate(variant, self.patch, (self.x, self.s)))
 
     def _components(self, ics: Array) -> Array:
@@ -115,11 +115,11 @@ class Target:
 
 
 def pointwise_k(target: Target) -> Array:
-    """K [-] with which B-hat-prime is the target, shape (n_components, n); NaN where no K does."""
+    """K [-] with which B-hat-prime equals the target, (n_components, n); NaN where K has no effect."""
     r_min = float(np.min(target.r[target.r > 0]))
 
     def with_k(value: float) -> Array:
-        return target.of(EffectiveProperties(mismatch_k=Transition(value, r_min, 1.0, 1.0)))
+        return target.bhat_prime(EffectiveProperties(mismatch_k=Transition(value, r_min, 1.0, 1.0)))
 
     at_zero, slope = with_k(0.0), with_k(1.0) - with_k(0.0)
     return (target.ics - at_zero) / np.where(slope == 0, np.nan, slope)

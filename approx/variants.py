@@ -85,7 +85,7 @@ def forms_of(variant: str) -> Forms:
 
 
 def _form(name: str, variant: str) -> Form:
-    """The form of a name within that of a variant."""
+    """The form of this name, which is part of the name of a variant."""
     if name not in FORMS:
         raise _unknown(variant)
     return FORMS[name]
@@ -117,7 +117,7 @@ def needs_effective(variants: Iterable[str]) -> bool:
 
 
 def assembled(variants: Iterable[str], by_form: Mapping[Form, Array]) -> dict[str, Array]:
-    """The ICs of variants, (3, 3, ...) each, from those of their forms."""
+    """The ICs of variants, (3, 3, ...) each, from the ICs of their forms."""
     return {variant: _assembled(forms_of(variant), by_form) for variant in variants}
 
 
@@ -142,7 +142,7 @@ def approximate(
 
     Index order: displacement, traction; local directions x, s, n of observer and load. x counts from the
     load, s from the contact centre. `half_space` is one body or both; `surface` says how the directions
-    rotate, for both bodies that of the lower one. Errors are those of the half-space, 1e-14 of the largest
+    rotate, for both bodies it is the surface of the lower one. Errors are below 1e-14 of the largest
     component; the symmetries that a variant keeps hold to rounding. `variant` is one of `VARIANTS`, or one
     with exchanges (`forms_of`). Raises WrongInput for an unknown one, for points that are not finite, and for
     B-hat-prime without effective properties. Source: [BVSV] sections 3 and 4; docs/theory/ics.md.

@@ -17,7 +17,7 @@ import numpy as np
 
 from approx import hat, rectangle
 from approx.effective import EffectiveProperties, Transition
-from approx.halfspace import HalfSpace, nine
+from approx.halfspace import HalfSpace, ics_from_integrals
 from approx.variants import VARIANTS, approximate
 from femic.validation.extremes import exact
 from geometries.contours import arc
@@ -87,8 +87,8 @@ def worst_error(form: Form, cases: Sequence[Case]) -> float:
     with np.errstate(all="ignore"):
         for patch, x, s in cases:
             integrals = np.array([float(v) for v in exact.integrals(patch, x, s)])
-            truth = nine(constants, integrals)
-            got = nine(constants, form(patch, np.array(x), np.array(s)))
+            truth = ics_from_integrals(constants, integrals)
+            got = ics_from_integrals(constants, form(patch, np.array(x), np.array(s)))
             errors = np.abs(got - truth)[truth != 0] / np.abs(truth[truth != 0])
             worst = max(worst, float(np.max(np.where(np.isnan(errors), np.inf, errors))))
     return worst
@@ -141,12 +141,12 @@ def speed() -> None:
     half_space = HalfSpace(both_bodies(STEEL, BRASS))
     calls = {
         f"textbook form, {POINTS} scattered points": (
-            lambda: nine(half_space.constants, textbook(PATCH, x, s)),
+            lambda: ics_from_integrals(half_space.constants, textbook(PATCH, x, s)),
             POINTS,
         ),
         f"femic, {POINTS} scattered points": (lambda: half_space.ics(PATCH, x, s), POINTS),
         "textbook form, lags 512 x 400": (
-            lambda: nine(half_space.constants, textbook(PATCH, lag_x, lag_s)),
+            lambda: ics_from_integrals(half_space.constants, textbook(PATCH, lag_x, lag_s)),
             lag_x.size,
         ),
         "femic, lags 512 x 400": (lambda: half_space.lags(PATCH, *LAGS), lag_x.size),

@@ -17,7 +17,7 @@ from femic.campaigns.cluster import Size, local_cluster
 from femic.campaigns.compute import compute_sweep
 from femic.campaigns.dataset import Collected
 from femic.reference.models import peak_memory
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 
 SCENES = """
 scene = "geometry1"
@@ -94,7 +94,7 @@ def single(share):
         models, start, begun = 0, perf_counter(), process_time()
         for number in numbers:
             scene = campaign.scene(campaign.point(number))
-            models += len(compute(scene, Means(2, Store(f"{folder}/{number}"))).models)
+            models += len(compute(scene, RunOptions(2, Store(f"{folder}/{number}"))).models)
         seconds, of_cores = perf_counter() - start, process_time() - begun
     print(
         f"single: {len(numbers)} of {campaign.size} scenes, {seconds:.0f} s, {models} models; for all "

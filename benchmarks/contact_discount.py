@@ -17,7 +17,7 @@ from approx.matrix import matrix
 from compare.matrix.compute import compute_matrix
 from compare.matrix.export import discounted_matrix, read_matrix
 from femic.cache.store import Store
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
@@ -88,10 +88,10 @@ def main(approaches: list[float]) -> None:
     scene = load_scene("geometry2", {"engine": {"check": False}})
     with tempfile.TemporaryDirectory() as folder:
         store, path = Store(Path(folder) / "store"), Path(folder) / "matrix.nc"
-        compute_matrix(scene, path, Means(1, store))
+        compute_matrix(scene, path, RunOptions(1, store))
         found = {
             "C": read_matrix(path, "combined"),
-            "raw C": discounted_matrix(scene, "none", Means(1, store)),
+            "raw C": discounted_matrix(scene, "none", RunOptions(1, store)),
             **{name: matrix(name, scene.pair, scene.grid) for name in ("A", "Bhat")},
         }
     print("| approach, mm | ICs | load, N | contact, mm | largest pressure, MPa | at an edge, MPa |")

@@ -53,7 +53,7 @@ def path(case: RandomContact, problem: FrictionalProblem) -> Path:
         wanted=wanted,
         placed=case.placed,
         scene=SimpleNamespace(contact=SimpleNamespace(loads=[case.load])),
-        means=SimpleNamespace(watch=SimpleNamespace(on_stage=lambda _: None)),
+        options=SimpleNamespace(watch=SimpleNamespace(on_stage=lambda _: None)),
     )
     return Path(solver, case.rolling(problem), "random")
 

@@ -26,7 +26,7 @@ from compare.calibration.compute import calibrate, target_of
 from compare.ics.compute import Results, reference_of
 from compare.ics.error_measure import Measure, far_from
 from femic.cache.store import Store
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.arrays import Array
 from geometries.materials import Material
@@ -69,7 +69,7 @@ def fitted(name: str, tolerance: float, store: Store) -> tuple[Results, dict[tup
     wanted = {"bodies": list(BODIES), "properties": ["mismatch_k"], "components": COMPONENTS}
     engine = {"tolerance": tolerance, "check": False}
     results = calibrate(
-        load_scene(name, {"calibration": wanted, "engine": engine}), Means(store=store)
+        load_scene(name, {"calibration": wanted, "engine": engine}), RunOptions(store=store)
     ).results
     fits = {}
     for components, properties in SETS.items():

@@ -25,7 +25,7 @@ from femic.reference.harmonic.engine import raw_ics
 from femic.reference.harmonic.request import HarmonicRequest
 from femic.reference.level import Level
 from femic.reference.matrix.reference import matrices
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.reference.solid import pardiso
 from femic.scenes.load import load_scene
 
@@ -37,7 +37,7 @@ STRIPS = 64
 def run(name: str, **engine: object) -> tuple[Results, float]:
     scene = load_scene(name, {"engine": {"check": False, **engine}})
     start = perf_counter()
-    results = compute(scene, Means(2))
+    results = compute(scene, RunOptions(2))
     return results, perf_counter() - start
 
 
@@ -100,13 +100,13 @@ def many_loads() -> None:
         grid = {"grid": {"n_x": 3, "n_s": STRIPS}}
         job = matrix_jobs(load_scene(name, grid | {"engine": {"check": False, "tolerance": 0.01}}))["lower"]
         start = perf_counter()
-        found = matrices({"lower": job}, Means(2))["lower"]
+        found = matrices({"lower": job}, RunOptions(2))["lower"]
         seconds = perf_counter() - start
         start = perf_counter()
         solid_scene = load_scene(
             name, {"bodies": ["lower"], "engine": {"kind": "solid", "check": False, "tolerance": 0.01}}
         )
-        compute(solid_scene, Means(2))
+        compute(solid_scene, RunOptions(2))
         one = perf_counter() - start
         unknowns = f"{found.models['fine'].unknowns:,}"
         cells = f"{seconds:.0f}", unknowns, f"{one:.0f}", f"{STRIPS * one:.0f}"

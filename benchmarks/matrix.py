@@ -18,7 +18,7 @@ import numpy as np
 from compare.ics.compute import compute
 from compare.matrix.compute import compute_matrix
 from femic.cache.store import Store
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 
 TOLERANCE = 1e-3
@@ -43,11 +43,11 @@ def one(n_s: int, n_x: int) -> None:
     scene = load_scene("geometry2", {"grid": {"n_s": n_s, "n_x": n_x}, "engine": engine})
     with tempfile.TemporaryDirectory() as folder:
         store, path = Store(Path(folder) / "store"), Path(folder) / "matrix.nc"
-        results = compute_matrix(scene, path, Means(2, store))
+        results = compute_matrix(scene, path, RunOptions(2, store))
         costs = [cost for matrix in results.matrices.values() for cost in matrix.models.values()]
         models = sum(sum(cost.seconds.values()) for cost in costs)
         start = perf_counter()
-        compute_matrix(scene, path, Means(2, store))
+        compute_matrix(scene, path, RunOptions(2, store))
         again = perf_counter() - start
         kept = sum(file.stat().st_size for file in (Path(folder) / "store").rglob("*.nc"))
         cells = (
@@ -69,7 +69,7 @@ def single_loads(n: int) -> None:
     """Seconds of n single loads, extrapolated from one."""
     engine = {"check": False, "tolerance": TOLERANCE}
     start = perf_counter()
-    compute(load_scene("geometry2", {"engine": engine}), Means(2))
+    compute(load_scene("geometry2", {"engine": engine}), RunOptions(2))
     seconds = perf_counter() - start
     print(f"\none load at s = 0: {seconds:.0f} s; {n} of them, extrapolated: {n * seconds:.0f} s", flush=True)
 

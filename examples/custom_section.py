@@ -18,7 +18,7 @@ from compare.ics.compute import compute
 from compare.ics.dataset import errors, to_dataset
 from compare.report.curves import draw_curve
 from femic.cache.store import Store
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 
@@ -30,7 +30,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.02) -> xr.Dat
     """Compute to an estimated error of `tolerance`; picture and solved models go to `out`."""
     out.mkdir(parents=True, exist_ok=True)
     scene = rail_scene(tolerance)
-    results = compute(scene, Means(store=Store(out / "store")))
+    results = compute(scene, RunOptions(store=Store(out / "store")))
     ics = to_dataset(results)
     draw(scene, ics.sel(body="lower", j="n")).savefig(out / "custom_section.png", dpi=150)
     worst = errors(results, ics).error.max("line").sel(body="lower", i=["n", "s"], j="n", variant=VARIANTS)

@@ -23,7 +23,7 @@ from compare.ics.dataset import errors, to_dataset
 from compare.ics.errors import measure_of
 from compare.report.styles import STYLES, SYMBOLS
 from femic.cache.store import Store
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.arrays import Array
 from geometries.materials import one_body
@@ -41,7 +41,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.01) -> xr.Dat
     for name, row in zip(SCENES, figure.subplots(2, 3, sharex=True), strict=True):
         engine = {"tolerance": tolerance, "check": False}
         scene = load_scene(name, {"components": ["nn", "sn"], "engine": engine})
-        results = compute(scene, Means(store=Store(out / "store")))
+        results = compute(scene, RunOptions(store=Store(out / "store")))
         found.append(errors_with_factor(results))
         for axes, body in zip(row, BODIES, strict=True):
             draw(axes, results, body)

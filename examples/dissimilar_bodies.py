@@ -34,7 +34,7 @@ from femic.contact.frictional import FrictionalProblem, Pressing
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import GridOperator
 from femic.contact.rolling import RollingContact, RollingProblem
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 from geometries.materials import Material
@@ -61,12 +61,12 @@ class Bodies:
     fits: Mapping[str, EffectiveProperties]
 
     @classmethod
-    def of(cls, scene: Scene, means: Means) -> "Bodies":
+    def of(cls, scene: Scene, options: RunOptions) -> "Bodies":
         """Solve and fit C of both bodies on the grid that fits the scene's contact."""
         ((grid, _),) = grids_of(scene)
         placed = placed_on(scene, grid)
-        c = body_ics(scene, placed, means)
-        fits = {name: fit.effective for name, fit in calibrate(scene, means).fits.items()}
+        c = body_ics(scene, placed, options)
+        fits = {name: fit.effective for name, fit in calibrate(scene, options).fits.items()}
         return cls(scene, placed, c, fits)
 
     def moduli(self, ratio: float) -> dict[str, float]:
@@ -117,7 +117,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.03, elements:
         "contact": {"elements": elements},
         "engine": {"tolerance": tolerance},
     }
-    bodies = Bodies.of(load_scene("rolling", keys), Means(store=Store(out / "store")))
+    bodies = Bodies.of(load_scene("rolling", keys), RunOptions(store=Store(out / "store")))
     found = compared(
         xr.concat(
             [xr.concat([rolled(bodies, ics, ratio) for ics in (*VARIANTS, "C")], "ics") for ratio in RATIOS],

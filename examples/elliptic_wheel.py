@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from compare.ics.compute import Results, compute, reference_of
 from compare.report.styles import STYLES
 from femic.cache.store import Store
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.patches import COMPONENTS, indices
 
@@ -49,7 +49,7 @@ def wheel(changes: dict[str, Any], tolerance: float, store: Store) -> Results:
         "upper": changes,
         "engine": {"tolerance": tolerance, "check": False},
     }
-    return compute(load_scene("geometry2", keys), Means(store=store))
+    return compute(load_scene("geometry2", keys), RunOptions(store=store))
 
 
 def differences(arc: Results, ellipse: Results) -> xr.Dataset:

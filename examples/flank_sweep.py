@@ -17,7 +17,7 @@ from compare.ics.compute import compute
 from compare.ics.dataset import errors, to_dataset
 from compare.report.styles import MARKERS, STYLES, SYMBOLS
 from femic.cache.store import Store
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 
@@ -54,7 +54,7 @@ def flanks(angle: float, tolerance: float) -> Scene:
 
 def worst_errors(scene: Scene, store: Store) -> xr.DataArray:
     """Worst errors of the combined ICs under a normal load, by direction i and variant."""
-    results = compute(scene, Means(store=store))
+    results = compute(scene, RunOptions(store=store))
     worst = errors(results, to_dataset(results)).error.max("line")
     return worst.sel(body="combined", i=["n", "s"], j="n", variant=VARIANTS)
 

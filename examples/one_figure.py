@@ -16,7 +16,7 @@ from compare.ics.compute import compute
 from compare.ics.dataset import to_dataset
 from compare.report.curves import draw_curve
 from femic.cache.store import Store
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 
 ASKED = {
@@ -30,7 +30,7 @@ ASKED = {
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.005) -> xr.Dataset:
     """Compute to an estimated error of `tolerance`; picture and solved models go to `out`."""
     scene = load_scene("geometry1", ASKED | {"engine": {"tolerance": tolerance, "check": False}})
-    ics = to_dataset(compute(scene, Means(store=Store(out / "store"))))
+    ics = to_dataset(compute(scene, RunOptions(store=Store(out / "store"))))
     sn = ics.sel(body="lower", i="s", j="n")
     draw(sn).savefig(out / "one_figure.png", dpi=150)
     return sn

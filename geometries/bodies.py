@@ -1,4 +1,4 @@
-"""Bodies: the solids behind contact surfaces, their materials, and how much of them is modelled."""
+"""Bodies: the solids behind contact surfaces, their materials, and the part of them that is modelled."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -20,11 +20,11 @@ END_SAMPLES = 4001  # arc lengths among which the end of a section is sought
 
 @dataclass(frozen=True)
 class Domain:
-    """How much of a body is modelled: clamped at the far arc, at both ends and at the hub, free elsewhere.
+    """The part of a body that is modelled: clamped at the far arc, both ends and the hub, free elsewhere.
 
-    far_radius [mm] is the radius of the far arc about the contact centre, half_length [mm] the
-    extent along +x and along -x, on a body of revolution along the rolling circle of s = 0; it is infinite
-    for an endless body, and for one that goes all the way round.
+    far_radius [mm] is the radius of the far arc about the contact centre. half_length [mm] is the extent
+    along +x and along -x, on a body of revolution along the rolling circle of s = 0; it is infinite where the
+    body has no ends: an infinitely long prismatic body, or a complete body of revolution.
     """
 
     far_radius: float
@@ -37,17 +37,17 @@ class Domain:
             )
 
     def scaled(self, factor: float) -> "Domain":
-        """The same domain, `factor` times as large."""
+        """Return the domain, `factor` times as large."""
         return Domain(factor * self.far_radius, factor * self.half_length)
 
 
 @dataclass(frozen=True)
 class Body:
-    """A prismatic body, or one of revolution about y = any, z = side * rolling_radius.
+    """A prismatic body, or one of revolution about the line x = 0, z = side * rolling_radius.
 
-    side +1: upper, fills n > 0; -1: lower. rolling_radius [mm] is that of the circle through the contact
-    centre, infinite on a prismatic body. hub_radius [mm] is the radius at which the section ends, clamped;
-    None stands for the default.
+    The side is +1 for the upper body, which fills n > 0, and -1 for the lower one. rolling_radius [mm] is
+    the radius of the circle through the contact centre, infinite on a prismatic body. The section ends at
+    hub_radius [mm], where it is clamped; None stands for the default.
     """
 
     side: int
@@ -85,12 +85,12 @@ class Body:
 
     @property
     def reaches_hub(self) -> bool:
-        """Whether the modelled section goes as far as the hub."""
+        """Whether the modelled section reaches the hub."""
         return self.depth < self.domain.far_radius
 
     @property
     def closed(self) -> bool:
-        """Whether the model goes all the way round the axis."""
+        """Whether the model is a complete body of revolution."""
         return bool(
             np.isfinite(self.rolling_radius) and self.domain.half_length >= np.pi * self.rolling_radius
         )
@@ -101,12 +101,12 @@ class Body:
         return min(self.domain.half_length, np.pi * self.rolling_radius)
 
     def enlarged(self, factor: float) -> "Body":
-        """The same body in a domain `factor` times as large."""
+        """Return the body in a domain `factor` times as large."""
         return replace(self, domain=self.domain.scaled(factor))
 
     @property
     def s_range(self) -> tuple[float, float]:
-        """Arc lengths [mm] at which the contour meets the far arc or the hub: the left one, the right one."""
+        """Arc lengths [mm] at which the contour meets the far arc or the hub, on the left and right."""
         return section_end(self, -1), section_end(self, +1)
 
 
@@ -128,6 +128,6 @@ def section_end(body: Body, direction: int) -> float:
 
 
 def common_extent(bodies: Mapping[str, Body]) -> tuple[float, float]:
-    """Arc lengths [mm] as far as the contours of all bodies go."""
+    """Return the range of arc lengths [mm] that the contours of all bodies cover."""
     starts, ends = zip(*(body.contour.extent for body in bodies.values()), strict=True)
     return max(starts), min(ends)

@@ -20,9 +20,9 @@ from geometries.quadrature import on_panels
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-NEWTON_STEPS = 30  # largest number
+NEWTON_STEPS = 30  # largest number of steps
 GAUSS_POINTS = 16  # per interval of a spline
-NEAREST_SAMPLES = 4001  # arc lengths among which the nearest one is sought first
+NEAREST_SAMPLES = 4001  # number of arc lengths from the nearest of which Newton's method starts
 LEAST_STRETCH = 0.1  # of distances along a parallel curve: nearly 0 at the centre of curvature
 LENGTH_ROUNDING = 1e-14  # tolerance of an arc length, as a share of the length of the curve
 

@@ -1,9 +1,9 @@
-"""Errors that a user can act on: wrong input, and results that could not be computed."""
+"""Errors on which a user can act: wrong input, and results that could not be computed."""
 
 
 class WrongInput(ValueError):
-    """An input that cannot be used; the message names field, value and remedy."""
+    """An input that cannot be used; the message names the field, the value and the remedy."""
 
 
 class Failure(RuntimeError):
-    """A result that could not be computed as asked; the message has the numbers and what to try."""
+    """A result that could not be computed; the message gives the numbers and what to try."""

@@ -1,4 +1,4 @@
-"""The grid of elements on which contact is solved: uniform in x and in arc length s."""
+"""The grid of elements on which contact is solved, uniform in x and in arc length s."""
 
 from dataclasses import dataclass, replace
 
@@ -11,7 +11,7 @@ from geometries.patches import Patch
 
 @dataclass(frozen=True)
 class Grid:
-    """n_x by n_s elements of dx by ds [mm], strips of equal s side by side about arc length s."""
+    """n_x by n_s elements of dx by ds [mm]: n_s strips along x, side by side about arc length s."""
 
     n_x: int
     n_s: int
@@ -26,7 +26,7 @@ class Grid:
 
     @property
     def lags(self) -> Array:
-        """Distances of two elements along x [mm], shape (n_x,): 0, dx, 2 dx, ..."""
+        """Distances between elements along x [mm], shape (n_x,): 0, dx, 2 dx, ..."""
         return np.asarray(self.dx * np.arange(self.n_x))
 
     @property
@@ -40,7 +40,7 @@ class Grid:
         return Patch(self.dx / 2, self.ds / 2)
 
     def patch(self, strip: int) -> Patch:
-        """The element of a strip at x = 0."""
+        """Return the element of a strip at x = 0."""
         return replace(self.element, s=float(self.strips[strip]))
 
     @property

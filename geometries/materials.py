@@ -27,7 +27,7 @@ class Material:
 
     @property
     def lame(self) -> float:
-        """First Lame parameter [MPa]; infinite at nu = 0.5."""
+        """First Lamé parameter [MPa]; infinite at nu = 0.5."""
         if self.nu == 0.5:
             return float("inf")
         return self.E * self.nu / ((1 + self.nu) * (1 - 2 * self.nu))
@@ -35,10 +35,10 @@ class Material:
 
 @dataclass(frozen=True)
 class ElasticConstants:
-    """The constants of half-space ICs, of one body or of both; arrays where they vary from point to point.
+    """The constants of the ICs of half-spaces, one body or both; arrays where they vary from point to point.
 
-    The ICs are `factor` / (2 pi G) times geometry: factor 1 for one body, 2 for both. The mismatch
-    constant `mismatch_k` (K) scales xn, nx, sn, ns.
+    The ICs are integrals times `factor` / (2 pi G), with a factor of 1 for one body and of 2 for both. The
+    mismatch constant `mismatch_k`, the K of [BVSV], scales xn, nx, sn, ns.
     """
 
     G: float | Array
@@ -48,7 +48,7 @@ class ElasticConstants:
 
 
 def one_body(material: Material, side: int) -> ElasticConstants:
-    """Constants of one body; side +1 for the upper, -1 for the lower.
+    """Return the constants of one body; the side is +1 for the upper one, -1 for the lower one.
 
     Its mismatch term side (1 - 2 nu) / (4 pi G) is K / (2 pi G) with K = side (1 - 2 nu) / 2.
     """
@@ -56,7 +56,7 @@ def one_body(material: Material, side: int) -> ElasticConstants:
 
 
 def both_bodies(upper: Material, lower: Material) -> ElasticConstants:
-    """Combined constants: 1/G, nu/G the means, K/G a quarter of the difference (1 - 2 nu)/G."""
+    """Return the combined constants: 1/G, nu/G are means, K/G a quarter of the difference (1 - 2 nu)/G."""
     G = 2 / (1 / upper.G + 1 / lower.G)
     nu = G * (upper.nu / upper.G + lower.nu / lower.G) / 2
     mismatch_k = G * ((1 - 2 * upper.nu) / upper.G - (1 - 2 * lower.nu) / lower.G) / 4

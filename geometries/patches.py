@@ -1,4 +1,4 @@
-"""Loaded patches and the offset lines along which displacements are read."""
+"""Loaded patches, and the offset lines along which displacements are evaluated."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -16,18 +16,18 @@ COMPONENTS = tuple(i + j for i in DIRECTIONS for j in DIRECTIONS)  # displacemen
 
 
 def indices(component: str) -> tuple[int, int]:
-    """Indices of the displacement and of the traction of a component such as "xn"."""
+    """Return the indices of the displacement and of the traction of a component such as "xn"."""
     names: list[str] = [*DIRECTIONS]
     return names.index(component[0]), names.index(component[1])
 
 
 def places(components: Iterable[str]) -> tuple[Indices, ...]:
-    """Indices of the displacements and of the tractions of components, (n,) each: they select from (3, 3)."""
+    """Return the indices of the displacements and of the tractions of components, (n,) each."""
     return tuple(np.transpose([indices(component) for component in components]))
 
 
 def mirror_signs(direction: int) -> Array:
-    """Signs of the components (i, j) of ICs where the coordinate of a direction changes its sign, (3, 3)."""
+    """Return the signs that a reflection of a direction gives to the components (i, j) of ICs, (3, 3)."""
     signs = np.where(np.arange(3) == direction, -1.0, 1.0)
     return np.outer(signs, signs)
 
@@ -78,12 +78,12 @@ class OffsetLine:
 
 
 def line_along_x(s: float, reach: float, n_points: int) -> OffsetLine:
-    """The line at arc length s, from x = -reach to +reach."""
+    """Return the line at arc length s, from x = -reach to +reach."""
     x = np.linspace(-reach, reach, n_points)
     return OffsetLine(f"s = {s:g} mm", "x", x, np.full_like(x, s))
 
 
 def line_along_s(x: float, s_range: tuple[float, float], n_points: int) -> OffsetLine:
-    """The line at longitudinal distance x over a range of arc lengths."""
+    """Return the line at longitudinal distance x over a range of arc lengths."""
     s = np.linspace(*s_range, n_points)
     return OffsetLine(f"x = {x:g} mm", "s", np.full_like(s, x), s)

@@ -1,8 +1,8 @@
 """Contact surfaces: a contour, extruded along x or revolved about an axis parallel to y.
 
-On a surface of revolution x is arc length along the rolling circles. Points have the chart (xi, s):
-s is arc length along the contour, xi = R_roll theta, theta the angle about the axis. At s = 0 xi is
-x; for R_roll = infinity, the prismatic surface, it is x everywhere.
+On a surface of revolution x is the arc length along the rolling circles. Points have the coordinates (xi, s),
+the chart: s is the arc length along the contour, xi = R_roll theta, theta the angle about the axis. At s = 0
+xi equals x; on a prismatic surface, where R_roll is infinite, it does so everywhere.
 """
 
 from dataclasses import dataclass
@@ -15,15 +15,15 @@ from geometries.contours import Contour
 from geometries.errors import WrongInput
 
 UPPER, LOWER = +1, -1
-SEAM = 1e-9  # rad, width of the seam at which a model that goes all the way round ends
+SEAM = 1e-9  # rad, width of the seam where a closed model of a body of revolution meets itself
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A prismatic surface, or one of revolution about y = any, z = side * rolling_radius.
+    """A prismatic surface, or one of revolution about the line x = 0, z = side * rolling_radius.
 
-    side +1: its body is the upper one and fills n > 0; -1: the lower one. rolling_radius [mm] is that
-    of the circle through the contact centre, infinite on a prismatic surface.
+    The side is +1 for the upper body, which fills n > 0, and -1 for the lower one. rolling_radius [mm] is
+    the radius of the circle through the contact centre, infinite on a prismatic surface.
     """
 
     side: int
@@ -55,18 +55,18 @@ class Surface:
 
     def position(self, xi: ArrayLike, s: ArrayLike) -> Array:
         """Points of the contact surface in global axes [mm], shape (3, n)."""
-        return self.turned(np.stack(np.broadcast_arrays(xi, *self.contour.position(s))))
+        return self.to_global(np.stack(np.broadcast_arrays(xi, *self.contour.position(s))))
 
-    def turned(self, section_points: Array) -> Array:
-        """Global positions of points (xi, y, z): section coordinates (y, z), turned to xi; (3, n)."""
+    def to_global(self, section_points: Array) -> Array:
+        """Global positions (3, n) of points (xi, y, z): section coordinates (y, z), rotated to xi."""
         xi, y, z = section_points
         theta = xi / self.rolling_radius
         x = xi * np.sinc(theta / np.pi) - self.side * z * np.sin(theta)
         sagitta = xi * np.sin(theta / 2) * np.sinc(theta / 2 / np.pi)
         return np.stack([x, y, self.side * sagitta + z * np.cos(theta)])
 
-    def turned_back(self, points: Array) -> Array:
-        """(xi, y, z) of points in global axes: the inverse of `turned`, -pi R < xi <= pi R; shape (3, n)."""
+    def to_chart(self, points: Array) -> Array:
+        """Coordinates (xi, y, z) of points in global axes, (3, n): inverse of `to_global`, |xi| <= pi R."""
         if np.isinf(self.rolling_radius):
             return points
         x, y, z = points
@@ -82,10 +82,10 @@ class Surface:
         theta = np.asarray(xi, dtype=float) / self.rolling_radius
         cos, sin = np.cos(theta), self.side * np.sin(theta)
 
-        def turned(v: Array) -> list[Array]:
+        def rotated(v: Array) -> list[Array]:
             return [-sin * v[1], v[0], cos * v[1]]
 
         along_x = [cos, np.zeros_like(cos), sin]
-        components = along_x + turned(self.contour.tangent(s)) + turned(self.contour.normal(s))
+        components = along_x + rotated(self.contour.tangent(s)) + rotated(self.contour.normal(s))
         stacked = np.stack(np.broadcast_arrays(*components))
         return stacked.reshape(3, 3, *stacked.shape[1:])

@@ -16,7 +16,7 @@ from femic.cache.store import Store
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.frictional import Pressing
 from femic.contact.operators.dense import GridOperator
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -157,7 +157,7 @@ def dissimilar(tmp_path_factory):
         "contact": {"elements": FEW},
         "engine": {"tolerance": COARSE},
     }
-    return example, example.Bodies.of(load_scene("rolling", keys), Means(store=store))
+    return example, example.Bodies.of(load_scene("rolling", keys), RunOptions(store=store))
 
 
 @pytest.mark.slow
@@ -181,7 +181,7 @@ def test_c_scaled_by_the_modulus_is_c_of_the_body_of_that_modulus(dissimilar):
         name: replace(body, material=replace(body.material, E=moduli[name]))
         for name, body in scene.bodies.items()
     }
-    anew = body_ics(replace(scene, bodies=stiffer), bodies.placed, Means())
+    anew = body_ics(replace(scene, bodies=stiffer), bodies.placed, RunOptions())
     expected = total_ics(scene, bodies.placed, anew)
     expected = GridOperator.of(expected).transformed
     scaled = bodies.operator("C", 10.0).transformed

@@ -19,7 +19,7 @@ import xarray as xr
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, meta
 
 from compare.frontier.advice import Question, advise
-from compare.frontier.trade import front, told_apart
+from compare.frontier.trade import front, resolved_errors
 from femic.cache.digests import results_digest
 from femic.cli.main import exit_code
 from geometries.errors import Failure
@@ -71,7 +71,7 @@ def rounded(values: Any) -> Any:
 def numbers_of(dataset: xr.Dataset) -> dict[str, Any]:
     """A frontier: every way, and the advice for some tolerances."""
     body = str(dataset.body.values[0])
-    worst, seconds = told_apart(dataset, body).max("component"), dataset.seconds.sel(body=body)
+    worst, seconds = resolved_errors(dataset, body).max("component"), dataset.seconds.sel(body=body)
     chosen = front(seconds.values, worst.values)
     ways = [
         {

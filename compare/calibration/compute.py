@@ -23,7 +23,7 @@ from compare.ics.compute import (
     with_approximations,
 )
 from femic.cache.digests import results_digest, versions
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.calibration import calibration_misfits
 from femic.scenes.errors import require_none
 from femic.scenes.file import SceneFile
@@ -46,14 +46,14 @@ class Calibrated:
     targets: Mapping[str, Target]  # by body
 
 
-def calibrate(scene: Scene, means: Means = DEFAULT) -> Calibrated:
+def calibrate(scene: Scene, options: RunOptions = DEFAULT) -> Calibrated:
     """Compute C on the lines of the scene and of its calibration, and fit effective properties to it.
 
     Raises BadScene if the calibration does not fit the scene, NotConverged as `compute` does.
     """
     require_calibration(scene)
-    results = compute(extended(scene), means)
-    means.watch.on_stage("  fitting")
+    results = compute(extended(scene), options)
+    options.watch.on_stage("  fitting")
     targets = {body: target_of(results, body) for body in scene.calibration.bodies}
     fits = {body: fit(target, scene.calibration.properties) for body, target in targets.items()}
     results = _with_fits(results, scene, fits)
@@ -96,7 +96,7 @@ def _a_on_planes(scene: Scene, ics: Array, body: str) -> Array:
     )
     if bent or any(np.isfinite(solid_body.rolling_radius) for solid_body in solid_bodies):
         return ics
-    return target_from(scene, ics, body).by("A")
+    return target_from(scene, ics, body).approximate("A")
 
 
 def target_of(results: Results, body: str) -> Target:
@@ -241,7 +241,7 @@ def _target_variables(calibrated: Calibrated) -> dict[str, tuple[Any, ...]]:
     ics = {
         "c": [target.ics for target in targets.values()],
         "estimate": [target.error for target in targets.values()],
-        "fitted": [target.of(calibrated.fits[body].effective) for body, target in targets.items()],
+        "fitted": [target.bhat_prime(calibrated.fits[body].effective) for body, target in targets.items()],
     }
     return {name: (dims, np.stack(of_bodies) / area, units) for name, of_bodies in ics.items()}
 

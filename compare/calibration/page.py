@@ -39,7 +39,7 @@ def write_fit(calibrated: Calibrated, folder: Path) -> Path:
 
 def write_report(calibrations: Sequence[Calibrated], folder: Path) -> Path:
     """Write the figures and `calibration.html` of one or more scenes; returns the path of the page."""
-    figures_folder = folders.made(folder / "figures")
+    figures_folder = folders.make(folder / "figures")
     return write_page(
         folder / "calibration.html",
         "calibration.html.j2",

@@ -17,7 +17,7 @@ from femic.contact.normal import NormalContact, Operator, PotentialAreaTooSmall
 from femic.contact.operators.dense import GridOperator
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import MatrixReference, matrices
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.ic_names import is_map
@@ -128,13 +128,13 @@ def reference_name(ics: Sequence[str]) -> str:
     return next((name for name in (C, *maps_of(ics), "Bhat") if name in ics), ics[-1])
 
 
-def compute_contact(scene: Scene, means: Means = DEFAULT) -> ContactResults:
+def compute_contact(scene: Scene, options: RunOptions = DEFAULT) -> ContactResults:
     """Solve all contacts of a scene; raises BadScene for what cannot be solved, and Failure as `contact`."""
     start, cases = perf_counter(), cases_of(scene)
     contacts: dict[tuple[Case, str], SolvedContact] = {}
     references: dict[Grid, ReferenceICs] = {}
     for grid, on_grid in grids_of(scene):
-        solved, reference = _on_grid(scene, grid, on_grid, means)
+        solved, reference = _on_grid(scene, grid, on_grid, options)
         contacts |= solved
         if reference is not None:
             references[next(iter(solved.values())).placed.grid] = reference
@@ -178,11 +178,11 @@ def sizing_of(scene: Scene) -> Sizing:
 
 
 def _on_grid(
-    scene: Scene, grid: Grid, cases: Sequence[Case], means: Means
+    scene: Scene, grid: Grid, cases: Sequence[Case], options: RunOptions
 ) -> tuple[dict[tuple[Case, str], SolvedContact], ReferenceICs | None]:
     """Contacts of all cases with all ICs on a grid, which is made longer where C needs it, and C on it."""
     placed, reference = placed_on(scene, grid), None
-    means.watch.on_stage(
+    options.watch.on_stage(
         f"  {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: "
         + ", ".join(str(case) for case in cases)
     )
@@ -190,7 +190,7 @@ def _on_grid(
     for name in scene.contact.ics:
         known: KnownICs | None = None
         if name == C:
-            known = reference = reference_ics(scene, placed, means)
+            known = reference = reference_ics(scene, placed, options)
         elif is_map(name):
             known = map_ics(scene, placed, name)
         for case in cases:
@@ -199,7 +199,7 @@ def _on_grid(
             except PotentialAreaTooSmall as short:
                 if not scene.contact.automatic or maps_of(scene.contact.ics):
                     raise Failure(f"contact at {case} with {name}: {short}") from short
-                return _on_grid(scene, sizing_of(scene).longer(grid, short, case), cases, means)
+                return _on_grid(scene, sizing_of(scene).longer(grid, short, case), cases, options)
     return contacts, reference
 
 
@@ -218,10 +218,10 @@ def _solved(scene: Scene, placed: Placed, case: Case, name: str, known: KnownICs
     return SolvedContact(case, name, settled, perturbed, displaced, seconds)
 
 
-def reference_ics(scene: Scene, placed: Placed, means: Means) -> ReferenceICs:
+def reference_ics(scene: Scene, placed: Placed, options: RunOptions) -> ReferenceICs:
     """C_nn of both bodies on a grid; raises Failure as `require_positive`."""
     start = perf_counter()
-    ic, estimate = c_on(scene, placed, means)
+    ic, estimate = c_on(scene, placed, options)
     largest = float(np.max(np.abs(ic)))
     asymmetry = float(np.max(np.abs(ic - np.swapaxes(ic, 1, 2)))) / largest
     return ReferenceICs(
@@ -266,9 +266,9 @@ def _remedy(scene: Scene) -> str:
     )
 
 
-def c_on(scene: Scene, placed: Placed, means: Means = DEFAULT) -> tuple[Array, Array]:
+def c_on(scene: Scene, placed: Placed, options: RunOptions = DEFAULT) -> tuple[Array, Array]:
     """C_nn of both bodies on a grid and its estimate [mm/MPa], (n_x, n_s, n_s) each."""
-    solved = matrices(c_jobs(scene, placed), means, combined=True)
+    solved = matrices(c_jobs(scene, placed), options, combined=True)
     estimate = _sum_nn(solved, placed.grid, lambda reference, strip: reference.column(strip).estimate)
     return nn_of(solved, placed), estimate
 

@@ -45,7 +45,7 @@ def write_contact(
     What finite elements without ICs have found of the same contacts stands beside, as far as the store has
     it; so do the numbers of the largest contact with other `supports`, by what is other.
     """
-    folders.made(out)
+    folders.make(out)
     scene = results.scene
     dataset = with_supports(to_dataset(results), supports)
     by_fe = kept_fe_contact(scene, dataset, store)
@@ -110,7 +110,7 @@ def _drawn_in_3d(results: ContactResults, folder: Path) -> Iterator[Path]:
 
 def write_sensitivity(results: Mapping[str, ContactResults], out: Path) -> Path:
     """Write maps of where A and B-hat differ, of two or more scenes, and their page; returns its path."""
-    (folders.made(out) / "figures").mkdir(exist_ok=True)
+    (folders.make(out) / "figures").mkdir(exist_ok=True)
     drawn = save(sensitivity.maps(results), out / "figures" / "sensitivity.png")
     return write_page(
         out / "contact.html",

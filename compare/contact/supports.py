@@ -14,7 +14,7 @@ from compare.contact.compute import ContactResults, SolvedContact, c_jobs, nn_op
 from compare.contact.pair_on_grid import Placed
 from compare.contact.quantities import numbers
 from femic.reference.matrix.reference import MatrixReference, matrices
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.scene import Scene
 from geometries.contours import Contour
 from geometries.errors import Failure
@@ -24,7 +24,7 @@ SAMPLES = 4001  # arc lengths among which flatter flanks begin
 NEARER, FLATTER = "far arc of half the radius", f"flanks {FLATTER_DEG:g} degrees flatter"
 
 
-def changed_supports(results: ContactResults, means: Means = DEFAULT) -> dict[str, dict[str, float]]:
+def changed_supports(results: ContactResults, options: RunOptions = DEFAULT) -> dict[str, dict[str, float]]:
     """The numbers of the largest contact by C with other supports, by what is other; empty without C.
 
     C with flatter flanks has to be solved: it is only where the contact is not symmetric, since supports
@@ -33,7 +33,7 @@ def changed_supports(results: ContactResults, means: Means = DEFAULT) -> dict[st
     largest = _largest_by_c(results)
     if largest is None or not results.scene.contact.supports:
         return {}
-    return dict(_changed(results.scene, largest, means))
+    return dict(_changed(results.scene, largest, options))
 
 
 def _largest_by_c(results: ContactResults) -> SolvedContact | None:
@@ -41,30 +41,32 @@ def _largest_by_c(results: ContactResults) -> SolvedContact | None:
     return max(of_c, key=lambda contact: contact.normal.load, default=None)
 
 
-def _changed(scene: Scene, contact: SolvedContact, means: Means) -> Iterator[tuple[str, dict[str, float]]]:
+def _changed(
+    scene: Scene, contact: SolvedContact, options: RunOptions
+) -> Iterator[tuple[str, dict[str, float]]]:
     """Yield what is other about the supports, and the numbers with it."""
     placed = contact.placed
-    for name, references, variation in other_supports(scene, placed, means):
+    for name, references, variation in other_supports(scene, placed, options):
         try:
             found = placed.settled(nn_operator(references, placed, variation), contact.case)
         except Failure as failure:
-            means.watch.on_stage(f"  left out, {name}: {failure}")
+            options.watch.on_stage(f"  left out, {name}: {failure}")
             continue
         yield name, numbers(found.placed, found.normal)
 
 
 def other_supports(
-    scene: Scene, placed: Placed, means: Means
+    scene: Scene, placed: Placed, options: RunOptions
 ) -> Iterator[tuple[str, Mapping[str, MatrixReference], str]]:
     """Yield what is other about the supports, C of both bodies, and which variation of C has these supports.
 
     Raises NotConverged as `femic.reference.matrix.reference.matrices`.
     """
-    yield NEARER, matrices(c_jobs(scene, placed), means, combined=True), "nearer"
+    yield NEARER, matrices(c_jobs(scene, placed), options, combined=True), "nearer"
     flatter = None if placed.symmetric else flatter_scene(scene)
     if flatter is not None:
-        means.watch.on_stage(f"  C with {FLATTER}")
-        yield FLATTER, matrices(c_jobs(flatter, placed), means, combined=True), ""
+        options.watch.on_stage(f"  C with {FLATTER}")
+        yield FLATTER, matrices(c_jobs(flatter, placed), options, combined=True), ""
 
 
 def flatter_scene(scene: Scene) -> Scene | None:

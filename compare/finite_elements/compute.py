@@ -24,7 +24,7 @@ from femic.contact.finite_elements.levels import Bodies
 from femic.contact.finite_elements.result import CELLS, FEContact, Numbers, fe_contact, require_enough
 from femic.reference.discount import FZ
 from femic.reference.matrix.reference import matrices
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.scene import Scene
@@ -37,7 +37,7 @@ LENGTH = 3.0  # of the meshed half of a body along x, in radii of its far arc
 
 
 def compute_fe_contact(
-    scene: Scene, contacts: xr.Dataset, means: Means = DEFAULT, cells: float = CELLS
+    scene: Scene, contacts: xr.Dataset, options: RunOptions = DEFAULT, cells: float = CELLS
 ) -> xr.Dataset:
     """Numbers of `contacts` by ICs, and by finite elements, `ics` = "FE", of all loads of a scene.
 
@@ -51,14 +51,14 @@ def compute_fe_contact(
     failed: list[str] = []
     for load in scene.contact.loads:
         try:
-            solved.append(_solved(scene, load, means, cells))
+            solved.append(_solved(scene, load, options, cells))
         except Failure as failure:
             failed.append(f"{load:g} N: {failure}")
-            means.watch.on_stage(f"  left out: {failed[-1]}")
+            options.watch.on_stage(f"  left out: {failed[-1]}")
             solved.append(None)
     if len(failed) == len(solved):
         raise Failure("; ".join(failed))
-    rigid = rigid_compliance(scene, means)
+    rigid = rigid_compliance(scene, options)
     return beside(contacts, solved, cells, rigid).assign_attrs(left_out="; ".join(failed))
 
 
@@ -102,16 +102,16 @@ def unsuitable(scene: Scene) -> list[tuple[str, str]]:
     return [(given, remedy) for suitable, given, remedy in asked if not suitable]
 
 
-def _solved(scene: Scene, load: float, means: Means, cells: float) -> xr.Dataset:
+def _solved(scene: Scene, load: float, options: RunOptions, cells: float) -> xr.Dataset:
     """The contact under a load [N] by finite elements, from the store if it is there."""
-    key = _key(scene, load, cells, means.store)
-    kept = means.store.get(key)
+    key = _key(scene, load, cells, options.store)
+    kept = options.store.get(key)
     if kept is None:
-        means.watch.on_stage(f"  {load:g} N by finite elements")
+        options.watch.on_stage(f"  {load:g} N by finite elements")
         kept = _labelled(fe_contact(_bodies(scene), load, cells=cells))
-        means.store.put(key, kept)
+        options.store.put(key, kept)
     seconds, unknowns = float(kept.seconds.sum()), int(kept.unknowns.max())
-    means.watch.on_stage(f"  {load:g} N by finite elements: {unknowns:,} unknowns, {seconds:.0f} s")
+    options.watch.on_stage(f"  {load:g} N by finite elements: {unknowns:,} unknowns, {seconds:.0f} s")
     return kept
 
 
@@ -122,7 +122,7 @@ def _key(scene: Scene, load: float, cells: float, store: Store) -> str:
     return store.key("fe_contact", results_digest(__name__), *given)
 
 
-def rigid_compliance(scene: Scene, means: Means = DEFAULT) -> float:
+def rigid_compliance(scene: Scene, options: RunOptions = DEFAULT) -> float:
     """M_zz [mm/N] of both bodies on the supports of the scene, which C's approach is without.
 
     It needs a model of each section with a single strip, the load under which it is matched. 0 where C's
@@ -130,15 +130,15 @@ def rigid_compliance(scene: Scene, means: Means = DEFAULT) -> float:
     """
     if scene.discount == "none":
         return 0.0
-    key = _rigid_key(scene, means.store)
-    kept = means.store.get(key)
+    key = _rigid_key(scene, options.store)
+    kept = options.store.get(key)
     if kept is None:
         side = 2 * scene.settings.approach_side
         alone = replace(scene, grid=Grid(1, 1, side, side), compared=("combined",))
-        found = matrices(matrix_jobs(alone, FRICTIONLESS), means, combined=True)
+        found = matrices(matrix_jobs(alone, FRICTIONLESS), options, combined=True)
         compliance = sum(float(reference.discount[FZ, FZ]) for reference in found.values())
         kept = xr.Dataset({"compliance": ((), compliance, {"units": "mm/N"})})
-        means.store.put(key, kept)
+        options.store.put(key, kept)
     return float(kept.compliance)
 
 

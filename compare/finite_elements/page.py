@@ -36,7 +36,7 @@ BELOW = (
 
 def write_fe_contact(dataset: xr.Dataset, out: Path) -> Path:
     """Write `fe_contact.nc`, figures and `fe_contact.html` into a folder; returns the path of the page."""
-    folders.made(out)
+    folders.make(out)
     write_dataset(dataset, out / "fe_contact.nc")
     title = str(dataset.attrs["title"]).replace(
         "Frictionless contact", "Contact by ICs, and by finite elements"

@@ -12,7 +12,7 @@ from femic.contact.frictional import FrictionalProblem, FullOperator
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.specification import FrictionSpecification
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
 from geometries.errors import Failure
 
@@ -25,12 +25,12 @@ class Solver:
 
     scene: Scene
     placed: Placed
-    means: Means
+    options: RunOptions
 
     @cached_property
     def reference(self) -> FullReferenceICs:
         """C on the grid, computed when it is needed for the first time."""
-        return full_reference_ics(self.scene, self.placed, self.means)
+        return full_reference_ics(self.scene, self.placed, self.options)
 
     @property
     def wanted(self) -> FrictionSpecification:
@@ -68,17 +68,17 @@ class Solver:
         )
 
 
-def on_fitting_grid(scene: Scene, means: Means, solve: Callable[[Solver], Outcome]) -> Outcome:
+def on_fitting_grid(scene: Scene, options: RunOptions, solve: Callable[[Solver], Outcome]) -> Outcome:
     """What is solved on a grid that fits the largest load; it is made longer where a contact needs it."""
     ((grid, cases),) = grids_of(scene)
     largest = cases[-1]
     while True:
         placed = placed_on(scene, grid)
-        means.watch.on_stage(
+        options.watch.on_stage(
             f"  {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: {largest}"
         )
         try:
-            return solve(Solver(scene, placed, means))
+            return solve(Solver(scene, placed, options))
         except PotentialAreaTooSmall as short:
             if not scene.contact.automatic:
                 raise Failure(f"contact at {largest}: {short}") from short

@@ -14,14 +14,14 @@ from femic.contact.compression import compressed
 from femic.contact.estimates import SAFETY, Measured, changes
 from femic.contact.frictional import FrictionalContact, FrictionalProblem, Pressing
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.scene import Scene
 from geometries.errors import Failure
 
 Steps = Sequence[Measured]  # after each load
 
 
-def compute_compression(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
+def compute_compression(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
     """Numbers by friction, ICs and load, each with `estimate_NAME`, and maps at the largest load.
 
     The load grows in steps half as large as those between the loads of the scene: errors are of the first
@@ -29,7 +29,7 @@ def compute_compression(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
 
     Raises BadScene for what cannot be solved, and Failure.
     """
-    return by_friction_and_ics(scene, means, _solved, "Compression with friction")
+    return by_friction_and_ics(scene, options, _solved, "Compression with friction")
 
 
 def _solved(solver: Solver, friction: float, name: str) -> xr.Dataset:
@@ -43,7 +43,7 @@ def _solved(solver: Solver, friction: float, name: str) -> xr.Dataset:
     problem = solver.problem(operator, friction)
     steps, last = in_steps(solver, problem, loads, label)
     seconds = perf_counter() - start
-    solver.means.watch.on_stage(f"  {label}: {len(steps)} loads, {seconds:.1f} s")
+    solver.options.watch.on_stage(f"  {label}: {len(steps)} loads, {seconds:.1f} s")
     estimates = estimates_of(
         steps,
         _on_larger(solver, problem, loads, label),
@@ -96,7 +96,7 @@ def _on_larger(
         except PotentialAreaTooSmall:
             raise
         except Failure as failure:
-            solver.means.watch.on_stage(f"  not in estimates: {failure}")
+            solver.options.watch.on_stage(f"  not in estimates: {failure}")
             found.append(None)
     return found
 

@@ -106,7 +106,7 @@ class Path:
         except PotentialAreaTooSmall:
             raise
         except Failure as failure:
-            self.solver.means.watch.on_stage(f"  left out: {failure}")
+            self.solver.options.watch.on_stage(f"  left out: {failure}")
             return None
 
     def with_force(self, force: float, contacts: Sequence[RollingContact]) -> RollingContact:

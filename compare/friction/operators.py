@@ -12,10 +12,10 @@ from femic.contact.frictional import FullOperator
 from femic.contact.operators.approximations import approximate_operator
 from femic.contact.operators.dense import PARITY, Asymmetry, GridOperator
 from femic.contact.operators.rolled import rolled
-from femic.reference.estimate import Estimated
+from femic.reference.estimate import EstimatedICs
 from femic.reference.matrix.pair import vertical
 from femic.reference.matrix.reference import MatrixReference, matrices
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 from geometries.grids import Grid
@@ -60,9 +60,9 @@ def approximation(placed: Placed, variant: str) -> FullOperator:
     return GridOperator.of_convolution(operator)
 
 
-def full_reference_ics(scene: Scene, placed: Placed, means: Means) -> FullReferenceICs:
+def full_reference_ics(scene: Scene, placed: Placed, options: RunOptions) -> FullReferenceICs:
     """C of both bodies: each made reciprocal, that of a rolling wheel for the slip of rolling, then added."""
-    start, bodies = perf_counter(), body_ics(scene, placed, means)
+    start, bodies = perf_counter(), body_ics(scene, placed, options)
     total = total_ics(scene, placed, bodies)
     estimates = sum(body.estimate for body in bodies.values())
     require_positive(scene, placed, total[..., 2, 2])
@@ -76,9 +76,9 @@ def full_reference_ics(scene: Scene, placed: Placed, means: Means) -> FullRefere
     )
 
 
-def body_ics(scene: Scene, placed: Placed, means: Means) -> dict[str, BodyICs]:
+def body_ics(scene: Scene, placed: Placed, options: RunOptions) -> dict[str, BodyICs]:
     """C of both bodies; it goes like 1 / E. Raises NotConverged as `matrices`."""
-    solved, found = matrices(c_jobs(scene, placed), means, combined=True), {}
+    solved, found = matrices(c_jobs(scene, placed), options, combined=True), {}
     for name, reference in solved.items():
         ics, approach = _paired(reference, placed.grid)
         estimates = [_estimate(reference.column(strip)) for strip in range(placed.grid.n_s)]
@@ -127,5 +127,5 @@ def _matrix(columns: list[Array], grid: Grid) -> Array:
     return np.asarray(grid.area * np.stack(columns, axis=-1).transpose(2, 3, 4, 0, 1))
 
 
-def _estimate(column: Estimated) -> Array:
+def _estimate(column: EstimatedICs) -> Array:
     return column.estimate.astype(float)

@@ -25,7 +25,7 @@ def write_contact_page(
     dataset: xr.Dataset, out: Path, summary: str, parts: Iterable[Part], tables: Sequence[Table]
 ) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
-    folders.made(out)
+    folders.make(out)
     write_dataset(dataset, out / "contact.nc")
     title, scene = str(dataset.attrs["title"]), str(dataset.attrs["scene"])
     page = Page(title, summary, parts, tables, BELOW, cost(dataset), scene)

@@ -12,16 +12,16 @@ from compare.friction.bodies import Solver, on_fitting_grid
 from compare.matrix.compute import discounted
 from femic.cache.digests import results_digest
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
 
 Solve = Callable[[Solver, float, str], xr.Dataset]  # with a coefficient of friction, by ICs of a name
 
 
-def by_friction_and_ics(scene: Scene, means: Means, solve: Solve, title: str) -> xr.Dataset:
+def by_friction_and_ics(scene: Scene, options: RunOptions, solve: Solve, title: str) -> xr.Dataset:
     """What `solve` gives for all coefficients of friction and ICs of a scene, which are dimensions of it."""
     start = perf_counter()
-    joined = on_fitting_grid(scene, means, lambda solver: _joined(solver, solve))
+    joined = on_fitting_grid(scene, options, lambda solver: _joined(solver, solve))
     made = {
         "title": f"{title}: {scene.title}",
         "meaning": "tractions on the upper body along x, s, n of the lower surface; slip over that surface",
@@ -45,14 +45,14 @@ def _joined(solver: Solver, solve: Solve) -> xr.Dataset:
 
 def _kept(solver: Solver, friction: float, name: str, solve: Solve) -> xr.Dataset:
     """What `solve` gives, from the store if it is there."""
-    store = solver.means.store
+    store = solver.options.store
     key = store.key("friction", results_digest(solve.__module__), *_determined_by(solver, friction, name))
     part = store.get(key)
     if part is None:
         part = solve(solver, friction, name).assign_attrs(solver.known_of(name))
         store.put(key, part)
     else:
-        solver.means.watch.on_stage(f"  friction {friction:g}, {name}: kept by an earlier run")
+        solver.options.watch.on_stage(f"  friction {friction:g}, {name}: kept by an earlier run")
     return part
 
 

@@ -17,7 +17,7 @@ from compare.friction.quantities import OF_ROLLING, Described, kinds
 from femic.contact.estimates import CREEPAGE, SLOPE, changes
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.scene import Scene
 from geometries.errors import Failure
 
@@ -40,7 +40,7 @@ DISTANCES: Mapping[str, tuple[Distance, str]] = {  # of curves, from distances o
 }
 
 
-def compute_rolling(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
+def compute_rolling(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
     """Numbers by friction, ICs and creepage `xi`, each with `estimate_NAME`, and maps at equal force.
 
     `simplified` marks contacts that are found in the less accurate form only; `rms` and `largest` are
@@ -49,7 +49,7 @@ def compute_rolling(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
 
     Raises BadScene for what cannot be solved, and Failure as `contact`.
     """
-    dataset = by_friction_and_ics(scene, means, _solved, "Rolling with friction")
+    dataset = by_friction_and_ics(scene, options, _solved, "Rolling with friction")
     wanted = scene.contact.friction
     dataset.attrs["load"] = scene.contact.loads[0]
     dataset.attrs["equal_force"] = wanted.equal_force if wanted else 0.0
@@ -85,7 +85,7 @@ def _solved(solver: Solver, friction: float, name: str) -> xr.Dataset:
     path = Path.of(solver, problem, f"friction {friction:g}, {name}")
     curve = path.curve()
     seconds = perf_counter() - start
-    solver.means.watch.on_stage(
+    solver.options.watch.on_stage(
         f"  {path.label}: {len(curve.points)} of {len(path.xi)} creepages, {seconds:.1f} s"
     )
     change = _change(path, curve) if name == C else None
@@ -111,7 +111,7 @@ def _coarse(solver: Solver, problem: FrictionalProblem, label: str) -> Curve | N
     except PotentialAreaTooSmall:
         raise
     except Failure as failure:
-        solver.means.watch.on_stage(f"  not in estimates: {failure}")
+        solver.options.watch.on_stage(f"  not in estimates: {failure}")
         return None
 
 
@@ -139,7 +139,7 @@ def _change(path: Path, curve: Curve) -> Change:
     except PotentialAreaTooSmall:
         raise
     except Failure as failure:
-        path.solver.means.watch.on_stage(f"  no estimates: {failure}")
+        path.solver.options.watch.on_stage(f"  no estimates: {failure}")
         free = dict.fromkeys(OF_FREE, np.nan)
     return Change([between(rows, xi) for xi in path.xi], changes(curve.free, kinds(OF_FREE), free))
 

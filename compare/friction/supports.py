@@ -18,7 +18,7 @@ from compare.friction.dataset import tables
 from compare.friction.operators import full_operator
 from compare.friction.quantities import OF_PATCH, OF_ROLLING, Quantity
 from femic.contact.frictional import FrictionalProblem
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.scene import Scene
 from geometries.errors import Failure
 from geometries.grids import Grid
@@ -26,7 +26,7 @@ from geometries.grids import Grid
 PREFIX = "supported_"  # of the names of numbers with other supports
 
 
-def with_supports(scene: Scene, dataset: xr.Dataset, means: Means = DEFAULT) -> xr.Dataset:
+def with_supports(scene: Scene, dataset: xr.Dataset, options: RunOptions = DEFAULT) -> xr.Dataset:
     """The arrays of a motion with `supported_NAME` (supports): numbers of a contact by C with others.
 
     `supported_friction`, and `supported_xi` or `supported_load`, say which. The arrays are as they were where
@@ -34,16 +34,16 @@ def with_supports(scene: Scene, dataset: xr.Dataset, means: Means = DEFAULT) -> 
     """
     if C not in dataset.ics.values or not scene.contact.supports:
         return dataset
-    solver = Solver(scene, placed_on(scene, _grid(dataset)), means)
+    solver = Solver(scene, placed_on(scene, _grid(dataset)), options)
     place, rows = _place(dataset), dict[str, Mapping[str, float]]()
-    for name, references, variation in other_supports(scene, solver.placed, means):
+    for name, references, variation in other_supports(scene, solver.placed, options):
         problem = solver.problem(
             full_operator(scene, solver.placed, references, variation), place["friction"]
         )
         try:
             rows[name] = _numbers(solver, problem, name)
         except Failure as failure:
-            means.watch.on_stage(f"  left out, {name}: {failure}")
+            options.watch.on_stage(f"  left out, {name}: {failure}")
     if not rows:
         return dataset
     quantities = of_motion(scene.contact.motion)

@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 
 from compare.frontier import ways
-from compare.frontier.trade import FrontierRequest, compute_frontier, engine_table, known_errors
+from compare.frontier.trade import FrontierRequest, compute_frontier, engine_table, error_bounds
 from femic.reference.engines import ENGINES
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.errors import Failure, WrongInput
 
 AS_CHEAP = 3.0  # times the fastest way's seconds: faster ways count as equally cheap, as clocks vary
@@ -27,7 +27,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Advice:
-    """A way to ICs that meets a tolerance, with its error and seconds."""
+    """A way to ICs that meets a tolerance, with its error and its seconds."""
 
     question: Question
     way: str
@@ -39,10 +39,10 @@ class Advice:
 
 
 def advise(dataset: xr.Dataset, question: Question) -> Advice:
-    """The cheapest way of a frontier whose errors, plus those of the reference, meet the tolerance.
+    """Return the cheapest way of a frontier whose error bounds meet the tolerance.
 
-    Among ways that are equally cheap (`AS_CHEAP`) it is the most accurate one. Raises WrongInput for
-    components or bodies that the frontier does not have, Failure if no way meets the tolerance.
+    Among equally cheap ways (`AS_CHEAP`) the most accurate is chosen. Raises WrongInput for components or
+    bodies that the frontier does not have, Failure if no way meets the tolerance.
     """
     body, components, tolerance = question.body, list(question.components), question.tolerance
     for dimension, names in (("component", components), ("body", [body])):
@@ -51,15 +51,15 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
             raise WrongInput(
                 f"{dimension} = {', '.join(unknown)}: the scene has {', '.join(dataset[dimension].values)}"
             )
-    errors = known_errors(dataset, body).sel(component=components)
+    errors = error_bounds(dataset, body).sel(component=components)
     worst = errors.max("component")
     seconds = dataset.seconds.sel(body=body)
     good_enough = worst.way.values[(worst <= tolerance).values]
     if not good_enough.size:
         best = str(worst.way.values[int(np.nanargmin(worst.values))])
         raise Failure(
-            f"no way meets {tolerance:g}: the best, {best}, is known to {float(worst.min()):.2g}; ask for "
-            "less, or for fewer components"
+            f"no way meets {tolerance:g}: the best, {best}, is known to {float(worst.min()):.2g}: give a "
+            "larger tolerance, or fewer components"
         )
     fastest = float(seconds.sel(way=good_enough).min())
     cheap = [name for name in good_enough if float(seconds.sel(way=name)) <= AS_CHEAP * fastest]
@@ -77,25 +77,27 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
     )
 
 
-def told(advice: Advice) -> str:
-    """The advice as a sentence."""
+def sentence(advice: Advice) -> str:
+    """Return the advice as a sentence."""
     share_note = "; it vanishes in C, so that is a share of 0.05 C_nn" if advice.vanishes else ""
     return (
         f"Use {advice.label}: {advice.question.body} ICs to {advice.error:.2%} of a component (worst: "
-        f"{advice.component}{share_note}), {advice.question.tolerance:.2%} asked for."
+        f"{advice.component}{share_note}; tolerance {advice.question.tolerance:.2%})."
     )
 
 
-def tried_for(base: str, question: Question, means: Means = DEFAULT) -> tuple[FrontierRequest, xr.Dataset]:
-    """The request that answers a question, and the frontier that was computed for it.
+def frontier_for(
+    base: str, question: Question, options: RunOptions = DEFAULT
+) -> tuple[FrontierRequest, xr.Dataset]:
+    """Return the request that answers a question, and its frontier.
 
-    If a component vanishes in C, but not by symmetry, a tighter C is tried: the component may only be small,
-    and its errors would then be shares of itself.
+    If a component vanishes in C, but not by symmetry, a tighter C is computed: the component may only be
+    small, and its errors would then be shares of itself.
     """
     tightest = ENGINES[engine_table(base)["kind"]].comparison.tolerances[-1]
     while True:
         request = request_for(base, question)
-        frontier = compute_frontier(base, request, means)
+        frontier = compute_frontier(base, request, options)
         of_body = frontier.sel(body=question.body)
         undecided = bool(np.any(of_body.vanishes & ~of_body.by_symmetry))
         if not undecided or question.tolerance / REFERENCE_FACTOR <= tightest:

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from compare.frontier.advice import Advice, Question, advise, told, tried_for
-from femic.reference.run_options import DEFAULT, Means
+from compare.frontier.advice import Advice, Question, advise, frontier_for, sentence
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.scene import Scene
 
 AUTO = "auto"
@@ -20,22 +20,22 @@ class Choice:
     engine: Mapping[str, Any] = field(default_factory=dict)
 
     @property
-    def told(self) -> str:
-        """A sentence on what was chosen and how it was judged."""
-        return f"{told(self.advice)} Judged on the scene's lines, at its patch."
+    def sentence(self) -> str:
+        """A sentence on the choice and its evidence."""
+        return f"{sentence(self.advice)} Errors are measured on the scene's lines, at its patch."
 
 
 def question_of(scene: Scene) -> Question:
-    """The question for all components that a scene compares, of the first of its bodies."""
+    """Return the question for all components that a scene compares, and the first of its bodies."""
     return Question(scene.compared[0], scene.components, scene.ics_tolerance)
 
 
-def choose(base: str, question: Question, means: Means = DEFAULT) -> Choice:
-    """The ICs that `femic advise` would name, judged on the lines and at the patch of a scene.
+def choose(base: str, question: Question, options: RunOptions = DEFAULT) -> Choice:
+    """Return the ICs that `femic advise` would name, measured on the lines and at the patch of a scene.
 
     Raises Failure if no way meets the tolerance.
     """
-    request, frontier = tried_for(base, question, means)
+    request, frontier = frontier_for(base, question, options)
     advice = advise(frontier, question)
     settings = {way.name: way.engine for way in request.ways}
     if advice.way not in settings:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from rich.table import Table
 
 from compare.frontier.advice import Advice
-from compare.frontier.trade import front, known_errors, told_apart
+from compare.frontier.trade import error_bounds, front, resolved_errors
 from compare.frontier.ways import styles
 from compare.report.html import VANISHING, cell_of, write_page
 from compare.report.styles import RC, save
@@ -25,7 +25,7 @@ LEAST_ERROR_DRAWN = 1e-6  # smaller errors vanish by symmetry and are drawn here
 
 def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
     """Write `frontier.nc`, the figures and `frontier.html`; returns the path of the report."""
-    figures_folder = folders.made(folder / "figures")
+    figures_folder = folders.make(folder / "figures")
     write_dataset(dataset, folder / "frontier.nc")
     bodies = [str(body) for body in dataset.body.values]
     figure_paths = [save(figure(dataset, body), figures_folder / f"frontier_{body}.png") for body in bodies]
@@ -47,7 +47,7 @@ def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
 def summary(dataset: xr.Dataset) -> str:
     """One paragraph, computed: the front of the first body's ways, by their worst components."""
     body = str(dataset.body.values[0])
-    worst, seconds = told_apart(dataset, body).max("component"), dataset.seconds.sel(body=body)
+    worst, seconds = resolved_errors(dataset, body).max("component"), dataset.seconds.sel(body=body)
     parts = [
         f"{dataset.label.values[k]} {100 * worst.values[k]:.3g} % in {_time(seconds.values[k])}"
         for k in _along_front(seconds.values, worst.values)
@@ -74,7 +74,7 @@ def figure(dataset: xr.Dataset, body: str) -> Figure:
     with mpl.rc_context(RC):
         canvas = Figure(figsize=(4.4 * columns, 3.4 * rows + 0.5), layout="constrained")
         grid = canvas.subplots(rows, columns, squeeze=False, sharex=True).ravel()
-        errors = told_apart(dataset, body)
+        errors = resolved_errors(dataset, body)
         for axes, component in zip(grid, components, strict=False):
             _draw(axes, dataset.sel(body=body, component=component), errors.sel(component=component).values)
             vanishes = bool(dataset.vanishes.sel(body=body, component=component))
@@ -121,7 +121,7 @@ def _labels(dataset: xr.Dataset, ways: Indices, errors: Array) -> dict[tuple[flo
 
 def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:
     of_body = dataset.sel(body=body)
-    errors = told_apart(dataset, body)
+    errors = resolved_errors(dataset, body)
     fronts = {
         str(c): front(of_body.seconds.values, errors.sel(component=c).values)
         for c in dataset.component.values
@@ -155,7 +155,7 @@ def evidence(dataset: xr.Dataset, advice: Advice) -> Table:
     ]
     for heading in ("", "seconds", *headings):
         rows.add_column(heading, justify="right")
-    errors, seconds = known_errors(dataset, body), dataset.seconds.sel(body=body).values
+    errors, seconds = error_bounds(dataset, body), dataset.seconds.sel(body=body).values
     for k in np.argsort(seconds):
         way_errors = errors.isel(way=int(k)).sel(component=components).values
         if np.all(np.isnan(way_errors)):

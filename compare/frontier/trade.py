@@ -18,8 +18,8 @@ from compare.plan import models
 from femic.cache.digests import results_digest, versions
 from femic.reference.accuracy import NotConverged, component_of
 from femic.reference.engines import ENGINES
-from femic.reference.estimate import Estimated
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.estimate import EstimatedICs
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import EngineTable
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene, read_scene, scene_path
@@ -28,17 +28,17 @@ from femic.scenes.scene import Scene
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
 
-BODY_AND_SOLVER = ("far_radius", "half_length", "solver")  # keys kept for an engine of the same kind
+BODY_AND_SOLVER = ("far_radius", "half_length", "solver")  # keys that remain for an engine of the same kind
 VANISHES = "C vanishes: by symmetry, or below ten times its estimate; errors are shares of 0.05 max |C_nn|"
 
 
 @dataclass(frozen=True, eq=False)
-class Tried:
-    """The ICs that a way gave, and the time and memory that it took."""
+class WayResult:
+    """The ICs of a way, with their time and memory."""
 
     way: Way
-    ics: Mapping[str, Estimated]  # by body compared; estimates of approximations are 0
-    seconds: Mapping[str, float]  # by body compared: for all that its ICs need
+    ics: Mapping[str, EstimatedICs]  # by body compared; estimates of approximations are 0
+    seconds: Mapping[str, float]  # by body compared: of all models that its ICs need
     unknowns: int  # of the largest model
     memory: float  # MB, largest of the process so far
 
@@ -63,7 +63,7 @@ class FrontierRequest:
         return load_scene(base, {**self.changes, "engine": self.engine(base, engine)})
 
     def engine(self, base: str, engine: Mapping[str, Any]) -> dict[str, Any]:
-        """The engine settings of a way, with those of the scene that do not follow from its tolerance."""
+        """Return the engine settings of a way, and of the scene where they do not follow from a tolerance."""
         table = engine_table(base)
         same_kind = engine.get("kind", table["kind"]) == table["kind"]
         keys = ("kind", "most_unknowns", *(BODY_AND_SOLVER if same_kind else ()))
@@ -75,31 +75,31 @@ def engine_table(base: str) -> dict[str, Any]:
     return {"kind": EngineTable().kind} | read_scene(scene_path(base))[1].get("engine", {})
 
 
-def compute_frontier(base: str, request: FrontierRequest, means: Means = DEFAULT) -> xr.Dataset:
+def compute_frontier(base: str, request: FrontierRequest, options: RunOptions = DEFAULT) -> xr.Dataset:
     """Compute the errors, seconds, unknowns and memory of every way to a scene's ICs that fits the budget.
 
-    Ways run in the order of their predicted seconds. Errors (way, body, component) [-] are those of
-    `compare.ics.error_measure` against the best known C, the worst over the lines. Raises BadScene as
+    Ways run in the order of their predicted seconds. Errors (way, body, component) [-] are measured with
+    `compare.ics.error_measure` against the best known C, at worst over the lines. Raises BadScene as
     `load_scene` does, Failure if no C fits into the budget.
     """
     scene = request.scene(base, {"check": False})
     start, tried = perf_counter(), list(_approximations(scene))
     computed: dict[str, Results] = {}
     skipped: dict[str, str] = {}
-    for predicted, way in _by_cost(base, request, means.workers, skipped):
+    for predicted, way in _by_cost(base, request, options.workers, skipped):
         seconds_left = request.budget - (perf_counter() - start)
         if predicted > seconds_left:
             skipped[way.name] = (
                 f"about {predicted:.0f} s, but {max(seconds_left, 0):.0f} s of the budget are left"
             )
             continue
-        means.watch.on_stage(f"  {way.name}: about {predicted:.0f} s")
+        options.watch.on_stage(f"  {way.name}: about {predicted:.0f} s")
         try:
-            computed[way.name] = compute(request.scene(base, way.engine), means)
+            computed[way.name] = compute(request.scene(base, way.engine), options)
         except NotConverged as error:
             skipped[way.name] = f"did not converge: {in_keys(error)}"
             continue
-        tried.append(_tried(way, computed[way.name]))
+        tried.append(_way_result(way, computed[way.name]))
     if not computed:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in skipped.items())
         raise Failure(f"no reference C within the budget of {request.budget:g} s ({reasons}): give more")
@@ -107,23 +107,23 @@ def compute_frontier(base: str, request: FrontierRequest, means: Means = DEFAULT
     return _dataset(scene, tried, (best, computed[best]), skipped)
 
 
-def _approximations(scene: Scene) -> Iterator[Tried]:
+def _approximations(scene: Scene) -> Iterator[WayResult]:
     points, _ = scene_points(scene)
     scene_ways = list(ways.approximations(scene))
     ics, seconds = approximated(replace(scene, variants=tuple(way.name for way in scene_ways)), points)
     for way in scene_ways:
         way_ics = {body: _not_estimated(ics[way.name, body]) for body in scene.compared}
-        yield Tried(way, way_ics, {body: seconds[way.name, body] for body in scene.compared}, 0, 0.0)
+        yield WayResult(way, way_ics, {body: seconds[way.name, body] for body in scene.compared}, 0, 0.0)
 
 
-def _not_estimated(ics: Array) -> Estimated:
-    return Estimated(ics, *np.zeros((3, *ics.shape)))
+def _not_estimated(ics: Array) -> EstimatedICs:
+    return EstimatedICs(ics, *np.zeros((3, *ics.shape)))
 
 
 def _by_cost(
     base: str, request: FrontierRequest, workers: int, skipped: dict[str, str]
 ) -> list[tuple[float, Way]]:
-    """Ways with a valid scene and their predicted seconds, cheapest first; others go to `skipped`."""
+    """Return ways with a valid scene and their predicted seconds, cheapest first; others go to `skipped`."""
     costs = []
     for way in request.ways:
         try:
@@ -134,9 +134,9 @@ def _by_cost(
     return sorted(costs, key=lambda cost_and_way: cost_and_way[0])
 
 
-def _tried(way: Way, results: Results) -> Tried:
+def _way_result(way: Way, results: Results) -> WayResult:
     bodies, costs = results.scene.compared, list(results.models.values())
-    return Tried(
+    return WayResult(
         way,
         {body: reference_of(results, body) for body in bodies},
         {body: results.seconds["C", body] for body in bodies},
@@ -146,9 +146,9 @@ def _tried(way: Way, results: Results) -> Tried:
 
 
 def _worst_estimate(results: Results) -> float:
-    """The largest estimate of C over bodies, lines and components, on the scale of refinement [-].
+    """Return the largest estimate of C over bodies, lines and components, on the scale of refinement [-].
 
-    That scale is the same for every way.
+    This scale is the same for every way.
     """
     shares = (
         refinement_shares_of(results, body, reference_of(results, body).estimate)
@@ -158,19 +158,19 @@ def _worst_estimate(results: Results) -> float:
 
 
 def _worst(results: Results, shares: Mapping[str, Array]) -> Array:
-    """The largest share over the lines, for the components of the scene, (n_components,) [-]."""
+    """Return the largest share over the lines, for the components of the scene, (n_components,) [-]."""
     return _component_entries(results.scene, np.max(list(shares.values()), axis=0))
 
 
 def _component_entries(scene: Scene, values: NDArray[Any]) -> NDArray[Any]:
-    """The entries of (3, 3) values that belong to the components of the scene, (n_components,)."""
+    """Return the entries of (3, 3) values for the components of the scene, (n_components,)."""
     return np.array([component_of(values, component) for component in scene.components])
 
 
 def _dataset(
-    scene: Scene, tried: Sequence[Tried], best: tuple[str, Results], skipped: Mapping[str, str]
+    scene: Scene, tried: Sequence[WayResult], best: tuple[str, Results], skipped: Mapping[str, str]
 ) -> xr.Dataset:
-    """Errors against the best C, seconds, unknowns and memory of all ways that were tried."""
+    """Return errors against the best C, seconds, unknowns and memory of all computed ways."""
     best_name, results = best
     return xr.Dataset(
         _error_variables(scene, tried, best)
@@ -211,9 +211,9 @@ SAYS = {
 
 
 def _error_variables(
-    scene: Scene, tried: Sequence[Tried], best: tuple[str, Results]
+    scene: Scene, tried: Sequence[WayResult], best: tuple[str, Results]
 ) -> dict[str, tuple[Any, ...]]:
-    """Errors, weights and estimates of every way, and which components of C vanish, all bodies."""
+    """Return errors, weights and estimates of every way, and which components of C vanish, for all bodies."""
     best_name, results = best
     values = np.empty((3, len(tried), len(scene.compared), len(scene.components)))
     vanishing, by_symmetry = np.empty((2, *values.shape[2:]), dtype=bool)
@@ -237,25 +237,25 @@ def _error_variables(
     }
 
 
-def known_errors(dataset: xr.Dataset, body: str) -> xr.DataArray:
-    """Upper bounds of a body's errors: as measured, plus the best C's estimate; (way, component) [-]."""
+def error_bounds(dataset: xr.Dataset, body: str) -> xr.DataArray:
+    """Return upper bounds of a body's errors: measured, plus the best C's estimate; (way, component) [-]."""
     of_body = dataset.sel(body=body)
     floor = of_body.estimate.sel(way=dataset.attrs["best"], drop=True)
     return of_body.error + floor.where(of_body.way != dataset.attrs["best"], 0.0)
 
 
-def told_apart(dataset: xr.Dataset, body: str) -> xr.DataArray:
-    """Errors of a body's ICs, raised to the best C's estimate where they are below; (way, component) [-]."""
+def resolved_errors(dataset: xr.Dataset, body: str) -> xr.DataArray:
+    """Return a body's errors, at least the best C's estimate; (way, component) [-]."""
     of_body = dataset.sel(body=body)
     floor = of_body.estimate.sel(way=dataset.attrs["best"], drop=True)
     return xr.DataArray(np.maximum(of_body.error, floor))
 
 
 def front(seconds: Array, errors: Array) -> Mask:
-    """Which ways no other way beats, (n,), from their seconds (n,) [s] and errors (n,) [-].
+    """Return which ways are Pareto optimal, (n,), from their seconds (n,) [s] and errors (n,) [-].
 
-    A way is beaten by one that is at least as fast and as accurate, and better in one of the two. A way whose
-    error is NaN does not exist.
+    No other way is at least as fast and as accurate, and better in one of the two. A way with the error NaN
+    does not exist.
     """
     faster, as_fast = seconds[None] < seconds[:, None], seconds[None] <= seconds[:, None]
     closer, as_close = errors[None] < errors[:, None], errors[None] <= errors[:, None]

@@ -15,7 +15,7 @@ APPROXIMATION = "approximation"  # the kind of ways that are no engines
 
 @dataclass(frozen=True)
 class Way:
-    """A variant, or an engine with its settings: keys of the table `engine` of a scene file."""
+    """A variant, or an engine with settings: keys of the table `engine` of a scene file."""
 
     name: str
     kind: str  # `APPROXIMATION`, or the name of an engine

@@ -1,4 +1,4 @@
-"""Computes a scene: reference ICs, their check by the other engine, approximations."""
+"""Compute a scene: reference ICs, their check with the solid engine, approximations."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -11,12 +11,12 @@ import numpy as np
 from approx.pair import Pair, Solid
 from approx.variants import needs_effective
 from femic.reference.at_points import references
-from femic.reference.estimate import Estimated, total
+from femic.reference.estimate import EstimatedICs, total
 from femic.reference.job import Job
 from femic.reference.matrix.reference import MatrixReference
 from femic.reference.models import Cost, Points
 from femic.reference.result import Reference
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.scene import Scene
 from geometries.arrays import Array, Indices
 from geometries.patches import OffsetLine
@@ -33,17 +33,17 @@ class Results:
     lines: Mapping[str, slice]  # which points belong to which line
     jobs: Mapping[str, Job]  # by solved body
     references: Mapping[str, Reference]  # by solved body
-    checks: Mapping[str, Reference]  # by solved body, of the solid engine where it is the check, else empty
+    checks: Mapping[str, Reference]  # by solved body, with the solid engine where it is the check, else empty
     approximations: Mapping[tuple[str, str], Array]  # by (variant, body)
-    seconds: Mapping[tuple[str, str], float]  # by (variant, body); those of C are summed over its models
+    seconds: Mapping[tuple[str, str], float]  # by (variant, body); of C, the sum over its models
 
     @property
     def variants(self) -> tuple[str, ...]:
-        """Names of all ICs there are: the approximations, C of the check, C."""
+        """Names of all ICs: the approximations, C of the check, C."""
         return (*self.scene.variants, *(("C_solid",) if self.checks else ()), "C")
 
     def computed(self, body: str) -> list[str]:
-        """Names of the ICs that could be computed for a body: those that have seconds."""
+        """Return the names of the ICs that could be computed for a body."""
         return [variant for variant in self.variants if not np.isnan(self.seconds[variant, body])]
 
     @property
@@ -55,7 +55,7 @@ class Results:
 def models_of(
     references: Mapping[str, Reference] | Mapping[str, MatrixReference], prefix: str = ""
 ) -> dict[str, Cost]:
-    """The cost of every model of references by body; names are "PREFIXBODY, MODEL"."""
+    """Return the cost of every model of references by body, by "PREFIXBODY, MODEL"."""
     return {
         f"{prefix}{body}, {model}": cost
         for body, reference in references.items()
@@ -64,12 +64,12 @@ def models_of(
 
 
 def seconds_of(models: Mapping[str, Cost]) -> float:
-    """The seconds of all stages that models took when they were solved."""
+    """Return the seconds of all stages of models, summed."""
     return sum(sum(cost.seconds.values()) for cost in models.values())
 
 
 def scene_points(scene: Scene) -> tuple[Points, dict[str, slice]]:
-    """The points of the scene's lines one after the other, and which part of them is each line."""
+    """Return the points of the scene's lines one after the other, and the part of each line."""
     starts = np.cumsum([0, *(len(line.x) for line in scene.lines)])
     parts = {line.name: slice(*starts[k : k + 2]) for k, line in enumerate(scene.lines)}
     x, s = (np.concatenate([getattr(line, c) for line in scene.lines]) for c in ("x", "s"))
@@ -77,13 +77,13 @@ def scene_points(scene: Scene) -> tuple[Points, dict[str, slice]]:
 
 
 def points_of(results: Results, lines: Iterable[OffsetLine]) -> Indices:
-    """The indices of the points of lines, (n,)."""
+    """Return the indices of the points of lines, (n,)."""
     parts = [results.lines[line.name] for line in lines]
     return np.concatenate([np.arange(part.start, part.stop) for part in parts])
 
 
 def jobs(scene: Scene) -> dict[str, Job]:
-    """The jobs of the reference engine by body: only the bodies and load directions that the scene needs."""
+    """Return the jobs by body: only the bodies and load directions that the scene needs."""
     points, lines = scene_points(scene)
     return {
         name: Job(scene.bodies[name], scene.patch, scene.components, points, lines, scene.settings)
@@ -91,18 +91,18 @@ def jobs(scene: Scene) -> dict[str, Job]:
     }
 
 
-def compute(scene: Scene, means: Means = DEFAULT) -> Results:
-    """Compute everything the scene asks for.
+def compute(scene: Scene, options: RunOptions = DEFAULT) -> Results:
+    """Compute all ICs of a scene.
 
-    Solved models are kept in the store. Raises NotConverged where the estimated error of the ICs compared
-    cannot be reduced to the tolerance.
+    Solved models are stored. Raises NotConverged where the estimated error of the compared ICs cannot be
+    reduced to the tolerance.
     """
     reference_jobs, combined = jobs(scene), "combined" in scene.compared
-    solved = references(reference_jobs, means, combined=combined)
+    solved = references(reference_jobs, options, combined=combined)
     checks: dict[str, Reference] = {}
     if scene.check:
-        means.watch.on_stage(f"  check by the {scene.check.settings.engine.name} engine")
-        checks = references(jobs(scene.check), means, combined=combined)
+        options.watch.on_stage(f"  check with the {scene.check.settings.engine.name} engine")
+        checks = references(jobs(scene.check), options, combined=combined)
     points, lines = scene_points(scene)
     approximations, seconds = approximated(scene, points)
     seconds |= _reference_seconds("C", solved) | _reference_seconds("C_solid", checks)
@@ -112,7 +112,7 @@ def compute(scene: Scene, means: Means = DEFAULT) -> Results:
 def approximated(
     scene: Scene, points: Points
 ) -> tuple[dict[tuple[str, str], Array], dict[tuple[str, str], float]]:
-    """Approximations, (3, 3, n_points) [mm/N], and their seconds, both by (variant, body).
+    """Return approximations, (3, 3, n_points) [mm/N], and their seconds, both by (variant, body).
 
     They are NaN where effective properties are missing.
     """
@@ -122,7 +122,7 @@ def approximated(
 
 
 def approximation(scene: Scene, variant: str, body: str, points: Points) -> Array:
-    """An approximation per unit load, (3, 3, n_points) [mm/N]; NaN where effective properties are missing."""
+    """Return an approximation, (3, 3, n_points) [mm/N]; NaN where effective properties are missing."""
     if needs_effective([variant]) and body not in scene.fitted:
         return np.full((3, 3, len(points.x)), np.nan)
     ics = solids(scene)[body].approximate(variant, scene.patch, (points.x, points.s))
@@ -136,7 +136,7 @@ def _least_seconds(approximate: Callable[[], Array]) -> float:
 
 
 def with_approximations(results: Results, scene: Scene) -> Results:
-    """The results with another scene, which has the same points, and with its approximations."""
+    """Return the results with another scene, which has the same points, and its approximations."""
     approximations, seconds = approximated(scene, results.points)
     return replace(
         results, scene=scene, approximations=approximations, seconds={**results.seconds, **seconds}
@@ -144,34 +144,34 @@ def with_approximations(results: Results, scene: Scene) -> Results:
 
 
 def solids(scene: Scene) -> dict[str, Solid | Pair]:
-    """What the approximations of "lower", "upper" and "combined" are made of."""
+    """Return the input of approximations for "lower", "upper" and "combined"."""
     pair = scene.pair
     return {"lower": pair.lower, "upper": pair.upper, "combined": pair}
 
 
 def _reference_seconds(variant: str, solved: Mapping[str, Reference]) -> dict[tuple[str, str], float]:
-    """Seconds of C by (variant, body), summed over its models; "combined": of all solved bodies."""
+    """Return the seconds of C by (variant, body), summed over models; "combined" over all bodies."""
     per_body = {(variant, name): seconds_of(reference.models) for name, reference in solved.items()}
     return per_body | {(variant, "combined"): sum(per_body.values())} if solved else {}
 
 
-def reference_of(results: Results, body: str) -> Estimated:
-    """C of a body, or of both, with its estimate, (3, 3, n_points) [mm/N]."""
+def reference_of(results: Results, body: str) -> EstimatedICs:
+    """Return C of a body, or of both, with its estimate, (3, 3, n_points) [mm/N]."""
     return total([results.references[name].c for name in parts_of(body)])
 
 
-def check_of(results: Results, body: str) -> Estimated:
-    """C of the solid engine where it is the check, with its estimate, (3, 3, n_points) [mm/N]."""
+def check_of(results: Results, body: str) -> EstimatedICs:
+    """Return C of the check with its estimate, (3, 3, n_points) [mm/N]."""
     return total([results.checks[name].c for name in parts_of(body)])
 
 
 def ics_of(results: Results, variant: str, body: str) -> Array:
-    """ICs of a body or of both, (3, 3, n_points) [mm/N]: C, C of the check or an approximation."""
+    """Return ICs of a body or of both, (3, 3, n_points) [mm/N]: C, C of the check or an approximation."""
     if variant == "C":
         return reference_of(results, body).ic
     return check_of(results, body).ic if variant == "C_solid" else results.approximations[variant, body]
 
 
 def parts_of(body: str) -> tuple[str, ...]:
-    """The bodies whose ICs add up: both for "combined", else the body itself."""
+    """Return the bodies whose ICs add up: both for "combined", else the body itself."""
     return ("upper", "lower") if body == "combined" else (body,)

@@ -12,7 +12,7 @@ from compare.ics.compute import Results, approximation, check_of, ics_of, refere
 from compare.ics.error_measure import Measure, far_from
 from compare.ics.errors import measure_of, refinement_shares_of
 from femic.cache.digests import results_digest, versions
-from femic.cache.files import published
+from femic.cache.files import replacing
 from femic.reference.discount import AXES
 from femic.reference.solid.engine import RESIDUAL
 from femic.scenes.scene import Scene
@@ -22,7 +22,7 @@ from geometries.patches import DIRECTIONS, Patch
 
 LOCAL = ("i", "j", "point")
 PER_LOAD = {"units": "mm/N"}
-PARTS = {  # of `Estimated`: variables of `ics.nc` and their meanings
+PARTS = {  # of `EstimatedICs`: variables of `ics.nc` and their meanings
     "estimate": ("estimate", "estimated error of C"),
     "mesh_error": ("estimate_mesh", "its part from the mesh"),
     "truncation_error": ("estimate_truncation", "its part from the domain"),
@@ -298,7 +298,7 @@ def write_curves(dataset: xr.Dataset, components: tuple[str, ...], folder: Path)
                 if "estimate_solid" in curve:
                     columns[f"estimate_solid_{component}_{body} [mm/N]"] = curve.estimate_solid.values
         name = str(line).replace(" ", "").replace("=", "")
-        with published(folder / f"curves_{name}.csv") as unfinished:
+        with replacing(folder / f"curves_{name}.csv") as unfinished:
             np.savetxt(
                 unfinished,
                 np.column_stack(list(columns.values())),

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from femic.reference.accuracy import FLOOR
-from femic.reference.estimate import Estimated
+from femic.reference.estimate import EstimatedICs
 from femic.reference.matrix.columns import NEAR_ELEMENTS
 from geometries.arrays import Array, Mask
 from geometries.patches import Patch
@@ -61,7 +61,7 @@ class Measure:
     far: Mask  # (n,) which points lie far from the load
 
     @classmethod
-    def of(cls, c: Estimated, a_nn: Array, lines: Mapping[str, slice], far: Mask) -> "Measure":
+    def of(cls, c: EstimatedICs, a_nn: Array, lines: Mapping[str, slice], far: Mask) -> "Measure":
         """The measure of ICs C; A_nn, (n,) [mm/N], replaces C_nn where C_nn was not computed."""
         nn = a_nn if np.any(np.isnan(c.ic[2, 2])) else c.ic[2, 2]
         return cls(c.ic, c.estimate, nn, lines, far)

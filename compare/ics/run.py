@@ -16,7 +16,7 @@ from compare.report.styles import save
 from femic.cache import folders
 from femic.cache.files import write_dataset, write_text
 from femic.reference.engine import Fields
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes import receipts
 from femic.scenes.scene import Scene
 
@@ -25,14 +25,14 @@ COMMAND = "run"
 log = logging.getLogger(__name__)
 
 
-def run_scene(scene: Scene, out: Path, means: Means = DEFAULT) -> Path:
+def run_scene(scene: Scene, out: Path, options: RunOptions = DEFAULT) -> Path:
     """Compute the scene; write `ics.nc`, `errors.nc`, CSV files, figures and `report.html`; return its path.
 
     Solved models are kept in the store, so that an interrupted run continues after the last of them.
     """
-    folders.made(out)
+    folders.make(out)
     receipts.withdraw(out, COMMAND)
-    results = compute(scene, means)
+    results = compute(scene, options)
     dataset = data.to_dataset(results)
     errors = data.errors(results, dataset)
     write_dataset(dataset, out / "ics.nc")
@@ -42,7 +42,7 @@ def run_scene(scene: Scene, out: Path, means: Means = DEFAULT) -> Path:
     figures = draw(results, dataset, errors, out / "figures")
     path = page.write(out / "report.html", results, errors, figures)
     if scene.fields:
-        write_fields(results, out / "fields", means.watch)
+        write_fields(results, out / "fields", options.watch)
     receipts.leave(out, COMMAND, key_of(scene), ["ics.nc", "errors.nc", path.name])
     return path
 

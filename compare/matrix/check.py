@@ -1,4 +1,4 @@
-"""Checks some columns of the IC matrix by the solid engine, which uses no strips, lags or wavenumbers."""
+"""Check some columns of the IC matrix with the solid engine, which has no strips, lags or wavenumbers."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from femic.reference.at_points import references
 from femic.reference.job import Job
 from femic.reference.models import Points
 from femic.reference.result import Reference
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import CHECK_ENGINE, CHECK_TOLERANCE
 from femic.scenes.scene import Scene
 from geometries.bodies import Domain
@@ -23,12 +23,12 @@ OBSERVED = 3  # strips that are observed, besides the loaded one
 
 
 @dataclass(frozen=True)
-class Checked:
-    """The difference between both engines for one body and loaded strip, and what their estimates allow."""
+class ColumnCheck:
+    """The difference between both engines for one body and loaded strip, and the sum of their estimates."""
 
     body: str
     strip: int
-    apart: float  # largest difference: share of the component itself, of those that do not vanish
+    difference: float  # the largest: share of the component itself, among components that do not vanish
     component: str  # the one that has this difference
     allowed: float  # sum of both estimates of that component on the same line, as the same share
     closest: float  # largest ratio of a difference to the sum of both estimates
@@ -36,21 +36,21 @@ class Checked:
 
 
 def checked_strips(scene: Scene) -> list[int]:
-    """The strips whose columns are checked, evenly spread over the grid; two or more include its ends."""
+    """Return the strips to check, evenly spread over the grid; two or more include its ends."""
     n = scene.checked_strips
     places = np.linspace(0, scene.grid.n_s - 1, n) if n > 1 else np.full(n, (scene.grid.n_s - 1) / 2)
     return sorted({round(place) for place in places})
 
 
-def check(results: MatrixResults, means: Means = DEFAULT) -> list[Checked]:
-    """Solve the columns by the solid engine and compare them with those of the matrix, strip by strip."""
-    checked = []
+def check(results: MatrixResults, options: RunOptions = DEFAULT) -> list[ColumnCheck]:
+    """Solve columns with the solid engine and compare them with the matrix, strip by strip."""
+    checks = []
     for strip in checked_strips(results.scene):
-        means.watch.on_stage(f"  check by the {CHECK_ENGINE.name} engine: strip {strip}")
+        options.watch.on_stage(f"  check with the {CHECK_ENGINE.name} engine: strip {strip}")
         jobs = {name: _job(results, name, strip) for name in results.matrices}
-        solved = references(jobs, means)
-        checked += list(_compared(results, jobs, solved, strip))
-    return checked
+        solved = references(jobs, options)
+        checks += list(_compared(results, jobs, solved, strip))
+    return checks
 
 
 def _observed_strips(results: MatrixResults, strip: int) -> list[int]:
@@ -59,7 +59,7 @@ def _observed_strips(results: MatrixResults, strip: int) -> list[int]:
 
 
 def _job(results: MatrixResults, body: str, strip: int) -> Job:
-    """The job of a single load on a strip, observed on some strips at all lags but 0."""
+    """Return the job of a single load on a strip, observed on some strips at all lags but 0."""
     scene, grid = results.scene, results.scene.grid
     observed_strips = _observed_strips(results, strip)
     lags = grid.lags[1:]
@@ -74,7 +74,7 @@ def _job(results: MatrixResults, body: str, strip: int) -> Job:
         settings=replace(
             scene.settings,
             engine=CHECK_ENGINE,
-            tolerance=np.inf,  # any: no refinement of these cells; the estimate says how accurate they are
+            tolerance=np.inf,  # no refinement of these cells; the estimate says how accurate they are
             cells=CHECK_ENGINE.tuned.cells_for(CHECK_TOLERANCE, grid.patch(strip)),
         ),
     )
@@ -82,7 +82,7 @@ def _job(results: MatrixResults, body: str, strip: int) -> Job:
 
 def _compared(
     results: MatrixResults, jobs: Mapping[str, Job], solved: Mapping[str, Reference], strip: int
-) -> Iterator[Checked]:
+) -> Iterator[ColumnCheck]:
     observed_strips = _observed_strips(results, strip)
     for name, job in jobs.items():
         column, single = results.matrices[name].column(strip, SOURCE), solved[name].c
@@ -91,9 +91,9 @@ def _compared(
         )
         far = far_from(job.patch, job.points.x, job.points.s)
         measure = Measure(ic, estimate, ic[N, N], job.lines, far)
-        apart, allowed = measure.shares(single.ic - ic), measure.shares(single.estimate + estimate)
+        difference, allowed = measure.shares(single.ic - ic), measure.shares(single.estimate + estimate)
         compared = [
-            (component_of(apart[line], component), component, component_of(allowed[line], component))
+            (component_of(difference[line], component), component, component_of(allowed[line], component))
             for line in job.lines
             for component in COMPONENTS
         ]
@@ -101,4 +101,4 @@ def _compared(
             comparison for comparison in compared if not component_of(measure.vanishing, comparison[1])
         )
         closest = max(share / bound for share, _, bound in compared if bound > 0)
-        yield Checked(name, strip, *worst, closest, seconds_of(solved[name].models))
+        yield ColumnCheck(name, strip, *worst, closest, seconds_of(solved[name].models))

@@ -1,4 +1,4 @@
-"""Computes the IC matrix of a scene and writes it strip by strip."""
+"""Compute the IC matrix of a scene and write it strip by strip."""
 
 import json
 from collections.abc import Mapping
@@ -15,18 +15,18 @@ from compare.ics.compute import models_of, parts_of, solids
 from compare.matrix.deviation import Column, Deviation
 from compare.matrix.reciprocity import Reciprocity, reciprocity
 from femic.cache.digests import results_digest, versions
-from femic.cache.files import published
+from femic.cache.files import replacing
 from femic.contact.operators.dense import GridOperator
 from femic.reference.accuracy import Shares
 from femic.reference.assessment import worst_of
 from femic.reference.discount import AXES
-from femic.reference.estimate import Estimated, total
+from femic.reference.estimate import EstimatedICs, total
 from femic.reference.matrix.columns import column_scale, column_shares, half_spaces_nn, is_far
 from femic.reference.matrix.job import Discount, MatrixJob
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import MatrixReference, matrices
 from femic.reference.models import peak_memory
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import require_none
 from femic.scenes.grid import grid_misfits
@@ -39,10 +39,10 @@ DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
 SOURCE: Discount = "source"  # the discount after which C is compared with ICs of half-spaces
 COMPARED = (SOURCE,)
 TAKEN = {
-    "approach": "The rigid part of the normal approach is taken from C; all else is as the bodies and their "
-    "supports give it.",
-    "source": "All that [BVSV] discounts is taken from C, the bending of the sections included.",
-    "none": "Nothing is taken from C.",
+    "approach": "The rigid part of the normal approach is subtracted from C; the rest is the response of the "
+    "bodies with their supports.",
+    "source": "All motions that [BVSV] discounts are subtracted from C, including bending of the sections.",
+    "none": "Nothing is subtracted from C.",
 }
 LARGEST_WHOLE_MATRIX = 40_000_000  # entries of a matrix held as a whole, for reciprocity and eigenvalues
 VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated error of C"))
@@ -50,7 +50,7 @@ VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated
 
 @dataclass(frozen=True, eq=False)
 class MatrixResults:
-    """The IC matrices of a scene's bodies, their errors, and how well they satisfy elasticity's laws."""
+    """The IC matrices of a scene's bodies, their errors, and how well they satisfy reciprocity and energy."""
 
     scene: Scene
     matrices: Mapping[str, MatrixReference]  # by solved body
@@ -63,11 +63,11 @@ class MatrixResults:
     memory: float  # peak of the process [MB]
 
     def deviations(self, body: str) -> dict[str, Deviation]:
-        """The deviations of the approximations of a body, or of both, by variant."""
+        """Return the deviations of the approximations of a body, or of both, by variant."""
         return {variant: found for (variant, name), found in self.approximations.items() if name == body}
 
-    def column(self, body: str, strip: int) -> Estimated:
-        """C of a body, or of both, due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
+    def column(self, body: str, strip: int) -> EstimatedICs:
+        """Return C of a body, or of both, due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
         if body in self.matrices:
             return self.matrices[body].column(strip)
         return pair_column(self.matrices, self.scene.bodies["lower"].contour, strip)
@@ -76,10 +76,10 @@ class MatrixResults:
 def matrix_jobs(
     scene: Scene, components: tuple[str, ...] = COMPONENTS, further: tuple[Discount, ...] = ()
 ) -> dict[str, MatrixJob]:
-    """The jobs of the bodies that the comparison needs; raises BadScene as `require_matrices`.
+    """Return the jobs of the bodies that the comparison needs; raises BadScene as `require_matrices`.
 
-    Contact asks for the `components` that it needs; matrices of a scene have all nine, whatever it compares.
-    C is that after the discount of the scene; `further` ones may be asked of the same models.
+    Contact needs only some `components`; the matrix of a scene has all nine. C is computed after the discount
+    of the scene; the same models can give it after `further` discounts.
     """
     require_matrices(scene)
     domain = Domain(_far_radius(scene), np.inf)
@@ -98,14 +98,15 @@ def matrix_jobs(
 
 
 def require_matrices(scene: Scene) -> None:
-    """Raise BadScene where the grid does not fit, and for another engine than the harmonic one."""
+    """Raise BadScene for a grid that does not fit, and for an engine without IC matrices."""
     require_none(scene.name, [*grid_misfits(scene), *matrix_engine_misfits(scene)])
 
 
 def _far_radius(scene: Scene) -> float:
-    """Radius [mm] of the far arc: a support of the bodies, but for the source's discount a body without end.
+    """Return the radius [mm] of the far arc.
 
-    As a support it depends neither on the grid nor on the tolerance.
+    With the source's discount the arc approximates a body without end; else it is a support, and depends
+    neither on the grid nor on the tolerance.
     """
     if scene.discount != "source":
         return scene.support_radius
@@ -115,44 +116,44 @@ def _far_radius(scene: Scene) -> float:
 
 
 def discounted(scene: Scene) -> str:
-    """A sentence on what was taken from C for rigid, and on what holds the bodies."""
+    """Return a sentence on the rigid part that is subtracted from C, and on the supports of the bodies."""
     return f"{TAKEN[scene.discount]} {_supports(scene)}"
 
 
 def _supports(scene: Scene) -> str:
-    """A sentence on what holds the bodies of IC matrices and of contact."""
+    """Return a sentence on the supports of the bodies of IC matrices and contact."""
     hubs = [name for name, body in scene.bodies.items() if np.isfinite(body.rolling_radius)]
-    at_hub = f", that of the {' and '.join(hubs)} body at its hub, too" if hubs else ""
+    at_hub = f", and the {' and '.join(hubs)} body also at its hub" if hubs else ""
     return f"The sections are clamped at a far arc of {_far_radius(scene):g} mm{at_hub}."
 
 
-def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixResults:
-    """Compute the matrices of a scene and write them to a NetCDF file; one loaded strip at a time.
+def compute_matrix(scene: Scene, path: Path, options: RunOptions = DEFAULT) -> MatrixResults:
+    """Compute the matrices of a scene and write them to a NetCDF file, one loaded strip at a time.
 
     Raises BadScene where the grid does not fit, and NotConverged as `femic.reference.at_points.references`.
     """
     start = perf_counter()
     jobs, combined = matrix_jobs(scene, further=COMPARED), "combined" in scene.compared
-    matrix_references = matrices(jobs, means, combined=combined)
-    means.watch.on_stage("  writing, checking")
-    collected = _Collected.of(scene, jobs)
-    with published(path) as unfinished:
+    matrix_references = matrices(jobs, options, combined=combined)
+    options.watch.on_stage("  writing, checking")
+    accumulator = _Accumulator.of(scene, jobs)
+    with replacing(path) as unfinished:
         _write_coordinates(scene, matrix_references, unfinished)
         with h5netcdf.File(unfinished, "a") as file:
             _create_variables(file, scene)
             for strip in range(scene.grid.n_s):
-                _add_column(file, collected, strip, matrix_references)
+                _add_column(file, accumulator, strip, matrix_references)
         results = MatrixResults(
             scene,
             matrix_references,
-            {name: worst_of(strip_errors) for name, strip_errors in collected.errors.items()},
+            {name: worst_of(strip_errors) for name, strip_errors in accumulator.errors.items()},
             {
                 name: reciprocity(ics, jobs[name].body.contour, scene.grid)
-                for name, ics in collected.raw.items()
+                for name, ics in accumulator.raw.items()
             },
-            collected.eigenvalues(),
-            collected.deviations,
-            collected.known,
+            accumulator.eigenvalues(),
+            accumulator.deviations,
+            accumulator.known,
             perf_counter() - start,
             peak_memory(),
         )
@@ -164,12 +165,12 @@ def compute_matrix(scene: Scene, path: Path, means: Means = DEFAULT) -> MatrixRe
 
 def _add_column(
     file: h5netcdf.File,
-    collected: "_Collected",
+    accumulator: "_Accumulator",
     strip: int,
     matrix_references: Mapping[str, MatrixReference],
 ) -> None:
-    """Write the column of a loaded strip, and collect what is computed from it."""
-    scene = collected.scene
+    """Write the column of a loaded strip, and accumulate the results that depend on it."""
+    scene = accumulator.scene
     columns = {name: reference.column(strip) for name, reference in matrix_references.items()}
     contour = scene.bodies["lower"].contour
     compared_columns = {
@@ -183,7 +184,7 @@ def _add_column(
     for b, c in enumerate(compared_columns.values()):
         file["ic"][b, :, :, strip] = scene.grid.area * _directions_last(c.ic)
         file["estimate"][b, :, :, strip] = scene.grid.area * _directions_last(c.estimate)
-    collected.add(
+    accumulator.add(
         strip,
         compared_columns,
         like_half_spaces,
@@ -192,7 +193,7 @@ def _add_column(
 
 
 def _require_readable(path: Path) -> None:
-    """Read all matrices of a file: each piece of it has a checksum, which HDF5 compares (OSError)."""
+    """Read all matrices of a file, so that HDF5 compares the checksums of all pieces (OSError)."""
     with h5netcdf.File(path, "r") as file:
         for name, _, _ in VARIABLES:
             for strip in range(file[name].shape[3]):
@@ -200,10 +201,10 @@ def _require_readable(path: Path) -> None:
 
 
 @dataclass(eq=False)
-class _Collected:
-    """What is computed from the columns, loaded strip by loaded strip.
+class _Accumulator:
+    """Results that accumulate over the columns, loaded strip by loaded strip.
 
-    Whole matrices are kept only up to `LARGEST_WHOLE_MATRIX` entries, in single precision: it changes the
+    Whole matrices are held only up to `LARGEST_WHOLE_MATRIX` entries, in single precision, which changes the
     defects of reciprocity and the eigenvalues by 1e-7 of the largest IC.
     """
 
@@ -216,8 +217,8 @@ class _Collected:
     known: dict[str, Deviation]  # estimated deviation of C itself, by body
 
     @classmethod
-    def of(cls, scene: Scene, jobs: Mapping[str, MatrixJob]) -> "_Collected":
-        """The state before the first strip."""
+    def of(cls, scene: Scene, jobs: Mapping[str, MatrixJob]) -> "_Accumulator":
+        """Return the state before the first strip."""
         shape = _shape(scene)
         held_whole = int(np.prod(shape)) <= LARGEST_WHOLE_MATRIX
         return cls(
@@ -238,8 +239,8 @@ class _Collected:
     def add(
         self,
         strip: int,
-        compared: Mapping[str, Estimated],
-        like_half_spaces: Mapping[str, Estimated],
+        compared: Mapping[str, EstimatedICs],
+        like_half_spaces: Mapping[str, EstimatedICs],
         raw: Mapping[str, Array],
     ) -> None:
         """Add the columns of one more loaded strip: C, C after the source's discount, and before any."""
@@ -263,14 +264,14 @@ class _Collected:
                 )
 
     def eigenvalues(self) -> dict[str, float]:
-        """Smallest eigenvalue of each matrix, over the element's own ICs."""
+        """Return the smallest eigenvalue of each matrix over the ICs of an element on itself."""
         matrices_by_name = {f"{name}, raw": ics for name, ics in self.raw.items()}
         matrices_by_name |= {f"{name}, discounted": ics for name, ics in self.discounted.items()}
         return {name: _relative_smallest_eigenvalue(ics) for name, ics in matrices_by_name.items()}
 
 
 def file_size(scene: Scene) -> int:
-    """Size of the NetCDF file in bytes, without its header of a few thousand."""
+    """Return the size of the NetCDF file in bytes, without its header of a few thousand."""
     entry_bytes = sum(np.dtype(kind).itemsize for _, kind, _ in VARIABLES)
     return len(scene.compared) * entry_bytes * int(np.prod(_shape(scene)))
 
@@ -281,12 +282,12 @@ def _shape(scene: Scene) -> tuple[int, int, int, int, int]:
 
 
 def _directions_last(column: Array) -> Array:
-    """A column (i, j, lag, observing strip) as (lag, observing strip, i, j)."""
+    """Return a column (i, j, lag, observing strip) as (lag, observing strip, i, j)."""
     return np.moveaxis(column, (0, 1), (2, 3))
 
 
 def _relative_smallest_eigenvalue(ics: Array) -> float:
-    """Smallest eigenvalue of a matrix over the least of the element's own ICs xx, ss, nn."""
+    """Return the smallest eigenvalue of a matrix over the least IC xx, ss, nn of an element on itself."""
     own_ic = np.min(np.diagonal(ics[0], axis1=0, axis2=1).diagonal(axis1=0, axis2=1))
     return GridOperator.of(ics).smallest_eigenvalue() / float(own_ic)
 

@@ -1,8 +1,8 @@
-"""Writes and reads files of numerical influence coefficients for the program CONTACT (option C3 = 9).
+"""Write and read files of numerical influence coefficients for the program CONTACT (option C3 = 9).
 
-The layout is that of CONTACT's reader, which differs from its user guide; docs/contact-export.md shows it. An
-entry is the displacement of the upper body minus that of the lower one [mm] due to traction on the upper body
-on one element, times the combined shear modulus over that traction, in local directions. Entries are given
+The layout follows CONTACT's reader, which differs from its user guide; docs/contact-export.md shows it. An
+entry is the displacement difference upper minus lower body [mm] due to traction on one element of the upper
+body, times the combined shear modulus over this traction, in local directions. Entries are given
 for lags ix >= 0 only: for ix < 0 the reader changes the signs of nx, xn, xs and sx.
 """
 
@@ -14,7 +14,7 @@ from typing import TextIO
 
 import numpy as np
 
-from femic.cache.files import published
+from femic.cache.files import replacing
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
@@ -92,7 +92,7 @@ def of_offsets_only(ics: Array) -> Array:
 
 def write(file: ContactFile, path: Path) -> None:
     """Write a file, every number with all of its digits."""
-    with published(path) as unfinished, unfinished.open("w", encoding="ascii") as out:
+    with replacing(path) as unfinished, unfinished.open("w", encoding="ascii") as out:
         out.writelines(f"{line}\n" for line in _lines(file))
 
 

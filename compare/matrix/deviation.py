@@ -1,11 +1,11 @@
-"""Deviations of approximations of an IC matrix from C: of entries, and under tractions on all elements."""
+"""Deviations of approximate IC matrices from C: of entries, and of displacements under tractions."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from compare.ics.error_measure import scale, vanishes
-from femic.reference.estimate import Estimated
+from femic.reference.estimate import EstimatedICs
 from geometries.arrays import Array, Mask
 from geometries.patches import N
 
@@ -14,14 +14,14 @@ from geometries.patches import N
 class Column:
     """C due to unit loads on a strip, and which elements are far from that strip."""
 
-    c: Estimated  # arrays (3, 3, n_x, n_s) [mm/N]
+    c: EstimatedICs  # arrays (3, 3, n_x, n_s) [mm/N]
     far: Mask  # (n_x, n_s): at least `femic.reference.matrix.columns.NEAR_ELEMENTS` elements from the load
     a_nn: Array  # (n_x, n_s) [mm/N]
 
 
 @dataclass(frozen=True, eq=False)
 class Deviation:
-    """Largest values and sums over the entries of an approximation V of C; loaded strips are added in turn.
+    """Largest values and sums over the entries of an approximation V of C, accumulated over loaded strips.
 
     For C itself, V - C is its estimated error. Largest values are (3, 3). Sums, (3, 3, n_s) by observing
     strip, are over loaded strips and lags of both signs: displacements under tractions of 1 on all elements,
@@ -38,15 +38,15 @@ class Deviation:
 
     @classmethod
     def none(cls, n_s: int) -> "Deviation":
-        """The deviation before the first strip: zeros."""
+        """Return the deviation before the first strip: zeros."""
         return cls(*(np.zeros((3, 3)) for _ in range(4)), *(np.zeros((3, 3, n_s)) for _ in range(3)))
 
     def with_column(self, difference: Array, column: Column) -> "Deviation":
-        """The deviation with one more loaded strip; difference from C (3, 3, n_x, n_s) [mm/N]."""
+        """Return the deviation with one more loaded strip; difference from C (3, 3, n_x, n_s) [mm/N]."""
         c, far = column.c, column.far
         largest = (
-            np.maximum(so_far, np.max(np.abs(values), axis=(2, 3)))
-            for so_far, values in (
+            np.maximum(previous, np.max(np.abs(values), axis=(2, 3)))
+            for previous, values in (
                 (self.far_off, difference * far),
                 (self.far_c, c.ic * far),
                 (self.far_known, c.estimate * far),
@@ -55,8 +55,8 @@ class Deviation:
         )
         lag_weights = np.where(np.arange(c.ic.shape[2]) == 0, 1.0, 2.0)[:, None]
         sums = (
-            so_far + np.sum(lag_weights * np.abs(values), axis=2)
-            for so_far, values in ((self.off, difference), (self.c, c.ic), (self.known, c.estimate))
+            previous + np.sum(lag_weights * np.abs(values), axis=2)
+            for previous, values in ((self.off, difference), (self.c, c.ic), (self.known, c.estimate))
         )
         return Deviation(*largest, *sums)
 

@@ -1,4 +1,4 @@
-"""`femic export` writes the IC matrix of both bodies as a file that CONTACT reads."""
+"""`femic export` writes the IC matrix of both bodies as a file for the program CONTACT."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,7 +18,7 @@ from femic.contact.operators.approximations import approximate_matrix
 from femic.reference.matrix.job import Discount
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import matrices
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import require_none
 from femic.scenes.grid import grid_misfits
@@ -28,13 +28,13 @@ from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS
 
 SAME_ICS = 1e-12  # of the largest IC: below this difference, ICs of strips depend on their offset only
-RAW = "; raw: with the rigid give of both bodies up to their clamped far arcs"
+RAW = "; raw: with the rigid compliance of both bodies up to their clamped far arcs"
 SUFFIXES: dict[Discount, str] = {"approach": "", "source": "_source", "none": "_raw"}
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """The ICs that a file is to have: C after a discount, the scene's if None, or an approximation."""
+class ExportSpecification:
+    """The ICs of a file: C after a discount, by default the scene's, or an approximation."""
 
     ics: str
     discount: Discount | None = None
@@ -44,76 +44,80 @@ class Wanted:
         """The name of the file."""
         return f"contact_{self.ics}{SUFFIXES[self.discount] if self.discount else ''}.txt"
 
-    def of(self, scene: Scene) -> "Wanted":
-        """The same with the discount that C has, None for approximations."""
+    def of(self, scene: Scene) -> "ExportSpecification":
+        """Return the same with the discount of C, None for approximations."""
         return replace(self, discount=(self.discount or scene.discount) if self.ics == "C" else None)
 
 
 @dataclass(frozen=True)
-class Exported:
-    """A written file with its content, the scene and the ICs that were wanted."""
+class Export:
+    """A written file with its content, its scene and its specification."""
 
     path: Path
     file: ContactFile
     scene: Scene
-    wanted: Wanted
+    specification: ExportSpecification
 
 
-def require_exportable(scene: Scene, wanted: Wanted) -> None:
+def require_exportable(scene: Scene, specification: ExportSpecification) -> None:
     """Raise BadScene for a grid or an engine that does not fit, WrongInput for ICs that are not available."""
     if "combined" not in scene.compared:
         raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
-    if wanted.discount and wanted.ics != "C":
+    if specification.discount and specification.ics != "C":
         raise WrongInput(
-            f"discount = {wanted.discount}, ics = {wanted.ics}: approximations have no discount: leave "
-            "--discount out, or give --ics C"
+            f"discount = {specification.discount}, ics = {specification.ics}: approximations have no "
+            "discount: leave --discount out, or give --ics C"
         )
-    if wanted.ics == "Bhat_prime" and not scene.pair.has_effective("combined"):
+    if specification.ics == "Bhat_prime" and not scene.pair.has_effective("combined"):
         raise WrongInput("ics = Bhat_prime: the scene has no effective properties; see femic calibrate")
-    engine_misfits = () if wanted.ics in VARIANTS else matrix_engine_misfits(scene)
+    engine_misfits = () if specification.ics in VARIANTS else matrix_engine_misfits(scene)
     require_none(scene.name, [*grid_misfits(scene), *engine_misfits])
 
 
-def export(scene: Scene, wanted: Wanted, out: Path, means: Means = DEFAULT) -> Exported:
-    """Write `contact_ICS.txt`: the ICs of both bodies by C, computed if it is missing, or an approximation.
+def export(
+    scene: Scene, specification: ExportSpecification, out: Path, options: RunOptions = DEFAULT
+) -> Export:
+    """Write `contact_ICS.txt` with the ICs of both bodies: C, which is computed, or an approximation.
 
-    C after the source's discount is written to `contact_C_source.txt`, without any to `contact_C_raw.txt`.
-    Raises as `require_exportable` does.
+    C after the source's discount is written to `contact_C_source.txt`, without discount to
+    `contact_C_raw.txt`. Raises as `require_exportable` does.
     """
-    require_exportable(scene, wanted)
-    wanted = wanted.of(scene)
-    folders.made(out)
-    file = _file_content(scene, wanted, out, means)
-    path = out / wanted.name
-    means.watch.on_stage("  writing")
+    require_exportable(scene, specification)
+    specification = specification.of(scene)
+    folders.make(out)
+    file = _file_content(scene, specification, out, options)
+    path = out / specification.name
+    options.watch.on_stage("  writing")
     contact_file.write(file, path)
-    return Exported(path, file, scene, wanted)
+    return Export(path, file, scene, specification)
 
 
-def _file_content(scene: Scene, wanted: Wanted, out: Path, means: Means) -> ContactFile:
+def _file_content(
+    scene: Scene, specification: ExportSpecification, out: Path, options: RunOptions
+) -> ContactFile:
     placed = placed_on(scene, scene.grid)
-    if wanted.discount is None and placed.offset:
-        ics = approximate_matrix(wanted.ics, scene.pair, scene.grid, upper_offset=placed.offset)
+    if specification.discount is None and placed.offset:
+        ics = approximate_matrix(specification.ics, scene.pair, scene.grid, upper_offset=placed.offset)
         return to_contact(scene, ics)
-    if wanted.discount is None:
-        return approximated(scene, wanted.ics)
-    if wanted.discount != scene.discount or placed.offset:
-        return to_contact(scene, discounted_matrix(scene, wanted.discount, means))
-    write_matrix(scene, out, means=means)
+    if specification.discount is None:
+        return approximated(scene, specification.ics)
+    if specification.discount != scene.discount or placed.offset:
+        return to_contact(scene, discounted_matrix(scene, specification.discount, options))
+    write_matrix(scene, out, options=options)
     return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
 
 
-def told(written: Exported) -> str:
-    """The text that says what to set in CONTACT, and which wrong settings CONTACT does not notice."""
-    file, grid = written.file, written.scene.grid
+def contact_settings(exported: Export) -> str:
+    """Return text on the settings for CONTACT, and on wrong settings that CONTACT does not notice."""
+    file, grid = exported.file, exported.scene.grid
     strips = (
         "one matrix for all strips, one strip and one lag more than CONTACT's grid"
         if file.one_for_all
         else f"{file.n_s} matrices, one a loaded strip, {file.n_x} lags"
     )
-    upper, lower = (written.scene.bodies[name].material for name in ("upper", "lower"))
+    upper, lower = (exported.scene.bodies[name].material for name in ("upper", "lower"))
     return (
-        f"CONTACT file: {written.path}: {strips}{RAW if written.wanted.discount == 'none' else ''}\n"
+        f"CONTACT file: {exported.path}: {strips}{RAW if exported.specification.discount == 'none' else ''}\n"
         f"set in CONTACT: MX = {grid.n_x} or less, MY = {grid.n_s}{' or less' if file.one_for_all else ''}, "
         f"XL = {-grid.n_x * grid.dx / 2:g}, YL = {grid.extent[0]:g}, DX = {grid.dx:g}, DY = {grid.ds:g} mm; "
         f"CHI = 0, DQ = {grid.dx:g} if it rolls; body 1 = upper: POISS = {upper.nu:g}, {lower.nu:g}, "
@@ -151,14 +155,14 @@ def _scaled(scene: Scene, values: Array) -> ContactFile:
     return ContactFile(values, scene.grid.dx, scene.grid.ds, convex_body(scene))
 
 
-def discounted_matrix(scene: Scene, discount: Discount, means: Means) -> Array:
-    """C of both bodies after a discount [mm/MPa], (n_x, n_s, n_s, 3, 3), as contact takes it.
+def discounted_matrix(scene: Scene, discount: Discount, options: RunOptions) -> Array:
+    """Return C of both bodies after a discount [mm/MPa], (n_x, n_s, n_s, 3, 3), as for contact.
 
-    Strips of the upper body are those opposite, where it is moved along y. Models are solved unless they are
-    kept.
+    Where the upper body is moved along y, its strips lie opposite the strips of the lower body. Models are
+    solved unless they are stored.
     """
     jobs = c_jobs(replace(scene, discount=discount), placed_on(scene, scene.grid), COMPONENTS)
-    solved, contour = matrices(jobs, means, combined=True), scene.bodies["lower"].contour
+    solved, contour = matrices(jobs, options, combined=True), scene.bodies["lower"].contour
     columns = [pair_column(solved, contour, strip).ic for strip in range(scene.grid.n_s)]
     return scene.grid.area * np.moveaxis(np.stack(columns), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))
 

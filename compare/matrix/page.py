@@ -7,16 +7,16 @@ import numpy as np
 
 from approx.matrix import column as approximated
 from compare.ics.compute import models_of, seconds_of, solids
-from compare.matrix.check import Checked, check
+from compare.matrix.check import ColumnCheck, check
 from compare.matrix.compute import MatrixResults, compute_matrix, discounted
 from compare.matrix.figures import maps
-from compare.matrix.reciprocity import described
+from compare.matrix.reciprocity import description
 from compare.plan import models
 from compare.report.html import error_cell, write_page
 from compare.report.styles import SYMBOLS, save
 from femic.cache import folders
 from femic.reference.models import Cost
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes import receipts
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
@@ -32,13 +32,13 @@ MEASURES = {  # of `Deviation`: the errors, the weights below them, and which co
 }
 
 
-def write_matrix(scene: Scene, out: Path, strip: int | None = None, means: Means = DEFAULT) -> Path:
+def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: RunOptions = DEFAULT) -> Path:
     """Write `matrix.nc`, figures of one loaded strip and `matrix.html`; returns the path of the page.
 
     By default the loaded strip is the one nearest to the patch. Nothing is computed if the folder has the
     same results already. Raises WrongInput for a strip that the grid does not have.
     """
-    watch, workers = means.watch, means.workers
+    watch, workers = options.watch, options.workers
     loaded_strip = _chosen(scene, strip)
     path, key = out / "matrix.html", receipts.key_of(scene, __name__, loaded_strip)
     if receipts.holds(out, COMMAND, key):
@@ -46,13 +46,13 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, means: Means
         return path
     steps = models.matrix_steps(scene, workers)
     watch.on_stage(
-        f"  about {models.seconds(steps, workers):.0f} s, {max(step.takes.memory for step in steps):.0f} MB "
-        "if nothing is kept yet"
+        f"  about {models.seconds(steps, workers):.0f} s, "
+        f"{max(step.expected.memory for step in steps):.0f} MB if no model is stored yet"
     )
     receipts.withdraw(out, COMMAND)
-    folders.made(out / "figures")
-    results = compute_matrix(scene, out / "matrix.nc", means)
-    checks = check(results, means)
+    folders.make(out / "figures")
+    results = compute_matrix(scene, out / "matrix.nc", options)
+    checks = check(results, options)
     paths = draw(results, loaded_strip, out / "figures")
     _write_report(results, steps, checks, paths, out / "matrix.nc")
     receipts.leave(out, COMMAND, key, ["matrix.nc", path.name])
@@ -93,7 +93,7 @@ def draw(results: MatrixResults, strip: int, folder: Path) -> list[Path]:
 def _write_report(
     results: MatrixResults,
     steps: Sequence[models.Step],
-    checks: Sequence[Checked],
+    checks: Sequence[ColumnCheck],
     figures: Sequence[Path],
     file: Path,
 ) -> Path:
@@ -154,7 +154,7 @@ def _demand_rows(results: MatrixResults) -> Iterator[dict[str, str]]:
     for name, eigenvalue in results.eigenvalues.items():
         body, _, kind = name.partition(", ")
         raw = kind == "raw"
-        defect = described(results.reciprocity[body], results.scene.grid) if raw else "as raw"
+        defect = description(results.reciprocity[body], results.scene.grid) if raw else "as raw"
         yield {"name": name, "defect": defect, "eigenvalue": f"{eigenvalue:.3f}"}
 
 

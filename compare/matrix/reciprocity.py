@@ -16,7 +16,7 @@ ON_EDGE = 1e-3  # share of a strip: joints closer than that to its edge are on t
 class Reciprocity:
     """Largest |C(I, J) - C(J, I)^T|: of all pairs of strips, of those without joints.
 
-    Each is a share of the largest value of its own component; `component` has the largest.
+    Each is a share of the largest value of its component; `component` is the worst one.
 
     Displacements are read at centres, loads act on whole elements. The average over an element differs from
     the value at its centre by the curvature of the field across it. At a joint it differs by more: the local
@@ -46,8 +46,8 @@ def reciprocity(ics: Array, contour: Contour, grid: Grid) -> Reciprocity:
     )
 
 
-def described(defect: Reciprocity, grid: Grid) -> str:
-    """Text for the report: the largest defect, where it is, and the largest without joints."""
+def description(defect: Reciprocity, grid: Grid) -> str:
+    """Return text for the report: the largest defect, its place, and the largest away from joints."""
     first, second = sorted(defect.strips)
     where = f"{defect.worst:.1e} of {defect.component} (strips {first} and {second}, "
     where += f"s = {grid.strips[first]:.3g}, {grid.strips[second]:.3g} mm)"

@@ -13,7 +13,7 @@ from compare.overlay.sources import Content, Source, common, read
 from compare.report.curves import panel_of
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
-from femic.cache.files import published
+from femic.cache.files import replacing
 
 MIRRORED = 1e-6  # largest asymmetry of a mirrored curve, as a share of the largest value on its line
 
@@ -93,7 +93,7 @@ def write_curves(overlay: Overlay, folder: Path) -> None:
         first = curve(overlay.results[0], line, overlay.common.bodies[0], overlay.common.components[0])
         file_name = line.replace(" ", "").replace("=", "")
         with (
-            published(folder / f"curves_{file_name}.csv") as unfinished,
+            replacing(folder / f"curves_{file_name}.csv") as unfinished,
             unfinished.open("w", newline="", encoding="utf-8") as file,
         ):
             table = csv.writer(file)

@@ -19,7 +19,7 @@ WITHIN_ACCURACY = "alike within the accuracy of C"
 
 def folder_of(sources: Sequence[Source], out: Path | None, results: Path) -> Path:
     """The folder of the overlay; raises WrongInput if it holds the results of a scene."""
-    folder = folders.checked(out or results / "_".join(source.name for source in sources))
+    folder = folders.check(out or results / "_".join(source.name for source in sources))
     if (folder / "ics.nc").exists() or folder.resolve() in [source.folder.resolve() for source in sources]:
         raise WrongInput(f"--out {folder}: has the results of a scene; name another folder")
     return folder

@@ -1,1 +1,1 @@
-"""What the models of a scene take: unknowns, seconds, memory."""
+"""The expected cost of the models of a scene: unknowns, seconds, memory."""

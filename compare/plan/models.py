@@ -1,4 +1,4 @@
-"""Predicts unknowns, seconds and memory of a scene's models, and compares them with what they took."""
+"""Predict unknowns, seconds and memory of a scene's models, and compare them with the actual cost."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -11,63 +11,63 @@ from femic.reference.engine import Engine
 from femic.reference.job import Job
 from femic.reference.level import Level, factors
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.models import Cost, Planned
+from femic.reference.models import Cost, ExpectedCost
 from femic.scenes.scene import Scene
 
 
 @dataclass(frozen=True)
 class Step:
-    """A model of a plan: its name, engine, size, and what it will take."""
+    """A model of a plan: its name, engine, size, and expected cost."""
 
     name: str
     engine: Engine
-    cells: float  # their size over that of the scene's first cells
+    cells: float  # their size over the size of the scene's first cells
     far_radius: float  # mm
     along_x: str  # extent of the model along x, in words
-    takes: Planned
+    expected: ExpectedCost
 
 
 def run_steps(scene: Scene, workers: int) -> list[Step]:
-    """The models that `femic run` solves in its first round."""
+    """Return the models that `femic run` solves in its first round."""
     steps = list(steps_of(jobs(scene), workers))
     return steps + (list(steps_of(jobs(scene.check), workers, "check, ")) if scene.check else [])
 
 
 def matrix_steps(scene: Scene, workers: int) -> list[Step]:
-    """The models that `femic matrix` solves in its first round; raises BadScene as `matrix_jobs` does."""
+    """Return the models that `femic matrix` solves in its first round; raises as `matrix_jobs` does."""
     return list(steps_of(matrix_jobs(scene, further=COMPARED), workers))
 
 
 def steps_of(
     jobs_of_bodies: Mapping[str, Job] | Mapping[str, MatrixJob], workers: int, prefix: str = ""
 ) -> Iterator[Step]:
-    """The models of jobs that are solved in the first round; `prefix` comes before their names."""
+    """Yield the models of the first round of jobs; `prefix` comes before their names."""
     for name, job in jobs_of_bodies.items():
         engine = job.settings.engine
         for model, level in Level().models(engine.estimate.models).items():
             request = job.request(level)
-            body, takes = request.body, engine.models.planned(request, workers)
-            length_along_x = "endless" if np.isinf(body.xi_end) else f"{body.xi_end:.4g} mm"
+            body, expected = request.body, engine.models.expected_cost(request, workers)
+            length_along_x = "infinite" if np.isinf(body.xi_end) else f"{body.xi_end:.4g} mm"
             yield Step(
                 f"{prefix}{name}, {model}",
                 engine,
                 factors(level)[0],
                 body.domain.far_radius,
-                "all round" if body.closed else length_along_x,
-                takes,
+                "full circle" if body.closed else length_along_x,
+                expected,
             )
 
 
 def seconds(steps: list[Step], workers: int) -> float:
-    """Seconds that all steps will take.
+    """Return the expected seconds of all steps.
 
     Engines that share a model among workers solve models one by one, others solve them side by side.
     """
-    return sum(step.takes.seconds / (1 if step.engine.shares_a_model else workers) for step in steps)
+    return sum(step.expected.seconds / (1 if step.engine.shares_a_model else workers) for step in steps)
 
 
 def compared(steps: Iterable[Step], costs: Mapping[str, Cost]) -> Iterator[dict[str, str]]:
-    """Yield rows of a table: what each model was expected to take / what it took."""
+    """Yield rows of a table: the expected / the actual cost of each model."""
     for step in steps:
         if cost := costs.get(step.name):
             wavenumbers = (
@@ -75,8 +75,8 @@ def compared(steps: Iterable[Step], costs: Mapping[str, Cost]) -> Iterator[dict[
             )
             yield {
                 "name": step.name,
-                "unknowns": f"{step.takes.unknowns:,} / {cost.unknowns:,}",
-                "wavenumbers": f"{step.takes.wavenumbers or '–'} / {wavenumbers}",
-                "seconds": f"{step.takes.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
-                "memory": f"{step.takes.memory:.0f} / {cost.peak_memory:.0f}",
+                "unknowns": f"{step.expected.unknowns:,} / {cost.unknowns:,}",
+                "wavenumbers": f"{step.expected.wavenumbers or '–'} / {wavenumbers}",
+                "seconds": f"{step.expected.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
+                "memory": f"{step.expected.memory:.0f} / {cost.peak_memory:.0f}",
             }

@@ -49,10 +49,10 @@ def curves_in(dataset: xr.Dataset, component: str) -> Figure:
         for line in lines:
             curve = dataset.sel(body=body, i=component[0], j=component[1])
             curve = curve.isel(point=np.flatnonzero(dataset.line.values == line))
-            along = max("sx", key=lambda name, curve=curve: float(np.ptp(curve[name])))
+            along = "x" if np.ptp(curve.x) > np.ptp(curve.s) else "s"
             panel = panel_of(curve, curve[along].values / length)
-            titles = {"title": f"{component} on {line}", "across": f"{along} / L  [-],  L = {length:g} mm"}
-            panels.append(replace(panel, up=f"{body}\nIC · E · L  [-]", **titles))
+            title, across = f"{component} on {line}", f"{along} / L  [-],  L = {length:g} mm"
+            panels.append(replace(panel, title=title, across=across, up=f"{body}\nIC · E · L  [-]"))
     return drawn(panels, len(lines))
 
 

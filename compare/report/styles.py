@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from matplotlib.figure import Figure
 
 from approx.variants import VARIANTS, exchanged_symbol
-from femic.cache.files import published
+from femic.cache.files import replacing
 from femic.scenes.ic_names import is_map
 
 Style = Mapping[str, Any]  # keywords of a line of matplotlib
@@ -81,6 +81,6 @@ MARKERS = ByVariant(lambda: {name: marker for name, (marker, _) in with_further(
 
 def save(figure: Figure, path: Path) -> Path:
     """Write a figure as PNG and return its path."""
-    with published(path) as unfinished:
+    with replacing(path) as unfinished:
         figure.savefig(unfinished)
     return path

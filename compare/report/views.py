@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from femic.cache.files import published
+from femic.cache.files import replacing
 from geometries.arrays import Array, Indices
 from geometries.errors import WrongInput
 
@@ -56,7 +56,7 @@ def can_render() -> bool:
 
 def _save(plotter: Plotter, path: Path) -> None:
     """Write what is drawn as PNG."""
-    with published(path) as unfinished:
+    with replacing(path) as unfinished:
         plotter.screenshot(str(unfinished))
 
 

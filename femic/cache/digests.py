@@ -1,6 +1,12 @@
-"""Digests of the code that made a model or a result, and versions of the libraries that it ran with.
+"""Digests of the code behind a model or a result, and versions of its libraries.
 
-Kept models and written results of other code are not mistaken for those of this code.
+With them, stored models and written results of other code are recognised. The digest of a result covers the
+modules that it imports, and not the whole package. Over 352 commits of this program, 200 of which changed
+code, a digest of the whole package would have discarded every result 200 times; digests of imported modules
+discarded models 84, ICs 103 and contacts with friction 132 times. A model takes seconds to minutes and a
+creep-force curve up to hours, while a digest of imported modules costs a command 0.4 to 0.7 s, less than
+parsing the whole package. The digest is of syntax trees: with the bytes of files it would take 10 ms, but
+each corrected docstring would discard results, too.
 """
 
 import ast
@@ -16,34 +22,34 @@ OF_MODELS = ("geometries", "approx", "femic/cache", "femic/reference")  # folder
 LIBRARIES = ("gmsh", "numpy", "pyamg", "scikit-fem", "scipy")  # that models depend on
 PACKAGES = ("femic", "compare")  # with modules that make results
 LIBRARIES_OF_RESULTS = ("xarray",)
-SCENES = "femic.scenes.load"  # says what the text of a scene means: always counts
-DRAWING = "compare/report/"  # which numbers do not depend on
+SCENES = "femic.scenes.load"  # interprets the text of a scene: always counts
+DRAWING = "compare/report/"  # numbers do not depend on it
 Documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, femic and the libraries that determine a result."""
+    """Return the versions of Python, femic and the libraries that determine a result."""
     return {"python": platform.python_version()} | {name: version(name) for name in ("femic", *LIBRARIES)}
 
 
 @cache
 def code_digest() -> str:
-    """Short digest of the code of models and its libraries."""
+    """Return a short digest of the code of models and its libraries."""
     return digest_of((ROOT / folder for folder in OF_MODELS), versions())
 
 
 @cache
 def results_digest(*modules: str) -> str:
-    """Short digest of the code of modules, such as "compare.ics.compute": theirs, and what they import.
+    """Return a short digest of modules, such as "compare.ics.compute", and of all that they import.
 
-    Results written with another digest are not up to date. Modules that a result does not need may change.
+    Results with another digest are out of date. Changes of other modules have no effect.
     """
     sources = {name: ROOT / name for name in sorted(_needed((*modules, SCENES)))}
     return digest_of_files(sources, code_digest(), {name: version(name) for name in LIBRARIES_OF_RESULTS})
 
 
 def digest_of(folders: Iterable[Path], *facts: object) -> str:
-    """Short digest of facts and of the Python files in folders, as of `digest_of_files`."""
+    """Return a short digest of facts and of the Python files in folders, as of `digest_of_files`."""
     files = {
         f"{folder.name}/{source.relative_to(folder).as_posix()}": source
         for folder in folders
@@ -53,42 +59,46 @@ def digest_of(folders: Iterable[Path], *facts: object) -> str:
 
 
 def digest_of_files(files: Mapping[str, Path], *facts: object) -> str:
-    """Short digest of facts and of Python files: their names and their code.
+    """Return a short digest of facts and of Python files: their names and their code.
 
     Comments, docstrings and layout do not count.
     """
     digest = hashlib.sha256(repr(facts).encode())
     for name, source in files.items():
         digest.update(f"\n{name}\n".encode())
-        digest.update(_meaning(source.read_text(encoding="utf-8")).encode())
+        digest.update(_parsed(source.read_text(encoding="utf-8"))[0].encode())
     return digest.hexdigest()[:12]
 
 
-def _meaning(code: str) -> str:
-    """The syntax tree of code without docstrings, as text."""
+@cache
+def _parsed(code: str) -> tuple[str, tuple[str, ...]]:
+    """Return the syntax tree of code without docstrings, as text, and the modules that it imports."""
     tree = ast.parse(code)
-    for node in ast.walk(tree):
+    tree.body = [node for node in tree.body if not _is_for_types(node)]
+    nodes = list(ast.walk(tree))
+    imports = tuple(name for node in nodes for name in _imports(node))
+    for node in nodes:
         if isinstance(node, Documented) and ast.get_docstring(node, clean=False) is not None:
             del node.body[0]
-    return ast.dump(tree)
+    return ast.dump(tree), imports
 
 
 def _needed(modules: tuple[str, ...]) -> set[str]:
-    """The files, relative to `ROOT`, that some modules consist of, with all that they import.
+    """Return the files of modules and of all that they import, relative to `ROOT`.
 
-    Those of models are part of `code_digest`.
+    The files of models are left out: `code_digest` has them.
     """
-    todo, found = list(modules), set[str]()
+    todo, files = list(modules), set[str]()
     while todo:
         for path in _files(todo.pop()):
-            if path not in found and not path.startswith((DRAWING, *OF_MODELS)):
-                found.add(path)
-                todo += _imports((ROOT / path).read_text(encoding="utf-8"))
-    return found
+            if path not in files and not path.startswith((DRAWING, *OF_MODELS)):
+                files.add(path)
+                todo += _parsed((ROOT / path).read_text(encoding="utf-8"))[1]
+    return files
 
 
 def _files(module: str) -> Iterator[str]:
-    """The files of a module, those of the packages that it is in among them; none for modules of others."""
+    """Yield the files of a module, including its packages; none for modules of other distributions."""
     parts = module.split(".")
     if parts[0] not in PACKAGES:
         return
@@ -98,20 +108,15 @@ def _files(module: str) -> Iterator[str]:
             yield path
 
 
-def _imports(code: str) -> Iterator[str]:
-    """The modules that code imports, and names from them, which may be modules."""
-    for node in ast.walk(_WithoutTypes().visit(ast.parse(code))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+def _imports(node: ast.AST) -> Iterator[str]:
+    """Yield the modules that a statement imports, and names from them, which may be modules."""
+    if isinstance(node, ast.Import):
+        yield from (alias.name for alias in node.names)
+    elif isinstance(node, ast.ImportFrom) and node.module:
+        yield node.module
+        yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-class _WithoutTypes(ast.NodeTransformer):
-    """Removes what is imported for type checkers only: no result depends on it."""
-
-    def visit_If(self, node: ast.If) -> ast.AST | list[ast.stmt]:
-        """The statement, or what runs instead of one that no interpreter enters."""
-        of_types = isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
-        return node.orelse if of_types else node
+def _is_for_types(node: ast.stmt) -> bool:
+    """Whether a statement is for type checkers only: no result depends on what it imports."""
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"

@@ -1,6 +1,6 @@
-"""Files of results: each is written under a name of its own, checked, and then moved to its place.
+"""Atomic writing of result files: each is written under a temporary name, checked, and then moved.
 
-So a file is complete or as it was before, whoever else writes the same one, and whenever this process ends.
+So a file is either complete or unchanged, even if other processes write it or this one is killed.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 open_dataset = Late("xarray:open_dataset")
 
-UNFINISHED = ".unfinished."  # within the names of files that are being written
+UNFINISHED = ".unfinished."  # in the names of unfinished files
 
 
 @contextmanager
-def published(path: Path) -> Iterator[Path]:
-    """The path of a new file, with the suffix of `path`, whose place it takes at the end.
+def replacing(path: Path) -> Iterator[Path]:
+    """A context with the path of a new file, which replaces `path` at the end and has its suffix.
 
-    Nothing is left of it if writing fails.
+    The new file is removed if writing fails.
     """
     unfinished = path.with_name(f"{UNFINISHED}{uuid4().hex}.{path.name}")
     try:
@@ -39,7 +39,7 @@ def published(path: Path) -> Iterator[Path]:
 
 def write_text(text: str, path: Path) -> Path:
     """Write a text file and return its path."""
-    with published(path) as unfinished:
+    with replacing(path) as unfinished:
         unfinished.write_text(text, encoding="utf-8")
     return path
 
@@ -47,12 +47,12 @@ def write_text(text: str, path: Path) -> Path:
 def write_dataset(dataset: xr.Dataset, path: Path) -> Path:
     """Write a NetCDF file, read it back, and return its path.
 
-    Raises Failure where it does not hold what was written.
+    Raises Failure where the file differs from the dataset.
     """
-    with published(path) as unfinished:
+    with replacing(path) as unfinished:
         dataset.to_netcdf(unfinished, engine="h5netcdf")
-        with open_dataset(unfinished, engine="h5netcdf") as found:
-            wrong = [name for name in dataset.variables if not dataset[name].equals(found[name])]
+        with open_dataset(unfinished, engine="h5netcdf") as written:
+            wrong = [name for name in dataset.variables if not dataset[name].equals(written[name])]
         if wrong:
             names = ", ".join(map(str, wrong))
             raise Failure(f"{path}: {names} of it cannot be read back as written: is the disk sound?")
@@ -60,6 +60,6 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> Path:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove files in a folder that ended processes have not finished."""
+    """Remove the unfinished files of ended processes from a folder."""
     for path in folder.glob(f"{UNFINISHED}*"):
         path.unlink(missing_ok=True)

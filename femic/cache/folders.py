@@ -1,4 +1,4 @@
-"""The folders that results are written to: looked at before any work, and written by one run at a time."""
+"""The folders of results: checked before any work, and written by one run at a time."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,8 +15,8 @@ SUFFIXES = (".csv", ".html", ".json", ".nc", ".png", ".toml", ".txt")  # of file
 OTHER = "rename it, or name another folder"
 
 
-def checked(folder: Path) -> Path:
-    """Return the folder; raises WrongInput if results cannot have it, or names in it that they need."""
+def check(folder: Path) -> Path:
+    """Return a folder; raises WrongInput if it, or a name in it that results need, is taken."""
     if folder.exists() and not folder.is_dir():
         raise WrongInput(f"--out {folder}: is a file; name a folder")
     for path in (folder / name for name in FOLDERS):
@@ -28,26 +28,26 @@ def checked(folder: Path) -> Path:
     return folder
 
 
-def made(folder: Path) -> Path:
-    """Return the folder, which is created where it does not exist.
+def make(folder: Path) -> Path:
+    """Create a folder where it does not exist, and return it.
 
-    Raises WrongInput as `checked` does, and if it cannot be created.
+    Raises WrongInput as `check` does, and if it cannot be created.
     """
     try:
-        checked(folder).mkdir(parents=True, exist_ok=True)
+        check(folder).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise _not_usable(folder, error) from error
     return folder
 
 
 @contextmanager
-def only_run_in(folder: Path) -> Iterator[Path]:
-    """A context with a folder, created if it does not exist, in which no other run writes.
+def locked(folder: Path) -> Iterator[Path]:
+    """A context with a folder, created if it does not exist, that no other run writes into.
 
-    The lock ends with the process that has it, however that ends; what it has not finished is removed. Raises
-    WrongInput as `made` does and where nothing can be written there, Failure where another run does.
+    The lock ends with its process, even if that is killed; unfinished files are removed. Raises
+    WrongInput as `make` does and where nothing can be written there, Failure where another run does.
     """
-    path = made(folder) / LOCK
+    path = make(folder) / LOCK
     lock = FileLock(path, fallback_to_soft=False)
     try:
         path.touch()
@@ -67,9 +67,9 @@ def only_run_in(folder: Path) -> Iterator[Path]:
         lock.release()
 
 
-def usable(folder: Path) -> Path:
-    """Return the folder, created if it does not exist; raises as `only_run_in` does."""
-    with only_run_in(folder):
+def require_usable(folder: Path) -> Path:
+    """Return a folder, created if it does not exist; raises as `locked` does."""
+    with locked(folder):
         return folder
 
 

@@ -1,11 +1,10 @@
-"""The store of finished work: models, and the parts of models that are not finished, for the next run.
+"""The store of finished models and of the parts of unfinished ones, for the next run.
 
-An entry is a file KEY.nc (NetCDF). KEY is derived from all that determines the result: the request, this
-code, the versions of its libraries. Notes on entries are parts under a key of their own. Each file ends with
-the SHA-256 digest of its name and of what stands before it: damaged, half-written and exchanged files are
-recognised, and their content is computed again. The location is a folder, or any other that fsspec knows
-(memory://, s3://). Several processes may use one store: a file is written under another name and then moved
-to its own.
+An entry is a file KEY.nc (NetCDF). KEY is derived from everything that determines the result: the request,
+this code, the versions of its libraries. Each file ends with the SHA-256 digest of its name and content:
+damaged, half-written and exchanged files are recognised, and their content is computed again. The location is
+a folder, or a URL of any kind that fsspec knows (memory://, s3://). Several processes may use one store: a
+file is written under a temporary name and then moved.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from fsspec import AbstractFileSystem
 
 Arrays = Mapping[str, Array]
-Kept = TypeVar("Kept")
+Content = TypeVar("Content")
 
 hash_of = Late("joblib:hash")
 load_dataset = Late("xarray:load_dataset")
@@ -45,35 +44,35 @@ CODE_FOLDER = re.compile("[0-9a-f]{12}")  # name of the folder of a version of t
 
 @dataclass
 class Store:
-    """A store at a location; without a location nothing is kept."""
+    """A store at a location; without a location nothing is stored."""
 
     location: str | Path | None = None
-    problem: str = field(default="", init=False)  # why nothing can be written any more
+    problem: str = field(default="", init=False)  # why nothing more can be written
 
     @property
     def writable(self) -> bool:
-        """Whether nothing that was to be kept has been lost so far."""
+        """Whether everything so far could be stored."""
         return not self.problem
 
     def key(self, kind: str, *request: object) -> str:
-        """The key of the entry of a request."""
+        """Return the key of the entry of a request."""
         return f"{kind}-{hash_of((code_digest(), kind, *request))}"
 
     def get(self, key: str) -> xr.Dataset | None:
-        """The entry of a key, None where there is no undamaged one."""
+        """Return the entry of a key, None where there is no undamaged one."""
         return self._read(f"{key}.nc", lambda content: load_dataset(content, engine="h5netcdf"))
 
     def put(self, key: str, entry: xr.Dataset) -> None:
-        """Keep an entry, and remove its parts, which are not needed any more."""
+        """Store an entry, and remove its parts, which are no longer needed."""
         self._write(f"{key}.nc", lambda: bytes(entry.to_netcdf(engine="h5netcdf")))
         self._remove(f"{key}.parts")
 
     def part(self, key: str, name: str) -> Arrays | None:
-        """The arrays by name of a part of an unfinished entry, None where there is no undamaged one."""
+        """Return the arrays of a part of an unfinished entry, None where there is no undamaged one."""
         return self._read(f"{key}.parts/{name}.npz", lambda content: dict(np.load(content)))
 
     def part_names(self, key: str) -> list[str]:
-        """The names of the parts that are kept under a key."""
+        """Return the names of the stored parts of a key."""
         if self.location is None:
             return []
         try:
@@ -84,10 +83,10 @@ class Store:
         return sorted(Path(path).stem for path in paths if str(path).endswith(".npz"))
 
     def put_part(self, key: str, name: str, values: Arrays) -> None:
-        """Keep a part until the entry is finished."""
+        """Store a part until the entry is finished."""
         self._write(f"{key}.parts/{name}.npz", lambda: _npz(values))
 
-    def forget_other_code(self) -> None:
+    def remove_other_code(self) -> None:
         """Remove the entries of other versions of the code, and nothing else."""
         if self.location is None or not self._fs.exists(self._root):
             return
@@ -110,8 +109,8 @@ class Store:
         """The path of a file of this version of the code."""
         return f"{self._root}/{code_digest()}/{name}"
 
-    def _read(self, name: str, parse: Callable[[BytesIO], Kept]) -> Kept | None:
-        """What an undamaged file of this name holds, None where there is none."""
+    def _read(self, name: str, parse: Callable[[BytesIO], Content]) -> Content | None:
+        """Return the content of an undamaged file of this name, None where there is none."""
         if self.location is None:
             return None
         path = self._path(name)
@@ -145,15 +144,13 @@ class Store:
             self._fs.mv(temporary, path)
         except OSError as error:
             self.problem = str(error) or type(error).__name__
-            log.warning(
-                f"store {self.location}: {error}: going on without keeping what is finished from here"
-            )
+            log.warning(f"store {self.location}: {error}: going on without storing further models")
             self._remove(f"{name}{temporary.removeprefix(path)}")
 
     def _clear_way(self, path: str) -> None:
-        """Remove a folder in the place of an entry, or a file in that of the folder of its parts.
+        """Remove a folder at the path of an entry, or a file at the path of the folder of its parts.
 
-        Other than local file systems have no such places.
+        Only local file systems have this distinction.
         """
         if "file" not in self._fs.protocol:
             return
@@ -174,12 +171,12 @@ class Store:
 
 
 def _digest(name: str, content: bytes) -> bytes:
-    """The digest of an entry of this version of the code, which holds for no other name."""
+    """Return the digest of an entry of this version of the code, which includes its name."""
     return sha256(f"{code_digest()}/{name}\n".encode() + content).digest()
 
 
 def _npz(values: Arrays) -> bytes:
-    """Arrays as the content of a NumPy archive."""
+    """Return arrays as the content of a NumPy archive."""
     buffer = BytesIO()
     np.savez(buffer, allow_pickle=False, **values)
     return buffer.getvalue()

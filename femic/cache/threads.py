@@ -1,4 +1,4 @@
-"""Threads: of our own, and those of the numerical libraries."""
+"""Threads of this program and of the numerical libraries."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -15,8 +15,8 @@ def in_threads(
 ) -> Iterator[Result]:
     """Yield the results of a function for arguments, in their order; a single worker is this thread.
 
-    Where it ends early, by an error or Ctrl-C, threads end with what they are at before it does: a program
-    that ends under them loses its exit code.
+    After an error or Ctrl-C the threads finish their current argument first: a program that ends while they
+    run loses its exit code.
     """
     if workers == 1:
         yield from map(function, arguments)
@@ -31,7 +31,7 @@ def in_threads(
 def one_blas_thread() -> threadpool_limits:
     """A context with one BLAS thread.
 
-    More of them slow sparse sweeps and products of small matrices down: they wait for each other most of the
-    time. Displacements from responses take twice as long with two.
+    More threads slow sparse sweeps and products of small matrices down, because they mostly wait for each
+    other. Displacements from responses take twice as long with two.
     """
     return threadpool_limits(limits=1, user_api="blas")

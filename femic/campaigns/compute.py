@@ -125,7 +125,7 @@ def compute_sweep(
     where the store is full, and where the scheduler is gone; what is finished is in the store and in the
     dataset.
     """
-    with folders.only_run_in(collected.folder):
+    with folders.locked(collected.folder):
         run = _Run(collected, store, options or Options())
         try:
             first = run.next_unfinished()

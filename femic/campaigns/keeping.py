@@ -28,7 +28,7 @@ from femic.campaigns.maps.node import OF_NODE, node
 from femic.reference.accuracy import component_of
 from femic.reference.job import Job
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
@@ -48,23 +48,23 @@ Jobs = Mapping[str, Job] | Mapping[str, MatrixJob]
 class Keeper:
     """How something is kept of a scene."""
 
-    of: Callable[[Scene, Means], xr.Dataset]
+    of: Callable[[Scene, RunOptions], xr.Dataset]
     jobs: Callable[[Scene], list[Jobs]]  # what is solved for it as far as it is known before, by body
     require: Callable[[Scene], object] = lambda _: None  # raises BadScene where the scene does not have it
     names: frozenset[str] = frozenset()  # of all variables and dims
 
 
-def kept_errors(scene: Scene, means: Means) -> xr.Dataset:
+def kept_errors(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Errors of all ICs against C: `error`, `rms`, `weight` (body, variant, line, i, j) and what C took.
 
     They are those of `errors.nc`, of the scene's components. `vanishes` is 1 where a component does, else 0.
     """
-    return _errors(compute(scene, means))
+    return _errors(compute(scene, options))
 
 
-def kept_ics(scene: Scene, means: Means) -> xr.Dataset:
+def kept_ics(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Errors as of `kept_errors`, and `ic`, `estimate` [mm/N] at the points `x`, `s` [mm] of `on_line`."""
-    results = compute(scene, means)
+    results = compute(scene, options)
     ics = of_points.to_dataset(results)
     on_line = np.concatenate(
         [np.full(part.stop - part.start, float(k)) for k, part in enumerate(results.lines.values())]
@@ -74,17 +74,17 @@ def kept_ics(scene: Scene, means: Means) -> xr.Dataset:
     return _described(xr.merge([_errors(results), at_points]))
 
 
-def kept_contact(scene: Scene, means: Means) -> xr.Dataset:
+def kept_contact(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Numbers of the contact with their estimates: without friction (case, ics), else as `femic contact`.
 
     Those with friction are by friction, ICs and load or creepage; maps over the patch are not kept.
     """
     if scene.contact.friction is None:
-        solved = contact_dataset(compute_contact(scene, means))
+        solved = contact_dataset(compute_contact(scene, options))
         names = [f"{prefix}{name}" for prefix in ("", "estimate_") for name in QUANTITIES]
         return solved[names].assign_coords(case=np.arange(solved.sizes["case"], dtype=float))
     computed = {"rolling": compute_rolling, "compression": compute_compression}[scene.contact.motion]
-    solved = computed(scene, means).drop_vars(["C_seconds", "seconds"], errors="ignore")
+    solved = computed(scene, options).drop_vars(["C_seconds", "seconds"], errors="ignore")
     numbers = [
         name
         for name, variable in solved.data_vars.items()
@@ -95,14 +95,14 @@ def kept_contact(scene: Scene, means: Means) -> xr.Dataset:
     return numbers_only.astype(float).rename(distances)
 
 
-def kept_advice(scene: Scene, means: Means) -> xr.Dataset:
+def kept_advice(scene: Scene, options: RunOptions) -> xr.Dataset:
     """The errors of all ICs, and which are the cheapest that are good enough, by body.
 
     `known_error` (variant, body) is the worst over lines and components, with the estimate of C. `advised`
     is the number of the variant: of those whose known error is at most the scene's `ics_tolerance` and that
     take less than `AS_CHEAP` times the seconds of the fastest of them, the most accurate one; -1: none is.
     """
-    results = compute(scene, means)
+    results = compute(scene, options)
     variants = list(results.variants)
     known = np.array([_known(results, body) for body in scene.compared]).T
     seconds = np.array([[results.seconds[v, body] for body in scene.compared] for v in variants])
@@ -121,9 +121,9 @@ def kept_advice(scene: Scene, means: Means) -> xr.Dataset:
     )
 
 
-def kept_calibration(scene: Scene, means: Means) -> xr.Dataset:
+def kept_calibration(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Fitted parameters of B-hat-prime, and its deviations from C beside those of B-hat, by fitted body."""
-    calibrated = calibrate(scene, means)
+    calibrated = calibrate(scene, options)
     fits = list(calibrated.fits.values())
     parameters, components = ("fitted_body", "parameter"), ("fitted_body", "fitted_component")
     share = SHARE | {"long_name": "deviation from C, share of max |C| of the points"}
@@ -205,7 +205,8 @@ def _cheapest(known: Array, seconds: Array, tolerance: float) -> int:
 def _worst_of_bhat(calibrated: Calibrated) -> Array:
     """Largest deviations of B-hat from C by fitted body and component."""
     deviations = [
-        np.abs(target.by("Bhat") - target.ics) / target.scales for target in calibrated.targets.values()
+        np.abs(target.approximate("Bhat") - target.ics) / target.scales
+        for target in calibrated.targets.values()
     ]
     return np.array([np.max(deviation, axis=-1) for deviation in deviations])
 

@@ -46,7 +46,7 @@ def planned(campaign: Campaign, store: Store) -> SweepPlan:
         models.update(model_tasks(task, store))
         counted += 1
     steps = list(_steps(first[:SAMPLED]))
-    per_model = sum(step.takes.seconds for step in steps) / max(1, len(steps))
+    per_model = sum(step.expected.seconds for step in steps) / max(1, len(steps))
     all_models = len(models) * left / max(1, counted)
     return SweepPlan(
         campaign.size,
@@ -65,7 +65,7 @@ def largest_memory(campaign: Campaign, scenes: int = SAMPLED) -> float:
 
 
 def _largest(steps: list[Step]) -> float:
-    return max([step.takes.memory for step in steps], default=BASE_MEMORY)
+    return max([step.expected.memory for step in steps], default=BASE_MEMORY)
 
 
 def _steps(tasks: list[SceneTask]) -> Iterator[Step]:

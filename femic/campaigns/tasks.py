@@ -30,7 +30,7 @@ from femic.reference.level import Level
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import matrices
 from femic.reference.models import peak_memory
-from femic.reference.run_options import Means, Solved, Watch
+from femic.reference.run_options import RunOptions, Solved, Watch
 from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
@@ -132,7 +132,7 @@ def solve_models(task: ModelTask, place: Place) -> Receipt:
     """
     work = _Work.begun(place)
     with _alone(), suppress(Failure, WrongInput):
-        _solve(task.body, task.job, work.means)
+        _solve(task.body, task.job, work.options)
     return work.receipt()
 
 
@@ -231,7 +231,7 @@ def _made(task: SceneTask, keep: str, work: "_Work") -> Kept:
     try:
         scene = task.scene
         keeper.require(scene)
-        dataset = keeper.of(scene, work.means)
+        dataset = keeper.of(scene, work.options)
     except (Failure, WrongInput) as error:
         failure = str(error)
     except Exception as error:  # one scene must not end the others
@@ -245,12 +245,12 @@ def _made(task: SceneTask, keep: str, work: "_Work") -> Kept:
     return made
 
 
-def _solve(body: str, job: Job | MatrixJob, means: Means) -> None:
+def _solve(body: str, job: Job | MatrixJob, options: RunOptions) -> None:
     """Solve the models of a job, and refine them."""
     if isinstance(job, MatrixJob):
-        matrices({body: job}, means)
+        matrices({body: job}, options)
     else:
-        references({body: job}, means)
+        references({body: job}, options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,12 +267,12 @@ class _Work:
         return cls(Store(place.store), perf_counter())
 
     @property
-    def means(self) -> Means:
+    def options(self) -> RunOptions:
         """One worker and the store."""
-        return Means(1, self.store, Watch(on_model=self._note))
+        return RunOptions(1, self.store, Watch(on_model=self._note))
 
     def _note(self, model: Solved) -> None:
-        self.kept.append(model.kept)
+        self.kept.append(model.cached)
 
     def receipt(self, failure: str = "") -> Receipt:
         """What was done; raises Unusable where it could not be kept."""

@@ -23,8 +23,8 @@ def frontier(
     """Try every way to the ICs of a scene: errors, seconds, unknowns, memory; write a report."""
     loaded = load_scene(scene)
     folder, console = work.folder(loaded), Console()
-    with work.means(folder, console) as means:
-        computed = trade.compute_frontier(scene, trade.FrontierRequest.all(budget), means)
+    with work.options(folder, console) as options:
+        computed = trade.compute_frontier(scene, trade.FrontierRequest.all(budget), options)
     console.print(page.summary(computed), markup=False, highlight=False)
     console.print(f"Report: {page.write_frontier(computed, folder)}", soft_wrap=True)
 
@@ -46,8 +46,8 @@ def advise(
     question = Question(body or loaded.compared[0], asked_components, tolerance)
     folder = work.folder(loaded)
     console = Console(width=TABLE_WIDTH, highlight=False)
-    with work.means(folder, console) as means:
-        _, computed = advising.tried_for(scene, question, means)
+    with work.options(folder, console) as options:
+        _, computed = advising.frontier_for(scene, question, options)
     advice = advising.advise(computed, question)
     console.print(page.evidence(computed, advice))
-    console.print(advising.told(advice), markup=False)
+    console.print(advising.sentence(advice), markup=False)

@@ -18,19 +18,19 @@ from compare.friction.rolling_page import write_rolling
 from compare.friction.supports import with_supports
 from femic.cache import folders
 from femic.cli.work import DEFAULT_WORK, Work
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes import plausibility
 from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
-WITH_FRICTION: Mapping[str, Callable[[Scene, Path, Means], Path]] = {  # by motion
-    "rolling": lambda scene, folder, means: write_rolling(
-        with_supports(scene, compute_rolling(scene, means), means), folder
+WITH_FRICTION: Mapping[str, Callable[[Scene, Path, RunOptions], Path]] = {  # by motion
+    "rolling": lambda scene, folder, options: write_rolling(
+        with_supports(scene, compute_rolling(scene, options), options), folder
     ),
-    "compression": lambda scene, folder, means: write_compression(
-        with_supports(scene, compute_compression(scene, means), means), folder
+    "compression": lambda scene, folder, options: write_compression(
+        with_supports(scene, compute_compression(scene, options), options), folder
     ),
 }
 
@@ -61,20 +61,20 @@ def contact(
     of_each = [work.folder_among(loaded, scenes) for loaded in scenes]
     of_maps = [work.joint_folder(mapped)] if len(mapped) > 1 else []
     for folder in (*of_each, *of_maps):
-        folders.usable(folder)
+        folders.require_usable(folder)
     for loaded, folder in zip(scenes, of_each, strict=True):
         for text in plausibility.warnings(loaded):
             console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
-        with work.means(folder, console) as means:
+        with work.options(folder, console) as options:
             if loaded.contact.friction is None:
-                solved = contacts[loaded.name] = compute_contact(loaded, means)
-                supports = changed_supports(solved, means)
-                report = write_contact(solved, folder, means.store, supports)
+                solved = contacts[loaded.name] = compute_contact(loaded, options)
+                supports = changed_supports(solved, options)
+                report = write_contact(solved, folder, options.store, supports)
             else:
-                report = WITH_FRICTION[loaded.contact.motion](loaded, folder, means)
+                report = WITH_FRICTION[loaded.contact.motion](loaded, folder, options)
         console.print(f"Report: {report}", soft_wrap=True)
     for folder in of_maps:
-        with folders.only_run_in(folder):
+        with folders.locked(folder):
             report = write_sensitivity({name: contacts[name] for name in mapped}, folder)
         console.print(f"Report: {report}", soft_wrap=True)
 

@@ -32,8 +32,8 @@ def fe_contact(
     require_suitable(loaded)
     require_enough(cells)
     folder = work.folder(loaded)
-    with work.means(folder, console) as means:
-        with_ics = compute_contact(loaded, means)
-        report = write_fe_contact(compute_fe_contact(loaded, to_dataset(with_ics), means, cells), folder)
-        beside = write_contact(with_ics, folder, means.store)
+    with work.options(folder, console) as options:
+        with_ics = compute_contact(loaded, options)
+        report = write_fe_contact(compute_fe_contact(loaded, to_dataset(with_ics), options, cells), folder)
+        beside = write_contact(with_ics, folder, options.store)
     console.print(f"Report: {report}, and with ICs {beside}", soft_wrap=True)

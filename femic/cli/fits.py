@@ -35,13 +35,13 @@ def calibrate(
     of_each = [work.folder_among(one, loaded) for one in loaded]
     of_all = of_each[0] if len(loaded) == 1 else work.joint_folder(names)
     for folder in (*of_each, of_all):
-        folders.usable(folder)
+        folders.require_usable(folder)
     for loaded_scene, folder in zip(loaded, of_each, strict=True):
-        with work.means(folder, console) as means:
+        with work.options(folder, console) as options:
             console.print(f"{loaded_scene.name}:", markup=False)
-            calibrated.append(calibrate_scene(loaded_scene, means))
+            calibrated.append(calibrate_scene(loaded_scene, options))
             fit = page.write_fit(calibrated[-1], folder)
         console.print(f"Scene with the fit: {fit}", soft_wrap=True)
-    with folders.only_run_in(of_all):
+    with folders.locked(of_all):
         report = page.write_report(calibrated, of_all)
     console.print(f"Report: {report}", soft_wrap=True)

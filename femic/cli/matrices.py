@@ -9,7 +9,7 @@ from compare.frontier.advice import Question
 from compare.frontier.choice import AUTO, choose
 from compare.matrix import export as exporting
 from compare.matrix.compute import require_matrices
-from compare.matrix.export import Wanted
+from compare.matrix.export import ExportSpecification
 from compare.matrix.page import write_matrix
 from femic.cli.work import DEFAULT_WORK, SceneName, Work
 from femic.reference.matrix.job import Discount
@@ -30,8 +30,8 @@ def matrix(
     require_matrices(loaded)
     folder = work.folder(loaded)
     console = Console()
-    with work.means(folder, console) as means:
-        report = write_matrix(loaded, folder, strip, means)
+    with work.options(folder, console) as options:
+        report = write_matrix(loaded, folder, strip, options)
     console.print(f"Matrix: {folder / 'matrix.nc'}", soft_wrap=True)
     console.print(f"Report: {report}", soft_wrap=True)
 
@@ -60,13 +60,13 @@ def export(
     loaded = load_scene(scene, {"ics": ics} if ics else None)
     console = Console()
     folder, ics_name = work.folder(loaded), loaded.ics
-    exporting.require_exportable(loaded, Wanted(ics_name, discount))
-    with work.means(folder, console) as means:
+    exporting.require_exportable(loaded, ExportSpecification(ics_name, discount))
+    with work.options(folder, console) as options:
         if ics_name == AUTO:
             question = Question("combined", COMPONENTS, loaded.ics_tolerance)
-            chosen = choose(scene, question, means)
+            chosen = choose(scene, question, options)
             ics_name, changes = chosen.ics, {"engine": dict(chosen.engine)} if chosen.engine else {}
             loaded = load_scene(scene, changes)
-            console.print(chosen.told, soft_wrap=True, markup=False, highlight=False)
-        written = exporting.FORMATS[to](loaded, Wanted(ics_name, discount), folder, means)
-    console.print(exporting.told(written), soft_wrap=True, markup=False, highlight=False)
+            console.print(chosen.sentence, soft_wrap=True, markup=False, highlight=False)
+        written = exporting.FORMATS[to](loaded, ExportSpecification(ics_name, discount), folder, options)
+    console.print(exporting.contact_settings(written), soft_wrap=True, markup=False, highlight=False)

@@ -70,20 +70,20 @@ def _print(title: str, steps: list[Step], workers: int, console: Console) -> Non
     for column in ("unknowns", "wavenumbers", "fields", "s", "MB"):
         table.add_column(column, justify="right")
     for step in steps:
-        planned = step.takes
+        expected_cost = step.expected
         table.add_row(
             step.name,
             step.engine.name,
-            "y" if planned.half_section else "none",
+            "y" if expected_cost.half_section else "none",
             f"{step.cells:.3g}",
             f"{step.far_radius:g} mm",
             step.along_x,
-            f"{planned.unknowns:,}",
-            str(planned.wavenumbers or "–"),
-            str(planned.fields),
-            f"{planned.seconds:.0f}",
-            f"{planned.memory:.0f}",
+            f"{expected_cost.unknowns:,}",
+            str(expected_cost.wavenumbers or "–"),
+            str(expected_cost.fields),
+            f"{expected_cost.seconds:.0f}",
+            f"{expected_cost.memory:.0f}",
         )
     console.print(table)
-    largest_memory = max(step.takes.memory for step in steps)
+    largest_memory = max(step.expected.memory for step in steps)
     console.print(f"about {seconds(steps, workers):.0f} s, {largest_memory:.0f} MB", markup=False)

@@ -55,4 +55,4 @@ def scenes_of(argument: str, results: Path) -> dict[str, str | None]:
 def _written(table: dict[str, Any], folder: Path, name: str) -> Path:
     if len(name) > LONGEST_NAME:
         name = f"{name[:LONGEST_NAME]}_{sha256(name.encode()).hexdigest()[:8]}"
-    return write_text(tomlkit.dumps(table), folders.made(folder) / f"{name.replace('/', '_')}.toml")
+    return write_text(tomlkit.dumps(table), folders.make(folder) / f"{name.replace('/', '_')}.toml")

@@ -196,5 +196,5 @@ def doing(step: Step) -> str:
 def finished(solved: Solved) -> str:
     """Text about a finished model: what it took."""
     cost = solved.model.cost
-    took = "kept from an earlier run" if solved.kept else f"{sum(cost.seconds.values()):.1f} s"
+    took = "kept from an earlier run" if solved.cached else f"{sum(cost.seconds.values()):.1f} s"
     return f"{named(solved.task)}: {cost.unknowns:,} unknowns, {took}"

@@ -33,17 +33,17 @@ def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
     report = _computed(loaded, work.folder(loaded), work, console)
     console.print(f"Report: {report}", soft_wrap=True)
     if loaded.ics == AUTO:
-        with work.means(work.folder(loaded), console) as means:
-            chosen = choose(scene, question_of(loaded), means)
-        console.print(chosen.told, soft_wrap=True, markup=False, highlight=False)
+        with work.options(work.folder(loaded), console) as options:
+            chosen = choose(scene, question_of(loaded), options)
+        console.print(chosen.sentence, soft_wrap=True, markup=False, highlight=False)
 
 
 def _computed(scene: Scene, folder: Path, work: Work, console: Console) -> Path:
     """Compute a scene, with warnings and progress on the console; return the path of its report."""
     for text in plausibility.warnings(scene):
         console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
-    with work.means(folder, console) as means:
-        return run_scene(scene, folder, means)
+    with work.options(folder, console) as options:
+        return run_scene(scene, folder, options)
 
 
 def compare(
@@ -71,13 +71,13 @@ def compare(
     folder = overlay_page.folder_of(scene_sources, out, results)
     console = Console()
     for used in (folder, *(source.folder for source in scene_sources if source.scene is not None)):
-        folders.usable(used)
+        folders.require_usable(used)
     for source, (_, kept_at) in zip(scene_sources, found, strict=True):
         if source.scene is not None and not overlay_sources.up_to_date(source):
             console.print(f"{source.name}: no results of it by this femic yet, computing", markup=False)
             work = Work(source.folder, workers, store or kept_at)
             _computed(source.scene, source.folder, work, console)
-    with folders.only_run_in(folder):
+    with folders.locked(folder):
         report = overlay_page.write(overlay.load(scene_sources), folder)
     console.print(f"Report: {report}", soft_wrap=True)
 

@@ -27,8 +27,8 @@ def validate(
         raise WrongInput(f"--tolerance {tolerance:g}: {runs.TIGHTEST:g} ... {runs.LOOSEST:g}")
     folder = work.out or Path("out") / "validation"
     console = Console(highlight=False)
-    with work.means(folder, console) as means:
-        report = validation.validate(numbers, runs.Runs(means, tolerance), folder)
+    with work.options(folder, console) as options:
+        report = validation.validate(numbers, runs.Runs(options, tolerance), folder)
     console.print(f"Report: {report}", soft_wrap=True)
 
 
@@ -48,6 +48,6 @@ def extremes(
 
     folder = work.out or Path("out") / "extremes"
     console = Console(highlight=False)
-    with work.means(folder, console) as means:
-        report = extremes_page.try_all(of, Engines(means), folder)
+    with work.options(folder, console) as options:
+        report = extremes_page.try_all(of, Engines(options), folder)
     console.print(f"Report: {report}", soft_wrap=True)

@@ -72,7 +72,7 @@ def sweep(
     if scheduler is not None and work.workers is not None:
         raise WrongInput("--workers is of this machine's cores: leave it out, or --scheduler")
     address = None if scheduler is None else address_of(scheduler)
-    folder = folders.checked(work.out or Path("out") / loaded.name)
+    folder = folders.check(work.out or Path("out") / loaded.name)
     if asked.write is not None:
         for path in written(loaded, asked.write, folder):
             console.print(str(path), markup=False, soft_wrap=True)
@@ -87,7 +87,7 @@ def sweep(
     if asked.plan:
         _show_plan(loaded, store, work.threads, console)
         return
-    folders.usable(folder)
+    folders.require_usable(folder)
 
     if address is not None:
         require_scheduler(address)
@@ -124,7 +124,7 @@ def _undamaged(folder: Path) -> xr.Dataset:
 
 def _show(dataset: xr.Dataset, folder: Path, console: Console) -> None:
     """Write the page of a dataset, also while a run goes on, which locks the folder itself."""
-    with folders.only_run_in(folder / "figures"):
+    with folders.locked(folder / "figures"):
         report = write_sweep(dataset, folder)
     console.print(f"Report: {report}", markup=False, soft_wrap=True)
 

@@ -13,7 +13,7 @@ from rich.console import Console
 from femic.cache import folders
 from femic.cache.store import Store
 from femic.cli import progress
-from femic.reference.run_options import Means, cores
+from femic.reference.run_options import RunOptions, cores
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
@@ -57,13 +57,13 @@ class Work:
         return self.workers or cores()
 
     @contextmanager
-    def means(self, folder: Path, console: Console) -> Iterator[Means]:
+    def options(self, folder: Path, console: Console) -> Iterator[RunOptions]:
         """Workers, a store of solved models in a folder of results unless one is named, and progress.
 
-        No other run writes into the folder meanwhile. Raises as `folders.only_run_in` does.
+        No other run writes into the folder meanwhile. Raises as `folders.locked` does.
         """
-        with folders.only_run_in(folder), progress.shown(console) as watch:
-            yield Means(self.threads, kept(self.store, folder), watch)
+        with folders.locked(folder), progress.shown(console) as watch:
+            yield RunOptions(self.threads, kept(self.store, folder), watch)
 
 
 def kept(location: str | None, folder: Path) -> Store:
@@ -87,7 +87,7 @@ def kept(location: str | None, folder: Path) -> Store:
             ) from error
         return Store(location)
     store = Store(folder / "store")
-    store.forget_other_code()
+    store.remove_other_code()
     return store
 
 

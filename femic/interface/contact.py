@@ -1,16 +1,16 @@
 """Contact of a pair with any ICs: without friction, rolling, and pressed together with friction."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from compare.friction.compute import compute_with_friction
 from numpy.typing import ArrayLike
 
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
-from compare.friction.compute import compute_with_friction
 from femic.contact.extra_gap import extra_gap
 from femic.contact.pairs.given_ics import GivenICs
 from femic.interface.bodies import Pair, checked, given
@@ -83,7 +83,7 @@ class Rolling:
 
 @dataclass(frozen=True)
 class Compression:
-    """Bodies that are pressed together in steps of vertical `loads` [N], growing, at coefficients of `friction`.
+    """Compression with friction: bodies pressed together in steps of vertical `loads` [N], which grow.
 
     Raises WrongInput.
     """
@@ -121,7 +121,7 @@ class ContactSetup:
     @property
     def tables(self) -> dict[str, Any]:
         """The tables [contact] and [grid] of a scene file."""
-        contact = {"elements": self.elements, "shift": self.shift, "flanks": self.flanks}
+        contact: dict[str, Any] = {"elements": self.elements, "shift": self.shift, "flanks": self.flanks}
         if self.exact:
             contact["gap"] = "exact"
         if self.grid is None:

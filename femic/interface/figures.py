@@ -16,8 +16,8 @@ from geometries.patches import COMPONENTS
 def plot_ics(ics: xr.Dataset, component: str = "nn") -> Figure:
     """Draw a component of ICs, of a dataset of `compute_ics`, along its lines: a row per body.
 
-    ICs are dimensionless: times Young's modulus of the lower body and its crown radius; lengths are divided by
-    that radius. C has a band, its estimated error. Raises WrongInput for an unknown component.
+    ICs are multiplied by Young's modulus of the lower body and its crown radius, lengths divided by that
+    radius. C has a band, its estimated error. Raises WrongInput for an unknown component.
     """
     if component not in COMPONENTS:
         raise WrongInput(f"component = {component!r}: one of {', '.join(COMPONENTS)}")
@@ -27,8 +27,8 @@ def plot_ics(ics: xr.Dataset, component: str = "nn") -> Figure:
 def plot_contact(contact: xr.Dataset) -> Figure:
     """Draw contacts with all ICs, of a dataset of `solve_contact`.
 
-    Without friction these are pressures [MPa] on the surface with the edges of patches, of rolling creep-force
-    curves, of compression the sliding shares of the contact area over the load [N].
+    Without friction: pressures [MPa] on the surface, with the edges of patches. Of rolling: creep-force
+    curves. Of compression: the share of the contact area that slides, over the load [N].
     """
     if "xi" in contact.dims:
         return _for_notebooks(creep_force(contact))

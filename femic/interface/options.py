@@ -6,7 +6,7 @@ from typing import Any
 
 from femic.cache.store import Store
 from femic.interface.bodies import checked, given
-from femic.reference.run_options import Means, Watch, cores
+from femic.reference.run_options import RunOptions, Watch, cores
 from femic.scenes.engine import EngineTable
 
 
@@ -39,10 +39,10 @@ class Options:
         return given({"kind": self.engine, "most_unknowns": self.most_unknowns} | of_engine)
 
     @property
-    def run(self) -> Means:
+    def run(self) -> RunOptions:
         """The workers, the store, and the reports of a run."""
         watch = Watch(on_stage=self.report) if self.report else Watch()
-        return Means(self.workers, Store(self.store), watch)
+        return RunOptions(self.workers, Store(self.store), watch)
 
 
 DEFAULT = Options()

@@ -5,10 +5,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from femic.reference.accuracy import Shares
-from femic.reference.estimate import Estimated, total
+from femic.reference.estimate import EstimatedICs, total
 from geometries.arrays import Array
 
-Measure = Callable[[str, Estimated], Shares]  # the estimated errors of a body's ICs on some scale
+Measure = Callable[[str, EstimatedICs], Shares]  # the estimated errors of a body's ICs on some scale
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Batch:
     sum.
     """
 
-    ics: Mapping[str, Estimated]
+    ics: Mapping[str, EstimatedICs]
     measure: Callable[[Sequence[str], Array], Measure]
 
 

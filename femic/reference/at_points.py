@@ -1,4 +1,4 @@
-"""C at points: the ICs of one loaded patch, refined until they are as accurate as asked for."""
+"""C at points: the ICs of one loaded patch, refined until they meet the tolerance."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,20 +9,20 @@ from femic.reference.level import Level
 from femic.reference.models import RawICs
 from femic.reference.refinement import converged
 from femic.reference.result import Reference, combine, scales, shares
-from femic.reference.run_options import DEFAULT, Means, Solved
+from femic.reference.run_options import DEFAULT, RunOptions, Solved
 from geometries.arrays import Array
 
 
 def references(
-    jobs: Mapping[str, Job], means: Means = DEFAULT, *, combined: bool = False
+    jobs: Mapping[str, Job], options: RunOptions = DEFAULT, *, combined: bool = False
 ) -> dict[str, Reference]:
     """Solve all jobs and refine each until its estimate meets its tolerance.
 
-    With `combined` the estimate of the sum of the bodies must meet it, too. Solved models are kept in the
-    store, where the next run of the same code finds them. Raises WrongInput for points outside a model,
-    NotConverged where the tolerance would need a larger model than the job allows.
+    With `combined` the estimate of the sum of the bodies must also meet it. Solved models are stored for the
+    next run of the same code. Raises WrongInput for points outside a model, NotConverged where the tolerance
+    would need a larger model than the job allows.
     """
-    return converged(AtPoints(jobs, combined), means)
+    return converged(AtPoints(jobs, combined), options)
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,11 @@ class AtPoints:
     combined: bool
 
     def read(self, name: str, solved: Solved) -> RawICs:
-        """The displacements of a solved model at the points."""
+        """Return the displacements of a solved model at the points."""
         return self.jobs[name].settings.engine.models.displacements(solved.task.request, solved.model)
 
     def combine(self, name: str, level: Level, models: Mapping[Level, RawICs]) -> Reference:
-        """C of a body at a level, from the displacements of its models."""
+        """Return C of a body at a level from the displacements of its models."""
         return combine(self.jobs[name], level, models)
 
     def assess(self, references: Mapping[str, Reference]) -> Assessment:

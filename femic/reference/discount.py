@@ -48,14 +48,14 @@ class Condition:
 
 
 class Rule(Protocol):
-    """What is subtracted: the observers and conditions that determine M (`discount_rules`)."""
+    """The observers and conditions that determine M (`discount_rules`)."""
 
     def points(self, body: Body) -> Points:
         """All observers that conditions may read."""
         ...
 
     def conditions(self, body: Body, loads: Sequence[Load]) -> list[Condition]:
-        """The conditions that determine the entries of M which concern the given loads."""
+        """The conditions that determine the entries of M for the given loads."""
         ...
 
     def observers(self, body: Body, fit: Sequence[Condition]) -> Points:
@@ -81,7 +81,7 @@ def motions(body: Body, points: Points, s_load: float) -> Array:
     surface = body.surface
     xi = surface.chart_x(points.x, points.s, s_load)
     s_loads = np.full_like(points.s, s_load, dtype=float)
-    seen = generalized(body, xi / 2, points.s), generalized(body, -xi / 2, s_loads)  # from half way
+    seen = generalized(body, xi / 2, points.s), generalized(body, -xi / 2, s_loads)  # seen from half way
 
     def product(a: int, b: int) -> Array:
         return _outer(seen[0][a], seen[1][b])

@@ -1,16 +1,16 @@
-"""Rules by which the compliance M of the rigid-body discount is determined: what is taken for rigid.
+"""Rules that determine the compliance M of the rigid-body discount, and so which motions count as rigid.
 
-- `SourceRule` makes ICs of one load comparable with those of half-spaces, as [BVSV] section 5.1 does: M has
-  all its entries, also those that bend a slender section under a load beside its crown.
-- `ApproachRule` takes away the rigid part of the normal approach alone, M_zz. All else, bending included, is
-  what the bodies and their supports give: elastic and local, so that contact needs it.
-- `NoRule` takes nothing away.
+- `SourceRule` makes ICs of one load comparable with ICs of half-spaces, as [BVSV] section 5.1 does: M has all
+  of its entries, including the ones that bend a slender section under a load beside its crown.
+- `ApproachRule` subtracts only the rigid part of the normal approach, M_zz. The rest of the response of the
+  bodies and their supports, bending included, is elastic and local, and contact needs it.
+- `NoRule` subtracts nothing.
 
 The approach is matched at the load itself. C_nn - A_nn is not smooth there: near a load on a body with mean
-curvature kappa / 2 (kappa the sum of both principal curvatures, positive where the body is convex) it goes
-like -(1 - 2 nu)^2 kappa / (8 pi G) ln r. So the limit of small loads exists only for the sum of two bodies
-that fit each other, where the logarithms cancel, and M_zz is matched under a load of a size of its own, which
-does not depend on elements. (`tests/femic/reference/test_discount_rules.py` checks the coefficient.)
+curvature kappa / 2 (kappa is the sum of both principal curvatures, positive where the body is convex) it
+varies as -(1 - 2 nu)^2 kappa / (8 pi G) ln r. So the limit of small loads exists only for the sum of two
+bodies with equal profiles, where the logarithms cancel, and M_zz is matched under a load of fixed size, which
+does not depend on the elements. (`tests/femic/reference/test_discount_rules.py` checks the coefficient.)
 """
 
 from collections.abc import Sequence

@@ -12,8 +12,8 @@ from typing import Any, Protocol
 from femic.cache.store import Store
 from femic.reference.level import MESH_ORDER
 from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Cost, Planned, Points, RawICs, SolverChoice
-from femic.reference.run_options import Means, Solved, Task
+from femic.reference.models import Cost, ExpectedCost, Points, RawICs, SolverChoice
+from femic.reference.run_options import RunOptions, Solved, Task
 from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.grids import Grid
@@ -61,7 +61,7 @@ class MatrixSpecification(Specification):
 
 
 @dataclass(frozen=True)
-class Tuned:
+class TunedCells:
     """The first model: cells that meet a tolerance on the built-in scenes."""
 
     tolerance: float
@@ -102,10 +102,10 @@ class Models:
     """The functions that solve the models of an engine, from specification to displacements."""
 
     request: Callable[[Specification], Any]  # the engine's own `Request`
-    solve: Callable[[Sequence[Task], Means], Iterator[Solved]]  # in any order
+    solve: Callable[[Sequence[Task], RunOptions], Iterator[Solved]]  # in any order
     key: Callable[[Any, Store], str]  # of the model of a request in a store
     displacements: Callable[[Any, Any], RawICs]  # from a request and its solved model
-    planned: Callable[[Any, int], Planned]  # expected cost of a request with a number of workers
+    expected_cost: Callable[[Any, int], ExpectedCost]  # expected cost of a request with a number of workers
 
 
 class ColumnSynthesis(Protocol):
@@ -135,7 +135,7 @@ class Matrices:
     it, by name, as `RawICs.perturbed`. `far_radius` [mm] is likely to meet a tolerance on a grid.
     """
 
-    tuned: Tuned  # cells on strips
+    tuned: TunedCells  # cells on strips
     far_radius: Callable[[float, Grid], float]
     request: Callable[[MatrixSpecification], Any]
     columns: Callable[[Any, Grid, Sequence[str]], Mapping[str, ColumnSynthesis]]
@@ -180,7 +180,7 @@ class Engine:
     name: str
     description: str  # one line
     limits: Limits
-    tuned: Tuned
+    tuned: TunedCells
     far_radius: Callable[[float], float]  # radius [mm] of the far arc that is likely to meet a tolerance
     least_side: Callable[[Patch], float]  # half-side [mm] of a patch that cells must resolve
     infinite_length: bool  # whether prismatic bodies have no ends along x

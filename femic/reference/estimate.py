@@ -1,11 +1,11 @@
 """The estimate of C's error, from models that are less accurate in one way each.
 
-By the solid engine every body is solved on three models: fine, coarse (cells `COARSER` times as large) and
-small (the coarse cells in a domain half as large). A model of the harmonic engine is varied in itself: with
-coarser cells, a nearer far arc, and fewer wavenumbers. The differences give the parts of the estimate, as in
-Roache's grid convergence index. The estimate assumes order 2 of the mesh, because its errors are partly
-random: two meshes may agree by luck; order 1 on the outline of the patch, where the traction jumps; and order
-1 of the truncation close to the far arc.
+The solid engine solves every body on three models: fine, coarse (cells `COARSER` times as large) and small
+(the coarse cells in a domain half as large). The harmonic engine varies a single model: coarser cells, a
+nearer far arc, and fewer wavenumbers. The differences give the parts of the estimate, as in Roache's grid
+convergence index. The estimate assumes order 2 in the cell size, because the errors of meshes are partly
+random and two meshes may agree by chance; order 1 on the outline of the patch, where the traction is
+discontinuous; and order 1 in the domain size close to the far arc.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,23 +27,23 @@ WAVES_GAIN = {"sparser": 32.0, "lower": 3.0}  # error with these wavenumbers ove
 
 
 @dataclass(frozen=True)
-class Estimated:
+class EstimatedICs:
     """ICs per unit total load [mm/N], shape (3, 3, n), after the discount; NaN where nothing was solved."""
 
     ic: Array
     mesh_error: Array  # estimate of this part of the error of `ic` [mm/N], not negative; so the next two
     truncation_error: Array
-    waves_error: Array  # from the wavenumbers; 0 by the solid engine
+    waves_error: Array  # from the wavenumbers; 0 for the solid engine
 
     @property
     def estimate(self) -> Array:
-        """Estimate of the error of `ic` [mm/N], shape (3, 3, n)."""
+        """Return the estimated error of `ic` [mm/N], shape (3, 3, n)."""
         return self.mesh_error + self.truncation_error + self.waves_error
 
 
-def total(parts: Sequence[Estimated]) -> Estimated:
-    """The sum of the ICs of bodies; their estimates add up."""
-    return Estimated(
+def total(parts: Sequence[EstimatedICs]) -> EstimatedICs:
+    """Return the sum of the ICs of bodies, with the sum of their estimates."""
+    return EstimatedICs(
         *(np.sum([getattr(part, field.name) for part in parts], axis=0) for field in fields(parts[0]))
     )
 
@@ -60,7 +60,7 @@ ALIKE_EVERYWHERE = Orders()
 
 
 def orders_at(patch: Patch, points: Points, far_radius: float) -> Orders:
-    """The orders at points: lower where gradients are infinite, and where half the domain hardly reaches."""
+    """Return the orders at points: lower where gradients are infinite, and close to the far arc."""
     x, s = np.abs(points.x), np.abs(points.s - patch.s)
     margin = ON_OUTLINE * min(patch.a, patch.b)
     around = (x < patch.a + margin) & (s < patch.b + margin)
@@ -77,18 +77,18 @@ def estimated(
     *,
     safety: float,
     orders: Orders = ALIKE_EVERYWHERE,
-) -> Estimated:
-    """ICs (3, 3, ...) [mm/N] with estimates of their error, from less accurate ICs of the same shape.
+) -> EstimatedICs:
+    """Return ICs (3, 3, ...) [mm/N] with their estimated errors, from less accurate ICs of the same shape.
 
-    `perturbed` has those with "coarser" cells, with "nearer" boundaries, unless these are a part of the body,
-    and, by the harmonic engine, with "sparser" and "lower" wavenumbers. `safety` is the factor on the part
-    from the mesh.
+    `perturbed` has ICs with "coarser" cells, with "nearer" boundaries unless these are part of the body, and
+    with the "sparser" and "lower" wavenumbers of the harmonic engine. `safety` is the factor on the part from
+    the mesh.
     """
     nearer = perturbed.get("nearer", ic)
     waves = [
         np.abs(ic - perturbed[name]) / (gain - 1) for name, gain in WAVES_GAIN.items() if name in perturbed
     ]
-    return Estimated(
+    return EstimatedICs(
         ic,
         pooled(safety * np.abs(ic - perturbed["coarser"]) / (COARSER**orders.mesh - 1)),
         SAFETY * np.abs(ic - nearer) / (LARGER**orders.truncation - 1),
@@ -97,9 +97,9 @@ def estimated(
 
 
 def pooled(error: Array) -> Array:
-    """The larger of the errors of ij and ji, which are of the same kind, shape (3, 3, ...) as of `error`.
+    """Return the larger of the errors of ij and ji, in the shape (3, 3, ...) of `error`; NaN stays NaN.
 
-    NaN stays NaN. One of the two may be small by luck.
+    Both errors are of the same kind, and one of them may be small by chance.
     """
     larger = np.fmax(error, np.swapaxes(error, 0, 1))
     return np.where(np.isnan(error), np.nan, larger)

@@ -23,8 +23,8 @@ from geometries.patches import Load, N, Patch, indices
 class Settings:
     """How C is computed: the engine, the accuracy, and where M is fitted (`discount_rules`) [mm].
 
-    `cells` are those of the first model, by default those that the tolerance needs. No model may have more
-    than `most_unknowns`. `solver` is that of the solid engine.
+    `cells` belong to the first model; the default depends on the tolerance. No model may have more than
+    `most_unknowns`. `solver` is the linear solver of the solid engine.
     """
 
     engine: Engine
@@ -37,21 +37,21 @@ class Settings:
     solver: SolverChoice = "auto"
 
     def source_rule(self, a: float, b: float) -> SourceRule:
-        """The rule of [BVSV] for M, with loads on patches of half-sides a, b [mm]."""
+        """Return the rule of [BVSV] for M, with loads on patches of half-sides a, b [mm]."""
         return SourceRule(a, b, self.rotation_reach, self.moment_arm)
 
     def solved(self, components: Iterable[str]) -> tuple[str, ...]:
-        """The components that are solved for those that are asked for; by some engines C_ji with C_ij.
+        """Return the components that are solved: the given ones and, with some engines, their transposes.
 
-        By these engines loads share a factorisation, and the error of C_ij is estimated by that of C_ji as
-        well (`pooled`). So the estimate does not depend on which other components are asked for.
+        In these engines loads share a factorisation, and the error of C_ji also estimates the error of C_ij
+        (`pooled`). So the estimate does not depend on which other components are requested.
         """
-        asked = tuple(components)
-        transposed = [component[::-1] for component in asked] if self.engine.solves_transposes else []
-        return tuple(dict.fromkeys([*asked, *transposed]))
+        given = tuple(components)
+        transposed = [component[::-1] for component in given] if self.engine.solves_transposes else []
+        return tuple(dict.fromkeys([*given, *transposed]))
 
     def first_cells(self, patch: Patch) -> Cells:
-        """The cells to start with."""
+        """Return the cells of the first model."""
         return self.cells or self.engine.tuned.cells_for(self.tolerance, patch)
 
 
@@ -59,8 +59,7 @@ class Settings:
 class Job:
     """The reference ICs of one body.
 
-    `lines` says which points lie on which line: tolerance and estimates refer to the scale of refinement of
-    a line.
+    `lines` assigns the points to lines: tolerance and estimates refer to the scale of refinement of a line.
     """
 
     body: Body
@@ -83,7 +82,7 @@ class Job:
 
     @property
     def rule(self) -> SourceRule:
-        """The rule by which M is fitted: C of single loads is compared with ICs of half-spaces."""
+        """The rule to fit M: C of single loads is compared with ICs of half-spaces."""
         return self.settings.source_rule(self.patch.a, self.patch.b)
 
     @property
@@ -104,11 +103,11 @@ class Job:
         return tuple(dict.fromkeys([*self.loads, *fit_loads]))
 
     def request(self, level: Level) -> Any:
-        """The model at a level, as the job's engine takes it."""
+        """Return the engine's request for the model at a level."""
         return self.settings.engine.models.request(self.specification(level))
 
     def specification(self, level: Level) -> Specification:
-        """The model at a level: the points of the job come first, then those where M is fitted."""
+        """Return the model at a level: first the points of the job, then the points where M is fitted."""
         fit_points = self.rule.observers(self.body, self.fit)
         cells, domain = factors(level)
         a_nn = self.half_space_nn
@@ -125,5 +124,5 @@ class Job:
 
 
 def directions_of(components: Iterable[str]) -> tuple[int, ...]:
-    """Load directions that the components ("xn": displacement x due to traction n) need."""
+    """Return the load directions of components ("xn": displacement x due to traction n)."""
     return tuple(sorted({indices(component)[1] for component in components}))

@@ -1,15 +1,15 @@
 """Steps of refinement, and the orders at which errors fall with them.
 
-Errors are taken to fall like h^3 and L^-2 by both engines. Measured are h^3 by the solid engine, h^4 by the
-harmonic one, and L^-2 by both (docs/solid-engine.md, docs/harmonic-engine.md).
+Errors of both engines are assumed to fall like h^3 and L^-2. Measured rates are h^3 for the solid engine, h^4
+for the harmonic engine, and L^-2 for both (docs/solid-engine.md, docs/harmonic-engine.md).
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-COARSER = 1.5  # cells of a step over those of the next
-LARGER = 2.0  # domain of a step over that of the step before
-HIGHER = 2.0  # largest wavenumber of a step over that of the step before
+COARSER = 1.5  # cell size of a step over cell size of the next
+LARGER = 2.0  # domain size of a step over domain size of the previous one
+HIGHER = 2.0  # largest wavenumber of a step over the previous one
 MESH_ORDER, TRUNCATION_ORDER = 3, 2  # of the errors, in cell size and in 1 / domain size
 WAVES_ORDER = 3  # of the error due to the largest wavenumber
 MODELS = ("fine", "coarse", "small")  # models that give C and its error, the most expensive first
@@ -24,12 +24,12 @@ class Level:
     waves: int = 0  # of the harmonic engine: each step has larger wavenumbers, and more of them
 
     def models(self, names: Iterable[str]) -> dict[str, "Level"]:
-        """The levels of the models, by their names in `MODELS`, that give C at this level and its error."""
+        """Return the levels of the models that give C at this level and its error, by name in `MODELS`."""
         coarse = replace(self, cells=self.cells - 1)
         level_of_model = {"fine": self, "coarse": coarse, "small": replace(coarse, domain=self.domain - 1)}
         return {name: level_of_model[name] for name in names}
 
 
 def factors(level: Level) -> tuple[float, float]:
-    """Size of the cells and of the domain at a level, as multiples of the job's own."""
+    """Return the sizes of cells and domain at a level, as multiples of the sizes in the job."""
     return COARSER**-level.cells, LARGER**level.domain

@@ -25,7 +25,7 @@ class Points:
 class Cost:
     """The cost of a model: iterations per field, worst residual, seconds per stage, memory [MB].
 
-    `peak_memory` is the largest that the process has had so far.
+    `peak_memory` is the peak of the process so far.
     """
 
     unknowns: int
@@ -38,11 +38,11 @@ class Cost:
 
 
 @dataclass(frozen=True)
-class Planned:
+class ExpectedCost:
     """The expected cost of a model.
 
-    `wavenumbers` are those of the harmonic engine, `fields` the right-hand sides that are solved, `memory` is
-    the peak [MB].
+    `wavenumbers` is 0 except for the harmonic engine, `fields` counts the right-hand sides, `memory` is the
+    peak [MB].
     """
 
     unknowns: int
@@ -57,9 +57,9 @@ class Planned:
 class RawICs:
     """Displacements per unit total load [mm/N] with clamped far boundaries, before any discount.
 
-    `u` has shape (n_loads, 3, n_points): local components x, s, n at each observer. `perturbed` are less
-    accurate `u`, by name, for estimates of its error, where the engine has them at little cost. `drawn` are
-    vertices (2, n) [mm] and triangles (3, m) of the section that was solved, for pictures.
+    `u` has shape (n_loads, 3, n_points): local components x, s, n at each observer. `perturbed` has less
+    accurate `u`, by name, to estimate the error of `u`, where the engine can give them at little cost.
+    `drawn` are vertices (2, n) [mm] and triangles (3, m) of the section mesh, for pictures.
     """
 
     u: Array
@@ -69,11 +69,11 @@ class RawICs:
 
 
 def peak_memory() -> float:
-    """Largest memory that this process has had so far [MB]."""
+    """Return the peak memory of this process so far [MB]."""
     return getrusage(RUSAGE_SELF).ru_maxrss / 1024
 
 
 def cost_from(text: str) -> Cost:
-    """The cost that a text of JSON holds."""
+    """Return a cost from its JSON text."""
     values = json.loads(text)
     return Cost(**values | {"iterations": tuple(values["iterations"])})

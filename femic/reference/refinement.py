@@ -1,10 +1,10 @@
-"""Models are solved and refined until the estimate of C's error meets the tolerance.
+"""Solve and refine models until the estimated error of C meets the tolerance.
 
 One driver serves C at points and on grids (`Problem`). Each body is refined until its own estimate meets the
-tolerance. Where the sum of both bodies is compared, they are refined further: there the errors add up, while
-a component of the sum, and with it the scale, may be smaller than its parts. Each part of the error that is
-too large is reduced: the mesh part by smaller cells, the truncation part by a larger domain, the part of the
-waves by more and larger wavenumbers, each by as many steps as its order promises.
+tolerance. Where the sum of both bodies is compared, refinement goes on until the sum meets it as well: the
+errors add up, while a component of the sum, and with it the scale, may be smaller than its parts. Each part
+of the error that is too large is reduced by as many steps as its order of convergence predicts: the mesh part
+with smaller cells, the truncation part with a larger domain, the wave part with more and larger wavenumbers.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,57 +29,57 @@ from femic.reference.level import (
     factors,
 )
 from femic.reference.models import Cost
-from femic.reference.run_options import Means, Solved, Task
+from femic.reference.run_options import RunOptions, Solved, Task
 from geometries.errors import WrongInput
 
 MOST_STEPS = 3  # largest number of steps of refinement per round
 FURTHEST = 4  # largest number of steps of cells, domain or waves from where a job starts
 
 
-class Refinable(Protocol):
+class RefinableResult(Protocol):
     """A result that may need refinement."""
 
     @property
     def level(self) -> Level:
-        """The level up to which it has been refined."""
+        """The level of refinement."""
 
     @property
     def models(self) -> Mapping[str, Cost]:
         """The costs of its models."""
 
 
-class Asked(Protocol):
-    """A job: the ICs that are asked for of one body."""
+class RefinableJob(Protocol):
+    """A job: the ICs of one body."""
 
     @property
     def settings(self) -> Settings:
         """The engine, the tolerance, and the largest number of unknowns."""
 
     def request(self, level: Level) -> Any:
-        """The model at a level, as the job's engine takes it."""
+        """Return the engine's request for the model at a level."""
 
 
-Result = TypeVar("Result", bound=Refinable)
+Result = TypeVar("Result", bound=RefinableResult)
 
 
 class Problem(Protocol[Result]):
-    """Jobs that are solved together: how solved models are read, combined, and judged."""
+    """Jobs that are solved together, and how their solved models are read, combined and assessed."""
 
     @property
-    def jobs(self) -> Mapping[str, Asked]:
+    def jobs(self) -> Mapping[str, RefinableJob]:
         """The jobs by the names of their bodies."""
 
     def read(self, name: str, solved: Solved) -> Any:
-        """The data that a solved model contributes to the result."""
+        """Return the data that a solved model contributes to the result."""
 
     def combine(self, name: str, level: Level, models: Mapping[Level, Any]) -> Result:
-        """The result of a job at a level, with its estimate, from the data of its models."""
+        """Return the result of a job at a level, with its estimate, from the data of its models."""
 
     def assess(self, results: Mapping[str, Result]) -> Assessment:
-        """The estimated errors of the results."""
+        """Return the estimated errors of the results."""
 
 
-def converged(problem: Problem[Result], means: Means) -> dict[str, Result]:
+def converged(problem: Problem[Result], options: RunOptions) -> dict[str, Result]:
     """Solve and refine all jobs of a problem until their estimates meet their tolerances.
 
     Raises WrongInput for points outside a model, NotConverged where a tolerance would need a larger model
@@ -98,38 +98,36 @@ def converged(problem: Problem[Result], means: Means) -> dict[str, Result]:
             if (level := levels[name].models(job.settings.engine.estimate.models).get(model))
             and level not in models[name]
         ]
-        means.watch.on_round([task for _, task in unsolved])
-        for solved in solve_models(unsolved, means):
+        options.watch.on_round([task for _, task in unsolved])
+        for solved in solve_models(unsolved, options):
             models[solved.task.job][solved.task.level] = problem.read(solved.task.job, solved)
-            means.watch.on_model(solved)
+            options.watch.on_model(solved)
         results = {name: problem.combine(name, levels[name], models[name]) for name in jobs}
         refinements = refine(jobs, results, problem.assess(results))
         if not refinements:
             return results
-        means.watch.on_stage(
-            f"  {' and '.join(refinements)} body: not yet as accurate as the tolerance asks: refining"
-        )
+        options.watch.on_stage(f"  {' and '.join(refinements)} body: not yet within the tolerance: refining")
         levels |= refinements
 
 
-def solve_models(unsolved: Sequence[tuple[Engine, Task]], means: Means) -> Iterator[Solved]:
+def solve_models(unsolved: Sequence[tuple[Engine, Task]], options: RunOptions) -> Iterator[Solved]:
     """Solve models, engine by engine, and yield them as they finish.
 
-    They are kept in the store: an interrupted run of the same code does not solve them again.
+    The engines store them, so that an interrupted run of the same code does not solve them again.
     """
     engines = dict.fromkeys(engine for engine, _ in unsolved)
     for engine in engines:
         yield from engine.models.solve(
-            [task for task_engine, task in unsolved if task_engine is engine], means
+            [task for task_engine, task in unsolved if task_engine is engine], options
         )
 
 
 def refine(
-    jobs: Mapping[str, Asked], results: Mapping[str, Refinable], assessed: Assessment
+    jobs: Mapping[str, RefinableJob], results: Mapping[str, RefinableResult], assessed: Assessment
 ) -> dict[str, Level]:
-    """The next levels of the bodies that are not accurate enough.
+    """Return the next levels of the bodies that are not accurate enough.
 
-    If only their sum is not, the body with the larger estimate in it is refined.
+    If only their sum is not accurate enough, the body with the larger estimate is refined.
     """
     inaccurate = [
         name for name, job in jobs.items() if not assessed.own[name].total <= job.settings.tolerance
@@ -163,11 +161,13 @@ def require_inside(name: str, smallest: Request) -> None:
             )
 
 
-def refined(name: str, job: Asked, result: Refinable, estimated: Shares, share: float = 1.0) -> Level:
-    """The next level of a body: finer cells, a larger domain, more waves, as the parts of its error need.
+def refined(
+    name: str, job: RefinableJob, result: RefinableResult, estimated: Shares, share: float = 1.0
+) -> Level:
+    """Return the next level of a body: finer cells, a larger domain, more waves, as its error requires.
 
-    `estimated` is its error on the scale of refinement of its own ICs, or on that of the sum of both bodies,
-    of whose tolerance it may take a share. Raises NotConverged where the next level would be too expensive.
+    `estimated` is its error on the scale of refinement of its own ICs or of the sum of both bodies; `share`
+    is its share of the tolerance. Raises NotConverged where the next level would be too expensive.
     """
     tolerance = share * job.settings.tolerance
     level = Level(
@@ -186,13 +186,15 @@ def refined(name: str, job: Asked, result: Refinable, estimated: Shares, share: 
 
 
 def _steps(error: float, tolerance: float, gain: float) -> int:
-    """Steps that bring a part of the error to half of the tolerance, each dividing it by `gain`."""
+    """Return the steps that reduce a part of the error to half the tolerance, each by the factor `gain`."""
     if error <= tolerance / 2:
         return 0
     return int(np.clip(np.ceil(np.log(2 * error / tolerance) / np.log(gain)), 1, MOST_STEPS))
 
 
-def _too_expensive(name: str, job: Asked, result: Refinable, worst: Shares, expected: int) -> str:
+def _too_expensive(
+    name: str, job: RefinableJob, result: RefinableResult, worst: Shares, expected: int
+) -> str:
     cells, domain = factors(result.level)
     settings = job.settings
     return (

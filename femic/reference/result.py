@@ -9,7 +9,7 @@ import numpy as np
 
 from femic.reference.accuracy import Shares, component_of, line_scale
 from femic.reference.discount import fit_discount, rigid_part
-from femic.reference.estimate import Estimated, estimated, orders_at
+from femic.reference.estimate import EstimatedICs, estimated, orders_at
 from femic.reference.job import Job
 from femic.reference.level import Level, factors
 from femic.reference.meshing.cell_size import Cells
@@ -23,14 +23,14 @@ from geometries.patches import N
 class Reference:
     """C of one body with its estimate, and the models that it comes from."""
 
-    c: Estimated
+    c: EstimatedICs
     raw: Array  # C before the discount [mm/N], with clamped far boundaries, (3, 3, n)
     discount: Array  # M [mm/N, 1/N, 1/(N mm)], (4, 4)
     level: Level
     cells: Cells  # of the fine model
     body: Body  # with the domain of the fine model
-    models: Mapping[str, Cost]  # "fine", "coarse", "small", and those of earlier rounds
-    drawn: tuple[Array, Indices] | None = None  # mesh of the section, only of the harmonic engine
+    models: Mapping[str, Cost]  # "fine", "coarse", "small", and the models of earlier rounds
+    drawn: tuple[Array, Indices] | None = None  # mesh of the section, where the engine has one
 
 
 def combine(job: Job, level: Level, models: Mapping[Level, RawICs]) -> Reference:
@@ -60,16 +60,16 @@ def combine(job: Job, level: Level, models: Mapping[Level, RawICs]) -> Reference
 
 
 def costs_of(level_of_model: Mapping[str, Level], models: Mapping[Level, Any]) -> dict[str, Cost]:
-    """Costs of the models at a level by name, then those of models of earlier rounds."""
+    """Return the costs of the models at a level by name, then the costs of models of earlier rounds."""
     costs = {name: models[level].cost for name, level in level_of_model.items()}
     earlier = [model.cost for level, model in models.items() if level not in level_of_model.values()]
     return costs | {f"earlier {k + 1}": cost for k, cost in enumerate(earlier)}
 
 
 def discounted(job: Job, u: Array) -> tuple[Array, Array, Array]:
-    """ICs [mm/N] (3, 3, n) after and before the subtraction of the rigid part, and M (4, 4), of a model.
+    """Return ICs [mm/N] (3, 3, n) after and before the subtraction of the rigid part, and M (4, 4).
 
-    `u` (load, 3, n) are its displacements [mm/N].
+    `u` (load, 3, n) are the displacements [mm/N] of a model.
     """
     n = len(job.points.x)
     at_fit_points = {load: load_u[:, n:] for load, load_u in zip(job.solved_loads, u, strict=True)}
@@ -82,9 +82,9 @@ def discounted(job: Job, u: Array) -> tuple[Array, Array, Array]:
 
 
 def scales(jobs: Sequence[Job], ic: Array) -> dict[str, Array]:
-    """Scale of refinement [mm/N] per line, shape (3, 3), of the ICs (3, 3, n) that jobs have together.
+    """Return the scale of refinement [mm/N] per line, (3, 3), of the summed ICs (3, 3, n) of jobs.
 
-    Where C_nn was not solved, the sum of the bodies' A_nn takes its place.
+    Where C_nn is not solved, the sum of the bodies' A_nn replaces it.
     """
     nn = ic[N, N]
     if np.any(np.isnan(nn)):
@@ -95,7 +95,7 @@ def scales(jobs: Sequence[Job], ic: Array) -> dict[str, Array]:
 
 
 def estimated_errors(job: Job, error: Array, scale: Mapping[str, Array]) -> dict[str, Array]:
-    """Largest errors per line, as shares of its scale of refinement, shape (3, 3), of errors (3, 3, n)."""
+    """Return the largest of the errors (3, 3, n) on each line, (3, 3), as shares of its scale."""
     return {
         line: np.max(np.abs(error[..., line_points]), axis=-1) / scale[line]
         for line, line_points in job.lines.items()
@@ -103,7 +103,7 @@ def estimated_errors(job: Job, error: Array, scale: Mapping[str, Array]) -> dict
 
 
 def worst(job: Job, error: Array, scale: Mapping[str, Array]) -> tuple[float, str, str]:
-    """Largest error over lines and components on the scale of refinement: (share, component, line)."""
+    """Return the largest error over lines and components on their scale: (share, component, line)."""
     errors = estimated_errors(job, np.nan_to_num(error, nan=np.inf), scale)
     return max(
         (component_of(errors[line], component), component, line)
@@ -112,8 +112,8 @@ def worst(job: Job, error: Array, scale: Mapping[str, Array]) -> tuple[float, st
     )
 
 
-def shares(job: Job, c: Estimated, scale: Mapping[str, Array]) -> Shares:
-    """The largest estimate of a job's ICs, and the largest of each part, on the scale of refinement."""
+def shares(job: Job, c: EstimatedICs, scale: Mapping[str, Array]) -> Shares:
+    """Return the largest estimate of a job's ICs, and of each part, on the scale of refinement."""
     mesh, truncation, waves = (
         worst(job, part, scale)[0] for part in (c.mesh_error, c.truncation_error, c.waves_error)
     )

@@ -1,4 +1,4 @@
-"""The means to solve models: workers and a store; and the reports of progress."""
+"""Options for solving models: workers, the store, and reports of progress."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -11,7 +11,7 @@ from femic.reference.level import Level
 
 @dataclass(frozen=True)
 class Task:
-    """A model of a job that is to be solved, and how large it may be."""
+    """A model of a job to be solved, and its largest size."""
 
     job: str
     level: Level
@@ -21,11 +21,11 @@ class Task:
 
 @dataclass(frozen=True)
 class Solved:
-    """A solved model of a job; `kept` if an earlier run had solved it."""
+    """A solved model of a job; `cached` if an earlier run had solved it."""
 
     task: Task
-    model: Any  # what the engine's `displacements` reads
-    kept: bool
+    model: Any  # input of the engine's `displacements`
+    cached: bool
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def _ignored(_: object) -> None:
 
 @dataclass(frozen=True)
 class Watch:
-    """Functions that take reports of progress: the next models, each finished model, stages, and steps."""
+    """Callbacks for progress: the next models, each finished model, stages, and steps."""
 
     on_round: Callable[[Sequence[Task]], None] = _ignored
     on_model: Callable[[Solved], None] = _ignored
@@ -56,15 +56,15 @@ SILENT = Watch()
 
 
 def cores() -> int:
-    """Number of processor cores."""
+    """Return the number of processor cores."""
     return os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
-class Means:
-    """How models are solved: the number of parallel workers, the store that keeps them, the reports.
+class RunOptions:
+    """How models are solved: the number of parallel workers, the store of models, reports of progress.
 
-    By default there is one worker per core, and nothing is kept or reported.
+    By default there is one worker per core, and nothing is stored or reported.
     """
 
     workers: int = field(default_factory=cores)
@@ -72,4 +72,4 @@ class Means:
     watch: Watch = SILENT
 
 
-DEFAULT = Means()
+DEFAULT = RunOptions()

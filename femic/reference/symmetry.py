@@ -1,8 +1,8 @@
 """Planes of symmetry: they halve a body, and even and odd fields follow on its other half; and supports.
 
-Every body is its own mirror image in x. A patch sits at x = 0, so the field of each load has one parity in x.
-Where the section is its own mirror image in y, half of it is enough as well: a load at s = 0 has one
-parity in y, any other load is the sum of an even and an odd part.
+Every body is symmetric in x. Patches lie at x = 0, so the field of each load is even or odd in x. Where the
+section is symmetric in y, half of it is enough: a load at s = 0 is even or odd in y, any other load is the
+sum of an even and an odd part.
 """
 
 from dataclasses import dataclass

@@ -38,7 +38,7 @@ class EngineTable(Section):
     tolerance: Annotated[float, Field(ge=1e-4, le=1)] = Field(
         0.01,
         description="estimated error of C that is good enough, each body and combined, on the scale of "
-        "refinement (docs/conventions.md); sets the cells",
+        "refinement (docs/theory/errors.md); sets the cells",
     )
     most_unknowns: Annotated[Whole, Field(ge=1000)] = Field(
         1_000_000, description="largest model that refinement may lead to"

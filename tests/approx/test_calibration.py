@@ -100,7 +100,7 @@ def test_least_squares_are_least(fitted):
     data = disturbed()
 
     def cost(transition):
-        return np.sum((data.of(EffectiveProperties(mismatch_k=transition)) - data.ics) ** 2)
+        return np.sum((data.bhat_prime(EffectiveProperties(mismatch_k=transition)) - data.ics) ** 2)
 
     best = fitted.effective.mismatch_k
     assert cost(best) < cost(TRUE) < cost(Transition(-0.21, 17.0, 1.5, 3.1))
@@ -129,8 +129,8 @@ def test_units_do_not_matter(fitted):
         Pair(wheel, rail), patch, X / 1e3, S / 1e3, ("xn",), data.ics / 1e9, data.weights, np.zeros(1)
     )
     np.testing.assert_allclose(
-        in_metres.of(EffectiveProperties(mismatch_k=replace(TRUE, r_inf=0.017))) * 1e9,
-        data.of(EffectiveProperties(mismatch_k=TRUE)),
+        in_metres.bhat_prime(EffectiveProperties(mismatch_k=replace(TRUE, r_inf=0.017))) * 1e9,
+        data.bhat_prime(EffectiveProperties(mismatch_k=TRUE)),
         rtol=1e-10,
     )
     got, expected = fit(in_metres).effective.mismatch_k, fitted.effective.mismatch_k

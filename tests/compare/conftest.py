@@ -9,7 +9,7 @@ import pytest
 from compare.ics.compute import compute
 from compare.ics.dataset import errors, to_dataset
 from compare.ics.errors import refinement_shares_of
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.reference.solid.record import SOLID
 from femic.scenes.load import load_scene
 
@@ -64,7 +64,9 @@ def write_scene(tmp_path):
 @pytest.fixture(scope="session")
 def geometry1():
     """Geometry 1 by the harmonic engine at tolerance 0.001: (results, dataset, errors)."""
-    results = compute(load_scene("geometry1", {"engine": {"check": False, "tolerance": 0.001}}), Means(2))
+    results = compute(
+        load_scene("geometry1", {"engine": {"check": False, "tolerance": 0.001}}), RunOptions(2)
+    )
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
 
@@ -75,7 +77,7 @@ def geometry1_checked():
     scene = load_scene("geometry1")
     cells = SOLID.tuned.cells_for(0.03, scene.patch)
     check = replace(scene.check, settings=replace(scene.check.settings, tolerance=0.03, cells=cells))
-    results = compute(replace(scene, check=check), Means(1))
+    results = compute(replace(scene, check=check), RunOptions(1))
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
 
@@ -85,7 +87,7 @@ def small(tmp_path_factory):
     """Results of a coarse scene with unlike bodies: (results, dataset, errors)."""
     path = tmp_path_factory.mktemp("scenes") / "small.toml"
     path.write_text(scene_text(upper_E=70e3), encoding="utf-8")
-    results = compute(load_scene(str(path)), Means(1))
+    results = compute(load_scene(str(path)), RunOptions(1))
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)
 

@@ -27,9 +27,9 @@ def test_axes_are_the_directions_of_growing_xi_and_s_and_right_handed(surface):
 
 
 @pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
-def test_turning_back_undoes_turning(surface):
+def test_the_chart_inverts_global_positions(surface):
     section = np.stack([XI, np.array([5.0, -3.0, 0.0, 8.0]), np.array([1.0, -20.0, 4.0, -2.0])])
-    np.testing.assert_allclose(surface.turned_back(surface.turned(section)), section, atol=1e-11)
+    np.testing.assert_allclose(surface.to_chart(surface.to_global(section)), section, atol=1e-11)
 
 
 def test_prismatic_is_the_limit_of_a_large_rolling_radius():

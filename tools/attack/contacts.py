@@ -16,7 +16,7 @@ from femic.contact.compression import compressed
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.friction.leading import LeadingEdge
 from femic.contact.frictional import FrictionalContact, Pressing
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 from geometries.contours import Contour
@@ -29,7 +29,7 @@ FORCE = 1e-5  # of the load, by which forces may be off; tolerances of tractions
 SAME = 1e-7  # of the largest component of a force or moment
 WORK = 1e-6  # of the largest work of friction, by which that of an element may be below 0
 BOUND = 1e-6  # of the bound of friction, by which tractions may exceed it
-MEANS = Means(1)
+MEANS = RunOptions(1)
 
 
 def contacts(count: int, seed: int) -> Iterator[Outcome]:

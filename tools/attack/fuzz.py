@@ -23,7 +23,7 @@ from compare.contact.pair_on_grid import placed_on
 from femic.campaigns.campaign import load_campaign
 from femic.campaigns.compute import require_computable
 from femic.cli.main import exit_code
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes import plausibility
 from femic.scenes.listing import listing
 from femic.scenes.load import builtin_names, load_scene
@@ -186,7 +186,7 @@ def _with_gap(path: Path, *, solve: bool) -> str:
             raise AssertionError("the distance is not finite")
     if not solve:
         return "taken"
-    compute_contact(scene, Means(1))
+    compute_contact(scene, RunOptions(1))
     return "solved"
 
 

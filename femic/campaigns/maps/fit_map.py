@@ -68,7 +68,7 @@ def _deviations(fits: Swept, along: int, node: tuple[int, ...], body: str) -> li
     properties = fits.scene(point).calibration.properties
     target, predicted = (_target(fits, point, stencils, body) for stencils in (itself, others))
     by_map, own = (fit(of, properties).effective for of in (predicted, target))
-    ics = target.of(by_map), target.of(own), target.by("Bhat")
+    ics = target.bhat_prime(by_map), target.bhat_prime(own), target.approximate("Bhat")
     return [_measured(target, one) for one in ics]
 
 

@@ -6,7 +6,7 @@ import xarray as xr
 from compare.contact.compute import c_on
 from compare.contact.pair_on_grid import placed_on
 from femic.campaigns.maps.c_map import bhat_nn
-from femic.reference.run_options import DEFAULT, Means
+from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.scene import Scene
 
 DIMS = ("lag", "observed", "loaded")
@@ -18,14 +18,14 @@ ABOUT = {
 OF_NODE = frozenset({*DIMS, *ABOUT, "lag_x", "observed_s", "loaded_s"})
 
 
-def node(scene: Scene, means: Means = DEFAULT) -> xr.Dataset:
+def node(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
     """`c`, `c_estimate`, `bhat` (lag, observed, loaded) [mm/MPa] on the grid of a scene.
 
     They are what frictionless contact takes, with the strips of the upper body opposite those of the lower
     one. Raises as `femic.reference.matrix.reference.matrices`.
     """
     placed = placed_on(scene, scene.grid)
-    ic, estimate = c_on(scene, placed, means)
+    ic, estimate = c_on(scene, placed, options)
     values = {"c": ic, "c_estimate": estimate.astype(np.float32), "bhat": bhat_nn(placed)}
     mm = {"units": "mm"}
     return xr.Dataset(

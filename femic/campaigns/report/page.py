@@ -33,7 +33,7 @@ def write_sweep(dataset: xr.Dataset, out: Path) -> Path:
 
     Returns the path of the page.
     """
-    folders.made(out)
+    folders.make(out)
     for old in [*(out / "figures").glob("sweep_*.png"), *out.glob(CROSSINGS)]:
         old.unlink()
     dataset = prepared(dataset)

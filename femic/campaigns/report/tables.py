@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from compare.report.parts import Row, Table
-from femic.cache.files import published
+from femic.cache.files import replacing
 from femic.campaigns.report.axes import ShownAxis, point_of, text_of
 from femic.campaigns.report.clouds import correlations
 from femic.campaigns.report.crossings import Found, Lines, along, exceeded
@@ -52,7 +52,7 @@ def write_crossings(fields: Sequence[Field], axes: Sequence[ShownAxis], path: Pa
     """
     axis = along(axes)
     rest = [one.name for one in axes if len(one.values) > 1 and one is not axis]
-    with published(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(["of", "number", "ics", "more_than", *rest, f"{axis.name}_from", f"{axis.name}_to"])
         for field in fields:

@@ -108,7 +108,7 @@ def on_upper(undeformed: Undeformed, points: Array, distance: Array) -> Array:
     """Chart points (xi, t) of the upper surface opposite points (x, s) of the lower one, (2, n)."""
     x, s = points
     y, z = undeformed.lower.contour.position(s) + distance * undeformed.lower.contour.normal(s)
-    xi, y, z = undeformed.upper.turned_back(np.stack([x, y - undeformed.shift, z - undeformed.touching[1]]))
+    xi, y, z = undeformed.upper.to_chart(np.stack([x, y - undeformed.shift, z - undeformed.touching[1]]))
     reach = np.abs(s).max() + abs(undeformed.upper_offset) + np.abs(distance).max()
     return np.stack([xi, undeformed.upper.contour.nearest(np.stack([y, z]), (-reach, reach))])
 

@@ -1,1 +1,1 @@
-"""IC matrices as operators from tractions to displacements on a grid, by fast Fourier transforms."""
+"""ICs as operators from tractions to displacements on a grid, computed by fast Fourier transforms."""

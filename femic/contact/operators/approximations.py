@@ -51,8 +51,8 @@ def approximate_operator(
     of the variant have fixed `Shares` of the rotation.
 
     Both bodies count as prismatic: with theta the angle between two elements about the axle, the curvature of
-    a wheel along x changes nn by a share of less than theta ((1 - 2 nu) / (2 - 2 nu) + |alpha| + theta), nu
-    that of the wheel, and xn and nx by theta / 2 times xx and nn. Raises WrongInput for an unknown variant,
+    a wheel along x changes nn by a share of less than theta ((1 - 2 nu) / (2 - 2 nu) + |alpha| + theta), with
+    the wheel's nu, and xn and nx by theta / 2 times xx and nn. Raises WrongInput for an unknown variant,
     for B-hat-prime without effective properties, and for ICs that are not symmetric in x. Source: as
     `approx.pair.Pair`.
     """

@@ -20,9 +20,9 @@ Place = tuple[int, Factor]  # a direction and the factor by which its displaceme
 class Convolution:
     """Displacements [mm] due to tractions [MPa] on a grid: sums of factor * (kernel * (factor tractions)).
 
-    `kernels` [mm/MPa] by the place of the displacement and that of the traction, at all lags from -(n - 1) to
-    n - 1 along x and s, shape (2 n_x - 1, 2 n_s - 1) each; `factors` by name, shape (n_s,). `directions` are
-    those of the tractions and displacements, in their order.
+    `kernels` [mm/MPa], by the places of displacement and traction, have values at all lags from -(n - 1) to
+    n - 1 along x and s, shape (2 n_x - 1, 2 n_s - 1) each; `factors`, by name, have the shape (n_s,).
+    `directions` gives the order of the directions in tractions and displacements.
     """
 
     directions: tuple[int, ...]
@@ -53,7 +53,7 @@ class Convolution:
         return u
 
     def coarsened(self) -> "Convolution":
-        """The operator on elements twice as large: mean displacements due to the same traction on four.
+        """The operator on elements twice as large: mean displacements due to equal tractions on four.
 
         Factors are averaged. Both numbers of elements must be even.
         """
@@ -64,7 +64,7 @@ class Convolution:
         )
 
     def restricted(self, directions: tuple[int, ...]) -> "Convolution":
-        """The operator from tractions in some directions to displacements in the same."""
+        """The operator from tractions in some directions to displacements in these directions."""
         return Convolution(
             directions,
             self.factors,
@@ -90,7 +90,7 @@ class Convolution:
 
     @property
     def padded(self) -> tuple[int, int]:
-        """Numbers of elements along x and s of the transforms."""
+        """Numbers of elements along x and s in the transforms."""
         lags_x, lags_s = (2 * n - 1 for n in self.shape)
         return fft.next_fast_len(lags_x, real=True), fft.next_fast_len(lags_s, real=True)
 
@@ -107,9 +107,9 @@ class Convolution:
 
 
 def merged(kernel: Array, axis: int) -> Array:
-    """A kernel between pairs of elements: the mean displacement due to the same traction on both.
+    """A kernel between pairs of elements: the mean displacement of a pair due to equal tractions on a pair.
 
-    Lags run from -(n - 1) to n - 1 along `axis`; of n / 2 pairs they are even ones of the n elements.
+    Lags run from -(n - 1) to n - 1 along `axis`; lags of pairs are even lags of elements.
     """
     kernel = np.moveaxis(kernel, axis, 0)
     n = (len(kernel) + 1) // 2

@@ -30,10 +30,10 @@ MOST_ITERATIONS = 100  # of the search for the smallest eigenvalue
 
 @dataclass(frozen=True, eq=False)
 class GridOperator:
-    """The transform along x of an IC matrix [mm/MPa], shape (frequency, m n_s, m n_s), of m directions.
+    """The transform along x of an IC matrix [mm/MPa], shape (frequency, m n_s, m n_s), for m directions.
 
-    It is that for tractions and displacements along x which are multiplied by -i: so it is real, because
-    components of x with others are odd in x, and the others even.
+    Tractions and displacements along x are multiplied by -i, which makes the transform real: components that
+    couple x with another direction are odd in x, all others even.
     """
 
     transformed: Real
@@ -42,7 +42,7 @@ class GridOperator:
 
     @classmethod
     def of(cls, ics: Array, directions: tuple[int, ...] = (X, S, N)) -> "GridOperator":
-        """The operator of ICs (n_x, n_s, n_s, m, m) [mm/MPa] at lags >= 0, for tractions in m directions.
+        """Return the operator of ICs (n_x, n_s, n_s, m, m) [mm/MPa] at lags >= 0 for m directions.
 
         Negative lags follow by parity. It has the precision of the ICs, single or double.
         """
@@ -59,7 +59,7 @@ class GridOperator:
 
     @classmethod
     def of_convolution(cls, convolution: Convolution) -> "GridOperator":
-        """The same operator as a convolution along s, too; its products are faster on grids of few strips."""
+        """Return the operator of a convolution, whose products are faster in this form on few strips."""
         (n_x, n_s), directions = convolution.shape, convolution.directions
         ics = np.zeros((n_x, n_s, n_s, len(directions), len(directions)))
         for ((i, of_observer), (j, of_load)), kernel in convolution.kernels.items():
@@ -77,7 +77,7 @@ class GridOperator:
         return fft.irfft(moved, axis=0)[: self.n_x].reshape(tractions.shape)
 
     def coarsened(self) -> "GridOperator":
-        """The operator on elements twice as large: mean displacements due to the same traction on four.
+        """The operator on elements twice as large: mean displacements due to equal tractions on four.
 
         Both numbers of elements must be even.
         """
@@ -92,7 +92,7 @@ class GridOperator:
         return GridOperator.of(np.moveaxis(ics, 2, 3), self.directions)
 
     def restricted(self, directions: tuple[int, ...]) -> "GridOperator":
-        """The operator from tractions in some directions to displacements in the same."""
+        """The operator from tractions in some directions to displacements in these directions."""
         m, chosen = len(self.directions), [self.directions.index(direction) for direction in directions]
         unknowns = self.transformed.shape[1]
         places = (m * np.arange(unknowns // m)[:, None] + chosen).ravel()
@@ -102,9 +102,9 @@ class GridOperator:
     def smallest_eigenvalue(self) -> float:
         """Smallest eigenvalue of the symmetric part [mm/MPa], to 3 % of the least IC of an element on itself.
 
-        It is positive where all tractions do positive work. On a ring of twice the grid's length the
-        frequencies are apart, and the smallest eigenvalue is not larger: so shifted, the inverse on that ring
-        is positive and preconditions the search (LOBPCG). It changes little between high frequencies.
+        It is positive if all tractions do positive work. On a ring of twice the grid's length the
+        frequencies decouple and the smallest eigenvalue is not larger; so with a shift the inverse on that
+        ring is positive and preconditions the search (LOBPCG). It changes little between high frequencies.
         """
         symmetric = self._symmetric_part
         own_ics = fft.irfft(np.diagonal(symmetric.transformed, axis1=1, axis2=2), axis=0)[0]
@@ -116,7 +116,7 @@ class GridOperator:
         shifted = of_chosen - (shift * np.eye(unknowns)).astype(of_chosen.dtype)
         inverse = GridOperator(np.linalg.inv(shifted)[nearest], self.n_x, self.directions)
         start = np.random.default_rng(0).standard_normal((self.n_x * unknowns, 1))
-        with warnings.catch_warnings(action="ignore"):  # of no convergence, which the residual tells
+        with warnings.catch_warnings(action="ignore"):  # on slow convergence: the residual is checked
             _, vectors = lobpcg(
                 symmetric.linear,
                 start,
@@ -169,7 +169,7 @@ def _phases(directions: tuple[int, ...], dtype: DTypeLike) -> Complex:
 
 
 def _frequencies(n: int) -> tuple[Indices, Indices]:
-    """Numbers of some of n frequencies, all low ones among them, and for each of n the nearest of these."""
+    """Choose some of n frequencies, with all low ones; return them, and for each of n the nearest of them."""
     numbers = np.arange(n)
     chosen = np.flatnonzero((numbers < ALL_BELOW) | (numbers % EVERY == 0) | (numbers == n - 1))
     return chosen, np.argmin(np.abs(numbers[:, None] - chosen), axis=1)
@@ -178,9 +178,9 @@ def _frequencies(n: int) -> tuple[Indices, Indices]:
 def reciprocity_defects(ics: Array) -> Array:
     """Largest |C(I, J) - C(J, I)^T| per pair of strips and component, shape (n_s, n_s, 3, 3).
 
-    Each is a share of the component's own largest value: what is little beside C_nn may be much of C_sn. Of
-    components that vanish it is 0. `ics` has the shape (n_x, n_s, n_s, 3, 3). ICs of curved bodies that are
-    observed at centres, and not averaged over elements, are not quite reciprocal.
+    Each is a share of the component's own largest value, because a small part of C_nn may be much of C_sn.
+    For components that vanish it is 0. `ics` has the shape (n_x, n_s, n_s, 3, 3). ICs of curved bodies at the
+    centres of elements, not averaged over them, are not exactly reciprocal.
     """
     exchanged = PARITY.astype(ics.dtype) * np.swapaxes(np.swapaxes(ics, 1, 2), 3, 4)
     sizes = np.max(np.abs(ics), axis=(0, 1, 2))
@@ -191,14 +191,14 @@ def reciprocity_defects(ics: Array) -> Array:
 
 @dataclass(frozen=True)
 class Asymmetry:
-    """The largest of the reciprocity defects, and the component that has it."""
+    """The largest of the reciprocity defects, and its component."""
 
     share: float  # of the component's largest value
     component: str
 
     @classmethod
     def of(cls, ics: Array) -> "Asymmetry":
-        """That of ICs (n_x, n_s, n_s, 3, 3)."""
+        """Return the largest defect of ICs (n_x, n_s, n_s, 3, 3)."""
         worst = np.max(reciprocity_defects(ics), axis=(0, 1))
         i, j = divmod(int(np.argmax(np.triu(worst))), len(DIRECTIONS))
         return cls(float(worst[i, j]), DIRECTIONS[i] + DIRECTIONS[j])

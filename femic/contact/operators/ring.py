@@ -1,7 +1,8 @@
 """The inverse of a convolution on a ring in x and s: a preconditioner for contact on any ICs.
 
-Source: Vollebregt (2014), Journal of Computational Physics 257, 333-351. Lags beyond those of the grid are
-taken as the longest ones: with nothing there some values of the spectrum would not be positive.
+Source: Vollebregt (2014), Journal of Computational Physics 257, 333-351. Beyond the lags of the grid
+the kernel keeps its value at the longest one: with zeros there some values of the spectrum would not be
+positive.
 """
 
 from collections.abc import Callable
@@ -41,7 +42,7 @@ class RingInverse:
         return cls(np.asarray(inverse, complex), padded)
 
     def __call__(self, values: Array) -> Array:
-        """Tractions [MPa] that cause values, shape (n_x, n_s, m) each."""
+        """Tractions [MPa] that cause the displacements `values` [mm], shape (n_x, n_s, m) each."""
         n_x, n_s, _ = values.shape
         spectrum = fft.rfft2(values, self.padded, axes=(0, 1))
         inverted = np.einsum("xsij,xsj->xsi", self.inverse, spectrum)
@@ -49,7 +50,7 @@ class RingInverse:
 
 
 def _lags(size: int, n: int) -> Indices:
-    """Places, among lags from -(n - 1) to n - 1, of those round a ring of `size` elements."""
+    """Places, among lags from -(n - 1) to n - 1, of the lags around a ring of `size` elements."""
     lags = np.arange(size)
     lags = np.where(lags > size // 2, lags - size, lags)
     return np.asarray(n - 1 + np.clip(lags, 1 - n, n - 1))

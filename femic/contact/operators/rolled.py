@@ -1,10 +1,10 @@
-"""ICs of a wheel for the slip of rolling: displacements along x as they are seen by the rail.
+"""ICs of a wheel for the slip of rolling: displacements along x as the rail sees them.
 
-The local directions of a wheel turn with its surface. A particle that is raised by u_z is nearer to the axle
-and passes the contact more slowly, by u_z over the radius R of its rolling circle: in local directions the
-slip along x is w_x - du_x/dx + u_z / R. So u_x less the integral of u_z / R along x takes the place of u_x. A
-wheel that is moved vertically as a rigid body, for which u_x = u_z x / R, slips as before then. Without that
-the slip depends on the rigid-body discount, by M_zz times load over R.
+The local directions of a wheel rotate with its surface. A particle that is raised by u_z is nearer to the
+axle and passes the contact more slowly, by u_z over the radius R of its rolling circle: in local directions
+the slip along x is w_x - du_x/dx + u_z / R. So u_x less the integral of u_z / R along x takes the place of
+u_x. Then a rigid vertical motion of the wheel, for which u_x = u_z x / R, does not change the slip; otherwise
+the slip would depend on the rigid-body discount, by M_zz times load over R.
 """
 
 import numpy as np
@@ -17,10 +17,10 @@ from geometries.surfaces import Surface
 
 
 def rolled(ics: Array, surface: Surface, grid: Grid) -> Array:
-    """ICs (n_x, n_s, n_s, 3, 3) at lags >= 0 with which a wheel rolls; those of a prismatic body as they are.
+    """Return ICs (n_x, n_s, n_s, 3, 3) at lags >= 0 as the slip needs them; prismatic bodies keep theirs.
 
-    `surface` is that of the wheel; the strips of `grid` are its own arc lengths. In directions 0 of
-    displacements the integral is taken by trapezoids.
+    `surface` belongs to the wheel; the strips of `grid` are its own arc lengths. The integral along x is
+    computed by the trapezoidal rule.
     """
     if np.isinf(surface.rolling_radius):
         return ics

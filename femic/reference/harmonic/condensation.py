@@ -1,17 +1,17 @@
 """Responses of observers to loads at a wavenumber, for several supports at once.
 
-Of the amplitudes K^-1 F under forces F only G K^-1 F is wanted, at the observers. Amplitudes that some
-supports hold and others do not are retained: they come last in K. The bordered matrix M = [[K, F], [G, D]] is
-factored once. The last block of the product of its factors is the Schur complement T of all other amplitudes:
-the condensed equations of the retained ones, with what loads do to them and observers see of them. For each
-support the free ones of them are eliminated from T, which leaves D - G K^-1 F. One system per support is
-solved, to prove factors, T and the responses.
+Only the amplitudes G K^-1 F at the observers are needed, not all amplitudes K^-1 F under forces F. Amplitudes
+that some supports hold and others leave free are retained: they come last in K. The bordered matrix
+M = [[K, F], [G, D]] is factored once. The last block of the product of its factors is the Schur complement T
+of all other amplitudes: the condensed equations of the retained amplitudes, with the effect of the loads on
+them and their effect on the observers. For each support the free retained amplitudes are eliminated from T,
+which leaves D - G K^-1 F. One system per support is solved to verify factors, T and the responses.
 
 Where observers are many and loads few, forces take the place of observers, F^T that of G, and the amplitudes
 under all loads are solved for. A field takes as long as `ROWS_PER_FIELD` observers in the border.
 
-Springs on the retained amplitudes, which T has too much, are taken from it: half of a slender section is far
-more flexible in bending without its plane of symmetry than any section that is asked for.
+Springs on the retained amplitudes are added to K and subtracted from T: without its plane of symmetry, half
+of a slender section is far more flexible in bending than with any of the supports.
 """
 
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ class Condensation:
     ) -> "Condensation":
         """Find the pattern of M: below each column of K stands one of G, and at its right F over D.
 
-        Responses are asked for with a number of `supports`.
+        Responses are computed with a number of `supports`.
         """
         few_loads = ROWS_PER_FIELD * supports * forces.shape[1] < observers.shape[0]
         in_border = csr_matrix(forces.T) if few_loads else observers
@@ -138,8 +138,8 @@ class Condensed:
     def _fields(self, free: Mask, moved: Array, seen: Array, combined: Array) -> Array:
         """Amplitudes (amplitudes, c) under combinations (n, c) of the loads.
 
-        A right-hand side of M is made of the forces, of the reactions (of springs, too), and of what the
-        border's observers see. With it the solution is (u, 0), held amplitudes being 0.
+        The right-hand side of M consists of the forces, the reactions (including the springs), and the
+        amplitudes at the observers of the border. With it the solution is (u, 0), and held amplitudes are 0.
         """
         prepared, retained = self.condensation, self.condensation.retained
         n = prepared.stiffness.size
@@ -155,9 +155,9 @@ class Condensed:
         return fields
 
     def _residual(self, free: Mask, u: Array, seen: Array, forces: Array) -> float:
-        """Residual of the equations of free amplitudes, or of what is seen of them, whichever is larger.
+        """Return the larger residual: of the equations of free amplitudes, or of the observed amplitudes.
 
-        What is seen is a share of what is seen at the loads, if they move more than the observers.
+        The latter is a share of the amplitudes at the loads, if they move more than the observers.
         """
         prepared = self.condensation
         is_free = np.append(np.ones(len(u) - len(free), dtype=bool), free)

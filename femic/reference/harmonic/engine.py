@@ -20,31 +20,31 @@ from femic.cache.threads import in_threads, one_blas_thread
 from femic.reference.accuracy import NotConverged
 from femic.reference.harmonic.request import NEARER, HarmonicRequest
 from femic.reference.harmonic.section import SectionMesh, section_mesh
-from femic.reference.harmonic.section_response import Respond
-from femic.reference.harmonic.section_size import Finer, SectionSize
+from femic.reference.harmonic.section_response import SectionSolver
+from femic.reference.harmonic.section_size import FitCells, SectionSize
 from femic.reference.harmonic.synthesis import Responses, displacements, odd_in_k
-from femic.reference.harmonic.wavenumbers import Sampled, sampled
+from femic.reference.harmonic.wavenumbers import Samples, sample
 from femic.reference.models import Cost, RawICs, peak_memory
 from geometries.arrays import Array
 from geometries.patches import Patch
 
 FINER = 5.0  # the cells at the patches where M is fitted are this much smaller
-FINER_GROWTH, FINER_BEHIND = 0.7, 6.0  # their growth over growth, and up to where (half-sides): `Finer`
+FINER_GROWTH, FINER_BEHIND = 0.7, 6.0  # their growth over growth, and up to where (half-sides): `FitCells`
 WAVE_CELLS = 4.0  # longest cell on a strip times the largest wavenumber, over growth
 CENTRE_WAVE_CELLS = 17.5  # like `WAVE_CELLS`, where displacements are read at the centres of strips only
 
-Progress = Callable[[int], None]  # takes the number of answers found so far, 0 after the assembly
-Answer = tuple[Array, float]  # responses (arc, load, 3, len(s)) [mm^2/N] at a wavenumber, and their residual
+Progress = Callable[[int], None]  # takes the number of solutions so far, 0 after the assembly
+WaveSolution = tuple[Array, float]  # responses (arc, load, 3, len(s)) [mm^2/N] and their residual
 
 
-class Kept(Protocol):
-    """A store of the answers that were found before, by name."""
+class WaveCache(Protocol):
+    """A store of solutions of earlier runs, by name."""
 
-    def get(self, name: str) -> Answer | None:
-        """The responses and their residual, None if they are not there."""
+    def get(self, name: str) -> WaveSolution | None:
+        """Return the responses and their residual, None if they are not stored."""
 
-    def put(self, name: str, answer: Answer) -> None:
-        """Keep the responses and their residual."""
+    def put(self, name: str, solution: WaveSolution) -> None:
+        """Store the responses and their residual."""
 
 
 def build_section(request: HarmonicRequest) -> SectionMesh:
@@ -54,11 +54,11 @@ def build_section(request: HarmonicRequest) -> SectionMesh:
     wave_cell = WAVE_CELLS * cells.growth / request.k_max
     if request.even_strips:
         wave_cell = min(cells.smallest, CENTRE_WAVE_CELLS * cells.growth / request.k_max)
-    size = SectionSize(cells, strips(load.patch for load in request.loads), wave_cell, _finer(request))
+    size = SectionSize(cells, strips(load.patch for load in request.loads), wave_cell, _fit_cells(request))
     return section_mesh(request.body, size, half_section=half_section)
 
 
-def _finer(request: HarmonicRequest) -> Finer | None:
+def _fit_cells(request: HarmonicRequest) -> FitCells | None:
     """The cells round the patches where M is fitted, if there are any: finer than under strips as wide."""
     if not request.fit_patches:
         return None
@@ -67,7 +67,7 @@ def _finer(request: HarmonicRequest) -> Finer | None:
     smallest = request.cells.smallest * b / min(of_strips, default=b)
     behind = FINER_BEHIND * max(patch.b for patch in request.fit_patches)
     growth = FINER_GROWTH * request.cells.growth
-    return Finer(strips(request.fit_patches), min(smallest, b) / FINER, growth, behind)
+    return FitCells(strips(request.fit_patches), min(smallest, b) / FINER, growth, behind)
 
 
 def strips(patches: Iterable[Patch]) -> Array:
@@ -92,59 +92,63 @@ def solve(
     *,
     workers: int = 1,
     progress: Progress = lambda _: None,
-    kept: Kept | None = None,
+    cache: WaveCache | None = None,
 ) -> Responses:
     """Mesh, assemble, and solve the wavenumbers in parallel threads.
 
     Raises NotConverged if the section has more than `most_unknowns`, or if a wavenumber cannot be solved to
-    a small residual. The worst residual is part of the cost. `kept` holds the wavenumbers that an earlier
-    run has solved, and receives the new ones.
+    a small residual. The worst residual is part of the cost. `cache` has the wavenumbers that an earlier
+    run has solved, and takes the new ones.
     """
     with one_blas_thread():
-        return _solve(request, most_unknowns, workers, progress, kept)
+        return _solve(request, most_unknowns, workers, progress, cache)
 
 
 def _solve(
-    request: HarmonicRequest, most_unknowns: int | None, workers: int, progress: Progress, kept: Kept | None
+    request: HarmonicRequest,
+    most_unknowns: int | None,
+    workers: int,
+    progress: Progress,
+    cache: WaveCache | None,
 ) -> Responses:
-    """The responses of `solve`: first all of them, then those with coarser cells."""
-    prepared = _Prepared(most_unknowns)
-    answers = _Answers(workers, progress, kept)
-    section, samples = _sampled(request, prepared, answers)
-    coarser = _with_coarser_cells(request, prepared, answers, samples.sparser.k)
+    """Return the responses of `solve`: first all of them, then the responses with coarser cells."""
+    builder = _SectionBuilder(most_unknowns)
+    solutions = _WaveSolutions(workers, progress, cache)
+    section, samples = _sampled(request, builder, solutions)
+    coarser = _with_coarser_cells(request, builder, solutions, samples.sparser.k)
     unknowns, cells = 3 * section.mesh.doflocs.shape[1], int(section.mesh.nelements)
     solver = f"direct, {len(samples.k)} wavenumbers"
-    cost = Cost(unknowns, cells, solver, (), max(answers.residuals), prepared.seconds, peak_memory())
+    cost = Cost(unknowns, cells, solver, (), max(solutions.residuals), builder.seconds, peak_memory())
     drawn = section.mesh.p[:, : section.mesh.nvertices], section.mesh.t
     return Responses(request.body, request.loads, request.observed, samples, coarser, cost, drawn)
 
 
 def _sampled(
-    request: HarmonicRequest, prepared: "_Prepared", answers: "_Answers"
-) -> tuple[SectionMesh, Sampled]:
+    request: HarmonicRequest, builder: "_SectionBuilder", solutions: "_WaveSolutions"
+) -> tuple[SectionMesh, Samples]:
     """The section of a request, and its responses (k, 2, load, 3, len(s)) with both far arcs."""
-    section, respond = prepared.of(request, (1.0, 1 / NEARER))
-    answers.progress(0)
+    section, respond = builder.of(request, (1.0, 1 / NEARER))
+    solutions.progress(0)
 
     def responses_at(wavenumbers: Sequence[float]) -> list[Array]:
-        return answers.to("", lambda k: _with_both_arcs(request, respond, k), wavenumbers)
+        return solutions.at("", lambda k: _with_both_arcs(request, respond, k), wavenumbers)
 
-    with prepared.timed("solution"):
+    with builder.timed("solution"):
         a = min(load.patch.a for load in request.loads)
-        return section, sampled(request.axis, responses_at, odd_in_k(request.loads), a, request.accuracy)
+        return section, sample(request.axis, responses_at, odd_in_k(request.loads), a, request.accuracy)
 
 
 def _with_coarser_cells(
-    request: HarmonicRequest, prepared: "_Prepared", answers: "_Answers", wavenumbers: Array
+    request: HarmonicRequest, builder: "_SectionBuilder", solutions: "_WaveSolutions", wavenumbers: Array
 ) -> Array:
     """The responses (k, load, 3, len(s)) with coarser cells at wavenumbers [1/mm]."""
-    _, respond = prepared.of(request.coarser, (1.0,))
-    with prepared.timed("solution"):
-        return np.concatenate(answers.to("coarser_", respond, wavenumbers.tolist()))
+    _, respond = builder.of(request.coarser, (1.0,))
+    with builder.timed("solution"):
+        return np.concatenate(solutions.at("coarser_", respond, wavenumbers.tolist()))
 
 
 @dataclass(eq=False)
-class _Prepared:
+class _SectionBuilder:
     """Meshes and assembles sections, and adds up the seconds of each stage."""
 
     most_unknowns: int | None
@@ -152,7 +156,7 @@ class _Prepared:
         default_factory=lambda: dict.fromkeys(("mesh", "assembly", "solution"), 0.0)
     )
 
-    def of(self, request: HarmonicRequest, shares: Sequence[float]) -> tuple[SectionMesh, Respond]:
+    def of(self, request: HarmonicRequest, shares: Sequence[float]) -> tuple[SectionMesh, SectionSolver]:
         """The section of a request and its equations, with the far arc at some shares of its radius."""
         with self.timed("mesh"):
             section = build_section(request)
@@ -163,7 +167,7 @@ class _Prepared:
                 "larger `tolerance`, larger cells (`growth`) or a larger `most_unknowns`"
             )
         with self.timed("assembly"):
-            return section, Respond(section, request.loads, request.observed, shares)
+            return section, SectionSolver(section, request.loads, request.observed, shares)
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -174,35 +178,37 @@ class _Prepared:
 
 
 @dataclass(eq=False)
-class _Answers:
-    """Finds answers in parallel threads, or where they are kept."""
+class _WaveSolutions:
+    """Solves wavenumbers in parallel threads, or takes their solutions from a cache."""
 
     workers: int
     progress: Progress
-    kept: Kept | None
-    residuals: list[float] = field(default_factory=list)  # of all answers so far, kept ones included
+    cache: WaveCache | None
+    residuals: list[float] = field(default_factory=list)  # of all solutions so far, cached ones included
 
-    def to(self, kind: str, respond: Callable[[float], Answer], wavenumbers: Sequence[float]) -> list[Array]:
-        """The responses at wavenumbers [1/mm]; `kind` tells their names from others at the same ones."""
+    def at(
+        self, kind: str, respond: Callable[[float], WaveSolution], wavenumbers: Sequence[float]
+    ) -> list[Array]:
+        """Return the responses at wavenumbers [1/mm]; `kind` begins the names of their solutions."""
         all_responses = []
-        found = in_threads(lambda k: self._answer(kind, respond, k), wavenumbers, self.workers)
-        for responses, residual in found:
+        solutions = in_threads(lambda k: self._solution(kind, respond, k), wavenumbers, self.workers)
+        for responses, residual in solutions:
             all_responses.append(responses)
             self.residuals.append(residual)
             self.progress(len(self.residuals))
         return all_responses
 
-    def _answer(self, kind: str, respond: Callable[[float], Answer], k: float) -> Answer:
+    def _solution(self, kind: str, respond: Callable[[float], WaveSolution], k: float) -> WaveSolution:
         name = f"{kind}k{float(k)!r}"
-        answer = self.kept.get(name) if self.kept else None
-        if answer is None:
-            answer = respond(k)
-            if self.kept:
-                self.kept.put(name, answer)
-        return answer
+        solution = self.cache.get(name) if self.cache else None
+        if solution is None:
+            solution = respond(k)
+            if self.cache:
+                self.cache.put(name, solution)
+        return solution
 
 
-def _with_both_arcs(request: HarmonicRequest, respond: Respond, k: float) -> Answer:
+def _with_both_arcs(request: HarmonicRequest, respond: SectionSolver, k: float) -> WaveSolution:
     """Responses (2, load, 3, len(s)) with both far arcs at k [1/mm], and the worse residual of the two.
 
     From `request.felt` on the distance of the far arc does not matter: one solution serves both.

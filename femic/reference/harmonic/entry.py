@@ -7,16 +7,16 @@ import numpy as np
 import xarray as xr
 
 from femic.cache.store import Store
-from femic.reference.harmonic.engine import Answer
+from femic.reference.harmonic.engine import WaveSolution
 from femic.reference.harmonic.synthesis import Responses
-from femic.reference.harmonic.wavenumbers import Axis, Sampled
+from femic.reference.harmonic.wavenumbers import Axis, Samples
 from femic.reference.models import cost_from
 from geometries.bodies import Body
 from geometries.patches import DIRECTIONS, Load
 
 
 def to_entry(responses: Responses) -> xr.Dataset:
-    """The entry of responses; those with the nearer far arc are kept only where it makes a difference."""
+    """Return the entry of responses; with the nearer far arc only the responses that differ."""
     samples = responses.samples
     felt = np.any(samples.responses[:, 0] != samples.responses[:, 1], axis=(1, 2, 3))
     dims = ("load", "i", "point")
@@ -47,11 +47,11 @@ def to_entry(responses: Responses) -> xr.Dataset:
 
 
 def from_entry(entry: xr.Dataset, body: Body, loads: tuple[Load, ...], axis: Axis) -> Responses:
-    """The responses of a body to loads, from the entry that `to_entry` made of them."""
+    """Return the responses of a body to loads from an entry of `to_entry`."""
     k, at_arc = entry.k.values, entry.response.values
     nearer = at_arc.copy()
     nearer[np.isin(k, entry.k_felt.values)] = entry.response_nearer.values
-    samples = Sampled(axis, k, np.stack([at_arc, nearer], axis=1), entry["last"].values.astype(bool))
+    samples = Samples(axis, k, np.stack([at_arc, nearer], axis=1), entry["last"].values.astype(bool))
     drawn = entry.vertices.values, entry.triangles.values
     cost = cost_from(entry.attrs["cost"])
     coarser = entry.response_coarser.values
@@ -59,19 +59,19 @@ def from_entry(entry: xr.Dataset, body: Body, loads: tuple[Load, ...], axis: Axi
 
 
 @dataclass(frozen=True)
-class KeptWaves:
-    """The solved wavenumbers of an entry that is not finished, as `Kept` of the engine."""
+class StoredWaves:
+    """The solved wavenumbers of an unfinished entry, as a `WaveCache` of the engine."""
 
     store: Store
     key: str
 
-    def get(self, name: str) -> Answer | None:
-        """The responses and their residual, None if they are not there."""
+    def get(self, name: str) -> WaveSolution | None:
+        """Return the responses and their residual, None if they are not stored."""
         part = self.store.part(self.key, name)
         return None if part is None else (part["responses"], float(part["residual"]))
 
-    def put(self, name: str, answer: Answer) -> None:
-        """Keep the responses and their residual."""
-        responses, residual = answer
+    def put(self, name: str, solution: WaveSolution) -> None:
+        """Store the responses and their residual."""
+        responses, residual = solution
         part = {"responses": responses, "residual": np.array(residual)}
         self.store.put_part(self.key, name, part)

@@ -1,4 +1,4 @@
-"""The expected wavenumbers of a request: those that a half-space under the same loads takes.
+"""The expected wavenumbers of a request, counted on a half-space under the same loads.
 
 The responses of the half-space are known in closed form, so the search for wavenumbers takes no mesh and a
 tenth of a second. On a plane it finds the same wavenumbers; on curved bodies it finds about four fifths as
@@ -11,7 +11,7 @@ import numpy as np
 
 from approx.halfspace import HalfSpace
 from femic.reference.harmonic.request import HarmonicRequest
-from femic.reference.harmonic.wavenumbers import Sampled, sampled
+from femic.reference.harmonic.wavenumbers import Samples, sample
 from femic.reference.harmonic.waves import SINES, half_space_response
 from geometries.arrays import Array
 from geometries.materials import one_body
@@ -20,13 +20,13 @@ OBSERVERS = 60  # about as many observers are taken
 DISTANCE_DIGITS = 6  # of distances in half-widths: distances that agree in these are evaluated once
 
 
-def expected_samples(request: HarmonicRequest) -> Sampled:
-    """The half-space's samples for a request, some observers; raises NotConverged where `sampled` does."""
+def expected_samples(request: HarmonicRequest) -> Samples:
+    """The half-space's samples for a request, some observers; raises NotConverged where `sample` does."""
     loads, observed = request.loads, request.observed
     chosen = slice(None, None, max(1, len(observed) // OBSERVERS))
     accuracy = np.broadcast_to(request.accuracy, (len(loads), 1, len(observed)))[..., chosen]
     directions = [load.direction for load in loads]
-    return sampled(
+    return sample(
         request.axis,
         _half_space(request, observed[chosen]),
         SINES[:, directions].T[..., None],
@@ -38,7 +38,8 @@ def expected_samples(request: HarmonicRequest) -> Sampled:
 def _half_space(request: HarmonicRequest, s: Array) -> Callable[[Sequence[float]], list[Array]]:
     """A function from wavenumbers [1/mm] to the half-space's responses [mm^2/N], (load, 3, len(s)) each.
 
-    It replaces k by sqrt(k^2 + 1 / L^2), L the far radius: the far arc keeps responses finite at k = 0.
+    It replaces k by sqrt(k^2 + 1 / L^2) with the far radius L: as with a far arc, responses are finite at
+    k = 0.
     """
     loads, body = request.loads, request.body
     half_space = HalfSpace(one_body(body.material, body.side))

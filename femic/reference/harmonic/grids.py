@@ -3,7 +3,7 @@
 import numpy as np
 
 from femic.late import Late
-from femic.reference.engine import Matrices, MatrixSpecification, Tuned
+from femic.reference.engine import Matrices, MatrixSpecification, TunedCells
 from femic.reference.harmonic.request import HarmonicRequest
 from femic.reference.harmonic.tuned import FAR_RADIUS, waves_for
 from femic.reference.level import TRUNCATION_ORDER
@@ -22,7 +22,7 @@ def _cells(patch: Patch) -> Cells:
     return Cells(patch.b / CELLS_PER_HALF_STRIP, GROWTH_OF_CELLS, GROWTH_OF_CELLS)
 
 
-TUNED_ON_STRIPS = Tuned(tolerance=0.001, cells=_cells, coarsest=1.25)
+TUNED_ON_STRIPS = TunedCells(tolerance=0.001, cells=_cells, coarsest=1.25)
 
 
 def far_radius_for(tolerance: float, grid: Grid) -> float:

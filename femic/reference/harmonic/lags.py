@@ -13,7 +13,7 @@ import numpy as np
 
 from approx.halfspace import HalfSpace
 from femic.reference.harmonic.synthesis import WAVE_REACH, Responses
-from femic.reference.harmonic.wavenumbers import Sampled
+from femic.reference.harmonic.wavenumbers import Samples
 from femic.reference.harmonic.waves import SINES, spectrum, synthesis_weights, tail
 from geometries.arrays import Array, Indices, Mask
 from geometries.grids import Grid
@@ -57,7 +57,7 @@ class Heights:
 
 @dataclass(frozen=True, eq=False)
 class LagSynthesis:
-    """The way from responses to displacements per unit total load [mm/N] at the lags of a grid."""
+    """The synthesis of displacements per unit total load [mm/N] at the lags of a grid from responses."""
 
     grid: Grid
     heights: Array  # z / R_roll of the strips' circles, (n_s,)
@@ -65,21 +65,21 @@ class LagSynthesis:
     even: Array  # weights [1/mm] of responses even in x, (load radius, k, mean radius, lag)
     odd: Array  # the same of responses odd in x
     tails: Array  # the half-space's share [mm/N], (load radius, i, j, lag, strips apart)
-    samples: Sampled
+    samples: Samples
     place: Indices  # number of each strip's centre among the observers, (n_s,)
-    wanted: Mask  # components that are computed, (3, 3)
+    computed: Mask  # components, (3, 3)
     loads: Mapping[Load, int]  # number of each load among the solved ones
 
     def column(self, strip: int) -> Array:
         """Displacements [mm/N] due to unit total loads on a strip, shape (3, 3, n_x, n_s).
 
-        They are NaN where the components are not wanted.
+        Components that are not computed are NaN.
         """
         u = np.full((3, 3, self.grid.n_x, self.grid.n_s), np.nan)
         load_shares = self.nodes.shares(self.heights[[strip]])[:, 0]
         mean_shares = self.nodes.shares((self.heights + self.heights[strip]) / 2)  # (mean radius, n_s)
         for of_parity, by_radius in ((~SINES, self.even), (SINES, self.odd)):
-            i, j = np.nonzero(self.wanted & of_parity)
+            i, j = np.nonzero(self.computed & of_parity)
             if not len(i):
                 continue
             weights = np.tensordot(load_shares, by_radius, axes=1).reshape(len(self.samples.k), -1)
@@ -97,18 +97,18 @@ class LagSynthesis:
 
 
 def syntheses(solved: Responses, grid: Grid, components: Sequence[str]) -> dict[str, LagSynthesis]:
-    """The way from all responses of a model to displacements (""), and that from each of its variations.
+    """Return the synthesis of displacements from a model (""), and from each of its variations.
 
-    Only some `components` are computed. All is prepared that does not depend on the loaded strip; what
-    depends on the largest wavenumber only is shared.
+    It computes only the given `components`. Everything that does not depend on the loaded strip is prepared,
+    and shared between variations with the same largest wavenumber.
     """
     body, a = solved.body, grid.dx / 2
     heights = body.side * body.contour.position(grid.strips)[1] / body.rolling_radius
     nodes = Heights.of(heights)
     observers = np.searchsorted(solved.s, grid.strips)
     loads = {load: number for number, load in enumerate(solved.loads)}
-    wanted = np.zeros((3, 3), dtype=bool)
-    wanted[places(components)] = True
+    computed = np.zeros((3, 3), dtype=bool)
+    computed[places(components)] = True
     half_space = HalfSpace(one_body(body.material, body.side))
     xi = np.outer(nodes.stretch, grid.lags).ravel()
     shares: dict[float, list[tuple[Array, Array]]] = {}  # by largest wavenumber, per load radius
@@ -125,7 +125,9 @@ def syntheses(solved: Responses, grid: Grid, components: Sequence[str]) -> dict[
         largest = wavenumbers.k_max * nodes.stretch
         m = _reach(grid, float(np.min(largest)))
         tails = np.stack([_tails(half_space, grid, float(k), m) for k in largest])
-        found[name] = LagSynthesis(grid, heights, nodes, even, odd, tails, samples, observers, wanted, loads)
+        found[name] = LagSynthesis(
+            grid, heights, nodes, even, odd, tails, samples, observers, computed, loads
+        )
     return found
 
 

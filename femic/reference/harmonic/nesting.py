@@ -1,8 +1,8 @@
-"""Kept models that serve a request: their own, or one whose strips make up those of the request.
+"""Stored models that serve a request: its own, or one whose strips make up the requested strips.
 
-A load on a strip is the mean of loads on equal strips that it consists of. So a model serves grids of fewer
-strips, of wider strips whose centres it observes, of other lengths of elements, and grids shifted by whole
-strips. Models are noted in the store by their body.
+A load on a strip is the mean of loads on the equal strips that it consists of. So a model serves grids of
+fewer strips, of wider strips whose centres it observes, of other element lengths, and grids shifted by whole
+strips. The store has an index of the models of each body.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,62 +21,62 @@ from geometries.bodies import Body, Domain
 from geometries.patches import Load, Patch
 
 SAME_PLACE = 1e-6  # of the half-width of a strip: arc lengths that are closer are the same
-AS_ACCURATE = 1.1  # factor by which the wavenumbers of a model may be less accurate than asked for
-ROUNDING = 1 + 1e-9  # factor by which numbers may differ that are the same
+AS_ACCURATE = 1.1  # factor by which the wavenumbers of a model may be less accurate than requested
+ROUNDING = 1 + 1e-9  # factor by which equal numbers may differ
 
 
 def model_key(request: HarmonicRequest, store: Store) -> str:
-    """The key of the model of a request in the store."""
+    """Return the key of the model of a request in the store."""
     return store.key("harmonic", *request.determined_by)
 
 
-def kept(request: HarmonicRequest, store: Store) -> Responses | None:
-    """The wanted responses of a request by a kept model, None if there is none."""
+def stored_model(request: HarmonicRequest, store: Store) -> Responses | None:
+    """Return the requested responses from a stored model, None if there is none."""
     for key, outline in _candidates(request, store):
         entry = store.get(key)
         if entry is not None:
             body = outline.body_of(request)
-            return wanted(from_entry(entry, body, outline.loads, outline.axis(body)), request)
+            return requested_part(from_entry(entry, body, outline.loads, outline.axis(body)), request)
     return None
 
 
-def keep(responses: Responses, request: HarmonicRequest, store: Store) -> None:
-    """Keep the model of a request, and note for which other requests it serves."""
+def store_model(responses: Responses, request: HarmonicRequest, store: Store) -> None:
+    """Store the model of a request, and its outline in the index of the body."""
     key = model_key(request, store)
     store.put(key, to_entry(responses))
     if request.even_strips:
-        store.put_part(_notes_key(request, store), key, Outline.of(request).arrays)
+        store.put_part(_index_key(request, store), key, Outline.of(request).arrays)
 
 
-def wanted(solved: Responses, request: HarmonicRequest) -> Responses:
-    """The responses that a request wants, of a model that serves it."""
-    members = [_members(solved.loads, load) for load in request.wanted_loads]
-    s = request.wanted_s
+def requested_part(solved: Responses, request: HarmonicRequest) -> Responses:
+    """Return the requested responses of a model that serves a request."""
+    members = [_members(solved.loads, load) for load in request.own_loads]
+    s = request.own_s
     places = np.argmin(np.abs(solved.s[:, None] - s), axis=0)
-    return part_of(solved, request.wanted_loads, members, s, places)
+    return part_of(solved, request.own_loads, members, s, places)
 
 
 def _candidates(request: HarmonicRequest, store: Store) -> Iterator[tuple[str, "Outline"]]:
-    """Keys and outlines of the models that may serve, the model of the request first."""
+    """Yield keys and outlines of models that may serve a request, its own model first."""
     yield model_key(request, store), Outline.of(request)
     if not request.even_strips:
         return
-    notes = _notes_key(request, store)
-    noted = {key: store.part(notes, key) for key in store.part_names(notes)}
-    outlines = {key: Outline(**arrays) for key, arrays in noted.items() if arrays is not None}
+    index = _index_key(request, store)
+    stored = {key: store.part(index, key) for key in store.part_names(index)}
+    outlines = {key: Outline(**arrays) for key, arrays in stored.items() if arrays is not None}
     for key in sorted(outlines, key=lambda key: (len(outlines[key].strips), key)):  # small models first
         if outlines[key].serves(request):
             yield key, outlines[key]
 
 
-def _notes_key(request: HarmonicRequest, store: Store) -> str:
-    """The key of the notes on all models of a body, whatever its domain."""
+def _index_key(request: HarmonicRequest, store: Store) -> str:
+    """Return the key of the index of all models of a body in any domain."""
     return store.key("harmonic-models", replace(request.body, domain=Domain(1.0, np.inf)))
 
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """What a kept model has: its loads, where it reads, its wavenumbers and cells; lengths in mm."""
+    """The loads, observers, wavenumbers and cells of a stored model; lengths in mm."""
 
     far_radius: Array  # ()
     k_max: Array  # () [1/mm]
@@ -114,49 +114,49 @@ class Outline:
         )
 
     def body_of(self, request: HarmonicRequest) -> Body:
-        """The body of a request in the domain of the model."""
+        """Return the body of a request in the domain of the model."""
         body = request.body
         return replace(body, domain=replace(body.domain, far_radius=float(self.far_radius)))
 
     def axis(self, body: Body) -> Axis:
-        """The axis of wavenumbers."""
+        """Return the axis of wavenumbers."""
         return Axis(SCALE_LOWEST / float(self.far_radius), float(self.k_max), body.rolling_radius)
 
     def serves(self, request: HarmonicRequest) -> bool:
-        """Whether the model has all that a request wants, as accurate or more."""
-        patches = [load.patch for load in request.wanted_loads]
+        """Whether the model has all that a request needs, at least as accurate."""
+        patches = [load.patch for load in request.own_loads]
         apart = SAME_PLACE * min(patch.b for patch in patches)
-        asked_cells, cells = request.cells, Cells(*self.cells.tolist())
+        requested, cells = request.cells, Cells(*self.cells.tolist())
         return bool(
             self._has_domain(request)
             and ROUNDING * self.k_max >= request.k_max
             and self.accuracy <= AS_ACCURATE * np.min(request.accuracy)
             and np.min(self.strips[:, 0]) <= ROUNDING * min(patch.a for patch in patches)
-            and cells.smallest <= ROUNDING * asked_cells.smallest
-            and cells.growth <= ROUNDING * asked_cells.growth
-            and np.all(np.min(np.abs(self.s[:, None] - request.wanted_s), axis=0) < apart)
+            and cells.smallest <= ROUNDING * requested.smallest
+            and cells.growth <= ROUNDING * requested.growth
+            and np.all(np.min(np.abs(self.s[:, None] - request.own_s), axis=0) < apart)
             and self._has(request)
         )
 
     def _has_domain(self, request: HarmonicRequest) -> bool:
-        """Whether the far arc lies where a request has it, or farther away, where that is only better."""
-        asked = request.body.domain.far_radius
+        """Whether the far arc is as far away as requested or, if it approximates infinity, farther."""
+        radius = request.body.domain.far_radius
         if request.given_domain:
-            return bool(asked / ROUNDING <= self.far_radius <= ROUNDING * asked)
-        return bool(ROUNDING * self.far_radius >= asked)
+            return bool(radius / ROUNDING <= self.far_radius <= ROUNDING * radius)
+        return bool(ROUNDING * self.far_radius >= radius)
 
     def _has(self, request: HarmonicRequest) -> bool:
-        """Whether the wanted loads are made up of those of the model; those that M is fitted to, of one each.
+        """Whether the model has loads that make up each requested load: a single one where M is fitted.
 
         Only there are the cells as small as M needs them.
         """
         loads = self.loads
-        members = {load: len(_members(loads, load)) for load in request.wanted_loads}
+        members = {load: len(_members(loads, load)) for load in request.own_loads}
         return all(n == 1 if load.patch in request.fit_patches else n > 0 for load, n in members.items())
 
 
 def _members(loads: Sequence[Load], load: Load) -> Indices:
-    """Numbers of loads on equal strips that make up the strip of a load; none if there are no such loads.
+    """Return the numbers of loads on equal strips that make up the strip of a load; none if there are none.
 
     The length of patches along x does not matter.
     """

@@ -8,7 +8,7 @@ reliable than their values.
 from femic.reference.harmonic.engine import build_section
 from femic.reference.harmonic.expected import expected_samples
 from femic.reference.harmonic.request import HarmonicRequest
-from femic.reference.models import BASE_MEMORY, Planned
+from femic.reference.models import BASE_MEMORY, ExpectedCost
 
 FACTOR, FACTOR_GROWTH = 0.46 / 45_700**1.1, 1.1  # seconds of a wavenumber: factor and exponent of unknowns
 IN_PARALLEL = 0.75  # speed-up over the number of workers, which share the memory
@@ -16,7 +16,7 @@ START, PER_UNKNOWN = 0.3, 5e-5  # seconds of mesh and assembly: in any case, and
 MEMORY = 0.02  # MB per unknown
 
 
-def planned(request: HarmonicRequest, workers: int) -> Planned:
+def expected_cost(request: HarmonicRequest, workers: int) -> ExpectedCost:
     """The expected unknowns, wavenumbers, seconds and memory of a model."""
     section, coarser_section = build_section(request), build_section(request.coarser)
     unknowns, coarser = (3 * mesh.doflocs.shape[1] for mesh in (section.mesh, coarser_section.mesh))
@@ -34,4 +34,4 @@ def planned(request: HarmonicRequest, workers: int) -> Planned:
     seconds = 2 * START + PER_UNKNOWN * (unknowns + coarser)
     seconds += len(samples.k) * solution(unknowns) + len(samples.sparser.k) * solution(coarser)
     memory = BASE_MEMORY + MEMORY * unknowns
-    return Planned(unknowns, len(samples.k), len(loads), half_section, float(seconds), memory)
+    return ExpectedCost(unknowns, len(samples.k), len(loads), half_section, float(seconds), memory)

@@ -24,7 +24,7 @@ HARMONIC = Engine(
         solve=Late("femic.reference.harmonic.tasks:solve_tasks"),
         key=Late("femic.reference.harmonic.modulus:model_key"),
         displacements=lambda request, solved: displacements(solved, request.loads, request.points),
-        planned=Late("femic.reference.harmonic.plan:planned"),
+        expected_cost=Late("femic.reference.harmonic.plan:expected_cost"),
     ),
     matrices=MATRICES,
     comparison=Comparison((1e-1, 1e-2, 1e-3, 1e-4), colour="black", marker="s"),

@@ -14,21 +14,21 @@ from geometries.patches import Load, Patch
 
 SCALE_LOWEST = 0.7  # scale of the wavenumbers times the far radius: below it the clamped far arc rules
 CURVED_FROM = 0.05  # half-side over radius of curvature beyond which larger wavenumbers are needed
-FAR_REACH = 7.0  # lengths 1 / k beyond which the far arc is not felt
-NEARER = 2.0  # far radius over that of the nearer far arc, which shows the truncation error
+FAR_REACH = 7.0  # lengths 1 / k beyond which the far arc has no effect
+NEARER = 2.0  # far radius over the radius of the nearer far arc, which shows the truncation error
 
 
 @dataclass(frozen=True)
 class HarmonicRequest(Request):
-    """What one model is solved for; only the s of points matters here.
+    """The input of one model; of the points, only s matters here.
 
     `cells` gives the smallest cell and its growth away from the ends of the loaded strips. With `even_strips`
-    all cells on the strips are of the smallest size; near `fit_patches`, where M is fitted, they are `FINER`
-    times smaller. `accuracy` [mm/N], a number or an array (load, 1, observer), is that of the interpolation
-    between wavenumbers. `highest` is the largest wavenumber times the least half-side of the loads.
+    all cells on the strips have the smallest size; near `fit_patches`, where M is fitted, they are `FINER`
+    times smaller. `accuracy` [mm/N], a number or an array (load, 1, observer), limits the error of the
+    interpolation between wavenumbers. `highest` is the largest wavenumber times the least half-side of loads.
 
-    Spare loads and arc lengths are among the others, but only for later requests (`nesting`). With
-    `given_domain` the far arc is a part of the body, so that no model with a larger one serves.
+    Spare loads and arc lengths are included for later requests only (`nesting`). With `given_domain` the far
+    arc is part of the body, so that a model with a farther one does not serve.
     """
 
     accuracy: Array | float
@@ -40,19 +40,19 @@ class HarmonicRequest(Request):
     given_domain: bool = False
 
     @property
-    def wanted_loads(self) -> tuple[Load, ...]:
+    def own_loads(self) -> tuple[Load, ...]:
         """The loads without the spare ones."""
         return tuple(load for load in self.loads if load not in self.spare_loads)
 
     @property
-    def wanted_s(self) -> Array:
+    def own_s(self) -> Array:
         """The arc lengths of `observed` without the spare ones [mm], shape (n,)."""
         return np.setdiff1d(self.observed, self.spare_s)
 
     @property
     def k_max(self) -> float:
         """Largest wavenumber [1/mm]: the more curved the surface under the loads, the larger."""
-        patches = [load.patch for load in self.wanted_loads]
+        patches = [load.patch for load in self.own_loads]
         relative_curvature = max(
             _curvature(self.body, patch.s, patch.b) * max(patch.a, patch.b) for patch in patches
         )
@@ -92,7 +92,7 @@ def _curvature(body: Body, s: float, b: float) -> float:
     return max(turn, 1 / float(body.surface.circle_radius(s)))
 
 
-def request_for(asked: Specification) -> HarmonicRequest:
-    """The request for a model, its wavenumbers as dense as the least scale of refinement needs."""
-    accuracy, factor = waves_for(asked.tolerance, asked.least_scale, asked.waves)
-    return HarmonicRequest(asked.body, asked.loads, asked.points, asked.cells, accuracy, factor * HIGHEST)
+def request_for(model: Specification) -> HarmonicRequest:
+    """Return the request for a model, with wavenumbers as dense as the least scale of refinement needs."""
+    accuracy, factor = waves_for(model.tolerance, model.least_scale, model.waves)
+    return HarmonicRequest(model.body, model.loads, model.points, model.cells, accuracy, factor * HIGHEST)

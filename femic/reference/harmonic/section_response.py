@@ -1,8 +1,8 @@
 """The response of a section at one wavenumber: displacements of observers under unit line loads on strips.
 
 Where half of the section is modelled, each load is the sum of an even and an odd part; a load at s = 0 has
-only one of them. Even and odd parts, and far arcs at several radii, differ by what is held: one factorisation
-serves them all, unless they differ at too many nodes.
+only one of them. Even and odd parts, and far arcs at several radii, differ in their supports only: one
+factorisation serves them all, unless they differ at too many nodes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ ON_PLANE = 1e-9  # share of a half-width by which strips may cross the plane of 
 Case = tuple[int, float]  # parity in y, and the share of the far radius at which the far arc lies
 
 
-class Respond:
+class SectionSolver:
     """Displacements of observers at arc lengths s [mm] in their local directions, at any wavenumber.
 
     A call returns the amplitudes of sin(k x) or cos(k x) [mm^2/N] with the far arc at its radius and at
@@ -40,7 +40,7 @@ class Respond:
         ys = sorted({p.y for load in loads for p in parities(load, half_section=section.half_section)})
         columns = list(dict.fromkeys(_Column.of(load, y) for y in ys for load in _with_part(loads, y)))
         places, place_of_observer = np.unique(np.abs(s) if section.half_section else s, return_inverse=True)
-        self._together = _condensed_together(
+        self._shared = _shared_factorisations(
             section,
             {(y, share): _held(section, y, share) for y in ys for share in shares},
             hstack([csc_matrix(column.force(section)[:, None]) for column in columns], format="csr"),
@@ -57,14 +57,14 @@ class Respond:
         """The amplitudes [mm^2/N] at wavenumber k [1/mm], and the worst residual; raises NotConverged."""
         in_global_axes = np.zeros((len(shares), self._n_loads, 3, self._axes.shape[2]))
         residuals = []
-        for together in self._together:
-            cases = [case for case in together.free if case[1] in shares]
+        for shared in self._shared:
+            cases = [case for case in shared.free if case[1] in shares]
             if not cases:
                 continue
-            condensed = together.condensation.at(k)
+            condensed = shared.condensation.at(k)
             for y, share in cases:
                 part = self._parts[y]
-                responses, residual = condensed.responses(together.free[y, share])
+                responses, residual = condensed.responses(shared.free[y, share])
                 residuals.append(residual)
                 at_places = responses.reshape(-1, 3, responses.shape[1])
                 observed = part.observer_signs[..., None] * at_places[self._place_of_observer]
@@ -76,8 +76,8 @@ class Respond:
 
 
 @dataclass(frozen=True, eq=False)
-class _Together:
-    """Cases of support, by parity in y and share of the far radius, that one factorisation serves.
+class _SharedFactorisation:
+    """Cases of support, by parity in y and share of the far radius, with a common factorisation.
 
     `free` marks which of the retained amplitudes each leaves free.
     """
@@ -88,7 +88,7 @@ class _Together:
     @classmethod
     def of(
         cls, model: SectionModel, held: Mapping[Case, Mask], forces: csr_matrix, seen: csr_matrix
-    ) -> "_Together":
+    ) -> "_SharedFactorisation":
         """Prepare cases by what they hold, (n_nodes, 3); the model has the nodes of `_differing` last."""
         always_held = np.all(list(held.values()), axis=0)
         free = model.amplitudes[~always_held.ravel()[model.amplitudes]]
@@ -101,15 +101,15 @@ class _Together:
         return cls(condensation, {case: ~mask.ravel()[retained] for case, mask in held.items()})
 
 
-def _condensed_together(
+def _shared_factorisations(
     section: SectionMesh, held: Mapping[Case, Mask], forces: csr_matrix, seen: csr_matrix
-) -> list[_Together]:
+) -> list[_SharedFactorisation]:
     """All cases together, or each apart where more than `MOST_RETAINED` amplitudes would be retained."""
     differing = _differing(held)
     if 3 * np.sum(differing) <= MOST_RETAINED:
-        return [_Together.of(assemble(section, differing), held, forces, seen)]
+        return [_SharedFactorisation.of(assemble(section, differing), held, forces, seen)]
     model = assemble(section)
-    return [_Together.of(model, {case: mask}, forces, seen) for case, mask in held.items()]
+    return [_SharedFactorisation.of(model, {case: mask}, forces, seen) for case, mask in held.items()]
 
 
 def _differing(held: Mapping[Case, Mask]) -> Mask:

@@ -10,22 +10,22 @@ from types import ModuleType
 
 import numpy as np
 
-from femic.reference.meshing.cell_size import Cells, distance, round_the_axis, set_cell_size
+from femic.reference.meshing.cell_size import Cells, distance, set_cell_size, size_about_axis
 from geometries.arrays import Array
 from geometries.bodies import Body
 from geometries.contours import Contour
 
-JOINT_SHARE = 0.2  # cell at a joint over the cell that the nearest strip asks for there
+JOINT_SHARE = 0.2  # cell at a joint over the cell that the distance from the nearest strip gives there
 CELL_TURN = 0.5  # rad, largest turn of the contour within a cell
 LOCAL_RADII = 2.0  # rolling radii from the load beyond which little of its field is left
 CONTOUR_SAMPLES = 2001  # points of the contour where its curvature is taken
 
 
 @dataclass(frozen=True, eq=False)
-class Finer:
-    """Smaller cells of size h0 [mm] on strips (n, 2) [mm], and more slowly growing ones round them.
+class FitCells:
+    """Smaller cells of size h0 [mm] on the strips (n, 2) [mm] where M is fitted, and slow growth around.
 
-    A distance of `behind` [mm] later than on their own growth they are as large as all others.
+    At a distance of `behind` [mm] the growth of the other cells takes over.
     """
 
     strips: Array
@@ -39,18 +39,18 @@ class SectionSize:
     """Cells of the least of the sizes sqrt(h0^2 + (growth r)^2), r the distance from each disturbance.
 
     h0 is `cells.smallest` at the ends of `strips` (n, 2) [mm] and follows the disturbance elsewhere. On the
-    strips themselves cells are not larger than `wave` [mm], and as small as `finer` says on other ones.
+    strips themselves cells are not larger than `wave` [mm], and as small as `fit_cells` says on other ones.
     """
 
     cells: Cells
     strips: Array
     wave: float = np.inf
-    finer: Finer | None = None
+    fit_cells: FitCells | None = None
 
     def with_mirror_image(self) -> "SectionSize":
         """The same size for the strips and their mirror images at -s."""
-        finer = self.finer and replace(self.finer, strips=_both_sides(self.finer.strips))
-        return replace(self, strips=_both_sides(self.strips), finer=finer)
+        fit_cells = self.fit_cells and replace(self.fit_cells, strips=_both_sides(self.fit_cells.strips))
+        return replace(self, strips=_both_sides(self.strips), fit_cells=fit_cells)
 
 
 def _both_sides(strips: Array) -> Array:
@@ -75,24 +75,24 @@ def set_section_size(gmsh: ModuleType, body: Body, size: SectionSize) -> None:
         f"sqrt({h0:.17g}^2+({growth:.17g}*F{field})^2)"
         for field, (_, h0) in zip(fields, disturbances, strict=True)
     ]
-    if size.finer:
-        formulas.append(_finer_size(gmsh, contour, size.finer, growth))
+    if size.fit_cells:
+        formulas.append(_fit_size(gmsh, contour, size.fit_cells, growth))
     if body.rolling_radius < np.inf:
         beyond_local = f"{growth:.17g}*(F{fields[0]}-{LOCAL_RADII * body.rolling_radius:.17g})"
-        formulas.append(f"max({round_the_axis(body)},{beyond_local})")
+        formulas.append(f"max({size_about_axis(body)},{beyond_local})")
     set_cell_size(gmsh, formulas)
 
 
-def _finer_size(gmsh: ModuleType, contour: Contour, finer: Finer, growth: float) -> str:
-    """Formula of the size of the cells round finer strips."""
-    s = _between(finer.strips, finer.h0)
+def _fit_size(gmsh: ModuleType, contour: Contour, fit_cells: FitCells, growth: float) -> str:
+    """Return the formula for the size of cells around the strips where M is fitted."""
+    s = _between(fit_cells.strips, fit_cells.h0)
     field = distance(gmsh, np.stack([0 * s, *contour.position(s)]))
-    slowly = f"sqrt({finer.h0:.17g}^2+({finer.growth:.17g}*F{field})^2)"
-    return f"max({slowly},{growth:.17g}*(F{field}-{finer.behind:.17g}))"
+    slowly = f"sqrt({fit_cells.h0:.17g}^2+({fit_cells.growth:.17g}*F{field})^2)"
+    return f"max({slowly},{growth:.17g}*(F{field}-{fit_cells.behind:.17g}))"
 
 
 def _turns(contour: Contour, ends: Array, growth: float) -> list[tuple[Array, float]]:
-    """Arc lengths [mm] where the contour's radius asks for smaller cells than the strips' distance does.
+    """Return arc lengths [mm] where the contour's radius needs smaller cells than the distance of the strips.
 
     They are grouped by the size of the cells [mm], a power of two.
     """

@@ -7,7 +7,7 @@ import numpy as np
 
 from approx.halfspace import HalfSpace
 from femic.cache.threads import one_blas_thread
-from femic.reference.harmonic.wavenumbers import Sampled
+from femic.reference.harmonic.wavenumbers import Samples
 from femic.reference.harmonic.waves import SINES, spectrum, synthesis_weights, tail
 from femic.reference.level import HIGHER
 from femic.reference.models import Cost, Points, RawICs
@@ -16,7 +16,7 @@ from geometries.bodies import Body
 from geometries.materials import one_body
 from geometries.patches import Load, Patch
 
-WAVE_REACH = 60.0  # distance times the largest k beyond which nothing is left of what the half-space adds
+WAVE_REACH = 60.0  # distance times the largest k beyond which the share of the half-space is negligible
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,19 +25,19 @@ class Responses:
 
     `samples.responses` [mm^2/N] has shape (k, 2 supports, load, 3, len(s)): amplitudes of sin(k x) or
     cos(k x) of the local components at arc lengths s [mm], first with the far arc at its radius, then with
-    the nearer one. `coarser` are those with coarser cells, at the wavenumbers of `samples.sparser` only.
+    the nearer one. `coarser` are responses with coarser cells, at the wavenumbers of `samples.sparser` only.
     `drawn` are vertices (2, n) [mm] and triangles (3, m) of its mesh, for pictures.
     """
 
     body: Body
     loads: tuple[Load, ...]
     s: Array
-    samples: Sampled
+    samples: Samples
     coarser: Array  # (sparser k, load, 3, len(s)) [mm^2/N]
     cost: Cost
     drawn: tuple[Array, Indices]
 
-    def variations(self) -> Iterator[tuple[str, Sampled, float]]:
+    def variations(self) -> Iterator[tuple[str, Samples, float]]:
         """All responses, then variations for estimates of the error: name, responses, largest k [1/mm] each.
 
         The name of all responses is "". "nearer" has the far arc at half its radius, "coarser" has larger
@@ -56,9 +56,10 @@ class Responses:
 def part_of(
     solved: Responses, loads: Sequence[Load], members: Sequence[Indices], s: Array, places: Indices
 ) -> Responses:
-    """The responses at some arc lengths s [mm] to loads that are means of solved ones.
+    """Return the responses at some arc lengths s [mm] to loads that are means of solved loads.
 
-    `members` are the numbers of the solved loads that make up each load, `places` those of the arc lengths.
+    `members` are the numbers of the solved loads that make up each load, `places` the numbers of the arc
+    lengths.
     """
 
     def part(responses: Array) -> Array:
@@ -70,14 +71,14 @@ def part_of(
 
 
 def odd_in_k(loads: Sequence[Load]) -> Mask:
-    """Which responses to loads are odd in k, as displacements are in x, shape (load, 3, 1)."""
+    """Return which responses to loads are odd in k, as displacements are in x, shape (load, 3, 1)."""
     return np.stack([SINES[:, load.direction] for load in loads])[..., None]
 
 
 def displacements(solved: Responses, loads: Sequence[Load], points: Points) -> RawICs:
     """Displacements [mm/N] at points on the surface under some of the solved loads, before the discount.
 
-    `perturbed` of the result has those by the variations of the responses.
+    `perturbed` of the result has the displacements from the variations of the responses.
     """
     loads_of_patch: dict[Patch, list[int]] = {}
     for j, load in enumerate(loads):
@@ -123,7 +124,7 @@ class _UnderPatch:
         }
         return cls(solved, loads, points, observer, stretch, distance, np.sign(xi), shares)
 
-    def displacements(self, samples: Sampled, k_max: float) -> Array:
+    def displacements(self, samples: Samples, k_max: float) -> Array:
         """Displacements [mm/N] from responses (k, load, 3, n_s) up to k_max [1/mm], (load, 3, n_points).
 
         The half-space's share is added (`tail`).

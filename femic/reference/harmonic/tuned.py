@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from femic.reference.engine import Tuned
+from femic.reference.engine import TunedCells
 from femic.reference.estimate import WAVES_GAIN
 from femic.reference.level import HIGHER, TRUNCATION_ORDER, WAVES_ORDER
 from femic.reference.meshing.cell_size import Cells
@@ -26,7 +26,7 @@ def cells(patch: Patch) -> Cells:
     return Cells(least_side(patch) / CELLS_PER_HALF_SIDE, GROWTH, GROWTH)
 
 
-TUNED = Tuned(tolerance=0.001, cells=cells, coarsest=1.5)
+TUNED = TunedCells(tolerance=0.001, cells=cells, coarsest=1.5)
 
 
 def far_radius(tolerance: float) -> float:

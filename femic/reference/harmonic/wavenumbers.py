@@ -21,14 +21,14 @@ SPLINE_DEGREE = 5
 FIRST_SPACING = 1.2  # spacing in t of the first wavenumbers
 FEWEST_ORDERS = 8  # number of orders m = 0, 1, ... of a ring that are always solved; 3 for a large ring
 MOST_WAVENUMBERS = 1000  # largest number of wavenumbers
-HALVING_GAIN = 64  # factor by which the error of an interval falls, about, when it is halved
+HALVING_GAIN = 64  # approximate factor by which the error of an interval falls when it is halved
 
 
 @dataclass(frozen=True)
 class Axis:
-    """The wavenumbers 0 ... k_max [1/mm] of an endless body, or k = m / radius of a ring (radius [mm]).
+    """The wavenumbers 0 ... k_max [1/mm] of an infinitely long body, or k = m / radius of a ring [mm].
 
-    `scale` [1/mm] is that of t = asinh(k / scale).
+    `scale` [1/mm] is the scale in t = asinh(k / scale).
     """
 
     scale: float
@@ -59,9 +59,9 @@ class Axis:
         return float(np.clip(round(k * self.radius), first_order, last_order)) / self.radius
 
     def interpolation(self, nodes: Array, targets: Array) -> tuple[Array, Array]:
-        """Matrices that interpolate functions of k: the first even functions, the second odd ones.
+        """Return matrices that interpolate functions of k: the first even functions, the second odd ones.
 
-        Each has shape (len(targets), len(nodes)) and takes values at the wavenumbers `nodes` to those at the
+        Each has shape (len(targets), len(nodes)) and maps values at the wavenumbers `nodes` to values at the
         wavenumbers `targets` [1/mm].
         """
         if np.isinf(self.radius):
@@ -90,7 +90,7 @@ class Axis:
 
 
 @dataclass(frozen=True, eq=False)
-class Sampled:
+class Samples:
     """Responses (n, ...) at the solved wavenumbers k (n,) [1/mm].
 
     `last` (n,) marks the wavenumbers that were solved last in their interval.
@@ -102,12 +102,12 @@ class Sampled:
     last: Mask
 
     @property
-    def sparser(self) -> "Sampled":
+    def sparser(self) -> "Samples":
         """The samples without those that were solved last in their interval."""
         k = self.k[~self.last]
-        return Sampled(self.axis, k, self.responses[~self.last], np.zeros(len(k), dtype=bool))
+        return Samples(self.axis, k, self.responses[~self.last], np.zeros(len(k), dtype=bool))
 
-    def changed(self, at_sparser: Array, odd: Mask) -> "Sampled":
+    def changed(self, at_sparser: Array, odd: Mask) -> "Samples":
         """The samples changed to `at_sparser` (n_sparser, ...) at the wavenumbers of `sparser`.
 
         Between these the change is interpolated: where it is small, so is the error of that. `odd` marks the
@@ -118,13 +118,13 @@ class Sampled:
         return replace(self, responses=self.responses + change)
 
 
-def sampled(
+def sample(
     axis: Axis,
     solve: Callable[[Sequence[float]], Sequence[Array]],
     odd: Mask,
     a: float,
     accuracy: Array | float,
-) -> Sampled:
+) -> Samples:
     """Solve as many wavenumbers as the displacements need.
 
     `solve` returns the responses to unit loads at given wavenumbers. `odd` marks the entries of a response
@@ -162,7 +162,7 @@ def sampled(
                 open_intervals += [(low, middle), (middle, high)]
     wavenumbers, interval_ends = sorted(responses_at), {end for ends in all_middles.values() for end in ends}
     last = np.array([k in all_middles and k not in interval_ends for k in wavenumbers])
-    return Sampled(axis, np.array(wavenumbers), np.stack([responses_at[k] for k in wavenumbers]), last)
+    return Samples(axis, np.array(wavenumbers), np.stack([responses_at[k] for k in wavenumbers]), last)
 
 
 def interpolated(axis: Axis, nodes: Array, values: Array, odd: Mask, targets: Array) -> Array:

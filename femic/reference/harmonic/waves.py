@@ -1,15 +1,15 @@
 """Displacements along x from responses at wavenumbers, and the response of the half-space at a wavenumber.
 
 A unit load, uniform over |x| <= a and over a strip of s, is the sum over wavenumbers k of line loads that
-vary as cos(k x), of weight sin(k a) / (k a); displacements vary as cos(k x) or sin(k x). On a closed ring of
-radius R only k = m / R, m = 0, 1, 2, ... exist. Beyond a largest k a body responds like its tangent
-half-space, whose integrals are known in closed form: `tail`. The one gives way to the other smoothly
-(`taper`): at an abrupt end the error of the mesh, which is largest there, would be seen far along x.
+vary as cos(k x), with weight sin(k a) / (k a); displacements vary as cos(k x) or sin(k x). On a closed ring
+of radius R only k = m / R, m = 0, 1, 2, ... exist. Beyond a largest k a body responds like its tangent
+half-space, whose integrals are known in closed form: `tail`. The transition is smooth (`taper`): at an abrupt
+end the error of the mesh, which is largest there, would spread far along x.
 
 Responses are smooth in ln k, while cos(k x) and sin(k x) oscillate far away: the integrals follow Filon
 (1928). The panels of wavenumbers are in geometric progression. On each of them the response is a sum of
 Legendre polynomials, whose integrals with cos(k x) and sin(k x) are spherical Bessel functions. So
-displacements far away take no more wavenumbers than those nearby.
+displacements far away take no more wavenumbers than displacements nearby.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erfc, eval_legendre, iti0k0, k0, k1, spherical_jn
 
-from approx.halfspace import HalfSpace, nine
+from approx.halfspace import HalfSpace, ics_from_integrals
 from femic.reference.harmonic.wavenumbers import Axis
 from geometries.arrays import Array
 from geometries.patches import Patch, X, mirror_signs
@@ -32,7 +32,7 @@ TO_LEGENDRE = (
     PANEL_WEIGHTS[:, None] * (2 * DEGREES + 1) * eval_legendre(DEGREES, PANEL_NODES[:, None])
 )  # (point, degree)
 PANEL_RATIO = 1.5  # upper over lower end of a panel
-TAPERED_PANELS = 2  # last panels on which the responses of the body give way to those of the half-space
+TAPERED_PANELS = 2  # last panels, on which the half-space replaces the body
 LOWEST_PANEL = 1e-12  # upper end of the first panel over the largest wavenumber
 GENTLE_PHASE = 1.0  # phase over half a panel up to which sin(k a) / (k a) is as smooth as the response
 POSITIONS_AT_ONCE = 512  # positions x that are worked on at a time
@@ -60,13 +60,13 @@ class Spectrum:
 
     @property
     def k(self) -> Array:
-        """All wavenumbers [1/mm], first the single ones, then those of the panels, shape (n,)."""
+        """All wavenumbers [1/mm], first the single ones, then the ones on panels, shape (n,)."""
         return np.append(self.single, self.points.ravel())
 
     def shares(self, a: float, x: Array) -> tuple[Array, Array]:
         """Weights of the responses at k in displacements at x [mm] due to a unit total load over |x| <= a.
 
-        The first array is for responses that go with cos(k x), even in x, the second for those with
+        The first array is for responses with cos(k x), even in x, the second for responses with
         sin(k x), odd in x; each has shape (len(k), len(x)) and the unit 1/mm.
         """
         parts = [
@@ -135,8 +135,8 @@ def orders(k_max: float, radius: float, last: int | None = None) -> Spectrum:
 def ring(k_max: float, radius: float) -> Spectrum:
     """The wavenumbers of a closed ring up to k_max [1/mm]: its low orders, then panels of an integral.
 
-    The sum over orders and the integral differ by what comes round the ring, from x + 2 pi R. Waves that are
-    short compared with the ring and that are taken with smooth weights leave nothing there.
+    The sum over orders and the integral differ by the periodic images at x + 2 pi R. Waves that are short
+    compared with the ring, with smooth weights, contribute nothing there.
     """
     if k_max * radius < LAST_ORDER:
         return orders(k_max, radius)
@@ -151,7 +151,7 @@ def taper(k: Array) -> Array:
     """Share of the body's response at k, over the largest wavenumber, beside the half-space's; shape of k.
 
     It falls from 1 at the start of the tapered panels to 0 at their end, with two continuous derivatives:
-    where it ended abruptly, a small difference between the two would be seen far along x.
+    an abrupt end would spread a small difference between the two far along x.
     """
     start = PANEL_RATIO**-TAPERED_PANELS
     rest = np.clip((1 - k) / (1 - start), 0.0, 1.0)
@@ -182,8 +182,8 @@ def synthesis_weights(
 ) -> tuple[Array, Array]:
     """Weights [1/mm] of the responses at the solved k in displacements, shape (len(k), n) each.
 
-    First those of responses even in x, then those of odd ones: the `shares` of the wavenumbers with the
-    interpolation between the solved ones.
+    The first weights are for responses even in x, the second for odd ones: the `shares` of the wavenumbers
+    with the interpolation between the solved ones.
     """
     even, odd = shares
     even_interpolation, odd_interpolation = axis.interpolation(k, wavenumbers.k)
@@ -199,7 +199,7 @@ def half_space_response(half_space: HalfSpace, b: float, s: float, k: Array) -> 
     Shape (3, 3, len(k)).
     """
     upper, lower = _primitives(k, s + b), _primitives(k, s - b)
-    return nine(half_space.constants, (upper - lower) / (2 * b))
+    return ics_from_integrals(half_space.constants, (upper - lower) / (2 * b))
 
 
 def _primitives(k: Array, s: float) -> Array:

@@ -1,1 +1,1 @@
-"""C on a grid: the IC matrix of each body at all lags and strips, by the harmonic engine."""
+"""C on a grid: the IC matrix of each body at all lags and strips."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from femic.reference.accuracy import FLOOR, Shares
-from femic.reference.estimate import Estimated
+from femic.reference.estimate import EstimatedICs
 from femic.reference.matrix.job import MatrixJob
 from geometries.arrays import Array, Mask
 from geometries.grids import Grid
@@ -15,7 +15,7 @@ NEAR_ELEMENTS, NEAR_SHARE = 4, 5.0  # closer to the load than 4 elements the sca
 
 
 def column_scale(strip: int, c: Array, jobs: Sequence[MatrixJob]) -> Array:
-    """Scale of refinement [mm/N] of the ICs that jobs have together, shape (3, 3, n_x, n_s) as of `c`.
+    """Return the scale of refinement [mm/N] of the summed ICs `c` of jobs, in their shape (3, 3, n_x, n_s).
 
     At `NEAR_ELEMENTS` elements from the load and further it is, per pair of strips, the larger of max |C_ij|
     and 0.05 max A_nn over these lags. Nearer to the load it is 5 times A_nn at the same element.
@@ -28,7 +28,7 @@ def column_scale(strip: int, c: Array, jobs: Sequence[MatrixJob]) -> Array:
 
 
 def half_spaces_nn(strip: int, jobs: Sequence[MatrixJob]) -> Array:
-    """Sum of the bodies' A_nn under a unit load on a strip [mm/N], shape (n_x, n_s)."""
+    """Return the sum of the bodies' A_nn under a unit load on a strip [mm/N], shape (n_x, n_s)."""
     strips_apart = np.abs(np.arange(jobs[0].grid.n_s) - strip)
     return np.asarray(np.sum([job.half_space_column[:, strips_apart] for job in jobs], axis=0))
 
@@ -39,11 +39,13 @@ def is_far(strip: int, grid: Grid) -> Mask:
     return np.asarray(np.hypot(elements_along_x, strips_apart) >= NEAR_ELEMENTS)
 
 
-def column_shares(strip: int, c: Estimated, scale: Array, components: Sequence[str] = COMPONENTS) -> Shares:
-    """The largest estimate of some components in a column, and the largest of each part, on its scale."""
-    wanted = places(components)
+def column_shares(
+    strip: int, c: EstimatedICs, scale: Array, components: Sequence[str] = COMPONENTS
+) -> Shares:
+    """Return the largest estimate of components in a column, and of each part, on the column's scale."""
+    chosen = places(components)
     mesh, truncation, waves, total_share = (
-        np.nan_to_num(part[wanted] / scale[wanted], nan=np.inf)
+        np.nan_to_num(part[chosen] / scale[chosen], nan=np.inf)
         for part in (c.mesh_error, c.truncation_error, c.waves_error, c.estimate)
     )
     number, lag, observer = np.unravel_index(np.argmax(total_share), total_share.shape)

@@ -1,9 +1,10 @@
 """C of a pair of bodies: the sum of their columns, less the approach of the pair.
 
-The approach that is subtracted moves the bodies as that of a contact does: along z, without a turn, and read
-along the lower normals. So no traction of a contact depends on it. Each body's own M_zz would not do: those
-of a convex and a concave body are large and of opposite signs, because C - A at the load has the local effect
-of curvature in it, and cancel only if both are read along the same normals.
+The subtracted approach moves the bodies like the approach of a contact: along z, without rotation, with
+components along the normals of the lower body. So the tractions of a contact do not depend on it. The
+separate M_zz of each body would not serve: C - A at the load contains the local effect of curvature, which
+makes M_zz of a convex and of a concave body large and of opposite signs. They cancel only along the same
+normals.
 """
 
 from collections.abc import Mapping
@@ -11,16 +12,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from femic.reference.estimate import Estimated, total
+from femic.reference.estimate import EstimatedICs, total
 from femic.reference.matrix.reference import MatrixReference
 from geometries.arrays import Array
 from geometries.contours import Contour
 
 
-def pair_column(references: Mapping[str, MatrixReference], contour: Contour, strip: int) -> Estimated:
-    """C of bodies together due to unit total loads on a strip [mm/N], arrays (3, 3, n_x, n_s).
+def pair_column(references: Mapping[str, MatrixReference], contour: Contour, strip: int) -> EstimatedICs:
+    """Return the summed C of bodies due to unit total loads on a strip [mm/N], arrays (3, 3, n_x, n_s).
 
-    `contour` is that of the lower body, on which the strips of the pair lie.
+    `contour` belongs to the lower body, on which the strips of the pair lie.
     """
     lower = references["lower"].job.grid
     estimated = total([reference.column(strip) for reference in references.values()])
@@ -32,6 +33,6 @@ def pair_column(references: Mapping[str, MatrixReference], contour: Contour, str
 
 
 def vertical(contour: Contour, s: Array) -> Array:
-    """Components along x, s, n of a unit displacement along z at arc lengths s [mm], shape (n_s, 3)."""
+    """Return the x, s, n components of a unit displacement along z at arc lengths s [mm], (n_s, 3)."""
     sin, cos = contour.normal(s)
     return np.stack([np.zeros_like(sin), -sin, cos], axis=-1)

@@ -1,8 +1,8 @@
 """The IC matrix of each body at all lags and strips, with the estimate of its error.
 
-One model serves all strips: the wavenumbers are solved once, with every strip as a load. Displacements at the
-lags are computed from the responses strip by strip, when they are asked for, so that no more than one loaded
-strip of a large matrix is in memory. The discount takes one matrix M per body (`discount_rules`).
+One model serves all strips, with every strip as a load. Displacements at the lags are computed from the
+solved model when a strip is requested, so that a large matrix never has more than one loaded strip in memory.
+The discount has one matrix M per body (`discount_rules`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ import numpy as np
 from femic.reference.assessment import Assessment, Batch, Measure, assess
 from femic.reference.discount import FZ, discount, fit_discount, motions
 from femic.reference.engine import ColumnSynthesis, GridModel
-from femic.reference.estimate import Estimated, estimated
+from femic.reference.estimate import EstimatedICs, estimated
 from femic.reference.level import Level, factors
 from femic.reference.matrix.columns import column_scale, column_shares
 from femic.reference.matrix.job import Discount, MatrixJob
@@ -23,16 +23,16 @@ from femic.reference.meshing.cell_size import Cells
 from femic.reference.models import Cost, Points
 from femic.reference.refinement import converged
 from femic.reference.result import costs_of
-from femic.reference.run_options import DEFAULT, Means, Solved
+from femic.reference.run_options import DEFAULT, RunOptions, Solved
 from geometries.arrays import Array
 from geometries.bodies import Body
 
-REMEMBERED_ENTRIES = 40_000_000  # largest number of entries of a matrix whose columns are all kept in memory
+REMEMBERED_ENTRIES = 40_000_000  # of the largest matrix that is held in memory as a whole
 
 
 @dataclass(frozen=True)
 class MatrixReference:
-    """The IC matrix of one body per unit total load [mm/N], computed strip by strip from solved responses.
+    """The IC matrix of one body per unit total load [mm/N], computed strip by strip from a solved model.
 
     Components that are not solved are NaN.
     """
@@ -72,27 +72,27 @@ class MatrixReference:
         return self._compliances[self.job.discounts[0]][""]
 
     def raw_column(self, strip: int) -> Array:
-        """C before the discount [mm/N] due to unit total loads on one strip, shape (3, 3, n_x, n_s)."""
+        """Return C before the discount [mm/N] due to unit total loads on one strip, (3, 3, n_x, n_s)."""
         return self._raw(strip, "")
 
     @cached_property
-    def _columns(self) -> list[Estimated] | None:
+    def _columns(self) -> list[EstimatedICs] | None:
         """All columns of a small matrix; None for a large one."""
         n_x, n_s = self.job.grid.n_x, self.job.grid.n_s
         if 9 * n_x * n_s**2 > REMEMBERED_ENTRIES:
             return None
         return [self._column(strip, self.job.discounts[0]) for strip in range(n_s)]
 
-    def column(self, strip: int, discount: Discount | None = None) -> Estimated:
-        """C [mm/N] due to unit total loads on one strip; its arrays have the shape (3, 3, n_x, n_s).
+    def column(self, strip: int, discount: Discount | None = None) -> EstimatedICs:
+        """Return C [mm/N] due to unit total loads on one strip, arrays (3, 3, n_x, n_s).
 
-        It is C after the first discount of the job, or after another one of them.
+        `discount` is one of the discounts of the job, by default the first.
         """
         if discount in (None, self.job.discounts[0]) and self._columns is not None:
             return self._columns[strip]
         return self._column(strip, discount or self.job.discounts[0])
 
-    def _column(self, strip: int, name: Discount) -> Estimated:
+    def _column(self, strip: int, name: Discount) -> EstimatedICs:
         """C [mm/N] due to unit total loads on one strip, after a discount, with its estimate."""
         by_variation = {
             variation: self._varied(strip, name, variation)
@@ -102,19 +102,19 @@ class MatrixReference:
         safety = self.job.settings.engine.estimate.safety
         column = estimated(by_variation.pop(""), by_variation, safety=safety)
         errors = column.mesh_error, column.truncation_error, column.waves_error
-        return Estimated(column.ic, *(cast(Array, error.astype(np.float32)) for error in errors))
+        return EstimatedICs(column.ic, *(cast(Array, error.astype(np.float32)) for error in errors))
 
     def paired_column(self, strip: int, variation: str = "") -> Array:
-        """C [mm/N] as a pair of bodies takes it, before its approach is subtracted, shape (3, 3, n_x, n_s).
+        """Return C [mm/N] for a pair of bodies, before their approach is subtracted, (3, 3, n_x, n_s).
 
-        Of each body's own discount this is what is no approach: all of "source", nothing of the others.
-        `variation` is that of the model: "nearer" has a far arc of half the radius.
+        Only the discount "source" is applied. `variation` is the variation of the model: "nearer" has a far
+        arc of half the radius.
         """
         name = self.job.discounts[0]
         return self._varied(strip, name, variation) if name == "source" else self._raw(strip, variation)
 
     def approach(self, variation: str = "") -> float:
-        """M_zz [mm/N], which is subtracted from the approach of a pair; 0 for other discounts."""
+        """Return M_zz [mm/N], which is subtracted from the approach of a pair; 0 for other discounts."""
         name = self.job.discounts[0]
         return float(self._compliances[name][variation][FZ, FZ]) if name == "approach" else 0.0
 
@@ -130,14 +130,14 @@ class MatrixReference:
 
 
 def matrices(
-    jobs: Mapping[str, MatrixJob], means: Means = DEFAULT, *, combined: bool = False
+    jobs: Mapping[str, MatrixJob], options: RunOptions = DEFAULT, *, combined: bool = False
 ) -> dict[str, MatrixReference]:
     """Solve all bodies and refine each until its estimate meets its tolerance.
 
-    With `combined` the estimate of the sum of the bodies must meet it, too. Errors are measured on the scale
+    With `combined` the estimate of the sum of the bodies must also meet it. Errors are measured on the scale
     of `column_scale`. Raises as `femic.reference.at_points.references`.
     """
-    return converged(AtLags(jobs, combined), means)
+    return converged(AtLags(jobs, combined), options)
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ class AtLags:
         return model
 
     def combine(self, name: str, level: Level, models: Mapping[Level, GridModel]) -> MatrixReference:
-        """The IC matrix of a body at a level, from the responses of its models."""
+        """Return the IC matrix of a body at a level from its models."""
         job = self.jobs[name]
         level_of_model = level.models(job.settings.engine.estimate.models)
         solved, costs = models[level], costs_of(level_of_model, models)

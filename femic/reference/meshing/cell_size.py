@@ -36,7 +36,7 @@ def distance(gmsh: ModuleType, points: Array) -> int:
     return int(field)
 
 
-def round_the_axis(body: Body) -> str:
+def size_about_axis(body: Body) -> str:
     """Formula of cells in proportion to the distance from the axis of a body of revolution."""
     return f"{ROUND_SHARE:g}*sqrt(x^2+(z-({body.side * body.rolling_radius:.17g}))^2)"
 

@@ -114,7 +114,7 @@ def _distinct(points: Array, spacing: float) -> Array:
 def assemble(solid: SolidMesh) -> SolidModel:
     """Assemble the stiffness of a mesh; nodes on the far arc, the hub and the end face are clamped."""
     body = solid.body
-    xi, y, z = body.surface.turned_back(solid.nodes[:, : solid.n_vertices])
+    xi, y, z = body.surface.to_chart(solid.nodes[:, : solid.n_vertices])
     on_end = (xi > (1 - 1e-6) * body.xi_end) & (not body.closed)
     supported = held_by_supports(body, solid.mesh, y, z, on_end)
     return SolidModel(solid, stiffness(solid.mesh, body.material), supported)

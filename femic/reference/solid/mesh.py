@@ -110,7 +110,7 @@ def curved(body: Body, linear: Tetrahedra, *, half_section: bool, near: Near | N
 
 def _chart_of(body: Body, points: Array) -> Array:
     """Chart coordinates (xi, s) of points near the contact surface, exact on the model's ends."""
-    xi, y, z = body.surface.turned_back(points)
+    xi, y, z = body.surface.to_chart(points)
     for end in (0.0, body.xi_end):
         xi = np.where(np.abs(xi - end) < 1e-9 * body.xi_end, end, xi)
     return np.stack([xi, body.contour.nearest(np.stack([y, z]), body.s_range)])

@@ -7,7 +7,7 @@ that were fitted on one machine of 2 cores: their ratios are more reliable than 
 import numpy as np
 from scipy.spatial import KDTree
 
-from femic.reference.models import BASE_MEMORY, Planned
+from femic.reference.models import BASE_MEMORY, ExpectedCost
 from femic.reference.solid.request import SolidRequest
 from femic.reference.symmetry import parities
 
@@ -18,14 +18,14 @@ MEMORY = 0.0065  # MB per unknown
 VOLUME_SAMPLES = 40_000  # points of the Monte Carlo integral
 
 
-def planned(request: SolidRequest, _workers: int) -> Planned:
+def expected_cost(request: SolidRequest, _workers: int) -> ExpectedCost:
     """The expected unknowns, seconds and memory of a model."""
     body, half_section = request.body, request.body.contour.symmetric
     fields = sum(len(parities(load, half_section=half_section)) for load in request.loads)
     unknowns = round(UNKNOWNS_PER_CELL * CELLS_PER_CUBE * _cubes(request))
     seconds = unknowns * (PER_UNKNOWN + fields * PER_FIELD)
     memory = BASE_MEMORY + MEMORY * unknowns
-    return Planned(unknowns, 0, fields, body.contour.symmetric, seconds, memory)
+    return ExpectedCost(unknowns, 0, fields, body.contour.symmetric, seconds, memory)
 
 
 def _cubes(request: SolidRequest) -> float:

@@ -1,7 +1,7 @@
 """The record of the solid engine."""
 
 from femic.late import Late
-from femic.reference.engine import Comparison, Engine, ErrorEstimate, Fields, Limits, Models, Tuned
+from femic.reference.engine import Comparison, Engine, ErrorEstimate, Fields, Limits, Models, TunedCells
 from femic.reference.estimate import SAFETY
 from femic.reference.meshing.cell_size import Cells
 from femic.reference.solid.pardiso import available as direct_available
@@ -30,7 +30,7 @@ SOLID = Engine(
     name="solid",
     description="solid: quadratic tetrahedra",
     limits=Limits(nu=0.49, aspect=10.0, rolling_radius=50.0, inclination=75.0, distance=1e3),
-    tuned=Tuned(tolerance=0.01, cells=_cells, coarsest=3.0),
+    tuned=TunedCells(tolerance=0.01, cells=_cells, coarsest=3.0),
     far_radius=lambda _tolerance: FAR_RADIUS,
     least_side=_least_side,
     infinite_length=False,
@@ -42,7 +42,7 @@ SOLID = Engine(
         solve=Late("femic.reference.solid.tasks:solve_tasks"),
         key=Late("femic.reference.solid.tasks:model_key"),
         displacements=lambda _request, solved: solved,  # a solved model is its displacements
-        planned=Late("femic.reference.solid.plan:planned"),
+        expected_cost=Late("femic.reference.solid.plan:expected_cost"),
     ),
     fields=Fields(
         Late("femic.reference.solid.engine:build_mesh"), Late("femic.reference.solid.fields:nodal_fields")

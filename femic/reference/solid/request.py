@@ -8,11 +8,11 @@ from femic.reference.models import SolverChoice
 
 @dataclass(frozen=True)
 class SolidRequest(Request):
-    """What one model is built and solved for."""
+    """The input of one model."""
 
     solver: SolverChoice = "auto"
 
 
-def request_for(asked: Specification) -> SolidRequest:
-    """The request for a specified model; its accuracy is set by its cells alone."""
-    return SolidRequest(asked.body, asked.loads, asked.points, asked.cells, asked.solver)
+def request_for(model: Specification) -> SolidRequest:
+    """Return the request for a model; its cells alone determine its accuracy."""
+    return SolidRequest(model.body, model.loads, model.points, model.cells, model.solver)

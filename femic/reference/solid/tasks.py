@@ -11,25 +11,25 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from femic.cache.processes import in_processes
 from femic.cache.store import Store
 from femic.reference.models import RawICs, cost_from
-from femic.reference.run_options import Means, Solved, Step, Task
+from femic.reference.run_options import RunOptions, Solved, Step, Task
 from femic.reference.solid.engine import raw_ics
 from femic.reference.solid.request import SolidRequest
 from geometries.errors import Failure
 
 
-def solve_tasks(tasks: Sequence[Task], means: Means) -> Iterator[Solved]:
+def solve_tasks(tasks: Sequence[Task], options: RunOptions) -> Iterator[Solved]:
     """Solve models, and yield each as it is finished; models that an earlier run finished come first.
 
     Raises Failure where a worker process ends without a result.
     """
-    store, unsolved = means.store, []
+    store, unsolved = options.store, []
     for task in tasks:
         entry = store.get(model_key(task.request, store))
         if entry is None:
             unsolved.append(task)
         else:
-            yield Solved(task, RawICs(entry.u.values, cost_from(entry.attrs["cost"])), kept=True)
-    begun_tasks, workers = _begun(unsolved, means.watch.on_step), means.workers
+            yield Solved(task, RawICs(entry.u.values, cost_from(entry.attrs["cost"])), cached=True)
+    begun_tasks, workers = _begun(unsolved, options.watch.on_step), options.workers
     try:
         yield from in_processes(partial(_solved, store=store), begun_tasks, workers)
     except TerminatedWorkerError as error:
@@ -60,4 +60,4 @@ def _solved(task: Task, store: Store) -> Solved:
     store.put(
         model_key(task.request, store), xr.Dataset({"u": u}, attrs={"cost": json.dumps(asdict(raw.cost))})
     )
-    return Solved(task, raw, kept=False)
+    return Solved(task, raw, cached=False)

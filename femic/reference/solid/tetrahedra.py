@@ -9,7 +9,7 @@ from types import ModuleType
 
 import numpy as np
 
-from femic.reference.meshing.cell_size import Cells, distance, round_the_axis, set_cell_size
+from femic.reference.meshing.cell_size import Cells, distance, set_cell_size, size_about_axis
 from femic.reference.meshing.collected import collected
 from femic.reference.meshing.gmsh_session import gmsh_session
 from femic.reference.meshing.outline import add_section
@@ -52,9 +52,9 @@ def _bent(body: Body, cells: Cells, focus: Focus, half_section: bool) -> Tetrahe
     """The mesh of the prismatic body, bent: Gmsh does not mesh surfaces that turn by tiny angles."""
     domain = Domain(body.domain.far_radius, body.xi_end)
     straight = replace(body, domain=domain, rolling_radius=np.inf, hub_radius=None)
-    straight_focus = Focus(body.surface.turned_back(focus.centres), body.surface.turned_back(focus.points))
+    straight_focus = Focus(body.surface.to_chart(focus.centres), body.surface.to_chart(focus.points))
     straight_mesh = fill(straight, cells, straight_focus, half_section=half_section)
-    return replace(straight_mesh, points=body.surface.turned(straight_mesh.points))
+    return replace(straight_mesh, points=body.surface.to_global(straight_mesh.points))
 
 
 def _add_volume(gmsh: ModuleType, body: Body, half_section: bool) -> None:
@@ -74,7 +74,7 @@ def _set_cell_size(gmsh: ModuleType, body: Body, cells: Cells, focus: Focus) -> 
     """Set the size of cells by the distances from the focus, and the meshing algorithm."""
     r, d = (distance(gmsh, points) for points in (focus.centres, focus.points))
     size = f"sqrt({cells.smallest:.17g}^2+({cells.line_growth:.17g}*F{r})^2+({cells.growth:.17g}*F{d})^2)"
-    set_cell_size(gmsh, [size, round_the_axis(body)] if body.rolling_radius < np.inf else [size])
+    set_cell_size(gmsh, [size, size_about_axis(body)] if body.rolling_radius < np.inf else [size])
     gmsh.option.setNumber("Mesh.Algorithm3D", DELAUNAY_3D)
 
 
@@ -88,7 +88,7 @@ def _on_contact_surface(gmsh: ModuleType, tag: int, body: Body) -> bool:
     """Whether a boundary face lies on the contact surface, by its middle, and not on a cut or far face."""
     low, high = (np.array(bound) for bound in gmsh.model.getParametrizationBounds(2, tag))
     middle = np.array(gmsh.model.getValue(2, tag, (low + high) / 2)).reshape(3, 1)
-    xi, y, z = body.surface.turned_back(middle)
+    xi, y, z = body.surface.to_chart(middle)
     inside_length = 1e-6 < xi[0] / body.xi_end < 1 - 1e-6
     s = body.contour.nearest(np.stack([y, z]), body.s_range)
     gap = np.linalg.norm(body.contour.position(s) - [y, z])

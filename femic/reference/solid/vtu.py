@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from femic.cache.files import published
+from femic.cache.files import replacing
 from femic.reference.solid.fields import NodalField, VolumeGrid
 from geometries.arrays import Indices
 
@@ -20,7 +20,7 @@ def write_vtu(field: NodalField, path: Path) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     values = {"displacement": field.displacement, "von_mises": field.von_mises}
     mesh = meshio.Mesh(field.grid.nodes.T, [("tetra10", right_handed(field.grid).T)], point_data=values)
-    with published(path) as unfinished:
+    with replacing(path) as unfinished:
         mesh.write(unfinished, file_format="vtu", binary=True)
     return path
 

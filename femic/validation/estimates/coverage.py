@@ -10,7 +10,7 @@ import numpy as np
 from femic.cache.digests import results_digest
 from femic.cache.processes import in_processes
 from femic.cache.store import Arrays
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.validation.estimates.contacts import ICS, random_contact
 from femic.validation.estimates.outcomes import STUDIES, Outcome, Study
 from geometries.errors import Failure
@@ -59,20 +59,20 @@ def outcome_of(study: Study, seed: int, number: int, ics: Sequence[str] = ICS) -
         return None
 
 
-def kept_outcomes(name: str, seed: int, wanted: int, means: Means) -> list[Outcome]:
+def kept_outcomes(name: str, seed: int, wanted: int, options: RunOptions) -> list[Outcome]:
     """What random contacts of a study give, each kept; of a quarter more than wanted some have no solution.
 
     Raises Failure where fewer than wanted have one.
     """
-    key = means.store.key("coverage", results_digest(__name__), name, seed)
+    key = options.store.key("coverage", results_digest(__name__), name, seed)
     numbers = range(round(SPARE * wanted))
-    parts = {number: means.store.part(key, _part(number)) for number in numbers}
+    parts = {number: options.store.part(key, _part(number)) for number in numbers}
     open_ = [number for number, part in parts.items() if part is None]
     solve = partial(_outcome_by_number, name, seed)
-    for done, (number, outcome) in enumerate(in_processes(solve, open_, means.workers), start=1):
+    for done, (number, outcome) in enumerate(in_processes(solve, open_, options.workers), start=1):
         parts[number] = part = _arrays(outcome)
-        means.store.put_part(key, _part(number), part)
-        means.watch.on_stage(f"  {name}: {done} of {len(open_)} random contacts")
+        options.store.put_part(key, _part(number), part)
+        options.watch.on_stage(f"  {name}: {done} of {len(open_)} random contacts")
     found = [outcome for part in parts.values() if part and (outcome := _outcome(part)) is not None]
     if len(found) < wanted:
         raise Failure(f"{name}: only {len(found)} of {len(numbers)} random contacts have a solution")

@@ -12,7 +12,7 @@ from scipy.stats.qmc import LatinHypercube
 from compare.ics.compute import Results, compute, ics_of, reference_of, seconds_of
 from compare.ics.errors import refinement_shares_of
 from femic.reference.accuracy import component_of
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 from femic.validation.extremes.found import HARMONIC, SOLID, Parameter, Reached, refused
@@ -36,7 +36,7 @@ NO_CHANGES: Changes = {}
 class Engines:
     """Computes the cases of both engines."""
 
-    means: Means
+    options: RunOptions
 
     def parameters(self, engine: str) -> list[Parameter]:
         """The parameters of an engine, with their cases within and beyond the limits."""
@@ -65,7 +65,7 @@ class Engines:
         )
 
     def _solved(self, scene_case: "SceneCase", engine: str, engine_settings: Changes) -> Results:
-        return compute(_scene(scene_case, engine, engine_settings), self.means)
+        return compute(_scene(scene_case, engine, engine_settings), self.options)
 
     def _drawn_planes(self) -> Reached:
         """Of plane scenes, drawn from a hypercube, the one with the largest error over its estimate.

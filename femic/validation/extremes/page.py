@@ -15,7 +15,7 @@ from femic.validation.extremes.found import ANALYTIC, Found, Parameter, Reached,
 def try_all(parts: Sequence[str], engines: Engines, folder: Path) -> Path:
     """Try the parts and write the results; returns the path of the page."""
     findings = list(
-        tried([row for part in parts for row in rows(part, engines)], engines.means.watch.on_stage)
+        tried([row for part in parts for row in rows(part, engines)], engines.options.watch.on_stage)
     )
     return record.write(folder, "extremes", numbers(findings), summary=summary(findings))
 

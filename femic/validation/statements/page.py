@@ -36,13 +36,13 @@ VERDICT_COLOURS = {
 
 def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
     """Judge statements; write `validation.json`, figures and `validation.html`; return the page's path."""
-    figures_folder = folders.made(folder / "figures")
+    figures_folder = folders.make(folder / "figures")
     start, judged = perf_counter(), []
     for number in numbers:
-        runs.means.watch.on_stage(f"statement {number}")
+        runs.options.watch.on_stage(f"statement {number}")
         judged.append(judge(number, runs))
-        runs.means.watch.on_stage(f"statement {number}: {judged[-1].verdict}")
-    runs.means.watch.on_stage("  figures and report")
+        runs.options.watch.on_stage(f"statement {number}: {judged[-1].verdict}")
+    runs.options.watch.on_stage("  figures and report")
     return record.write(
         folder,
         "validation",

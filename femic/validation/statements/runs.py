@@ -14,7 +14,7 @@ from compare.contact.dataset import to_dataset
 from compare.finite_elements.compute import compute_fe_contact
 from compare.ics.compute import Results, compute, with_approximations
 from femic.contact.finite_elements.result import CELLS
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 from femic.validation.estimates.coverage import kept_outcomes
@@ -32,7 +32,7 @@ NEARLY_PLANE = 1e4  # mm, radius of the arcs
 class Runs:
     """Results of scenes with C in all nine components and every variant, each computed once."""
 
-    means: Means
+    options: RunOptions
     tolerance: float = TOLERANCE
     done: dict[str, Results] = field(default_factory=dict)
     fits: dict[str, Mapping[str, EffectiveProperties]] = field(default_factory=dict)
@@ -87,31 +87,31 @@ class Runs:
         """
         key = f"{name}, shift {shift:g} mm"
         if key not in self.contacts:
-            self.means.watch.on_stage(f"  {key}: contact by ICs and by finite elements")
+            self.options.watch.on_stage(f"  {key}: contact by ICs and by finite elements")
             scene = load_scene(name, {"contact": {"loads": list(loads), "shift": shift}})
-            by_ics = to_dataset(compute_contact(scene, self.means))
-            self.contacts[key] = compute_fe_contact(scene, by_ics, self.means, cells)
+            by_ics = to_dataset(compute_contact(scene, self.options))
+            self.contacts[key] = compute_fe_contact(scene, by_ics, self.options, cells)
         return self.contacts[key]
 
     def contact(self, name: str, changes: Mapping[str, Any]) -> xr.Dataset:
         """Numbers of the contacts of a scene with some keys of [contact] changed."""
         key = f"{name}, {dict(changes)}"
         if key not in self.contacts:
-            self.means.watch.on_stage(f"  contact of {key}")
+            self.options.watch.on_stage(f"  contact of {key}")
             scene = load_scene(name, {"contact": dict(changes)})
-            self.contacts[key] = to_dataset(compute_contact(scene, self.means))
+            self.contacts[key] = to_dataset(compute_contact(scene, self.options))
         return self.contacts[key]
 
     def random_contacts(self, study: str, seed: int, wanted: int) -> list[Outcome]:
         """What random contacts of a study give, on their elements and on those four times smaller."""
         key = study, seed, wanted
         if key not in self.outcomes:
-            self.outcomes[key] = kept_outcomes(study, seed, wanted, self.means)
+            self.outcomes[key] = kept_outcomes(study, seed, wanted, self.options)
         return self.outcomes[key]
 
     def _once(self, name: str, make: Callable[[], Results]) -> Results:
         if name not in self.done:
-            self.means.watch.on_stage(f"  {name}")
+            self.options.watch.on_stage(f"  {name}")
             self.done[name] = make()
         return self.done[name]
 
@@ -128,8 +128,8 @@ class Runs:
     def _fit(self, name: str) -> Mapping[str, EffectiveProperties]:
         """Effective properties of a geometry, fitted to C_xn of one load position."""
         if name not in self.fits:
-            self.fits[name] = calibrate(self._scene(name), self.means).scene.effective
+            self.fits[name] = calibrate(self._scene(name), self.options).scene.effective
         return self.fits[name]
 
     def _compute(self, scene: Scene) -> Results:
-        return compute(scene, self.means)
+        return compute(scene, self.options)

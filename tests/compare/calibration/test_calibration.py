@@ -15,7 +15,7 @@ from compare.ics.compute import compute, reference_of
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.harmonic import engine as harmonic
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.reference.solid import engine as solid
 from femic.scenes.load import load_scene, scene_from_table
 from geometries.errors import WrongInput
@@ -41,7 +41,7 @@ def made(tmp_path_factory):
 @pytest.fixture(scope="module")
 def calibrated(made):
     path, out = made
-    return calibrate(load_scene(str(path)), Means(store=Store(out / "store")))
+    return calibrate(load_scene(str(path)), RunOptions(store=Store(out / "store")))
 
 
 def test_the_fit_is_kept_with_points_weights_covariance_and_residual(made, calibrated):
@@ -67,7 +67,7 @@ def test_c_of_the_fit_is_c_of_the_scene(calibrated, made):
     target = calibrated.targets["combined"]
     line = [{"along": "x", "s": 1.6, "reach": 12.0, "points": 801}]
     scene = load_scene(str(path), {"lines": line, "components": ["nn", "xn"], "engine": {"check": False}})
-    results = compute(scene, Means(store=Store(out / "store")))
+    results = compute(scene, RunOptions(store=Store(out / "store")))
     c = reference_of(results, "combined").ic[0, 2] * scene.patch.area
     on_line = target.s == 1.6
     assert np.sum(on_line) == 40
@@ -81,10 +81,10 @@ def test_c_of_the_fit_of_a_wheel_is_c_of_the_scene_whatever_it_asks_for(tmp_path
     text = scene_text(engine=HARMONIC, upper_E=70e3).replace("[upper]", "[upper]\nrolling_radius = 60.0")
     path = tmp_path / "wheel.toml"
     path.write_text(text, encoding="utf-8")
-    target = calibrate(load_scene(str(path)), Means(1)).targets["combined"]
+    target = calibrate(load_scene(str(path)), RunOptions(1)).targets["combined"]
     line = [{"along": "x", "s": 1.6, "reach": 12.0, "points": 801}]
     scene = load_scene(str(path), {"lines": line, "components": components, "engine": {"check": False}})
-    results = compute(scene, Means(1))
+    results = compute(scene, RunOptions(1))
     c = reference_of(results, "combined").ic[0, 2] * scene.patch.area
     on_line = target.s == 1.6
     between = np.interp(target.x[on_line], results.points.x, c)
@@ -98,7 +98,7 @@ def test_the_written_scene_has_the_fit_and_reproduces_its_b_hat_prime(made, cali
     target, fitted = calibrated.targets["combined"], calibrated.fits["combined"]
     points = target.x, target.s
     got = scene.pair.approximate("Bhat_prime", scene.patch, points)[0, 2]
-    expected = target.of(fitted.effective)[0]
+    expected = target.bhat_prime(fitted.effective)[0]
     np.testing.assert_allclose(got, expected, atol=1e-4 * np.max(np.abs(expected)))
     mix = scene.pair.approximate("mix", scene.patch, points)[0, 2]
     np.testing.assert_array_equal(mix, got)
@@ -118,7 +118,7 @@ def test_b_hat_prime_is_closer_than_no_fit_at_all(calibrated):
     target, best = calibrated.targets["combined"], calibrated.fits["combined"].effective
 
     def cost(effective):
-        return np.sum((target.of(effective) - target.ics) ** 2)
+        return np.sum((target.bhat_prime(effective) - target.ics) ** 2)
 
     transition = best.mismatch_k
     half_space = target.solid.constants.mismatch_k
@@ -132,7 +132,7 @@ def test_a_second_time_nothing_is_solved(made, monkeypatch, calibrated):
     path, out = made
     monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
     other = load_scene(str(path), {"calibration": {"weights": "logarithmic"}})
-    found = calibrate(other, Means(store=Store(out / "store")))
+    found = calibrate(other, RunOptions(store=Store(out / "store")))
     weights = found.targets["combined"].weights
     target = found.targets["combined"]
     np.testing.assert_allclose(weights**2 * target.r, np.min(target.r))

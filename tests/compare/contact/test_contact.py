@@ -24,7 +24,7 @@ from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.normal import NormalProblem, solve
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import GridOperator
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene, scene_from_table
 from geometries.errors import Failure, WrongInput
@@ -223,7 +223,7 @@ def test_c_of_planes_gives_the_contact_of_half_spaces():
     of = load_scene("flat", {"engine": {"tolerance": 0.01}})
     grid = Grid(24, 16, 0.4, 0.3)
     placed = placed_on(of, grid)
-    c = reference_ics(of, placed, Means())
+    c = reference_ics(of, placed, RunOptions())
     assert c.eigenvalue > 0
     assert c.asymmetry < c.estimate < 1e-2
     distance = placed.x[:, None] ** 2 / 40 + grid.strips**2 / 20
@@ -421,7 +421,7 @@ def test_c_of_the_upper_body_lies_opposite_that_of_the_lower(monkeypatch):
 
     monkeypatch.setattr("compare.contact.compute.matrices", recorded)
     with pytest.raises(InterruptedError):
-        reference_ics(of, placed_on(of, grid), Means())
+        reference_ics(of, placed_on(of, grid), RunOptions())
     middle = {name: float(job.body.contour.position(job.grid.s)[0]) for name, job in asked.items()}
     assert middle["upper"] + 0.7 == pytest.approx(middle["lower"], abs=1e-6)
     assert abs(asked["upper"].grid.s - asked["lower"].grid.s) > 0.5
@@ -482,7 +482,7 @@ def test_what_is_taken_for_rigid_changes_the_approach_of_a_wheel_and_no_pressure
     found = {}
     for discount in ("approach", "none"):
         on_grid = replace(of, grid=grid, discount=discount, settings=replace(of.settings, tolerance=0.1))
-        (contact,) = compute_contact(on_grid, Means(2)).contacts.values()
+        (contact,) = compute_contact(on_grid, RunOptions(2)).contacts.values()
         found[discount] = contact.normal
     approach, none = found["approach"], found["none"]
     np.testing.assert_allclose(approach.p, none.p, atol=3e-4 * none.p.max())  # models of their own

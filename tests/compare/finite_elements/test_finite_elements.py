@@ -19,7 +19,7 @@ from compare.finite_elements.deviations import differences, known_to
 from femic.cache.store import Store
 from femic.contact.finite_elements.result import CELLS, FEContact, Numbers
 from femic.reference.discount import FZ
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
 from geometries.bodies import Domain
 from geometries.errors import Failure, WrongInput
@@ -30,11 +30,11 @@ COMPLIANCE = {"lower": 5e-7, "upper": -2e-7}  # mm/N, rigid part of that of both
 RIGID = sum(COMPLIANCE.values())
 SIDEWAYS = 0.1  # lateral force over load
 KNOWN = 0.01
-NO_STORE = Means()
+NO_STORE = RunOptions()
 
 
-def by_fe(of, means=NO_STORE, cells=CELLS):
-    return compute_fe_contact(of, to_dataset(compute_contact(of)), means, cells)
+def by_fe(of, options=NO_STORE, cells=CELLS):
+    return compute_fe_contact(of, to_dataset(compute_contact(of)), options, cells)
 
 
 def pressed(**contact):
@@ -147,14 +147,14 @@ def test_pressures_along_s_are_those_at_x_0(by_bhat):
 
 
 def test_finished_loads_are_kept_and_others_are_not_taken_for_them(asked, tmp_path):
-    means = Means(store=Store(tmp_path))
-    first = by_fe(pressed(loads=LOADS[:2]), means)
-    again = by_fe(pressed(), means, 15.0)
+    options = RunOptions(store=Store(tmp_path))
+    first = by_fe(pressed(loads=LOADS[:2]), options)
+    again = by_fe(pressed(), options, 15.0)
     assert [load for load, _ in asked] == LOADS
     np.testing.assert_array_equal(first.a.sel(ics=FE), again.a.sel(ics=FE)[:2])
-    by_fe(pressed(loads=LOADS[:1]), means, 20.0)
+    by_fe(pressed(loads=LOADS[:1]), options, 20.0)
     assert asked[3:] == [(LOADS[0], 20.0)]
-    by_fe(scene(10.3, rolling_radius=401.0, loads=LOADS[:1], ics=["A"]), means)
+    by_fe(scene(10.3, rolling_radius=401.0, loads=LOADS[:1], ics=["A"]), options)
     assert len(asked) == 5
 
 
@@ -187,7 +187,7 @@ def test_too_few_cells_are_refused_before_any_work(asked, by_bhat):
 def test_what_is_kept_is_found_without_work(asked, tmp_path):
     """The first two loads have been solved; the third has no numbers."""
     store = Store(tmp_path)
-    first = by_fe(pressed(loads=LOADS[:2]), Means(store=store))
+    first = by_fe(pressed(loads=LOADS[:2]), RunOptions(store=store))
     contacts = to_dataset(compute_contact(pressed()))
     kept = kept_fe_contact(pressed(), contacts, store)
     assert len(asked) == 2
@@ -222,7 +222,7 @@ def test_the_page_of_contact_has_a_row_of_finite_elements_where_they_are_kept(as
     """Its numbers, and a figure; nothing of that without them."""
     store = Store(tmp_path / "store")
     by_ics = compute_contact(pressed(loads=LOADS[:2]))
-    by_fe(pressed(loads=LOADS[:1]), Means(store=store))
+    by_fe(pressed(loads=LOADS[:1]), RunOptions(store=store))
     page = write_contact(by_ics, tmp_path, store).read_text(encoding="utf-8")
     assert page.count('<td class="name">FE</td>') == 1
     assert "finite elements did not solve" in page.lower()

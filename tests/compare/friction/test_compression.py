@@ -12,7 +12,7 @@ from femic.contact.compression import compressed
 from femic.contact.frictional import Pressing
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.operators.dense import GridOperator
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from geometries.errors import Failure
 from geometries.grids import Grid
 from geometries.patches import N, S, X
@@ -111,7 +111,7 @@ def test_ns_matters_where_bodies_are_pressed_together_and_nx_does_not():
         ics = approximate_matrix("Bhat", placed.pair, placed.grid)
         if left_out != "nothing":
             ics[..., N, {"ns": S, "nx": X}[left_out]] = 0.0
-        problem = Solver(of, placed, Means()).problem(GridOperator.of(ics), 0.4)
+        problem = Solver(of, placed, RunOptions()).problem(GridOperator.of(ics), 0.4)
         *_, last = compressed(problem, [Pressing(load=load) for load in (2e4, 4e4, 6e4, 8e4)])
         p_max[left_out] = float(np.max(last.p[..., N]))
     assert p_max["ns"] / p_max["nothing"] > 1.03

@@ -13,7 +13,7 @@ from compare.friction.operators import approximation
 from compare.friction.rolling import compute_rolling
 from femic.contact.estimates import Measured
 from femic.contact.frictional import Pressing
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.grids import Grid
 from tests.compare.friction.scenes import scene
@@ -26,7 +26,7 @@ GRID = Grid(24, 36, 0.7, 0.5)
 
 
 def path_of(friction, of=SCENE, grid=GRID):
-    solver = Solver(of, placed_on(of, grid), Means())
+    solver = Solver(of, placed_on(of, grid), RunOptions())
     return Path.of(solver, solver.problem(approximation(solver.placed, "Bhat"), friction), "a path")
 
 

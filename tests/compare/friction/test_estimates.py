@@ -18,7 +18,7 @@ from compare.friction.rolling import OF_FREE, _away, between, compute_rolling, d
 from femic.contact.edges import extents
 from femic.contact.estimates import Measured
 from femic.contact.operators.dense import Asymmetry, GridOperator
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from geometries.grids import Grid
 from tests.compare.friction.scenes import scene
 
@@ -186,7 +186,7 @@ def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
     estimates = {name: 0.01 * random.random(size.shape) * np.max(size) for name in ("lower", "upper")}
     made = {name: BodyICs(size / 2, estimate, Asymmetry(0.0, "nn")) for name, estimate in estimates.items()}
     monkeypatch.setattr("compare.friction.operators.body_ics", lambda *_: made)
-    c, p = full_reference_ics(of, placed, Means()), random.random((6, 4, 3))
+    c, p = full_reference_ics(of, placed, RunOptions()), random.random((6, 4, 3))
     total = estimates["lower"] + estimates["upper"]
     np.testing.assert_allclose(
         c.perturbed(p) - c.operator(p), GridOperator.of(total)(p), rtol=1e-6, atol=1e-12
@@ -200,6 +200,6 @@ def test_c_nn_is_perturbed_by_its_estimate(monkeypatch):
     nn = matrix("Bhat", of.pair, grid)[..., 2, 2]
     estimate = 0.01 * nn
     monkeypatch.setattr("compare.contact.compute.c_on", lambda *_: (nn, estimate))
-    c, p = reference_ics(of, placed, Means()), np.random.default_rng(4).random((6, 4, 1))
+    c, p = reference_ics(of, placed, RunOptions()), np.random.default_rng(4).random((6, 4, 1))
     np.testing.assert_allclose(c.perturbed(p), 1.01 * c.operator(p))
     assert c.estimate == pytest.approx(0.01)

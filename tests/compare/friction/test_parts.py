@@ -7,7 +7,7 @@ from compare.friction import compression, rolling
 from compare.friction.compression import compute_compression
 from compare.friction.rolling import compute_rolling
 from femic.cache.store import Store
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from tests.compare.friction.scenes import scene
 from tests.compare.friction.test_rolling import in_place_of_c
 
@@ -43,13 +43,13 @@ def same(first, second):
 @pytest.mark.parametrize("keys", [ROLLING, COMPRESSION], ids=["rolling", "compression"])
 def test_an_interrupted_run_goes_on_after_what_was_finished(keys, solved, tmp_path):
     compute, (calls, interrupted) = COMPUTE[keys["motion"]][0], solved
-    of, means = scene(13.0, **keys), Means(store=Store(tmp_path))
+    of, options = scene(13.0, **keys), RunOptions(store=Store(tmp_path))
     interrupted.add((0.2, "Bhat"))
     with pytest.raises(KeyboardInterrupt):
-        compute(of, means)
+        compute(of, options)
     assert calls == [(0.2, "A"), (0.5, "A")]
     interrupted.clear()
-    resumed = compute(of, means)
+    resumed = compute(of, options)
     assert calls[2:] == [(0.2, "Bhat"), (0.5, "Bhat")]
     assert list(resumed.friction.values) == [0.2, 0.5]
     assert list(resumed.ics.values) == ["A", "Bhat"]
@@ -57,12 +57,12 @@ def test_an_interrupted_run_goes_on_after_what_was_finished(keys, solved, tmp_pa
 
 
 def test_scenes_share_what_is_the_same_and_nothing_else(solved, tmp_path):
-    means, (calls, _) = Means(store=Store(tmp_path)), solved
+    options, (calls, _) = RunOptions(store=Store(tmp_path)), solved
     alone = ROLLING | {"ics": ["A"], "friction": [0.2]}
-    compute_rolling(scene(13.0, **alone), means)
+    compute_rolling(scene(13.0, **alone), options)
     for other in (ROLLING, alone | {"longitudinal": [0.0, 2e-3]}, alone | {"loads": [220.0]}):
-        compute_rolling(scene(13.0, **other), means)
-    compute_rolling(scene(13.0, rolling_radius=401.0, **alone), means)
+        compute_rolling(scene(13.0, **other), options)
+    compute_rolling(scene(13.0, rolling_radius=401.0, **alone), options)
     first, *_, last = [(0.2, "A")] * 2
     assert calls == [first, (0.5, "A"), (0.2, "Bhat"), (0.5, "Bhat"), last, last, last]
 
@@ -75,12 +75,12 @@ def test_c_is_not_solved_for_curves_that_are_kept_and_what_is_known_of_it_is(sol
         return in_place_of_c(*placed)
 
     monkeypatch.setattr("compare.friction.bodies.full_reference_ics", of_c)
-    means = Means(store=Store(tmp_path))
+    options = RunOptions(store=Store(tmp_path))
     of = scene(13.0, **ROLLING | {"ics": ["C"], "friction": [0.2]})
-    first, again = compute_rolling(of, means), compute_rolling(of, means)
+    first, again = compute_rolling(of, options), compute_rolling(of, options)
     assert (len(made), calls) == (1, [(0.2, "C")])
     assert again.attrs["C_estimate"] == 0.02
     same(first, again)
     tighter = scene(13.0, tolerance=0.02, **ROLLING | {"ics": ["C"], "friction": [0.2]})
-    compute_rolling(tighter, means)
+    compute_rolling(tighter, options)
     assert len(made) == 2

@@ -20,7 +20,7 @@ from compare.friction.rolling import compute_rolling, scaled_force
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.dense import Asymmetry, GridOperator, reciprocity_defects
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
 from geometries.grids import Grid
@@ -125,7 +125,7 @@ def test_estimates_of_c_have_the_change_by_its_error(conforming):
 def test_curves_are_the_same_from_a_search_as_from_prescribed_forces(conforming):
     of, dataset = conforming
     placed = placed_on(of, Grid(dataset.sizes["x"], dataset.sizes["s"], *steps(dataset)))
-    solver = Solver(of, placed, Means())
+    solver = Solver(of, placed, RunOptions())
     path = Path.of(solver, solver.problem(approximation(placed, "A"), 0.3), "A")
     begun = path.first()
     searched = path.searched(0.0, begun)
@@ -165,7 +165,7 @@ def test_forces_beyond_the_curve_are_refused():
 def path_of(of):
     found = []
     with pytest.raises(InterruptedError):
-        bodies.on_fitting_grid(of, Means(), lambda solver: stop(found, solver))
+        bodies.on_fitting_grid(of, RunOptions(), lambda solver: stop(found, solver))
     (solver,) = found
     return Path.of(solver, solver.problem(solver.operator("A"), 0.3), "A")
 
@@ -184,10 +184,10 @@ def test_grids_that_are_too_short_are_made_longer_and_a_scenes_own_is_not():
             raise PotentialAreaTooSmall(("x > 0",))
         return "done"
 
-    assert bodies.on_fitting_grid(rolls(), Means(), short_at_first) == "done"
+    assert bodies.on_fitting_grid(rolls(), RunOptions(), short_at_first) == "done"
     assert tried[1].n_x > tried[0].n_x
     with pytest.raises(Failure, match=r"contact at 2 N: potential contact area"):
-        bodies.on_fitting_grid(rolls(grid="scene"), Means(), short_at_first)
+        bodies.on_fitting_grid(rolls(grid="scene"), RunOptions(), short_at_first)
 
 
 def test_only_a_rolling_wheel_is_seen_as_rolling():
@@ -210,7 +210,7 @@ def test_c_of_planes_moves_as_half_spaces_do():
         "flat", {"engine": {"tolerance": 0.3}, "contact": {"motion": "compression", "loads": [1.0]}}
     )
     placed = placed_on(of, Grid(6, 4, 0.4, 0.6))
-    c = full_reference_ics(of, placed, Means())
+    c = full_reference_ics(of, placed, RunOptions())
     p = np.random.default_rng(0).random((6, 4, 3))
     p -= p.mean(axis=(0, 1))  # no resultant: the rigid-body discount does not matter
     expected = approximation(placed, "A")(p)

@@ -12,7 +12,7 @@ from compare.friction.operators import full_operator
 from compare.friction.quantities import OF_PATCH, OF_ROLLING
 from compare.friction.rolling import compute_rolling
 from compare.friction.supports import with_supports
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from geometries.grids import Grid
 from tests.compare.friction.scenes import scene
 from tests.compare.friction.test_rolling import in_place_of_c as stand_in
@@ -42,7 +42,7 @@ def in_place_of_c(monkeypatch):
 def test_the_contact_with_the_least_friction_is_solved_with_other_supports(keys, compute, quantities):
     """At the creepage nearest 0, or the last load: with the same supports it is the one of the arrays."""
     of = scene(13.0, **KEYS, **keys)
-    dataset = with_supports(of, compute(of), Means(1))
+    dataset = with_supports(of, compute(of), RunOptions(1))
     place = {"xi": 1e-4} if "xi" in dataset.dims else {"load": 2e3}
     given = {"friction": 0.2} | place
     assert {dim: float(dataset[f"supported_{dim}"]) for dim in given} == given
@@ -60,7 +60,7 @@ def test_the_contact_with_the_least_friction_is_solved_with_other_supports(keys,
 def test_the_page_says_what_changes_and_what_does_not(write, motion, tmp_path):
     keys, compute, _ = MOTIONS[motion]
     of = scene(13.0, **KEYS, **keys)
-    page = write(with_supports(of, compute(of), Means(1)), tmp_path).read_text(encoding="utf-8")
+    page = write(with_supports(of, compute(of), RunOptions(1)), tmp_path).read_text(encoding="utf-8")
     assert "what other supports change: by C, friction 0.2, " + ("2000 N" if motion else "0.01 %") in page
     assert f'<td class="name">{SOFTER}</td>' in page
 
@@ -70,7 +70,7 @@ def test_the_page_says_what_changes_and_what_does_not(write, motion, tmp_path):
 def test_nothing_is_solved_where_there_is_no_c_or_the_scene_wants_none(changes):
     of = scene(13.0, **KEYS | {"friction": [0.2]} | changes, **COMPRESSION)
     dataset = compute_compression(of)
-    assert with_supports(of, dataset, Means(1)) is dataset
+    assert with_supports(of, dataset, RunOptions(1)) is dataset
 
 
 class Body:

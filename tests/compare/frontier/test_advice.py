@@ -8,7 +8,7 @@ import xarray as xr
 
 from compare.frontier import advice as advising
 from compare.frontier import trade
-from compare.frontier.advice import Question, advise, told, tried_for
+from compare.frontier.advice import Question, advise, frontier_for, sentence
 from compare.frontier.page import evidence, figure
 from compare.frontier.ways import Way
 from compare.ics.compute import Results, approximated, ics_of, jobs, reference_of, scene_points
@@ -18,10 +18,10 @@ from compare.ics.figures import error_against_seconds
 from compare.ics.page import _rows
 from compare.ics.summary import summary
 from compare.report.html import error_cell
-from femic.reference.estimate import Estimated
+from femic.reference.estimate import EstimatedICs
 from femic.reference.models import Cost
 from femic.reference.result import Reference
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.patches import N, S, X
 
@@ -48,7 +48,7 @@ def hand_made(components, known=1e-5):
         estimate = np.zeros_like(ic)
         estimate[X, N] = known * nn
         zero = np.zeros_like(ic)
-        c = Estimated(ic, estimate, zero, zero)
+        c = EstimatedICs(ic, estimate, zero, zero)
         references[body] = Reference(c, ic, np.zeros((4, 4)), None, None, scene.bodies[body], {"fine": COST})
     seconds |= dict.fromkeys((("C", "combined"), ("C", "lower")), 10.0)
     return Results(scene, points, lines, jobs(scene), references, {}, ics, seconds)
@@ -56,7 +56,7 @@ def hand_made(components, known=1e-5):
 
 def frontier_of(results):
     """All approximations, and C as the one reference."""
-    tried = [*trade._approximations(results.scene), trade._tried(BEST, results)]
+    tried = [*trade._approximations(results.scene), trade._way_result(BEST, results)]
     return trade._dataset(results.scene, tried, (BEST.name, results), {})
 
 
@@ -70,8 +70,8 @@ def test_a_zero_is_no_good_approximation_of_a_small_component(components):
     assert not at.vanishes
     advice = advise(found, Question("combined", tuple(components), 0.05))
     assert advice.way == BEST.name
-    assert "Use C" in told(advice)
-    assert "xn" in told(advice)
+    assert "Use C" in sentence(advice)
+    assert "xn" in sentence(advice)
     assert advice.error == pytest.approx(2 * 1e-5 / SMALL)  # the estimates of both bodies
     assert not advice.vanishes
 
@@ -94,7 +94,7 @@ def test_what_c_does_not_know_is_said_to_vanish():
     assert at.error == pytest.approx(SMALL / (0.05 * nn_away))
     advice = advise(found, Question("combined", ("xn",), 0.5))
     assert advice.vanishes
-    assert "xn; it vanishes in C, so that is a share of 0.05 C_nn" in told(advice)
+    assert "xn; it vanishes in C, so that is a share of 0.05 C_nn" in sentence(advice)
     table = evidence(found, advice)
     assert "xn †" in [column.header for column in table.columns]
     assert "0.05 C_nn" in table.caption
@@ -110,7 +110,7 @@ def test_advice_tries_a_tighter_c_before_it_takes_a_small_component_for_a_zero(m
         return frontier_of(hand_made(["xn"], known=SMALL * tightest[-1]))
 
     monkeypatch.setattr(advising, "compute_frontier", tried)
-    asked, found = tried_for("geometry1", Question("combined", ("xn",), 0.9), Means(1))
+    asked, found = frontier_for("geometry1", Question("combined", ("xn",), 0.9), RunOptions(1))
     assert tightest == [0.1, 0.01]
     assert asked.ways[-1].engine["tolerance"] == 0.01
     assert not found.vanishes.sel(body="combined", component="xn")
@@ -118,7 +118,7 @@ def test_advice_tries_a_tighter_c_before_it_takes_a_small_component_for_a_zero(m
     monkeypatch.setattr(
         advising, "compute_frontier", lambda *_, **__: frontier_of(hand_made(["xn"], known=SMALL))
     )
-    asked, found = tried_for("geometry1", Question("combined", ("xn",), 0.9), Means(1))
+    asked, found = frontier_for("geometry1", Question("combined", ("xn",), 0.9), RunOptions(1))
     assert asked.ways[-1].engine["tolerance"] == 1e-4  # there is none tighter
     assert found.vanishes.sel(body="combined", component="xn")
 
@@ -128,7 +128,7 @@ def test_no_tighter_c_is_asked_for_what_vanishes_by_symmetry(monkeypatch):
     monkeypatch.setattr(
         advising, "compute_frontier", lambda *_, **__: tried.append(1) or frontier_of(hand_made(["sn"]))
     )
-    _, found = tried_for("geometry1", Question("combined", ("sn",), 0.9), Means(1))
+    _, found = frontier_for("geometry1", Question("combined", ("sn",), 0.9), RunOptions(1))
     assert found.vanishes.sel(body="combined", component="sn")
     assert len(tried) == 1
 

@@ -13,7 +13,7 @@ from compare.frontier import page as frontier_report
 from compare.frontier import trade as frontier
 from compare.frontier.advice import AS_CHEAP, Question, advise, request_for
 from compare.frontier.choice import choose, question_of
-from compare.frontier.trade import FrontierRequest, compute_frontier, front, known_errors
+from compare.frontier.trade import FrontierRequest, compute_frontier, error_bounds, front
 from compare.frontier.ways import Way, by_engine
 from compare.ics.compute import compute
 from compare.ics.dataset import errors, to_dataset
@@ -21,7 +21,7 @@ from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.engines import ENGINES
 from femic.reference.harmonic import engine as harmonic_engine
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.errors import Failure, WrongInput
 from tests.compare.conftest import scene_text
@@ -41,7 +41,9 @@ def made(tmp_path_factory):
     return (
         path,
         store,
-        compute_frontier(str(path), FrontierRequest(tuple(by_engine("harmonic", 1e-2))), Means(2, store)),
+        compute_frontier(
+            str(path), FrontierRequest(tuple(by_engine("harmonic", 1e-2))), RunOptions(2, store)
+        ),
     )
 
 
@@ -82,7 +84,7 @@ def test_errors_are_those_of_a_run_against_the_best_c(made):
         load_scene(
             str(path), {"engine": {"tolerance": float(found.attrs["best"].split()[1]), "check": False}}
         ),
-        Means(2, store),
+        RunOptions(2, store),
     )
     worst = errors(results, to_dataset(results)).error.max("line")
     for i, j in COMPONENTS:
@@ -109,7 +111,7 @@ def test_c_is_as_close_to_the_best_c_as_its_tolerance_says(made):
 def test_advice_keeps_its_promise_and_is_the_cheapest_that_does(made, tolerance, components, body):
     _, _, found = made
     advice = advise(found, Question(body, components, tolerance))
-    at_most = known_errors(found, body).sel(component=list(components)).max("component")
+    at_most = error_bounds(found, body).sel(component=list(components)).max("component")
     assert float(at_most.sel(way=advice.way)) <= tolerance
     measured = found.error.sel(way=advice.way, body=body, component=list(components)).max()
     assert float(measured) <= advice.error <= tolerance
@@ -151,10 +153,10 @@ def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
     path, store, _ = made
     predicted = {"harmonic 0.1": 1.0, "harmonic 0.01": 1e5}
     steps = iter(predicted.values())
-    monkeypatch.setattr(frontier.plan, "run_steps", lambda *_: [])
-    monkeypatch.setattr(frontier.plan, "seconds", lambda *_: next(steps))
+    monkeypatch.setattr(frontier.models, "run_steps", lambda *_: [])
+    monkeypatch.setattr(frontier.models, "seconds", lambda *_: next(steps))
     found = compute_frontier(
-        str(path), FrontierRequest(tuple(by_engine("harmonic", 1e-2)), budget=1000.0), Means(2, store)
+        str(path), FrontierRequest(tuple(by_engine("harmonic", 1e-2)), budget=1000.0), RunOptions(2, store)
     )
     assert "harmonic 0.01" not in found.way.values
     assert found.attrs["best"] == "harmonic 0.1"
@@ -165,7 +167,7 @@ def test_without_a_reference_there_is_no_frontier(made):
     path, store, _ = made
     with pytest.raises(Failure, match="no reference C within the budget of 1e-06 s"):
         compute_frontier(
-            str(path), FrontierRequest(tuple(by_engine("harmonic", 0.1)), budget=1e-6), Means(2, store)
+            str(path), FrontierRequest(tuple(by_engine("harmonic", 0.1)), budget=1e-6), RunOptions(2, store)
         )
 
 
@@ -175,7 +177,7 @@ def test_b_hat_prime_is_tried_where_there_are_properties_for_it(made, tmp_path):
     properties = "\n[effective.combined]\nmismatch_k = { far = 0.1, r_inf = 9.0, m = 1.0, n = 2.0 }\n"
     fitted.write_text(path.read_text(encoding="utf-8") + properties, encoding="utf-8")
     with_fit = compute_frontier(
-        str(fitted), FrontierRequest(tuple(by_engine("harmonic", 0.1))), Means(2, store)
+        str(fitted), FrontierRequest(tuple(by_engine("harmonic", 0.1))), RunOptions(2, store)
     )
     b_hat_prime = with_fit.error.sel(way="Bhat_prime")
     assert np.all(b_hat_prime.sel(body="combined") > 0)
@@ -210,8 +212,8 @@ def test_the_commands_write_a_report_and_solve_nothing_twice(made, tmp_path, mon
     looser = replace(
         ENGINES["harmonic"], comparison=replace(ENGINES["harmonic"].comparison, tolerances=(1e-1, 1e-2))
     )
-    monkeypatch.setitem(ENGINES, "harmonic", looser)
-    monkeypatch.delitem(ENGINES, "solid")
+    for module in (frontier, frontier.ways):
+        monkeypatch.setattr(module, "ENGINES", {"harmonic": looser})
     out = tmp_path / "out"
     place = ["--out", str(out), "--store", str(store.location)]
     assert exit_code(["frontier", str(path), *place]) == DONE
@@ -243,9 +245,9 @@ def test_advice_from_the_command_line(made, tmp_path, capsys):
 def test_auto_chooses_what_advise_names(made, tolerance, kind):
     path, store, _ = made
     scene = load_scene(str(path), {"ics_tolerance": tolerance})
-    chosen = choose(str(path), question_of(scene), Means(2, store))
+    chosen = choose(str(path), question_of(scene), RunOptions(2, store))
     question = Question("combined", scene.components, tolerance)
-    found = compute_frontier(str(path), request_for(str(path), question), Means(2, store))
+    found = compute_frontier(str(path), request_for(str(path), question), RunOptions(2, store))
     way = advise(found, question).way
     assert chosen.advice.way == way
     assert chosen.advice.error <= tolerance == chosen.advice.question.tolerance
@@ -285,11 +287,11 @@ def test_run_and_export_say_and_use_what_auto_chose(made, tmp_path, capsys):
     said = capsys.readouterr().out
     assert "50.00% asked for" in said
     nine = Question("combined", tuple(i + j for i in "xsn" for j in "xsn"), 0.5)
-    chosen = choose(str(mine), nine, Means(2, store))
+    chosen = choose(str(mine), nine, RunOptions(2, store))
     assert f"contact_{chosen.ics}.txt" in said
     assert (tmp_path / "out" / f"contact_{chosen.ics}.txt").is_file()
     assert exit_code(["run", str(mine), *place]) == DONE
-    of_run = choose(str(mine), question_of(load_scene(str(mine))), Means(2, store))
+    of_run = choose(str(mine), question_of(load_scene(str(mine))), RunOptions(2, store))
     assert f"Use {of_run.advice.label}" in capsys.readouterr().out
 
 

@@ -12,7 +12,7 @@ from femic.reference.harmonic.engine import raw_ics
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.level import Level
 from femic.reference.result import combine, scales, worst
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import builtin_names, load_scene
 from tests.compare.conftest import estimated_errors
 
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.mark.parametrize("name", builtin_names())
 def test_default_settings_know_c_of_each_body_and_the_sum_to_one_percent_at_once(name):
-    results = compute(load_scene(name), Means(1))
+    results = compute(load_scene(name), RunOptions(1))
     for where, estimate in estimated_errors(results).items():
         assert all(component_of(estimate, c) < 0.007 for c in results.scene.components), where
     assert all(found.level == Level() for found in results.references.values())

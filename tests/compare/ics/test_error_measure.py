@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from compare.ics.error_measure import Measure, far_from
-from femic.reference.estimate import Estimated
+from femic.reference.estimate import EstimatedICs
 from geometries.patches import N, Patch, S, X
 
 NEAR, FAR = "near", "far"  # two lines of three points each
@@ -17,7 +17,7 @@ A_NN = np.array([5.0, 6.0, 5.0, 0.5, 1.0, 0.5])
 
 def of(ic, estimate=None):
     zero = np.zeros_like(ic)
-    return Estimated(ic, zero if estimate is None else estimate, zero, zero)
+    return EstimatedICs(ic, zero if estimate is None else estimate, zero, zero)
 
 
 @pytest.fixture

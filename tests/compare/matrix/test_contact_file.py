@@ -10,12 +10,12 @@ from approx.halfspace import HalfSpace
 from approx.matrix import column, matrix
 from compare.matrix.contact_file import ContactFile, of_offsets_only, read, write
 from compare.matrix.export import (
-    Exported,
-    Wanted,
+    Export,
+    ExportSpecification,
     approximated,
+    contact_settings,
     depends_on_offset_only,
     to_contact,
-    told,
 )
 from femic.cli.main import WRONG_INPUT, exit_code
 from femic.contact.operators.dense import PARITY
@@ -299,7 +299,10 @@ def test_the_example_of_the_documentation_is_what_is_printed():
     n_x, n_s = scene.grid.n_x, scene.grid.n_s
     file = ContactFile(np.zeros((n_s, 2 * n_s - 1, n_x, 3, 3)), scene.grid.dx, scene.grid.ds, 2)
     text = DOCS.read_text(encoding="utf-8")
-    assert told(Exported(Path("out/geometry2/contact_C.txt"), file, scene, Wanted("C"))) in text
+    assert (
+        contact_settings(Export(Path("out/geometry2/contact_C.txt"), file, scene, ExportSpecification("C")))
+        in text
+    )
 
     def numbers(names):
         (line,) = [line for line in text.splitlines() if line.endswith(f"  {names}")]

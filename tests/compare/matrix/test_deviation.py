@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from compare.matrix.deviation import Column, Deviation
-from femic.reference.estimate import Estimated
+from femic.reference.estimate import EstimatedICs
 from femic.reference.matrix.columns import NEAR_ELEMENTS, is_far
 from geometries.grids import Grid
 from geometries.patches import N, S, X
@@ -28,7 +28,7 @@ def collected(columns, estimate=None):
     found = Deviation.none(N_S)
     for strip, (difference, c) in enumerate(columns):
         zero = np.zeros_like(c)
-        known = Estimated(c, zero if estimate is None else estimate, zero, zero)
+        known = EstimatedICs(c, zero if estimate is None else estimate, zero, zero)
         found = found.with_column(difference, Column(known, is_far(strip, GRID), np.full((N_X, N_S), 2.0)))
     return found
 
@@ -106,7 +106,7 @@ def test_what_is_zero_is_tested_as_a_zero():
 
 
 def test_a_grid_with_nothing_far_from_the_load_has_no_worst_entry_there():
-    small = Column(Estimated(C, *[NOTHING] * 3), np.zeros((N_X, N_S), dtype=bool), np.ones((N_X, N_S)))
+    small = Column(EstimatedICs(C, *[NOTHING] * 3), np.zeros((N_X, N_S), dtype=bool), np.ones((N_X, N_S)))
     found = Deviation.none(N_S).with_column(of(nn={(4, 0): 1.0}), small)
     assert np.all(np.isnan(found.worst))
     assert found.near[N, N] == 1

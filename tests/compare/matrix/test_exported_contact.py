@@ -10,7 +10,7 @@ from femic.cache.store import Store
 from femic.cli.main import DONE, exit_code
 from femic.contact.normal import NormalProblem, solve
 from femic.contact.operators.dense import GridOperator
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.patches import N
 
@@ -46,7 +46,7 @@ def by_file(path, folder, ics):
 def test_the_file_gives_the_contact_of_the_program_beside_the_crown(ics, tmp_path):
     path = tmp_path / "shifted.toml"
     path.write_text(TEXT.replace("ICS", ics).replace("FLANK", "flank_inclination_deg = 40"), encoding="utf-8")
-    results = compute_contact(load_scene(str(path)), Means(2, Store(tmp_path / "store")))
+    results = compute_contact(load_scene(str(path)), RunOptions(2, Store(tmp_path / "store")))
     own = results.contacts[results.cases[0], ics].settled
     contact, lateral = by_file(path, tmp_path, ics)
     np.testing.assert_allclose(contact.p, own.normal.p, atol=1e-5 * own.normal.p.max())

@@ -16,12 +16,13 @@ from compare.matrix.check import check, checked_strips
 from compare.matrix.compute import compute_matrix, file_size, matrix_jobs
 from compare.matrix.contact_file import read
 from compare.matrix.export import SUFFIXES
+from compare.plan.models import matrix_steps
 from femic.cache.store import Store
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference.harmonic import engine as harmonic
 from femic.reference.harmonic.condensation import Condensation
 from femic.reference.level import Level
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.reference.solid import engine as solid
 from femic.reference.solid.record import SOLID
 from femic.scenes.errors import BadScene
@@ -84,7 +85,7 @@ def test_a_second_time_nothing_is_meshed_or_factored(made, monkeypatch, capsys):
     assert exit_code(["matrix", str(path), "--out", str(out)]) == DONE
     assert "as it is there already" in capsys.readouterr().out
     scene = load_scene(str(path))
-    again = compute_matrix(scene, out / "again.nc", Means(store=Store(out / "store")))
+    again = compute_matrix(scene, out / "again.nc", RunOptions(store=Store(out / "store")))
     with (
         xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as first,
         xr.open_dataset(out / "again.nc", engine="h5netcdf") as second,
@@ -122,7 +123,7 @@ def test_large_matrices_are_never_held_as_a_whole(made, monkeypatch):
     path, out = made
     monkeypatch.setattr(matrix, "LARGEST_WHOLE_MATRIX", 100)
     monkeypatch.setattr("femic.reference.matrix.reference.REMEMBERED_ENTRIES", 100)
-    results = compute_matrix(load_scene(str(path)), out / "large.nc", Means(store=Store(out / "store")))
+    results = compute_matrix(load_scene(str(path)), out / "large.nc", RunOptions(store=Store(out / "store")))
     assert not results.eigenvalues
     assert not results.reciprocity
     with (
@@ -232,7 +233,7 @@ def test_pieces_of_a_matrix_have_checksums(made, tmp_path):
 
 
 def test_a_plan_solves_nothing_and_names_every_model(write_scene, monkeypatch, capsys):
-    for module, name in ((harmonic, "Respond"), (solid, "assemble")):
+    for module, name in ((harmonic, "SectionSolver"), (solid, "assemble")):
         monkeypatch.setattr(module, name, lambda *_: pytest.fail("something was assembled"))
     path = write_scene(engine=HARMONIC + GRID + "\n")
     assert exit_code(["plan", str(path)]) == DONE
@@ -246,11 +247,11 @@ def test_a_plan_knows_the_unknowns_and_the_file(made):
     path, out = made
     scene = load_scene(str(path))
     with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as file:
-        models = json.loads(file.attrs["models"])
-    for step in models.matrix_steps(scene, 2):
-        assert step.takes.unknowns == models[step.name]["unknowns"]
-        wavenumbers = int(models[step.name]["solver"].split(", ")[-1].split()[0])
-        assert wavenumbers / 2 < step.takes.wavenumbers < 2 * wavenumbers
+        costs = json.loads(file.attrs["models"])
+    for step in matrix_steps(scene, 2):
+        assert step.expected.unknowns == costs[step.name]["unknowns"]
+        wavenumbers = int(costs[step.name]["solver"].split(", ")[-1].split()[0])
+        assert wavenumbers / 2 < step.expected.wavenumbers < 2 * wavenumbers
     planned_size = file_size(scene)
     assert planned_size < (out / "matrix.nc").stat().st_size < planned_size + 100_000
 
@@ -259,7 +260,7 @@ def test_a_plan_of_a_solid_is_right_to_a_factor_of_two(write_scene):
     scene = load_scene(str(write_scene('bodies = ["lower"]', engine=COARSE_ENGINE)))
     asked = jobs(scene)["lower"].request(Level())
     cells = solid.build_mesh(asked)
-    assert 0.5 < SOLID.models.planned(asked, 2).unknowns / (3 * cells.nodes.shape[1]) < 2
+    assert 0.5 < SOLID.models.expected_cost(asked, 2).unknowns / (3 * cells.nodes.shape[1]) < 2
 
 
 # --- the solid engine --------------------------------------------------------------------------------
@@ -275,12 +276,12 @@ def test_strips_that_are_checked_are_spread_over_the_grid(made):
 def test_a_column_by_the_solid_engine_agrees_within_the_estimates(made, tmp_path):
     path, _ = made
     scene = load_scene(str(path), {"bodies": ["lower"], "grid": {"check": 1, "n_x": 8}})
-    results = compute_matrix(scene, tmp_path / "matrix.nc", Means(2))
-    (one,) = check(results, Means(2, Store(tmp_path / "store")))
+    results = compute_matrix(scene, tmp_path / "matrix.nc", RunOptions(2))
+    (one,) = check(results, RunOptions(2, Store(tmp_path / "store")))
     assert (one.body, one.strip) == ("lower", 2)
     assert one.component in {i + j for i in DIRECTIONS for j in DIRECTIONS}
     assert one.closest <= 1.0
-    assert one.apart < 5e-3
+    assert one.difference < 5e-3
 
 
 def test_the_export_for_contact_is_the_matrix_times_the_combined_shear_modulus(made):

@@ -4,13 +4,15 @@ import pytest
 
 from compare.plan.models import Step, compared, run_steps, seconds
 from femic.reference.engines import ENGINES
-from femic.reference.models import Cost, Planned
+from femic.reference.models import Cost, ExpectedCost
 from femic.scenes.load import load_scene
 
 
-def step(engine, takes):
-    planned = Planned(unknowns=1000, wavenumbers=20, fields=3, half_section=True, seconds=takes, memory=100.0)
-    return Step("a model", ENGINES[engine], 1.0, 100.0, "endless", planned)
+def step(engine, expected):
+    expected_cost = ExpectedCost(
+        unknowns=1000, wavenumbers=20, fields=3, half_section=True, seconds=expected, memory=100.0
+    )
+    return Step("a model", ENGINES[engine], 1.0, 100.0, "infinite", expected_cost)
 
 
 @pytest.mark.parametrize(("workers", "expected"), [(1, 3 + 5 + 8 + 4), (2, 3 + 5 + 6), (4, 3 + 5 + 3)])

@@ -84,7 +84,7 @@ ERRORS, FE_CONTACT = "compare.ics.dataset", "compare.finite_elements.compute"
 @pytest.fixture
 def copy(tmp_path, monkeypatch):
     """A copy of what results depend on in its place, whose digests are computed anew."""
-    for name in digests.PACKAGES:
+    for name in {path.split("/")[0] for path in (*digests.PACKAGES, *OF_MODELS)}:
         shutil.copytree(digests.ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(digests, "ROOT", tmp_path)
     return tmp_path

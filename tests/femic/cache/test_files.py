@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from femic.cache import files
-from femic.cache.files import UNFINISHED, published, remove_unfinished, write_dataset, write_text
+from femic.cache.files import UNFINISHED, remove_unfinished, replacing, write_dataset, write_text
 from geometries.errors import Failure
 
 DATASET = xr.Dataset(
@@ -36,7 +36,7 @@ def test_a_file_stays_as_it_was_where_writing_fails(tmp_path):
     path = write_text("before", tmp_path / "a.csv")
 
     def fail():
-        with published(path) as unfinished:
+        with replacing(path) as unfinished:
             assert unfinished.suffix == ".csv"  # by which libraries choose the format
             unfinished.write_text("half", encoding="utf-8")
             raise KeyboardInterrupt
@@ -80,8 +80,8 @@ def test_of_two_processes_that_write_a_file_one_has_written_it(tmp_path):
 def test_a_killed_process_leaves_the_file_as_it_was_and_the_next_run_removes_the_rest(tmp_path):
     path = write_text("before", tmp_path / "a.txt")
     code = (
-        "import sys, time; from pathlib import Path; from femic.cache.files import published\n"
-        "with published(Path(sys.argv[1])) as unfinished:\n"
+        "import sys, time; from pathlib import Path; from femic.cache.files import replacing\n"
+        "with replacing(Path(sys.argv[1])) as unfinished:\n"
         "    unfinished.write_text('half'); print('written', flush=True); time.sleep(60)\n"
     )
     with subprocess.Popen(

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from femic.cache import folders
-from femic.cache.files import UNFINISHED, published
-from femic.cache.folders import LOCK, only_run_in, usable
+from femic.cache.files import UNFINISHED, replacing
+from femic.cache.folders import LOCK, locked, require_usable
 from geometries.errors import Failure, WrongInput
 
 HOLDING = (
-    "import sys, time; from pathlib import Path; from femic.cache.folders import only_run_in\n"
-    "with only_run_in(Path(sys.argv[1])):\n"
+    "import sys, time; from pathlib import Path; from femic.cache.folders import locked\n"
+    "with locked(Path(sys.argv[1])):\n"
     "    print('held', flush=True); time.sleep(60)\n"
 )
 
@@ -31,21 +31,21 @@ def other_run(tmp_path):
 
 
 def test_one_run_at_a_time_writes_into_a_folder(tmp_path, other_run):
-    with pytest.raises(Failure, match=r"another femic writes there: wait .*--out"), only_run_in(tmp_path):
+    with pytest.raises(Failure, match=r"another femic writes there: wait .*--out"), locked(tmp_path):
         pass
     os.kill(other_run.pid, signal.SIGKILL)
     other_run.wait()
-    with only_run_in(tmp_path) as folder:  # a lock ends with its process
+    with locked(tmp_path) as folder:  # a lock ends with its process
         assert folder == tmp_path
-    with only_run_in(tmp_path):
+    with locked(tmp_path):
         pass
 
 
 def test_a_second_run_of_the_same_process_is_refused_too(tmp_path):
-    with only_run_in(tmp_path):
-        with pytest.raises(Failure, match="another femic"), only_run_in(tmp_path):
+    with locked(tmp_path):
+        with pytest.raises(Failure, match="another femic"), locked(tmp_path):
             pass
-        with only_run_in(tmp_path / "other"):
+        with locked(tmp_path / "other"):
             pass
 
 
@@ -55,35 +55,35 @@ def test_a_run_removes_what_killed_ones_have_not_finished(tmp_path):
     left = [path.with_name(f"{UNFINISHED}0.{path.name}") for path in mine]
     for path in (*mine, *left):
         path.touch()
-    with only_run_in(tmp_path):
+    with locked(tmp_path):
         assert all(path.exists() for path in mine)
         assert not any(path.exists() for path in left)
 
 
 def test_a_run_in_a_folder_leaves_alone_what_runs_in_folders_within_it_are_writing(tmp_path):
     """As `femic calibrate` of several scenes writes into out/, where each scene has out/SCENE/."""
-    with only_run_in(tmp_path / "scene"), published(tmp_path / "scene" / "ics.nc") as unfinished:
+    with locked(tmp_path / "scene"), replacing(tmp_path / "scene" / "ics.nc") as unfinished:
         unfinished.touch()
-        with only_run_in(tmp_path):
+        with locked(tmp_path):
             assert unfinished.exists()
     assert (tmp_path / "scene" / "ics.nc").exists()
 
 
 @pytest.mark.parametrize(
-    ("made", "text"),
+    ("path_in_the_way", "text"),
     [
         ("a", "is a file; name a folder"),
         ("a/figures", "figures in it is a file"),
         ("a/contact.nc/", "contact.nc in it is a folder"),
     ],
 )
-def test_what_is_in_the_way_is_told_before_any_work(tmp_path, made, text):
-    path = tmp_path / made
-    (path if made.endswith("/") else path.parent).mkdir(parents=True, exist_ok=True)
-    if not made.endswith("/"):
+def test_what_is_in_the_way_is_told_before_any_work(tmp_path, path_in_the_way, text):
+    path = tmp_path / path_in_the_way
+    (path if path_in_the_way.endswith("/") else path.parent).mkdir(parents=True, exist_ok=True)
+    if not path_in_the_way.endswith("/"):
         path.touch()
     with pytest.raises(WrongInput, match=text):
-        usable(tmp_path / "a")
+        require_usable(tmp_path / "a")
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs /proc, where nobody can write")
@@ -92,7 +92,7 @@ def test_a_folder_that_cannot_be_written_to_is_told_before_any_work(where):
     with pytest.raises(
         WrongInput, match=rf"--out {where}: nothing can be written there \(.*\): name another"
     ):
-        usable(Path(where))
+        require_usable(Path(where))
 
 
 def test_a_file_system_without_locks_is_told(tmp_path, monkeypatch):
@@ -101,9 +101,9 @@ def test_a_file_system_without_locks_is_told(tmp_path, monkeypatch):
 
     monkeypatch.setattr(folders.FileLock, "acquire", none)
     with pytest.raises(WrongInput, match=r"nothing can be written there \(no flock\)"):
-        usable(tmp_path)
+        require_usable(tmp_path)
 
 
 def test_a_folder_that_is_looked_at_has_a_lock_and_nothing_else(tmp_path):
-    usable(tmp_path / "new")
+    require_usable(tmp_path / "new")
     assert [path.name for path in (tmp_path / "new").iterdir()] == [LOCK]

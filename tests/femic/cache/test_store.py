@@ -18,9 +18,9 @@ from femic.cache.digests import code_digest
 from femic.cache.store import Store
 from femic.reference.harmonic import engine
 from femic.reference.harmonic.record import HARMONIC
-from femic.reference.harmonic.section_response import Respond
+from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.refinement import solve_models
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from tests.femic.reference.kept_model import TASK
 
 ENTRY = xr.Dataset({"u": (("i",), np.arange(5.0))})
@@ -77,14 +77,14 @@ def test_without_a_location_nothing_is_kept():
     store = Store()
     store.put("key", ENTRY)
     store.put_part("key", "part", {"u": np.eye(2)})
-    store.forget_other_code()
+    store.remove_other_code()
     assert store.get("key") is store.part("key", "part") is None
 
 
 def test_models_of_other_code_are_deleted_and_nothing_else(tmp_path):
     for name in ("0123456789ab", "0123456789abc", "mine", code_digest()):
         (tmp_path / name).mkdir()
-    Store(tmp_path).forget_other_code()
+    Store(tmp_path).remove_other_code()
     assert {path.name for path in tmp_path.iterdir()} == {"0123456789abc", "mine", code_digest()}
 
 
@@ -201,15 +201,15 @@ def test_two_processes_may_write_the_same(tmp_path):
 
 
 def solve(store):
-    return next(iter(solve_models([(HARMONIC, TASK)], Means(2, store))))
+    return next(iter(solve_models([(HARMONIC, TASK)], RunOptions(2, store))))
 
 
 def test_a_second_run_opens_no_mesh_and_factors_no_matrix(tmp_path, monkeypatch):
     first = solve(Store(tmp_path))
     monkeypatch.setattr(engine, "build_section", lambda _: pytest.fail("a mesh was made"))
     again = solve(Store(tmp_path))
-    assert again.kept
-    assert not first.kept
+    assert again.cached
+    assert not first.cached
     assert again.model.cost == first.model.cost
     for (name, found, k_max), (_, expected, same_k) in zip(
         again.model.variations(), first.model.variations(), strict=True
@@ -220,7 +220,7 @@ def test_a_second_run_opens_no_mesh_and_factors_no_matrix(tmp_path, monkeypatch)
 
 
 def test_an_interrupted_model_goes_on_behind_its_last_wavenumber(tmp_path, monkeypatch):
-    solved, respond = [], Respond.__call__
+    solved, respond = [], SectionSolver.__call__
 
     def counted(self, k, shares=(1.0,)):
         if len(solved) == 7 and not interrupted:
@@ -230,10 +230,10 @@ def test_an_interrupted_model_goes_on_behind_its_last_wavenumber(tmp_path, monke
         return respond(self, k, shares)
 
     interrupted = []
-    monkeypatch.setattr(Respond, "__call__", counted)
+    monkeypatch.setattr(SectionSolver, "__call__", counted)
     with pytest.raises(KeyboardInterrupt):
-        list(solve_models([(HARMONIC, TASK)], Means(1, Store(tmp_path))))
-    found = next(iter(solve_models([(HARMONIC, TASK)], Means(1, Store(tmp_path)))))
+        list(solve_models([(HARMONIC, TASK)], RunOptions(1, Store(tmp_path))))
+    found = next(iter(solve_models([(HARMONIC, TASK)], RunOptions(1, Store(tmp_path)))))
     samples = found.model.samples
     assert sorted(solved) == sorted([*samples.k, *samples.sparser.k])  # once each, and with coarser cells
 
@@ -262,7 +262,7 @@ def killed_again_and_again(folder, times):
 def test_killed_processes_lose_nothing_that_was_finished(tmp_path, times):
     solved = killed_again_and_again(tmp_path, times)
     found, alone = solve(Store(tmp_path / "store")), solve(Store())
-    assert found.kept
+    assert found.cached
     np.testing.assert_array_equal(found.model.samples.k, alone.model.samples.k)
     np.testing.assert_allclose(
         found.model.samples.responses, alone.model.samples.responses, rtol=1e-9, atol=1e-18

@@ -66,12 +66,12 @@ def campaign_in(folder, text, name="mine"):
     return load_campaign(path)
 
 
-def light(scene, means):
+def light(scene, options):
     """Numbers of a scene without any models; scenes with lower.E = 7 fail."""
     e, nu = scene.bodies["lower"].material.E, scene.bodies["upper"].material.nu
     if e == 7:
         raise Failure("seven")
-    means.watch.on_stage("light")
+    options.watch.on_stage("light")
     return xr.Dataset(
         {"sum": ((), e + nu, {"units": "1"}), "powers": ("power", e ** np.array([1.0, 2.0]))},
         coords={"power": ["one", "two"]},

@@ -19,9 +19,9 @@ def light_scenes(monkeypatch):
     """Scenes are not computed, only their names are added up; who was computed is listed."""
     made = []
 
-    def noted(scene, means):
+    def noted(scene, options):
         made.append((scene.bodies["lower"].material.E, scene.bodies["upper"].material.nu))
-        return light(scene, means)
+        return light(scene, options)
 
     keepers = {"errors": Keeper(noted, lambda _: [])}
     for module in (tasks, computing):

@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 from distributed import KilledWorker, LocalCluster
 
-from femic.cache.folders import only_run_in
+from femic.cache.folders import locked
 from femic.cache.store import Store
 from femic.campaigns import cluster, kept, tasks
 from femic.campaigns import compute as computing
@@ -156,7 +156,7 @@ def test_a_scheduler_that_goes_is_said_and_what_is_finished_is_kept(tmp_path):
 @pytest.mark.usefixtures("light_scenes")
 def test_two_runs_do_not_write_into_the_same_folder(client, tmp_path):
     campaign = campaign_in(tmp_path, LIGHT)
-    with only_run_in(tmp_path), pytest.raises(Failure, match="another femic writes there"):
+    with locked(tmp_path), pytest.raises(Failure, match="another femic writes there"):
         swept(campaign, tmp_path, client)
     done, _ = swept(campaign, tmp_path, client)
     assert done.finished == 27

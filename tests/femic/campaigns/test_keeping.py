@@ -12,7 +12,7 @@ from compare.ics.dataset import to_dataset as ics_dataset
 from femic.cache.store import Store
 from femic.campaigns.keeping import AS_CHEAP, KEEPERS, OF_CURVE, OF_CURVES, _cheapest
 from femic.reference.level import Level
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from geometries.errors import Failure
 from tests.compare.friction.scenes import scene as rail_and_wheel
 from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in, errors_of
@@ -28,9 +28,9 @@ CONTACTS = {
 
 
 @pytest.fixture(scope="module")
-def means(tmp_path_factory):
+def options(tmp_path_factory):
     """A store with models that all scenes of this module share."""
-    return Means(1, Store(tmp_path_factory.mktemp("store")))
+    return RunOptions(1, Store(tmp_path_factory.mktemp("store")))
 
 
 @pytest.fixture(scope="module")
@@ -44,12 +44,12 @@ def names_of(dataset):
 
 
 @pytest.mark.parametrize("keep", ["errors", "ics", "advice"])
-def test_names_on_lines_are_known_beforehand(scene, means, keep):
-    assert names_of(KEEPERS[keep].of(scene, means)) == KEEPERS[keep].names
+def test_names_on_lines_are_known_beforehand(scene, options, keep):
+    assert names_of(KEEPERS[keep].of(scene, options)) == KEEPERS[keep].names
 
 
-def test_ics_are_those_of_a_run(scene, means):
-    kept, results = KEEPERS["ics"].of(scene, means), compute(scene, means)
+def test_ics_are_those_of_a_run(scene, options):
+    kept, results = KEEPERS["ics"].of(scene, options), compute(scene, options)
     alone = ics_dataset(results)
     np.testing.assert_array_equal(kept.ic, alone.ic)
     np.testing.assert_array_equal(kept.estimate, alone.estimate)
@@ -58,9 +58,9 @@ def test_ics_are_those_of_a_run(scene, means):
     np.testing.assert_array_equal(kept.error, errors.error.transpose(*kept.error.dims))
 
 
-def test_known_errors_are_at_least_the_errors_and_within_the_estimate_of_c(scene, means):
-    advice = KEEPERS["advice"].of(scene, means)
-    found = errors_of(compute(scene, means)).error.max(["line", "i", "j"])
+def test_known_errors_are_at_least_the_errors_and_within_the_estimate_of_c(scene, options):
+    advice = KEEPERS["advice"].of(scene, options)
+    found = errors_of(compute(scene, options)).error.max(["line", "i", "j"])
     known = advice.known_error.sel(body="combined")
     of_c = float(known.sel(variant="C"))
     assert of_c > 0
@@ -84,10 +84,10 @@ def test_the_cheapest_that_are_good_enough_are_advised(known, seconds, tolerance
 
 
 @pytest.mark.parametrize("kind", CONTACTS)
-def test_contacts_are_those_of_a_run(kind, means):
+def test_contacts_are_those_of_a_run(kind, options):
     wanted, computed = CONTACTS[kind]
     scene = rail_and_wheel(10.8, **wanted)
-    kept, alone = KEEPERS["contact"].of(scene, means), computed(scene)
+    kept, alone = KEEPERS["contact"].of(scene, options), computed(scene)
     assert names_of(kept) <= KEEPERS["contact"].names
     assert {"p_max", "estimate_p_max", "approach"} <= {*kept.data_vars}
     alone = alone.rename({name: name + OF_CURVE for name in OF_CURVES if name in alone})
@@ -109,7 +109,7 @@ def test_models_of_contact_on_grids_of_its_own_are_known_beforehand(kind, monkey
     for module in ("contact.compute", "friction.operators"):
         monkeypatch.setattr(f"compare.results.{module}.matrices", noted)
     with pytest.raises(Failure, match="only noted"):
-        KEEPERS["contact"].of(scene, Means(1))
+        KEEPERS["contact"].of(scene, RunOptions(1))
     known = [job for jobs in KEEPERS["contact"].jobs(scene) for job in jobs.values()]
     assert len(asked) == 2
     assert [key_of(job) for job in known[:2]] == [key_of(job) for job in asked]

@@ -10,7 +10,7 @@ from femic.campaigns.cluster import local_cluster, size_for
 from femic.campaigns.compute import Options, compute_sweep
 from femic.campaigns.dataset import Collected
 from femic.campaigns.opened import open_sweep
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in, clusters_of, errors_of
 
 
@@ -30,6 +30,6 @@ def test_a_killed_worker_costs_one_task(tmp_path):
     assert killed
     assert (done.finished, done.failed) == (2, 0)
     assert 3 <= done.models <= 4  # the lower body and two upper ones, one of them perhaps twice
-    results = compute(campaign.scene((12.0,)), Means(1, Store(tmp_path / "alone")))
+    results = compute(campaign.scene((12.0,)), RunOptions(1, Store(tmp_path / "alone")))
     found = open_sweep(tmp_path).sel(R=12).error
     np.testing.assert_array_equal(found, errors_of(results).error.transpose(*found.dims))

@@ -15,7 +15,7 @@ from femic.campaigns.keeping import KEEPERS, Keeper
 from femic.campaigns.opened import open_sweep
 from femic.campaigns.plan import planned
 from femic.campaigns.tasks import Receipt, scene_task
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
 from geometries.errors import Failure
 from tests.femic.campaigns.campaigns import (
@@ -48,7 +48,7 @@ def test_results_are_those_of_single_runs_to_the_last_digit(real):
     assert campaign.order[-1] == 1
     scene = campaign.scene((12.0,))
     store = Store(folder / "alone")
-    results = compute(scene, Means(2, store))
+    results = compute(scene, RunOptions(2, store))
     alone = errors_of(results)
     of_campaign = dataset.sel(R=12)
     for name in ("error", "rms", "weight", "estimate_refinement", "vanishes"):

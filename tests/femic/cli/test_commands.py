@@ -14,7 +14,7 @@ from compare.plan.models import Step
 from femic.cli import plan as planning
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference.harmonic.record import HARMONIC
-from femic.reference.models import Planned
+from femic.reference.models import ExpectedCost
 from femic.reference.solid.record import SOLID
 from femic.scenes.load import load_scene
 from femic.validation.statements.registry import STATEMENTS
@@ -125,9 +125,9 @@ def test_a_frontier_has_ten_minutes_by_default(options, budget, recorded, comman
     ],
 )
 def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options, asked, recorded, command):
-    tried = recorded("compare.frontier.advice.tried_for", ("request", "frontier"))
+    tried = recorded("compare.frontier.advice.frontier_for", ("request", "frontier"))
     advised = recorded("compare.frontier.advice.advise", "advice")
-    for name in ("page.evidence", "advice.told"):
+    for name in ("page.evidence", "advice.sentence"):
         recorded(f"compare.frontier.{name}", "")
     assert command("advise", "geometry1", *options) == DONE
     assert tried[0][1] == asked
@@ -142,7 +142,7 @@ def exported(recorded, monkeypatch):
     calls = []
     formats = {"contact": lambda scene, wanted, *_: calls.append((scene, wanted))}
     monkeypatch.setattr("compare.matrix.export.FORMATS", formats)
-    recorded("compare.matrix.export.told", "")
+    recorded("compare.matrix.export.contact_settings", "")
     return calls
 
 
@@ -212,13 +212,13 @@ def test_only_scenes_without_results_of_now_are_computed_to_compare(recorded, mo
     assert written == [("curves", tmp_path / "flat_geometry1")]
 
 
-PLANNED = Planned(1_234_567, wavenumbers=55, fields=4, half_section=True, seconds=100.4, memory=900.0)
+PLANNED = ExpectedCost(1_234_567, wavenumbers=55, fields=4, half_section=True, seconds=100.4, memory=900.0)
 
 
 def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkeypatch, capsys):
     """A solid model is solved by one of four workers, a harmonic one by all."""
     steps = [
-        Step("lower, fine", HARMONIC, 1.5, 1280.0, "endless", PLANNED),
+        Step("lower, fine", HARMONIC, 1.5, 1280.0, "infinite", PLANNED),
         Step(
             "check, lower, fine", SOLID, 1.0, 320.0, "640 mm", replace(PLANNED, seconds=60.0, memory=1500.0)
         ),
@@ -232,13 +232,13 @@ def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkey
     assert "64 lags of 0.4 mm, 32 strips of 0.6 mm about s = 0 mm; matrix.nc takes 12 MB" in told
     assert "about 115 s, 1500 MB" in told
     assert "about 100 s, 900 MB" in told
-    for shown in ("1,234,567", "1.5", "1280 mm", "640 mm", "endless", "55"):
+    for shown in ("1,234,567", "1.5", "1280 mm", "640 mm", "infinite", "55"):
         assert shown in told
 
 
 def test_a_plan_of_contact_counts_the_models_that_contact_solves(monkeypatch, capsys):
     """Without friction C_nn alone, on the grids that contact has."""
-    step, planned_jobs = Step("lower, fine", HARMONIC, 1.0, 1280.0, "endless", PLANNED), []
+    step, planned_jobs = Step("lower, fine", HARMONIC, 1.0, 1280.0, "infinite", PLANNED), []
     monkeypatch.setattr(planning, "run_steps", lambda *_: [step])
     monkeypatch.setattr(planning, "matrix_steps", lambda *_: [step])
     monkeypatch.setattr(planning, "steps_of", lambda jobs, _: planned_jobs.append(jobs) or [step])
@@ -252,7 +252,7 @@ def test_a_plan_of_contact_counts_the_models_that_contact_solves(monkeypatch, ca
 
 
 def test_a_plan_of_contact_with_friction_counts_all_components(monkeypatch, capsys):
-    step, planned_jobs = Step("lower, fine", HARMONIC, 1.0, 1280.0, "endless", PLANNED), []
+    step, planned_jobs = Step("lower, fine", HARMONIC, 1.0, 1280.0, "infinite", PLANNED), []
     monkeypatch.setattr(planning, "run_steps", lambda *_: [step])
     monkeypatch.setattr(planning, "matrix_steps", lambda *_: [step])
     monkeypatch.setattr(planning, "steps_of", lambda jobs, _: planned_jobs.append(jobs) or [step])

@@ -18,9 +18,9 @@ UPPER = Task("upper", Level(cells=-1), None, 1000)
 NAMES = {LOWER: "  lower body, cells x 1, domain x 1", UPPER: "  upper body, cells x 1.5, domain x 1"}
 
 
-def solved(task, *, kept=False):
+def solved(task, *, cached=False):
     cost = Cost(12_345, 1, "direct", (), 0.0, {"mesh": 1.0, "solution": 2.25}, 0.0)
-    return Solved(task, RawICs(None, cost), kept)
+    return Solved(task, RawICs(None, cost), cached)
 
 
 class Clock:
@@ -70,7 +70,7 @@ def test_models_that_say_nothing_have_lines_too_until_they_are_finished(heard):
     clock.now += EVERY
     lines.tell()
     assert written[5:] == [f"{NAMES[UPPER]}: solid engine at work, 13 s"]
-    lines.on_model(solved(UPPER, kept=True))
+    lines.on_model(solved(UPPER, cached=True))
     assert written[-1].endswith("kept from an earlier run")
     clock.now += 10 * EVERY
     lines.tell()

@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from femic.cache.digests import code_digest
-from femic.cache.folders import LOCK, only_run_in
+from femic.cache.folders import LOCK, locked
 from femic.cli.main import FAILED, WRONG_INPUT, exit_code
 from femic.cli.work import Work, kept
 from femic.reference.run_options import cores
@@ -56,10 +56,10 @@ def test_what_other_code_kept_is_removed_from_the_own_folder_only(tmp_path):
 
 
 def test_means_are_made_of_them(tmp_path):
-    with Work(workers=3).means(tmp_path, Console(quiet=True)) as means:
-        assert means.workers == 3
-        assert means.store.location == tmp_path / "store"
-        means.watch.on_stage("heard")
+    with Work(workers=3).options(tmp_path, Console(quiet=True)) as options:
+        assert options.workers == 3
+        assert options.store.location == tmp_path / "store"
+        options.watch.on_stage("heard")
 
 
 def test_all_misfits_are_told_at_once():
@@ -107,7 +107,7 @@ def nothing_begins(tmp_path, monkeypatch):
 @pytest.mark.usefixtures("nothing_begins")
 @pytest.mark.parametrize(("name", "folder"), USED)
 def test_every_command_leaves_a_folder_alone_that_another_run_writes_to(name, folder, capsys):
-    with only_run_in(Path(folder)):
+    with locked(Path(folder)):
         assert exit_code([name, *COMMANDS[name][0]]) == FAILED
         assert [path.name for path in Path(folder).iterdir() if path.is_file()] == [LOCK]
     assert "another femic writes there" in capsys.readouterr().err

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from approx.halfspace import HalfSpace
-from femic.reference.engine import Engine, ErrorEstimate, Limits, Models, Tuned
+from femic.reference.engine import Engine, ErrorEstimate, Limits, Models, TunedCells
 from femic.reference.meshing.cell_size import Cells
-from femic.reference.models import Cost, Planned, RawICs
+from femic.reference.models import Cost, ExpectedCost, RawICs
 from femic.reference.run_options import Solved
 from geometries.materials import one_body
 
@@ -32,14 +32,14 @@ def solve(tasks, _options):
         unknowns = round(task.request.cells.smallest**-3)
         cost = Cost(unknowns, 1, "A", (), 0.0, {}, 0.0)
         raw = RawICs(half_space(task.request), cost)
-        yield Solved(task, replace(raw, perturbed={"nearer": raw.u}), kept=False)
+        yield Solved(task, replace(raw, perturbed={"nearer": raw.u}), cached=False)
 
 
 CLOSED = Engine(
     name="closed",
     description="closed formulas with an error",
     limits=Limits(0.5, np.inf, 0.0, 90.0, np.inf),
-    tuned=Tuned(1.0, lambda _: Cells(0.5, 1.0, 1.0), coarsest=1.0),
+    tuned=TunedCells(1.0, lambda _: Cells(0.5, 1.0, 1.0), coarsest=1.0),
     far_radius=lambda _: 100.0,
     least_side=lambda patch: patch.b,
     infinite_length=True,
@@ -51,6 +51,6 @@ CLOSED = Engine(
         solve=solve,
         key=lambda request, store: store.key("closed", request),
         displacements=lambda _, model: model,
-        planned=lambda *_: Planned(1, 0, 1, False, 0.0, 0.0),
+        expected_cost=lambda *_: ExpectedCost(1, 0, 1, False, 0.0, 0.0),
     ),
 )

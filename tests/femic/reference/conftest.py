@@ -12,7 +12,7 @@ from femic.reference.level import MODELS, Level
 from femic.reference.meshing.cell_size import Cells
 from femic.reference.models import Points
 from femic.reference.refinement import solve_models
-from femic.reference.run_options import Means, Task
+from femic.reference.run_options import RunOptions, Task
 from femic.reference.solid.engine import assemble, build_mesh, raw_ics
 from femic.reference.solid.record import SOLID
 from femic.reference.solid.request import SolidRequest
@@ -96,7 +96,7 @@ TASKS = [(SOLID, Task("lower", level, JOB.request(level), 100_000)) for level in
 
 
 def solve_all(store):
-    found = solve_models(TASKS, Means(1, store))
+    found = solve_models(TASKS, RunOptions(1, store))
     return {solved.task.level: solved.model for solved in found}
 
 

@@ -8,12 +8,12 @@ import numpy as np
 from femic.cache.store import Store
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.request import HarmonicRequest
-from femic.reference.harmonic.section_response import Respond
+from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.level import Level
 from femic.reference.meshing.cell_size import Cells
 from femic.reference.models import Points
 from femic.reference.refinement import solve_models
-from femic.reference.run_options import Means, Task
+from femic.reference.run_options import RunOptions, Task
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material
@@ -28,15 +28,15 @@ TASK = Task("lower", Level(), HarmonicRequest(BODY, LOADS, POINTS, Cells(0.1, 0.
 
 def main(location: str, log: str) -> None:
     """Solve, counting."""
-    respond = Respond.__call__
+    respond = SectionSolver.__call__
 
     def counted(self, k, shares=(1.0,)):
         with Path(log).open("a") as lines:
             lines.write(f"{k!r}\n")
         return respond(self, k, shares)
 
-    Respond.__call__ = counted
-    list(solve_models([(HARMONIC, TASK)], Means(2, Store(location))))
+    SectionSolver.__call__ = counted
+    list(solve_models([(HARMONIC, TASK)], RunOptions(2, Store(location))))
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from femic.reference.job import Settings
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import matrices
 from femic.reference.models import Points
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse
 from geometries.grids import Grid
@@ -91,7 +91,7 @@ def test_no_rule_takes_nothing_and_rules_take_nothing_where_nothing_is_loaded():
 def found_on(grid, discounts, **changes):
     body = body_of(LOWER, arc(RADIUS, 1.1, 1.1), np.inf, **changes)
     job = MatrixJob(body, grid, Settings(HARMONIC, 0.1, approach_side=0.3), ("nn",), discounts)
-    return matrices({"lower": job}, Means(1))["lower"]
+    return matrices({"lower": job}, RunOptions(1))["lower"]
 
 
 def test_m_zz_is_the_same_on_grids_of_other_elements_and_is_all_that_is_taken():

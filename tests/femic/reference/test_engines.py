@@ -11,7 +11,7 @@ from femic.reference.engines import ENGINES
 from femic.reference.job import Job, Settings
 from femic.reference.level import MODELS, Level
 from femic.reference.models import Points
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from geometries.bodies import Body, Domain
 from geometries.contours import plane
 from geometries.materials import one_body
@@ -50,7 +50,7 @@ def test_what_is_asked_of_an_engine_is_what_it_solves(engine):
 def c_of(tolerance, **settings):
     settings = Settings(CLOSED, tolerance, rotation_reach=12.0, **settings)
     job = Job(BODY, PATCH, ("nn", "xn"), POINTS, {"all": slice(None)}, settings)
-    return references({"lower": job}, Means(1))["lower"]
+    return references({"lower": job}, RunOptions(1))["lower"]
 
 
 @pytest.mark.parametrize("tolerance", [0.1, 0.01, 1e-3])

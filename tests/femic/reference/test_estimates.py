@@ -10,7 +10,7 @@ from femic.reference.engines import ENGINES, HARMONIC, SOLID
 from femic.reference.estimate import (
     CLOSE_TO_ARC,
     ON_OUTLINE,
-    Estimated,
+    EstimatedICs,
     Orders,
     estimated,
     orders_at,
@@ -350,7 +350,7 @@ def test_shares_are_those_of_each_part_and_of_their_sum():
     scale = {"one": np.full((3, 3), 2.0), "other": np.ones((3, 3))}
     mesh, size = ics(nn=[0.4, 0, 0, 0, 0]), ics(nn=[0.1, 0.5, 0, 0, 0])
     waves = ics(sn=[0, 0, 0, 0, 0.15])
-    found = shares(TWO, Estimated(0 * mesh, mesh, size, waves), scale)
+    found = shares(TWO, EstimatedICs(0 * mesh, mesh, size, waves), scale)
     assert (found.mesh, found.truncation, found.waves) == (0.2, 0.25, 0.15)
     assert (found.total, found.component, found.line) == (0.25, "nn", "one")
 
@@ -358,7 +358,7 @@ def test_shares_are_those_of_each_part_and_of_their_sum():
 def test_bodies_add_up_and_so_do_their_estimates():
     """Opposite ICs cancel, errors do not."""
     one, other = (
-        Estimated(
+        EstimatedICs(
             *(sign * k * np.ones((3, 3, 2)) for sign, k in zip((s, 1, 1, 1), (1, 2, 3, 4), strict=True))
         )
         for s in (1, -1)

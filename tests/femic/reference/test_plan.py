@@ -53,7 +53,7 @@ def test_workers_share_the_factorisations_as_far_as_memory_lets_them():
     """Three quarters of a core each, and one alone is one; mesh and assembly are not shared."""
     times = {}
     for workers in (1, 4, 8):
-        found = HARMONIC.models.planned(TASK.request, workers)
+        found = HARMONIC.models.expected_cost(TASK.request, workers)
         times[workers] = found.seconds - start_of(TASK.request)
     assert times[1] == pytest.approx(3 * times[4])
     assert times[4] == pytest.approx(2 * times[8])
@@ -61,7 +61,7 @@ def test_workers_share_the_factorisations_as_far_as_memory_lets_them():
 
 def test_unknowns_are_those_of_the_mesh_and_memory_grows_with_them():
     found, finer = (
-        HARMONIC.models.planned(replace(TASK.request, cells=TASK.request.cells.scaled(f)), 1)
+        HARMONIC.models.expected_cost(replace(TASK.request, cells=TASK.request.cells.scaled(f)), 1)
         for f in (1, 0.5)
     )
     assert found.unknowns == unknowns_of(TASK.request)
@@ -75,7 +75,7 @@ def test_each_wavenumber_is_factored_once_and_about_half_of_them_with_coarser_ce
     """Whether even and odd parts are apart or not; loads at s and -s are one column of a half section."""
     with_law(monkeypatch, FACTOR=1.0, FACTOR_GROWTH=0.0, START=0.0, PER_UNKNOWN=0.0)
     asked = replace(TASK.request, loads=LOADS, body=replace(TASK.request.body, contour=contour))
-    found = HARMONIC.models.planned(asked, 1)
+    found = HARMONIC.models.expected_cost(asked, 1)
     assert found.seconds == sum(solutions(asked))
     assert found.half_section == contour.symmetric
     assert found.fields == (6 if contour.symmetric else 9)
@@ -87,13 +87,13 @@ def test_costs_of_unknowns_follow_their_power(monkeypatch):
         asked = with_cells(factor)
         fine, coarser = solutions(asked)
         expected = fine * unknowns_of(asked) ** 1.5 + coarser * unknowns_of(asked.coarser) ** 1.5
-        assert HARMONIC.models.planned(asked, 1).seconds == pytest.approx(expected)
+        assert HARMONIC.models.expected_cost(asked, 1).seconds == pytest.approx(expected)
 
 
 def test_wavenumbers_are_those_that_a_half_space_would_take():
-    found = HARMONIC.models.planned(TASK.request, 1)
+    found = HARMONIC.models.expected_cost(TASK.request, 1)
     assert found.wavenumbers == len(expected_samples(TASK.request).k)
-    finer = HARMONIC.models.planned(replace(TASK.request, accuracy=TASK.request.accuracy / 1000), 1)
+    finer = HARMONIC.models.expected_cost(replace(TASK.request, accuracy=TASK.request.accuracy / 1000), 1)
     assert finer.wavenumbers > found.wavenumbers
 
 
@@ -112,11 +112,11 @@ def test_cells_of_one_size_fill_the_body(contour, share):
     volume = share * np.pi * 40.0**2 / 2 * 30.0
     cubes = solid_plan._cubes(solid(contour))
     assert cubes == pytest.approx(volume / 2.0**3, rel=0.05)  # of 40 000 random points
-    assert SOLID.models.planned(solid(contour), 1).unknowns == round(4.2 * 5.4 * cubes)
+    assert SOLID.models.expected_cost(solid(contour), 1).unknowns == round(4.2 * 5.4 * cubes)
 
 
 def test_each_field_of_a_solid_is_solved():
-    one, three = (SOLID.models.planned(solid(plane(), directions=d), 1) for d in ((2,), (0, 1, 2)))
+    one, three = (SOLID.models.expected_cost(solid(plane(), directions=d), 1) for d in ((2,), (0, 1, 2)))
     assert (one.fields, three.fields) == (1, 3)
     assert three.seconds - one.seconds == pytest.approx(2 * 3e-5 * one.unknowns)
     assert one.seconds == pytest.approx((6e-5 + 3e-5) * one.unknowns)

@@ -7,13 +7,13 @@ import pytest
 
 from femic.reference.accuracy import NotConverged
 from femic.reference.at_points import AtPoints, references
-from femic.reference.estimate import Estimated, total
+from femic.reference.estimate import EstimatedICs, total
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.level import Level, factors
 from femic.reference.models import Points
 from femic.reference.refinement import refine, refined
 from femic.reference.result import combine, scales, shares, worst
-from femic.reference.run_options import Means, Watch
+from femic.reference.run_options import RunOptions, Watch
 from femic.reference.solid import engine as solid
 from femic.reference.solid.record import SOLID
 from geometries.errors import WrongInput
@@ -29,7 +29,7 @@ def with_errors(models, mesh, truncation, waves=0.0):
     for part in LINES.values():
         scale[part] = np.abs(reference.c.ic[2, 2, part]).max()
     whole = np.broadcast_to(scale, reference.c.ic.shape)
-    return replace(reference, c=Estimated(reference.c.ic, mesh * whole, truncation * whole, waves * whole))
+    return replace(reference, c=EstimatedICs(reference.c.ic, mesh * whole, truncation * whole, waves * whole))
 
 
 def own_shares(job, reference):
@@ -81,7 +81,7 @@ def test_refinement_goes_on_until_the_tolerance_is_met_and_solves_no_model_twice
     asked = []
     watch = Watch(asked.append)
     job = changed(JOB, tolerance=0.002)
-    found = references({"lower": job}, Means(1, watch=watch))["lower"]
+    found = references({"lower": job}, RunOptions(1, watch=watch))["lower"]
     assert len(asked) > 1
     flat = [task.level for tasks in asked for task in tasks]
     assert len(set(flat)) == len(flat)
@@ -141,16 +141,16 @@ def test_the_sum_of_both_bodies_is_judged_too(models):
 
 def test_a_first_model_beyond_the_limit_is_refused():
     with pytest.raises(NotConverged, match=r"a model needs [\d,]+ unknowns, `most_unknowns` = 1,000"):
-        references({"lower": changed(JOB, most_unknowns=1000)}, Means(1))
+        references({"lower": changed(JOB, most_unknowns=1000)}, RunOptions(1))
 
 
 def test_points_outside_the_smallest_model_are_refused_before_any_work(monkeypatch):
     monkeypatch.setattr(solid, "build_mesh", lambda _: pytest.fail("a mesh was made"))
     far = replace(JOB, points=Points(np.array([30.0]), np.array([0.0])), lines={"far": slice(0, 1)})
     with pytest.raises(WrongInput, match=r"lower body: the point s = 0 mm, 30 mm along x, .* 25 mm along x"):
-        references({"lower": far}, Means(1))  # the small model goes to x = 25 mm
+        references({"lower": far}, RunOptions(1))  # the small model goes to x = 25 mm
     with pytest.raises(WrongInput, match="lies outside"):
-        references({"lower": replace(JOB, patch=replace(PATCH, s=22.0))}, Means(1))
+        references({"lower": replace(JOB, patch=replace(PATCH, s=22.0))}, RunOptions(1))
 
 
 def without_nn(models, job, share):
@@ -159,7 +159,7 @@ def without_nn(models, job, share):
     ic[0, 0] = 0.0
     for line, scale in scales([job], ic).items():
         error[0, 0, LINES[line]] = share * scale[0, 0]
-    return replace(combine(JOB, Level(), models), c=Estimated(ic, error, 0 * error, 0 * error))
+    return replace(combine(JOB, Level(), models), c=EstimatedICs(ic, error, 0 * error, 0 * error))
 
 
 def test_without_nn_the_sum_of_both_half_spaces_is_the_scale_of_the_sum(models):

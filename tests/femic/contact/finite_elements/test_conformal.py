@@ -50,7 +50,7 @@ def test_surfaces_in_contact_meet_in_space(level):
     upper = level.pair.upper.solid.trace
     distance = level.bodies.undeformed.distance(coupling.zone.x, coupling.zone.s)
     y, z = level.bodies.lower.contour.position(coupling.zone.s) + distance * np.stack([sin, cos])
-    xi, y, z = level.bodies.upper.surface.turned_back(np.stack([coupling.zone.x, y, z]))
+    xi, y, z = level.bodies.upper.surface.to_chart(np.stack([coupling.zone.x, y, z]))
     t = level.bodies.upper.contour.nearest(np.stack([y, z]), (-12.0, 12.0))
     inner = (coupling.zone.x > 0.1) & (coupling.zone.s > 0.1) & (level.p > 0.3 * level.p.max())
     u_upper = upper.interpolation(np.abs(xi), np.abs(t)) @ state.u_upper.reshape(-1, 3)[upper.nodes]

@@ -164,7 +164,7 @@ def test_it_is_so_with_effective_properties(variant, bodies):
 def test_one_body_of_the_pair_alone_may_have_effective_properties():
     """Of the mix only: B-hat-prime needs them of both."""
     assert_dense("mix", pair(of_bodies=(OF_WHEEL, None)), (X, S, N))
-    with pytest.raises(WrongInput, match="effective properties: give those"):
+    with pytest.raises(WrongInput, match="effective properties: B-hat-prime needs"):
         approximate_operator("Bhat_prime", pair(of_bodies=(OF_WHEEL, None)), GRID)
 
 

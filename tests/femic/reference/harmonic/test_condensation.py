@@ -11,10 +11,10 @@ from femic.reference.accuracy import NotConverged
 from femic.reference.harmonic import condensation, engine, equations, section_response
 from femic.reference.harmonic.condensation import Condensation, Condensed
 from femic.reference.harmonic.engine import build_section
-from femic.reference.harmonic.entry import KeptWaves
+from femic.reference.harmonic.entry import StoredWaves
 from femic.reference.harmonic.equations import LARGEST_RESIDUAL
 from femic.reference.harmonic.section_model import assemble
-from femic.reference.harmonic.section_response import Respond, observers, strip_force
+from femic.reference.harmonic.section_response import SectionSolver, observers, strip_force
 from femic.reference.meshing.cell_size import Cells
 from femic.reference.symmetry import Parity, Y, parities
 from geometries.bodies import Domain
@@ -65,7 +65,7 @@ def assembled(section):
 @pytest.fixture(scope="module", params=SEEN)
 def asked(section, request):
     """Responses at a few observers, for which the border has G, or at many, for which fields are solved."""
-    respond = Respond(section, LOADS, SEEN[request.param], SHARES)
+    respond = SectionSolver(section, LOADS, SEEN[request.param], SHARES)
     prepared = prepared_by(respond)
     assert (prepared.in_border is prepared.observers) == (request.param == "few observers")
     return respond, SEEN[request.param]
@@ -110,7 +110,7 @@ def test_responses_are_those_of_the_fields_with_either_far_arc(section, assemble
 def test_supports_that_differ_at_many_nodes_are_factored_apart(section, asked, monkeypatch):
     together, s = asked
     monkeypatch.setattr(section_response, "MOST_RETAINED", 10)
-    apart = Respond(section, LOADS, s, SHARES)
+    apart = SectionSolver(section, LOADS, s, SHARES)
     assert len(apart._together) == (4 if section.half_section else 2)
     for shares in (SHARES, (1.0,), (0.5,)):
         expected = together(0.02, shares)[0]
@@ -121,7 +121,7 @@ def test_the_unit_of_force_does_not_matter(section):
     """All moduli a million times as large: all responses a millionth."""
     harder = replace(section.body, material=replace(section.body.material, E=1e6 * section.body.material.E))
     soft, hard = (
-        Respond(replace(section, body=body), LOADS, SEEN["few observers"], SHARES)(K, SHARES)[0]
+        SectionSolver(replace(section, body=body), LOADS, SEEN["few observers"], SHARES)(K, SHARES)[0]
         for body in (section.body, harder)
     )
     assert largest(1e6 * hard - soft) < 1e-9 * largest(soft)
@@ -133,15 +133,15 @@ def test_the_unit_of_force_does_not_matter(section):
 def test_springs_and_border_change_nothing(monkeypatch, section, asked, constant, factor):
     respond, s = asked
     monkeypatch.setattr(condensation, constant, factor * getattr(condensation, constant))
-    changed = Respond(section, LOADS, s, SHARES)
+    changed = SectionSolver(section, LOADS, s, SHARES)
     expected = respond(K, SHARES)[0]
     assert largest(changed(K, SHARES)[0] - expected) < 1e-8 * largest(expected)
 
 
 def test_an_observer_that_hardly_moves_is_proved_on_the_scale_of_the_loads(section):
     """At a distance of k s = 40 nothing is left but rounding."""
-    responses, residual = Respond(section, LOADS[-3:], np.array([-3.5]))(9.0)
-    assert largest(responses) < 1e-6 * largest(Respond(section, LOADS[-3:], np.array([1.5]))(9.0)[0])
+    responses, residual = SectionSolver(section, LOADS[-3:], np.array([-3.5]))(9.0)
+    assert largest(responses) < 1e-6 * largest(SectionSolver(section, LOADS[-3:], np.array([1.5]))(9.0)[0])
     assert residual < 1e-8
 
 
@@ -252,7 +252,7 @@ def test_the_residual_grows_with_what_is_wrong(changed, asked):
 @pytest.fixture(scope="module")
 def of_ten_decades(section):
     """Loads whose forces differ by ten decades, solved for their fields."""
-    prepared = prepared_by(Respond(section, LOADS, SEEN["many"]))
+    prepared = prepared_by(SectionSolver(section, LOADS, SEEN["many"]))
     forces = prepared.forces.multiply(np.geomspace(1e-5, 1e5, prepared.forces.shape[1]))
     return Condensation.of(prepared.stiffness, prepared.retained, csc_matrix(forces), prepared.observers, 1)
 
@@ -313,16 +313,16 @@ class Answers:
 @pytest.mark.parametrize("workers", [1, 2])
 def test_the_cost_has_the_worst_residual_also_of_what_was_kept(workers):
     kept, few_waves = Answers(), replace(TASK.request, body=WHOLE, accuracy=1e-7)
-    first = engine.solve(few_waves, kept=kept, workers=workers).cost.residual
+    first = engine.solve(few_waves, cache=kept, workers=workers).cost.residual
     assert first == max(kept.residuals.values())
     assert 0 < first < 1e-9
     kept.residuals[sorted(kept.residuals)[3]] = 3e-7
     del kept.found["k0.0"]  # this one is solved again
-    assert engine.solve(few_waves, kept=kept, workers=workers).cost.residual == 3e-7
+    assert engine.solve(few_waves, cache=kept, workers=workers).cost.residual == 3e-7
 
 
 def test_kept_waves_carry_their_residual(tmp_path):
-    kept = KeptWaves(Store(tmp_path), "key")
+    kept = StoredWaves(Store(tmp_path), "key")
     kept.put("k0.25", (np.eye(3), 4e-11))
     responses, residual = kept.get("k0.25")
     np.testing.assert_array_equal(responses, np.eye(3))

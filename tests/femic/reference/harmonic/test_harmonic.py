@@ -11,7 +11,7 @@ from femic.reference.accuracy import line_errors
 from femic.reference.harmonic.engine import raw_ics
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.section import section_mesh
-from femic.reference.harmonic.section_response import Respond
+from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.harmonic.section_size import SectionSize
 from femic.reference.level import MODELS, Level
 from femic.reference.meshing.cell_size import Cells
@@ -262,7 +262,7 @@ def test_halves_of_a_section_give_what_the_whole_gives(side):
     strips = np.array([[-0.4, 0.4], [-0.1, 0.7], [-2.4, -1.6]])
     fine = Cells(0.1, 0.4, 0.4)
     whole, half = (
-        Respond(section_mesh(body, SectionSize(fine, strips), half_section=h), loads, s, (1.0, 0.5))
+        SectionSolver(section_mesh(body, SectionSize(fine, strips), half_section=h), loads, s, (1.0, 0.5))
         for h in (False, True)
     )
     for k in (0.0, 0.1, 2.0):
@@ -334,7 +334,7 @@ def test_responses_are_smooth_at_zero():
     """Even in k (or odd): what the interpolation assumes."""
     body = Body(LOWER, UNSYMMETRIC, STEEL, Domain(40.0, 40.0))
     section = section_mesh(body, SectionSize(BARE, np.array([[-0.3, 0.5]])))
-    at = Respond(section, [Load(Patch(0.3, 0.4, 0.1), 2)], np.array([1.0]))
+    at = SectionSolver(section, [Load(Patch(0.3, 0.4, 0.1), 2)], np.array([1.0]))
     k = np.array([1e-4, 2e-4])
     zero, one, two = (at(value)[0][0, 0, :, 0] for value in (0.0, *k))
     assert zero[0] == 0

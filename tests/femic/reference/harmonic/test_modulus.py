@@ -7,12 +7,12 @@ import pytest
 
 from femic.cache.store import Store
 from femic.reference.at_points import references
-from femic.reference.harmonic.modulus import DIGITS, kept, model_key, with_unit_modulus
+from femic.reference.harmonic.modulus import DIGITS, model_key, stored_model, with_unit_modulus
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.job import Job, Settings
 from femic.reference.level import Level
 from femic.reference.models import Points
-from femic.reference.run_options import Means, Watch
+from femic.reference.run_options import RunOptions, Watch
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material
@@ -31,8 +31,8 @@ def job(modulus):
 def solved(modulus, store):
     """C of a body [mm/N], and how many of its models were kept."""
     found = []
-    means = Means(1, store, Watch(on_model=lambda model: found.append(model.kept)))
-    return references({"body": job(modulus)}, means)["body"], found
+    options = RunOptions(1, store, Watch(on_model=lambda model: found.append(model.cached)))
+    return references({"body": job(modulus)}, options)["body"], found
 
 
 @pytest.fixture(scope="module")
@@ -66,8 +66,8 @@ def test_displacements_go_like_the_inverse_of_the_modulus(store):
 def test_another_ratio_of_poisson_is_not_served(store):
     asked = job(MODULI[0]).request(Level())
     other = replace(asked, body=replace(asked.body, material=Material(MODULI[0], 0.3)))
-    assert kept(asked, store) is not None
-    assert kept(other, store) is None
+    assert stored_model(asked, store) is not None
+    assert stored_model(other, store) is None
 
 
 def test_keys_do_not_depend_on_the_modulus_but_on_all_else():

@@ -12,7 +12,7 @@ from femic.reference.harmonic.grids import far_radius_for
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.harmonic.section import MeshTri4, section_mesh, shapes
 from femic.reference.harmonic.section_model import assemble
-from femic.reference.harmonic.section_response import Respond
+from femic.reference.harmonic.section_response import SectionSolver
 from femic.reference.harmonic.section_size import SectionSize
 from femic.reference.job import Settings
 from femic.reference.level import Level
@@ -184,7 +184,7 @@ def test_strips_that_hardly_pass_the_plane_of_symmetry_are_meshed_like_those_tha
         section = build_section(request)
         beside = [load for load in request.loads if abs(abs(load.patch.s) - 0.2) < 0.1]
         assert len(beside) == 6
-        return section.knots, Respond(section, beside, np.array([-0.2, 0.2]))(0.3)[0]
+        return section.knots, SectionSolver(section, beside, np.array([-0.2, 0.2]))(0.3)[0]
 
     knots, found = responses(aside)
     knots_of_none, expected = responses(0.0)

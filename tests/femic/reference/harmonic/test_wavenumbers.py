@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femic.reference.accuracy import NotConverged
-from femic.reference.harmonic.wavenumbers import Axis, Sampled, sampled
+from femic.reference.harmonic.wavenumbers import Axis, Samples, sample
 
 AXIS = Axis(1e-3, 25.0)
 ODD = np.array([[False], [True]])
@@ -57,7 +57,7 @@ def test_interpolation_between_wavenumbers_is_of_sixth_order():
 def test_as_accurate_as_asked_and_each_wavenumber_solved_once(accuracy):
     """Displacements at some x by a sum over all k, against the sum of the responses themselves."""
     solve = Solver(smooth)
-    found = sampled(AXIS, solve, ODD, 0.2, accuracy)
+    found = sample(AXIS, solve, ODD, 0.2, accuracy)
     assert len(solve.asked) == len(set(solve.asked)) == len(found.k)
     at = np.linspace(0, 25, 200_001)
     off = interpolated(found, at)[:, 0, 0] - [smooth(v)[0, 0] for v in at]
@@ -70,7 +70,7 @@ def test_wavenumbers_gather_where_the_response_is_sharp():
     def peak(k):
         return np.array([[1 / (1 + ((k - 1) / 0.05) ** 2)], [0.0]])
 
-    found = sampled(AXIS, Solver(peak), ODD, 0.2, 1e-5)
+    found = sample(AXIS, Solver(peak), ODD, 0.2, 1e-5)
     t = np.arcsinh(np.array([0.7, 1.3, AXIS.k_max]) / AXIS.scale)
     near = np.mean(np.abs(found.k - 1) < 0.3)
     assert near > 4 * (t[1] - t[0]) / t[2]
@@ -79,7 +79,7 @@ def test_wavenumbers_gather_where_the_response_is_sharp():
 
 
 def test_sparser_leaves_out_the_last_ones_and_is_worse():
-    found = sampled(AXIS, Solver(smooth), ODD, 0.2, 1e-5)
+    found = sample(AXIS, Solver(smooth), ODD, 0.2, 1e-5)
     sparser = found.sparser
     assert set(sparser.k) < set(found.k)
     assert sparser.k[0] == 0
@@ -98,7 +98,7 @@ def test_a_ring_is_solved_at_its_orders_only(radius):
         free = 7.0 if k * radius < 1.5 else 0.0
         return smooth(k) + free
 
-    found = sampled(Axis(1e-3, 25.0, radius), Solver(response), ODD, 0.2, 1e-6)
+    found = sample(Axis(1e-3, 25.0, radius), Solver(response), ODD, 0.2, 1e-6)
     orders = found.k * radius
     np.testing.assert_allclose(orders, np.round(orders), atol=1e-6)
     assert set(np.round(orders[:3])) == {0, 1, 2}
@@ -112,7 +112,7 @@ def test_a_response_that_is_never_smooth_is_refused_with_what_to_try():
     rng = np.random.default_rng(1)
     noise = Solver(lambda _: rng.normal(size=(2, 1)))
     with pytest.raises(NotConverged, match=r"more than 1000 wavenumbers .* larger `tolerance`"):
-        sampled(AXIS, noise, ODD, 0.2, 1e-9)
+        sample(AXIS, noise, ODD, 0.2, 1e-9)
 
 
 # --- which are solved, and which came last ---------------------------------------------------------------
@@ -173,7 +173,7 @@ def test_orders_0_and_1_of_a_ring_say_nothing_about_others():
 def test_sparser_are_the_others_and_none_of_them_came_last():
     k, last = np.arange(6.0), np.array([False, True, False, False, True, False])
     responses = np.random.default_rng(0).normal(size=(6, 2, 3))
-    found = Sampled(AXIS, k, responses, last).sparser
+    found = Samples(AXIS, k, responses, last).sparser
     np.testing.assert_array_equal(found.k, [0, 2, 3, 5])
     np.testing.assert_array_equal(found.responses, responses[[0, 2, 3, 5]])
     assert not np.any(found.last)
@@ -183,7 +183,7 @@ def test_sparser_are_the_others_and_none_of_them_came_last():
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-6])
 def test_last_are_the_middles_whose_halves_were_not_halved(accuracy):
     """Each lies in the middle of its neighbours; each other one is a first one, or next to a last one."""
-    found = sampled(AXIS, Solver(smooth), ODD, 0.2, accuracy)
+    found = sample(AXIS, Solver(smooth), ODD, 0.2, accuracy)
     first = AXIS.first()
     assert np.any(found.last)
     for n in np.flatnonzero(found.last):
@@ -221,7 +221,7 @@ def test_an_interval_is_halved_again_only_if_what_it_adds_to_displacements_is_to
 
     solve = Solver(response)
     calls = []
-    found = sampled(NARROW, lambda k: calls.append(len(k)) or solve(k), ODD, A_LOAD, accuracy)
+    found = sample(NARROW, lambda k: calls.append(len(k)) or solve(k), ODD, A_LOAD, accuracy)
     assert (len(calls) > 2) == (rounds == 2)
     if rounds == 1:
         assert len(found.k) == 2 * len(first) - 1
@@ -231,18 +231,18 @@ def test_an_interval_is_halved_again_only_if_what_it_adds_to_displacements_is_to
 
 def test_accuracy_may_differ_from_entry_to_entry():
     """What is asked of an entry that is 0 everywhere costs nothing."""
-    one = sampled(AXIS, Solver(smooth), ODD, 0.2, np.array([[1e-5], [1e-1]]))
-    other = sampled(AXIS, Solver(smooth), ODD, 0.2, np.array([[1e-1], [1e-5]]))
-    both = sampled(AXIS, Solver(smooth), ODD, 0.2, 1e-5)
+    one = sample(AXIS, Solver(smooth), ODD, 0.2, np.array([[1e-5], [1e-1]]))
+    other = sample(AXIS, Solver(smooth), ODD, 0.2, np.array([[1e-1], [1e-5]]))
+    both = sample(AXIS, Solver(smooth), ODD, 0.2, 1e-5)
     assert set(one.k) <= set(both.k)
     assert set(other.k) <= set(both.k)
-    assert len(sampled(AXIS, Solver(smooth), ODD, 0.2, 1e-1).k) < min(len(one.k), len(other.k))
+    assert len(sample(AXIS, Solver(smooth), ODD, 0.2, 1e-1).k) < min(len(one.k), len(other.k))
 
 
 @pytest.mark.parametrize("radius", [1.0, 20.0, 500.0])
 def test_orders_between_which_there_is_nothing_never_came_last(radius):
     """m = 0, 1, 2 of a ring have no middles: the sparser ones have them, too, as all first ones."""
     axis = Axis(1e-3, 25.0, radius)
-    found = sampled(axis, Solver(smooth), ODD, 0.2, 1e-6)
+    found = sample(axis, Solver(smooth), ODD, 0.2, 1e-6)
     assert np.any(found.last)
     assert set(axis.first()) <= set(found.sparser.k)

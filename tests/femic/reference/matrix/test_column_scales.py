@@ -7,7 +7,7 @@ from approx.halfspace import HalfSpace
 from femic.reference.accuracy import Shares
 from femic.reference.assessment import worst_of
 from femic.reference.engines import HARMONIC, SOLID
-from femic.reference.estimate import Estimated
+from femic.reference.estimate import EstimatedICs
 from femic.reference.harmonic.grids import far_radius_for
 from femic.reference.job import Settings
 from femic.reference.matrix.columns import column_scale, column_shares
@@ -86,7 +86,7 @@ def column(**parts):
     for name, entries in parts.items():
         for place, value in entries.items():
             arrays[name][place] = value
-    return Estimated(np.zeros((3, 3, 7, 6)), **arrays)
+    return EstimatedICs(np.zeros((3, 3, 7, 6)), **arrays)
 
 
 def test_shares_of_a_column_are_the_worst_of_each_part_and_of_their_sum():
@@ -129,7 +129,7 @@ def columns(error_of):
     """ICs of 1, with some error of the mesh, strip by strip."""
     return Column(
         [
-            Estimated(np.ones((3, 3, 7, 6)), e + np.zeros((3, 3, 7, 6)), *np.zeros((2, 3, 3, 7, 6)))
+            EstimatedICs(np.ones((3, 3, 7, 6)), e + np.zeros((3, 3, 7, 6)), *np.zeros((2, 3, 3, 7, 6)))
             for e in error_of
         ]
     )

@@ -7,12 +7,12 @@ import pytest
 
 from femic.cache.store import Store
 from femic.reference.engines import HARMONIC
-from femic.reference.harmonic.modulus import kept
+from femic.reference.harmonic.modulus import stored_model
 from femic.reference.level import Level
 from femic.reference.matrix.columns import column_scale
 from femic.reference.matrix.reference import AtLags, matrices
 from femic.reference.refinement import refine
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from geometries.contours import arc
 from geometries.grids import Grid
 from geometries.patches import COMPONENTS, N, S, X, indices
@@ -36,7 +36,7 @@ def of_all(body, tolerance=0.02):
 
 
 def solved(job, store):
-    return matrices({"body": job}, Means(2, store))["body"]
+    return matrices({"body": job}, RunOptions(2, store))["body"]
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +99,7 @@ def test_components_that_are_not_asked_are_no_numbers(both):
 
 def test_only_loads_are_solved_that_nn_and_m_need():
     """Besides the strips under n: a lateral load, and normal ones at the contact centre and at the arm."""
-    loads = replace(of_all("wheel"), components=NN).request(Level()).wanted_loads
+    loads = replace(of_all("wheel"), components=NN).request(Level()).own_loads
     strips = {GRID.patch(strip) for strip in range(GRID.n_s)}
     assert {load.direction for load in loads if load.patch in strips} == {N}
     further = {(load.patch.s, load.direction) for load in loads if load.patch not in strips}
@@ -176,17 +176,17 @@ def test_nn_alone_is_accurate_on_cells_on_which_other_components_are_not():
 
 def test_a_model_of_nn_does_not_serve_other_components(both, of_nn):
     _, alone, _ = both
-    assert kept(alone.job.request(Level()), Store("memory://nothing")) is None
-    assert kept(alone.job.request(Level()), of_nn) is not None
+    assert stored_model(alone.job.request(Level()), Store("memory://nothing")) is None
+    assert stored_model(alone.job.request(Level()), of_nn) is not None
     for components in (COMPONENTS, ("ss",), ("xn",)):
         other = replace(alone.job, components=components)
-        assert kept(other.request(Level()), of_nn) is None
+        assert stored_model(other.request(Level()), of_nn) is None
 
 
 def test_a_plan_counts_the_fields_that_are_solved():
     """On half a section two strips, and the loads of M on two widths of strips: nn needs none along x."""
     fewer, all_nine = (
-        HARMONIC.models.planned(replace(of_all("wheel"), components=components).request(Level()), 1)
+        HARMONIC.models.expected_cost(replace(of_all("wheel"), components=components).request(Level()), 1)
         for components in (NN, COMPONENTS)
     )
     assert (fewer.fields, all_nine.fields) == (2 + 2 * 3, 3 * 2 + 2 * 4)

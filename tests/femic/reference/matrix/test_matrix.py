@@ -26,7 +26,7 @@ from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import AtLags, matrices
 from femic.reference.models import Points
 from femic.reference.result import scales
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.grids import Grid
@@ -49,7 +49,7 @@ def matrix_job(side, contour, grid=GRID, radius=np.inf, tolerance=1e-3):
 
 
 def solved(jobs, *, combined=False):
-    return matrices(jobs, Means(2), combined=combined)
+    return matrices(jobs, RunOptions(2), combined=combined)
 
 
 @pytest.fixture(scope="module")
@@ -140,7 +140,7 @@ def test_single_loads_are_columns(on_arcs, strip):
             {f"{m}": slice(m, None, len(observed)) for m in observed[:1]},
             Settings(HARMONIC, rotation_reach=REACH, moment_arm=ARM),
         )
-        own = references({"lower": single}, Means(2))["lower"].c
+        own = references({"lower": single}, RunOptions(2))["lower"].c
         at = np.ix_(range(3), range(3), lags, observed)
         together = [getattr(column, part)[at].reshape(3, 3, -1) for part in ("ic", "estimate")]
         nn = np.max(np.abs(own.ic[2, 2]))

@@ -8,11 +8,11 @@ import pytest
 from femic.cache.store import Store
 from femic.reference.harmonic import nesting
 from femic.reference.harmonic.condensation import Condensation
-from femic.reference.harmonic.modulus import kept
+from femic.reference.harmonic.modulus import stored_model
 from femic.reference.level import Level
 from femic.reference.matrix.columns import column_scale
 from femic.reference.matrix.reference import matrices
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from geometries.contours import arc
 from geometries.grids import Grid
 from geometries.materials import Material
@@ -38,7 +38,7 @@ def job_on(grid, tolerance=ROUGH):
 
 
 def solved(job, store):
-    return matrices({"upper": job}, Means(2, store))["upper"]
+    return matrices({"upper": job}, RunOptions(2, store))["upper"]
 
 
 @pytest.fixture(scope="module")
@@ -90,12 +90,12 @@ NOT_SERVED = {
 
 @pytest.mark.parametrize("grid", NOT_SERVED.values(), ids=NOT_SERVED)
 def test_a_grid_that_the_model_does_not_have_is_not_served(store, grid):
-    assert kept(job_on(grid).request(Level()), store) is None
+    assert stored_model(job_on(grid).request(Level()), store) is None
 
 
 def test_other_bodies_and_tighter_tolerances_are_not_served(store):
     job = job_on(SERVED["twice as wide and long"])
-    assert kept(job.request(Level()), store) is not None
+    assert stored_model(job.request(Level()), store) is not None
     other_nu = replace(job.body, material=Material(200e3, 0.3))
     for other in (
         changed(job, tolerance=1e-4),
@@ -103,8 +103,8 @@ def test_other_bodies_and_tighter_tolerances_are_not_served(store):
         replace(job, body=other_nu),
         replace(job, body=job.body.enlarged(2.0)),
     ):
-        assert kept(other.request(Level()), store) is None
-    assert kept(job.request(Level()), Store()) is None
+        assert stored_model(other.request(Level()), store) is None
+    assert stored_model(job.request(Level()), Store()) is None
 
 
 def test_equal_strips_side_by_side_make_up_a_load():

@@ -81,7 +81,7 @@ def test_volume_is_that_of_the_revolved_section(solid):
 
 def test_supports_hold_far_arc_hub_and_end_and_nothing_else(solid):
     body, held = solid.body, assemble(solid).supported
-    xi, y, z = body.surface.turned_back(solid.nodes[:, : solid.n_vertices])
+    xi, y, z = body.surface.to_chart(solid.nodes[:, : solid.n_vertices])
     far = np.hypot(y, z) > (1 - 1e-6) * body.domain.far_radius
     hub = body.side * z > body.depth * (1 - 1e-6)
     end = (xi > (1 - 1e-6) * body.xi_end) & (not body.closed)

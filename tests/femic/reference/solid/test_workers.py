@@ -7,7 +7,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from femic.cache.store import Store
 from femic.reference.level import MODELS, Level
 from femic.reference.refinement import solve_models
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.reference.solid import engine as solid
 from femic.reference.solid import tasks
 from geometries.errors import Failure
@@ -35,8 +35,8 @@ def test_a_second_run_opens_no_mesh_and_an_interrupted_one_resumes(tmp_path, mon
     first = solve_all(store)
     assert interrupted
     assert len(meshed) == len(MODELS)  # two before the interruption, the third after it
-    again = list(solve_models(TASKS, Means(1, store)))
-    assert all(solved.kept for solved in again)
+    again = list(solve_models(TASKS, RunOptions(1, store)))
+    assert all(solved.cached for solved in again)
     assert len(meshed) == len(MODELS)
     np.testing.assert_array_equal(first[Level()].u, again[0].model.u)
 
@@ -47,4 +47,4 @@ def test_a_dead_worker_is_reported_with_both_causes_and_what_to_try(monkeypatch)
 
     monkeypatch.setattr(tasks, "in_processes", dead)
     with pytest.raises(Failure, match=r"memory: use fewer.*mesher crashed.*change the cells.*are kept"):
-        list(solve_models(TASKS, Means(2)))
+        list(solve_models(TASKS, RunOptions(2)))

@@ -5,7 +5,7 @@ from itertools import islice
 import pytest
 
 from femic.cache.store import Store
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.validation.estimates import coverage as module
 from femic.validation.estimates.contacts import random_contact
 from femic.validation.estimates.coverage import coverage, kept_outcomes, outcomes
@@ -66,13 +66,13 @@ def test_outcomes_are_kept_one_by_one_and_those_without_a_solution_too(tmp_path,
 
     monkeypatch.setattr(module, "STUDIES", {"made": study})
     monkeypatch.setattr(module, "SPARE", 2.0)
-    means = Means(1, Store(tmp_path))
-    found = kept_outcomes("made", 1, 3, means)
+    options = RunOptions(1, Store(tmp_path))
+    found = kept_outcomes("made", 1, 3, options)
     assert [one.numbers["F"] for one in found] == [random_contact(1, n).load for n in (1, 3, 5)]
     assert len(tried) == 6
-    again = kept_outcomes("made", 1, 3, means)
+    again = kept_outcomes("made", 1, 3, options)
     assert again == found
     assert len(tried) == 6
     monkeypatch.setattr(module, "SPARE", 1.25)
     with pytest.raises(Failure, match="only 5 of 10"):
-        kept_outcomes("made", 1, 8, means)
+        kept_outcomes("made", 1, 8, options)

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.validation.extremes import engines
 from femic.validation.extremes.engines import (
     Engines,
@@ -128,7 +128,7 @@ class Solving(Engines):
     """Engines that solve nothing: what they were asked for, and errors that are given."""
 
     def __init__(self, errors):
-        super().__init__(Means(1))
+        super().__init__(RunOptions(1))
         object.__setattr__(self, "asked", [])
         object.__setattr__(self, "errors", iter(errors))
 
@@ -220,7 +220,9 @@ def test_radii_from_equal_to_tenfold_are_tried():
 
 
 def test_planes_are_drawn_for_the_harmonic_engine_alone():
-    names = {kind: [row.name for row in Engines(Means(1)).parameters(kind)] for kind in (HARMONIC, SOLID)}
+    names = {
+        kind: [row.name for row in Engines(RunOptions(1)).parameters(kind)] for kind in (HARMONIC, SOLID)
+    }
     assert names[HARMONIC] == [*names[SOLID], "all of a plane at once"]
 
 

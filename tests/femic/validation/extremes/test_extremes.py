@@ -11,7 +11,7 @@ from compare.ics.compute import compute, ics_of, reference_of
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.accuracy import component_of
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.validation.extremes import analytic, engines, exact
 from femic.validation.extremes.engines import Engines, compared, flat, on_outline
@@ -29,7 +29,7 @@ ROUNDING = 5e-15  # some twenty roundings
 
 @pytest.fixture(scope="module")
 def engine(tmp_path_factory):
-    return Engines(Means(2, Store(tmp_path_factory.mktemp("extremes"))))
+    return Engines(RunOptions(2, Store(tmp_path_factory.mktemp("extremes"))))
 
 
 def test_the_analytic_ics_are_right_everywhere_and_say_so_beyond():

@@ -9,7 +9,7 @@ import numpy as np
 from approx.pair import Solid
 from compare.ics.compute import Results, approximated, jobs, scene_points
 from femic.reference.discount import FY, MOMENT
-from femic.reference.estimate import Estimated
+from femic.reference.estimate import EstimatedICs
 from femic.reference.models import Points
 from femic.reference.result import Reference
 from femic.scenes.load import load_scene
@@ -89,7 +89,7 @@ def with_c(results: Results, c: Made, *, estimate: float = 0.0, rotation: dict |
         zero = np.zeros_like(ic)
         m = np.zeros((4, 4))
         m[FY, MOMENT] = m[MOMENT, FY] = (rotation or {}).get(body, 0.0)
-        estimated = Estimated(ic, known, zero, zero)
+        estimated = EstimatedICs(ic, known, zero, zero)
         references[body] = Reference(estimated, ic, m, None, None, results.scene.bodies[body], {})
     return replace(results, references=references)
 

@@ -8,7 +8,7 @@ import pytest
 
 from approx.variants import VARIANTS
 from femic.reference.harmonic.record import HARMONIC
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.validation.statements import runs as module
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import GEOMETRIES, Runs
@@ -29,7 +29,7 @@ def asked(monkeypatch):
         return scene
 
     monkeypatch.setattr(module, "compute", compute)
-    return Runs(Means(1), tolerance=0.007), scenes
+    return Runs(RunOptions(1), tolerance=0.007), scenes
 
 
 def test_a_geometry_has_all_components_and_variants_and_is_computed_once(asked):

@@ -13,7 +13,7 @@ from femic.cache.store import Store
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference import result
 from femic.reference.harmonic import engine as harmonic_engine
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.validation.statements import figures, nn, verdicts
 from femic.validation.statements.criteria import Criterion, Statement
 from femic.validation.statements.curves import Measured
@@ -74,7 +74,7 @@ FITTED = Transition(0.14, 10.0, 1.5, 4.0)
 @pytest.fixture(scope="module")
 def runs(store):
     """Both geometries by the harmonic engine, not as accurate as `femic validate` has them."""
-    found = Coarse(Means(2, store), tolerance=0.01)
+    found = Coarse(RunOptions(2, store), tolerance=0.01)
     for name in GEOMETRIES:
         found.fitted(name)
     return found
