@@ -49,7 +49,7 @@ def curves_in(dataset: xr.Dataset, component: str) -> Figure:
         for line in lines:
             curve = dataset.sel(body=body, i=component[0], j=component[1])
             curve = curve.isel(point=np.flatnonzero(dataset.line.values == line))
-            along = "x" if np.ptp(curve.x) > np.ptp(curve.s) else "s"
+            along = "x" if np.ptp(curve.x.values) > np.ptp(curve.s.values) else "s"
             panel = panel_of(curve, curve[along].values / length)
             title, across = f"{component} on {line}", f"{along} / L  [-],  L = {length:g} mm"
             panels.append(replace(panel, title=title, across=across, up=f"{body}\nIC · E · L  [-]"))

@@ -110,13 +110,16 @@ class Pair:
     """Two bodies in contact: the `upper` one, a wheel, and the `lower` one, a rail.
 
     `effective` are the properties of B-hat-prime by "combined", "lower", "upper", as `fit_bhat_prime` finds
-    them; with `curvature_apart` those of "combined" leave out the curvature of wheels.
+    them; with `curvature_apart` those of "combined" leave out the curvature of wheels. `reference_length` [mm]
+    makes ICs dimensionless and sets where rigid motions are read; by default it is the crown radius of the
+    lower body, 10 mm if that is flat.
     """
 
     upper: Body
     lower: Body
     effective: Mapping[str, EffectiveProperties] = field(default_factory=dict, hash=False)
     curvature_apart: bool = False
+    reference_length: float | None = None
 
     @property
     def tables(self) -> dict[str, Any]:
@@ -124,7 +127,8 @@ class Pair:
         effective = {name: given(asdict(properties)) for name, properties in self.effective.items()}
         if self.curvature_apart:
             effective["combined"]["curvature"] = "apart"
-        return {"upper": self.upper.table, "lower": self.lower.table, "effective": effective}
+        bodies = {"upper": self.upper.table, "lower": self.lower.table}
+        return given({"reference_length": self.reference_length, **bodies, "effective": effective})
 
 
 def load_pair(name_or_path: str) -> Pair:
@@ -132,4 +136,10 @@ def load_pair(name_or_path: str) -> Pair:
     path = scene_path(name_or_path)
     file = parse(read_scene(path)[1], path)
     effective = effective_properties(file.effective)
-    return Pair(Body.of(file.upper), Body.of(file.lower), effective, file.effective.curvature_apart)
+    return Pair(
+        Body.of(file.upper),
+        Body.of(file.lower),
+        effective,
+        file.effective.curvature_apart,
+        file.reference_length,
+    )

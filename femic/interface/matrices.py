@@ -1,6 +1,7 @@
 """IC matrices: the ICs of all pairs of elements of a grid, by their lag along x and their strips."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from compare.matrix.export import convex_body
 from femic.interface.bodies import Pair
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import NAME, scene_of
+from femic.reference.matrix.job import Discount
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import matrices
 from femic.scenes.errors import require_none
@@ -27,17 +29,22 @@ from geometries.patches import DIRECTIONS
 OF_PAIR = DIMENSIONS[1:]  # lag, observed, loaded, i, j
 
 
-def compute_matrix(pair: Pair, grid: Grid, ics: str = "C", options: Options = DEFAULT) -> xr.Dataset:
+def compute_matrix(
+    pair: Pair, grid: Grid, ics: str = "C", options: Options = DEFAULT, *, discount: Discount = "approach"
+) -> xr.Dataset:
     """Compute the IC matrix of both bodies together on a grid, for contact programs.
 
     `ics` is "C" or the name of an approximation. The variable `ic` (lag, observed, loaded, i, j) [mm/MPa] is
     the displacement i on an observed strip, a lag along x from an element of a loaded strip with traction j;
-    with C comes its estimated error, `estimate` [mm/MPa]. From C the rigid part of the normal approach is
-    taken. At negative lags xs, sx, xn and nx change their signs.
+    with C comes its estimated error, `estimate` [mm/MPa]. At negative lags xs, sx, xn and nx change their
+    signs.
+
+    `discount` says what is taken from C: "approach", the rigid part of the normal approach; "source", all that
+    [BVSV] discounts to compare single loads with half-spaces; or "none".
 
     Raises WrongInput, and Failure where C cannot be computed to the tolerance.
     """
-    scene = _scene(pair, grid, ics, options)
+    scene = replace(_scene(pair, grid, ics, options), discount=discount)
     if ics != "C":
         return label_matrix(matrix(ics, scene.pair, grid), grid, ics)
     references, contour = (
