@@ -48,9 +48,9 @@ def wheel(body: femic.Body, options: femic.Options) -> xr.Dataset:
 
 
 def differences(arc: xr.Dataset, ellipse: xr.Dataset) -> xr.Dataset:
-    """Return shares by component and line: `difference`, the largest, and `estimate`, the largest sum of both.
+    """Return the largest `difference`, and the largest sum of both `estimate`s, by component and line.
 
-    `resolved` is the largest difference over the sum of the estimates at its point. NaN for components that
+    They are shares; `resolved` is the largest difference over the sum of the estimates at its point. NaN for components that
     vanish on a line.
     """
     rows = [

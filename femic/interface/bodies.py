@@ -110,9 +110,9 @@ class Pair:
     """Two bodies in contact: the `upper` one, a wheel, and the `lower` one, a rail.
 
     `effective` are the properties of B-hat-prime by "combined", "lower", "upper", as `fit_bhat_prime` finds
-    them; with `curvature_apart` those of "combined" leave out the curvature of wheels. `reference_length` [mm]
-    makes ICs dimensionless and sets where rigid motions are read; by default it is the crown radius of the
-    lower body, 10 mm if that is flat.
+    them; with `curvature_apart` those of "combined" leave out the curvature of wheels. A `reference_length`
+    [mm] makes ICs dimensionless and sets where rigid motions are read; by default it is the crown radius of
+    the lower body, 10 mm if that is flat.
     """
 
     upper: Body

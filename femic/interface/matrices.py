@@ -39,8 +39,8 @@ def compute_matrix(
     with C comes its estimated error, `estimate` [mm/MPa]. At negative lags xs, sx, xn and nx change their
     signs.
 
-    `discount` says what is taken from C: "approach", the rigid part of the normal approach; "source", all that
-    [BVSV] discounts to compare single loads with half-spaces; or "none".
+    `discount` says what is taken from C: "approach", the rigid part of the normal approach; "source", as in
+    [BVSV], all that has to go before single loads are compared with half-spaces; or "none".
 
     Raises WrongInput, and Failure where C cannot be computed to the tolerance.
     """
