@@ -111,8 +111,8 @@ def needed(variants: Iterable[str]) -> list[Form]:
     return list(dict.fromkeys(form for variant in variants for form in forms_of(variant).values()))
 
 
-def needs_effective(variants: Iterable[str]) -> bool:
-    """Whether variants cannot be computed without effective properties."""
+def needs_effective(*variants: str) -> bool:
+    """Whether one of the variants cannot be computed without effective properties."""
     return any(form.effective and form.fallback is None for form in needed(variants))
 
 

@@ -11,11 +11,11 @@ from time import perf_counter, process_time
 
 from compare.ics.compute import compute
 from femic.cache.store import Store
-from femic.campaigns import tasks
-from femic.campaigns.campaign import load_campaign
-from femic.campaigns.cluster import Size, local_cluster
-from femic.campaigns.compute import compute_sweep
-from femic.campaigns.dataset import Collected
+from femic.campaigns.dataset.collected import Collected
+from femic.campaigns.files.load import load_campaign
+from femic.campaigns.running import tasks
+from femic.campaigns.running.cluster import Size, local_cluster
+from femic.campaigns.running.run import compute_sweep
 from femic.reference.models import peak_memory
 from femic.reference.run_options import RunOptions
 
@@ -77,7 +77,7 @@ def swept(name, text, workers):
         print(
             f"{name}: {done.scenes} scenes, {workers} workers: {seconds:.0f} s, {of_cores:.0f} s of cores "
             f"(here {process_time() - begun:.0f} s); {done.models} models solved, "
-            f"{done.models_found} times kept, {done.failed} failed; {done.memory:.0f} MB a worker, "
+            f"{done.models_reused} times kept, {done.failed} failed; {done.memory:.0f} MB a worker, "
             f"{peak_memory():.0f} MB here",
             flush=True,
         )

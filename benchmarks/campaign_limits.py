@@ -15,13 +15,15 @@ import xarray as xr
 from distributed import as_completed
 
 from femic.cache.store import Store
-from femic.campaigns import kept, tasks
-from femic.campaigns.campaign import load_campaign
-from femic.campaigns.cluster import Size, local_cluster
-from femic.campaigns.compute import compute_sweep, tasks_of
-from femic.campaigns.dataset import Collected
-from femic.campaigns.keeping import Keeper
-from femic.campaigns.kept import Kept
+from femic.campaigns.dataset import outcomes
+from femic.campaigns.dataset.collected import Collected
+from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.files.load import load_campaign
+from femic.campaigns.results import registry
+from femic.campaigns.results.kind import ResultKind
+from femic.campaigns.running.cluster import Size, local_cluster
+from femic.campaigns.running.run import compute_sweep
+from femic.campaigns.running.scene_task import tasks_of
 from femic.reference.models import peak_memory
 
 MEMORY = 1000.0  # MB of a worker
@@ -80,22 +82,22 @@ def errors():
 
 def files(n):
     """What scenes leave in a store, as files in one folder."""
-    one = Kept(errors())
+    one = Outcome(errors())
     with TemporaryDirectory() as folder:
         store, start = Store(folder), perf_counter()
         for number in range(n):
-            kept.put(store, f"key{number}", one)
+            outcomes.put(store, f"key{number}", one)
         written = perf_counter() - start
         size = sum(path.stat().st_size for path in Path(folder).rglob("key1*.npz")) / max(
             1, len(list(Path(folder).rglob("key1*.npz")))
         )
         start = perf_counter()
-        keys = kept.kept_keys(store)
+        keys = outcomes.keys_in(store)
         found = perf_counter() - start
         chosen = sorted(keys)[:: max(1, n // 1000)]
         start = perf_counter()
         for key in chosen:
-            kept.get(store, key)
+            outcomes.get(store, key)
         read = perf_counter() - start
     print(
         f"{n} files of {size / 1e3:.1f} kB in a store: {1e3 * written / n:.2f} ms to write one, "
@@ -119,14 +121,14 @@ class SlowStore(Store):
 def slow():
     """Accesses to a slow store for what is kept of a scene."""
     with TemporaryDirectory() as folder:
-        store, one = SlowStore(folder), Kept(errors())
+        store, one = SlowStore(folder), Outcome(errors())
         start = perf_counter()
         for number in range(20):
-            kept.put(store, f"key{number}", one)
+            outcomes.put(store, f"key{number}", one)
         written, of_writing = (perf_counter() - start) / 20, SlowStore.accesses / 20
         start, SlowStore.accesses = perf_counter(), 0
         for number in range(20):
-            kept.get(store, f"key{number}")
+            outcomes.get(store, f"key{number}")
         read, of_reading = (perf_counter() - start) / 20, SlowStore.accesses / 20
     print(
         f"store with {1e3 * SLOW:.0f} ms an access: {1e3 * written:.0f} ms to write what is kept of a scene "
@@ -159,7 +161,7 @@ def _seconds_a_scene(folder, n, client):
 
 
 def _nothing_is_computed():
-    tasks.KEEPERS = {"errors": Keeper(lambda *_: errors(), lambda _: [])}
+    registry.KINDS = {"errors": ResultKind(lambda *_: errors(), lambda _: [])}
 
 
 def campaign_in(folder, text):

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from approx.matrix import matrix
+from compare.export.export import discounted_matrix, read_matrix
 from compare.matrix.compute import compute_matrix
-from compare.matrix.export import discounted_matrix, read_matrix
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene

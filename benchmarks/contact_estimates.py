@@ -15,15 +15,14 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from compare.friction.compression import estimates_of as estimates_of_steps
-from compare.friction.compression import in_halves
-from compare.friction.curve import Path
-from compare.friction.dataset import errors
-from compare.friction.quantities import OF_PATCH, measured
-from compare.friction.rolling import OF_FREE
 from femic.contact.compression import compressed
-from femic.contact.estimates import Measured
-from femic.contact.frictional import FrictionalProblem, Pressing
+from femic.contact.estimates import Measured, errors
+from femic.contact.frictional import FrictionalProblem
+from femic.contact.loading import Loading
+from femic.contact.pairs.creep_force import Continuation
+from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, kinds, measured
+from femic.contact.pairs.solved_compression import estimates_of as estimates_of_steps
+from femic.contact.pairs.solved_compression import in_halves
 from femic.validation.estimates.contacts import RandomContact
 from femic.validation.estimates.coverage import coverage, outcomes
 from femic.validation.estimates.outcomes import STUDIES, Outcome, grids
@@ -35,35 +34,35 @@ def curve(case: RandomContact) -> Outcome:
     """Creepage without force, slope, creepage at half of friction times load."""
 
     def solved(of: RandomContact, problem: FrictionalProblem) -> Measured:
-        return path(of, problem).curve().free
+        return continuation(of, problem).curve().free
 
     fine, *larger = (solved(case, problem) for problem in grids(case))
     finer = solved(case.finer, case.finer.problem).numbers
-    return Outcome(fine.numbers, finer, larger[0].numbers, errors(OF_FREE, fine, larger))
+    return Outcome(fine.numbers, finer, larger[0].numbers, errors(kinds(OF_CURVE), fine, larger))
 
 
-def path(case: RandomContact, problem: FrictionalProblem) -> Path:
-    """The way along a creep-force curve, of all that a scene says only what this reads."""
+def continuation(case: RandomContact, problem: FrictionalProblem) -> Continuation:
+    """The continuation along a creep-force curve, with as much of a pair as it reads."""
     size = float(np.hypot(case.creepages.longitudinal, case.creepages.lateral))
     most = 3 * size + 2 * case.friction * case.load / 1e6
-    wanted = SimpleNamespace(
+    specification = SimpleNamespace(
         longitudinal=(-most, 0.0, most), lateral=case.creepages.lateral / 3, spin=0.0, equal_force=0.5
     )
-    solver = SimpleNamespace(
-        wanted=wanted,
-        placed=case.placed,
-        scene=SimpleNamespace(contact=SimpleNamespace(loads=[case.load])),
+    pair = SimpleNamespace(
+        specification=specification,
+        on_grid=case.on_grid,
+        loads=[case.load],
         options=SimpleNamespace(watch=SimpleNamespace(on_stage=lambda _: None)),
     )
-    return Path(solver, case.rolling(problem), "random")
+    return Continuation(pair, case.rolling(problem), "random")
 
 
 def compression(case: RandomContact) -> Outcome:
     """Pressed on in steps; the reference has four times as many of these, too."""
 
     def steps(of: RandomContact, problem: FrictionalProblem, loads: list[float]) -> list[Measured]:
-        found = compressed(problem, [Pressing(load=load) for load in loads])
-        return [measured(OF_PATCH, of.placed, contact) for contact in found]
+        found = compressed(problem, [Loading(load) for load in loads])
+        return [measured(of.on_grid, contact, OF_COMPRESSION) for contact in found]
 
     loads = [case.load * (number + 1) / STEPS for number in range(STEPS)]
     halves, quarters = in_halves(loads), in_halves(in_halves(in_halves(loads)))

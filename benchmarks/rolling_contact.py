@@ -17,7 +17,8 @@ from approx.matrix import matrix
 from approx.pair import Pair, Solid
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.kinematics import Creepages, Rolling
-from femic.contact.frictional import FrictionalProblem, Pressing
+from femic.contact.frictional import FrictionalProblem
+from femic.contact.loading import Loading
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import GridOperator
 from femic.contact.rolling import RollingProblem
@@ -61,7 +62,7 @@ def problem(across: tuple[int, int], order: int, name: str = "A") -> RollingProb
 
 def solved(rolling: RollingProblem):
     start = perf_counter()
-    found = rolling.contact(CREEPAGES, Pressing(load=LOAD), tolerance=TOLERANCE)
+    found = rolling.contact(CREEPAGES, Loading(LOAD), tolerance=TOLERANCE)
     return found.contact, perf_counter() - start
 
 

@@ -15,7 +15,7 @@ from cyclopts import run
 from matplotlib.figure import Figure
 
 import femic
-from compare.report.curves import draw_curve
+from compare.ics.curves import draw_curve
 
 STEEL = femic.Material(E=210e3, nu=0.28)
 PATCH = femic.Patch(a=0.5, b=0.5, s=3.0)

@@ -23,16 +23,17 @@ from approx.effective import EffectiveProperties
 from approx.matrix import matrix
 from approx.pair import Pair, Solid
 from compare.calibration.compute import calibrate
-from compare.contact.compute import grids_of
-from compare.contact.pair_on_grid import Placed, placed_on
-from compare.friction.operators import BodyICs, body_ics, total_ics
-from compare.friction.quantities import OF_PATCH, numbers
 from compare.report.styles import MARKERS, STYLES, SYMBOLS
 from femic.cache.store import Store
 from femic.contact.friction.kinematics import Creepages, Rolling
-from femic.contact.frictional import FrictionalProblem, Pressing
+from femic.contact.frictional import FrictionalProblem
+from femic.contact.loading import Loading
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import GridOperator
+from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
+from femic.contact.pairs.quantities import OF_COMPRESSION, numbers
+from femic.contact.pairs.reference_ics import ALL, BodyICs, c_of_bodies, sum_of_bodies
 from femic.contact.rolling import RollingContact, RollingProblem
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
@@ -56,18 +57,19 @@ class Bodies:
     """Both bodies on a grid: C of each at the modulus of the scene [mm/MPa], and the K of its B-hat-prime."""
 
     scene: Scene
-    placed: Placed
+    on_grid: PairOnGrid
     c: Mapping[str, BodyICs]
     fits: Mapping[str, EffectiveProperties]
 
     @classmethod
     def of(cls, scene: Scene, options: RunOptions) -> "Bodies":
         """Solve and fit C of both bodies on the grid that fits the scene's contact."""
-        ((grid, _),) = grids_of(scene)
-        placed = placed_on(scene, grid)
-        c = body_ics(scene, placed, options)
+        ((grid, _),) = grids_of(scene.contact_problem)
+        on_grid = pair_on_grid(scene.contact_problem, grid)
+        c, _ = c_of_bodies(scene.contact_problem, on_grid, options, ALL)
+        c = {name: body.reciprocal for name, body in c.items()}
         fits = {name: fit.effective for name, fit in calibrate(scene, options).fits.items()}
-        return cls(scene, placed, c, fits)
+        return cls(scene, on_grid, c, fits)
 
     def moduli(self, ratio: float) -> dict[str, float]:
         """E [MPa] by body, with a ratio of upper to lower and the mean of 1 / E that the scene has."""
@@ -87,27 +89,27 @@ class Bodies:
     def operator(self, ics: str, ratio: float) -> GridOperator:
         """C, or an approximation, of the pair with such moduli."""
         if ics != "C":
-            return GridOperator.of(matrix(ics, self.pair(ratio), self.placed.grid))
+            return GridOperator.of(matrix(ics, self.pair(ratio), self.on_grid.grid))
         scaled = {
             name: self.c[name].scaled(self.scene.bodies[name].material.E / E)
             for name, E in self.moduli(ratio).items()
         }
-        return GridOperator.of(total_ics(self.scene, self.placed, scaled))
+        return GridOperator.of(sum_of_bodies(self.on_grid, scaled, wheel_rolls=True))
 
     def problem(self, ics: str, ratio: float) -> RollingProblem:
         """The wheel that rolls on the rail."""
-        placed, contour = self.placed, self.scene.bodies["lower"].contour
-        strips, radius = placed.grid.strips, self.scene.bodies["upper"].rolling_radius
+        on_grid, contour = self.on_grid, self.scene.bodies["lower"].contour
+        strips, radius = on_grid.grid.strips, self.scene.bodies["upper"].rolling_radius
         contact = FrictionalProblem(
-            placed.grid,
+            on_grid.grid,
             self.operator(ics, ratio),
-            half_space_operator(self.pair(ratio), placed.grid),
-            placed.distance,
+            half_space_operator(self.pair(ratio), on_grid.grid),
+            on_grid.distance,
             contour.inclination(strips),
             FRICTION,
         )
-        height = placed.undeformed.upper_height(strips)
-        return RollingProblem(contact, Rolling(contour, radius, placed.x, strips, height))
+        height = on_grid.undeformed.upper_height(strips)
+        return RollingProblem(contact, Rolling(contour, radius, on_grid.x, strips, height))
 
 
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.03, elements: int = 20) -> xr.Dataset:
@@ -139,8 +141,8 @@ def rolled(bodies: Bodies, ics: str, ratio: float) -> xr.Dataset:
     force = {xi: one.contact.force[0] / (FRICTION * load) for xi, one in contacts.items()}
     guess = float(np.interp(0.0, list(force.values()), list(force)))
     near = contacts[min(contacts, key=lambda xi: abs(xi - guess))].contact
-    free = problem.contact(Creepages(guess), Pressing(load=load), forces={"longitudinal": 0.0}, start=near)
-    of_patch = numbers(OF_PATCH, bodies.placed, contacts[0.0].contact)
+    free = problem.contact(Creepages(guess), Loading(load), forces={"longitudinal": 0.0}, start=near)
+    of_patch = numbers(bodies.on_grid, contacts[0.0].contact, OF_COMPRESSION)
     return xr.Dataset(
         {
             "force": ("xi", list(force.values())),
@@ -153,12 +155,12 @@ def rolled(bodies: Bodies, ics: str, ratio: float) -> xr.Dataset:
 
 def curve(problem: RollingProblem, load: float) -> dict[float, RollingContact]:
     """The contacts by creepage, growing, each from its neighbour nearer to 0."""
-    pressing = Pressing(load=load)
-    found = {0.0: problem.contact(Creepages(), pressing)}
+    loading = Loading(load)
+    found = {0.0: problem.contact(Creepages(), loading)}
     for sign in (1, -1):
         before = found[0.0]
         for xi in CREEPAGES:
-            before = found[sign * xi] = problem.contact(Creepages(sign * xi), pressing, start=before.contact)
+            before = found[sign * xi] = problem.contact(Creepages(sign * xi), loading, start=before.contact)
     return {xi: found[xi] for xi in sorted(found)}
 
 

@@ -50,8 +50,8 @@ def wheel(body: femic.Body, options: femic.Options) -> xr.Dataset:
 def differences(arc: xr.Dataset, ellipse: xr.Dataset) -> xr.Dataset:
     """Return the largest `difference`, and the largest sum of both `estimate`s, by component and line.
 
-    They are shares; `resolved` is the largest difference over the sum of the estimates at its point. NaN for components that
-    vanish on a line.
+    They are shares; `resolved` is the largest difference over the sum of the estimates at its point. NaN for
+    components that vanish on a line.
     """
     rows = [
         xr.concat([_of_component(arc, ellipse, line, component) for component in SHOWN], "component")

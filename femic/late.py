@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from importlib import import_module
+from operator import attrgetter
 from typing import Any
 
 
@@ -19,4 +20,4 @@ class Late:
     def resolved(self) -> Any:
         """The function itself."""
         module, _, name = self.place.partition(":")
-        return getattr(import_module(module), name)
+        return attrgetter(name)(import_module(module))

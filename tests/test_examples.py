@@ -13,12 +13,12 @@ from matplotlib.image import imread
 import femic
 from approx.forms import FORMS
 from approx.variants import VARIANTS
-from compare.friction.operators import approximation, body_ics, total_ics
 from compare.report.styles import STYLES
 from femic.cache.store import Store
 from femic.contact.friction.kinematics import Creepages
-from femic.contact.frictional import Pressing
+from femic.contact.loading import Loading
 from femic.contact.operators.dense import GridOperator
+from femic.contact.pairs.reference_ics import approximation, c_of_bodies, sum_of_bodies
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 
@@ -192,8 +192,8 @@ def test_c_scaled_by_the_modulus_is_c_of_the_body_of_that_modulus(dissimilar):
         name: replace(body, material=replace(body.material, E=moduli[name]))
         for name, body in scene.bodies.items()
     }
-    anew = body_ics(replace(scene, bodies=stiffer), bodies.placed, RunOptions())
-    expected = total_ics(scene, bodies.placed, anew)
+    anew = c_of_bodies(replace(scene, bodies=stiffer), bodies.on_grid, RunOptions())
+    expected = sum_of_bodies(scene, bodies.on_grid, anew)
     expected = GridOperator.of(expected).transformed
     scaled = bodies.operator("C", 10.0).transformed
     np.testing.assert_allclose(scaled, expected, rtol=0, atol=1e-9 * np.max(expected))
@@ -205,7 +205,7 @@ def test_bodies_alike_in_stiffness_have_the_curves_of_the_scene(dissimilar):
     example, bodies = dissimilar
     of_a = example.rolled(bodies, "A", 1.0)
     fast = bodies.problem("A", 1.0)
-    fast = replace(fast, problem=replace(fast.problem, operator=approximation(bodies.placed, "A")))
+    fast = replace(fast, problem=replace(fast.problem, operator=approximation(bodies.on_grid, "A")))
     xi = float(of_a.zero_creepage)
-    force = fast.contact(Creepages(xi), Pressing(load=1e5)).contact.force[0]
+    force = fast.contact(Creepages(xi), Loading(1e5)).contact.force[0]
     assert abs(force) < 1e-4 * example.FRICTION * 1e5

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from approx.target import pointwise_k
 from compare.calibration.compute import Calibrated
 from compare.ics.compute import points_of, reference_of
-from compare.report.curves import shown_half
+from compare.ics.curves import shown_half
 from compare.report.panels import Panel, add_scene_legends, draw_scenes
 from compare.report.styles import COLOURS, DASHES, RC, STYLES, SYMBOLS
 from geometries.arrays import Array

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import tomlkit
-import xarray as xr
 
 from compare.calibration import figures as calibration_figures
 from compare.calibration.compute import (
@@ -17,14 +16,29 @@ from compare.calibration.compute import (
     with_properties,
 )
 from compare.ics.compute import Results
+from compare.ics.curves import curves
 from compare.ics.dataset import errors
 from compare.ics.dataset import to_dataset as ics_of
-from compare.report.curves import curves
-from compare.report.html import cell_of, write_page
-from compare.report.styles import SYMBOLS, save
-from femic.cache import folders
+from compare.report.errors import MEASURE, error_row
+from compare.report.parts import Note, Page, Picture, Section, Verbatim, write_page
+from compare.report.styles import SYMBOLS
+from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.cache.files import write_dataset, write_text
 
+METHOD = (
+    "B̂′ is B̂ with elastic properties that go over from those of the half-space, at the load, to a far "
+    "value at the distance r_∞: f(r) = f⁰ + (f_∞ − f⁰)·[(1 − ρ) ρᵐ + ρ (1 − (1 − ρ)ⁿ)], ρ = min(1, r/r_∞). "
+    "The parameters are those of weighted least squares against C for one lateral load position."
+)
+CURVATURE_APART = (
+    "Curvature along x is not part of the fit: it is subtracted before, and B̂′ adds it as B̂ has it."
+)
+CURVATURE_FITTED = "The fit makes up for the curvature of wheels along x, too: B̂′ has no other curvature."
+DEVIATIONS = (
+    "Standard deviations: as if the deviations of the points were independent of each other and as large as "
+    "the residual (or, if larger, the estimated error of C). They are not independent: the form of f is not "
+    "that of C. Take them as a measure of which parameters the data determine."
+)
 COMPONENTS = tuple(component for component in REPORTED_COMPONENTS if component != "nn")
 
 
@@ -39,59 +53,99 @@ def write_fit(calibrated: Calibrated, folder: Path) -> Path:
 
 def write_report(calibrations: Sequence[Calibrated], folder: Path) -> Path:
     """Write the figures and `calibration.html` of one or more scenes; returns the path of the page."""
-    figures_folder = folders.make(folder / "figures")
-    return write_page(
-        folder / "calibration.html",
-        "calibration.html.j2",
-        title="B̂′ calibrated: " + ", ".join(calibrated.scene.name for calibrated in calibrations),
-        summary=" ".join(_summary(calibrated) for calibrated in calibrations),
-        scenes=[_scene_section(calibrated, figures_folder) for calibrated in calibrations],
-        overlaid=list(_overlaid(calibrations, figures_folder)),
-        components=COMPONENTS,
+    title = "B̂′ calibrated: " + ", ".join(calibrated.scene.name for calibrated in calibrations)
+    sentences = " ".join(_summary(calibrated) for calibrated in calibrations)
+    return write_page(Page(title, sentences, _sections(calibrations)), folder / "calibration.html")
+
+
+def _sections(calibrations: Sequence[Calibrated]) -> Iterator[Section]:
+    yield Section("", [METHOD])
+    for calibrated in calibrations:
+        yield _scene_section(calibrated)
+    heading = "Fits and curves" if len(calibrations) == 1 else "All scenes together"
+    yield Section(heading, [_overlay_text(calibrations), *_overlaid(calibrations)])
+    curves_of_scenes = (picture for calibrated in calibrations for picture in _curves(calibrated))
+    yield Section("Each scene, bodies together and alone", list(curves_of_scenes))
+
+
+def _overlay_text(calibrations: Sequence[Calibrated]) -> str:
+    curvature = " − curvature term" if calibrations[0].scene.calibration.curvature_apart else ""
+    moved = [
+        f"{calibrated.scene.name}: {_unit(calibrated) * calibration_figures.translation(calibrated):.3g}"
+        for calibrated in calibrations
+        if "combined" in calibrated.fits
+    ]
+    translations = f" ({', '.join(moved)}, times E L)" if moved else ""
+    return (
+        "Marks: the K at which B̂ has the value of C_xn at a point, −(C_xn + A_xs sin "
+        f"½α{curvature})·πG/(J_x cos ½α). C without curvature: less what the wheels' curvature along x adds "
+        "to B̂. Translation refitted: C_sn of another vertical rigid translation, least squares to B̂′ on "
+        f"the lines{translations}."
     )
 
 
-def _overlaid(calibrations: Sequence[Calibrated], folder: Path) -> Iterator[Path]:
-    """Draw the figures of all scenes together; yields their paths."""
+def _unit(calibrated: Calibrated) -> float:
+    return calibrated.scene.reference_E * calibrated.scene.reference_length
+
+
+def _overlaid(calibrations: Sequence[Calibrated]) -> Iterator[Picture]:
+    """Yield the figures of all scenes together."""
     for body in dict.fromkeys(body for calibrated in calibrations for body in calibrated.fits):
-        yield save(calibration_figures.effective(calibrations, body), folder / f"effective_{body}.png")
+        yield Picture(f"effective_{body}", calibration_figures.effective(calibrations, body))
     if not all("combined" in calibrated.fits for calibrated in calibrations):
         return
     for name in calibration_figures.OVERLAID:
-        yield save(calibration_figures.overlaid(calibrations, name), folder / f"calibration_{name}.png")
+        yield Picture(f"calibration_{name}", calibration_figures.overlaid(calibrations, name))
 
 
-def _scene_section(calibrated: Calibrated, folder: Path) -> dict[str, object]:
+def _curves(calibrated: Calibrated) -> Iterator[Picture]:
+    """Yield the curves of a scene, a figure per component."""
     dataset, on_lines = ics_of(calibrated.results), on_own_lines(calibrated)
-    name = calibrated.scene.name
-    return {
-        "name": name,
-        "title": calibrated.scene.title,
-        "fits": [_fit_section(calibrated, body) for body in calibrated.fits],
-        "rows": list(_rows(calibrated, errors(on_lines, dataset))),
-        "figures": [save(curves(on_lines, dataset, c), folder / f"{name}_{c}.png") for c in COMPONENTS],
-        "points": ", ".join(line.name.removeprefix("fit ") for line in calibrated.scene.calibration.lines),
-        "range": _range(calibrated),
-        "curvature": calibrated.scene.calibration.curvature_apart,
-        "translation": _translation(calibrated),
-    }
+    for component in COMPONENTS:
+        yield Picture(f"{calibrated.scene.name}_{component}", curves(on_lines, dataset, component))
+
+
+def _scene_section(calibrated: Calibrated) -> Section:
+    scene, target = calibrated.scene, next(iter(calibrated.targets.values()))
+    lines = ", ".join(line.name.removeprefix("fit ") for line in scene.calibration.lines)
+    points = f"Points: lines {lines}, x = {np.min(target.x):.3g} ... {np.max(target.x):.3g} mm."
+    curvature = CURVATURE_APART if scene.calibration.curvature_apart else CURVATURE_FITTED
+    return Section(
+        f"{scene.name}: {scene.title}",
+        [
+            f"{points} {curvature}",
+            *(_fit_section(calibrated, body) for body in calibrated.fits),
+            Note(DEVIATIONS),
+            _table(calibrated),
+            Note(f"{MEASURE} Rows “C”: the estimated error of C itself."),
+        ],
+    )
 
 
 def on_own_lines(calibrated: Calibrated) -> Results:
-    """The results on the lines of the scene: those of the calibration do not count for its errors."""
+    """The results on the lines of the scene: lines of the calibration do not count for its errors."""
     own = {line.name: calibrated.results.lines[line.name] for line in calibrated.scene.lines}
     return replace(calibrated.results, scene=calibrated.scene, lines=own)
 
 
-def _fit_section(calibrated: Calibrated, body: str) -> dict[str, object]:
-    body_fit = calibrated.fits[body]
-    snippet = {"effective": {body: properties_table(calibrated.scene, body, body_fit.effective)}}
-    return {
-        "body": body,
-        "parameters": body_fit.parameters,
-        "residuals": _residuals(calibrated, body, "{}: {:.1%} rms, {:.1%} at worst"),
-        "snippet": tomlkit.dumps(snippet).strip(),
-    }
+def _fit_section(calibrated: Calibrated, body: str) -> Section:
+    body_fit, scene = calibrated.fits[body], calibrated.scene
+    snippet = {"effective": {body: properties_table(scene, body, body_fit.effective)}}
+    residuals = _residuals(calibrated, body, "{}: {:.1%} rms, {:.1%} at worst")
+    rows = [
+        Row(p.name, [Cell(p.value, ".5g"), "" if p.deviation is None else f"± {p.deviation:.2g}", p.note])
+        for p in body_fit.parameters
+    ]
+    columns = [*numbers("value", unit="mm, MPa"), *numbers("standard deviation"), *texts("note")]
+    return Section(
+        body,
+        [
+            Table("parameter", columns, rows),
+            f"Residual, shares of max |C_ij| of the points fitted to: {residuals}. In a scene file "
+            f"(`{scene.name}_calibrated.toml` has it):",
+            Verbatim(tomlkit.dumps(snippet).strip()),
+        ],
+    )
 
 
 def _residuals(calibrated: Calibrated, body: str, text: str) -> str:
@@ -100,27 +154,22 @@ def _residuals(calibrated: Calibrated, body: str, text: str) -> str:
     return ", ".join(text.format(*row) for row in zip(components, fitted.rms, fitted.worst, strict=True))
 
 
-def _range(calibrated: Calibrated) -> str:
-    target = next(iter(calibrated.targets.values()))
-    return f"{np.min(target.x):.3g} ... {np.max(target.x):.3g}"
-
-
-def _translation(calibrated: Calibrated) -> str:
-    if "combined" not in calibrated.fits:
-        return ""
-    unit = calibrated.scene.reference_E * calibrated.scene.reference_length
-    return f"{unit * calibration_figures.translation(calibrated):.3g}"
-
-
-def _rows(calibrated: Calibrated, line_errors: xr.Dataset) -> Iterator[dict[str, object]]:
-    """Yield a table row per body and variant, with the worst errors on the scene's lines."""
-    for body in calibrated.scene.compared:
-        for variant in (*calibrated.scene.variants, "C"):
-            variant_errors = line_errors[["error", "weight", "vanishes"]].sel(body=body, variant=variant)
-            largest = variant_errors.max("line", skipna=False)
-            cells = [cell_of(largest.sel(i=c[0], j=c[1]), known=variant == "C") for c in COMPONENTS]
-            if not all(cell.text == "–" for cell in cells):
-                yield {"body": body, "symbol": SYMBOLS[variant], "cells": cells, "first": variant == "A"}
+def _table(calibrated: Calibrated) -> Table:
+    """A row per body and variant, with the worst errors on the scene's lines."""
+    scene = calibrated.scene
+    line_errors = errors(on_own_lines(calibrated), ics_of(calibrated.results))
+    worst = line_errors[["error", "weight", "vanishes"]].max("line", skipna=False)
+    rows = []
+    for body in scene.compared:
+        named = body
+        for variant in (*scene.variants, "C"):
+            one = worst.sel(body=body, variant=variant)
+            row = error_row(named, one, COMPONENTS, known=variant == "C", place=SYMBOLS[variant])
+            if any(cell.text != "–" for cell in row.filled[1:]):
+                rows.append(row)
+                named = ""
+    heads = [f"{component}, worst error on the lines" for component in COMPONENTS]
+    return Table("body", [*texts("variant"), *numbers(*heads)], rows)
 
 
 def _summary(calibrated: Calibrated) -> str:

@@ -2,20 +2,19 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
-from compare.contact.compute import ContactResults, SolvedContact
-from compare.contact.pair_on_grid import Settled
-from compare.contact.quantities import QUANTITIES, kinds, measured, numbers
+from compare.contact.compute import ContactResults
 from femic.cache.digests import results_digest, versions
-from femic.contact.estimates import changes, estimates, summed
+from femic.contact.pairs.frictionless import SolvedContact
+from femic.contact.pairs.pair_on_grid import PairContact
+from femic.contact.pairs.quantities import OF_FRICTIONLESS, numbers
 from femic.scenes.scene import Scene
 
 NUMBERS = ("case", "ics")
-NONE = dict.fromkeys(QUANTITIES, np.nan)
+NONE = dict.fromkeys(OF_FRICTIONLESS, np.nan)
 
 
 def to_dataset(results: ContactResults) -> xr.Dataset:
@@ -25,10 +24,11 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
     (`femic.contact.estimates`), and, of C, the change with C plus its estimated error. `displaced_NAME`
     is the number with the exact distance of the displaced body; NaN where it is not known.
     """
-    solved = [[results.contacts[case, name] for name in results.ics] for case in results.cases]
+    solution = results.solved
+    solved = [[solution.contacts[loading, name] for name in solution.ics] for loading in solution.loadings]
     tables = {
-        "": [[_numbers(contact.settled) for contact in row] for row in solved],
-        "estimate_": [[estimates_of(contact) for contact in row] for row in solved],
+        "": [[_numbers(contact.contact) for contact in row] for row in solved],
+        "estimate_": [[contact.estimated_errors() for contact in row] for row in solved],
         "displaced_": [[_numbers(contact.displaced) for contact in row] for row in solved],
     }
     dataset = xr.Dataset(
@@ -39,9 +39,9 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
                 {"units": quantity.unit, "long_name": quantity.meaning},
             )
             for prefix, table in tables.items()
-            for name, quantity in QUANTITIES.items()
+            for name, quantity in OF_FRICTIONLESS.items()
         },
-        coords={"case": [str(case) for case in results.cases], "ics": list(results.ics)},
+        coords={"case": [str(loading) for loading in solution.loadings], "ics": list(solution.ics)},
         attrs=_attributes(results),
     )
     dataset["iterations"] = (
@@ -63,41 +63,22 @@ def with_supports(dataset: xr.Dataset, supports: Mapping[str, Mapping[str, float
             [of_supports[name] for of_supports in supports.values()],
             {"units": quantity.unit, "long_name": f"{quantity.meaning}, with other supports"},
         )
-        for name, quantity in QUANTITIES.items()
+        for name, quantity in OF_FRICTIONLESS.items()
     }
     found = xr.Dataset(numbers_by_name, coords={"supports": list(supports)})
     return dataset.merge(found).assign_attrs(dataset.attrs | {"supported_case": int(np.argmax(loads))})
 
 
-def _numbers(found: Settled | None) -> dict[str, float]:
-    """The numbers of a contact that was found; NaN where none was."""
-    return NONE if found is None else numbers(found.placed, found.normal)
-
-
-def estimates_of(contact: SolvedContact) -> dict[str, float]:
-    """Estimated errors of the numbers; NaN where the grid is too small for one of larger elements."""
-    normal, found, of_all = contact.normal, measured(contact.placed, contact.normal), kinds()
-    if normal.coarser is None:
-        return NONE
-    larger = [
-        numbers(replace(contact.placed, grid=one.problem.grid), one)
-        for one in (normal.coarser, normal.coarser.coarser)
-        if one is not None
-    ]
-    parts = [estimates(found, of_all, *larger)]
-    if contact.perturbed is not None:
-        parts.append(changes(found, of_all, _numbers(contact.perturbed)))
-    known = summed(parts)
-    if np.isfinite(contact.settled.stiffness):  # the lateral force is given, and the position follows
-        known["position"] += known["F_y"] / contact.settled.stiffness
-    return known
+def _numbers(contact: PairContact | None) -> dict[str, float]:
+    """The numbers of a contact; NaN where there is none."""
+    return NONE if contact is None else numbers(contact.on_grid, contact.normal)
 
 
 def _fields(number: int, row: Sequence[SolvedContact]) -> xr.Dataset:
     """Pressures and gaps of one case by all ICs, on its grid: `p_0`, `gap_0` over `x_0`, `s_0` of case 0."""
-    placed, ics = row[0].placed, [contact.ics for contact in row]
+    on_grid, ics = row[0].on_grid, [contact.ics for contact in row]
     x, s = f"x_{number}", f"s_{number}"
-    inclination = placed.undeformed.lower.contour.inclination(placed.grid.strips)
+    inclination = on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips)
     return xr.Dataset(
         {
             f"p_{number}": (("ics", x, s), np.stack([contact.normal.p for contact in row]), {"units": "MPa"}),
@@ -108,7 +89,7 @@ def _fields(number: int, row: Sequence[SolvedContact]) -> xr.Dataset:
             ),
             f"inclination_{number}": (s, inclination, {"units": "rad"}),
         },
-        coords={"ics": ics, x: (x, placed.x, {"units": "mm"}), s: (s, placed.grid.strips, {"units": "mm"})},
+        coords={"ics": ics, x: (x, on_grid.x, {"units": "mm"}), s: (s, on_grid.grid.strips, {"units": "mm"})},
     )
 
 
@@ -116,17 +97,17 @@ def _attributes(results: ContactResults) -> dict[str, str | float]:
     references = {
         f"{grid.n_x} x {grid.n_s} x {grid.dx:g} x {grid.ds:g} mm": {
             "estimate": c.estimate,
-            "asymmetry": c.asymmetry,
+            "asymmetry": c.asymmetry.share,
             "smallest_eigenvalue": c.eigenvalue,
             "seconds": c.seconds,
         }
-        for grid, c in results.references.items()
+        for grid, c in results.solved.references.items()
     }
     return {
         "title": f"Frictionless contact: {results.scene.title}",
         "meaning": "pressures of the upper on the lower body along its normals; x, s of the lower surface",
         "references": json.dumps(references),
-        **provenance(results.scene, results.seconds, __name__),
+        **provenance(results.scene, results.solved.seconds, __name__),
     }
 
 

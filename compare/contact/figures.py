@@ -10,9 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from compare.contact.compute import reference_name
-from compare.contact.quantities import QUANTITIES
-from compare.report.panels import Panel, add_legend, drawn
+from compare.report.panels import Panel, add_legend, draw_band, draw_by_ics, drawn, grid_of
 from compare.report.styles import RC, symbol_of, with_further
+from compare.report.tables import Column
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
 
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]  # about lines on shades
 DRAWN = ("a", "b", "aspect", "p_max", "approach", "stiffness")  # quantities over the angle of the patch
@@ -29,32 +30,19 @@ def over_angle(dataset: xr.Dataset) -> Figure:
     order = np.argsort(dataset.angle.sel(ics=reference).values)
     cases = dataset.isel(case=order)
     angle = cases.angle.sel(ics=reference)
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(2.9 * len(DRAWN), 5.4), layout="constrained")
-        rows = figure.subplots(2, len(DRAWN), sharex=True)
+    with grid_of(2, len(DRAWN), (2.9, 2.45), sharex=True) as (figure, rows):
         for column, name in zip(rows.T, DRAWN, strict=True):
-            quantity, values = QUANTITIES[name], cases[name]
-            unit = f" [{quantity.unit}]" if quantity.unit != "1" else " [-]"
-            _by_ics(column[0], angle, values)
-            _by_ics(column[1], angle, values / values.sel(ics=reference))
-            scale = (
-                "log" if bool((values > 0).all()) else "linear"
-            )  # approaches are negative over raised spots
-            column[0].set(title=f"{quantity.symbol}{unit}", yscale=scale)
-            column[1].set(xlabel=f"Δδ by {symbol_of(reference)} [deg]")
+            values = cases[name]
+            draw_by_ics(column[0], angle, values)
+            draw_by_ics(column[1], angle, values / values.sel(ics=reference))
+            positive = bool((values > 0).all())  # approaches are negative over raised spots
+            title = Column(OF_FRICTIONLESS[name].symbol, OF_FRICTIONLESS[name].unit).title
+            column[0].set(title=title, yscale="log" if positive else "linear")
+            column[1].set(xlabel=f"Δδ with {symbol_of(reference)} [deg]")
             known = (cases[f"estimate_{name}"] / values).sel(ics=reference)
-            column[1].fill_between(angle, 1 - known, 1 + known, color="black", alpha=0.15, linewidth=0)
+            draw_band(column[1], angle, 1 - known, 1 + known)
         rows[1, 0].set(ylabel=f"over {symbol_of(reference)} [-], band: its estimate")
-        add_legend(figure)
-        return figure
-
-
-def _by_ics(axes: Axes, at: xr.DataArray, values: xr.DataArray) -> None:
-    names = [str(name) for name in values.ics.values]
-    looks = with_further(names)
-    for name in names:
-        marker, style = looks[name]
-        axes.plot(at, values.sel(ics=name), label=symbol_of(name), **style, marker=marker, markersize=4)
+    return figure
 
 
 def profiles(dataset: xr.Dataset) -> Figure:
@@ -82,7 +70,7 @@ def _profile(dataset: xr.Dataset, number: int) -> Panel:
 
 
 def _section(p: np.ndarray) -> int:
-    """The number of the section, along x, that is drawn: the middle one, or that of the largest pressure."""
+    """The number of the section along x that is drawn: the middle one, or the one of the largest pressure."""
     middle = len(p) // 2
     return middle if np.any(p[middle] > 0) else int(np.argmax(p.max(axis=1)))
 
@@ -100,7 +88,7 @@ def surfaces(dataset: xr.Dataset) -> Figure:
             x, s = p[f"x_{number}"].values, p[f"s_{number}"].values
             of_reference = np.ma.masked_equal(p.sel(ics=reference).values, 0)
             shades = axes.pcolormesh(x, s, of_reference.T, cmap="viridis", rasterized=True)
-            figure.colorbar(shades, ax=axes, label=f"pressure by {symbol_of(reference)} [MPa]")
+            figure.colorbar(shades, ax=axes, label=f"pressure with {symbol_of(reference)} [MPa]")
             _edges(axes, x, s, {str(name): p.sel(ics=name).values for name in p.ics.values})
             axes.set(xlabel="x [mm]", ylabel="s [mm]", title=str(dataset.case.values[number]))
         add_legend(figure)
@@ -123,4 +111,4 @@ def _edges(axes: Axes, x: np.ndarray, s: np.ndarray, pressures: Mapping[str, np.
             linewidths=1.2,
         )
         edge.set_path_effects(HALO)
-        axes.plot([], [], label=f"edge by {symbol_of(name)}", linewidth=1.2, **look)
+        axes.plot([], [], label=f"edge with {symbol_of(name)}", linewidth=1.2, **look)

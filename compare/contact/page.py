@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
@@ -11,114 +12,128 @@ import xarray as xr
 from compare.contact import figures, sensitivity
 from compare.contact.compute import ContactResults, reference_name
 from compare.contact.dataset import to_dataset, with_supports
-from compare.contact.quantities import QUANTITIES
-from compare.finite_elements.compute import kept_fe_contact
-from compare.finite_elements.dataset import FE, OF_PLACE
-from compare.finite_elements.dataset import NUMBERS as KNOWN_TO_FE
-from compare.finite_elements.page import of_approaches, over_angle
-from compare.finite_elements.page import summary as fe_summary
 from compare.matrix.compute import discounted
 from compare.report import views
-from compare.report.html import write_page
-from compare.report.parts import changed_cell, listed, onset
-from compare.report.styles import save, symbol_of
+from compare.report.parts import (
+    Block,
+    Page,
+    Picture,
+    Section,
+    Verbatim,
+    listed,
+    onset,
+    span,
+    write_page,
+    write_results,
+)
+from compare.report.styles import symbol_of
+from compare.report.tables import Cell, Row, Table, changes_table, columns_of, numbers
 from femic.cache import folders
-from femic.cache.files import write_dataset
-from femic.cache.store import Store
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
+from femic.scenes.scene import Scene
 from geometries.patches import N
 
 RELIEF, LIFTED = 0.2, 0.02  # height of the largest pressure over the grid's width; of none, over that
-NOTHING_KEPT = Store()
 NO_OTHERS: Mapping[str, Mapping[str, float]] = MappingProxyType({})
+GRIDS = (
+    "Estimate: largest estimated error of C_nn over the largest C_nn. Asymmetry: largest |C(I, J) − C(J, "
+    "I)|, of which the mean is taken. Smallest eigenvalue over the least IC of an element on itself: of "
+    "pressures without vertical load where loads are given, of all where approaches are. It must be "
+    "positive, or contacts are not unique."
+)
+MAPS = (
+    "Pressures computed with B̂ in one scene (row) on the patch of another (column), at the same x / a and "
+    "s / b. Colours: normal displacement with A minus the one with B̂, over the largest with B̂. A "
+    "difference that is the same all over the patch changes the approach only; one that varies changes the "
+    "pressures."
+)
 SIDEWAYS = 1e-3  # lateral force over load from which the summary speaks of it
 FAILS = 0.05  # deviation of the largest pressure from which the summary says that ICs fail
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Another solution of the same contacts: a section, rows by number of the case, and a note on these."""
+
+    section: Section
+    rows: Mapping[int, Row]
+    note: str
 
 
 def write_contact(
     results: ContactResults,
     out: Path,
-    store: Store = NOTHING_KEPT,
     supports: Mapping[str, Mapping[str, float]] = NO_OTHERS,
+    beside: Beside | None = None,
 ) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page.
 
-    What finite elements without ICs have found of the same contacts stands beside, as far as the store has
-    it; so do the numbers of the largest contact with other `supports`, by what is other.
+    `supports` has the numbers of the largest contact with other supports, by what is changed.
     """
-    folders.make(out)
-    scene = results.scene
     dataset = with_supports(to_dataset(results), supports)
-    by_fe = kept_fe_contact(scene, dataset, store)
-    write_dataset(dataset, out / "contact.nc")
-    (out / "figures").mkdir(exist_ok=True)
-    drawn = [
-        save(draw(dataset), out / "figures" / f"contact_{name}.png")
-        for name, draw in (
-            ("numbers", figures.over_angle),
-            ("profiles", figures.profiles),
-            ("surfaces", figures.surfaces),
-        )
-    ]
-    if views.can_render():
-        drawn += list(_drawn_in_3d(results, out / "figures"))
-    deviations = "" if by_fe is None else save(over_angle(by_fe), out / "figures" / "contact_fe.png")
-    return write_page(
-        out / "contact.html",
-        "contact.html.j2",
-        by_fe="" if by_fe is None else fe_summary(by_fe),
-        fe_figures=[deviations] if deviations else [],
-        of_approaches="" if by_fe is None else of_approaches(by_fe),
-        title=str(dataset.attrs["title"]),
-        summary=summary(dataset),
-        reference=symbol_of(figures.reference_of(dataset)),
-        quantities=QUANTITIES,
-        tables=[
-            {
-                "case": str(case),
-                "rows": [*_rows(dataset.sel(case=case)), *_fe_row(dataset, by_fe, number)],
-            }
-            for number, case in enumerate(dataset.case.values)
-        ],
-        grids=list(_grids(results)),
-        discounted=discounted(scene),
-        supports=list(_support_rows(dataset)),
-        figures=drawn,
-        seconds=f"{results.seconds:.1f}",
-        text=scene.text,
+    sections = _sections(results, dataset, beside, folders.make(out / "figures"))
+    return write_results(
+        Page(str(dataset.attrs["title"]), summary(dataset), sections), out, "contact", dataset
     )
 
 
-def _drawn_in_3d(results: ContactResults, folder: Path) -> Iterator[Path]:
+def _sections(
+    results: ContactResults, dataset: xr.Dataset, beside: Beside | None, folder: Path
+) -> Iterator[Section]:
+    drawn = [
+        Picture("numbers", figures.over_angle(dataset)),
+        Picture("profiles", figures.profiles(dataset)),
+        Picture("surfaces", figures.surfaces(dataset)),
+        *(_drawn_in_3d(results, folder) if views.can_render() else ()),
+    ]
+    yield Section("Numbers over the angle of the patch", drawn)
+    if beside:
+        yield beside.section
+    yield Section("Numbers by case", [_explanation(dataset, beside), *_tables(dataset, beside)])
+    yield Section("Rigid motions and supports of the bodies", list(_supports(results.scene, dataset)))
+    seconds = f"All in all {results.solved.seconds:.1f} s."
+    yield Section("Grids, and C on them", [GRIDS, _grids_table(results), seconds])
+    yield Section("The scene", [Verbatim(results.scene.text)])
+
+
+def _explanation(dataset: xr.Dataset, beside: Beside | None) -> str:
+    reference = symbol_of(figures.reference_of(dataset))
+    text = (
+        "Of the patch with the largest load. Small, below each number: its estimated error (from elements "
+        "twice and four times as large; of C also from C plus its own estimate), and its ratio to that "
+        f"computed with {reference}. “p_max, displaced”: with the distance of the displaced body instead of "
+        "the linearised one; a dash where that contact is larger than the grid, or not found. Seconds: "
+        "pressures alone; those of C itself are below."
+    )
+    return f"{text} {beside.note}" if beside else text
+
+
+def _drawn_in_3d(results: ContactResults, folder: Path) -> Iterator[Picture]:
     """Draw pressures of the reference on the lower surface, as heights and colours, a picture per case."""
-    name = reference_name(results.ics)
-    for number, case in enumerate(results.cases):
-        contact = results.contacts[case, name]
-        surface, grid = contact.placed.undeformed.lower, contact.placed.grid
+    name = reference_name(results.solved.ics)
+    for number, loading in enumerate(results.solved.loadings):
+        contact = results.solved.contacts[loading, name]
+        surface, grid = contact.on_grid.undeformed.lower, contact.on_grid.grid
         p = np.where(contact.normal.in_contact, contact.normal.p, np.nan)
-        x = np.linspace(contact.placed.x[0], contact.placed.x[-1], 2)
+        x = np.linspace(contact.on_grid.x[0], contact.on_grid.x[-1], 2)
         s = np.linspace(*surface.contour.limits, 200)
         path = folder / f"contact_3d_{number}.png"
         rail, patch = (
             np.reshape(surface.position(*map(np.ravel, np.meshgrid(*at, indexing="ij"))), (3, *map(len, at)))
-            for at in ((x, s), (contact.placed.x, grid.strips))
+            for at in ((x, s), (contact.on_grid.x, grid.strips))
         )
         heights = RELIEF * grid.n_s * grid.ds * (contact.normal.p / contact.normal.p.max() + LIFTED)
         raised = patch + heights * surface.axes(0.0, grid.strips)[N][:, None]
-        views.draw_pressures(rail, raised, p, path, title=f"{case}, pressures by {name}")
-        yield path
+        views.draw_pressures(rail, raised, p, path, title=f"{loading}, pressures with {name}")
+        yield Picture(path.stem, path)
 
 
 def write_sensitivity(results: Mapping[str, ContactResults], out: Path) -> Path:
     """Write maps of where A and B-hat differ, of two or more scenes, and their page; returns its path."""
-    (folders.make(out) / "figures").mkdir(exist_ok=True)
-    drawn = save(sensitivity.maps(results), out / "figures" / "sensitivity.png")
-    return write_page(
-        out / "contact.html",
-        "sensitivity.html.j2",
-        title=f"Where A and B̂ differ: {', '.join(results)}",
-        summary=sensitivity.summary(results),
-        figures=[drawn],
-    )
+    maps = Picture("sensitivity", sensitivity.maps(results))
+    title = f"Where A and B̂ differ: {', '.join(results)}"
+    page = Page(title, sensitivity.summary(results), [Section("", [MAPS, maps])])
+    return write_page(page, folders.make(out) / "contact.html")
 
 
 def summary(dataset: xr.Dataset) -> str:
@@ -126,8 +141,7 @@ def summary(dataset: xr.Dataset) -> str:
     reference = figures.reference_of(dataset)
     angle = dataset.angle.sel(ics=reference)
     sentences = [
-        f"{_cases(dataset.sizes['case'])} over {_degrees(float(angle.min()), float(angle.max()))} degrees by "
-        f"{symbol_of(reference)}."
+        f"{_cases(dataset.sizes['case'])} over {span(angle, '.0f')} degrees with {symbol_of(reference)}."
     ]
     for name in (str(name) for name in dataset.ics.values if name != reference):
         deviations = {
@@ -171,12 +185,12 @@ def _beside_the_crown(dataset: xr.Dataset) -> Iterator[str]:
     if abs(float(of_reference[worst])) < SIDEWAYS:
         return
     others = listed(
-        f"{float(share.sel(ics=name)[worst]):+.3f} by {symbol_of(str(name))}"
+        f"{float(share.sel(ics=name)[worst]):+.3f} with {symbol_of(str(name))}"
         for name in dataset.ics.values
         if name != reference
     )
     yield (
-        f"The lateral force on the upper body is {float(of_reference[worst]):+.3f} of the load by "
+        f"The lateral force on the upper body is {float(of_reference[worst]):+.3f} of the load with "
         f"{symbol_of(reference)} at {dataset.case.values[worst]}"
         + (f", {others}: approximations lack the bending of the sections." if others else ".")
     )
@@ -186,86 +200,62 @@ def _cases(number: int) -> str:
     return "One case, a patch" if number == 1 else f"{number} cases, patches"
 
 
-def _degrees(least: float, largest: float) -> str:
-    low, high = f"{least:.0f}", f"{largest:.0f}"
-    return low if low == high else f"{low} ... {high}"
-
-
 def _seconds_of_c(dataset: xr.Dataset) -> float:
     return sum(float(of_grid["seconds"]) for of_grid in json.loads(dataset.attrs["references"]).values())
 
 
-def _rows(case: xr.Dataset) -> Iterator[dict[str, object]]:
-    """Yield a row per ICs: each number with its estimate, its ratio to the reference, and the cost."""
-    reference = case.sel(ics=figures.reference_of(case))
-    for name in map(str, case.ics.values):
-        of_ics = case.sel(ics=name)
-        ratios = of_ics / reference
-        yield {
-            "symbol": symbol_of(name),
-            "cells": [
-                {
-                    "text": f"{float(of_ics[key]):.5g}",
-                    "below": f"± {float(of_ics[f'estimate_{key}']):.2g}; {float(ratios[key]):.4f}",
-                }
-                for key in QUANTITIES
-            ],
-            "displaced": f"{float(of_ics.displaced_p_max):.5g}" if of_ics.displaced_p_max.notnull() else "–",
-            "iterations": int(of_ics.iterations),
-            "seconds": f"{float(of_ics.seconds):.2f}",
-        }
+def _tables(dataset: xr.Dataset, beside: Beside | None) -> Iterator[Table]:
+    """Yield a table per case: each number with its estimate, its ratio to the reference, and the cost."""
+    columns = [*columns_of(OF_FRICTIONLESS.values()), *numbers("p_max, displaced", "iterations", "s")]
+    for number, name in enumerate(dataset.case.values):
+        case = dataset.isel(case=number)
+        rows = [_row(case, ics) for ics in map(str, case.ics.values)]
+        if beside and number in beside.rows:
+            rows.append(beside.rows[number])
+        yield Table(str(name), columns, rows)
 
 
-def _support_rows(dataset: xr.Dataset) -> Iterator[dict[str, object]]:
-    """Yield what other supports change of the largest contact by C, a row per change."""
+def _row(case: xr.Dataset, name: str) -> Row:
+    of_ics, reference = case.sel(ics=name), case.sel(ics=figures.reference_of(case))
+    ratios = of_ics / reference
+    cells = [
+        Cell(
+            float(of_ics[key]),
+            ".5g",
+            f"± {float(of_ics[f'estimate_{key}']):.2g}; {float(ratios[key]):.4f}",
+        )
+        for key in OF_FRICTIONLESS
+    ]
+    cost = Cell(int(of_ics.iterations)), Cell(float(of_ics.seconds), ".2f")
+    return Row(symbol_of(name), [*cells, Cell(float(of_ics.displaced_p_max), ".5g"), *cost])
+
+
+def _supports(scene: Scene, dataset: xr.Dataset) -> Iterator[Block]:
+    """Yield which rigid motions C is without, and how other supports change the largest contact with C."""
     if "supports" not in dataset.coords:
+        yield discounted(scene)
         return
-    by_c = dataset.sel(ics="C").isel(case=int(dataset.attrs["supported_case"]))
-    for name in dataset.supports.values:
-        other = dataset.sel(supports=name)
-        yield {
-            "name": str(name),
-            "cells": [
-                changed_cell(other[f"supported_{key}"], by_c[key], by_c[f"estimate_{key}"])
-                for key in QUANTITIES
-            ],
-        }
+    yield f"{discounted(scene)} How other supports change the largest contact computed with C:"
+    with_c = dataset.sel(ics="C").isel(case=int(dataset.attrs["supported_case"]))
+    yield changes_table("supports", OF_FRICTIONLESS, with_c, dataset, "supported_")
 
 
-def _fe_row(dataset: xr.Dataset, by_fe: xr.Dataset | None, number: int) -> Iterator[dict[str, object]]:
-    """Yield the row of finite elements, where they have solved a case; they know some of the numbers."""
-    if by_fe is None or np.isnan(float(by_fe.a.isel(case=number).sel(ics=FE))):
-        return
-    reference = dataset.isel(case=number).sel(ics=figures.reference_of(dataset))
-    of_fe = by_fe.isel(case=number).sel(ics=FE)
-    unknown = {"text": "–", "below": ""}
-    yield {
-        "symbol": FE,
-        "cells": [
-            {
-                "text": f"{float(of_fe[key]):.5g}",
-                "below": f"± {float(of_fe[f'estimate_{key}']):.2g}"
-                + ("" if key in OF_PLACE else f"; {float(of_fe[key] / reference[key]):.4f}"),
-            }
-            if key in KNOWN_TO_FE
-            else unknown
-            for key in QUANTITIES
-        ],
-        "displaced": "–",
-        "iterations": "–",
-        "seconds": f"{float(by_fe.fe_seconds.isel(case=number).sum()):.0f}",
-    }
-
-
-def _grids(results: ContactResults) -> Iterator[dict[str, str]]:
-    """Yield what is known of each grid and of C on it."""
-    placed = {contact.placed.grid: contact.case for contact in results.contacts.values()}
-    for grid in placed:
-        c = results.references.get(grid)
-        yield {
-            "grid": f"{grid.n_x} x {grid.n_s} elements of {grid.dx:.4g} x {grid.ds:.4g} mm",
-            "estimate": f"{c.estimate:.2%}" if c else "–",
-            "asymmetry": f"{c.asymmetry:.1e}" if c else "–",
-            "eigenvalue": f"{c.eigenvalue:.3f}" if c else "–",
-            "seconds": f"{c.seconds:.1f}" if c else "–",
-        }
+def _grids_table(results: ContactResults) -> Table:
+    """The grids, and the estimate of C on each."""
+    rows = []
+    for grid in dict.fromkeys(contact.on_grid.grid for contact in results.solved.contacts.values()):
+        c = results.solved.references.get(grid)
+        rows.append(
+            Row(
+                f"{grid.n_x} x {grid.n_s} elements of {grid.dx:.4g} x {grid.ds:.4g} mm",
+                [
+                    Cell(c.estimate, ".2%"),
+                    Cell(c.asymmetry.share, ".1e"),
+                    Cell(c.eigenvalue, ".3f"),
+                    Cell(c.seconds, ".1f"),
+                ]
+                if c
+                else ["–"] * 4,
+            )
+        )
+    return Table("grid", ["estimate", "asymmetry", "smallest eigenvalue", "s for C"], rows)

@@ -8,9 +8,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.interpolate import RegularGridInterpolator
 
-from compare.contact.compute import ContactResults, SolvedContact
-from compare.contact.quantities import QUANTITIES, s_range
+from compare.contact.compute import ContactResults
 from compare.report.styles import RC
+from femic.contact.pairs.frictionless import SolvedContact
+from femic.contact.pairs.quantities import half_length, s_range
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
 
@@ -45,10 +46,10 @@ def sensitivities(results: Mapping[str, ContactResults]) -> Iterator[Sensitivity
     for shape_name, shape in shapes.items():
         for name, onto in shapes.items():
             p = mapped(shape, onto)
-            by_a, by_bhat = (onto.placed.operator(ics)(p[..., None])[..., 0] for ics in ("A", SHAPE))
+            by_a, by_bhat = (onto.on_grid.operator(ics)(p[..., None])[..., 0] for ics in ("A", SHAPE))
             difference = (by_a - by_bhat) / np.max(by_bhat)
             yield Sensitivity(
-                shape_name, name, onto.placed.x, onto.placed.grid.strips, onto.normal.p, difference
+                shape_name, name, onto.on_grid.x, onto.on_grid.grid.strips, onto.normal.p, difference
             )
 
 
@@ -59,34 +60,34 @@ def is_mapped(scene: Scene) -> bool:
 
 def shape_of(results: ContactResults) -> SolvedContact:
     """The contact by B-hat whose pressures are mapped: at `contact.shape_load`, or the largest load."""
-    contacts = [contact for (_, ics), contact in results.contacts.items() if ics == SHAPE]
-    wanted = results.scene.contact.shape_load
-    if wanted is None:
+    contacts = [contact for (_, ics), contact in results.solved.contacts.items() if ics == SHAPE]
+    shape_load = results.scene.contact.shape_load
+    if shape_load is None:
         return max(contacts, key=lambda contact: contact.normal.load)
-    return min(contacts, key=lambda contact: abs(contact.normal.load - wanted))
+    return min(contacts, key=lambda contact: abs(contact.normal.load - shape_load))
 
 
 def mapped(shape: SolvedContact, onto: SolvedContact) -> Array:
     """Pressures of one contact on the patch of another, at the same x / a and s / b; shape (n_x, n_s)."""
-    placed = shape.placed
+    on_grid = shape.on_grid
     interpolate = RegularGridInterpolator(
-        (placed.x / _half_length(shape), _normalised(shape)),
+        (on_grid.x / _half_length(shape), _normalised(shape)),
         shape.normal.p,
         bounds_error=False,
         fill_value=0.0,
     )
-    x, s = onto.placed.x / _half_length(onto), _normalised(onto)
+    x, s = onto.on_grid.x / _half_length(onto), _normalised(onto)
     return np.asarray(interpolate(np.stack(np.meshgrid(x, s, indexing="ij"), axis=-1)))
 
 
 def _half_length(contact: SolvedContact) -> float:
-    return QUANTITIES["a"].of(contact.placed, contact.normal)
+    return half_length(contact.on_grid, contact.normal)
 
 
 def _normalised(contact: SolvedContact) -> Array:
     """Arc lengths of the strips from the middle of the patch, over its half-width."""
-    low, high = s_range(contact.placed, contact.normal)
-    return np.asarray((contact.placed.grid.strips - (low + high) / 2) / ((high - low) / 2))
+    low, high = s_range(contact.on_grid, contact.normal)
+    return np.asarray((contact.on_grid.grid.strips - (low + high) / 2) / ((high - low) / 2))
 
 
 def summary(results: Mapping[str, ContactResults]) -> str:
@@ -94,7 +95,7 @@ def summary(results: Mapping[str, ContactResults]) -> str:
     found = list(sensitivities(results))
     sentences = [
         f"Pressures of {one.shape} on {one.scene}: A is off by {np.min(one.inside):+.1%} ... "
-        f"{np.max(one.inside):+.1%} of the largest displacement by B̂."
+        f"{np.max(one.inside):+.1%} of the largest displacement with B̂."
         for one in found
     ]
     for scene in results:
@@ -121,5 +122,5 @@ def maps(results: Mapping[str, ContactResults]) -> Figure:
                 (axes.set_ylim, one.s, (one.in_patch > 0).any(axis=0)),
             ):
                 limit(place[inside].min(), place[inside].max())
-        figure.colorbar(shades, ax=figure.axes, label="(u_n by A − u_n by B̂) / max u_n by B̂ [-]")
+        figure.colorbar(shades, ax=figure.axes, label="(u_n with A − u_n with B̂) / max u_n with B̂ [-]")
         return figure

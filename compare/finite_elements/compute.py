@@ -1,39 +1,30 @@
 """Contact of a scene by finite elements, which use no ICs; each finished load is kept in the store.
 
-The bodies have the supports that contact by C gives them: the far arc of the scene, on which both are
-clamped. A body without end along x is meshed as far as its far arc screens what lies beyond. So nothing is
-fitted between the two. Approaches alone are counted otherwise: C's is without the rigid part M_zz of the
-compliance (`ApproachRule`), that of finite elements has it. M_zz times the load is
-taken from the latter, with M_zz as the models of C give it on the same supports: a motion of a whole body
-along z adds its length to the approach and changes nothing else. (In C each body's M_zz acts along its own
-normals, which differ by a few 1e-4 of the approach.)
+The bodies have the supports that contact with C gives them, so nothing is fitted between the two. Approaches
+alone differ: with C they lack the rigid part M_zz of the compliance (`ApproachRule`), which finite elements
+have. M_zz times the load is subtracted from the latter, with M_zz from the models of C on the same supports:
+a motion of a whole body along z adds its length to the approach and changes nothing else.
 """
 
-from dataclasses import asdict, replace
+from dataclasses import asdict
 
 import numpy as np
 import xarray as xr
 
-from compare.contact.compute import FRICTIONLESS, cases_of
-from compare.contact.pair_on_grid import undeformed_of
+from compare.contact.compute import require_solvable
 from compare.finite_elements.dataset import beside
-from compare.matrix.compute import matrix_jobs
 from femic.cache.digests import results_digest
 from femic.cache.store import Store
-from femic.contact.finite_elements.levels import Bodies
-from femic.contact.finite_elements.result import CELLS, FEContact, Numbers, fe_contact, require_enough
-from femic.reference.discount import FZ
-from femic.reference.matrix.reference import matrices
+from femic.contact.finite_elements.fineness import CELLS, require_enough
+from femic.contact.finite_elements.result import FEContact, Numbers, fe_contact
+from femic.contact.finite_elements.supports import meshed_bodies, rigid_compliance
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.scene import Scene
-from geometries.bodies import Body, Domain
 from geometries.errors import Failure
-from geometries.grids import Grid
 
 MODELS = ("lower", "upper")
-LENGTH = 3.0  # of the meshed half of a body along x, in radii of its far arc
 
 
 def compute_fe_contact(
@@ -58,7 +49,7 @@ def compute_fe_contact(
             solved.append(None)
     if len(failed) == len(solved):
         raise Failure("; ".join(failed))
-    rigid = rigid_compliance(scene, options)
+    rigid = _rigid_compliance(scene, options)
     return beside(contacts, solved, cells, rigid).assign_attrs(left_out="; ".join(failed))
 
 
@@ -78,7 +69,7 @@ def kept_fe_contact(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Data
 
 def require_suitable(scene: Scene) -> None:
     """Raise BadScene for what contact by finite elements cannot do, before any work."""
-    cases_of(scene)
+    require_solvable(scene)
     require_none(scene.name, matrix_engine_misfits(scene))
     for given, remedy in unsuitable(scene):
         raise BadScene(f"{scene.name}: {given}: not in contact by finite elements; {remedy}")
@@ -108,7 +99,7 @@ def _solved(scene: Scene, load: float, options: RunOptions, cells: float) -> xr.
     kept = options.store.get(key)
     if kept is None:
         options.watch.on_stage(f"  {load:g} N by finite elements")
-        kept = _labelled(fe_contact(_bodies(scene), load, cells=cells))
+        kept = _labelled(fe_contact(meshed_bodies(scene.contact_problem), load, cells=cells))
         options.store.put(key, kept)
     seconds, unknowns = float(kept.seconds.sum()), int(kept.unknowns.max())
     options.watch.on_stage(f"  {load:g} N by finite elements: {unknowns:,} unknowns, {seconds:.0f} s")
@@ -117,26 +108,17 @@ def _solved(scene: Scene, load: float, options: RunOptions, cells: float) -> xr.
 
 def _key(scene: Scene, load: float, cells: float, store: Store) -> str:
     """The key of a contact by finite elements in a store."""
-    of = _bodies(scene)
+    of = meshed_bodies(scene.contact_problem)
     given = of.lower, of.upper, of.s_range, of.shift, load, cells
     return store.key("fe_contact", results_digest(__name__), *given)
 
 
-def rigid_compliance(scene: Scene, options: RunOptions = DEFAULT) -> float:
-    """M_zz [mm/N] of both bodies on the supports of the scene, which C's approach is without.
-
-    It needs a model of each section with a single strip, the load under which it is matched. 0 where C's
-    approach is with it.
-    """
-    if scene.discount == "none":
-        return 0.0
+def _rigid_compliance(scene: Scene, options: RunOptions) -> float:
+    """M_zz [mm/N] of both bodies, from the store if it is there."""
     key = _rigid_key(scene, options.store)
     kept = options.store.get(key)
     if kept is None:
-        side = 2 * scene.settings.approach_side
-        alone = replace(scene, grid=Grid(1, 1, side, side), compared=("combined",))
-        found = matrices(matrix_jobs(alone, FRICTIONLESS), options, combined=True)
-        compliance = sum(float(reference.discount[FZ, FZ]) for reference in found.values())
+        compliance = rigid_compliance(scene.contact_problem, options)
         kept = xr.Dataset({"compliance": ((), compliance, {"units": "mm/N"})})
         options.store.put(key, kept)
     return float(kept.compliance)
@@ -144,22 +126,9 @@ def rigid_compliance(scene: Scene, options: RunOptions = DEFAULT) -> float:
 
 def _rigid_key(scene: Scene, store: Store) -> str:
     """The key of the rigid part of the compliance in a store."""
-    of, settings = _bodies(scene), scene.settings
+    of, settings = meshed_bodies(scene.contact_problem), scene.settings
     given = of.lower, of.upper, scene.discount, settings.approach_side, settings.tolerance
     return store.key("fe_contact", "rigid", results_digest(__name__), *given)
-
-
-def _bodies(scene: Scene) -> Bodies:
-    """The bodies of a scene, as they are meshed and placed."""
-    undeformed = undeformed_of(scene)
-    lower, upper = (_meshable(scene, name) for name in MODELS)
-    return Bodies(lower, upper, undeformed.s_range, undeformed.shift)
-
-
-def _meshable(scene: Scene, name: str) -> Body:
-    """A body of the scene with the supports that C gives it, and ends that do not matter."""
-    domain = Domain(scene.support_radius, LENGTH * scene.support_radius)
-    return replace(scene.bodies[name], domain=domain)
 
 
 def _labelled(contact: FEContact) -> xr.Dataset:

@@ -1,60 +1,54 @@
-"""Figures, sentences, table and page of contact by ICs beside that by finite elements."""
+"""Figures, sentences, table and page of contact with ICs beside contact with finite elements."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from compare.contact.quantities import QUANTITIES
 from compare.finite_elements.dataset import FE, NUMBERS, OF_PATCH, OF_PLACE
 from compare.finite_elements.deviations import deviations, differences, known
-from compare.report.panels import add_legend
-from compare.report.parts import Page, Part, Row, Table, furthest, listed, onset
-from compare.report.styles import RC, symbol_of, with_further
-from femic.cache import folders
-from femic.cache.files import write_dataset
+from compare.report.panels import draw_band, draw_by_ics, grid_of
+from compare.report.parts import Page, Part, closing, furthest, listed, onset, span, write_results
+from compare.report.styles import symbol_of
+from compare.report.tables import Cell, Row, Table, columns_of
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
 
-SHARES = (0.01, 0.02, 0.05)  # deviations from which the angles are told
+SHARES = (0.01, 0.02, 0.05)  # deviations: the summary says from which angle on they are exceeded
 DRAWN = ("p_max", "a", "b", "approach")
 SIDEWAYS = 1e-6  # lateral force over load from which a contact counts as not symmetric
 OF_APPROACHES = (
-    "Approaches by FE and by C are without the rigid part M_zz of the compliance, which the models of C give "
-    "on the same supports; nothing is fitted. Approximations have no supports: their approach is that of "
-    "half-spaces under the contact."
+    "Approaches with FE and with C are without the rigid part M_zz of the compliance, which the models of C "
+    "give on the same supports; nothing is fitted. Approximations have no supports: they give the approach "
+    "of half-spaces in contact."
 )
 RAW = (
-    "Approaches by FE and by C have the compliance of the whole bodies in them; those by approximations not."
+    "Approaches with FE and with C contain the compliance of the whole bodies, approaches with "
+    "approximations do not."
 )
 BELOW = (
-    "Small, below each number: its estimated error, and how far it is from that by finite elements (FE): as "
-    "a share, but of numbers that vanish where all is symmetric in their unit. "
+    "Small, below each number: its estimated error, and how far it is from the number by finite elements "
+    "(FE): as a share, but in its unit where it vanishes by symmetry. "
 )
 
 
 def write_fe_contact(dataset: xr.Dataset, out: Path) -> Path:
     """Write `fe_contact.nc`, figures and `fe_contact.html` into a folder; returns the path of the page."""
-    folders.make(out)
-    write_dataset(dataset, out / "fe_contact.nc")
     title = str(dataset.attrs["title"]).replace(
-        "Frictionless contact", "Contact by ICs, and by finite elements"
+        "Frictionless contact", "Contact with ICs, and with finite elements"
     )
-    page = Page(
-        title,
-        summary(dataset),
-        list(_parts(dataset)),
-        [_table(dataset, number) for number in range(dataset.sizes["case"])],
-        BELOW + of_approaches(dataset),
-        cost(dataset),
-        str(dataset.attrs["scene"]),
+    tables = [_table(dataset, number) for number in range(dataset.sizes["case"])]
+    end = closing(tables, BELOW + of_approaches(dataset), cost(dataset), str(dataset.attrs["scene"]))
+    return write_results(
+        Page(title, summary(dataset), chain(_parts(dataset), end)), out, "fe_contact", dataset
     )
-    return page.write(out / "fe_contact.html", "fe_contact")
 
 
 def of_approaches(dataset: xr.Dataset) -> str:
-    """What is in approaches, in words."""
+    """The sentence on what approaches contain."""
     return OF_APPROACHES if float(dataset.rigid_compliance) else RAW
 
 
@@ -93,7 +87,7 @@ def _beside_the_crown(dataset: xr.Dataset) -> Iterator[str]:
     of_fe, load = case.sel(ics=FE), float(case["load"])
     force, to = float(of_fe.F_y) / load, float(of_fe.estimate_F_y) / load
     by_ics = listed(
-        f"{float(case.F_y.sel(ics=name)) / load:+.3f}, {float(case.s_centre.sel(ics=name)):+.2f} mm by "
+        f"{float(case.F_y.sel(ics=name)) / load:+.3f}, {float(case.s_centre.sel(ics=name)):+.2f} mm with "
         f"{symbol_of(str(name))}"
         for name in dataset.ics.values
         if name != FE
@@ -109,22 +103,24 @@ def _from_where(dataset: xr.Dataset, ics: str) -> str:
     """From which angles on ICs are further from finite elements than some shares and the estimate."""
     angles = dataset.angle.sel(ics=FE).values
     found = {share: onset(angles, off_by(dataset, ics, share).values) for share in SHARES}
-    told = [f"more than {share:.0%} {where}" for share, where in found.items() if where]
+    exceeded = [f"more than {share:.0%} {where}" for share, where in found.items() if where]
     return (
-        f"beyond the estimate, off by {listed(told)}" if told else f"within {SHARES[0]:.0%} and the estimate"
+        f"beyond the estimate, off by {listed(exceeded)}"
+        if exceeded
+        else f"within {SHARES[0]:.0%} and the estimate"
     )
 
 
 def _parts(dataset: xr.Dataset) -> Iterator[Part]:
     yield Part(
         "Deviations over the angle of the patch",
-        "Numbers by ICs over those by finite elements, less 1. Band: estimate of the latter.",
+        "Numbers with ICs over the numbers with finite elements, minus 1. Band: estimate of finite elements.",
         "deviations",
         over_angle(dataset),
     )
     yield Part(
         "Pressures across the patch",
-        "At x = 0, by finite elements, and by ICs on the elements beside it.",
+        "At x = 0, with finite elements, and with ICs on the elements beside it.",
         "profiles",
         profiles(dataset),
     )
@@ -133,48 +129,33 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
 def over_angle(dataset: xr.Dataset) -> Figure:
     """Deviations of all ICs from finite elements over the angle of the patch, a panel per number."""
     cases = dataset.isel(case=np.argsort(dataset.angle.sel(ics=FE).values))
-    names, angle = [str(name) for name in cases.ics.values if name != FE], cases.angle.sel(ics=FE)
-    looks = with_further(names)
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(3.2 * len(DRAWN), 3.4), layout="constrained")
-        for axes, key in zip(figure.subplots(1, len(DRAWN)), DRAWN, strict=True):
+    angle = cases.angle.sel(ics=FE)
+    with grid_of(1, len(DRAWN), (3.2, 2.9)) as (figure, grid):
+        for axes, key in zip(grid[0], DRAWN, strict=True):
             off, band = 100 * deviations(cases, key), 100 * known(cases, key)
-            for name in names:
-                marker, style = looks[name]
-                axes.plot(
-                    angle, off.sel(ics=name), label=symbol_of(name), **style, marker=marker, markersize=4
-                )
-            axes.fill_between(
-                angle, -band, band, color="black", alpha=0.15, linewidth=0, label="estimate of FE"
-            )
-            axes.set(title=QUANTITIES[key].symbol, xlabel="Δδ by FE [deg]")
-        figure.axes[0].set_ylabel("by ICs less by FE [%]")
-        add_legend(figure)
-        return figure
+            draw_by_ics(axes, angle, off)
+            draw_band(axes, angle, -band, band, "estimate of FE")
+            axes.set(title=OF_FRICTIONLESS[key].symbol, xlabel="Δδ with FE [deg]")
+        figure.axes[0].set_ylabel("ICs minus FE, over FE [%]")
+    return figure
 
 
 def profiles(dataset: xr.Dataset) -> Figure:
     """Pressures along s at x = 0 by finite elements and all ICs, a panel per case."""
-    count = dataset.sizes["case"]
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(4.1 * count, 3.4), layout="constrained")
-        for number, axes in enumerate(figure.subplots(1, count, squeeze=False)[0]):
+    with grid_of(1, dataset.sizes["case"], (4.1, 2.9)) as (figure, grid):
+        for number, axes in enumerate(grid[0]):
             _draw_profile(axes, dataset, number)
             axes.set(xlabel="s [mm]", title=str(dataset.case.values[number]))
         figure.axes[0].set_ylabel("pressure at x = 0 [MPa]")
-        add_legend(figure)
-        return figure
+    return figure
 
 
-def _draw_profile(axes: mpl.axes.Axes, dataset: xr.Dataset, number: int) -> None:
+def _draw_profile(axes: Axes, dataset: xr.Dataset, number: int) -> None:
     p = dataset[f"p_{number}"]
     at = p[f"s_{number}"]
     shown = np.flatnonzero((p > 0).any("ics"))
     part = slice(max(shown[0] - 1, 0), shown[-1] + 2)
-    names = [str(name) for name in p.dropna("ics", how="all").ics.values]
-    looks = with_further(names)
-    for name in names:
-        axes.plot(at[part], p.sel(ics=name)[part], label=symbol_of(name), **looks[name][1])
+    draw_by_ics(axes, at[part], p.dropna("ics", how="all")[..., part], 0)
     if f"p_fe_{number}" not in dataset:
         return
     of_fe, s = dataset[f"p_fe_{number}"], dataset[f"s_fe_{number}"]
@@ -185,7 +166,7 @@ def _draw_profile(axes: mpl.axes.Axes, dataset: xr.Dataset, number: int) -> None
 def _table(dataset: xr.Dataset, number: int) -> Table:
     """All numbers of a case."""
     case = dataset.isel(case=number)
-    columns = [f"{QUANTITIES[name].symbol} [{QUANTITIES[name].unit}]" for name in NUMBERS]
+    columns = columns_of(OF_FRICTIONLESS[name] for name in NUMBERS)
     rows = [
         Row(FE if name == FE else symbol_of(name), [_cell(dataset, number, name, key) for key in NUMBERS])
         for name in map(str, case.ics.values)
@@ -193,14 +174,14 @@ def _table(dataset: xr.Dataset, number: int) -> Table:
     return Table(str(case.case.values), columns, rows)
 
 
-def _cell(dataset: xr.Dataset, number: int, ics: str, key: str) -> dict[str, str]:
+def _cell(dataset: xr.Dataset, number: int, ics: str, key: str) -> Cell:
     case = dataset.isel(case=number).sel(ics=ics)
     value, estimate = (float(case[name]) for name in (key, f"estimate_{key}"))
     if key in OF_PLACE and _symmetric(dataset, number):
-        return {"text": "0", "below": ""}
+        return Cell("0")
     apart, form = (differences, "+.2g") if key in OF_PLACE else (deviations, "+.2%")
     off = "" if ics == FE else f", {float(apart(dataset, key).isel(case=number).sel(ics=ics)):{form}}"
-    return {"text": f"{value:.4g}", "below": f"± {estimate:.1g}{off}"}
+    return Cell(value, ".4g", f"± {estimate:.1g}{off}")
 
 
 def _symmetric(dataset: xr.Dataset, number: int) -> bool:
@@ -218,21 +199,16 @@ def cost(dataset: xr.Dataset) -> str:
     ]
     most = {name: float(dataset[f"fe_{name}"].max()) for name in ("memory", "tension", "penetration")}
     return (
-        f"Finite elements: {_range(_all(dataset.fe_unknowns, 'body'), ',.0f')} unknowns of the modelled "
-        f"parts, {_range(_all(dataset.fe_seconds, 'stage'), '.0f')} s a load, up to "
+        f"Finite elements: {span(_all(dataset.fe_unknowns, 'body'), ',.0f')} unknowns of the modelled "
+        f"parts, {span(_all(dataset.fe_seconds, 'stage'), '.0f')} s a load, up to "
         f"{most['memory'] / 1e3:.1f} GB. Pressures and reactions carry the load to {np.nanmax(balance):.1g}, "
         f"tensions are at most {most['tension']:.1g} of the largest pressure, penetrations "
         f"{most['penetration']:.1g} of the approach. Rigid part of the compliance that is taken from "
-        f"approaches: M_zz = {float(dataset.rigid_compliance):.4g} mm/N. Contacts by ICs: "
-        f"{_range(dataset.seconds.values, '.2g')} s."
+        f"approaches: M_zz = {float(dataset.rigid_compliance):.4g} mm/N. Contacts with ICs took "
+        f"{span(dataset.seconds.values, '.2g')} s."
     )
 
 
 def _all(values: xr.DataArray, dim: str) -> np.ndarray:
     """Sums along a dimension by case, NaN where nothing was solved."""
     return np.asarray(values.sum(dim, min_count=1).values)
-
-
-def _range(values: np.ndarray | Sequence[float], form: str) -> str:
-    low, high = (format(float(of(values)), form) for of in (np.nanmin, np.nanmax))
-    return low if low == high else f"{low} ... {high}"

@@ -3,19 +3,19 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import matplotlib as mpl
 import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.contact.figures import reference_of
 from compare.friction import maps
-from compare.friction.page import band_of, columns, curves, names, of_supports, write_contact_page
-from compare.friction.quantities import OF_PATCH
-from compare.report.panels import add_legend
-from compare.report.parts import Part, Row, Table, cell, listed
-from compare.report.styles import RC, symbol_of
+from compare.friction.page import band_of, names, others, write_contact_page
+from compare.report.panels import draw_band, draw_by_ics, grid_of
+from compare.report.parts import Part, listed
+from compare.report.styles import symbol_of
+from compare.report.tables import Row, Table, cell, columns_of
+from femic.contact.pairs.quantities import OF_COMPRESSION
 
-WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel
+PANEL = 4.1, 2.9  # its width and height [inch]
 SUFFICES = 0.05  # difference of sliding over contact area up to which ICs are said to suffice
 
 
@@ -31,24 +31,20 @@ def summary(dataset: xr.Dataset) -> str:
     of_reference = last.sel(ics=reference)
     sentences = [
         f"At {float(last['load']):g} N the patch covers {float(of_reference.angle.min()):.0f} ... "
-        f"{float(of_reference.angle.max()):.0f} degrees by {symbol}."
+        f"{float(of_reference.angle.max()):.0f} degrees with {symbol}."
     ]
     sentences += [
-        f"With friction {float(friction):g}, {float(one.sliding_share):.0%} of the contact area slides by "
+        f"With friction {float(friction):g}, {float(one.sliding_share):.0%} of the contact area slides with "
         f"{symbol} (known to {float(one.estimate_sliding_share):.0%} of the area)"
         + "".join(
-            f", {float(last.sliding_share.sel(ics=name, friction=friction)):.0%} by {symbol_of(name)}"
-            for name in _others(dataset)
+            f", {float(last.sliding_share.sel(ics=name, friction=friction)):.0%} with {symbol_of(name)}"
+            for name in others(dataset)
         )
         + "."
         for friction in dataset.friction.values
         for one in [of_reference.sel(friction=friction)]
     ]
     return " ".join([*sentences, *_verdicts(dataset)])
-
-
-def _others(dataset: xr.Dataset) -> list[str]:
-    return [name for name in names(dataset) if name != reference_of(dataset)]
 
 
 def _verdicts(dataset: xr.Dataset) -> Iterator[str]:
@@ -58,7 +54,7 @@ def _verdicts(dataset: xr.Dataset) -> Iterator[str]:
     known = dataset.estimate_sliding_share.sel(ics=reference_of(dataset))
     worst = (away - known).clip(0).max(["friction", "load"])
     for enough, verb in ((True, "within"), (False, "further than")):
-        found = [name for name in _others(dataset) if (float(worst.sel(ics=name)) <= SUFFICES) == enough]
+        found = [name for name in others(dataset) if (float(worst.sel(ics=name)) <= SUFFICES) == enough]
         if found:
             furthest = ", ".join(f"{float(away.sel(ics=name).max()):.0%}" for name in found)
             yield (
@@ -71,8 +67,8 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
     symbol, largest = symbol_of(reference_of(dataset)), float(dataset["load"][-1])
     yield Part(
         "How much of the contact slides",
-        "Area of sliding over that of contact, over the load, and over the angle of the patch by these ICs. "
-        f"Band: estimate of {symbol}, which has in it that the load grows in steps.",
+        "Sliding area over contact area, over the load, and over the angle of the patch with these ICs. "
+        f"Band: estimate of {symbol}, which includes the error of the steps of load.",
         "sliding",
         sliding(dataset),
     )
@@ -89,39 +85,34 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
 def sliding(dataset: xr.Dataset) -> Figure:
     """Sliding over contact area by all ICs, a column per friction: over the load, over the angle."""
     reference = reference_of(dataset)
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(WIDTH * dataset.sizes["friction"], 2 * HEIGHT + 0.5), layout="constrained")
-        rows = figure.subplots(2, dataset.sizes["friction"], sharex="row", sharey=True, squeeze=False)
+    with grid_of(2, dataset.sizes["friction"], PANEL, sharex="row", sharey=True) as (figure, rows):
         for number, (above, below) in enumerate(rows.T):
             one, kilonewtons = dataset.isel(friction=number), dataset["load"] / 1e3
-            curves(above, kilonewtons, one.sliding_share)
-            curves(below, one.angle, one.sliding_share)
+            draw_by_ics(above, kilonewtons, one.sliding_share, 3)
+            draw_by_ics(below, one.angle, one.sliding_share, 3)
             known, of_reference = (
                 one[key].sel(ics=reference) for key in ("estimate_sliding_share", "sliding_share")
             )
+            low, high = (of_reference - known).clip(0, 1), (of_reference + known).clip(0, 1)
             for axes, at in ((above, kilonewtons), (below, one.angle.sel(ics=reference))):
-                low, high = (of_reference - known).clip(0, 1), (of_reference + known).clip(0, 1)
-                axes.fill_between(
-                    at, low, high, color="black", alpha=0.15, linewidth=0, label=band_of(dataset)
-                )
+                draw_band(axes, at, low, high, band_of(dataset))
             above.set(xlabel="load [kN]", title=f"friction {float(dataset.friction[number]):g}")
-            below.set_xlabel("Δδ by the same ICs [deg]")
+            below.set_xlabel("Δδ with the same ICs [deg]")
         for axes in rows[:, 0]:
             axes.set_ylabel("sliding / contact area [-]")
-        add_legend(figure)
-        return figure
+    return figure
 
 
 def _tables(dataset: xr.Dataset) -> list[Table]:
     """All numbers, a table per friction."""
-    of_friction = [
+    return [
         Table(
             f"friction {float(friction):g}",
-            columns(OF_PATCH),
+            columns_of(OF_COMPRESSION.values()),
             [
                 Row(
                     f"{symbol_of(name)}, {float(load):g} N",
-                    [cell(one[key], one[f"estimate_{key}"]) for key in OF_PATCH],
+                    [cell(one[key], one[f"estimate_{key}"]) for key in OF_COMPRESSION],
                 )
                 for load in dataset["load"].values
                 for name in names(dataset)
@@ -130,4 +121,3 @@ def _tables(dataset: xr.Dataset) -> list[Table]:
         )
         for friction in dataset.friction.values
     ]
-    return [*of_supports(dataset), *of_friction]

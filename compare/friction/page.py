@@ -1,19 +1,18 @@
-"""What the pages of rolling and of compression share: file and page, sentences on cost, curves by ICs."""
+"""The common ground of the pages of rolling and compression: file and page, supports, sentences on cost."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from itertools import chain
 from pathlib import Path
 
 import xarray as xr
-from matplotlib.axes import Axes
 
-from compare.contact.compute import C
 from compare.contact.figures import reference_of
-from compare.friction.quantities import Quantity
-from compare.friction.supports import PREFIX, of_motion
-from compare.report.parts import Page, Part, Row, Table, changed_cell
-from compare.report.styles import symbol_of, with_further
-from femic.cache import folders
-from femic.cache.files import write_dataset
+from compare.friction.supports import PREFIX
+from compare.report.parts import Page, Part, closing, write_results
+from compare.report.styles import symbol_of
+from compare.report.tables import Table, changes_table
+from femic.contact.motions import MOTIONS
+from femic.contact.pairs.given_ics import C
 
 BELOW = (
     "Small, below each number: its estimated error (from elements twice and four times as large; in "
@@ -25,42 +24,20 @@ def write_contact_page(
     dataset: xr.Dataset, out: Path, summary: str, parts: Iterable[Part], tables: Sequence[Table]
 ) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
-    folders.make(out)
-    write_dataset(dataset, out / "contact.nc")
-    title, scene = str(dataset.attrs["title"]), str(dataset.attrs["scene"])
-    page = Page(title, summary, parts, tables, BELOW, cost(dataset), scene)
-    return page.write(out / "contact.html", "contact")
+    end = closing([*of_supports(dataset), *tables], BELOW, cost(dataset), str(dataset.attrs["scene"]))
+    page = Page(str(dataset.attrs["title"]), summary, chain(parts, end))
+    return write_results(page, out, "contact", dataset)
 
 
 def of_supports(dataset: xr.Dataset) -> list[Table]:
-    """What other supports change of a contact by C, a row per change; empty where it is not known."""
+    """How other supports change a contact computed with C; empty where it is not known."""
     if "supports" not in dataset.coords:
         return []
-    given = {
-        dim: float(dataset[PREFIX + dim]) for dim in ("friction", "xi", "load") if PREFIX + dim in dataset
-    }
-    by_c, quantities = (
-        dataset.sel({"ics": C, **given}),
-        of_motion("rolling" if "xi" in given else "compression"),
-    )
-    at = f"{100 * given['xi']:.3g} %" if "xi" in given else f"{given['load']:g} N"
-    rows = [
-        Row(
-            str(name),
-            [
-                changed_cell(dataset[PREFIX + key].sel(supports=name), by_c[key], by_c[f"estimate_{key}"])
-                for key in quantities
-            ],
-        )
-        for name in dataset.supports.values
-    ]
-    caption = f"what other supports change: by C, friction {given['friction']:g}, {at}"
-    return [Table(caption, columns(quantities), rows)]
-
-
-def columns(quantities: Mapping[str, Quantity]) -> list[str]:
-    """The heads of the columns of quantities."""
-    return [f"{one.symbol} [{'-' if one.unit == '1' else one.unit}]" for one in quantities.values()]
+    motion = next(one for one in MOTIONS.values() if PREFIX + one.dimension in dataset)
+    friction, place = (float(dataset[PREFIX + dim]) for dim in ("friction", motion.dimension))
+    with_c = dataset.sel({"ics": C, "friction": friction, motion.dimension: place})
+    caption = f"changes with other supports, computed with C, friction {friction:g}, {motion.place(place)}"
+    return [changes_table(caption, motion.quantities, with_c, dataset, PREFIX)]
 
 
 def names(dataset: xr.Dataset) -> list[str]:
@@ -68,13 +45,18 @@ def names(dataset: xr.Dataset) -> list[str]:
     return [str(name) for name in dataset.ics.values]
 
 
+def others(dataset: xr.Dataset) -> list[str]:
+    """The names of the ICs that are compared with the reference."""
+    return [name for name in names(dataset) if name != reference_of(dataset)]
+
+
 def band_of(dataset: xr.Dataset) -> str:
-    """The label of a band: what it is the estimate of."""
+    """The label of the band of the reference's estimate."""
     return f"estimate of {symbol_of(reference_of(dataset))}"
 
 
 def cost(dataset: xr.Dataset) -> str:
-    """What the numbers took."""
+    """Sentences on the grid and on the seconds of contacts and of C."""
     by_ics = dataset.seconds.sum("friction")
     each = ", ".join(f"{symbol_of(name)} {float(by_ics.sel(ics=name)):.1f} s" for name in names(dataset))
     grid = (
@@ -95,14 +77,3 @@ def cost(dataset: xr.Dataset) -> str:
 
 def _step(dataset: xr.Dataset, name: str) -> float:
     return float(dataset[name][1] - dataset[name][0])
-
-
-def curves(axes: Axes, at: xr.DataArray, values: xr.DataArray, *, markers: bool = True) -> None:
-    """Draw values over an abscissa by all ICs; an abscissa may differ by ICs."""
-    shown = names(values.to_dataset(name="values"))
-    looks = with_further(shown)
-    for name in shown:
-        marker, look = looks[name]
-        style = dict(look) | ({"marker": marker, "markersize": 3} if markers else {})
-        abscissa = at.sel(ics=name) if "ics" in at.dims else at
-        axes.plot(abscissa, values.sel(ics=name), label=symbol_of(name), **style)

@@ -1,70 +1,72 @@
-"""Results by friction and ICs: each is kept in the store as soon as it is finished, and all are joined."""
+"""Solutions by friction and ICs: each is stored as soon as it is finished, and all are joined."""
 
 from collections.abc import Callable
 from dataclasses import replace
-from time import perf_counter
+from typing import Any
 
 import xarray as xr
 
-from compare.contact.compute import C, c_jobs
-from compare.contact.dataset import provenance
-from compare.friction.bodies import Solver, on_fitting_grid
-from compare.matrix.compute import discounted
 from femic.cache.digests import results_digest
+from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.reference_ics import c_jobs
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.run_options import RunOptions
-from femic.scenes.scene import Scene
 
-Solve = Callable[[Solver, float, str], xr.Dataset]  # with a coefficient of friction, by ICs of a name
+Labelled = Callable[[PairWithFriction, Any], xr.Dataset]  # a solution of the motion as labelled arrays
 
 
-def by_friction_and_ics(scene: Scene, options: RunOptions, solve: Solve, title: str) -> xr.Dataset:
-    """What `solve` gives for all coefficients of friction and ICs of a scene, which are dimensions of it."""
-    start = perf_counter()
-    joined = on_fitting_grid(scene, options, lambda solver: _joined(solver, solve))
-    made = {
-        "title": f"{title}: {scene.title}",
-        "meaning": "tractions on the upper body along x, s, n of the lower surface; slip over that surface",
-        "discounted": discounted(scene),
+def by_friction_and_ics(pair: PairWithFriction, labelled: Labelled) -> xr.Dataset:
+    """The solutions with all coefficients of friction and ICs, which are dimensions of the arrays."""
+    frictions, ics = pair.specification.coefficients, pair.problem.specification.ics
+    parts = {
+        (friction, name): _stored(pair, friction, name, labelled) for name in ics for friction in frictions
     }
-    return joined.assign_attrs(made | provenance(scene, perf_counter() - start, solve.__module__))
-
-
-def _joined(solver: Solver, solve: Solve) -> xr.Dataset:
-    frictions, ics = solver.wanted.coefficients, solver.scene.contact.ics
-    parts = {(friction, name): _kept(solver, friction, name, solve) for name in ics for friction in frictions}
     rows = [xr.concat([parts[friction, name] for name in ics], "ics") for friction in frictions]
     joined = xr.concat(rows, "friction").assign_coords(friction=list(frictions), ics=list(ics))
-    inclination = solver.placed.undeformed.lower.contour.inclination(solver.placed.grid.strips)
+    grid = pair.on_grid.grid
+    inclination = pair.on_grid.undeformed.lower.contour.inclination(grid.strips)
     joined["inclination"] = "s", inclination, {"units": "rad"}
-    known = parts[frictions[0], C].attrs if C in ics else {}
-    grid = solver.placed.grid
-    exactly = {"dx": grid.dx, "ds": grid.ds, "s_middle": grid.s}  # differences of coordinates are rounded
-    return joined.drop_attrs(deep=False).assign_attrs(known | exactly)
+    of_c = parts[frictions[0], C].attrs if C in ics else {}
+    exact = {"dx": grid.dx, "ds": grid.ds, "s_middle": grid.s}  # differences of coordinates are rounded
+    return joined.drop_attrs(deep=False).assign_attrs(of_c | exact)
 
 
-def _kept(solver: Solver, friction: float, name: str, solve: Solve) -> xr.Dataset:
-    """What `solve` gives, from the store if it is there."""
-    store = solver.options.store
-    key = store.key("friction", results_digest(solve.__module__), *_determined_by(solver, friction, name))
+def _stored(pair: PairWithFriction, friction: float, name: str, labelled: Labelled) -> xr.Dataset:
+    """A solution, from the store if it is there."""
+    store, solve = pair.options.store, pair.motion.solve
+    assert solve is not None
+    key = store.key("friction", results_digest(labelled.__module__), *_inputs(pair, friction, name))
     part = store.get(key)
     if part is None:
-        part = solve(solver, friction, name).assign_attrs(solver.known_of(name))
+        part = labelled(pair, solve(pair, friction, name)).assign_attrs(_quality_of_c(pair, name))
         store.put(key, part)
     else:
-        solver.options.watch.on_stage(f"  friction {friction:g}, {name}: kept by an earlier run")
+        pair.options.watch.on_stage(f"  friction {friction:g}, {name}: kept by an earlier run")
     return part
 
 
-def _determined_by(solver: Solver, friction: float, name: str) -> tuple[object, ...]:
-    """All inputs that a result depends on, and not what else the scene asks for."""
-    scene, alone = solver.scene, replace(solver.wanted, coefficients=(friction,))
-    wanted = replace(scene.contact, ics=(name,), friction=alone)
-    of_c = [_inputs(job) for job in c_jobs(scene, solver.placed).values()] if name == C else []
-    return scene.pair, wanted, solver.placed.grid, *of_c
+def _quality_of_c(pair: PairWithFriction, name: str) -> dict[str, float | str]:
+    """Errors and cost of C on the grid; nothing of other ICs."""
+    if name != C:
+        return {}
+    c = pair.reference
+    return {
+        "C_estimate": c.estimate,
+        "C_asymmetry": c.asymmetry.share,
+        "C_asymmetry_component": c.asymmetry.component,
+        "C_seconds": c.seconds,
+    }
 
 
-def _inputs(job: MatrixJob) -> tuple[object, ...]:
-    """What C depends on; the engine is part of the code."""
+def _inputs(pair: PairWithFriction, friction: float, name: str) -> tuple[object, ...]:
+    """All inputs that a solution depends on, and not what else the scene specifies."""
+    problem, alone = pair.problem, replace(pair.specification, coefficients=(friction,))
+    specification = replace(problem.specification, ics=(name,), friction=alone)
+    jobs = c_jobs(problem, pair.on_grid).values() if name == C else ()
+    return problem.pair, specification, pair.on_grid.grid, *map(_inputs_of_c, jobs)
+
+
+def _inputs_of_c(job: MatrixJob) -> tuple[object, ...]:
+    """Return all inputs of C; the engine by its name, because the digest covers its code."""
     settings = replace(job.settings, engine=None)  # type: ignore[arg-type]
-    return job.body, job.grid, job.components, job.discounts, settings
+    return job.body, job.grid, job.components, job.discounts, settings, job.settings.engine.name

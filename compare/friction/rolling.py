@@ -1,31 +1,19 @@
-"""Creep-force curves of a wheel by several ICs: labelled arrays `contact.nc`."""
+"""Creep-force curves of a wheel with several ICs as labelled arrays."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from time import perf_counter
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import xarray as xr
 
-from compare.contact.compute import C, reference_name
-from compare.friction.bodies import Solver
-from compare.friction.curve import Curve, Path
-from compare.friction.dataset import Numbers, errors, maps, scalars, tables
-from compare.friction.displaced import DISPLACED, PREFIX, displaced_numbers
-from compare.friction.parts import by_friction_and_ics
-from compare.friction.quantities import OF_ROLLING, Described, kinds
-from femic.contact.estimates import CREEPAGE, SLOPE, changes
-from femic.contact.frictional import FrictionalProblem
-from femic.contact.normal import PotentialAreaTooSmall
-from femic.reference.run_options import DEFAULT, RunOptions
+from compare.contact.compute import reference_name
+from compare.friction.dataset import maps, scalars, tables
+from femic.contact.pairs.displaced import OF_DISPLACED
+from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.quantities import OF_CURVE, OF_ROLLING
+from femic.contact.pairs.solved_curve import SolvedCurve
 from femic.scenes.scene import Scene
-from geometries.errors import Failure
 
-OF_FREE = {  # what describes a curve, besides its points
-    "zero_creepage": Described("1", "creepage without longitudinal force", kind=CREEPAGE),
-    "slope": Described("N", "derivative of the longitudinal force by the creepage there", kind=SLOPE),
-    "equal_creepage": Described("1", "creepage at the force at which tractions are compared", kind=CREEPAGE),
-}
+DISPLACED = "displaced_"  # before the names of numbers with the distance of the displaced wheel
 UNKNOWN = dict.fromkeys(OF_ROLLING, np.nan)  # numbers where there is no contact
 Distance = Callable[[xr.DataArray], xr.DataArray]
 DISTANCES: Mapping[str, tuple[Distance, str]] = {  # of curves, from distances of their points
@@ -40,19 +28,29 @@ DISTANCES: Mapping[str, tuple[Distance, str]] = {  # of curves, from distances o
 }
 
 
-def compute_rolling(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
-    """Numbers by friction, ICs and creepage `xi`, each with `estimate_NAME`, and maps at equal force.
+def labelled(pair: PairWithFriction, solved: SolvedCurve) -> xr.Dataset:
+    """Numbers by creepage `xi`, each with `estimate_NAME`, and maps at equal force.
 
-    `simplified` marks contacts that are found in the less accurate form only; `rms` and `largest` are
-    distances of curves to the reference's. `displaced_NAME` is a number at the creepage nearest 0 with the
-    distance of the displaced wheel, which is linearised otherwise.
-
-    Raises BadScene for what cannot be solved, and Failure as `contact`.
+    `simplified` marks contacts that are found in the less accurate form only. `displaced_NAME` is a number at
+    the creepage nearest 0 with the distance of the displaced wheel, which is linearised otherwise.
     """
-    dataset = by_friction_and_ics(scene, options, _solved, "Rolling with friction")
-    wanted = scene.contact.friction
+    xis, curve = pair.specification.longitudinal, solved.curve
+    points = [curve.points[xi].numbers if xi in curve.points else UNKNOWN for xi in xis]
+    variables = {
+        **tables(OF_ROLLING, "xi", {"": points, "estimate_": solved.point_errors}),
+        **scalars(OF_CURVE, {"": curve.free.numbers, "estimate_": solved.curve_errors}),
+        "simplified": ("xi", [xi in curve.contacts and curve.contacts[xi].simplified for xi in xis]),
+    }
+    dataset = xr.Dataset(variables, coords={"xi": list(xis)}).merge(maps(pair, curve.equal.contact))
+    dataset = dataset.assign(seconds=((), solved.seconds, {"units": "s"}))
+    return dataset.assign(scalars(OF_DISPLACED, {DISPLACED: solved.displaced}))
+
+
+def with_distances(scene: Scene, dataset: xr.Dataset) -> xr.Dataset:
+    """The arrays of all ICs with distances of their curves to the reference's: `rms` and `largest`."""
+    friction = scene.contact.friction
     dataset.attrs["load"] = scene.contact.loads[0]
-    dataset.attrs["equal_force"] = wanted.equal_force if wanted else 0.0
+    dataset.attrs["equal_force"] = friction.equal_force if friction else 0.0
     return dataset.assign(_away(dataset))
 
 
@@ -76,111 +74,3 @@ def _away(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
         for prefix, values in (("", away), ("estimate_", wrong))
         for name, (distance, meaning) in DISTANCES.items()
     }
-
-
-def _solved(solver: Solver, friction: float, name: str) -> xr.Dataset:
-    """The curve by some ICs at some friction."""
-    operator, start = solver.operator(name), perf_counter()  # what C takes is told by itself
-    problem = solver.problem(operator, friction)
-    path = Path.of(solver, problem, f"friction {friction:g}, {name}")
-    curve = path.curve()
-    seconds = perf_counter() - start
-    solver.options.watch.on_stage(
-        f"  {path.label}: {len(curve.points)} of {len(path.xi)} creepages, {seconds:.1f} s"
-    )
-    change = _change(path, curve) if name == C else None
-    found = _labelled(solver, curve, _on_larger(path), change).assign(seconds=((), seconds, {"units": "s"}))
-    return found.assign(scalars(DISPLACED, {PREFIX: displaced_numbers(path, curve)}))
-
-
-def _on_larger(path: Path) -> list[Curve | None]:
-    """The curves on elements twice and four times as large, None where one is not found."""
-    found, problem = [], path.problem.problem
-    for words in ("larger elements", "still larger elements"):
-        if not problem.has_coarser:
-            break
-        problem = problem.coarsened
-        found.append(_coarse(path.solver, problem, f"{path.label}, {words}"))
-    return found
-
-
-def _coarse(solver: Solver, problem: FrictionalProblem, label: str) -> Curve | None:
-    """The curve on larger elements, None where it is not found: estimates do without it then."""
-    try:
-        return Path.of(solver, problem, label).curve()
-    except PotentialAreaTooSmall:
-        raise
-    except Failure as failure:
-        solver.options.watch.on_stage(f"  not in estimates: {failure}")
-        return None
-
-
-@dataclass(frozen=True, eq=False)
-class Change:
-    """By how much numbers of a curve change with the estimated error of C: its points, and `free`."""
-
-    points: Sequence[Numbers]
-    free: Numbers
-
-
-def _change(path: Path, curve: Curve) -> Change:
-    """The change by the estimated error of C, solved at a few creepages and linear between these.
-
-    They are the one nearest 0 and those with the largest forces; NaN where no such contact is found.
-    """
-    perturbed = path.solver.problem(path.solver.reference.perturbed, path.problem.problem.friction)
-    beside = Path.of(path.solver, perturbed, f"{path.label} plus its estimate")
-    rows = {}
-    for xi in deciding(curve):
-        if contact := beside.tried(xi, curve.contacts[xi]):
-            rows[xi] = changes(curve.points[xi], kinds(OF_ROLLING), beside.measured(contact).numbers)
-    try:
-        free = beside.free(list(curve.contacts.values()))[0].numbers
-    except PotentialAreaTooSmall:
-        raise
-    except Failure as failure:
-        path.solver.options.watch.on_stage(f"  no estimates: {failure}")
-        free = dict.fromkeys(OF_FREE, np.nan)
-    return Change([between(rows, xi) for xi in path.xi], changes(curve.free, kinds(OF_FREE), free))
-
-
-def deciding(curve: Curve) -> list[float]:
-    """The creepages nearest 0, and with the largest forces both ways, growing."""
-    force = {xi: one.numbers["F_x"] for xi, one in curve.points.items()}
-    return sorted({min(force, key=abs), min(force, key=force.__getitem__), max(force, key=force.__getitem__)})
-
-
-def between(rows: Mapping[float, Numbers], xi: float) -> dict[str, float]:
-    """Numbers at a creepage from rows at growing ones: linear between them, and constant beyond."""
-    if not rows:
-        return dict.fromkeys(OF_ROLLING, np.nan)
-    return {
-        name: float(np.interp(xi, list(rows), [row[name] for row in rows.values()])) for name in OF_ROLLING
-    }
-
-
-def _labelled(
-    solver: Solver, curve: Curve, larger: Sequence[Curve | None], change: Change | None
-) -> xr.Dataset:
-    """A curve with the estimates of its numbers, and its maps at equal force."""
-    xis = solver.wanted.longitudinal
-    of_points = [
-        errors(
-            OF_ROLLING,
-            curve.points.get(xi),
-            [one.points.get(xi) if one else None for one in larger],
-            [change.points[number]] if change else [],
-        )
-        for number, xi in enumerate(xis)
-    ]
-    of_free = errors(
-        OF_FREE, curve.free, [one.free if one else None for one in larger], [change.free] if change else []
-    )
-    points = [curve.points[xi].numbers if xi in curve.points else UNKNOWN for xi in xis]
-    numbers = {
-        **tables(OF_ROLLING, "xi", {"": points, "estimate_": of_points}),
-        **scalars(OF_FREE, {"": curve.free.numbers, "estimate_": of_free}),
-        "simplified": ("xi", [xi in curve.contacts and curve.contacts[xi].simplified for xi in xis]),
-    }
-    found = xr.Dataset(numbers, coords={"xi": list(xis)})
-    return found.merge(maps(solver, curve.equal.contact))

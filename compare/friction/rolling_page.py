@@ -3,22 +3,22 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from compare.contact.figures import reference_of
 from compare.friction import maps
-from compare.friction.displaced import PREFIX
-from compare.friction.page import band_of, columns, curves, names, of_supports, write_contact_page
-from compare.friction.quantities import OF_ROLLING
-from compare.friction.rolling import OF_FREE, scaled_force
-from compare.report.panels import add_legend
-from compare.report.parts import Part, Row, Table, cell, furthest, listed
-from compare.report.styles import RC, symbol_of
+from compare.friction.page import band_of, names, others, write_contact_page
+from compare.friction.rolling import DISPLACED, scaled_force
+from compare.report.panels import draw_band, draw_by_ics, grid_of
+from compare.report.parts import Part, furthest, listed, span
+from compare.report.styles import symbol_of
+from compare.report.tables import Cell, Column, Row, Table, cell, columns_of, numbers
+from femic.contact.pairs.quantities import OF_CURVE, OF_ROLLING
 
-WIDTH, HEIGHT = 4.1, 2.9  # inch of a panel
+PANEL = 4.1, 2.9  # its width and height [inch]
+SIZES = "largest", "root mean square"  # of the differences of curves
 SUFFICES = 0.02  # largest distance of curves over friction times load up to which ICs are said to suffice
 
 
@@ -29,48 +29,40 @@ def write_rolling(dataset: xr.Dataset, out: Path) -> Path:
 
 def summary(dataset: xr.Dataset) -> str:
     """Sentences computed from the numbers: which ICs suffice, by which number."""
-    reference, others = reference_of(dataset), _others(dataset)
+    reference = reference_of(dataset)
     symbol, worst = symbol_of(reference), dataset[["largest", "rms"]].max("friction")
+    zero_creepage = dataset.zero_creepage.sel(ics=reference)
+    slope = dataset.slope.sel(ics=reference) / dataset.attrs["load"]
     sentences = [
         f"{dataset.attrs['load']:g} N, friction {listed(f'{f:g}' for f in dataset.friction.values)}: without "
-        f"longitudinal force the wheel rolls at a creepage of {_range(dataset.zero_creepage, reference)} by "
-        f"{symbol}, where the force rises by {_range(dataset.slope / dataset.attrs['load'], reference)} of "
+        f"longitudinal force the wheel rolls at a creepage of {span(zero_creepage, '.3g')} with "
+        f"{symbol}, where the force rises by {span(slope, '.3g')} of "
         "the load per creepage."
     ]
-    for name in others:
+    for name in others(dataset):
         zero, slope = (dataset[key].sel(ics=name) for key in ("zero_creepage", "slope"))
         shift = furthest(zero - dataset.zero_creepage.sel(ics=reference))
         steeper = furthest(slope / dataset.slope.sel(ics=reference) - 1)
         sentences.append(
             f"{symbol_of(name)}: its creep-force curve is up to {float(worst.largest.sel(ics=name)):.1%} of "
-            f"friction times load from that by {symbol} (root mean square over the creepages at most "
+            f"friction times load from the curve with {symbol} (root mean square over the creepages at most "
             f"{float(worst.rms.sel(ics=name)):.1%}); creepage without force {shift:+.2g}, "
             f"slope {steeper:+.1%}."
         )
     return " ".join([*sentences, _verdict(dataset), *_displaced(dataset), *_simplified(dataset)])
 
 
-def _others(dataset: xr.Dataset) -> list[str]:
-    return [name for name in names(dataset) if name != reference_of(dataset)]
-
-
-def _range(values: xr.DataArray, name: str) -> str:
-    of_ics = values.sel(ics=name)
-    low, high = f"{float(of_ics.min()):.3g}", f"{float(of_ics.max()):.3g}"
-    return low if low == high else f"{low} ... {high}"
-
-
 def _verdict(dataset: xr.Dataset) -> str:
     """Which ICs have curves near enough to those of the reference at all creepages."""
-    others, symbol = _others(dataset), symbol_of(reference_of(dataset))
-    if not others:
+    compared, symbol = others(dataset), symbol_of(reference_of(dataset))
+    if not compared:
         return f"No other ICs than {symbol} are compared."
-    worst = {name: float(dataset.largest.sel(ics=name).max()) for name in others}
-    known = {name: _known(dataset, name) for name in others}
-    best = min(others, key=worst.__getitem__)
-    tie = [name for name in others if abs(worst[name] - worst[best]) <= max(known[name], known[best])]
-    unsure = [name for name in others if abs(worst[name] - SUFFICES) < known[name]]
-    enough = [name for name in others if name not in unsure and worst[name] <= SUFFICES]
+    worst = {name: float(dataset.largest.sel(ics=name).max()) for name in compared}
+    known = {name: _known(dataset, name) for name in compared}
+    best = min(compared, key=worst.__getitem__)
+    tie = [name for name in compared if abs(worst[name] - worst[best]) <= max(known[name], known[best])]
+    unsure = [name for name in compared if abs(worst[name] - SUFFICES) < known[name]]
+    enough = [name for name in compared if name not in unsure and worst[name] <= SUFFICES]
     sentences = [*_sufficing(enough, symbol), *_undecided(unsure, symbol)] or [
         f"None of them is within {SUFFICES:.0%} of friction times load from {symbol} at all creepages; "
         f"{symbol_of(best)} is the nearest, with {worst[best]:.1%}."
@@ -114,14 +106,14 @@ def _known(dataset: xr.Dataset, name: str) -> float:
 def _displaced(dataset: xr.Dataset) -> Iterator[str]:
     """Yield what the distance of the displaced wheel changes, by the reference."""
     of_reference = dataset.sel(ics=reference_of(dataset))
-    found = of_reference.isel(friction=of_reference[f"{PREFIX}zero_creepage"].notnull())
+    found = of_reference.isel(friction=of_reference[f"{DISPLACED}zero_creepage"].notnull())
     if found.sizes["friction"]:
-        zero = found[f"{PREFIX}zero_creepage"] - found.zero_creepage
-        linearised = found.p_max.sel(xi=found[f"{PREFIX}xi"])
-        p_max = found[f"{PREFIX}p_max"] / linearised - 1
+        zero = found[f"{DISPLACED}zero_creepage"] - found.zero_creepage
+        linearised = found.p_max.sel(xi=found[f"{DISPLACED}xi"])
+        p_max = found[f"{DISPLACED}p_max"] / linearised - 1
         yield (
             "The distance of the displaced wheel instead of the linearised one would move the creepage "
-            f"without force by {furthest(zero):+.1g} and change p_max by {furthest(p_max):+.1%}, by "
+            f"without force by {furthest(zero):+.1g} and change p_max by {furthest(p_max):+.1%}, with "
             f"{symbol_of(reference_of(dataset))}."
         )
 
@@ -143,14 +135,15 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
     yield Part(
         "Creep-force curves",
         "Longitudinal force on the wheel over friction times load, over the creepage. Its limit is larger "
-        "than 1, since the flanks are pressed on each other, too. Below: the difference to the curve by "
+        "than 1, since the flanks are pressed on each other, too. Below: the difference from the curve with "
         f"{symbol}; band: its estimate.",
         "creep_force",
         creep_force(dataset),
     )
     yield Part(
         "Tractions along the centre line",
-        f"{equal} Rolling is towards +x. Grey: what friction bears by {symbol}, friction times pressure.",
+        f"{equal} Rolling is towards +x. Grey: the largest traction that friction allows with {symbol}, "
+        "friction times pressure.",
         "centre_line",
         centre_line(dataset),
     )
@@ -167,59 +160,50 @@ def creep_force(dataset: xr.Dataset) -> Figure:
     """Creep-force curves by all ICs, a column per friction; below, their differences to the reference's."""
     reference, percent = reference_of(dataset), 100 * dataset.xi
     force, known = scaled_force(dataset), scaled_force(dataset, "estimate_F_x").sel(ics=reference)
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(WIDTH * dataset.sizes["friction"], 2 * HEIGHT + 0.5), layout="constrained")
-        rows = figure.subplots(2, dataset.sizes["friction"], sharex=True, sharey="row", squeeze=False)
+    with grid_of(2, dataset.sizes["friction"], PANEL, sharex=True, sharey="row") as (figure, rows):
         for number, (above, below) in enumerate(rows.T):
-            of_friction = force.isel(friction=number)
-            curves(above, percent, of_friction)
-            curves(below, percent, of_friction - of_friction.sel(ics=reference))
-            band = known.isel(friction=number)
-            below.fill_between(
-                percent, -band, band, color="black", alpha=0.2, linewidth=0, label=band_of(dataset)
-            )
+            of_friction, band = force.isel(friction=number), known.isel(friction=number)
+            draw_by_ics(above, percent, of_friction, 3)
+            draw_by_ics(below, percent, of_friction - of_friction.sel(ics=reference), 3)
+            draw_band(below, percent, -band, band, band_of(dataset))
             above.set_title(f"friction {float(dataset.friction[number]):g}", fontsize=9)
             below.set_xlabel("creepage [%]")
         rows[0, 0].set_ylabel("F_x / (friction load) [-]")
-        rows[1, 0].set_ylabel(f"less that by {symbol_of(reference)} [-]")
-        add_legend(figure)
-        return figure
+        rows[1, 0].set_ylabel(f"minus the one with {symbol_of(reference)} [-]")
+    return figure
 
 
 def centre_line(dataset: xr.Dataset) -> Figure:
     """Longitudinal tractions along s = 0 at equal force by all ICs, a panel per friction."""
     reference, middle = reference_of(dataset), dataset.p.isel(s=dataset.sizes["s"] // 2)
     shown = (middle.sel(direction="n") > 0).any(["friction", "ics"])
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(WIDTH * dataset.sizes["friction"], HEIGHT + 0.5), layout="constrained")
-        for number, axes in enumerate(figure.subplots(1, dataset.sizes["friction"], squeeze=False)[0]):
+    with grid_of(1, dataset.sizes["friction"], PANEL) as (figure, grid):
+        for number, axes in enumerate(grid[0]):
             of_friction = middle.isel(friction=number).isel(x=np.flatnonzero(shown))
             bound = float(dataset.friction[number]) * of_friction.sel(ics=reference, direction="n")
             for sign, label in ((1, "friction times pressure"), (-1, "_below")):
                 axes.plot(of_friction.x, sign * bound, color="grey", linewidth=1, label=label)
-            curves(axes, of_friction.x, of_friction.sel(direction="x"), markers=False)
+            draw_by_ics(axes, of_friction.x, of_friction.sel(direction="x"), 0)
             axes.set(xlabel="x [mm]", title=f"friction {float(dataset.friction[number]):g}")
             axes.set_ylabel("p_x at s = 0 [MPa]" if number == 0 else "")
-        add_legend(figure)
-        return figure
+    return figure
 
 
 def _tables(dataset: xr.Dataset) -> list[Table]:
-    points = (_points(dataset, number) for number in range(dataset.sizes["friction"]))
-    return [_free(dataset), *of_supports(dataset), *points]
+    return [_free(dataset), *(_points(dataset, number) for number in range(dataset.sizes["friction"]))]
 
 
 def _free(dataset: xr.Dataset) -> Table:
     """What free rolling is like by friction and ICs, and how far curves are from the reference's."""
     symbol = symbol_of(reference_of(dataset))
-    heads = [f"{one.meaning} [{one.unit}]" if one.unit != "1" else one.meaning for one in OF_FREE.values()]
+    columns = [Column(one.meaning, one.unit if one.unit != "1" else "") for one in OF_CURVE.values()]
     rows = [
         Row(
             f"friction {float(friction):g}, {symbol_of(name)}",
             [
-                *(cell(one[key], one[f"estimate_{key}"]) for key in OF_FREE),
-                cell(one[f"{PREFIX}zero_creepage"]),
-                *({"text": f"{float(one[key]):.2%}", "below": ""} for key in ("largest", "rms")),
+                *(cell(one[key], one[f"estimate_{key}"]) for key in OF_CURVE),
+                cell(one[f"{DISPLACED}zero_creepage"]),
+                *(Cell(float(one[key]), ".2%") for key in ("largest", "rms")),
                 cell(one.seconds, digits=3),
             ],
         )
@@ -227,9 +211,12 @@ def _free(dataset: xr.Dataset) -> Table:
         for name in names(dataset)
         for one in [dataset.sel(friction=friction, ics=name)]
     ]
-    heads.append("creepage without longitudinal force, distance of the displaced wheel")
-    away = f"curve less that by {symbol} [friction load]"
-    return Table("free rolling", [*heads, f"{away}, largest", f"{away}, root mean square", "s"], rows)
+    further = [
+        *numbers("creepage without longitudinal force, distance of the displaced wheel"),
+        *numbers(*(f"curve minus the one with {symbol}, {size}" for size in SIZES), unit="friction load"),
+        *numbers("s"),
+    ]
+    return Table("free rolling", [*columns, *further], rows)
 
 
 def _points(dataset: xr.Dataset, number: int) -> Table:
@@ -244,4 +231,4 @@ def _points(dataset: xr.Dataset, number: int) -> Table:
         for name in names(dataset)
         for one in [of_friction.sel(ics=name, xi=xi)]
     ]
-    return Table(f"friction {float(of_friction.friction):g}", columns(OF_ROLLING), rows)
+    return Table(f"friction {float(of_friction.friction):g}", columns_of(OF_ROLLING.values()), rows)

@@ -8,8 +8,6 @@ from compare.frontier.advice import Advice, Question, advise, frontier_for, sent
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.scene import Scene
 
-AUTO = "auto"
-
 
 @dataclass(frozen=True)
 class Choice:

@@ -4,20 +4,19 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from rich.table import Table
+from rich.table import Table as Printed
 
 from compare.frontier.advice import Advice
 from compare.frontier.trade import error_bounds, front, resolved_errors
 from compare.frontier.ways import styles
-from compare.report.html import VANISHING, cell_of, write_page
-from compare.report.styles import RC, save
-from femic.cache import folders
-from femic.cache.files import write_dataset
+from compare.report.errors import MEASURE, VANISHING, cell_of
+from compare.report.panels import grid_of
+from compare.report.parts import Folded, Items, Note, Page, Picture, Section, Verbatim, write_results
+from compare.report.tables import Cell, Row, Table, numbers
 from geometries.arrays import Array, Indices
 
 LEAST_ERROR_DRAWN = 1e-6  # smaller errors vanish by symmetry and are drawn here
@@ -25,22 +24,30 @@ LEAST_ERROR_DRAWN = 1e-6  # smaller errors vanish by symmetry and are drawn here
 
 def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
     """Write `frontier.nc`, the figures and `frontier.html`; returns the path of the report."""
-    figures_folder = folders.make(folder / "figures")
-    write_dataset(dataset, folder / "frontier.nc")
+    title = f"Speed against accuracy: {dataset.attrs['title']}"
+    return write_results(Page(title, summary(dataset), _sections(dataset)), folder, "frontier", dataset)
+
+
+def _sections(dataset: xr.Dataset) -> Iterator[Section]:
     bodies = [str(body) for body in dataset.body.values]
-    figure_paths = [save(figure(dataset, body), figures_folder / f"frontier_{body}.png") for body in bodies]
-    return write_page(
-        folder / "frontier.html",
-        "frontier.html.j2",
-        title=f"Speed against accuracy: {dataset.attrs['title']}",
-        summary=summary(dataset),
-        components=[str(component) for component in dataset.component.values],
-        tables=[{"body": body, "rows": list(_rows(dataset, body))} for body in bodies],
-        best=dataset.attrs["best"],
-        points=dataset.attrs["points"],
-        skipped=json.loads(dataset.attrs["skipped"]),
-        figures=figure_paths,
-        text=dataset.attrs["scene"],
+    yield Section("", [Picture(body, figure(dataset, body)) for body in bodies])
+    for body in bodies:
+        yield Section(body, [_table(dataset, body)])
+    yield Section("", [Note(_explanation(dataset))])
+    if skipped := json.loads(dataset.attrs["skipped"]):
+        yield Section("Not tried", [Items([f"{name}: {reason}" for name, reason in skipped.items()])])
+    yield Section("", [Folded("Scene file", [Verbatim(dataset.attrs["scene"])])])
+
+
+def _explanation(dataset: xr.Dataset) -> str:
+    best, points = dataset.attrs["best"], dataset.attrs["points"]
+    return (
+        f"{MEASURE} Shown: the worst line. Errors below the estimate of C do not count as smaller. C is that "
+        f"of {best}; its own row has its estimated error. *: on the front of that component, no other way is "
+        f"as fast and closer, or as close and faster. Time: of an approximation at all {points} points; of C "
+        "the sum over all models that it and its estimate need, as measured when they were solved. "
+        "Unknowns: of the largest model. Memory: the largest of the process up to then, of whatever it had "
+        "solved before."
     )
 
 
@@ -71,21 +78,18 @@ def figure(dataset: xr.Dataset, body: str) -> Figure:
     components = [str(component) for component in dataset.component.values]
     columns = min(3, len(components))
     rows = -(-len(components) // columns)
-    with mpl.rc_context(RC):
-        canvas = Figure(figsize=(4.4 * columns, 3.4 * rows + 0.5), layout="constrained")
-        grid = canvas.subplots(rows, columns, squeeze=False, sharex=True).ravel()
-        errors = resolved_errors(dataset, body)
-        for axes, component in zip(grid, components, strict=False):
+    errors = resolved_errors(dataset, body)
+    with grid_of(rows, columns, (4.4, 3.4), sharex=True) as (canvas, grid):
+        for axes, component in zip(grid.ravel(), components, strict=False):
             _draw(axes, dataset.sel(body=body, component=component), errors.sel(component=component).values)
             vanishes = bool(dataset.vanishes.sel(body=body, component=component))
             axes.set_title(f"{body} {component}" + (", vanishes: share of 0.05 C_nn" if vanishes else ""))
-        for axes in grid[-columns:]:
+        for axes in grid.ravel()[-columns:]:
             axes.set_xlabel(f"seconds for {dataset.attrs['points']} points  [s]")
-        for axes in grid[len(components) :]:
+        for axes in grid.ravel()[len(components) :]:
             axes.remove()
         canvas.supylabel("error, share of the component itself  [-]")
-        canvas.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-        return canvas
+    return canvas
 
 
 def _draw(axes: Axes, dataset: xr.Dataset, errors_of_ways: Array) -> None:
@@ -119,33 +123,35 @@ def _labels(dataset: xr.Dataset, ways: Indices, errors: Array) -> dict[tuple[flo
     return {point: ", ".join(of_point) for point, of_point in labels.items()}
 
 
-def _rows(dataset: xr.Dataset, body: str) -> Iterator[dict[str, object]]:
-    of_body = dataset.sel(body=body)
+def _table(dataset: xr.Dataset, body: str) -> Table:
+    of_body, components = dataset.sel(body=body), [str(component) for component in dataset.component.values]
     errors = resolved_errors(dataset, body)
-    fronts = {
-        str(c): front(of_body.seconds.values, errors.sel(component=c).values)
-        for c in dataset.component.values
-    }
+    fronts = {c: front(of_body.seconds.values, errors.sel(component=c).values) for c in components}
+    rows = []
     for k, way in enumerate(dataset.way.values):
-        best = str(way) == dataset.attrs["best"]
+        best, unknowns, memory = (
+            str(way) == dataset.attrs["best"],
+            dataset.unknowns.values[k],
+            dataset.memory.values[k],
+        )
         cells = [
-            cell_of(of_body.sel(way=way, component=c), known=best, mark=" *" if fronts[str(c)][k] else "")
-            for c in dataset.component.values
+            cell_of(of_body.sel(way=way, component=c), known=best, mark=" *" if fronts[c][k] else "")
+            for c in components
         ]
-        yield {
-            "label": str(dataset.label.values[k]),
-            "cells": cells,
-            "seconds": _time(float(of_body.seconds.values[k])),
-            "unknowns": f"{int(dataset.unknowns.values[k]):,}" if dataset.unknowns.values[k] else "",
-            "memory": f"{dataset.memory.values[k]:.0f}" if dataset.memory.values[k] else "",
-        }
+        cost = [
+            _time(float(of_body.seconds.values[k])),
+            Cell(int(unknowns), ",d") if unknowns else "",
+            Cell(float(memory), ".0f") if memory else "",
+        ]
+        rows.append(Row(str(dataset.label.values[k]), [*cells, *cost]))
+    return Table("ICs by", numbers(*components, "time", "unknowns", "memory [MB]"), rows)
 
 
-def evidence(dataset: xr.Dataset, advice: Advice) -> Table:
+def evidence(dataset: xr.Dataset, advice: Advice) -> Printed:
     """The table that the advice rests on: the upper bounds of each way's errors, and its seconds."""
     body, components = advice.question.body, list(advice.question.components)
     vanishing = dataset.vanishes.sel(body=body, component=components).values
-    rows = Table(
+    rows = Printed(
         title=f"{body}: error at most, share of the component itself (measured, and the estimate of "
         f"{dataset.attrs['best']})",
         caption="†: vanishes in C; share of 0.05 C_nn" if np.any(vanishing) else None,

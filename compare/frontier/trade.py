@@ -14,7 +14,8 @@ from compare.frontier import ways
 from compare.frontier.ways import Way
 from compare.ics.compute import Results, approximated, compute, reference_of, scene_points
 from compare.ics.errors import measure_of, refinement_shares_of
-from compare.plan import models
+from compare.ics.plan import run_steps
+from compare.plan.models import seconds
 from femic.cache.digests import results_digest, versions
 from femic.reference.accuracy import NotConverged, component_of
 from femic.reference.engines import ENGINES
@@ -127,8 +128,8 @@ def _by_cost(
     costs = []
     for way in request.ways:
         try:
-            steps = models.run_steps(request.scene(base, way.engine), workers)
-            costs.append((models.seconds(steps, workers), way))
+            steps = run_steps(request.scene(base, way.engine), workers)
+            costs.append((seconds(steps, workers), way))
         except BadScene as error:
             skipped[way.name] = " ".join(str(error).split())
     return sorted(costs, key=lambda cost_and_way: cost_and_way[0])

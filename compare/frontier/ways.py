@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
-from approx.variants import VARIANTS
-from compare.report.styles import SYMBOLS
+from approx.variants import VARIANTS, needs_effective
 from femic.reference.engines import ENGINES
 from femic.scenes.scene import Scene
 
@@ -24,13 +23,13 @@ class Way:
     @property
     def label(self) -> str:
         """The label of this way in figures and tables."""
-        return SYMBOLS.get(self.name, f"C, {self.name}")
+        return VARIANTS[self.name].symbol if self.name in VARIANTS else f"C, {self.name}"
 
 
 def approximations(scene: Scene) -> Iterator[Way]:
     """Yield all variants; B-hat-prime only if one of the bodies compared has effective properties."""
     for variant in VARIANTS:
-        if variant != "Bhat_prime" or scene.fitted:
+        if scene.fitted or not needs_effective(variant):
             yield Way(variant, APPROXIMATION)
 
 

@@ -114,7 +114,7 @@ def approximated(
 ) -> tuple[dict[tuple[str, str], Array], dict[tuple[str, str], float]]:
     """Return approximations, (3, 3, n_points) [mm/N], and their seconds, both by (variant, body).
 
-    They are NaN where effective properties are missing.
+    They are NaN where a variant needs effective properties and the body has none.
     """
     keys = [(variant, name) for name, variant in product(scene.compared, scene.variants)]
     ics = {(variant, name): approximation(scene, variant, name, points) for variant, name in keys}
@@ -123,7 +123,7 @@ def approximated(
 
 def approximation(scene: Scene, variant: str, body: str, points: Points) -> Array:
     """Return an approximation, (3, 3, n_points) [mm/N]; NaN where effective properties are missing."""
-    if needs_effective([variant]) and body not in scene.fitted:
+    if needs_effective(variant) and body not in scene.fitted:
         return np.full((3, 3, len(points.x)), np.nan)
     ics = solids(scene)[body].approximate(variant, scene.patch, (points.x, points.s))
     return ics / scene.patch.area

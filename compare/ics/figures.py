@@ -1,13 +1,12 @@
 """The figure of what each variant costs: its error against its seconds."""
 
-import matplotlib as mpl
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from compare.ics.compute import Results
-from compare.report.panels import add_legend
-from compare.report.styles import MARKERS, RC, STYLES, SYMBOLS
+from compare.report.panels import grid_of
+from compare.report.styles import MARKERS, STYLES, SYMBOLS
 from femic.scenes.scene import Scene
 
 LEAST_DRAWN = 1e-6  # error: smaller errors are rounding and are drawn here
@@ -16,17 +15,14 @@ LEAST_DRAWN = 1e-6  # error: smaller errors are rounding and are drawn here
 def error_against_seconds(results: Results, errors: xr.Dataset) -> Figure:
     """Draw the worst error of each variant over all lines against its seconds, one panel per body."""
     scene = results.scene
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(4.1 * len(scene.compared), 3.8), layout="constrained")
-        grid = figure.subplots(1, len(scene.compared), squeeze=False, sharey=True)[0]
-        for axes, body in zip(grid, scene.compared, strict=True):
+    with grid_of(1, len(scene.compared), (4.1, 3.3), sharey=True) as (figure, grid):
+        for axes, body in zip(grid[0], scene.compared, strict=True):
             of_body = errors.sel(body=body)
             for variant in results.computed(body):
                 _draw_errors(axes, results.seconds[variant, body], of_body.sel(variant=variant), scene)
             axes.set(title=body, xlabel=f"seconds for {len(results.points.x)} points [s]")
-        grid[0].set_ylabel("worst error over the lines [-],\none mark per component")
-        add_legend(figure)
-        return figure
+        grid[0, 0].set_ylabel("worst error over the lines [-],\none mark per component")
+    return figure
 
 
 def _draw_errors(axes: Axes, seconds: float, of_variant: xr.Dataset, scene: Scene) -> None:

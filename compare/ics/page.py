@@ -1,73 +1,91 @@
-"""Makes the self-contained HTML report of a scene."""
+"""The page of a scene: errors of its ICs against C, figures, how well C is known, cost, settings."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
+from compare.ics.agreement import agreement
 from compare.ics.compute import Results, reference_of
 from compare.ics.dataset import settings
-from compare.ics.error_measure import ROUNDING
-from compare.ics.errors import apart, measure_of, refinement_scales_of
+from compare.ics.errors import measure_of, refinement_scales_of
 from compare.ics.summary import summary
-from compare.report.html import VANISHING, Row, cell_of, write_page
+from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, error_row
+from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section, Verbatim
 from compare.report.styles import SYMBOLS
+from compare.report.tables import Cell, Row, Table, cell, numbers, texts
 from femic.cache.digests import versions
 from femic.reference.accuracy import component_of
 from femic.reference.discount import AXES
 from femic.reference.level import factors
+from femic.reference.models import Cost
 from femic.reference.result import worst
 from femic.scenes.plausibility import warnings
-from geometries.arrays import Mask
+from femic.scenes.scene import Scene
 from geometries.bodies import Body
 
+KNOWN = (
+    "Estimated error of C, worst over components and lines, on two scales: as a share of the component "
+    "itself, as in the tables above; and on the scale of refinement, the larger of max |C_ij| and 0.05 max "
+    "|C_nn| on the line, which is what the tolerance is for: it keeps small components from asking for "
+    "endless cells. Its parts on the latter: from the mesh, from the size of the domain and (harmonic "
+    "engine) from the interpolation between wavenumbers, each at its own worst place. Then the model that "
+    "it took."
+)
+AGREEMENT = (
+    "The same computed with the solid engine, which shares only the contours with the harmonic one: how far "
+    "its C is from C, and whether that is within the sum of both estimates (the component that comes "
+    "closest to it). Shares of the component itself; with † of 0.05 max |C_nn|, where it vanishes."
+)
 
-def write(path: Path, results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[Path]]) -> Path:
-    """Write the report, return its path; `figures` has paths of PNG files by "scene", "curves" and "cost"."""
+
+def page_of(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence[Picture]]) -> Page:
+    """The page of a scene; `figures` has pictures by "scene", "curves" and "cost"."""
     scene = results.scene
-    return write_page(
-        path,
-        "report.html.j2",
-        title=scene.title,
-        summary=summary(results, errors),
-        components=scene.components,
-        tables=_tables(results, errors),
-        rms_tables=_tables(results, errors.assign(error=errors.rms, weight=np.nan)),
-        setting=_setting(results),
-        E=scene.reference_E,
-        L=scene.reference_length,
-        rotation_reach=scene.settings.rotation_reach,
-        figures=figures,
-        models=[{"name": name, "cost": cost} for name, cost in results.models.items()],
-        agreement=list(agreement(results)),
-        variant_seconds=[
-            (SYMBOLS[name], results.seconds[name, scene.compared[0]])
-            for name in results.computed(scene.compared[0])
-        ],
-        settings=settings(scene),
-        known=list(_accuracy_rows(results)),
-        notes=warnings(scene),
-        first=scene.compared[0],
-        discounts=[(name, _entries(reference.discount)) for name, reference in results.references.items()],
-        scene_text=scene.text,
-        versions=", ".join(f"{name} {version}" for name, version in versions().items()),
-    )
+    sections = [
+        *_warnings(scene),
+        *_errors(results, errors),
+        Section("The scene", [_setting(results), *figures["scene"]]),
+        Section("Influence coefficients along the lines", [_curves_text(results), *figures["curves"]]),
+        Section("How well C is known", list(_accuracy(results))),
+        Section("Cost", [*figures["cost"], _cost_table(results), Note(_cost_text(results))]),
+        Section("Settings", list(_settings(results))),
+    ]
+    return Page(scene.title, summary(results, errors), sections)
 
 
-def _tables(results: Results, errors: xr.Dataset) -> list[dict[str, object]]:
-    return [{"body": b, "rows": list(_rows(results, errors, b))} for b in results.scene.compared]
+def _warnings(scene: Scene) -> Iterator[Section]:
+    if notes := warnings(scene):
+        yield Section("", [Note("Before trusting these numbers, mind:"), Items(notes)])
 
 
-def _rows(results: Results, errors: xr.Dataset, body: str) -> Iterator[Row]:
-    for variant in results.variants:
-        for k, line in enumerate(results.lines):
-            line_errors = errors.sel(body=body, variant=variant, line=line)
-            cells = [
-                cell_of(line_errors.sel(i=c[0], j=c[1]), known=variant == "C")
-                for c in results.scene.components
-            ]
-            yield Row(SYMBOLS[variant] if k == 0 else "", line, cells)
+def _errors(results: Results, errors: xr.Dataset) -> Iterator[Section]:
+    """Yield the tables of the largest errors, a section per body, and the root mean squares."""
+    solid = "; rows “C (solid)”: how far the solid engine's C is from it" if results.checks else ""
+    text = f"{MEASURE} Rows “C”: the estimated error of C itself{solid}. {COMPONENTS}"
+    for number, body in enumerate(results.scene.compared):
+        notes = [] if number else [Note(text)]
+        yield Section(ERRORS_HEADING.format(body), [_error_table(results, errors, body), *notes])
+    rms = errors.assign(error=errors.rms, weight=np.nan)
+    of_bodies = [Section(body, [_error_table(results, rms, body)]) for body in results.scene.compared]
+    note = Note("Roots of the mean squares over a line, shares of the same as the errors above.")
+    yield Section("", [Folded("RMS errors along the lines", [note, *of_bodies])])
+
+
+def _error_table(results: Results, errors: xr.Dataset, body: str) -> Table:
+    components = results.scene.components
+    rows = [
+        error_row(
+            "" if number else SYMBOLS[variant],
+            errors.sel(body=body, variant=variant, line=line),
+            components,
+            known=variant == "C",
+            place=line,
+        )
+        for variant in results.variants
+        for number, line in enumerate(results.lines)
+    ]
+    return Table("variant", [*texts("line"), *numbers(*components)], rows)
 
 
 def _setting(results: Results) -> str:
@@ -95,66 +113,70 @@ def _shape(body: Body) -> str:
     return f"revolved, rolling radius {body.rolling_radius:g} mm{hub}"
 
 
-def _accuracy_rows(results: Results) -> Iterator[dict[str, str]]:
-    """Yield how well C of each solved body is known, on both scales, and the cells and domain for it."""
-    for name, job in results.jobs.items():
-        reference, scale = results.references[name], refinement_scales_of(results, name)
-        error, component, line = worst(job, reference.c.estimate, scale)
-        cells, domain = factors(reference.level)
-        yield {
-            "body": name,
-            "itself": _largest_estimate(results, name),
-            "error": f"{error:.2%} ({component} on {line})",
-            "mesh": f"{worst(job, reference.c.mesh_error, scale)[0]:.2%}",
-            "truncation": f"{worst(job, reference.c.truncation_error, scale)[0]:.2%}",
-            "waves": f"{worst(job, reference.c.waves_error, scale)[0]:.2%}",
-            "cells": f"{reference.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
-            "domain": f"far arc {reference.body.domain.far_radius:g} mm, {_length(reference.body)} "
+def _curves_text(results: Results) -> str:
+    scene = results.scene
+    circles = "Circles: C of the solid engine ± its estimated error. " if results.checks else ""
+    return (
+        f"Per unit total load, times E = {scene.reference_E:g} MPa and L = {scene.reference_length:g} mm. "
+        f"Grey band: C ± its estimated error (often thinner than the line). {circles}Dotted: where arc and "
+        "flank join."
+    )
+
+
+def _accuracy(results: Results) -> Iterator[Block]:
+    """Yield how well C of each solved body is known, and how far the C of both engines differ."""
+    columns = [
+        *texts("share of the component itself", "on the scale of refinement"),
+        *numbers("mesh", "domain", "wavenumbers"),
+        *texts("cells", "size"),
+    ]
+    yield KNOWN
+    yield Table("body", columns, [_accuracy_row(results, name) for name in results.jobs])
+    if results.checks:
+        yield AGREEMENT
+        yield _agreement_table(results)
+
+
+def _accuracy_row(results: Results, name: str) -> Row:
+    """How well C of a solved body is known, on both scales, and the cells and domain for it."""
+    job, reference, scale = results.jobs[name], results.references[name], refinement_scales_of(results, name)
+    error, component, line = worst(job, reference.c.estimate, scale)
+    parts = (reference.c.mesh_error, reference.c.truncation_error, reference.c.waves_error)
+    cells, domain = factors(reference.level)
+    return Row(
+        name,
+        [
+            _largest_estimate(results, name),
+            f"{error:.2%} ({component} on {line})",
+            *(Cell(worst(job, part, scale)[0], ".2%") for part in parts),
+            f"{reference.cells.smallest:.3g} mm at the patch (first × {cells:.3g})",
+            f"far arc {reference.body.domain.far_radius:g} mm, {_length(reference.body)} "
             f"(first × {domain:.3g})",
-        }
+        ],
+    )
 
 
 def _largest_estimate(results: Results, body: str) -> str:
     """The largest estimate of C as a share of the component itself, and the components that vanish."""
-    measure = measure_of(results, body)
-    components = results.scene.components
-    vanishing_components = [
-        component for component in components if component_of(measure.vanishing, component)
-    ]
+    measure, components = measure_of(results, body), results.scene.components
+    vanishing = [component for component in components if component_of(measure.vanishing, component)]
     errors = [
         (component_of(line_shares, component), component, line)
         for line, line_shares in measure.shares(reference_of(results, body).estimate).items()
         for component in components
-        if component not in vanishing_components
+        if component not in vanishing
     ]
     largest = "{:.2%} ({} on {})".format(*max(errors)) if errors else "–"
-    return largest + (f"; vanishing: {', '.join(vanishing_components)}" if vanishing_components else "")
+    return largest + (f"; vanishing: {', '.join(vanishing)}" if vanishing else "")
 
 
-def agreement(results: Results) -> Iterator[dict[str, str]]:
-    """Yield how far C of both engines differ, and whether this is within the sum of their estimates."""
-    for body in results.scene.compared if results.checks else ():
-        differences, allowed = apart(results, body)
-        gone = measure_of(results, body).vanishing
-        for line in results.lines:
-            apart_of = {
-                c: (component_of(differences[line], c), component_of(allowed[line], c))
-                for c in results.scene.components
-            }
-            closest = max(apart_of, key=lambda c: apart_of[c][0] / max(apart_of[c][1], ROUNDING))
-            largest = max(apart_of, key=lambda c: (not component_of(gone, c), apart_of[c][0]))
-            within = all(difference <= max(estimate, ROUNDING) for difference, estimate in apart_of.values())
-            yield {
-                "body": body,
-                "line": line,
-                "apart": f"{apart_of[largest][0]:.2%} ({_marked(largest, gone)})",
-                "closest": "{}: {:.2%} of {:.2%}".format(_marked(closest, gone), *apart_of[closest]),
-                "verdict": "yes" if within else "no",
-            }
-
-
-def _marked(component: str, gone: Mask) -> str:
-    return component + (VANISHING if component_of(gone, component) else "")
+def _agreement_table(results: Results) -> Table:
+    heads = ("largest difference", "closest to the sum of the estimates", "within")
+    rows = [
+        Row(one.body, [one.line, one.largest, one.closest, "yes" if one.within else "no"])
+        for one in agreement(results)
+    ]
+    return Table("body", ["line", *heads], rows, is_text=True)
 
 
 def _length(body: Body) -> str:
@@ -162,6 +184,59 @@ def _length(body: Body) -> str:
     if body.closed:
         return "all the way round"
     return "endless along x" if np.isinf(body.xi_end) else f"half-length {body.xi_end:.4g} mm"
+
+
+def _cost_table(results: Results) -> Table:
+    columns = [
+        *numbers("unknowns", "cells"),
+        *texts("solver"),
+        *numbers("iterations", "residual"),
+        *numbers("mesh", "assembly", "solution", unit="s"),
+        *numbers("peak memory", unit="MB"),
+    ]
+    rows = [Row(name, _cost_cells(cost)) for name, cost in results.models.items()]
+    return Table("model", columns, rows)
+
+
+def _cost_cells(cost: Cost) -> list[Cell | str]:
+    return [
+        *(Cell(number, ",d") for number in (cost.unknowns, cost.cells)),
+        cost.solver,
+        ", ".join(map(str, cost.iterations)),
+        Cell(cost.residual, ".0e"),
+        *(Cell(cost.seconds.get(stage, 0.0), ".1f") for stage in ("mesh", "assembly", "solution")),
+        Cell(cost.peak_memory, ".0f"),
+    ]
+
+
+def _cost_text(results: Results) -> str:
+    first = results.scene.compared[0]
+    each = ", ".join(
+        f"{SYMBOLS[name]}: {results.seconds[name, first]:.2g} s" for name in results.computed(first)
+    )
+    return (
+        "Peak memory is that of the worker process up to the end of the model. The seconds are those of the "
+        "run that solved the model; models from the store are not solved again. Seconds of each variant on "
+        f"all points ({first} ICs; C: the sum over its models): {each}."
+    )
+
+
+def _settings(results: Results) -> Iterator[Block]:
+    scene = results.scene
+    yield (
+        "Rigid-body discount M [mm/N; 1/N; 1/(N mm)] per body, axes x, y, z, φ (rotation about x through "
+        "the contact centre); discounted so that C_jj = A_jj three elements away along x, and the rotation "
+        f"at |s| = {scene.settings.rotation_reach:g} mm:"
+    )
+    for name, reference in results.references.items():
+        yield Note(f"{name}: {'; '.join(_entries(reference.discount))}")
+    rows = [
+        Row(name, [value if isinstance(value, str) else cell(value)])
+        for name, value in settings(scene).items()
+    ]
+    yield Table("setting", ["value"], rows)
+    yield Folded("Scene file", [Verbatim(scene.text)])
+    yield Note(", ".join(f"{name} {version}" for name, version in versions().items()))
 
 
 def _entries(discount: np.ndarray) -> list[str]:

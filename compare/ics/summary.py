@@ -6,7 +6,7 @@ import xarray as xr
 
 from compare.ics.compute import Results
 from compare.ics.error_measure import ROUNDING
-from compare.report.html import percent
+from compare.report.errors import percent
 from compare.report.styles import SYMBOLS
 from femic.reference.accuracy import component_of
 

@@ -1,1 +1,1 @@
-"""`femic matrix` and `femic export` compute the IC matrix on a grid and write it."""
+"""`femic matrix` computes the IC matrix on a grid and writes it."""

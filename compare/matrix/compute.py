@@ -11,12 +11,14 @@ import numpy as np
 import xarray as xr
 
 from approx.matrix import columns as approximations
+from approx.variants import needs_effective
 from compare.ics.compute import models_of, parts_of, solids
 from compare.matrix.deviation import Column, Deviation
 from compare.matrix.reciprocity import Reciprocity, reciprocity
 from femic.cache.digests import results_digest, versions
 from femic.cache.files import replacing
 from femic.contact.operators.dense import GridOperator
+from femic.contact.pairs.reference_ics import far_radius
 from femic.reference.accuracy import Shares
 from femic.reference.assessment import worst_of
 from femic.reference.discount import AXES
@@ -82,7 +84,7 @@ def matrix_jobs(
     of the scene; the same models can give it after `further` discounts.
     """
     require_matrices(scene)
-    domain = Domain(_far_radius(scene), np.inf)
+    domain = Domain(far_radius(scene.contact_problem, scene.grid), np.inf)
     settings = replace(scene.settings, cells=None)
     return {
         name: MatrixJob(
@@ -102,19 +104,6 @@ def require_matrices(scene: Scene) -> None:
     require_none(scene.name, [*grid_misfits(scene), *matrix_engine_misfits(scene)])
 
 
-def _far_radius(scene: Scene) -> float:
-    """Return the radius [mm] of the far arc.
-
-    With the source's discount the arc approximates a body without end; else it is a support, and depends
-    neither on the grid nor on the tolerance.
-    """
-    if scene.discount != "source":
-        return scene.support_radius
-    matrices = scene.settings.engine.matrices
-    least = matrices.far_radius(scene.settings.tolerance, scene.grid) if matrices else 0.0
-    return max(least, *(body.domain.far_radius for body in scene.bodies.values()))
-
-
 def discounted(scene: Scene) -> str:
     """Return a sentence on the rigid part that is subtracted from C, and on the supports of the bodies."""
     return f"{TAKEN[scene.discount]} {_supports(scene)}"
@@ -124,7 +113,8 @@ def _supports(scene: Scene) -> str:
     """Return a sentence on the supports of the bodies of IC matrices and contact."""
     hubs = [name for name, body in scene.bodies.items() if np.isfinite(body.rolling_radius)]
     at_hub = f", and the {' and '.join(hubs)} body also at its hub" if hubs else ""
-    return f"The sections are clamped at a far arc of {_far_radius(scene):g} mm{at_hub}."
+    radius = far_radius(scene.contact_problem, scene.grid)
+    return f"The sections are clamped at a far arc of {radius:g} mm{at_hub}."
 
 
 def compute_matrix(scene: Scene, path: Path, options: RunOptions = DEFAULT) -> MatrixResults:
@@ -231,7 +221,7 @@ class _Accumulator:
                 (variant, name): Deviation.none(scene.grid.n_s)
                 for variant in scene.variants
                 for name in scene.compared
-                if variant != "Bhat_prime" or name in scene.fitted
+                if name in scene.fitted or not needs_effective(variant)
             },
             {name: Deviation.none(scene.grid.n_s) for name in scene.compared},
         )
@@ -338,7 +328,7 @@ def _attributes(results: MatrixResults) -> dict[str, str | float]:
         "ds": scene.grid.ds,
         "tolerance": scene.settings.tolerance,
         "discounted": scene.discount,
-        "far_radius": _far_radius(scene),
+        "far_radius": far_radius(scene.contact_problem, scene.grid),
         "estimated_error": json.dumps({name: asdict(shares) for name, shares in results.errors.items()}),
         "reciprocity_defect": json.dumps(
             {name: asdict(defect) for name, defect in results.reciprocity.items()}

@@ -1,6 +1,6 @@
 """`femic matrix` computes the IC matrices of a scene and writes the file, the figures and the report."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +10,13 @@ from compare.ics.compute import models_of, seconds_of, solids
 from compare.matrix.check import ColumnCheck, check
 from compare.matrix.compute import MatrixResults, compute_matrix, discounted
 from compare.matrix.figures import maps
+from compare.matrix.plan import matrix_steps
 from compare.matrix.reciprocity import description
-from compare.plan import models
-from compare.report.html import error_cell, write_page
-from compare.report.styles import SYMBOLS, save
-from femic.cache import folders
+from compare.plan.models import Step, seconds
+from compare.report.errors import error_cell
+from compare.report.parts import Folded, Page, Picture, Section, Verbatim, write_page
+from compare.report.styles import SYMBOLS
+from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.reference.models import Cost
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes import receipts
@@ -24,8 +26,40 @@ from geometries.patches import COMPONENTS, N
 
 COMMAND = "matrix"
 MAPPED_VARIANTS = ("A", "Bhat")  # variants whose difference from C is drawn
-
-
+ACCURACY = (
+    "Estimated error of C at its worst over all lags and pairs of strips, and its parts, each at its own "
+    "worst place, on the scale of refinement, which the tolerance is for. Four elements from the load and "
+    "further that is the larger of max |C_ij| and 0.05 max A_nn over the lags of a pair of strips; nearer: "
+    "5 A_nn at that place. As shares of the components themselves: rows “C” below. Each entry has an "
+    "estimate of its own in the file."
+)
+DEMANDS = (
+    "Reciprocity: largest |C(I, J) − C(J, I)ᵀ| of the raw solution over the largest value of the same "
+    "component, where it is worst. Loads act on whole elements, displacements are read at their centres: "
+    "ICs of curved bodies are not quite reciprocal, and least where a joint of arc and flank lies in a "
+    "strip, because its local directions stop to turn there. Work: smallest eigenvalue of the symmetric "
+    "part over the least IC of an element on itself; positive: tractions always do work."
+)
+TOO_LARGE = "Not computed: the matrices of this grid are too large to be held as a whole."
+CHECKS = (
+    "Single loads in 3D, on three observing strips: the largest difference to the matrix, as a share of the "
+    "component itself (of those that do not vanish), what the estimates of both allow there, and how close "
+    "to that any component comes."
+)
+WORST = (
+    "C is taken after the discount of [BVSV] here. Four elements from the load and further: the largest |V "
+    "− C| of a component as a share of its own largest |C_ij| there. Small, below it: nearer entries, "
+    "shares of A_nn at the same place. † C_ij vanishes there, share of 0.05 max |C_nn|."
+)
+APPROXIMATIONS = (
+    "Approximations are ICs of half-spaces, so C is taken after the discount of [BVSV] here, which also "
+    "takes away the bending of the section. Largest displacement error that tractions of at most 1 anywhere "
+    "on the grid can cause, as a share of the largest displacement that the component itself can cause. "
+    "Small, below it: the weight, the same as a share of the largest displacement by normal tractions. "
+    "“Vanishes”: the component is zero, or what it causes is less than ten times its estimated error; an "
+    "approximation is then tested as a zero, and its number, with †, is a share of 0.05 of the largest "
+    "displacement by normal tractions. Row “C”: the estimated error of C itself."
+)
 MEASURES = {  # of `Deviation`: the errors, the weights below them, and which components vanish
     "under_tractions": ("under_tractions_of_itself", "under_tractions", "causes_nothing"),
     "worst": ("worst", "near", "vanishing"),
@@ -44,18 +78,15 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
     if receipts.holds(out, COMMAND, key):
         watch.on_stage("  as it is there already")
         return path
-    steps = models.matrix_steps(scene, workers)
+    steps = matrix_steps(scene, workers)
     watch.on_stage(
-        f"  about {models.seconds(steps, workers):.0f} s, "
-        f"{max(step.expected.memory for step in steps):.0f} MB if no model is stored yet"
+        f"  about {seconds(steps, workers):.0f} s, {max(step.expected.memory for step in steps):.0f} MB "
+        "if no model is stored yet"
     )
-    receipts.withdraw(out, COMMAND)
-    folders.make(out / "figures")
-    results = compute_matrix(scene, out / "matrix.nc", options)
-    checks = check(results, options)
-    paths = draw(results, loaded_strip, out / "figures")
-    _write_report(results, steps, checks, paths, out / "matrix.nc")
-    receipts.leave(out, COMMAND, key, ["matrix.nc", path.name])
+    with receipts.renewed(out, COMMAND, key, ["matrix.nc", path.name]):
+        results = compute_matrix(scene, out / "matrix.nc", options)
+        sections = _sections(results, loaded_strip, steps, check(results, options))
+        write_page(Page(f"IC matrix: {scene.title}", summary(results, out / "matrix.nc"), sections), path)
     return path
 
 
@@ -68,8 +99,8 @@ def _chosen(scene: Scene, strip: int | None) -> int:
     return strip
 
 
-def draw(results: MatrixResults, strip: int, folder: Path) -> list[Path]:
-    """Draw maps of C and of its differences from A and B-hat, of the first of the bodies compared."""
+def pictures(results: MatrixResults, strip: int) -> Iterator[Picture]:
+    """Yield maps of C and of its differences from A and B-hat, of the first of the bodies compared."""
     scene, body = results.scene, results.scene.compared[0]
     unit, grid = scene.reference_E * scene.reference_length, scene.grid
     c = results.column(body, strip).ic
@@ -81,48 +112,102 @@ def draw(results: MatrixResults, strip: int, folder: Path) -> list[Path]:
         for variant in MAPPED_VARIANTS
     }
     where = f"{body}, load on strip {strip} (s = {grid.strips[strip]:.3g} mm)"
-    return [
-        save(
-            maps(f"{title}: {where}", "dimensionless", grid, strip, unit * values),
-            folder / f"matrix_{body}_{name}.png",
-        )
-        for name, (title, values) in drawn.items()
-    ]
+    for name, (title, values) in drawn.items():
+        figure = maps(f"{title}: {where}", "dimensionless", grid, strip, unit * values)
+        yield Picture(f"matrix_{body}_{name}", figure)
 
 
-def _write_report(
-    results: MatrixResults,
-    steps: Sequence[models.Step],
-    checks: Sequence[ColumnCheck],
-    figures: Sequence[Path],
-    file: Path,
-) -> Path:
-    """Write the report beside `matrix.nc`, which is `file`; returns its path."""
+def _sections(
+    results: MatrixResults, strip: int, steps: Sequence[Step], checks: Sequence[ColumnCheck]
+) -> Iterator[Section]:
     scene, costs = results.scene, models_of(results.matrices)
-    per_strip = np.mean([strip_check.seconds for strip_check in checks]) if checks else 0.0
-    return write_page(
-        file.with_suffix(".html"),
-        "matrix.html.j2",
-        title=f"IC matrix: {scene.title}",
-        summary=summary(results, file),
-        known=results.errors,
-        discounted=discounted(scene),
-        demands=list(_demand_rows(results)),
-        checks=checks,
-        strips=scene.grid.n_s,
-        all_strips=f"{scene.grid.n_s * per_strip / 60:.0f} minutes",
-        components=COMPONENTS,
-        tables=[
-            {"body": body, "rows": list(_rows(results, body, measure)), "measure": measure}
-            for body in scene.compared
-            for measure in MEASURES
-        ],
-        E=scene.reference_E,
-        L=scene.reference_length,
-        figures=figures,
-        cost=list(models.compared(steps, costs)),
-        took=_cost_text(results, costs),
-        text=scene.text,
+    text = f"{discounted(scene)} {ACCURACY}"
+    yield Section("How accurate the matrix is", [text, _accuracy_table(results)])
+    missing = "" if results.eigenvalues else TOO_LARGE
+    yield Section("What elasticity demands", [DEMANDS, missing, _demands_table(results)])
+    if checks:
+        yield Section(
+            "Columns computed with the solid engine", [_checks_text(scene, checks), _checks_table(checks)]
+        )
+    for body in scene.compared:
+        heading = f"What approximations of the {body} matrix cost"
+        folded = Folded(f"Worst entry of the {body} matrix", [WORST, _errors_table(results, body, "worst")])
+        yield Section(heading, [APPROXIMATIONS, _errors_table(results, body, "under_tractions"), folded])
+    yield Section("Responses to one strip", [_maps_text(scene), *pictures(results, strip)])
+    yield Section("Cost: planned / taken", [_cost_table(steps, costs), _cost_text(results, costs)])
+    yield Section("The scene", [Verbatim(scene.text)])
+
+
+def _accuracy_table(results: MatrixResults) -> Table:
+    columns = [*numbers("estimate"), *texts("worst at"), *numbers("mesh", "domain", "wavenumbers")]
+    rows = [
+        Row(
+            name,
+            [
+                Cell(one.total, ".3%"),
+                f"{one.component} {one.line}",
+                *(Cell(part, ".3%") for part in (one.mesh, one.truncation, one.waves)),
+            ],
+        )
+        for name, one in results.errors.items()
+    ]
+    return Table("body", columns, rows)
+
+
+def _demands_table(results: MatrixResults) -> Table:
+    """The reciprocity defect and the smallest eigenvalue of each matrix."""
+    rows = []
+    for name, eigenvalue in results.eigenvalues.items():
+        body, _, kind = name.partition(", ")
+        defect = description(results.reciprocity[body], results.scene.grid) if kind == "raw" else "as raw"
+        rows.append(Row(name, [defect, Cell(eigenvalue, ".3f")]))
+    return Table("matrix", [*texts("reciprocity defect"), *numbers("smallest eigenvalue")], rows)
+
+
+def _checks_text(scene: Scene, checks: Sequence[ColumnCheck]) -> str:
+    minutes = scene.grid.n_s * np.mean([one.seconds for one in checks]) / 60
+    return (
+        f"{CHECKS} All {scene.grid.n_s} strips of a body would take {minutes:.0f} minutes (extrapolated from "
+        "these)."
+    )
+
+
+def _checks_table(checks: Sequence[ColumnCheck]) -> Table:
+    columns = ["strip", "difference", "allowed", "largest difference / allowed", "s"]
+    rows = [
+        Row(
+            one.body,
+            [
+                str(one.strip),
+                f"{one.difference:.2%} ({one.component})",
+                Cell(one.allowed, ".2%"),
+                Cell(one.closest, ".2f"),
+                Cell(one.seconds, ".0f"),
+            ],
+        )
+        for one in checks
+    ]
+    return Table("body", columns, rows)
+
+
+def _errors_table(results: MatrixResults, body: str, measure: str) -> Table:
+    """A row of cells per approximation and one of C, by a measure of `MEASURES`."""
+    rows = []
+    for variant, deviation in (results.deviations(body) | {"C": results.known[body]}).items():
+        values = (getattr(deviation, name).ravel() for name in MEASURES[measure])
+        cells = [
+            error_cell(float(error), float(weight), vanishes=bool(vanishes), known=variant == "C")
+            for error, weight, vanishes in zip(*values, strict=True)
+        ]
+        rows.append(Row(SYMBOLS[variant], cells))
+    return Table("variant", COMPONENTS, rows)
+
+
+def _maps_text(scene: Scene) -> str:
+    return (
+        f"Per unit total load; × E L makes them dimensionless (E = {scene.reference_E:g} MPa, L = "
+        f"{scene.reference_length:g} mm). Cross: the loaded element. Colours: logarithmic, three decades of "
+        "each sign."
     )
 
 
@@ -150,27 +235,24 @@ def _extremes(results: MatrixResults, body: str) -> tuple[str, str]:
     )
 
 
-def _demand_rows(results: MatrixResults) -> Iterator[dict[str, str]]:
-    for name, eigenvalue in results.eigenvalues.items():
-        body, _, kind = name.partition(", ")
-        raw = kind == "raw"
-        defect = description(results.reciprocity[body], results.scene.grid) if raw else "as raw"
-        yield {"name": name, "defect": defect, "eigenvalue": f"{eigenvalue:.3f}"}
+def _cost_table(steps: Sequence[Step], costs: Mapping[str, Cost]) -> Table:
+    """What each model was expected to take / what it took."""
+    rows = []
+    for step in steps:
+        if cost := costs.get(step.name):
+            waves = cost.solver.split(", ")[-1].split()[0] if cost.solver.endswith("wavenumbers") else "–"
+            cells = [
+                f"{step.expected.unknowns:,} / {cost.unknowns:,}",
+                f"{step.expected.wavenumbers or '–'} / {waves}",
+                f"{step.expected.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
+                f"{step.expected.memory:.0f} / {cost.peak_memory:.0f}",
+            ]
+            rows.append(Row(step.name, cells))
+    return Table("model", ["unknowns", "wavenumbers", "s", "MB"], rows)
 
 
-def _rows(results: MatrixResults, body: str, measure: str) -> Iterator[dict[str, object]]:
-    """Yield a row of cells per approximation and one of C, by a measure of `MEASURES`."""
-    for variant, deviation in (results.deviations(body) | {"C": results.known[body]}).items():
-        values = (getattr(deviation, name).ravel() for name in MEASURES[measure])
-        cells = [
-            error_cell(float(error), float(weight), vanishes=bool(vanishes), known=variant == "C")
-            for error, weight, vanishes in zip(*values, strict=True)
-        ]
-        yield {"symbol": SYMBOLS[variant], "cells": cells}
-
-
-def _cost_text(results: MatrixResults, costs: dict[str, Cost]) -> str:
+def _cost_text(results: MatrixResults, costs: Mapping[str, Cost]) -> str:
     return (
-        f"Models: {seconds_of(costs):.0f} s when they were solved. This run, with what was kept: "
+        f"Models: {seconds_of(costs):.0f} s when they were solved. This run, with models from the store: "
         f"{results.seconds:.0f} s, {results.memory:.0f} MB at its peak."
     )

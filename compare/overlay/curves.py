@@ -1,48 +1,19 @@
-"""Overlay of the results of several scenes: curves and errors of all that they have in common."""
+"""Curves of several scenes along the lines that they have in common, as panels and as CSV files."""
 
 import csv
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
-from compare.overlay.sources import Content, Source, common, read
-from compare.report.curves import panel_of
+from compare.ics.curves import panel_of
+from compare.overlay.results import Overlay, Result
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.cache.files import replacing
 
 MIRRORED = 1e-6  # largest asymmetry of a mirrored curve, as a share of the largest value on its line
-
-
-@dataclass(frozen=True)
-class Result:
-    """The ICs and errors of one scene, under its name."""
-
-    name: str
-    ics: xr.Dataset
-    errors: xr.Dataset
-
-    @property
-    def reference_length(self) -> float:
-        """The reference length L of the scene [mm]."""
-        return float(self.ics.attrs["reference_length"])
-
-
-@dataclass(frozen=True)
-class Overlay:
-    """The results of two or more scenes, and the content that all of them have in common."""
-
-    common: Content
-    results: tuple[Result, ...]
-
-
-def load(sources: Sequence[Source]) -> Overlay:
-    """Read the results of all sources from their folders; raises WrongInput without common content."""
-    return Overlay(common(sources), tuple(Result(source.name, *read(source.folder)) for source in sources))
 
 
 def curve(result: Result, line: str, body: str, component: str) -> Panel:
@@ -70,17 +41,6 @@ def _repeats(panel: Panel) -> bool:
     sizes = np.abs(list(panel.curves.values()))
     asymmetry = np.max(np.abs(sizes - sizes[:, ::-1]))
     return np.allclose(panel.at, -panel.at[::-1]) and bool(asymmetry <= MIRRORED * np.max(sizes))
-
-
-def worst(overlay: Overlay, result: Result, body: str, component: str) -> xr.Dataset:
-    """The worst error and weight of a component over the common lines [-], by variant; of C, its estimate.
-
-    Where the component vanishes, which is said, too, errors are shares of 0.05 max |C_nn|.
-    """
-    line_errors = result.errors[["error", "weight", "vanishes"]].sel(
-        body=body, i=component[0], j=component[1], line=list(overlay.common.lines)
-    )
-    return line_errors.max("line", skipna=False)
 
 
 def write_curves(overlay: Overlay, folder: Path) -> None:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from compare.overlay.curves import Overlay, Result
+from compare.overlay.results import Overlay, Result
 from compare.overlay.sources import scene_of_text
-from femic.scenes.section import Section
+from femic.scenes.section import tables
 
 ABSENT_TEXT, DEFAULT_TEXT = "–", "default"  # shown for a missing key and for a value of None
 FILLED_IN = {  # settings of results that have computed defaults, and the scene file's keys for them
@@ -75,7 +75,7 @@ def _flat(value: Any, key: str = "") -> dict[str, Any]:
 def _meanings() -> dict[str, str]:
     """The descriptions of the scene file's keys, without keys whose description depends on the table."""
     descriptions: dict[str, set[str]] = {}
-    for section in Section.__subclasses__():
+    for section in tables():
         for key, field in section.model_fields.items():
             descriptions.setdefault(key, set()).add(field.description or "")
     return {key: next(iter(texts)) for key, texts in descriptions.items() if len(texts) == 1}

@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from compare.overlay.curves import Overlay, curve, is_mirrored
+from compare.overlay.curves import curve, is_mirrored
+from compare.overlay.results import Overlay
 from compare.report.panels import BAND, Panel, add_scene_legends, draw_scenes
 from compare.report.styles import DASHES, RC, STYLES, SYMBOLS, Style
 

@@ -5,15 +5,23 @@ from pathlib import Path
 
 from compare.ics.error_measure import ROUNDING
 from compare.overlay import figures as overlay_figures
-from compare.overlay.curves import Overlay, worst, write_curves
+from compare.overlay.curves import write_curves
 from compare.overlay.differences import differences
+from compare.overlay.results import Overlay, worst
 from compare.overlay.sources import Source
-from compare.report.html import Row, cell_of, write_page
-from compare.report.styles import SYMBOLS, save
+from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, cell_of
+from compare.report.parts import Folded, Items, Note, Page, Picture, Section, Verbatim, write_page
+from compare.report.styles import SYMBOLS
+from compare.report.tables import Row, Table, numbers, texts
 from femic.cache import folders
 from geometries.errors import WrongInput
 
 JUDGED = ("A", "Bhat")  # variants that the summary speaks of
+CURVES = (
+    "of all scenes; colours tell variants, line styles scenes. Per unit total load, times E of the lower "
+    "body and L of the scene. Grey band: C ± its estimated error (often thinner than the line). Where a "
+    "scene's curve seems missing, it coincides with that of another scene, drawn before it."
+)
 WITHIN_ACCURACY = "alike within the accuracy of C"
 
 
@@ -27,25 +35,40 @@ def folder_of(sources: Sequence[Source], out: Path | None, results: Path) -> Pat
 
 def write(overlay: Overlay, folder: Path) -> Path:
     """Write figures, CSV files and `report.html` into a folder; returns the report's path."""
-    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    folders.make(folder)
     write_curves(overlay, folder)
-    figures = [
-        save(overlay_figures.curves(overlay, component), folder / "figures" / f"curves_{component}.png")
-        for component in overlay.common.components
-    ]
-    return write_page(
-        folder / "report.html",
-        "overlay.html.j2",
-        title=", ".join(result.name for result in overlay.results),
-        scenes=[(result.name, result.ics.attrs["title"]) for result in overlay.results],
-        summary=summary(overlay),
-        common=overlay.common,
-        tables=[{"body": body, "rows": list(_rows(overlay, body))} for body in overlay.common.bodies],
-        differences=list(differences(overlay)),
-        drawn=", ".join(SYMBOLS[variant] for variant in overlay_figures.drawn_variants(overlay)),
-        figures=figures,
-        texts=[(result.name, result.ics.attrs["scene"]) for result in overlay.results],
+    title = ", ".join(result.name for result in overlay.results)
+    return write_page(Page(title, summary(overlay), _sections(overlay)), folder / "report.html")
+
+
+def _sections(overlay: Overlay) -> Iterator[Section]:
+    common, results = overlay.common, overlay.results
+    titles = Items([f"{result.name}: {result.ics.attrs['title']}" for result in results])
+    yield Section("", [titles])
+    for body in common.bodies:
+        notes = [Note(_measure(overlay))] if body == common.bodies[0] else []
+        yield Section(ERRORS_HEADING.format(body), [_table(overlay, body), *notes])
+    yield Section("What differs between the scenes", [_differences_table(overlay)])
+    pictures = (
+        Picture(f"curves_{component}", overlay_figures.curves(overlay, component))
+        for component in common.components
     )
+    drawn = ", ".join(SYMBOLS[variant] for variant in overlay_figures.drawn_variants(overlay))
+    yield Section("Influence coefficients along the lines", [f"{drawn} {CURVES}", *pictures])
+    texts = [Folded(result.name, [Verbatim(result.ics.attrs["scene"])]) for result in results]
+    yield Section("Scene files", texts)
+
+
+def _measure(overlay: Overlay) -> str:
+    return (
+        f"{MEASURE} Shown: the largest over {', '.join(overlay.common.lines)}; shares of C of the same "
+        f"scene. Rows “C”: the estimated error of C itself. {COMPONENTS}"
+    )
+
+
+def _table(overlay: Overlay, body: str) -> Table:
+    columns = [*texts("scene"), *numbers(*overlay.common.components)]
+    return Table("variant", columns, list(_rows(overlay, body)))
 
 
 def _rows(overlay: Overlay, body: str) -> Iterator[Row]:
@@ -53,7 +76,13 @@ def _rows(overlay: Overlay, body: str) -> Iterator[Row]:
         for k, result in enumerate(overlay.results):
             errors = [worst(overlay, result, body, component) for component in overlay.common.components]
             cells = [cell_of(error.sel(variant=variant), known=variant == "C") for error in errors]
-            yield Row(SYMBOLS[variant] if k == 0 else "", result.name, cells)
+            yield Row("" if k else SYMBOLS[variant], [result.name, *cells])
+
+
+def _differences_table(overlay: Overlay) -> Table:
+    rows = [Row(one.key, [one.meaning, *one.values]) for one in differences(overlay)]
+    heads = ["meaning", *(result.name for result in overlay.results)]
+    return Table("key" if rows else "key (nothing differs)", heads, rows, is_text=True)
 
 
 def summary(overlay: Overlay) -> str:

@@ -1,18 +1,15 @@
-"""Predict unknowns, seconds and memory of a scene's models, and compare them with the actual cost."""
+"""Predicts the unknowns, seconds and memory of models."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from compare.ics.compute import jobs
-from compare.matrix.compute import COMPARED, matrix_jobs
 from femic.reference.engine import Engine
 from femic.reference.job import Job
 from femic.reference.level import Level, factors
 from femic.reference.matrix.job import MatrixJob
-from femic.reference.models import Cost, ExpectedCost
-from femic.scenes.scene import Scene
+from femic.reference.models import ExpectedCost
 
 
 @dataclass(frozen=True)
@@ -25,17 +22,6 @@ class Step:
     far_radius: float  # mm
     along_x: str  # extent of the model along x, in words
     expected: ExpectedCost
-
-
-def run_steps(scene: Scene, workers: int) -> list[Step]:
-    """Return the models that `femic run` solves in its first round."""
-    steps = list(steps_of(jobs(scene), workers))
-    return steps + (list(steps_of(jobs(scene.check), workers, "check, ")) if scene.check else [])
-
-
-def matrix_steps(scene: Scene, workers: int) -> list[Step]:
-    """Return the models that `femic matrix` solves in its first round; raises as `matrix_jobs` does."""
-    return list(steps_of(matrix_jobs(scene, further=COMPARED), workers))
 
 
 def steps_of(
@@ -64,19 +50,3 @@ def seconds(steps: list[Step], workers: int) -> float:
     Engines that share a model among workers solve models one by one, others solve them side by side.
     """
     return sum(step.expected.seconds / (1 if step.engine.shares_a_model else workers) for step in steps)
-
-
-def compared(steps: Iterable[Step], costs: Mapping[str, Cost]) -> Iterator[dict[str, str]]:
-    """Yield rows of a table: the expected / the actual cost of each model."""
-    for step in steps:
-        if cost := costs.get(step.name):
-            wavenumbers = (
-                cost.solver.split(", ")[-1].split()[0] if cost.solver.endswith("wavenumbers") else "–"
-            )
-            yield {
-                "name": step.name,
-                "unknowns": f"{step.expected.unknowns:,} / {cost.unknowns:,}",
-                "wavenumbers": f"{step.expected.wavenumbers or '–'} / {wavenumbers}",
-                "seconds": f"{step.expected.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
-                "memory": f"{step.expected.memory:.0f} / {cost.peak_memory:.0f}",
-            }

@@ -1,4 +1,4 @@
-"""Drawing and layout that all reports share: figures, 3D views, styles of variants, templates of pages.
+"""The page system of all reports: pages as data, cells, panels of curves, 3D views, styles of variants.
 
-Imports `scenes` and `results`.
+It knows no question: it imports no other folder of `compare`.
 """

@@ -1,18 +1,31 @@
 """Draws all figures of curves: panels of curves over one abscissa, C with its estimate, grids of panels."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import cycle
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import ArrayLike
 
-from compare.report.styles import CHECK_STYLE, DASHES, FURTHER, RC, STYLES, SYMBOLS, Style
+from compare.report.styles import (
+    CHECK_STYLE,
+    DASHES,
+    FURTHER,
+    RC,
+    STYLES,
+    SYMBOLS,
+    Style,
+    symbol_of,
+    with_further,
+)
 from geometries.arrays import Array, Mask
 
 INVISIBLE = 1e-9  # dimensionless IC below which a curve is shown as zero
@@ -112,19 +125,43 @@ def show_zero(axes: Axes) -> None:
         axes.annotate("0 by symmetry", (0.5, 0.6), xycoords="axes fraction", ha="center", color="grey")
 
 
+@contextmanager
+def grid_of(
+    rows: int, columns: int, each: tuple[float, float], **shared: Any
+) -> Iterator[tuple[Figure, Any]]:
+    """A figure and its axes, (rows, columns), each of a size [inch]; what is drawn there gets one legend."""
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=(each[0] * columns, each[1] * rows + 0.5), layout="constrained")
+        yield figure, figure.subplots(rows, columns, squeeze=False, **shared)
+        add_legend(figure)
+
+
+def draw_by_ics(axes: Axes, at: xr.DataArray, values: xr.DataArray, marker_size: float = 4) -> None:
+    """Draw values by ICs over an abscissa, which may differ by ICs; without markers where their size is 0."""
+    names = [str(name) for name in values.ics.values]
+    looks = with_further(names)
+    for name in names:
+        marker, look = looks[name]
+        style = dict(look) | ({"marker": marker, "markersize": marker_size} if marker_size else {})
+        abscissa = at.sel(ics=name) if "ics" in at.dims else at
+        axes.plot(abscissa, values.sel(ics=name), label=symbol_of(name), **style)
+
+
+def draw_band(axes: Axes, at: ArrayLike, low: ArrayLike, high: ArrayLike, label: str | None = None) -> None:
+    """Draw the band of an estimate."""
+    axes.fill_between(at, low, high, color="black", alpha=0.15, linewidth=0, label=label)
+
+
 def drawn(panels: Sequence[Panel], columns: int, size: tuple[float, float] = (4.1, 2.9)) -> Figure:
     """Figure of panels in a number of columns, each of a size [inch], with one legend."""
     rows, styles = -(-len(panels) // columns), styles_of(panels)
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(size[0] * columns, size[1] * rows + 0.5), layout="constrained")
-        grid = figure.subplots(rows, columns, squeeze=False).ravel()
-        for axes, panel in zip(grid, panels, strict=False):
+    with grid_of(rows, columns, size) as (figure, grid):
+        for axes, panel in zip(grid.ravel(), panels, strict=False):
             draw(axes, panel, styles)
             finish(axes, panel)
-        for axes in grid[len(panels) :]:
+        for axes in grid.ravel()[len(panels) :]:
             axes.remove()
-        add_legend(figure)
-        return figure
+    return figure
 
 
 def draw_scenes(axes: Axes, panels: Mapping[Any, Panel], styles: Mapping[str, Style]) -> None:

@@ -1,90 +1,146 @@
-"""Pages of parts: each a paragraph with its figure; then tables of numbers, what they took, and the scene."""
+"""Pages as data: sections of paragraphs, tables and figures; `write_page` is the only way to a file."""
 
-from collections.abc import Iterable, Mapping, Sequence
+import base64
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from compare.report.html import write_page
 from compare.report.styles import save
+from compare.report.tables import Table
+from femic.cache import folders
+from femic.cache.files import write_dataset, write_text
 
-ROUNDING = 1e-9  # of a number, below which a change is none
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure and the name of its file, without ending; or the path of a picture that is drawn already."""
+
+    kind: ClassVar[str] = "picture"
+    name: str
+    figure: Figure | Path
+
+
+@dataclass(frozen=True)
+class Note:
+    """A paragraph in small print."""
+
+    kind: ClassVar[str] = "note"
+    text: str
+
+
+@dataclass(frozen=True)
+class Items:
+    """A list of sentences."""
+
+    kind: ClassVar[str] = "items"
+    items: Sequence[str]
+
+
+@dataclass(frozen=True)
+class Verbatim:
+    """Text that is shown as it is, such as a scene file."""
+
+    kind: ClassVar[str] = "verbatim"
+    text: str
+
+
+@dataclass(frozen=True)
+class Folded:
+    """Details that are shown on request."""
+
+    kind: ClassVar[str] = "folded"
+    heading: str
+    blocks: "Sequence[Block]"
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading, or none, and what is below it; also sections. Links lead to the anchor."""
+
+    kind: ClassVar[str] = "section"
+    heading: str
+    blocks: "Sequence[Block]"
+    colour: str = ""
+    anchor: str = ""
 
 
 @dataclass(frozen=True)
 class Part:
-    """A heading of a page, a paragraph that says what its figure shows, and that figure, by name."""
+    """A section of one figure: a heading, a paragraph that says what the figure shows, and that, by name."""
 
     heading: str
     text: str
     name: str
     figure: Figure
 
-
-@dataclass(frozen=True)
-class Row:
-    """A row of a table."""
-
-    name: str
-    cells: Sequence[Mapping[str, str]]
+    @property
+    def section(self) -> Section:
+        """The same as a section."""
+        return Section(self.heading, [self.text, Picture(self.name, self.figure)])
 
 
-@dataclass(frozen=True)
-class Table:
-    """A table of numbers, or of text, which may have several lines."""
-
-    caption: str
-    columns: Sequence[str]
-    rows: Sequence[Row]
-    is_text: bool = False
+INDICES = re.compile(r"\b([ABCJfr])_(∞|[a-zφ]{1,2}\b)")  # of a symbol: C_nn, r_∞
+Block = str | Table | Picture | Note | Items | Verbatim | Folded | Section  # a string is a paragraph
 
 
 @dataclass(frozen=True)
 class Page:
-    """A page: sentences, parts, tables, what is below each number of these, what all took, and the scene."""
+    """A page: its title, sentences on the results, and sections, which may be made one by one."""
 
     title: str
     summary: str
-    parts: Iterable[Part]
-    tables: Sequence[Table]
-    below: str
-    cost: str
-    scene: str
-    of_text: str = "The scene"  # heading of the text at the end
-
-    def write(self, path: Path, prefix: str) -> Path:
-        """Write the page, and its figures PREFIX_NAME.png into `figures` beside it; returns its path."""
-        folder = path.parent / "figures"
-        folder.mkdir(exist_ok=True)
-        shown = [
-            {
-                "heading": part.heading,
-                "text": part.text,
-                "figures": [save(part.figure, folder / f"{prefix}_{part.name}.png")],
-            }
-            for part in self.parts
-        ]
-        values = {
-            name: getattr(self, name) for name in ("title", "summary", "tables", "below", "cost", "of_text")
-        }
-        return write_page(path, "parts.html.j2", **values, parts=shown, text=self.scene)
+    sections: Iterable[Section | Part]
 
 
-def cell(value: xr.DataArray, estimate: xr.DataArray | None = None, *, digits: int = 4) -> dict[str, str]:
-    """A cell of a table: a number, and its estimate below."""
-    below = "" if estimate is None or np.isnan(float(estimate)) else f"± {float(estimate):.2g}"
-    return {"text": f"{float(value):.{digits}g}", "below": below}
+def closing(
+    tables: Sequence[Table], below: str, cost: str, scene: str, heading: str = "The scene"
+) -> list[Section]:
+    """The end of a page: tables, what is below their numbers, what they took, and the scene."""
+    return [Section("Numbers", [below, *tables, cost]), Section(heading, [Verbatim(scene)])]
 
 
-def changed_cell(value: xr.DataArray, before: xr.DataArray, estimate: xr.DataArray) -> dict[str, str]:
-    """A cell of a table: by how much a number changes, below it what it was, with its estimate."""
-    change = float(value) - float(before)
-    text = f"{change:+.2g}" if abs(change) > ROUNDING * abs(float(before)) else "0"
-    return {"text": text, "below": f"of {float(before):.4g} ± {float(estimate):.2g}"}
+def write_results(page: Page, folder: Path, name: str, dataset: xr.Dataset | None = None) -> Path:
+    """Write NAME.nc, NAME.html and figures NAME_FIGURE.png into a folder; returns the path of the page."""
+    folders.make(folder)
+    if dataset is not None:
+        write_dataset(dataset, folder / f"{name}.nc")
+    return write_page(page, folder / f"{name}.html", name)
+
+
+def write_page(page: Page, path: Path, prefix: str = "") -> Path:
+    """Write a self-contained page, and figures/PREFIX_NAME.png beside it; returns the path of the page."""
+    figures = folders.make(path.parent / "figures")
+    environment = Environment(
+        loader=PackageLoader("compare.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    environment.filters["embedded"] = lambda picture: _embedded(picture, figures, prefix)
+    environment.filters["typeset"] = _typeset
+    sections = (one.section if isinstance(one, Part) else one for one in page.sections)
+    text = environment.get_template("page.html.j2").render(page=page, sections=sections)
+    return write_text(text, path)
+
+
+def _typeset(text: str) -> Markup:
+    """A text with the indices of ICs, such as C_nn, set as indices."""
+    return Markup(INDICES.sub(r"\1<sub>\2</sub>", str(escape(text))))
+
+
+def _embedded(picture: Picture, folder: Path, prefix: str) -> str:
+    """The content of a picture's file, which is written before unless it is there."""
+    path = picture.figure
+    if isinstance(path, Figure):
+        name = f"{prefix}_{picture.name}" if prefix else picture.name
+        path = save(path, folder / f"{name}.png")
+    return base64.b64encode(path.read_bytes()).decode()
 
 
 def listed(words: Iterable[str]) -> str:
@@ -94,9 +150,9 @@ def listed(words: Iterable[str]) -> str:
 
 
 def onset(angles: ArrayLike, beyond: ArrayLike) -> str:
-    """From which angle [deg] on something is so, as far as solved cases say: an interval between two of them.
+    """From which angle [deg] on something holds, as far as solved cases say: an interval between two of them.
 
-    "" where it never is. Cases may come in any order.
+    "" where it never does. Cases may come in any order.
     """
     order = np.argsort(angles)
     at, is_so = np.asarray(angles, dtype=float)[order], np.asarray(beyond, dtype=bool)[order]
@@ -111,6 +167,12 @@ def onset(angles: ArrayLike, beyond: ArrayLike) -> str:
             *([f"(not at {listed(not_again)})"] if not_again else []),
         ]
     )
+
+
+def span(values: ArrayLike, form: str) -> str:
+    """The least and the largest of values, or one number where these look the same; NaN is left out."""
+    low, high = (format(float(of(values)), form) for of in (np.nanmin, np.nanmax))
+    return low if low == high else f"{low} ... {high}"
 
 
 def furthest(values: xr.DataArray) -> float:

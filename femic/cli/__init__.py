@@ -1,1 +1,1 @@
-"""The command line `femic`, which may import all other parts of `compare`."""
+"""The command line `femic`, which may import everything else."""

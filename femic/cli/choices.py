@@ -5,12 +5,20 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.frontier import advice as advising
-from compare.frontier import page, trade
-from compare.frontier.advice import Question
 from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work
+from femic.late import Late
 from femic.scenes.calibration import BodyName
 from femic.scenes.load import load_scene
+
+Question = Late("compare.frontier.advice:Question")
+frontier_for = Late("compare.frontier.advice:frontier_for")
+advise_from = Late("compare.frontier.advice:advise")
+text_of = Late("compare.frontier.advice:sentence")
+request_all = Late("compare.frontier.trade:FrontierRequest.all")
+compute_frontier = Late("compare.frontier.trade:compute_frontier")
+summary = Late("compare.frontier.page:summary")
+evidence = Late("compare.frontier.page:evidence")
+write_frontier = Late("compare.frontier.page:write_frontier")
 
 
 def frontier(
@@ -24,9 +32,9 @@ def frontier(
     loaded = load_scene(scene)
     folder, console = work.folder(loaded), Console()
     with work.options(folder, console) as options:
-        computed = trade.compute_frontier(scene, trade.FrontierRequest.all(budget), options)
-    console.print(page.summary(computed), markup=False, highlight=False)
-    console.print(f"Report: {page.write_frontier(computed, folder)}", soft_wrap=True)
+        computed = compute_frontier(scene, request_all(budget), options)
+    console.print(summary(computed), markup=False, highlight=False)
+    console.print(f"Report: {write_frontier(computed, folder)}", soft_wrap=True)
 
 
 def advise(
@@ -47,7 +55,7 @@ def advise(
     folder = work.folder(loaded)
     console = Console(width=TABLE_WIDTH, highlight=False)
     with work.options(folder, console) as options:
-        _, computed = advising.frontier_for(scene, question, options)
-    advice = advising.advise(computed, question)
-    console.print(page.evidence(computed, advice))
-    console.print(advising.sentence(advice), markup=False)
+        _, computed = frontier_for(scene, question, options)
+    advice = advise_from(computed, question)
+    console.print(evidence(computed, advice))
+    console.print(text_of(advice), markup=False)

@@ -1,38 +1,31 @@
 """The command `contact`."""
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.contact.compute import cases_of, compute_contact
-from compare.contact.page import write_contact, write_sensitivity
-from compare.contact.sensitivity import is_mapped
-from compare.contact.supports import changed_supports
-from compare.friction.compression import compute_compression
-from compare.friction.compression_page import write_compression
-from compare.friction.rolling import compute_rolling
-from compare.friction.rolling_page import write_rolling
-from compare.friction.supports import with_supports
 from femic.cache import folders
 from femic.cli.work import DEFAULT_WORK, Work
-from femic.reference.run_options import RunOptions
+from femic.late import Late
 from femic.scenes import plausibility
 from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.load import load_scene
-from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
-WITH_FRICTION: Mapping[str, Callable[[Scene, Path, RunOptions], Path]] = {  # by motion
-    "rolling": lambda scene, folder, options: write_rolling(
-        with_supports(scene, compute_rolling(scene, options), options), folder
-    ),
-    "compression": lambda scene, folder, options: write_compression(
-        with_supports(scene, compute_compression(scene, options), options), folder
-    ),
-}
+require_solvable = Late("compare.contact.compute:require_solvable")
+compute_contact = Late("compare.contact.compute:compute_contact")
+write_contact = Late("compare.contact.page:write_contact")
+write_sensitivity = Late("compare.contact.page:write_sensitivity")
+is_mapped = Late("compare.contact.sensitivity:is_mapped")
+changed_supports = Late("femic.contact.pairs.supports:changed_supports")
+compute_with_friction = Late("compare.friction.compute:compute_with_friction")
+PAGES = Late("compare.friction.pages:PAGES")
+require_page = Late("compare.friction.pages:require_page")
+with_supports = Late("compare.friction.supports:with_supports")
+beside_of = Late("compare.finite_elements.beside:beside_of")
+maps_of_scene = Late("femic.campaigns.maps.c_map:maps_of_scene")
 
 
 def contact(
@@ -53,7 +46,8 @@ def contact(
     changes = {"contact": {"ics": [_from_here(name) for name in ics.split(",")]}} if ics else None
     scenes = [load_scene(name, changes) for name in scene]
     for loaded in scenes:
-        cases_of(loaded)  # raises before any work starts
+        require_solvable(loaded)  # raises before any work starts
+        require_page(loaded)
     if len({loaded.name for loaded in scenes}) < len(scenes):
         raise WrongInput(f"SCENE: {', '.join(scene)}: two have the same name; rename a file")
     console, contacts = Console(), {}
@@ -67,11 +61,12 @@ def contact(
             console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
         with work.options(folder, console) as options:
             if loaded.contact.friction is None:
-                solved = contacts[loaded.name] = compute_contact(loaded, options)
-                supports = changed_supports(solved, options)
-                report = write_contact(solved, folder, options.store, supports)
+                solved = contacts[loaded.name] = compute_contact(loaded, options, maps_of_scene(loaded))
+                supports = changed_supports(solved.solved, options)
+                report = write_contact(solved, folder, supports, beside_of(solved, options.store))
             else:
-                report = WITH_FRICTION[loaded.contact.motion](loaded, folder, options)
+                dataset = with_supports(loaded, compute_with_friction(loaded, options), options)
+                report = PAGES.resolved[loaded.contact.motion](dataset, folder)
         console.print(f"Report: {report}", soft_wrap=True)
     for folder in of_maps:
         with folders.locked(folder):
@@ -80,5 +75,5 @@ def contact(
 
 
 def _from_here(name: str) -> str:
-    """The name of ICs; a map's file is found from the working directory."""
+    """Return the name of ICs; a map's file is found from the working directory."""
     return MAP + str(Path(name.removeprefix(MAP)).absolute()) if is_map(name) else name

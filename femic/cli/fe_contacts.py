@@ -5,14 +5,19 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.contact.compute import compute_contact
-from compare.contact.dataset import to_dataset
-from compare.contact.page import write_contact
-from compare.finite_elements.compute import compute_fe_contact, require_suitable
-from compare.finite_elements.page import write_fe_contact
 from femic.cli.work import SceneName, Work
-from femic.contact.finite_elements.result import CELLS, require_enough
+from femic.contact.finite_elements.fineness import CELLS, require_enough
+from femic.late import Late
 from femic.scenes.load import load_scene
+
+compute_contact = Late("compare.contact.compute:compute_contact")
+to_dataset = Late("compare.contact.dataset:to_dataset")
+write_contact = Late("compare.contact.page:write_contact")
+require_suitable = Late("compare.finite_elements.compute:require_suitable")
+compute_fe_contact = Late("compare.finite_elements.compute:compute_fe_contact")
+beside_of = Late("compare.finite_elements.beside:beside_of")
+maps_of_scene = Late("femic.campaigns.maps.c_map:maps_of_scene")
+write_fe_contact = Late("compare.finite_elements.page:write_fe_contact")
 
 
 def fe_contact(
@@ -33,7 +38,7 @@ def fe_contact(
     require_enough(cells)
     folder = work.folder(loaded)
     with work.options(folder, console) as options:
-        with_ics = compute_contact(loaded, options)
+        with_ics = compute_contact(loaded, options, maps_of_scene(loaded))
         report = write_fe_contact(compute_fe_contact(loaded, to_dataset(with_ics), options, cells), folder)
-        beside = write_contact(with_ics, folder, options.store)
+        beside = write_contact(with_ics, folder, beside=beside_of(with_ics, options.store))
     console.print(f"Report: {report}, and with ICs {beside}", soft_wrap=True)

@@ -5,14 +5,17 @@ from typing import Annotated
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.calibration import page
-from compare.calibration.compute import calibrate as calibrate_scene
-from compare.calibration.compute import require_calibration
-from compare.overlay.sources import MOST_SCENES
 from femic.cache import folders
 from femic.cli.work import DEFAULT_WORK, Work
+from femic.late import Late
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
+
+calibrate_scene = Late("compare.calibration.compute:calibrate")
+require_calibration = Late("compare.calibration.compute:require_calibration")
+write_fit = Late("compare.calibration.page:write_fit")
+MOST_SCENES = Late("compare.overlay.sources:MOST_SCENES")
+write_report = Late("compare.calibration.page:write_report")
 
 
 def calibrate(
@@ -23,9 +26,9 @@ def calibrate(
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Fit the effective properties of B-hat-prime to C; write the fits, scenes with them and one report."""
-    if not 1 <= len(scene) <= MOST_SCENES:
-        raise WrongInput(f"scenes: {len(scene)} of them; give 1 to {MOST_SCENES}")
-    loaded = [load_scene(name) for name in scene]
+    loaded, most = [load_scene(name) for name in scene], MOST_SCENES.resolved
+    if not 1 <= len(scene) <= most:
+        raise WrongInput(f"scenes: {len(scene)} of them; give 1 to {most}")
     names = [loaded_scene.name for loaded_scene in loaded]
     if len(set(names)) < len(names):
         raise WrongInput(f"scenes = {', '.join(scene)}: two of the same name; rename one of them")
@@ -40,8 +43,8 @@ def calibrate(
         with work.options(folder, console) as options:
             console.print(f"{loaded_scene.name}:", markup=False)
             calibrated.append(calibrate_scene(loaded_scene, options))
-            fit = page.write_fit(calibrated[-1], folder)
+            fit = write_fit(calibrated[-1], folder)
         console.print(f"Scene with the fit: {fit}", soft_wrap=True)
     with folders.locked(of_all):
-        report = page.write_report(calibrated, of_all)
+        report = write_report(calibrated, of_all)
     console.print(f"Report: {report}", soft_wrap=True)

@@ -11,9 +11,11 @@ from rich.console import Console
 from rich.logging import RichHandler
 
 from femic.cli.interruptions import delivered
+from femic.late import Late
 from geometries.errors import Failure, WrongInput
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+in_keys = Late("femic.scenes.messages:in_keys")
 
 app = App(
     name="femic",
@@ -75,6 +77,4 @@ def exit_code(arguments: list[str]) -> int:
 
 
 def _say(console: Console, error: Exception) -> None:
-    from femic.scenes.messages import in_keys
-
     console.print(f"femic: {in_keys(error)}", markup=False)

@@ -5,17 +5,21 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.frontier.advice import Question
-from compare.frontier.choice import AUTO, choose
-from compare.matrix import export as exporting
-from compare.matrix.compute import require_matrices
-from compare.matrix.export import ExportSpecification
-from compare.matrix.page import write_matrix
 from femic.cli.work import DEFAULT_WORK, SceneName, Work
+from femic.late import Late
 from femic.reference.matrix.job import Discount
-from femic.scenes.ic_names import ICName
+from femic.scenes.ic_names import AUTO, ICName
 from femic.scenes.load import load_scene
 from geometries.patches import COMPONENTS
+
+choose = Late("compare.frontier.choice:choose")
+Question = Late("compare.frontier.advice:Question")
+require_matrices = Late("compare.matrix.compute:require_matrices")
+write_matrix = Late("compare.matrix.page:write_matrix")
+FORMATS = Late("compare.export.export:FORMATS")
+ExportSpecification = Late("compare.export.export:ExportSpecification")
+require_exportable = Late("compare.export.export:require_exportable")
+text_of = Late("compare.export.export:contact_settings")
 
 
 def matrix(
@@ -60,7 +64,7 @@ def export(
     loaded = load_scene(scene, {"ics": ics} if ics else None)
     console = Console()
     folder, ics_name = work.folder(loaded), loaded.ics
-    exporting.require_exportable(loaded, ExportSpecification(ics_name, discount))
+    require_exportable(loaded, ExportSpecification(ics_name, discount))
     with work.options(folder, console) as options:
         if ics_name == AUTO:
             question = Question("combined", COMPONENTS, loaded.ics_tolerance)
@@ -68,5 +72,5 @@ def export(
             ics_name, changes = chosen.ics, {"engine": dict(chosen.engine)} if chosen.engine else {}
             loaded = load_scene(scene, changes)
             console.print(chosen.sentence, soft_wrap=True, markup=False, highlight=False)
-        written = exporting.FORMATS[to](loaded, ExportSpecification(ics_name, discount), folder, options)
-    console.print(exporting.contact_settings(written), soft_wrap=True, markup=False, highlight=False)
+        written = FORMATS.resolved[to](loaded, ExportSpecification(ics_name, discount), folder, options)
+    console.print(text_of(written), soft_wrap=True, markup=False, highlight=False)

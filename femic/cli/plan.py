@@ -6,12 +6,18 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.table import Table
 
-from compare.contact.compute import C, c_jobs, components_of, grids_of
-from compare.contact.pair_on_grid import placed_on
+from compare.contact.compute import require_solvable
+from compare.ics.plan import run_steps
 from compare.matrix.compute import file_size
-from compare.plan.models import Step, matrix_steps, run_steps, seconds, steps_of
-from femic.scenes.errors import BadScene
+from compare.matrix.plan import matrix_steps
+from compare.plan.models import Step, seconds, steps_of
+from femic.campaigns.maps.c_map import maps_of_scene
+from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.reference_ics import c_jobs, components_of
 from femic.scenes.scene import Scene
+from geometries.errors import WrongInput
 
 
 def show(scene: Scene, workers: int, console: Console) -> None:
@@ -45,20 +51,22 @@ def _or_why_not(command: str, console: Console) -> Iterator[None]:
     """Print the reason where a command refuses a scene: others may take it."""
     try:
         yield
-    except BadScene as refusal:
+    except WrongInput as refusal:
         console.print(f"{command}: {refusal}", markup=False)
 
 
 def _show_contact(scene: Scene, workers: int, console: Console) -> None:
     """Print the grids of `femic contact`, and what C takes on them."""
-    for grid, cases in grids_of(scene):
+    require_solvable(scene)
+    problem = scene.contact_problem
+    for grid, loadings in grids_of(problem, maps_of_scene(scene)):
         title = (
             f"femic contact: {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: "
-            f"{', '.join(str(case) for case in cases)}"
+            f"{', '.join(map(str, loadings))}"
         )
         if C in scene.contact.ics:
-            steps = list(steps_of(c_jobs(scene, placed_on(scene, grid)), workers))
-            _print(f"{title}; {', '.join(components_of(scene))} of C:", steps, workers, console)
+            steps = list(steps_of(c_jobs(problem, pair_on_grid(problem, grid)), workers))
+            _print(f"{title}; {', '.join(components_of(problem))} of C:", steps, workers, console)
         else:
             console.print(f"{title}; no C: seconds", markup=False)
 

@@ -9,11 +9,12 @@ import tomlkit
 from compare.overlay.sources import MOST_SCENES
 from femic.cache import folders
 from femic.cache.files import write_text
-from femic.campaigns.campaign import Campaign, load_campaign, points_named
+from femic.campaigns.files.campaign import Campaign, points_named
+from femic.campaigns.files.load import load_campaign
+from femic.cli.work import AT
 from geometries.errors import WrongInput
 
 LONGEST_NAME = 100  # of a file
-AT = "@"  # between a campaign and points of it
 
 
 def written(campaign: Campaign, name: str, folder: Path) -> list[Path]:

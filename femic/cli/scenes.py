@@ -1,29 +1,39 @@
 """Commands about scenes: `run`, `compare`, `plan`, `show`, `scenes`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from rich.console import Console
 
-from compare.frontier.choice import AUTO, choose, question_of
-from compare.ics import fields
-from compare.ics.run import run_scene
-from compare.overlay import curves as overlay
-from compare.overlay import page as overlay_page
-from compare.overlay import sources as overlay_sources
 from femic.cache import folders
-from femic.cli import plan as planning
-from femic.cli import points
-from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, StoreAt, Work, Workers
+from femic.cli.work import AT, DEFAULT_WORK, TABLE_WIDTH, SceneName, StoreAt, Work, Workers
+from femic.late import Late
 from femic.reference.run_options import cores
 from femic.scenes import plausibility
+from femic.scenes.ic_names import AUTO
 from femic.scenes.listing import listing
 from femic.scenes.load import builtin_names, load_scene
 from femic.scenes.scene import Scene
 from geometries.patches import DirectionName
 
+FIELDS = ".vtu"  # suffix of files of displacements and stresses
 SolidName = Literal["lower", "upper"]
+
+choose = Late("compare.frontier.choice:choose")
+question_of = Late("compare.frontier.choice:question_of")
+run_scene = Late("compare.ics.run:run_scene")
+Shown = Late("compare.ics.fields:Shown")
+show_fields = Late("compare.ics.fields:show")
+sources_of = Late("compare.overlay.sources:sources")
+require_common = Late("compare.overlay.sources:common")
+up_to_date = Late("compare.overlay.sources:up_to_date")
+load_curves = Late("compare.overlay.results:load")
+overlay_folder = Late("compare.overlay.page:folder_of")
+write_overlay = Late("compare.overlay.page:write")
+show_plan = Late("femic.cli.plan:show")
+scenes_of = Late("femic.cli.points:scenes_of")
 
 
 def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
@@ -65,26 +75,35 @@ def compare(
 
     Scenes without results, or with results of another text or femic, are computed first, as by `femic run`.
     """
-    found = [item for argument in scene for item in points.scenes_of(argument, results).items()]
-    scene_sources = overlay_sources.sources([path for path, _ in found], results)
-    overlay_sources.common(scene_sources)  # raises before any work starts
-    folder = overlay_page.folder_of(scene_sources, out, results)
+    _require_scenes(scene)
+    found = [item for argument in scene for item in scenes_of(argument, results).items()]
+    scene_sources = sources_of([path for path, _ in found], results)
+    require_common(scene_sources)  # raises before any work starts
+    folder = overlay_folder(scene_sources, out, results)
     console = Console()
     for used in (folder, *(source.folder for source in scene_sources if source.scene is not None)):
         folders.require_usable(used)
     for source, (_, kept_at) in zip(scene_sources, found, strict=True):
-        if source.scene is not None and not overlay_sources.up_to_date(source):
+        if source.scene is not None and not up_to_date(source):
             console.print(f"{source.name}: no results of it by this femic yet, computing", markup=False)
             work = Work(source.folder, workers, store or kept_at)
             _computed(source.scene, source.folder, work, console)
     with folders.locked(folder):
-        report = overlay_page.write(overlay.load(scene_sources), folder)
+        report = write_overlay(load_curves(scene_sources), folder)
     console.print(f"Report: {report}", soft_wrap=True)
+
+
+def _require_scenes(arguments: Sequence[str]) -> None:
+    """Raise BadScene for a wrong scene file, before anything heavy is loaded."""
+    for argument in arguments:
+        path = Path(argument)
+        if not path.is_dir() and (path.exists() or AT not in argument):
+            load_scene(argument)
 
 
 def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
     """Say what a scene would take: models, unknowns, wavenumbers, seconds, memory, file size."""
-    planning.show(load_scene(scene), workers or cores(), Console(width=TABLE_WIDTH, highlight=False))
+    show_plan(load_scene(scene), workers or cores(), Console(width=TABLE_WIDTH, highlight=False))
 
 
 def show(
@@ -105,9 +124,10 @@ def show(
     target
         built-in name (see `femic scenes`), TOML file, or .vtu file of displacements and stresses
     """
+    if Path(target).suffix != FIELDS:
+        load_scene(target)  # raises before anything heavy is loaded
     console = Console(soft_wrap=True, highlight=False)
-    shown = fields.Shown(target, body, load, out, window)
-    fields.show(shown, lambda text: console.print(text, markup=False))
+    show_fields(Shown(target, body, load, out, window), lambda text: console.print(text, markup=False))
 
 
 def scenes(

@@ -7,10 +7,14 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cli.work import DEFAULT_WORK, Work
+from femic.late import Late
 from femic.validation.extremes.found import available as extremes_available
 from femic.validation.statements import page as validation
 from femic.validation.statements import runs, verdicts
 from geometries.errors import WrongInput
+
+try_all = Late("femic.validation.extremes.page:try_all")  # needs the extra femic[extremes]
+Engines = Late("femic.validation.extremes.engines:Engines")
 
 
 def validate(
@@ -43,11 +47,8 @@ def extremes(
     """Try every part at the limits of what may be asked for, and beyond; write errors, cost and messages."""
     if not extremes_available():
         raise WrongInput("femic extremes: run .venv/bin/pip install -c constraints.txt -e '.[extremes]'")
-    from femic.validation.extremes import page as extremes_page
-    from femic.validation.extremes.engines import Engines
-
     folder = work.out or Path("out") / "extremes"
     console = Console(highlight=False)
     with work.options(folder, console) as options:
-        report = extremes_page.try_all(of, Engines(options), folder)
+        report = try_all(of, Engines(options), folder)
     console.print(f"Report: {report}", soft_wrap=True)

@@ -1,40 +1,59 @@
 """The command `sweep`."""
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import xarray as xr
 from cyclopts import Parameter
-from distributed import Client
 from rich.console import Console
 
 from femic.cache import folders
 from femic.cache.store import Store
-from femic.campaigns.campaign import Campaign, load_campaign
-from femic.campaigns.cluster import existing_cluster, local_cluster, size_for
-from femic.campaigns.compute import Options, Progress, compute_sweep, impossible, require_computable
-from femic.campaigns.dataset import Collected
-from femic.campaigns.opened import file_in, open_sweep
-from femic.campaigns.plan import largest_memory, planned
-from femic.campaigns.report.page import write_sweep
-from femic.campaigns.scheduler import address_of, require_scheduler
-from femic.campaigns.verified import REMEDY, require_undamaged
-from femic.cli import progress
-from femic.cli.points import written
+from femic.campaigns.files.campaign import Campaign
+from femic.campaigns.files.load import load_campaign
 from femic.cli.work import DEFAULT_WORK, Work, kept
+from femic.late import Late
 from geometries.errors import Failure, WrongInput
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from distributed import Client
+
+    from femic.campaigns.dataset.collected import Collected
+    from femic.campaigns.running.run import Progress
+
+existing_cluster = Late("femic.campaigns.running.cluster:existing_cluster")
+local_cluster = Late("femic.campaigns.running.cluster:local_cluster")
+size_for = Late("femic.campaigns.running.cluster:size_for")
+ComputeOptions = Late("femic.campaigns.running.run:Options")
+compute_sweep = Late("femic.campaigns.running.run:compute_sweep")
+impossible = Late("femic.campaigns.running.checks:impossible")
+require_computable = Late("femic.campaigns.running.checks:require_computable")
+collect = Late("femic.campaigns.dataset.collected:Collected")
+file_in = Late("femic.campaigns.dataset.reading:file_in")
+open_sweep = Late("femic.campaigns.dataset.reading:open_sweep")
+largest_memory = Late("femic.campaigns.running.plan:largest_memory")
+planned = Late("femic.campaigns.running.plan:planned")
+write_sweep = Late("femic.campaigns.report.page:write_sweep")
+address_of = Late("femic.campaigns.running.scheduler:address_of")
+require_scheduler = Late("femic.campaigns.running.scheduler:require_scheduler")
+require_undamaged = Late("femic.campaigns.dataset.integrity:require_undamaged")
+REMEDY = Late("femic.campaigns.dataset.integrity:REMEDY")
+campaign_shown = Late("femic.cli.campaign_progress:campaign_shown")
+written = Late("femic.cli.points:written")
 
 SHOWN_FAILURES = 5  # kinds of failures that are printed
 
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Asked:
-    """What is asked for of a campaign, besides computing it."""
+class SweepOptions:
+    """What to do with a campaign besides computing it."""
 
     plan: Annotated[bool, Parameter(negative="", help="say what it would take, and compute nothing")] = False
     page: Annotated[
@@ -50,7 +69,7 @@ class Asked:
     ] = None
 
 
-COMPUTED = Asked()
+COMPUTED = SweepOptions()
 
 
 def sweep(
@@ -60,12 +79,12 @@ def sweep(
     scheduler: Annotated[
         str | None, Parameter(help="address of a Dask scheduler; default: the cores of this machine")
     ] = None,
-    asked: Asked = COMPUTED,
+    options: SweepOptions = COMPUTED,
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Compute the scenes of a campaign; write sweep.html and sweep.nc (sweep.zarr where it is large).
 
-    Models that scenes share are solved once, and what is finished is kept: the same command goes on after an
+    Models that scenes share are solved once, and finished scenes are kept: the same command goes on after an
     interruption. Scenes that fail are listed, and do not stop the others.
     """
     loaded, console = load_campaign(campaign), Console(highlight=False)
@@ -73,18 +92,18 @@ def sweep(
         raise WrongInput("--workers is of this machine's cores: leave it out, or --scheduler")
     address = None if scheduler is None else address_of(scheduler)
     folder = folders.check(work.out or Path("out") / loaded.name)
-    if asked.write is not None:
-        for path in written(loaded, asked.write, folder):
+    if options.write is not None:
+        for path in written(loaded, options.write, folder):
             console.print(str(path), markup=False, soft_wrap=True)
         return
-    if asked.page:
+    if options.page:
         _show(_undamaged(folder), folder, console)
         return
     require_computable(loaded)
     for combination in impossible(loaded):
         console.print(f"note: a scene that will fail: {combination}", markup=False, soft_wrap=True)
     store = kept(work.store, folder)
-    if asked.plan:
+    if options.plan:
         _show_plan(loaded, store, work.threads, console)
         return
     folders.require_usable(folder)
@@ -100,9 +119,9 @@ def sweep(
             return existing_cluster(str(address))
         return _local(loaded, scenes, work.workers, console)
 
-    collected = Collected(loaded, folder)
-    with progress.campaign_shown(console) as told:
-        done = compute_sweep(collected, store, cluster, Options(told, asked.retry, note))
+    collected = collect(loaded, folder)
+    with campaign_shown(console) as told:
+        done = compute_sweep(collected, store, cluster, ComputeOptions(told, options.retry, note))
     _tell(collected, done, console)
     if len(collected.failures) == loaded.size and not collected.template.data_vars:
         raise Failure(f"all {loaded.size} scenes failed")
@@ -117,7 +136,7 @@ def _undamaged(folder: Path) -> xr.Dataset:
     try:
         dataset = open_sweep(path)
     except Exception as error:  # whatever zarr and xarray make of it
-        raise Failure(f"{path}: damaged ({error}): {REMEDY}") from error
+        raise Failure(f"{path}: damaged ({error}): {REMEDY.resolved}") from error
     require_undamaged(path, dataset)
     return dataset
 
@@ -142,9 +161,9 @@ def _local(campaign: Campaign, scenes: int, workers: int | None, console: Consol
 def _show_plan(campaign: Campaign, store: Store, workers: int, console: Console) -> None:
     takes = planned(campaign, store)
     size = size_for(workers, takes.scenes, takes.memory)
-    counted = "" if takes.counted == takes.scenes - takes.found else f" in the first {takes.counted} of them"
+    counted = "" if takes.counted == takes.scenes - takes.reused else f" in the first {takes.counted} of them"
     console.print(
-        f"{campaign.title}: {takes.scenes} scenes, {takes.found} of them kept; the others have "
+        f"{campaign.title}: {takes.scenes} scenes, {takes.reused} of them kept; the others have "
         f"{takes.models} different models{counted}. About {takes.seconds / size.workers:.0f} s with "
         f"{size.workers} workers, {takes.memory:.0f} MB each",
         markup=False,
@@ -158,7 +177,7 @@ def _tell(collected: Collected, done: Progress, console: Console) -> None:
     """Print what was computed, what failed and where the dataset is."""
     console.print(
         f"{done.scenes} scenes: {done.finished - done.failed} computed, {done.failed} failed "
-        f"({done.found} by earlier runs). Models: {done.models} solved, {done.models_found} times kept"
+        f"({done.reused} by earlier runs). Models: {done.models} solved, {done.models_reused} times kept"
         + (f"; up to {done.memory:.0f} MB a worker" if done.memory else ""),
         soft_wrap=True,
     )

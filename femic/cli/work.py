@@ -7,16 +7,17 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from fsspec.core import url_to_fs
 from rich.console import Console
 
 from femic.cache import folders
 from femic.cache.store import Store
 from femic.cli import progress
+from femic.late import Late
 from femic.reference.run_options import RunOptions, cores
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
+AT = "@"  # between a campaign and the name of its points
 TABLE_WIDTH = 130  # characters
 
 SceneName = Annotated[str, Parameter(help="built-in name (see `femic scenes`) or TOML file")]
@@ -25,6 +26,9 @@ StoreAt = Annotated[
     str | None,
     Parameter(help="folder or URL where solved models are kept, for all scenes; default OUT/store"),
 ]
+
+
+url_to_fs = Late("fsspec.core:url_to_fs")
 
 
 @Parameter(name="*")

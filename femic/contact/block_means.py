@@ -6,6 +6,6 @@ from geometries.arrays import Array
 
 
 def of_fours(values: Array) -> Array:
-    """Means over four neighbours, shape (n_x / 2, n_s / 2, ...)."""
+    """RunOptions over four neighbours, shape (n_x / 2, n_s / 2, ...)."""
     n_x, n_s, *others = values.shape
     return np.asarray(values.reshape(n_x // 2, 2, n_s // 2, 2, *others).mean(axis=(1, 3)))

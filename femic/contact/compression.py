@@ -9,11 +9,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from femic.contact.friction.motion import Shift
-from femic.contact.frictional import FrictionalContact, FrictionalProblem, Pressing, solve
+from femic.contact.frictional import FrictionalContact, FrictionalProblem, solve
+from femic.contact.loading import Loading
 from geometries.errors import WrongInput
 
 
-def compressed(problem: FrictionalProblem, steps: Sequence[Pressing]) -> Iterator[FrictionalContact]:
+def compressed(problem: FrictionalProblem, steps: Sequence[Loading]) -> Iterator[FrictionalContact]:
     """The contact after each of some steps of vertical load or approach, from none on.
 
     Elements that come into contact in a step slip from where they were before it: the error is of the first

@@ -145,6 +145,23 @@ def summed(parts: Sequence[Numbers]) -> dict[str, float]:
     return {name: float(sum(part[name] for part in parts)) for name in parts[0]}
 
 
+def errors(
+    kinds: Mapping[str, Kind],
+    fine: Measured | None,
+    larger: Sequence[Measured | None],
+    others: Sequence[Numbers] = (),
+) -> dict[str, float]:
+    """Errors of numbers from elements twice and four times as large, and `others`, parts that are added.
+
+    NaN where nothing is known of the contact, or of elements twice as large.
+    """
+    coarse, coarser = (*larger, None, None)[:2]
+    if fine is None or coarse is None:
+        return dict.fromkeys(kinds, np.nan)
+    of_grids = estimates(fine, kinds, coarse.numbers, None if coarser is None else coarser.numbers)
+    return summed([of_grids, *others])
+
+
 def _pooled(errors: Numbers, kinds: Mapping[str, Kind], scales: Mapping[str, Scale]) -> dict[str, float]:
     """Errors as shares of their scales, or the part of the largest of related numbers that counts."""
     shares = {name: _share(error, scales[name].changes) for name, error in errors.items()}

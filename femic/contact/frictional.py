@@ -20,10 +20,12 @@ from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes, Tangential
 from femic.contact.friction.force_limit import NotBorne
 from femic.contact.friction.leading import LeadingEdge
 from femic.contact.friction.motion import Motion
+from femic.contact.loading import Loading
 from femic.contact.normal import NormalProblem, Operator, PotentialAreaTooSmall
 from femic.contact.operators.convolution import Convolution
 from femic.contact.operators.ring import RingInverse
 from femic.contact.resultants import in_global_axes
+from femic.contact.undecided import Tractions
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
@@ -111,22 +113,6 @@ class FrictionalProblem:
         )
 
 
-@dataclass(frozen=True)
-class Pressing:
-    """What presses the bodies on each other: a vertical load [N], or a vertical approach [mm]."""
-
-    load: float | None = None
-    approach: float | None = None
-
-    def __post_init__(self) -> None:
-        if (self.load is None) == (self.approach is None):
-            raise WrongInput(f"load = {self.load!r}, approach = {self.approach!r}: give one of them")
-        if self.load is not None and not 0 < self.load < np.inf:
-            raise WrongInput(f"load = {self.load!r}: must be positive and finite [N]")
-        if self.approach is not None and not np.isfinite(self.approach):
-            raise WrongInput(f"approach = {self.approach!r}: must be finite [mm]")
-
-
 @dataclass(frozen=True, eq=False)
 class FrictionalContact:
     """Tractions on the upper body [MPa], (n_x, n_s, 3), and what follows from them.
@@ -150,6 +136,16 @@ class FrictionalContact:
     def amplitudes(self) -> Array:
         """Amplitudes of the free modes of the motion, shape (k,)."""
         return self.tangential.amplitudes
+
+    @property
+    def pressures(self) -> Array:
+        """Pressures [MPa], shape (n_x, n_s)."""
+        return np.asarray(self.p[..., N])
+
+    @property
+    def tractions(self) -> Array:
+        """Tractions on the upper body [MPa], shape (n_x, n_s, 3)."""
+        return self.p
 
     @property
     def in_contact(self) -> Mask:
@@ -194,6 +190,24 @@ class FrictionalContact:
         """
         return np.asarray(-np.sum(self.p[..., :2] * self.slip, axis=-1))
 
+    @property
+    def largest_work(self) -> float:
+        """Work of friction if the whole contact slid with the rigid slip, or its own work if more.
+
+        In N times the unit of slip.
+        """
+        rigid, area = self.motion.rigid, self.problem.grid.area
+        for free, amplitude in zip(self.motion.free, self.amplitudes, strict=True):
+            rigid = rigid + amplitude * free.slip
+        bound = self.problem.friction * self.p[..., N] * area
+        own = float(np.sum(self.dissipation) * area)
+        return max(float(np.sum(bound * np.linalg.norm(rigid, axis=-1))), own)
+
+    @property
+    def slip_state(self) -> Tractions:
+        """Tractions, and where they stick or slip."""
+        return Tractions(self.p, self.stick, self.slip, self.problem.friction)
+
     @cached_property
     def patches(self) -> list[Extent]:
         """The contact patches, from the left to the right."""
@@ -203,7 +217,7 @@ class FrictionalContact:
 def solve(
     problem: FrictionalProblem,
     motion: Motion,
-    pressing: Pressing,
+    loading: Loading,
     *,
     start: FrictionalContact | None = None,
     tolerance: float = TOLERANCE,
@@ -216,9 +230,9 @@ def solve(
     Raises WrongInput for bad input, and Failure as `bounded.pressures` and `coulomb.tractions` do, where both
     do not agree after `MOST_TURNS`, and where the contact comes too near to an end of the grid.
     """
-    contact = _Turns(problem, motion, pressing, tolerance).from_start(start)
+    contact = _Turns(problem, motion, loading, tolerance).from_start(start)
     if ends := near_ends(contact.in_contact, problem.margin):
-        raise PotentialAreaTooSmall(ends)
+        raise PotentialAreaTooSmall(ends, loading)
     return contact
 
 
@@ -228,7 +242,7 @@ class _Turns:
 
     problem: FrictionalProblem
     motion: Motion
-    pressing: Pressing
+    loading: Loading
     tolerance: float
 
     def from_start(self, start: FrictionalContact | None) -> FrictionalContact:
@@ -249,7 +263,7 @@ class _Turns:
         if min(sizes) < 2 * COARSEST or not (self.problem.normal.has_coarser and self.motion.has_coarser):
             return None
         tolerance = max(self.tolerance, COARSE_TOLERANCE)
-        turns = _Turns(self.problem.coarsened, self.motion.coarsened(), self.pressing, tolerance)
+        turns = _Turns(self.problem.coarsened, self.motion.coarsened(), self.loading, tolerance)
         try:
             return turns.from_start(None)
         except Failure:
@@ -295,7 +309,7 @@ class _Turns:
 
     def for_pressures(self, p: Array) -> float:
         """The share of the load that tangential tractions on inclined places leave to pressures."""
-        load = self.pressing.load
+        load = self.loading.load
         carried = np.sum(p[..., S] * np.sin(self.problem.inclination)) * self.problem.grid.area
         return 1.0 if load is None else 1.0 + float(carried) / load
 
@@ -303,11 +317,11 @@ class _Turns:
         """Tractions with new pressures, the approach, and gaps."""
         problem, bounded = self.problem, self.problem.normal.bounded
         bounded = replace(bounded, h=bounded.h + problem.operator(p * [1.0, 1.0, 0.0])[..., N])
-        load = self.pressing.load
+        load = self.loading.load
         if load is not None:
             load *= max(self.for_pressures(p), LEAST_PRESSED) / problem.grid.area
         found = pressures(
-            bounded, load=load, approach=self.pressing.approach, start=p[..., N], tolerance=tolerance
+            bounded, load=load, approach=self.loading.approach, start=p[..., N], tolerance=tolerance
         )
         gap = np.where(found.p > 0, 0.0, found.gap)
         return _joined(p, found.p[..., None]), found.approach, gap

@@ -15,7 +15,9 @@ from scipy.sparse.linalg import LinearOperator, cg
 from femic.contact.block_means import of_fours
 from femic.contact.bound_constrained import TOLERANCE, Bounded, Linear, Solution, pressures
 from femic.contact.edges import MARGIN, Extent, extents, near_ends
+from femic.contact.loading import Loading
 from femic.contact.operators.convolution import Convolution
+from femic.contact.undecided import Tractions
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
@@ -24,14 +26,22 @@ COARSEST = 4  # elements along x or s below which pressures are not sought on a 
 
 
 class PotentialAreaTooSmall(Failure):
-    """A contact that comes too near to some ends of its grid: `ends`, of `edges.ENDS`."""
+    """A contact under `loading` that comes too near to some ends of its grid: `ends`, of `edges.ENDS`.
 
-    def __init__(self, ends: tuple[str, ...]) -> None:
+    `ics` is the name of its ICs, where it is known.
+    """
+
+    def __init__(self, ends: tuple[str, ...], loading: Loading, ics: str = "") -> None:
         super().__init__(
             f"potential contact area: the contact comes nearer than {MARGIN} elements to its end at "
             f"{' and '.join(ends)}; make the grid longer there, or the load smaller"
         )
-        self.ends = ends
+        self.ends, self.loading, self.ics = ends, loading, ics
+
+    @property
+    def contact(self) -> str:
+        """The contact in words."""
+        return f"contact at {self.loading}" + (f" with {self.ics}" if self.ics else "")
 
 
 class Operator(Protocol):
@@ -123,6 +133,16 @@ class NormalContact:
         return self.solution.p
 
     @property
+    def pressures(self) -> Array:
+        """Pressures [MPa], shape (n_x, n_s)."""
+        return self.p
+
+    @property
+    def tractions(self) -> Array:
+        """Tractions on the upper body [MPa], shape (n_x, n_s, 3): pressures alone."""
+        return self.p[..., None] * [0.0, 0.0, 1.0]
+
+    @property
     def gap(self) -> Array:
         """Gaps [mm] of the deformed bodies, shape (n_x, n_s); 0 in contact."""
         return np.where(self.in_contact, 0.0, self.solution.gap)
@@ -151,6 +171,17 @@ class NormalContact:
     def patches(self) -> list[Extent]:
         """The contact patches, from the left to the right."""
         return extents(self.p, self.gap)
+
+    @property
+    def slip_state(self) -> Tractions:
+        """Pressures alone: where they act, all slides without friction."""
+        none = np.zeros((*self.p.shape, 2))
+        return Tractions(self.tractions, none[..., 0] > 0, none, 0.0)
+
+    @property
+    def largest_work(self) -> float:
+        """Work of friction: none."""
+        return 0.0
 
     @property
     def energy(self) -> float:
@@ -190,17 +221,14 @@ def solve(
 ) -> NormalContact:
     """The contact at a vertical load [N] or approach [mm]; `start` are pressures to begin with.
 
-    Raises WrongInput for a load that is not positive and an approach that is not finite, and Failure as
+    Raises WrongInput as `Loading`, and Failure as
     `bounded.pressures` does and where the contact comes closer than `MARGIN` elements to an end of the grid,
     with the ends named.
     """
-    if load is not None and not 0 < load < np.inf:
-        raise WrongInput(f"load = {load!r}: must be positive and finite [N]")
-    if approach is not None and not np.isfinite(approach):
-        raise WrongInput(f"approach = {approach!r}: must be finite [mm]")
+    loading = Loading(load, approach)
     contact = _solved(problem, load, approach, start, tolerance)
     if ends := near_ends(contact.in_contact):
-        raise PotentialAreaTooSmall(ends)
+        raise PotentialAreaTooSmall(ends, loading)
     return contact
 
 

@@ -20,7 +20,8 @@ import numpy as np
 
 from femic.contact.friction.kinematics import NAMES, Creepages, Rolling
 from femic.contact.friction.motion import FreeSlip, SteadyRolling
-from femic.contact.frictional import TOLERANCE, FrictionalContact, FrictionalProblem, Pressing, solve
+from femic.contact.frictional import TOLERANCE, FrictionalContact, FrictionalProblem, solve
+from femic.contact.loading import Loading
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import N
@@ -49,7 +50,7 @@ class RollingProblem:
     def contact(
         self,
         creepages: Creepages,
-        pressing: Pressing,
+        loading: Loading,
         *,
         forces: Mapping[str, float] = MappingProxyType({}),
         start: FrictionalContact | None = None,
@@ -70,7 +71,7 @@ class RollingProblem:
         )
         rigid = self.rolling.rigid_slip(creepages)
         motion = SteadyRolling(rigid, free, dx=self.problem.grid.dx, order=self.order)
-        contact = solve(self.problem, motion, pressing, start=start, tolerance=tolerance)
+        contact = solve(self.problem, motion, loading, start=start, tolerance=tolerance)
         found = {
             name: getattr(creepages, name) + amplitude
             for name, amplitude in zip(forces, contact.amplitudes, strict=True)

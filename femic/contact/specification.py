@@ -1,57 +1,200 @@
-"""What a contact is asked for: the bodies, loads, ICs and motion, and how C is computed."""
+"""The specification of a contact: bodies, loads, ICs and motion, and how C is computed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
-from approx.pair import Pair
+from pydantic import AfterValidator, Field
+
+from approx.pair import Pair, Solid
+from approx.variants import VARIANTS
 from femic.contact.extra_gap import ExtraGap
+from femic.contact.loading import Loading
+from femic.contact.motions import MOTIONS
+from femic.key_types import (
+    Amount,
+    EachDistinct,
+    EachOnce,
+    Length,
+    NameOf,
+    Place,
+    Several,
+    Signed,
+    Whole,
+)
+from femic.reference.harmonic.record import HARMONIC
+from femic.reference.harmonic.tuned import FAR_RADIUS
 from femic.reference.job import Settings
 from femic.reference.matrix.job import Discount
 from geometries.bodies import Body, common_extent
+from geometries.errors import WrongInput
 from geometries.grids import Grid
+
+APPROACH_SHARE = 50.0  # reference length over the half-side of the load at which the approach is matched
+DEFAULT_GRID = Grid(64, 32, 0.2, 0.2)
+DEFAULT_SETTINGS = Settings(HARMONIC)
+CREEPAGES = (0.0005, 0.001, 0.0015, 0.002, 0.003, 0.004, 0.006, 0.008, 0.012)  # and 0, and these below 0
+Creepage = Annotated[float, Field(gt=-1, lt=1)]
 
 
 @dataclass(frozen=True)
 class FrictionSpecification:
-    """Which motion with friction is solved."""
+    """The specification of a motion with friction."""
 
-    motion: str  # "rolling" or "compression"
-    coefficients: tuple[float, ...]
-    longitudinal: tuple[float, ...]  # creepages, growing
-    lateral: float
-    spin: float  # 1/mm
-    equal_force: float  # F_x over friction times load at which tractions are compared
+    coefficients: Annotated[
+        Several[Annotated[float, Field(gt=0, le=1000)]],
+        Field(min_length=1, description="coefficients of friction, each solved, 0 ... 1000"),
+        EachOnce,
+    ] = (0.2, 0.4, 0.6)
+    longitudinal: Annotated[
+        Several[Creepage],
+        Field(
+            min_length=2,
+            description="of rolling: longitudinal creepages omega R / V - 1, growing, for the creep-force "
+            "curve",
+        ),
+    ] = (*(-xi for xi in reversed(CREEPAGES)), 0.0, *CREEPAGES)
+    lateral: Annotated[Creepage, Field(description="of rolling: lateral velocity of the wheel over V")] = 0.0
+    spin: Annotated[
+        float,
+        Field(ge=-1, le=1, description="of rolling: angular velocity of the wheel about z over V [1/mm]"),
+    ] = 0.0
+    equal_force: Annotated[
+        float,
+        Field(
+            gt=-1,
+            lt=1,
+            description="of rolling: F_x / (friction load) at which tractions with all ICs are compared, "
+            "-1 ... 1",
+        ),
+    ] = 0.5
 
 
 @dataclass(frozen=True)
 class ContactSpecification:
-    """Which contact is solved, with which ICs."""
+    """Which contact is solved, with which ICs.
 
-    loads: tuple[float, ...]  # N
-    approaches: tuple[float, ...]  # mm, where no loads are given
-    ics: tuple[str, ...]  # "C" or names of variants
-    shift: float  # of the upper body along y [mm]
-    flanks: bool  # whether the bodies may touch on the straight flanks
-    exact: bool  # whether the undeformed distance is that of the displaced body, not linearised
-    extra_gap: ExtraGap | None  # that is added
-    elements: int  # across the smallest patch on an automatic grid
-    automatic: bool  # whether the grid is; otherwise it is that of the scene
-    shape_load: float | None  # load whose pressures are mapped onto all patches [N]
-    lateral_force: float | None = None  # on the upper body [N]; None: its position is given
-    supports: bool = True  # whether what supports do to the contact is computed
+    Each key is declared here alone, with its unit, limits and default; the table [contact] of a scene file
+    is made from these declarations.
+    """
+
+    motion: Annotated[
+        str,
+        AfterValidator(NameOf(lambda: MOTIONS)),
+        Field(
+            description="none: frictionless; rolling: steady rolling along x with friction, at one load; "
+            "compression: with friction, loaded in steps"
+        ),
+    ] = "none"
+    loads: Annotated[
+        Several[Amount],
+        Field(description="vertical loads [N]; of a compression they grow"),
+        EachDistinct,
+    ] = ()
+    approaches: Annotated[
+        Several[Length], Field(description="instead of loads: vertical approaches [mm]"), EachDistinct
+    ] = ()
+    ics: Annotated[
+        Several[str],
+        Field(
+            min_length=1,
+            description=f"ICs to solve it with: C, {', '.join(VARIANTS)}, or one of these with components of "
+            "others: Bhat+sn:B is Bhat with sn of B, and ns by reciprocity; map:FILE is C from the file of a "
+            "campaign that kept matrix, without friction, on the grid of that campaign",
+        ),
+        EachOnce,
+    ] = ("A", "B", "Bhat", "C")
     friction: FrictionSpecification | None = None  # None: without friction
+    shift: Annotated[Place, Field(description="the upper body is moved by this along y [mm]")] = 0.0
+    flanks: Annotated[
+        bool,
+        Field(
+            description="whether the bodies may touch on the straight flanks beyond the contours; false "
+            "where flanks only stand for the rest of a body"
+        ),
+    ] = True
+    gap: Annotated[
+        Literal["linear", "exact"],
+        Field(
+            description="undeformed distance. linear: at first touch, less approach times cos(delta); exact: "
+            "of the displaced body"
+        ),
+    ] = "linear"
+    extra_gap: Annotated[
+        ExtraGap | None,
+        Field(
+            description="text file of columns x, s, gap, or of s, gap for all x [mm]: a gap that is added, "
+            "linear between the points, 0 beyond; # comments"
+        ),
+    ] = None
+    elements: Annotated[
+        Whole,
+        Field(
+            ge=8,
+            le=64,
+            description="elements across the smallest patch on an automatic grid, along x and s",
+        ),
+    ] = 20
+    grid: Annotated[
+        Literal["automatic", "scene"],
+        Field(
+            description="automatic: as large as the patches; scene: the one of [grid], centred at x = 0",
+        ),
+    ] = "automatic"
+    lateral_force: Annotated[
+        Signed | None,
+        Field(
+            description="without friction: lateral force F_y on the upper body [N]; its lateral position "
+            "follows, and `shift` is the first guess"
+        ),
+    ] = None
+    supports: Annotated[
+        bool,
+        Field(
+            description="whether the page shows the effect of supports on contact with C: far arc of half "
+            "the radius and, where the contact is not symmetric, flanks 5 degrees flatter (C once more)"
+        ),
+    ] = True
+    shape_load: Annotated[
+        Amount | None,
+        Field(
+            description="load whose B-hat pressures are mapped onto all patches, to show where A and B-hat "
+            "differ [N]; default: the largest"
+        ),
+    ] = None
+
+    def __post_init__(self) -> None:
+        """Raise WrongInput for an unknown motion, and unless friction is specified for one that has it."""
+        if self.motion not in MOTIONS:
+            raise WrongInput(f"motion = {self.motion!r}: one of {', '.join(MOTIONS)}")
+        if MOTIONS[self.motion].has_friction != (self.friction is not None):
+            raise WrongInput(
+                f"motion = {self.motion!r}: give `friction` for motions with friction, and only then"
+            )
 
     @property
-    def motion(self) -> str:
-        """The motion: none, rolling or compression."""
-        return self.friction.motion if self.friction else "none"
+    def exact(self) -> bool:
+        """Whether the undeformed distance follows the displaced body; otherwise it is linearised."""
+        return self.gap == "exact"
+
+    @property
+    def automatic(self) -> bool:
+        """Whether grids are sized automatically; otherwise the grid of the problem is taken."""
+        return self.grid == "automatic"
+
+    @property
+    def loadings(self) -> tuple[Loading, ...]:
+        """The loads, then the approaches."""
+        side = self.lateral_force
+        loads = [Loading(load, None, side) for load in self.loads]
+        return (*loads, *(Loading(None, approach, side) for approach in self.approaches))
 
 
 @dataclass(frozen=True)
 class ContactProblem:
     """Two bodies whose contact is solved, as `specification` says, and how C of them is computed."""
 
-    name: str  # that messages begin with
+    name: str  # at the beginning of messages
     bodies: Mapping[str, Body]  # "lower", "upper"
     pair: Pair  # the same as the approximations take them
     specification: ContactSpecification
@@ -60,6 +203,26 @@ class ContactProblem:
     discount: Discount
     support_radius: float  # of the far arc of the bodies [mm]
     reference_length: float  # mm
+
+    @classmethod
+    def of(
+        cls,
+        lower: Body,
+        upper: Body,
+        specification: ContactSpecification,
+        *,
+        grid: Grid = DEFAULT_GRID,
+        settings: Settings = DEFAULT_SETTINGS,
+    ) -> "ContactProblem":
+        """The contact of two bodies, of which C has the rigid part of the approach subtracted.
+
+        Approximations have the elastic properties of the bodies. Where the specification has no automatic
+        grids, `grid` is needed.
+        """
+        pair = Pair(Solid(upper.material, upper.surface), Solid(lower.material, lower.surface))
+        bodies = {"lower": lower, "upper": upper}
+        length = settings.approach_side * APPROACH_SHARE
+        return cls("contact", bodies, pair, specification, grid, settings, "approach", FAR_RADIUS, length)
 
     @property
     def extent(self) -> tuple[float, float]:

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from compare.friction.compute import compute_with_friction
 from numpy.typing import ArrayLike
 
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
+from compare.friction.compute import compute_with_friction
 from femic.contact.extra_gap import extra_gap
 from femic.contact.pairs.given_ics import GivenICs
 from femic.interface.bodies import Pair, checked, given

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from compare.contact.figures import surfaces
 from compare.friction.compression_page import sliding
 from compare.friction.rolling_page import creep_force
-from compare.report.curves import curves_in
+from compare.ics.curves import curves_in
 from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS
 

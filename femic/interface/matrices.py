@@ -9,9 +9,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from approx.matrix import matrix
-from compare.matrix import contact_file
+from compare.export import contact_file
+from compare.export.export import to_contact
 from compare.matrix.compute import DIMENSIONS, matrix_jobs
-from compare.matrix.export import convex_body
 from femic.interface.bodies import Pair
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import NAME, scene_of
@@ -97,8 +97,7 @@ def write_for_contact(pair: Pair, ics: xr.Dataset, path: str | Path) -> None:
     """
     grid = grid_of(ics)
     scene = _scene(pair, grid, "A", DEFAULT)
-    values = contact_file.by_offsets(ics.ic.values) * scene.pair.constants.G
-    contact_file.write(contact_file.ContactFile(values, grid.dx, grid.ds, convex_body(scene)), Path(path))
+    contact_file.write(to_contact(scene, ics.ic.values), Path(path))
 
 
 def grid_table(grid: Grid) -> Mapping[str, float]:

@@ -109,7 +109,7 @@ def generalized(body: Body, xi: ArrayLike, s: ArrayLike) -> Array:
     """Generalized forces of unit loads in the local directions at (xi, s) [mm], shape (6, 3, n).
 
     They are forces along x, y, z, moments [mm] about x and z through the contact centre at xi = 0, and the
-    moment about the axle over that of a unit force along x at the contact centre.
+    moment about the axle over the moment of a unit force along x at the contact centre.
     """
     surface = body.surface
     force = np.swapaxes(surface.axes(xi, s), 0, 1)  # (component, direction, n)

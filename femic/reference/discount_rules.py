@@ -111,7 +111,7 @@ class SourceRule:
         - C_jj = A_jj three elements away along x.
         - Under the lateral load u_z(reach) - u_z(-reach) equals that of A_ns on a plane.
         - Off-centre loads need all entries, also phi-phi: under a normal load at the moment arm, the part of
-          C_nn that is antisymmetric about the load equals that of B-hat.
+          C_nn that is antisymmetric about the load equals the same part of B-hat.
         - Sections without symmetry couple s and n. There u_z(reach) - u_z(-reach) vanishes under the normal
           load, C_sn + C_ns vanishes three elements away, and phi-phi is fitted to moment loads on both sides.
 
@@ -181,7 +181,7 @@ def _coupling(rule: SourceRule) -> Condition:
 
 
 def _turning(body: Body, rule: SourceRule) -> Condition:
-    """Under moment loads the part of C_nn that is antisymmetric about the load equals that of B-hat."""
+    """Under moment loads the part of C_nn antisymmetric about the load equals the same part of B-hat."""
     sides = (1,) if body.contour.symmetric else (1, -1)
     loads = tuple(rule.moment_load(side) for side in sides)
 

@@ -1,4 +1,4 @@
 """Scenes: reads TOML files, checks them, and builds bodies, patch and lines from them.
 
-Imports nothing else of `compare`.
+Imports `femic.contact` and lower layers.
 """

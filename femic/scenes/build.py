@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from femic.contact.specification import APPROACH_SHARE
 from femic.reference.harmonic.tuned import FAR_RADIUS
 from femic.reference.job import Settings
 from femic.scenes.bodies import body_of
@@ -24,7 +25,6 @@ from geometries.surfaces import LOWER, UPPER
 
 SIDES = {"lower": LOWER, "upper": UPPER}
 FLAT_REFERENCE_LENGTH = 10.0  # mm
-APPROACH_SHARE = 50.0  # reference length over the half-side of the load at which the approach is matched
 
 
 def build_scene(name: str, text: str, file: SceneFile) -> Scene:

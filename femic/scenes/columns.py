@@ -11,20 +11,20 @@ from geometries.errors import WrongInput
 
 
 def columns(path: Path, headings: Sequence[str]) -> Array:
-    """Lengths [mm] in columns of one of the headings, such as "y, z", shape (rows, columns).
+    """Return lengths [mm] in columns of one of the headings, such as "y, z", shape (rows, columns).
 
-    They are separated by blanks; # begins a comment. Raises WrongInput with the line that is none of this.
+    They are separated by blanks; # begins a comment. Raise WrongInput that names the line with anything else.
     """
     counts = {len(heading.split(", ")) for heading in headings}
-    wanted = f"{' or '.join(headings)}, separated by blanks"
+    expected = f"{' or '.join(headings)}, separated by blanks"
     rows: list[list[float]] = []
     for number, cells in _lines(path):
         if len(cells) not in counts or (rows and len(cells) != len(rows[0])):
             before = f", {len(rows[0])} before" if rows else ""
-            raise WrongInput(f"line {number}: {len(cells)} columns{before}; give {wanted}")
+            raise WrongInput(f"line {number}: {len(cells)} columns{before}; give {expected}")
         rows.append([_length(cell, number) for cell in cells])
     if not rows:
-        raise WrongInput(f"no numbers; give columns {wanted}")
+        raise WrongInput(f"no numbers; give columns {expected}")
     return np.array(rows)
 
 

@@ -3,149 +3,76 @@
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import PlainValidator, create_model, model_validator
 
-from approx.variants import VARIANTS
 from femic.contact.extra_gap import ExtraGap, extra_gap
+from femic.contact.motions import MOTIONS
 from femic.contact.specification import ContactSpecification, FrictionSpecification
-from femic.key_types import Amount, Length, Place, Several, Signed, Whole, each_distinct, each_once
 from femic.scenes.columns import columns
 from femic.scenes.contours import ExistingFile
 from femic.scenes.errors import BadScene
 from femic.scenes.ic_names import ContactICName
 from femic.scenes.scene import Scene
-from femic.scenes.section import LIMIT_SLACK, Section, shared
+from femic.scenes.section import LIMIT_SLACK, Section, keys_of, shared
 from geometries.errors import WrongInput
 
-Creepage = Annotated[float, Field(gt=-1, lt=1)]
 GAPS_IN_LENGTH = 10  # reference lengths over the largest gap that raises a surface
-CREEPAGES = (0.0005, 0.001, 0.0015, 0.002, 0.003, 0.004, 0.006, 0.008, 0.012)  # and 0, and these below 0
-OF_MOTIONS = {  # keys that only some motions have
-    "friction": ("rolling", "compression"),
-    "longitudinal": ("rolling",),
-    "lateral": ("rolling",),
-    "spin": ("rolling",),
-    "equal_force": ("rolling",),
-    "approaches": ("none",),
-    "gap": ("none",),
-    "shape_load": ("none",),
-    "lateral_force": ("none",),
-}
 
 
-class ContactTable(Section):
-    """Contact of both bodies (femic contact)."""
-
-    motion: Literal["none", "rolling", "compression"] = Field(
-        "none",
-        description="none: frictionless; rolling: steady rolling along x with friction, at one load; "
-        "compression: with friction, loaded in steps",
-    )
-    loads: Several[Amount] = Field((), description="vertical loads [N]; of a compression they grow")
-    approaches: Several[Length] = Field((), description="instead of loads: vertical approaches [mm]")
-    ics: Several[ContactICName] = Field(
-        ("A", "B", "Bhat", "C"),
-        min_length=1,
-        description=f"ICs to solve it with: C, {', '.join(VARIANTS)}, or one of these with components of "
-        "others: Bhat+sn:B is Bhat with sn of B, and ns by reciprocity; map:FILE is C from the file of a "
-        "campaign that kept matrix, without friction, on the grid of that",
-    )
-    friction: Several[Annotated[float, Field(gt=0, le=1000)]] = Field(
-        (0.2, 0.4, 0.6), min_length=1, description="coefficients of friction, each solved, 0 ... 1000"
-    )
-    longitudinal: Several[Creepage] = Field(
-        (*(-xi for xi in reversed(CREEPAGES)), 0.0, *CREEPAGES),
-        min_length=2,
-        description="of rolling: longitudinal creepages omega R / V - 1, growing, for the creep-force curve",
-    )
-    lateral: Creepage = Field(0.0, description="of rolling: lateral velocity of the wheel over V")
-    spin: Annotated[float, Field(ge=-1, le=1)] = Field(
-        0.0, description="of rolling: angular velocity of the wheel about z over V [1/mm]"
-    )
-    equal_force: Annotated[float, Field(gt=-1, lt=1)] = Field(
-        0.5,
-        description="of rolling: F_x / (friction load) at which tractions by all ICs are compared, -1 ... 1",
-    )
-    shift: Place = Field(0.0, description="the upper body is moved by this along y [mm]")
-    flanks: bool = Field(
-        True,
-        description="whether the bodies may touch on the straight flanks beyond the contours; false where "
-        "flanks only stand for the rest of a body",
-    )
-    gap: Literal["linear", "exact"] = Field(
-        "linear",
-        description="undeformed distance. linear: at first touch, less approach times cos(delta); exact: of "
-        "the displaced body",
-    )
-    extra_gap: ExistingFile | None = Field(
-        None,
-        description="text file of columns x, s, gap, or of s, gap for all x [mm]: a gap that is added, "
-        "linear between the points, 0 beyond; # comments",
-    )
-    elements: Annotated[Whole, Field(ge=8, le=64)] = Field(
-        20, description="elements across the smallest patch on an automatic grid, along x and s"
-    )
-    grid: Literal["automatic", "scene"] = Field(
-        "automatic", description="automatic: as large as the patches; scene: that of [grid], centred at x = 0"
-    )
-    lateral_force: Signed | None = Field(
-        None,
-        description="without friction: lateral force F_y on the upper body [N]; its lateral position "
-        "follows, and `shift` is where it is sought first",
-    )
-    supports: bool = Field(
-        True,
-        description="whether the page shows what supports do to the contact by C: far arc of half the radius "
-        "and, where the contact is not symmetric, flanks 5 degrees flatter (C once more)",
-    )
-    shape_load: Amount | None = Field(
-        None,
-        description="load whose B-hat pressures are mapped onto all patches, to see where A and B-hat differ "
-        "[N]; default: the largest",
-    )
-
-    _distinct = field_validator("ics", "friction")(each_once)
-    _distinct_cases = field_validator("loads", "approaches")(each_distinct)
+class ContactKeys(Section):
+    """Contact of both bodies (femic contact): rules for keys that `ContactTable` has."""
 
     @model_validator(mode="after")
-    def _loads_or_approaches(self) -> "ContactTable":
-        if self.loads and self.approaches:
+    def _loads_or_approaches(self) -> "ContactKeys":
+        given = dict(self)
+        if given["loads"] and given["approaches"]:
             raise ValueError("give either loads or approaches")
         return self
 
     @model_validator(mode="after")
-    def _of_this_motion(self) -> "ContactTable":
-        for key, motions in OF_MOTIONS.items():
-            if key in self.model_fields_set and self.motion not in motions:
-                of = " or ".join(map(repr, motions))
-                raise ValueError(f"{key} is only of motion = {of}, not {self.motion!r}: leave it out")
+    def _of_this_motion(self) -> "ContactKeys":
+        name = dict(self)["motion"]
+        for key in dict.fromkeys(key for motion in MOTIONS.values() for key in motion.keys):
+            if key in self.model_fields_set and key not in MOTIONS[name].keys:
+                of = " or ".join(repr(other) for other, motion in MOTIONS.items() if key in motion.keys)
+                raise ValueError(f"{key} is only of motion = {of}, not {name!r}: leave it out")
         return self
 
     @model_validator(mode="after")
-    def _growing(self) -> "ContactTable":
-        for key in ("longitudinal", *(["loads"] if self.motion == "compression" else [])):
-            values = getattr(self, key)
-            if any(after <= before for before, after in pairwise(values)):
+    def _growing(self) -> "ContactKeys":
+        given = dict(self)
+        for key in MOTIONS[given["motion"]].growing:
+            if any(after <= before for before, after in pairwise(given[key])):
                 raise ValueError(f"{key} must grow: sort them, each once")
         return self
 
 
-def contact_of(table: ContactTable) -> ContactSpecification:
+def _declared() -> dict[str, Any]:
+    """Return the keys that the specifications declare; those of friction stand where `friction` is."""
+    files = {"ics": tuple[ContactICName, ...], "extra_gap": ExistingFile | None}  # as scene files have them
+    of_friction = keys_of(FrictionSpecification)
+    of_friction = {"friction": of_friction.pop("coefficients"), **of_friction}
+    keys = keys_of(ContactSpecification, files).items()
+    parts = (of_friction if key == "friction" else {key: declared} for key, declared in keys)
+    return {key: declared for part in parts for key, declared in part.items()}
+
+
+ContactTable = create_model("ContactTable", __base__=ContactKeys, **_declared())
+AnyContact = Annotated[ContactKeys, PlainValidator(ContactTable.model_validate)]
+
+
+def contact_of(table: ContactKeys) -> ContactSpecification:
     """Return the specification of a table; raise BadScene for a file that has no extra gap."""
+    given = dict(table)
+    friction = FrictionSpecification(given["friction"], **shared(table, FrictionSpecification))
     resolved = {
-        "exact": table.gap == "exact",
-        "extra_gap": _extra_gap(table.extra_gap),
-        "automatic": table.grid == "automatic",
-        "friction": None if table.motion == "none" else _friction(table),
+        "extra_gap": _extra_gap(given["extra_gap"]),
+        "friction": friction if MOTIONS[given["motion"]].has_friction else None,
     }
     return ContactSpecification(**shared(table, ContactSpecification) | resolved)
-
-
-def _friction(table: ContactTable) -> FrictionSpecification:
-    return FrictionSpecification(coefficients=table.friction, **shared(table, FrictionSpecification))
 
 
 def _extra_gap(path: Path | None) -> ExtraGap | None:
@@ -177,20 +104,18 @@ def _gap_misfits(scene: Scene) -> Iterator[str]:
 
 def _friction_misfits(scene: Scene) -> Iterator[str]:
     """Yield what is wrong with the bodies and loads of a contact with friction."""
-    wanted, motion = scene.contact, scene.contact.motion
-    if motion == "none":
-        return
-    if not wanted.loads:
-        yield f"contact.loads = []: motion = {motion!r} needs a load: give loads = [...] in N"
-    if motion != "rolling":
-        return
-    if len(wanted.loads) > 1:
+    loads, name = scene.contact.loads, scene.contact.motion
+    motion = MOTIONS[name]
+    if motion.has_friction and not loads:
+        yield f"contact.loads = []: motion = {name!r} needs a load: give loads = [...] in N"
+    if motion.one_load and len(loads) > 1:
         yield (
-            f"contact.loads = {list(wanted.loads)}: motion = 'rolling' has one load: give one, and a scene "
-            "each for others"
+            f"contact.loads = {list(loads)}: motion = {name!r} has one load: give one, and a scene each for "
+            "others"
         )
-    if np.isinf(scene.bodies["upper"].rolling_radius):
+    if motion.wheel_rolls and np.isinf(scene.bodies["upper"].rolling_radius):
+        others = [repr(other) for other, of in MOTIONS.items() if of.has_friction and not of.wheel_rolls]
         yield (
-            "upper.rolling_radius = inf: motion = 'rolling' needs a wheel: give upper.rolling_radius in mm, "
-            "or motion = 'compression'"
+            f"upper.rolling_radius = inf: motion = {name!r} needs a wheel: give upper.rolling_radius in mm, "
+            f"or motion = {' or '.join(others)}"
         )

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from approx.effective import EffectiveProperties, Transition
+from approx.variants import VARIANTS, needs_effective
 from femic.key_types import Length, Signed
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
@@ -76,10 +77,10 @@ def _properties(name: str, table: PropertiesTable) -> EffectiveProperties:
 
 def effective_misfits(scene: Scene) -> Iterator[str]:
     """Yield where effective properties are missing."""
-    if "Bhat_prime" in scene.variants and not scene.fitted:
+    if needing := [] if scene.fitted else [name for name in scene.variants if needs_effective(name)]:
         yield (
-            "variants: Bhat_prime needs effective properties of what is compared: add a table "
+            f"variants: {needing[0]} needs effective properties of what is compared: add a table "
             "[effective.combined.mismatch_k] with far, r_inf, m, n (or of lower, upper; of G, nu)"
         )
-    if scene.ics == "Bhat_prime" and not scene.fitted:
-        yield "ics = 'Bhat_prime': the scene has no effective properties; femic calibrate finds some"
+    if scene.ics in VARIANTS and needs_effective(scene.ics) and not scene.fitted:
+        yield f"ics = {scene.ics!r}: the scene has no effective properties; femic calibrate finds some"

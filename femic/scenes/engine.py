@@ -33,7 +33,8 @@ class EngineTable(Section):
     )
     check: bool = Field(
         False,
-        description="draw C of the solid engine, too, at tolerance 0.01 or that of the scene (minutes, once)",
+        description="also draw C of the solid engine, at tolerance 0.01 or the larger one of the scene "
+        "(minutes, once)",
     )
     tolerance: Annotated[float, Field(ge=1e-4, le=1)] = Field(
         0.01,

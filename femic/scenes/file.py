@@ -7,7 +7,7 @@ from pydantic import Field, field_validator
 from femic.key_types import Length, Several, each_once
 from femic.scenes.bodies import BodyTable
 from femic.scenes.calibration import BodyName, CalibrationTable, Component
-from femic.scenes.contact import ContactTable
+from femic.scenes.contact import AnyContact, ContactTable
 from femic.scenes.effective import EffectiveTable
 from femic.scenes.engine import EngineTable
 from femic.scenes.grid import GridTable
@@ -47,7 +47,7 @@ class SceneFile(Section):
     )
     discount: Literal["approach", "source", "none"] = Field(
         "approach",
-        description="what femic matrix, contact and export take away from C. approach: the rigid part of "
+        description="what femic matrix, contact and export subtract from C. approach: the rigid part of "
         "the normal approach alone; source: all that [BVSV] discounts to compare single loads with "
         "half-spaces, bending of the section included; none: nothing, so that approaches depend on the "
         "supports, too",
@@ -55,7 +55,7 @@ class SceneFile(Section):
     ics: ICName = Field(
         "C",
         description="ICs to use where one has to be chosen (femic export): C, an approximation, or auto: the "
-        "cheapest that is good enough, as femic advise finds it",
+        "cheapest that is good enough, as femic advise chooses it",
     )
     ics_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
         0.02, description="largest error, share of the component itself, that is good enough for ics = 'auto'"
@@ -82,7 +82,7 @@ class SceneFile(Section):
     calibration: CalibrationTable = Field(
         CalibrationTable(), description="which properties femic calibrate fits to which points"
     )
-    contact: ContactTable = Field(
+    contact: AnyContact = Field(
         ContactTable(), description="contact of both bodies, without or with friction (femic contact)"
     )
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")

@@ -22,7 +22,7 @@ class GridTable(Section):
     ds: Length | None = Field(None, description="width of a strip [mm]; default: 2 x patch.b")
     s: Place = Field(0.0, description="arc length of its middle [mm]")
     check: Annotated[Whole, Field(ge=0, le=9)] = Field(
-        0, description="strips whose columns the solid engine computes, too, as a check (minutes each)"
+        0, description="strips whose columns the solid engine computes as a check (minutes each)"
     )
 
 

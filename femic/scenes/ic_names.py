@@ -7,10 +7,11 @@ from pydantic import AfterValidator
 from approx.variants import VARIANTS, forms_of
 from femic.key_types import NameOf
 
+AUTO = "auto"  # the cheapest ICs that are good enough
 MAP = "map:"  # before the name of the file of a campaign, whose map of C stands for C
 
 VariantName = Annotated[str, AfterValidator(NameOf(lambda: VARIANTS))]
-ICName = Annotated[str, AfterValidator(NameOf(lambda: ("auto", "C", *VARIANTS)))]
+ICName = Annotated[str, AfterValidator(NameOf(lambda: (AUTO, "C", *VARIANTS)))]
 
 
 def is_map(ics: str) -> bool:

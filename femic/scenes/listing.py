@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 import tomlkit
 from pydantic import AfterValidator, BaseModel
+from pydantic.fields import FieldInfo
 
 from femic.key_types import NameOf
 from femic.scenes.contours import CONTOURS
@@ -29,7 +30,7 @@ def listing(name_or_path: str) -> str:
         field = SceneFile.model_fields[name]
         left_out = name not in table and field.default is None
         lines += ["", f"# {field.description}", f"{'# ' if left_out else ''}[{name}]"]
-        lines += _entries(_table_of(field.annotation), table.get(name, {}))
+        lines += _entries(_table_of(field), table.get(name, {}))
         lines += _contour_kinds() if name == "lower" else []
     lines += ["", f"# {SceneFile.model_fields['effective'].description}"]
     lines += _effective(table.get("effective", {}))
@@ -41,10 +42,12 @@ def listing(name_or_path: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _table_of(annotation: Any) -> type[BaseModel]:
-    """The table that a key holds, or may hold."""
-    tables = [part for part in get_args(annotation) if part is not types.NoneType] or [annotation]
-    return tables[0]
+def _table_of(field: FieldInfo) -> type[BaseModel]:
+    """Return the table that a key holds, or may hold."""
+    if isinstance(field.default, BaseModel):
+        return type(field.default)
+    annotation: Any = field.annotation
+    return next((part for part in get_args(annotation) if part is not types.NoneType), annotation)
 
 
 def _effective(table: dict[str, Any]) -> Iterator[str]:

@@ -9,7 +9,7 @@ from pydantic_core import ErrorDetails
 
 from femic.scenes.contact import ContactTable
 from femic.scenes.engine import EngineTable
-from femic.scenes.section import Section
+from femic.scenes.section import Section, tables
 
 REASONS: Mapping[str, str] = {
     "tuple_type": "Input should be a list",
@@ -26,8 +26,7 @@ REMEDIES: Mapping[str, str] = {
 def messages(details: Sequence[ErrorDetails]) -> list[str]:
     """Errors of validation as lines, one per value.
 
-    Where a value may be of several types, only errors of the type that it has are listed, or all that it may
-    be.
+    Where a value may be of several types, only errors of its own type are listed, or of all types.
     """
     fields_of_right_type = [f"{_field(detail)}." for detail in details if not _of_container(detail)]
     of_fields: dict[str, list[ErrorDetails]] = {}
@@ -43,7 +42,7 @@ def messages(details: Sequence[ErrorDetails]) -> list[str]:
 
 
 def _of_container(detail: ErrorDetails) -> bool:
-    """Whether an error is that of a whole value: of another type, or short of valid entries."""
+    """Whether an error is about a whole value: of another type, or without enough valid entries."""
     return detail["type"].endswith("_type") or detail["type"] == "too_short"
 
 
@@ -102,4 +101,4 @@ def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
 
 def _keys() -> set[str]:
     """All keys that any table of a scene file may have."""
-    return {key for table in Section.__subclasses__() for key in table.model_fields}
+    return {key for table in tables() for key in table.model_fields}

@@ -1,4 +1,4 @@
-"""Names of scenes and campaigns: those of their files, which name the folders of results."""
+"""Names of scenes and campaigns: the names of their files, which name the folders of results, too."""
 
 from pathlib import Path
 
@@ -6,11 +6,11 @@ from femic.scenes.errors import BadScene
 
 
 def name_of(path: Path) -> str:
-    """The name of what a file describes; raises BadScene for one that is no name of a folder of its own."""
+    """Return the name of a scene or campaign file; raise BadScene for one that no folder can have."""
     name = path.stem
     if not name.strip(" .") or not name.isprintable():
         raise BadScene(
-            f"{str(path)!r}: its name without .toml names the folder of results, and {name!r} is no name of "
-            "one: rename it"
+            f"{str(path)!r}: its name without .toml names the folder of results, and no "
+            f"folder can be called {name!r}: rename it"
         )
     return name

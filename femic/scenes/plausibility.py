@@ -21,7 +21,7 @@ SLENDER = 4  # aspect of a patch beyond which the estimate on it is least reliab
 
 
 def warnings(scene: Scene) -> list[str]:
-    """What a user should know before trusting the results of a scene, one sentence each.
+    """Return what a user should know before trusting the results of a scene, one sentence each.
 
     There is none about bodies that the scene does not compare: they are neither solved nor approximated.
     """

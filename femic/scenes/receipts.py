@@ -1,14 +1,16 @@
-"""Receipts of finished results: what a run has computed from what, and the digests of the files it wrote.
+"""Receipts of finished results: the input of a run and the digests of the files it wrote.
 
-A later run takes finished results only with their receipt, and only while no file of it has changed.
+A later run reuses finished results only with their receipt, and only while none of its files has changed.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from hashlib import file_digest
 from pathlib import Path
 
 from pydantic import BaseModel
 
+from femic.cache import folders
 from femic.cache.digests import results_digest
 from femic.cache.files import write_text
 from femic.cache.store import Store
@@ -16,24 +18,30 @@ from femic.scenes.scene import Scene
 
 
 class Receipt(BaseModel):
-    """What finished results were made of, and the digests of their files by name."""
+    """The key of finished results, and the digests of their files by name."""
 
     key: str
     sha256: dict[str, str]
 
 
 def key_of(scene: Scene, module: str, *further: object) -> str:
-    """The key of all that results of a scene depend on: the code of a module, text, bodies, and what else.
+    """Return the key of everything that results of a scene depend on: code, text, bodies, and `further`.
 
     Contents of files that the scene names are in its bodies.
     """
     return Store().key("results", results_digest(module), scene.text, dict(scene.bodies), *further)
 
 
-def leave(folder: Path, command: str, key: str, files: Iterable[str]) -> None:
-    """Leave a receipt of the files of finished results with a key, by the command that has written them."""
-    found = Receipt(key=key, sha256={name: _digest(folder / name) for name in files})
-    write_text(found.model_dump_json(indent=1), _path(folder, command))
+@contextmanager
+def renewed(folder: Path, command: str, key: str, files: Iterable[str]) -> Iterator[Path]:
+    """A context in which a command writes files of results into a folder, created if it does not exist.
+
+    An old receipt of these files is removed before; afterwards, if nothing was raised, they have a new one.
+    """
+    _path(folders.make(folder), command).unlink(missing_ok=True)
+    yield folder
+    digests = {name: _digest(folder / name) for name in files}
+    write_text(Receipt(key=key, sha256=digests).model_dump_json(indent=1), _path(folder, command))
 
 
 def holds(folder: Path, command: str, key: str) -> bool:
@@ -47,11 +55,6 @@ def changed(folder: Path, command: str) -> list[str]:
     receipt = _read(folder, command)
     digests = receipt.sha256 if receipt else {}
     return [name for name, digest in digests.items() if _digest(folder / name) != digest]
-
-
-def withdraw(folder: Path, command: str) -> None:
-    """Remove a receipt, before files of it are written anew."""
-    _path(folder, command).unlink(missing_ok=True)
 
 
 def _path(folder: Path, command: str) -> Path:

@@ -49,16 +49,16 @@ class Scene:
     patch: Patch
     lines: tuple[OffsetLine, ...]
     grid: Grid
-    checked_strips: int  # how many columns of its IC matrix the solid engine computes, too
+    checked_strips: int  # number of columns of its IC matrix that the solid engine computes as a check
     contact: ContactSpecification
     discount: Discount  # of IC matrices and contact
-    support_radius: float  # of the far arc of the bodies of these [mm]
+    support_radius: float  # of the far arc of bodies for IC matrices and contact [mm]
     settings: Settings  # of C
     reference_length: float  # mm
     fields: bool  # whether displacements and stresses are written
     ics: str  # ICs to use: "C", a variant, or "auto"
     ics_tolerance: float  # largest error of the ICs where they are chosen by "auto"
-    check: "Scene | None" = None  # the same scene by the solid engine, whose C is drawn beside C
+    check: "Scene | None" = None  # the same scene with the solid engine, whose C is drawn beside C
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -82,7 +82,7 @@ class Scene:
 
     @property
     def pair(self) -> Pair:
-        """Both bodies as the approximations take them."""
+        """Both bodies as a pair for approximations."""
         lower, upper = (
             Solid(body.material, body.surface, self.effective.get(name))
             for name, body in ((name, self.bodies[name]) for name in ("lower", "upper"))
@@ -91,7 +91,7 @@ class Scene:
 
     @property
     def contact_problem(self) -> ContactProblem:
-        """The contact of both bodies, as `femic.contact` takes it."""
+        """The contact of both bodies as a problem of `femic.contact`."""
         return ContactProblem(
             self.name,
             self.bodies,

@@ -1,10 +1,10 @@
-"""Reads TOML: whatever a text has, a table comes out or `NotToml`."""
+"""Reads TOML: any text gives a table or raises `NotToml`."""
 
 import tomllib
 from typing import Any
 
 DEEPEST = 30  # tables and lists within each other; a scene has 5
-SHORTENED = 200  # characters of a reason that are told
+SHORTENED = 200  # characters of a reason that are shown
 
 
 class NotToml(ValueError):
@@ -12,7 +12,7 @@ class NotToml(ValueError):
 
 
 def table_of(text: str) -> dict[str, Any]:
-    """The table of a text; raises NotToml."""
+    """Return the table of a text; raise NotToml."""
     try:
         table = tomllib.loads(text)
     except RecursionError as error:

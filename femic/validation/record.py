@@ -1,18 +1,26 @@
-"""What studies write: their numbers as JSON, and one self-contained page of them."""
+"""Writes the numbers of a study as JSON, and a page of the same numbers."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from compare.report.html import write_page
+from compare.report.parts import Page, write_page
 from femic.cache.digests import results_digest, versions
 from femic.cache.files import write_text
 
 
-def write(folder: Path, study: str, numbers: dict[str, Any], **values: object) -> Path:
+def write(
+    folder: Path, study: str, numbers: dict[str, Any], page_of: Callable[[dict[str, Any]], Page]
+) -> Path:
     """Write STUDY.json, with versions and code, and STUDY.html of the same; returns the path of the page."""
     module = f"femic.validation.{study}.page"
     found = numbers | {"versions": versions(), "code": results_digest(module), "module": module}
     text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False)
     write_text(text, folder / f"{study}.json")
-    return write_page(folder / f"{study}.html", f"{study}.html.j2", found=found, **values)
+    return write_page(page_of(found), folder / f"{study}.html")
+
+
+def versions_of(found: dict[str, Any]) -> str:
+    """The sentence on the versions of the program and its libraries."""
+    return ", ".join(f"{name} {version}" for name, version in found["versions"].items()) + "."

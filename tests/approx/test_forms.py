@@ -98,7 +98,7 @@ def test_a_form_without_effective_properties_falls_back_or_is_refused():
     assert either.on(plain) == Form(Shares(1, 0))
     assert either.on(effective) == either
     assert either.reciprocal.on(plain) == Form(Shares(0, 1))
-    assert needs_effective(["A", "Btilde_prime"])
-    assert not needs_effective(["A", "mix", "Btilde"])
+    assert needs_effective("A", "Btilde_prime")
+    assert not needs_effective("A", "mix", "Btilde")
     with pytest.raises(WrongInput, match="effective properties"):
         approximate("Btilde_prime", plain, WHEEL.surface, PATCH, POINTS)

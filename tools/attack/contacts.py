@@ -8,14 +8,16 @@ import numpy as np
 from fuzz import limited
 from outcomes import Outcome
 
-from compare.contact.compute import SolvedContact, compute_contact
-from compare.contact.pair_on_grid import Placed
-from compare.friction.bodies import Solver, on_fitting_grid
-from compare.friction.curve import Path
+from compare.contact.compute import compute_contact, require_solvable
 from femic.contact.compression import compressed
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.friction.leading import LeadingEdge
-from femic.contact.frictional import FrictionalContact, Pressing
+from femic.contact.frictional import FrictionalContact
+from femic.contact.loading import Loading
+from femic.contact.pairs.creep_force import Continuation
+from femic.contact.pairs.frictionless import SolvedContact
+from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
@@ -29,7 +31,7 @@ FORCE = 1e-5  # of the load, by which forces may be off; tolerances of tractions
 SAME = 1e-7  # of the largest component of a force or moment
 WORK = 1e-6  # of the largest work of friction, by which that of an element may be below 0
 BOUND = 1e-6  # of the bound of friction, by which tractions may exceed it
-MEANS = RunOptions(1)
+OPTIONS = RunOptions(1)
 
 
 def contacts(count: int, seed: int) -> Iterator[Outcome]:
@@ -85,20 +87,20 @@ def strange(chance: np.random.Generator, motion: str) -> dict[str, Any]:
 
 def _without_friction(scene: Scene, _: np.random.Generator) -> str:
     """What falls short of a contact without friction."""
-    ((case, _),) = (results := compute_contact(scene, MEANS)).contacts
-    return _of_pressures(results.contacts[case, results.ics[0]], scene)
+    (contact,) = compute_contact(scene, OPTIONS).solved.contacts.values()
+    return _of_pressures(contact, scene)
 
 
 def _of_pressures(solved: SolvedContact, scene: Scene) -> str:
-    normal, placed = solved.normal, solved.placed
+    normal, on_grid = solved.normal, solved.on_grid
     tractions = normal.p[..., None] * [0.0, 0.0, 1.0]
-    force, moment = summed(tractions, scene.bodies["lower"].contour, placed)
-    found, load = placed.resultant(tractions), scene.contact.loads[0]
+    force, moment = summed(tractions, scene.bodies["lower"].contour, on_grid)
+    found, load = on_grid.resultant(tractions), scene.contact.loads[0]
     return _first(
         (np.any(normal.p < 0), "pulls"),
         (abs(force[2] - load) > FORCE * load, f"bears {force[2]:g} N of {load:g} N"),
         (differ(found.force, force), "other forces than its tractions"),
-        (differ(found.moment, moment, arm_of(placed) * load), "other moments than its tractions"),
+        (differ(found.moment, moment, arm_of(on_grid) * load), "other moments than its tractions"),
     )
 
 
@@ -111,17 +113,18 @@ def _rolling(scene: Scene, chance: np.random.Generator) -> str:
     creepages = Creepages(along, aside, spin / 10)
     free = {"longitudinal": 0.0} if chance.random() < 0.3 else {}
 
-    def solved(solver: Solver) -> str:
-        problem = solver.problem(solver.operator(scene.contact.ics[0]), friction.coefficients[0])
-        path = Path.of(solver, problem, "strange")
+    def solved(pair: PairWithFriction) -> str:
+        problem = pair.frictional(pair.operator(scene.contact.ics[0]), friction.coefficients[0])
+        path = Continuation.of(pair, problem, "strange")
         load = scene.contact.loads[0]
-        found = path.problem.contact(creepages, Pressing(load=load), forces=free)
+        found = path.problem.contact(creepages, Loading(load), forces=free)
         along = found.contact.force[0]
-        return _of_friction(found.contact, solver, load) or _first(
+        return _of_friction(found.contact, pair, load) or _first(
             (bool(free) and abs(along) > 1e-4 * load * friction.coefficients[0], f"F_x is {along:g} N, not 0")
         )
 
-    return on_fitting_grid(scene, MEANS, solved)
+    require_solvable(scene)
+    return solve_with_friction(scene.contact_problem, solved, OPTIONS)
 
 
 def _compression(scene: Scene, _: np.random.Generator) -> str:
@@ -129,23 +132,24 @@ def _compression(scene: Scene, _: np.random.Generator) -> str:
     friction = scene.contact.friction
     assert friction is not None
 
-    def solved(solver: Solver) -> str:
-        problem = solver.problem(solver.operator(scene.contact.ics[0]), friction.coefficients[0])
+    def solved(pair: PairWithFriction) -> str:
+        problem = pair.frictional(pair.operator(scene.contact.ics[0]), friction.coefficients[0])
         loads = scene.contact.loads
-        steps = compressed(problem, [Pressing(load=load) for load in loads])
+        steps = compressed(problem, [Loading(load) for load in loads])
         for load, contact in zip(loads, steps, strict=True):
-            if short := _of_friction(contact, solver, load):
+            if short := _of_friction(contact, pair, load):
                 return short
         return ""
 
-    return on_fitting_grid(scene, MEANS, solved)
+    require_solvable(scene)
+    return solve_with_friction(scene.contact_problem, solved, OPTIONS)
 
 
-def _of_friction(contact: FrictionalContact, solver: Solver, load: float) -> str:
+def _of_friction(contact: FrictionalContact, pair: PairWithFriction, load: float) -> str:
     """What falls short of equilibrium, Coulomb's law, and a work of friction that is not negative."""
-    placed, p = replace(solver.placed, grid=contact.problem.grid), contact.p
-    force, moment = summed(p, solver.scene.bodies["lower"].contour, placed)
-    found = placed.resultant(p)
+    on_grid, p = replace(pair.on_grid, grid=contact.problem.grid), contact.p
+    force, moment = summed(p, pair.problem.bodies["lower"].contour, on_grid)
+    found = on_grid.resultant(p)
     bound, size = contact.problem.friction * p[..., N], np.hypot(p[..., 0], p[..., 1])
     work, free = contact.dissipation, LeadingEdge.of(bound, contact.motion.depth).free
     return _first(
@@ -156,30 +160,30 @@ def _of_friction(contact: FrictionalContact, solver: Solver, load: float) -> str
         (np.sum(work) < 0, "friction gives energy in all"),
         (differ(contact.force, force), "other forces than its tractions"),
         (differ(found.force, force), "other resultants than its tractions"),
-        (differ(found.moment, moment, arm_of(placed) * load), "other moments than its tractions"),
+        (differ(found.moment, moment, arm_of(on_grid) * load), "other moments than its tractions"),
     )
 
 
 _SOLVED = {"none": _without_friction, "rolling": _rolling, "compression": _compression}
 
 
-def summed(tractions: Any, contour: Contour, placed: Placed) -> tuple[Any, Any]:
+def summed(tractions: Any, contour: Contour, on_grid: PairOnGrid) -> tuple[Any, Any]:
     """Force and moment of tractions about the contact centre, from tangents of the contour by differences."""
-    x, s, step = placed.x, placed.grid.strips, 1e-6
+    x, s, step = on_grid.x, on_grid.grid.strips, 1e-6
     ahead, behind, at = (np.stack(contour.position(s + shift)) for shift in (step, -step, 0.0))
     tangent = (ahead - behind) / np.linalg.norm(ahead - behind, axis=0)
     zero = np.zeros_like(s)
     along_x = np.stack([zero + 1.0, zero, zero])
     basis = np.stack([along_x, np.stack([zero, *tangent]), np.stack([zero, -tangent[1], tangent[0]])])
-    forces = placed.grid.area * np.einsum("xsd,das->xsa", tractions, basis)
+    forces = on_grid.grid.area * np.einsum("xsd,das->xsa", tractions, basis)
     places = np.empty_like(forces)
     places[..., 0], places[..., 1], places[..., 2] = x[:, None], at[0], at[1]
     return forces.sum(axis=(0, 1)), np.cross(places, forces).sum(axis=(0, 1))
 
 
-def arm_of(placed: Placed) -> float:
+def arm_of(on_grid: PairOnGrid) -> float:
     """The largest distance of an element from the contact centre [mm]."""
-    return float(np.max(np.abs(placed.x)) + np.max(np.abs(placed.grid.strips)))
+    return float(np.max(np.abs(on_grid.x)) + np.max(np.abs(on_grid.grid.strips)))
 
 
 def differ(one: Any, other: Any, size: float = 0.0) -> bool:

@@ -18,11 +18,12 @@ import tomlkit
 from commands import FILES
 from outcomes import Outcome
 
-from compare.contact.compute import cases_of, compute_contact, grids_of
-from compare.contact.pair_on_grid import placed_on
-from femic.campaigns.campaign import load_campaign
-from femic.campaigns.compute import require_computable
+from compare.contact.compute import compute_contact, require_solvable
+from femic.campaigns.files.load import load_campaign
+from femic.campaigns.running.checks import require_computable
 from femic.cli.main import exit_code
+from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.reference.run_options import RunOptions
 from femic.scenes import plausibility
 from femic.scenes.listing import listing
@@ -63,8 +64,8 @@ def _checked(path: Path, *, plan: bool) -> str:
     for text in plausibility.warnings(scene):
         assert text
     if scene.contact.loads or scene.contact.approaches:
-        cases_of(scene)
-        grids_of(scene)
+        require_solvable(scene)
+        grids_of(scene.contact_problem)
     return _by_code(exit_code(["plan", str(path)])) if plan else "taken"
 
 
@@ -180,9 +181,9 @@ def gaps(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
 
 def _with_gap(path: Path, *, solve: bool) -> str:
     scene = load_scene(str(path))
-    cases_of(scene)
-    for grid, _ in grids_of(scene):
-        if not np.all(np.isfinite(placed_on(scene, grid).distance)):
+    require_solvable(scene)
+    for grid, _ in grids_of(scene.contact_problem):
+        if not np.all(np.isfinite(pair_on_grid(scene.contact_problem, grid).distance)):
             raise AssertionError("the distance is not finite")
     if not solve:
         return "taken"

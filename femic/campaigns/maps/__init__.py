@@ -1,1 +1,1 @@
-"""Maps: C, and fits of B-hat-prime, of scenes between those of a campaign; errors on left-out nodes."""
+"""Maps: C, and fits of B-hat-prime, interpolated between the scenes of a campaign."""

@@ -1,6 +1,6 @@
 """Fits of B-hat-prime between the scenes of a campaign that kept "calibration".
 
-C at the points of the calibration is interpolated, and fitted: parameters that the data hardly determine
+C at the points of the calibration is interpolated, and then fitted: parameters that the data hardly determine
 jump from scene to scene, C does not.
 """
 
@@ -14,31 +14,31 @@ import xarray as xr
 from approx.calibration import Fit, fit
 from approx.target import Target
 from compare.calibration.compute import target_from, unit_of
-from femic.campaigns.maps.between import Stencil, combined
-from femic.campaigns.maps.swept import Swept, open_swept
+from femic.campaigns.maps.interpolation import Stencil, combined
+from femic.campaigns.maps.scene_grid import SceneGrid, open_grid
 from geometries.arrays import Array
 
 BY = ("map", "own", "Bhat")  # fit of C from other nodes, own fit, no fit
 
 
-def open_fits(path: Path) -> Swept:
-    """The dataset of a campaign that kept "calibration"; raises BadScene for others."""
-    return open_swept(path, "calibration", ("fit_c",))
+def open_fits(path: Path) -> SceneGrid:
+    """Open the dataset of a campaign that kept "calibration"; raises BadScene for others."""
+    return open_grid(path, "calibration", ("fit_c",))
 
 
-def fit_at(fits: Swept, point: Sequence[float], body: str = "combined") -> Fit:
-    """The fit to C at the values of the axes, for the patch and the materials of the campaign.
+def fit_at(fits: SceneGrid, point: Sequence[float], body: str = "combined") -> Fit:
+    """Return the fit to C at values of the axes, for the patch and the materials of the campaign.
 
     Raises WrongInput outside the map, Failure where a scene that is needed has no results.
     """
     return fit(_target(fits, point, fits.stencils(point), body), fits.scene(point).calibration.properties)
 
 
-def left_out(fits: Swept, body: str = "combined") -> xr.Dataset:
-    """Deviations from C, `rms` and `worst` (node, by), at nodes that the others along an axis predict.
+def left_out(fits: SceneGrid, body: str = "combined") -> xr.Dataset:
+    """Return deviations from C, `rms` and `worst` (node, by), at nodes that the others on an axis predict.
 
-    They are shares of max |C| of the points: by the fit to C from the other nodes ("map"), by the fit to C
-    itself ("own"), and by B-hat. `along` is the axis along which the node was left out.
+    They are shares of max |C| of the points: of the fit to C from the other nodes ("map"), of the fit to C
+    itself ("own"), and of B-hat. `along` is the axis along which the node was left out.
     """
     places = [range(len(axis.values)) for axis in fits.axes]
     inner = [range(1, len(axis.values) - 1) for axis in fits.axes]
@@ -61,9 +61,9 @@ def left_out(fits: Swept, body: str = "combined") -> xr.Dataset:
     )
 
 
-def _deviations(fits: Swept, along: int, node: tuple[int, ...], body: str) -> list[tuple[float, float]]:
+def _deviations(fits: SceneGrid, along: int, node: tuple[int, ...], body: str) -> list[tuple[float, float]]:
     point = _point(fits, node)
-    itself = [Stencil(np.array([k]), np.ones(1)) for k in node]
+    itself = [axis.single(k) for axis, k in zip(fits.axes, node, strict=True)]
     others = [*itself[:along], fits.axes[along].without(node[along]), *itself[along + 1 :]]
     properties = fits.scene(point).calibration.properties
     target, predicted = (_target(fits, point, stencils, body) for stencils in (itself, others))
@@ -72,7 +72,7 @@ def _deviations(fits: Swept, along: int, node: tuple[int, ...], body: str) -> li
     return [_measured(target, one) for one in ics]
 
 
-def _point(fits: Swept, node: Sequence[int]) -> list[float]:
+def _point(fits: SceneGrid, node: Sequence[int]) -> list[float]:
     """The values of the axes at a node."""
     return [axis.values[k] for axis, k in zip(fits.axes, node, strict=True)]
 
@@ -82,7 +82,7 @@ def _measured(target: Target, ics: Array) -> tuple[float, float]:
     return float(np.sqrt(np.mean(deviation**2))), float(np.max(deviation))
 
 
-def _target(fits: Swept, point: Sequence[float], stencils: list[Stencil], body: str) -> Target:
+def _target(fits: SceneGrid, point: Sequence[float], stencils: list[Stencil], body: str) -> Target:
     """C of stencils as the target of a fit at a point."""
     scene = fits.scene(point)
     place = list(fits.dataset.fitted_body.values).index(body)

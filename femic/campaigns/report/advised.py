@@ -1,4 +1,4 @@
-"""Which ICs are advised over the axes of a campaign: categories as colours."""
+"""The advised ICs over the axes of a campaign: categories as colours."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -16,8 +16,9 @@ from compare.report.styles import RC, with_further
 from femic.campaigns.report.axes import ShownAxis, spread_out
 from femic.campaigns.report.clouds import MOST_POINTS
 from femic.campaigns.report.fields import body_of, label_of
-from femic.campaigns.report.maps import PANEL, STRIP, Plane, draw_cells, of_gaps
+from femic.campaigns.report.maps import PANEL, STRIP, Plane, draw_cells, gap_handles
 from femic.campaigns.report.scales import Scale
+from geometries.arrays import Array
 
 NONE = "none is good enough"
 MOST_BESIDE = 4  # entries of a line of the legend
@@ -26,7 +27,7 @@ PALE = 0.35  # share of white in colours
 
 @dataclass(frozen=True, eq=False)
 class Advice:
-    """Numbers of the advised ICs over the swept dims, by place in `names`, which may have `NONE`."""
+    """The advised ICs over the swept dims, as places in `names`, of which one may be `NONE`."""
 
     numbers: xr.DataArray
     names: tuple[str, ...]
@@ -37,11 +38,11 @@ class Advice:
         return [name if name == NONE else label_of(name) for name in self.names]
 
     @property
-    def colours(self) -> list[tuple[float, float, float]]:
-        """A colour for each name, that of its curves, paler."""
-        looks = with_further(name for name in self.names if name != NONE)
-        pure = ["0.95" if name == NONE else looks[name][1]["color"] for name in self.names]
-        return [_paler(to_rgb(colour)) for colour in pure]
+    def colours(self) -> Array:
+        """Colours (n_names, 3): paler shades of the colours of curves."""
+        styles = with_further(name for name in self.names if name != NONE)
+        pure = ["0.95" if name == NONE else styles[name][1]["color"] for name in self.names]
+        return PALE + (1 - PALE) * to_rgba_array(pure)[:, :3]
 
     @property
     def scale(self) -> Scale:
@@ -55,28 +56,27 @@ class Advice:
         return Advice(self.numbers.isel(places), self.names)
 
     def counts(self) -> dict[str, int]:
-        """The numbers of scenes by what is advised."""
-        found = {label: int((self.numbers == k).sum()) for k, label in enumerate(self.labels)}
-        return {label: count for label, count in found.items() if count}
+        """The numbers of scenes by advised ICs."""
+        counts = {label: int((self.numbers == k).sum()) for k, label in enumerate(self.labels)}
+        return {label: count for label, count in counts.items() if count}
 
 
 def advice_of(dataset: xr.Dataset) -> Advice | None:
-    """The advice of a campaign that has kept it, of those ICs only that are advised anywhere."""
+    """Return the advice of a campaign that kept it, with the ICs that are advised anywhere; else None."""
     if "advised" not in dataset:
         return None
     numbers = dataset.advised.sel(body=body_of(dataset), drop=True).drop_attrs().load()
-    variants = [str(name) for name in dataset.variant.values]
-    used = [k for k in (*range(len(variants)), -1) if (numbers == k).any()]
-    if not numbers.notnull().any():
+    known = np.unique(numbers.values[np.isfinite(numbers.values)]).astype(int)
+    if not known.size:
         return None
-    renumbered = xr.full_like(numbers, np.nan)
-    for place, k in enumerate(used):
-        renumbered = renumbered.where(numbers != k, place)
-    return Advice(renumbered, tuple(NONE if k == -1 else variants[k] for k in used))
+    used = sorted(known, key=lambda k: (k < 0, k))  # -1, none, comes last
+    places = np.select([numbers == k for k in used], range(len(used)), np.nan)
+    names = tuple(NONE if k < 0 else str(dataset.variant.values[k]) for k in used)
+    return Advice(numbers.copy(data=places), names)
 
 
 def advised_over(panels: Sequence[tuple[str, Advice, Plane]]) -> Figure:
-    """Maps of what is advised over two axes beside each other, with their titles; a strip over one axis."""
+    """Draw maps of the advised ICs over two axes beside each other, with titles; a strip over one axis."""
     _, advice, plane = panels[0]
     is_strip = plane.up is STRIP
     with mpl.rc_context(RC | {"axes.grid": False, "hatch.linewidth": 0.5}):
@@ -90,12 +90,12 @@ def advised_over(panels: Sequence[tuple[str, Advice, Plane]]) -> Figure:
             axes.set_title(title, fontsize=9)
             axes.set_xlabel(on.across.heading if is_strip else on.across.wrapped)
         drawn[0].set_ylabel(plane.up.wrapped)
-        _legend(figure, advice, of_gaps([on for *_, on in panels], shown))
+        _legend(figure, advice, gap_handles([on for *_, on in panels], shown))
         return figure
 
 
 def advised_points(advice: Advice, axes: Sequence[ShownAxis]) -> Figure:
-    """Points of what is advised over the first two axes, or over the only one."""
+    """Draw points of the advised ICs over the first two axes, or over the only one."""
     across, up = axes[0], axes[1] if len(axes) > 1 else STRIP
     chosen = spread_out(len(across.values), MOST_POINTS)
     heights = np.zeros(len(chosen)) if up is STRIP else up.at[chosen]
@@ -120,8 +120,3 @@ def _legend(figure: Figure, advice: Advice, gaps: Sequence[Artist] = ()) -> None
     ]
     handles += gaps
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), MOST_BESIDE))
-
-
-def _paler(colour: tuple[float, float, float]) -> tuple[float, float, float]:
-    red, green, blue = (PALE + (1 - PALE) * part for part in colour)
-    return red, green, blue

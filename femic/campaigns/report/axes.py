@@ -1,4 +1,4 @@
-"""The swept axes of a campaign as its page tells and draws them."""
+"""The swept axes of a campaign as its page names and draws them."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,7 +15,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLoca
 from geometries.arrays import Array
 
 LARGE = 1e8  # value from which on powers of ten are written
-LONG = 10.0  # largest over smallest value from which on a logarithmic axis is thought of
+LONG = 10.0  # ratio of the ends from which on an axis may be logarithmic
 MOST_TICKS = 9  # values of an axis that are its ticks, if not more
 LETTER, LINE = 0.035, 0.1  # room of a letter and of a line of ticks, over the length of the axis
 WIDTH = 30  # letters of a line of a heading
@@ -28,17 +28,17 @@ Names = Mapping[str, Any]  # values by the names of axes
 
 @dataclass(frozen=True, eq=False)
 class ShownAxis:
-    """A swept axis. `values` are those of a grid, or those of all scenes; text in the order of the file."""
+    """A swept axis; `values` of a grid or of all scenes, text in the order of the file."""
 
     name: str
     heading: str  # label and unit
     values: Array  # (n,) numbers or text
-    spacing: str = "linear"  # how the file has spread them: "linear", "logarithmic"
+    spacing: str = "linear"  # in the campaign file: "linear", "logarithmic", "inverse"
     unit: str = ""
 
     @property
     def wrapped(self) -> str:
-        """The heading in lines that fit below a picture."""
+        """The heading in lines that fit below a figure."""
         return fill(self.heading, WIDTH, break_long_words=False)
 
     @property
@@ -48,7 +48,7 @@ class ShownAxis:
 
     @property
     def is_logarithmic(self) -> bool:
-        """Whether values are spread over powers, or look so: their median is nearer to such a middle."""
+        """Whether values are spread over powers, or their median is nearer to the geometric mean."""
         if not self.is_number or len(self.values) < 3 or np.min(self.values) <= 0:
             return False
         if self.spacing == "logarithmic":
@@ -65,7 +65,7 @@ class ShownAxis:
 
     @property
     def at(self) -> Array:
-        """Where the values are drawn, (n,): numbers at themselves, text at its number."""
+        """The positions of the values on a figure, (n,): the number, or the place of a category."""
         if self.is_number:
             return self.values
         numbers = {text: float(k) for k, text in enumerate(self.categories)}
@@ -73,7 +73,7 @@ class ShownAxis:
 
     @property
     def edges(self) -> Array:
-        """The edges of cells about the values of a grid, (n + 1,): half-way between, or so by ratio."""
+        """The edges of cells around the values of a grid, (n + 1,): half way between, or by ratio."""
         at = np.log(self.at) if self.is_logarithmic else self.at
         if len(at) == 1:
             return np.array([at[0] - 0.5, at[0] + 0.5])
@@ -82,7 +82,7 @@ class ShownAxis:
         return np.asarray(np.exp(edges) if self.is_logarithmic else edges)
 
     def scale(self, axes: Axes, which: str) -> None:
-        """Give the x or y axis of a picture the scale and the ticks of this axis."""
+        """Give the x or y axis of a figure the scale and the ticks of this axis."""
         ruler = axes.xaxis if which == "x" else axes.yaxis
         set_scale = axes.set_xscale if which == "x" else axes.set_yscale
         if not self.is_number:
@@ -107,10 +107,7 @@ class ShownAxis:
         return max(len(text_of(value)) + 1 for value in ends) * LETTER if which == "x" else LINE
 
     def _ticks(self, which: str) -> list[float]:
-        """Values that are ticks of an x or y axis: every one, or every second, ... as there is room.
-
-        Else the outermost ones.
-        """
+        """Ticks of an x or y axis: every value, every second, ... as room permits, or the outermost ones."""
         values = np.unique(self.values)
         at, last = np.log(values) if self.is_logarithmic else values, len(values) - 1
         room = self._room(which)
@@ -121,7 +118,7 @@ class ShownAxis:
 
 
 def axes_of(dataset: xr.Dataset) -> list[ShownAxis]:
-    """All axes of a campaign, in the order of its file."""
+    """Return all axes of a campaign, in the order of its file."""
     return [
         _axis(dataset[described["name"]], described.get("spacing", "linear"))
         for described in json.loads(dataset.attrs["axes"])
@@ -129,15 +126,15 @@ def axes_of(dataset: xr.Dataset) -> list[ShownAxis]:
 
 
 def swept(axes: Iterable[ShownAxis]) -> list[ShownAxis]:
-    """The axes that have more than one value."""
+    """Return the axes with more than one value."""
     return [axis for axis in axes if len(axis.values) > 1]
 
 
 def prepared(dataset: xr.Dataset) -> xr.Dataset:
-    """The dataset with the numbers of each axis of a grid in ascending order, without dims of one value.
+    """Return the dataset with ascending numbers along each axis of a grid, without dims of one value.
 
-    Text is as in NetCDF: NumPy cannot cast that of zarr to text. ICs of lists that differ between scenes have
-    the names of their places, the last one that of C.
+    Text is as in NetCDF: NumPy cannot cast the text of zarr. Where lists of ICs differ between scenes, they
+    are named after their places, the last one C.
     """
     dataset = dataset.copy()
     for name, variable in dataset.variables.items():
@@ -156,12 +153,12 @@ def prepared(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def is_grid(dataset: xr.Dataset) -> bool:
-    """Whether the scenes are all combinations of values."""
+    """Whether the scenes are all combinations of the axes' values."""
     return str(dataset.attrs["points"]) == "grid"
 
 
 def text_of(value: Any) -> str:
-    """A value of an axis as text."""
+    """Return a value of an axis as text."""
     if isinstance(value, str):
         bare = value.translate(QUOTES)
         return bare if "," in bare else bare.strip("[]")
@@ -171,17 +168,17 @@ def text_of(value: Any) -> str:
 
 
 def named(values: Names) -> str:
-    """Values of axes as text: flank = 30, ratio = 1.1."""
+    """Return values of axes as text: flank = 30, ratio = 1.1."""
     return ", ".join(f"{name} = {text_of(value)}" for name, value in values.items())
 
 
 def spread_out(count: int, most: int) -> list[int]:
-    """Numbers of at most `most` of `count` things, the first and the last among them."""
+    """Return up to `most` of the numbers below `count`, evenly spaced, with the first and the last."""
     return sorted({int(k) for k in np.round(np.linspace(0, count - 1, min(count, most)))})
 
 
 def point_of(dataset: xr.Dataset, place: Sequence[int]) -> str:
-    """The name of the scene at a place of the swept dims."""
+    """Return the name of the scene at a place of the swept dims."""
     dims = dataset["seconds"].dims
     at = dict(zip(dims, place, strict=True))
     return named(

@@ -1,4 +1,4 @@
-"""Numbers of random points and of tables over each axis of a campaign, and their rank correlations."""
+"""Scatter plots over each axis of a campaign without a grid, and rank correlations."""
 
 from collections.abc import Sequence
 
@@ -17,13 +17,13 @@ from femic.campaigns.report.fields import COLUMN, ROW, Field, label_of
 from femic.campaigns.report.scales import draw_levels
 from geometries.arrays import Array
 
-MOST_POINTS = 800  # of a picture
-FEWEST = 8  # points of which a correlation is told
+MOST_POINTS = 800  # of a figure
+FEWEST = 8  # points for a correlation
 COLUMNS = 5  # axes beside each other
 
 
 def rank_correlation(axis: ShownAxis, values: Array) -> float:
-    """Spearman's rank correlation of values (n,) with those of an axis; NaN for text and few points."""
+    """Return Spearman's rank correlation of values (n,) with an axis; NaN for text and few points."""
     known = np.isfinite(values)
     if not axis.is_number or np.sum(known) < FEWEST:
         return np.nan
@@ -32,7 +32,7 @@ def rank_correlation(axis: ShownAxis, values: Array) -> float:
 
 
 def correlations(field: Field, axes: Sequence[ShownAxis]) -> xr.DataArray:
-    """Rank correlations of the sizes of numbers with the axes, by row, column and "axis"."""
+    """Return rank correlations of the sizes of numbers with the axes, by row, column and "axis"."""
     return xr.concat(
         [
             xr.apply_ufunc(
@@ -48,15 +48,15 @@ def correlations(field: Field, axes: Sequence[ShownAxis]) -> xr.DataArray:
 
 
 def strongest(field: Field, axes: Sequence[ShownAxis]) -> tuple[ShownAxis, float]:
-    """The axis that numbers go with most, and by which correlation, on the average of rows and columns."""
+    """Return the axis with the strongest correlation on the average of rows and columns, and this."""
     mean = abs(correlations(field, axes)).mean((ROW, COLUMN)).fillna(0.0).values
     return axes[int(np.argmax(mean))], float(np.max(mean))
 
 
 def clouds(field: Field, axes: Sequence[ShownAxis]) -> Figure:
-    """Points of one column of a field, a row of panels per row, a panel per axis.
+    """Draw points of one column of a field, a row of panels per row, a panel per axis.
 
-    The colour of a point is its value of the axis that numbers go with most.
+    The colour of a point is its value of the axis with the strongest correlation.
     """
     drawn, (colour, _) = axes[:COLUMNS], strongest(field, axes)
     chosen = spread_out(field.values.sizes["sample"], MOST_POINTS)

@@ -1,4 +1,4 @@
-"""What the dataset of a campaign has to show: errors of ICs, numbers of contacts, fits; as fields."""
+"""The fields in the dataset of a campaign: errors of ICs, numbers of contacts, fits."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,10 +7,8 @@ import numpy as np
 import xarray as xr
 
 from compare.contact.compute import reference_name
-from compare.contact.quantities import QUANTITIES
 from compare.ics.error_measure import ROUNDING
 from compare.report.parts import listed
-from femic.campaigns.keeping import CURVES_LARGEST
 from femic.campaigns.report.axes import ICS, LAST
 from femic.campaigns.report.fields import (
     COLUMN,
@@ -23,6 +21,8 @@ from femic.campaigns.report.fields import (
     label_of,
     swept_dims,
 )
+from femic.campaigns.results.contact import CURVES_LARGEST
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
 
 RATIOS = ("p_max", "a", "b", "approach", "angle", "slope")  # numbers of contacts, compared as ratios
 SHARES = (CURVES_LARGEST, "sliding_share")  # numbers that are shares: compared as they are
@@ -32,29 +32,33 @@ MEANINGS = {
     CURVES_LARGEST: " F_x(ξ): largest distance of creep-force curves, share of friction times load.",
     "sliding_share": " Sliding: share of the patch that slides, the difference.",
 }
-DIMS = {"case": "load", "load": "load", "friction": "friction", "xi": "creepage"}  # dims of contacts, as told
+DIMS = {
+    "case": "load",
+    "load": "load",
+    "friction": "friction",
+    "xi": "creepage",
+}  # dims in words
 SHOWN_ORDER = ("nn", "ss", "xx", "xs", "xn", "sn", "sx", "nx", "ns")  # of components
 ANY = "any component"
 VANISHING = (
     f"{VANISHES}: in some scenes this component of C vanishes, or nearly does; its errors there are shares "
     "of 0.05 max |C_nn|."
 )
-BY_PLACE = " Scenes differ in their ICs: here they are called by their places in the lists."
+BY_PLACE = " Scenes differ in their ICs: here they are named after their places in the lists."
 
 
 def fields_of(dataset: xr.Dataset) -> list[Field]:
-    """All that the dataset of a campaign has to show over its axes, as far as anything is computed."""
-    kept = json.loads(dataset.attrs["keep"])
-    found: list[Field] = []
+    """Return all fields of a campaign's dataset in which anything is computed."""
+    fields: list[Field] = []
     if "error" in dataset:
-        found += _errors(dataset)
+        fields += _errors(dataset)
     if "known_error" in dataset and "error" not in dataset:
-        found += _known_errors(dataset)
-    if "contact" in kept:
-        found += _contact(dataset)
+        fields += _error_bounds(dataset)
+    if "contact" in json.loads(dataset.attrs["keep"]):
+        fields += _contact(dataset)
     if "fit_value" in dataset:
-        found += _calibration(dataset)
-    return [field for field in found if field.values.size and np.any(np.isfinite(field.values))]
+        fields += _calibration(dataset)
+    return [field for field in fields if field.values.size and np.any(np.isfinite(field.values))]
 
 
 def _errors(dataset: xr.Dataset) -> Iterator[Field]:
@@ -72,38 +76,30 @@ def _errors(dataset: xr.Dataset) -> Iterator[Field]:
     errors = xr.concat(columns.values(), xr.Variable(COLUMN, list(columns))).rename(variant=ROW)
     notes = [VANISHING] if any(name.endswith(VANISHES) for name in columns) else []
     notes += [BY_PLACE] if f"{ICS} 1" in errors[ROW] else []
-    yield Field(
-        "errors",
-        "error",
-        "errors",
+    yield _error_field(
+        errors,
         f"Error of the {body} ICs: largest deviation from C over a line, share of the component itself; the "
         f"worst over all lines.{''.join(notes)}",
-        errors.sel({ROW: _approximations(errors)}),
-        errors.sel({ROW: C}, drop=True),
     )
 
 
-def _known_errors(dataset: xr.Dataset) -> Iterator[Field]:
+def _error_bounds(dataset: xr.Dataset) -> Iterator[Field]:
     """Errors of all ICs with the estimate of C, the worst over lines and components."""
     body = body_of(dataset)
     known = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)
-    known = known.expand_dims({COLUMN: [ANY]})
-    yield Field(
-        "errors",
-        "error",
-        "errors",
-        f"Error of the {body} ICs with the estimate of C: the worst over lines and components.",
-        known.sel({ROW: _approximations(known)}),
-        known.sel({ROW: C}, drop=True),
-    )
+    text = f"Error of the {body} ICs with the estimate of C: the worst over lines and components."
+    yield _error_field(known.expand_dims({COLUMN: [ANY]}), text)
 
 
-def _approximations(values: xr.DataArray) -> list[str]:
-    return [name for name in map(str, values[ROW].values) if not name.startswith(C)]
+def _error_field(errors: xr.DataArray, text: str) -> Field:
+    """Errors of approximations, with those of C as their floor."""
+    approximations = [name for name in map(str, errors[ROW].values) if not name.startswith(C)]
+    floor = errors.sel({ROW: C}, drop=True)
+    return Field("errors", "error", "errors", text, errors.sel({ROW: approximations}), floor)
 
 
 def _contact(dataset: xr.Dataset) -> Iterator[Field]:
-    """Numbers of the contact by each of the ICs over those by the reference, and these themselves."""
+    """Numbers of the contact with each of the ICs over those with the reference, and the latter."""
     numbers = [name for name in (*RATIOS, *SHARES) if name in dataset and "ics" in dataset[name].dims]
     if not numbers:
         return
@@ -121,31 +117,31 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
         "reference",
         "value",
         "the contact",
-        f"Numbers of the contact by {label_of(reference)}{f', at the last {several}' if several else ''}.",
+        f"Numbers of the contact with {label_of(reference)}{f', at the last {several}' if several else ''}.",
         xr.concat([at_last[name] for name in shown], labels, coords="minimal").rename(ics=ROW),
         reference=label_of(reference),
     )
 
 
 def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, over: str) -> Field:
-    """Numbers of the contact by other ICs than the reference over those by it."""
+    """Numbers of the contact with other ICs than the reference over those with it."""
     off, known = zip(*(_off(dataset, name, reference) for name in numbers), strict=True)
-    labels, by = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), label_of(reference)
+    labels, base = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), label_of(reference)
     values = xr.concat(off, labels).rename(ics=ROW)
     notes = [MEANINGS[name] for name in numbers if name in MEANINGS] + [BY_PLACE] * (reference == LAST)
     return Field(
         "contact",
         "deviation",
         "deviations of the contact",
-        f"Numbers of the contact by each of the ICs over those by {by}, less 1{over}.{''.join(notes)}",
+        f"Numbers of the contact with each of the ICs over those with {base}, minus 1{over}.{''.join(notes)}",
         values.sel({ROW: [name for name in map(str, values[ROW].values) if name != reference]}),
         xr.concat(known, labels),
-        by,
+        base,
     )
 
 
 def _off(dataset: xr.Dataset, name: str, reference: str) -> tuple[xr.DataArray, xr.DataArray]:
-    """How far a number of the contact is from the reference's, and how well the latter is known."""
+    """Deviations of a number of the contact from the reference's, and the estimate of the latter."""
     values = dataset[name].drop_attrs()
     of_reference = values.sel(ics=reference, drop=True)
     unit = xr.ones_like(of_reference) if name in SHARES else of_reference.where(of_reference != 0)
@@ -162,11 +158,11 @@ def _own_dims(dataset: xr.Dataset, name: str) -> list[str]:
 
 
 def _symbol(name: str) -> str:
-    return SYMBOLS.get(name) or QUANTITIES[name].symbol
+    return SYMBOLS.get(name) or OF_FRICTIONLESS[name].symbol
 
 
 def _calibration(dataset: xr.Dataset) -> Iterator[Field]:
-    """Fitted parameters, and the deviations of B-hat-prime by them from C, by fitted body."""
+    """Fitted parameters, and deviations of B-hat-prime with them from C, by fitted body."""
     labels: Mapping[str, str] = {"fitted_body": ROW, "parameter": COLUMN}
     yield Field(
         "fits",
@@ -182,6 +178,6 @@ def _calibration(dataset: xr.Dataset) -> Iterator[Field]:
             f"fitted_{number}",
             "error",
             f"errors of the fit to {body}",
-            f"Largest deviation from C of {body} by B̂ and by the fitted B̂′, share of max |C| of the points.",
+            f"Largest deviation from C of {body} for B̂ and the fitted B̂′, share of max |C| of the points.",
             xr.concat(of_body, xr.Variable(ROW, list(kinds))).rename(fitted_component=COLUMN),
         )

@@ -1,4 +1,4 @@
-"""Where along a swept axis something exceeds a level, and how that is told."""
+"""Where along a swept axis numbers exceed a level, as text."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from femic.campaigns.report.axes import Names, ShownAxis, named, swept, text_of
 from geometries.arrays import Array
 
 NOWHERE, EVERYWHERE = "nowhere", "everywhere"
-TOLD = 0.05  # the level of which sentences tell
+REPORTED = 0.05  # the level of the page's sentences
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,8 @@ class Range:
     start: float | None = None
     end: float | None = None
 
-    def told(self, span: float) -> str:
-        """The range as text; interpolated ends have the digits that a `span` of values is worth."""
+    def text(self, span: float) -> str:
+        """The range as text; interpolated ends have the digits that are significant in a `span` of values."""
         start, end = (None if one is None else _rounded(one, span) for one in (self.start, self.end))
         if start is None:
             return EVERYWHERE if end is None else f"up to {end}"
@@ -32,7 +32,7 @@ class Range:
 
 
 def exceeded(at: Array, values: Array, level: float) -> list[Range]:
-    """The ranges in which values (n,) over an axis exceed a level, interpolated linearly along the axis.
+    """Return the ranges in which values (n,) over an axis exceed a level, interpolated linearly.
 
     Values that are NaN are left out.
     """
@@ -40,22 +40,22 @@ def exceeded(at: Array, values: Array, level: float) -> list[Range]:
     at, values = at[known], values[known]
     above = np.concatenate([[False], values > level, [False]])
     starts, ends = (np.flatnonzero(above[1:] & ~above[:-1]), np.flatnonzero(above[:-1] & ~above[1:]))
+
+    def crossing(k: int) -> float:
+        share = (level - values[k]) / (values[k + 1] - values[k])
+        return float(at[k] + share * (at[k + 1] - at[k]))
+
     return [
         Range(
-            None if start == 0 else _crossing(at, values, int(start) - 1, level),
-            None if end == len(at) else _crossing(at, values, int(end) - 1, level),
+            None if start == 0 else crossing(int(start) - 1),
+            None if end == len(at) else crossing(int(end) - 1),
         )
         for start, end in zip(starts, ends, strict=True)
     ]
 
 
-def _crossing(at: Array, values: Array, k: int, level: float) -> float:
-    """Where the line from the k-th value to the next one has a level."""
-    return float(at[k] + (level - values[k]) / (values[k + 1] - values[k]) * (at[k + 1] - at[k]))
-
-
 def _rounded(value: float, span: float) -> str:
-    """A value to three digits, those of a thousandth of a span at least; of small ones no digits below."""
+    """A value to three digits, and to a thousandth of a span at least; small values without more digits."""
     digits = 3
     if value and span:
         digits += max(0, int(np.floor(np.log10(abs(value) / span))))
@@ -66,15 +66,15 @@ def _rounded(value: float, span: float) -> str:
 
 
 @dataclass(frozen=True)
-class Found:
-    """Where a level is exceeded at a place of the other axes ("": at all), and what there is to add."""
+class Crossing:
+    """Where a level is exceeded, at a place of the other axes ("": at all of them), and more ranges."""
 
     text: str
     place: str = ""
     more: str = ""
 
     def along(self, axis: ShownAxis) -> str:
-        """The same as part of a sentence: from flank = 32 on at ratio = 1.05."""
+        """The crossing as part of a sentence: from flank = 32 on at ratio = 1.05."""
         text = self.text
         for word in ("from ", "up to ", "at "):
             if text.startswith(word):
@@ -90,23 +90,23 @@ class Line:
     place: Names
     sizes: Array
 
-    def found(self, level: float) -> Found:
+    def crossing(self, level: float) -> Crossing:
         """Where the sizes exceed a level."""
         place = listed([named({name: value}) for name, value in self.place.items()] or [""])
         known = np.isfinite(self.sizes)
         if not self.axis.is_number:
             over = self.axis.values[known & (self.sizes > level)]
             if len(over) in (0, np.sum(known)):
-                return Found(EVERYWHERE if len(over) else NOWHERE, place)
-            return Found(f"at {listed(map(text_of, over))}", place)
+                return Crossing(EVERYWHERE if len(over) else NOWHERE, place)
+            return Crossing(f"at {listed(map(text_of, over))}", place)
         ranges = exceeded(self.axis.values, self.sizes, level)
-        texts = [one.told(float(np.ptp(self.axis.values))) for one in ranges] or [NOWHERE]
+        texts = [one.text(float(np.ptp(self.axis.values))) for one in ranges] or [NOWHERE]
         again = [f"again {texts[1]}"] if len(texts) > 1 else []
         further = [f"and {len(texts) - 2} times more"] if len(texts) > 2 else []
-        return Found(texts[0], place, ", ".join([*again, *further]))
+        return Crossing(texts[0], place, ", ".join([*again, *further]))
 
     def extent(self, level: float) -> float:
-        """On which share of the known part of the axis the sizes exceed a level; categories: of how many."""
+        """The share of the known part of the axis, or of its categories, that exceeds a level."""
         known = np.isfinite(self.sizes)
         at = self.axis.at[known]
         if not self.axis.is_number or np.ptp(at) == 0:
@@ -120,7 +120,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Sizes of numbers along the axis of a grid that has most values, at all places of the others."""
+    """Sizes of numbers along the axis of a grid with the most values, at all places of the others."""
 
     axis: ShownAxis
     all: Sequence[Line]
@@ -128,8 +128,8 @@ class Lines:
 
     @classmethod
     def of(cls, sizes: xr.DataArray, axes: Sequence[ShownAxis]) -> "Lines":
-        """The lines of sizes over the swept dims."""
-        axis = along(axes)
+        """Return the lines of sizes over the swept dims."""
+        axis = main_axis(axes)
         rest = [one for one in swept(axes) if one is not axis]
         rows = sizes.transpose(*(one.name for one in rest), axis.name).values.reshape(-1, len(axis.values))
         places = product(*(one.values for one in rest))
@@ -141,24 +141,24 @@ class Lines:
 
     @cached_property
     def known(self) -> list[Line]:
-        """The lines on which anything is known."""
+        """The lines with any known sizes."""
         return [line for line in self.all if np.any(np.isfinite(line.sizes))]
 
-    def found(self, level: float) -> list[Found]:
-        """Where a level is exceeded: at the place where it is most, then where it is least; [] of nothing."""
+    def crossings(self, level: float) -> list[Crossing]:
+        """Where a level is exceeded: on the line with the largest extent, then with the least, if any."""
         if not self.known:
             return []
         by_extent = sorted(self.known, key=lambda line: (line.extent(level), np.nanmax(line.sizes)))
-        most, least = by_extent[-1].found(level), by_extent[0].found(level)
-        return [Found(most.text, more=most.more)] if most.text == least.text else [most, least]
+        most, least = by_extent[-1].crossing(level), by_extent[0].crossing(level)
+        return [Crossing(most.text, more=most.more)] if most.text == least.text else [most, least]
 
 
-def along(axes: Iterable[ShownAxis]) -> ShownAxis:
-    """The axis along which crossings are told: of numbers, with the most values."""
+def main_axis(axes: Iterable[ShownAxis]) -> ShownAxis:
+    """Return the axis along which crossings are reported: of numbers, with the most values."""
     return max(swept(axes), key=lambda axis: (axis.is_number, len(axis.values)))
 
 
 def known_of(sizes: xr.DataArray) -> str:
-    """How many scenes are known, where these are not all."""
+    """Return "15 of 21 scenes" where not all are known, else ""."""
     known = int(np.sum(np.isfinite(sizes.values)))
     return "" if known == sizes.size else f"{known} of {sizes.size} scenes"

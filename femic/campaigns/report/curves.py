@@ -18,7 +18,7 @@ FEW = 15  # values up to which each has a marker
 
 
 def curves(field: Field, axis: ShownAxis) -> Figure:
-    """Curves of all rows over an axis, a panel per column; errors are drawn on a common logarithmic scale."""
+    """Draw curves of all rows over an axis, a panel per column; errors have a common logarithmic scale."""
     count = len(field.columns)
     rows = -(-count // COLUMNS)
     columns = -(-count // rows)
@@ -41,7 +41,7 @@ def curves(field: Field, axis: ShownAxis) -> Figure:
 
 
 def _draw(axes: Axes, field: Field, axis: ShownAxis) -> None:
-    looks = with_further(field.rows)
+    styles = with_further(field.rows)
     marked = len(axis.values) <= FEW
     floor = None if field.floor is None else field.floor.isel({COLUMN: 0}).values
     if floor is not None and np.any(np.isfinite(floor)):
@@ -52,10 +52,10 @@ def _draw(axes: Axes, field: Field, axis: ShownAxis) -> None:
     for name in field.rows:
         values = field.drawn.sel({ROW: name}).isel({COLUMN: 0}).values
         known = np.isfinite(values)
-        marker, style = looks[name]
-        axes.plot(axis.at[known], values[known], label=label_of(name), **_look(style, marker, axis, marked))
+        marker, style = styles[name]
+        axes.plot(axis.at[known], values[known], label=label_of(name), **_line(style, marker, axis, marked))
 
 
-def _look(style: Style, marker: str, axis: ShownAxis, marked: bool) -> dict[str, Any]:
-    look = dict(style) | ({"marker": marker, "markersize": 4} if marked else {})
-    return look if axis.is_number else look | {"linestyle": "none", "marker": marker, "markersize": 6}
+def _line(style: Style, marker: str, axis: ShownAxis, marked: bool) -> dict[str, Any]:
+    line = dict(style) | ({"marker": marker, "markersize": 4} if marked else {})
+    return line if axis.is_number else line | {"linestyle": "none", "marker": marker, "markersize": 6}

@@ -10,7 +10,7 @@ from compare.report.styles import SYMBOLS, symbol_of
 
 ROW, COLUMN = "(row)", "(column)"  # dims that no axis can have the name of
 C = "C"
-LEVELS = (0.01, 0.02, 0.05, 0.1)  # errors and deviations whose places are told and drawn
+LEVELS = (0.01, 0.02, 0.05, 0.1)  # errors and deviations whose places are reported and drawn
 LOWEST = 1e-4  # smallest error of curves and points; those below are drawn there
 VANISHES = " †"
 Kind = Literal["error", "deviation", "value"]
@@ -18,15 +18,15 @@ Kind = Literal["error", "deviation", "value"]
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """Numbers over the swept dims, `ROW` and `COLUMN`; `floor`: how well they are known, without `ROW`.
+    """Numbers over the swept dims, `ROW` and `COLUMN`; `floor`: their estimated error, without `ROW`.
 
-    Errors are positive shares, deviations are ratios less 1, values have units.
+    Errors are positive shares, deviations are ratios minus 1, values have units.
     """
 
     name: str
     kind: Kind
-    what: str  # of which the page speaks: "error of the combined ICs"
-    text: str  # what the numbers are
+    what: str  # the numbers in a few words: "errors"
+    text: str  # the numbers in a sentence
     values: xr.DataArray
     floor: xr.DataArray | None = None
     reference: str = C  # the ICs with which others are compared, and which `floor` is of
@@ -43,7 +43,7 @@ class Field:
 
     @property
     def title(self) -> str:
-        """What the page speaks of, as a heading."""
+        """`what` as a heading."""
         return self.what[0].upper() + self.what[1:]
 
     @property
@@ -53,13 +53,13 @@ class Field:
 
     @property
     def closest(self) -> str:
-        """The row whose numbers are the smallest ones on the average of all scenes and columns."""
-        means = self.sizes.mean([dim for dim in self.sizes.dims if dim != ROW])
-        return self.rows[int(np.argmin(means.values))]
+        """The row with the smallest numbers on the average over scenes and columns."""
+        options = self.sizes.mean([dim for dim in self.sizes.dims if dim != ROW])
+        return self.rows[int(np.argmin(options.values))]
 
     @property
     def drawn(self) -> xr.DataArray:
-        """The numbers as curves and points have them: errors below `LOWEST` at that."""
+        """The numbers of curves and points: errors below `LOWEST` are drawn there."""
         return self.values.clip(min=LOWEST) if self.kind == "error" else self.values
 
     @property
@@ -68,45 +68,45 @@ class Field:
         return abs(self.values)
 
     def worst_over(self, dim: str) -> "Field":
-        """The field with the numbers that are furthest from zero along a dim; values: at its first place."""
+        """Return the numbers that are furthest from zero along a dim; of values, those at its first place."""
         values = furthest_along(self.values, dim) if self.is_judged else self.values.isel({dim: 0}, drop=True)
         return replace(self, values=values, floor=None)
 
     def of(self, *, rows: list[str] | None = None, columns: list[str] | None = None) -> "Field":
-        """The field with some rows and columns only."""
+        """Return the field with some rows and columns only."""
         chosen = {COLUMN: columns or self.columns}
         floor = None if self.floor is None else self.floor.sel(chosen)
         return replace(self, values=self.values.sel(chosen | {ROW: rows or self.rows}), floor=floor)
 
     def at(self, **places: Any) -> "Field":
-        """The field at some places of swept dims."""
+        """Return the field at some places of swept dims."""
         floor = None if self.floor is None else self.floor.isel(places)
         return replace(self, values=self.values.isel(places), floor=floor)
 
 
 def label_of(name: str) -> str:
-    """The symbol of a row where it has one."""
+    """Return the symbol of a row, or its name without one."""
     known = name in SYMBOLS or "+" in name
     return symbol_of(name) if known else name
 
 
 def plain(column: str) -> str:
-    """The name of a column without marks."""
+    """Return the name of a column without marks."""
     return column.removesuffix(VANISHES)
 
 
 def body_of(dataset: xr.Dataset) -> str:
-    """The body whose ICs are shown: both together, or the first one compared."""
+    """Return the body whose ICs are shown: both together, or the first one compared."""
     bodies = [str(body) for body in dataset.body.values]
     return "combined" if "combined" in bodies else bodies[0]
 
 
 def swept_dims(dataset: xr.Dataset) -> tuple[str, ...]:
-    """The dims over which scenes lie."""
+    """Return the dims of the campaign."""
     return tuple(map(str, dataset["seconds"].dims))
 
 
 def furthest_along(values: xr.DataArray, dim: str) -> xr.DataArray:
-    """The values that are furthest from zero along a dim, NaN where none is known."""
+    """Return the values that are furthest from zero along a dim, NaN where none is known."""
     low, high = values.min(dim), values.max(dim)
     return high.where(high >= -low, low)

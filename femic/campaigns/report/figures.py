@@ -1,4 +1,4 @@
-"""The figures of the page of a campaign with their headings: which kind, over which axes."""
+"""The figures of the page of a campaign, with their headings and texts."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -31,7 +31,7 @@ def parts(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None) -
     judged = [field for field in fields if field.is_judged]
     for field in fields:
         of_field = _of_field(field, axes, failed)
-        if field in judged[1:]:  # what the first one shows, the page begins with
+        if field in judged[1:]:  # sentences on the first one begin the page
             first = next(of_field)
             yield replace(first, text=f"{first.text} {' '.join(judgement(dataset, field))}")
         yield from of_field
@@ -55,7 +55,7 @@ def _of_field(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) -> 
 
 
 def _map_parts(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[Part]:
-    """Yield maps over the first two axes, the worst over others; then of the closest row over the third."""
+    """Yield maps over the first two axes, the worst over others; then over the third for the closest row."""
     first, second, *further = axes
     text, name = field.text, field.name
     if first.is_number and second.is_number:
@@ -91,7 +91,7 @@ def _mapped(rows: Sequence[MapRow], heading: str, text: str, name: str) -> Itera
 
 
 def _by_third(axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[tuple[str, Names, Plane]]:
-    """Yield titles of some values of the third axis, their places, and the planes of the first two axes."""
+    """Yield titles and places of some values of the third axis, and planes of the first two axes."""
     third = axes[2]
     for k in spread_out(len(third.values), MOST_MULTIPLES):
         at = {third.name: k}
@@ -99,7 +99,7 @@ def _by_third(axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[tuple
 
 
 def _left_out(field: Field, axes: Sequence[ShownAxis]) -> str:
-    """What figures of three axes and more leave out."""
+    """A note on the scenes that figures of three axes and more leave out."""
     third, *rest = axes[2:]
     shown = len(spread_out(len(third.values), MOST_MULTIPLES))
     text = f"A row per value of {third.name}, {shown} of {len(third.values)}; the file has all."
@@ -110,7 +110,7 @@ def _left_out(field: Field, axes: Sequence[ShownAxis]) -> str:
 
 
 def _cloud_parts(field: Field, axes: Sequence[ShownAxis]) -> Iterator[Part]:
-    """Yield points over each axis, a figure for each column, as far as these are not too many."""
+    """Yield scatter plots over each axis, a figure per column, up to `MOST_PANELS` panels."""
     count = field.values.sizes["sample"]
     text = field.text + _levels(field, "Dotted")
     if count > MOST_POINTS:
@@ -122,14 +122,14 @@ def _cloud_parts(field: Field, axes: Sequence[ShownAxis]) -> Iterator[Part]:
     for k, column in enumerate(field.columns[:most]):
         one = field.of(columns=[column])
         axis, correlation = strongest(one, axes)
-        note = f" Colours: {axis.name}{', with which they go most' if correlation else ''}."
+        note = f" Colours: {axis.name}{', with the strongest correlation' if correlation else ''}."
         heading = f"{plain(column)}: {_headed(field, axes)}"
         yield Part(heading, text + note, f"{field.name}_{k}", clouds(one, axes))
         text = ""
 
 
 def _advice_part(advice: Advice, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Part:
-    """Which ICs are advised, over one axis, two or three, or as points."""
+    """The part on advised ICs, over one axis, two or three, or as points."""
     heading = "Which ICs are good enough"
     text = "The cheapest ICs whose error, with the estimate of C, is at most `ics_tolerance`."
     if "sample" in failed.dims:

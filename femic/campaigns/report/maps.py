@@ -1,4 +1,4 @@
-"""Maps over two axes of a campaign: colours of each scene, contour lines between them, failures crossed."""
+"""Maps over two axes of a campaign: a coloured cell per scene, contour lines, crosses for failures."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ STRIP = ShownAxis("", "", np.array([""]))  # up, where there is one axis only
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """The two axes of maps, or the only one and `STRIP`, and where scenes have failed."""
+    """The two axes of maps, or the only axis and `STRIP`, and the failed scenes."""
 
     across: ShownAxis
     up: ShownAxis
@@ -43,13 +43,13 @@ class Plane:
 
     @classmethod
     def of(cls, axes: Sequence[ShownAxis], failed: xr.DataArray) -> "Plane":
-        """The plane of the first axes; failed: at all places of further ones."""
+        """Return the plane of the first axes; a failure is one at all places of further axes."""
         further = [axis.name for axis in axes[2:] if axis.name in failed.dims]
         return cls(axes[0], axes[1] if len(axes) > 1 else STRIP, failed.all(further))
 
     @property
     def failed(self) -> Mask:
-        """Where scenes have failed, (n_across, n_up)."""
+        """The failed scenes, (n_across, n_up)."""
         return np.asarray(self.over(self.failing), dtype=bool)
 
     def over(self, values: xr.DataArray) -> Array:
@@ -72,13 +72,13 @@ class MapRow:
 
 
 def maps(rows: Sequence[MapRow]) -> Iterator[Figure]:
-    """Yield figures of maps, row by row; several ones where there are many columns."""
+    """Yield figures of maps, row by row; several figures where there are many columns."""
     for columns in _parted(rows[0].field.columns):
         yield _figure(rows, columns)
 
 
 def _figure(rows: Sequence[MapRow], columns: list[str]) -> Figure:
-    """One figure; values have a scale per column, other numbers a common one."""
+    """One figure; values have a scale per column, other numbers a common scale."""
     first = rows[0]
     common = first.field.is_judged
     scales = {
@@ -101,7 +101,9 @@ def _figure(rows: Sequence[MapRow], columns: list[str]) -> Figure:
         if common:
             _bar(figure, panels, scales[columns[0]], first.field.kind)
         figure.supylabel(fill(first.plane.up.heading, int(LETTERS * len(rows))), fontsize=9)
-        gaps = of_gaps([row.plane for row in rows], [row.values(name) for row in rows for name in columns])
+        gaps = gap_handles(
+            [row.plane for row in rows], [row.values(name) for row in rows for name in columns]
+        )
         if gaps:
             figure.legend(handles=gaps, loc="outside lower left", ncols=2)
         return figure
@@ -125,14 +127,15 @@ def draw_map(axes: Axes, values: Array, plane: Plane, scale: Scale) -> None:
 
 
 def _marks(axes: Axes, numbers: Array, plane: Plane) -> None:
-    """Draw, for each category of the one axis, where `STRONG` is exceeded along the other one."""
+    """Draw, for each category of one axis, where `STRONG` is exceeded along the other axis."""
     across, up = plane.across, plane.up
     axis, categories = (across, up) if across.is_number else (up, across)
     lines, draw = (numbers.T, axes.vlines) if across.is_number else (numbers, axes.hlines)
     for place, values in zip(categories.at, abs(lines), strict=True):
         ends = [end for one in exceeded(axis.at, values, STRONG) for end in (one.start, one.end)]
-        found = [end for end in ends if end is not None]
-        draw(found, place - 0.5, place + 0.5, colors="black", linewidths=1.7)
+        draw(
+            [end for end in ends if end is not None], place - 0.5, place + 0.5, colors="black", linewidths=1.7
+        )
 
 
 def draw_cells(axes: Axes, values: Array, plane: Plane, scale: Scale) -> None:
@@ -196,8 +199,8 @@ def _bar(figure: Figure, panels: np.ndarray, scale: Scale, label: str = "") -> N
         bar.ax.set_yticks(scale.ticks, [scale.text(tick) for tick in scale.ticks])
 
 
-def of_gaps(planes: Sequence[Plane], shown: Sequence[Array]) -> list[Artist]:
-    """What crosses and hatches mean, for a legend, where there are some."""
+def gap_handles(planes: Sequence[Plane], shown: Sequence[Array]) -> list[Artist]:
+    """Return legend entries of crosses and hatches, where there are any."""
     handles: list[Artist] = []
     if any(np.any(plane.failed) for plane in planes):
         handles.append(Line2D([], [], marker="x", color="black", linestyle="none", label="failed"))

@@ -1,17 +1,19 @@
-"""The page of a campaign: figures over the swept keys, sentences and tables of where ICs fail."""
+"""The page of a campaign: sentences, figures over the swept keys, and tables of where ICs fail."""
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from compare.report.parts import Page, Table
+from compare.report.parts import Page, closing, write_results
+from compare.report.tables import Table
 from femic.cache import folders
 from femic.campaigns.report.advised import advice_of
 from femic.campaigns.report.axes import axes_of, is_grid, prepared, swept
 from femic.campaigns.report.contents import fields_of
-from femic.campaigns.report.crossings import along
+from femic.campaigns.report.crossings import main_axis
 from femic.campaigns.report.fields import Field
 from femic.campaigns.report.figures import parts
 from femic.campaigns.report.summary import summary
@@ -40,17 +42,16 @@ def write_sweep(dataset: xr.Dataset, out: Path) -> Path:
     fields, advice = fields_of(dataset), advice_of(dataset)
     if _has_crossings(dataset, fields):
         write_crossings([field for field in fields if field.is_judged], axes_of(dataset), out / CROSSINGS)
-    page = Page(
-        str(dataset.attrs["title"]),
-        summary(dataset, fields, advice),
-        parts(dataset, fields, advice),
+    end = closing(
         list(tables(dataset, fields)),
         below(dataset, fields),
         cost(dataset),
         str(dataset.attrs["campaign"]),
         "The campaign",
     )
-    return page.write(out / "sweep.html", "sweep")
+    title, sentences = str(dataset.attrs["title"]), summary(dataset, fields, advice)
+    page = Page(title, sentences, chain(parts(dataset, fields, advice), end))
+    return write_results(page, out, "sweep")
 
 
 def tables(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Table]:
@@ -68,7 +69,7 @@ def tables(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Table]:
 
 
 def below(dataset: xr.Dataset, fields: Sequence[Field]) -> str:
-    """What is to be known of the tables."""
+    """Return notes on the tables."""
     axes = swept(axes_of(dataset))
     if not fields:
         return "Nothing is computed yet."
@@ -78,7 +79,7 @@ def below(dataset: xr.Dataset, fields: Sequence[Field]) -> str:
         return "Rank correlations (Spearman) of sizes: +1 where both always grow together, 0 without order."
     if not _has_crossings(dataset, fields):
         return "Small: at which scene."
-    texts = [f"Places along {along(axes).name} are interpolated linearly between scenes. Small: "]
+    texts = [f"Places along {main_axis(axes).name} are interpolated linearly between scenes. Small: "]
     if len(axes) > 1:
         texts += ["where a level is exceeded most, then where least; "]
     texts += [f"of largest numbers, at which scene. All places: `{CROSSINGS}`."]
@@ -89,11 +90,11 @@ def _has_crossings(dataset: xr.Dataset, fields: Sequence[Field]) -> bool:
     """Whether levels are exceeded along an axis of numbers."""
     axes = swept(axes_of(dataset))
     judged = any(field.is_judged for field in fields)
-    return judged and bool(axes) and is_grid(dataset) and along(axes).is_number
+    return judged and bool(axes) and is_grid(dataset) and main_axis(axes).is_number
 
 
 def cost(dataset: xr.Dataset) -> str:
-    """What the scenes took."""
+    """Return a sentence on the seconds of the scenes."""
     seconds = dataset["seconds"].values
     seconds = seconds[np.isfinite(seconds)]
     if not seconds.size:

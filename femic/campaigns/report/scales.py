@@ -33,12 +33,12 @@ class Scale:
         return bool(self.ticks)
 
     def text(self, value: float) -> str:
-        """A number as it stands in a picture."""
+        """Return a number as text in a figure."""
         return share(value) if self.is_share else f"{value:.4g}"
 
 
 def scale_of(kind: Kind, values: Array) -> Scale:
-    """The scale of some numbers; those of errors and of deviations are the same on all pages."""
+    """Return the scale of some numbers; errors and deviations have the same scale on all pages."""
     if kind == "value":
         low, high = (float(of(values)) for of in (np.nanmin, np.nanmax))
         levels = MaxNLocator(CONTOURS).tick_values(low, high) if high > low else []
@@ -68,7 +68,7 @@ def draw_levels(panels: Iterable[Axes], kind: Kind, values: Array) -> None:
 
 
 def share(value: float) -> str:
-    """A share in percent, short."""
+    """Return a share in percent, short."""
     return f"{100 * value:.3g} %" if abs(value) < 0.1 else f"{100 * value:.0f} %"
 
 

@@ -9,11 +9,11 @@ import xarray as xr
 from compare.report.parts import listed
 from femic.campaigns.report.advised import Advice
 from femic.campaigns.report.axes import ShownAxis, axes_of, is_grid, swept, text_of
-from femic.campaigns.report.crossings import TOLD, Lines, along, known_of
+from femic.campaigns.report.crossings import REPORTED, Lines, known_of, main_axis
 from femic.campaigns.report.fields import COLUMN, ROW, Field, label_of, plain
 from femic.campaigns.report.scales import share
 
-FIRST = ("nn", "p_max")  # columns of which it is told where they fail, even if another one is worse
+FIRST = ("nn", "p_max")  # columns that are reported even if another one is worse
 MOST_CATEGORIES = 4
 MEANINGS = {
     "ics": "the ICs themselves (`ic`, `estimate`, with their points `x`, `s`, `on_line`)",
@@ -22,14 +22,14 @@ MEANINGS = {
 
 
 def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None) -> str:
-    """Sentences computed from the numbers: what there is, what fails where, what is advised."""
+    """Return sentences computed from the numbers: scenes, errors with their places, advice."""
     sentences = [_counted(dataset)]
     judged = [field for field in fields if field.is_judged]
     sentences += [sentence for field in judged[:1] for sentence in judgement(dataset, field)]
     sentences += list(_interpolated(dataset, sentences))
     if advice is not None:
-        told_counts = listed(f"{name} in {count}" for name, count in advice.counts().items())
-        sentences.append(f"The cheapest ICs that are good enough (scenes): {told_counts}.")
+        counts = listed(f"{name} in {count}" for name, count in advice.counts().items())
+        sentences.append(f"The cheapest ICs that are good enough (scenes): {counts}.")
     kept = [MEANINGS[name] for name in json.loads(dataset.attrs["keep"]) if name in MEANINGS]
     if kept:
         sentences.append(f"The file of the campaign has {listed(kept)}, too.")
@@ -37,17 +37,17 @@ def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None)
 
 
 def _interpolated(dataset: xr.Dataset, sentences: Sequence[str]) -> Iterator[str]:
-    """Yield that places are between scenes, if any of the sentences tells of such."""
+    """Yield a sentence on interpolation, if any of the others has an interpolated place."""
     axes = swept(axes_of(dataset))
-    if not (axes and is_grid(dataset) and along(axes).is_number):
+    if not (axes and is_grid(dataset) and main_axis(axes).is_number):
         return
-    name = along(axes).name
+    name = main_axis(axes).name
     if any(f"{word} {name} = " in sentence for word in ("from", "up to") for sentence in sentences):
         yield f"These values of {name} are interpolated linearly between scenes."
 
 
 def judgement(dataset: xr.Dataset, field: Field) -> Iterator[str]:
-    """Yield sentences on errors or deviations: what is known, and where each row of them is too large."""
+    """Yield sentences on errors or deviations: their estimates, and where each row is too large."""
     if field.floor is not None and np.any(np.isfinite(field.floor)):
         largest = field.floor.max([dim for dim in field.floor.dims if dim != COLUMN])
         if field.kind == "error":
@@ -55,17 +55,17 @@ def judgement(dataset: xr.Dataset, field: Field) -> Iterator[str]:
         else:
             by_column = {plain(name): float(largest.sel({COLUMN: name})) for name in field.columns}
             known = [f"{share(size)} ({name})" for name, size in by_column.items() if np.isfinite(size)]
-            yield f"The numbers by {field.reference} are known, at the worst scene, to {listed(known)}."
-    told: dict[str, list[str]] = {}
+            yield f"The numbers with {field.reference} are known, at the worst scene, to {listed(known)}."
+    verdicts: dict[str, list[str]] = {}
     for row in field.rows:
         if np.any(field.values.sel({ROW: row}).notnull()):
-            told.setdefault(_failing(dataset, field.of(rows=[row])), []).append(label_of(row))
-    for text, rows in told.items():
+            verdicts.setdefault(_failing(dataset, field.of(rows=[row])), []).append(label_of(row))
+    for text, rows in verdicts.items():
         yield f"{listed(rows)} {'is' if len(rows) == 1 else 'are'} {text}"
 
 
 def _counted(dataset: xr.Dataset) -> str:
-    """How many scenes there are, and over which axes."""
+    """The numbers of scenes, and the ranges of the axes."""
     scenes, computed, failed = (int(dataset.attrs[name]) for name in ("scenes", "computed", "failed"))
     ranges = listed(_range(axis) for axis in axes_of(dataset))
     missing = scenes - computed - failed
@@ -85,15 +85,15 @@ def _range(axis: ShownAxis) -> str:
 
 
 def _failing(dataset: xr.Dataset, field: Field) -> str:
-    """In which columns numbers of the only row exceed `TOLD`; where, for the worst of these."""
+    """The columns in which numbers of the only row exceed `REPORTED`, and where in the worst of them."""
     sizes = field.sizes.isel({ROW: 0})
     known = known_of(sizes.max(COLUMN))
     largest = {column: float(sizes.sel({COLUMN: column}).max()) for column in field.columns}
-    over = [column for column, size in largest.items() if size > TOLD]
-    within = [plain(column) for column, size in largest.items() if size <= TOLD]
+    over = [column for column, size in largest.items() if size > REPORTED]
+    within = [plain(column) for column, size in largest.items() if size <= REPORTED]
     if not over:
         where = f"wherever they are known ({known})" if known else "everywhere"
-        return f"within {share(TOLD)} in {listed(within)} {where}."
+        return f"within {share(REPORTED)} in {listed(within)} {where}."
     worst = max(over, key=lambda column: largest[column])
     where = _where(dataset, sizes.sel({COLUMN: worst}))
     first = over[0] if plain(over[0]) in FIRST and worst != over[0] else None
@@ -104,17 +104,17 @@ def _failing(dataset: xr.Dataset, field: Field) -> str:
     notes += [f"{known} are known"] if known else []
     noted = f" ({'; '.join(notes)})" if notes else ""
     return (
-        f"off by more than {share(TOLD)} in {before}{plain(worst)} {where}, at most by "
+        f"off by more than {share(REPORTED)} in {before}{plain(worst)} {where}, at most by "
         f"{share(largest[worst])}{noted}."
     )
 
 
 def _where(dataset: xr.Dataset, sizes: xr.DataArray) -> str:
-    """Where the numbers of a row and column exceed `TOLD`; along an axis, at the most and least of others."""
+    """Where numbers of a row and column exceed `REPORTED`: along an axis, at extremes of the others."""
     axes = axes_of(dataset)
     if not swept(axes):
         return "there"
     if not is_grid(dataset):
-        return f"in {np.mean(sizes.values[np.isfinite(sizes.values)] > TOLD):.0%} of the scenes"
+        return f"in {np.mean(sizes.values[np.isfinite(sizes.values)] > REPORTED):.0%} of the scenes"
     lines = Lines.of(sizes, axes)
-    return ", ".join(found.along(lines.axis) for found in lines.found(TOLD))
+    return ", ".join(crossing.along(lines.axis) for crossing in lines.crossings(REPORTED))

@@ -1,45 +1,47 @@
 """Tables of the page of a campaign: what fails where, worst numbers, correlations, failed scenes."""
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from compare.report.parts import Row, Table
+from compare.report.tables import Cell, Row, Table
 from femic.cache.files import replacing
 from femic.campaigns.report.axes import ShownAxis, point_of, text_of
-from femic.campaigns.report.clouds import correlations
-from femic.campaigns.report.crossings import Found, Lines, along, exceeded
+from femic.campaigns.report.clouds import rank_correlation
+from femic.campaigns.report.crossings import Crossing, Lines, exceeded, main_axis
 from femic.campaigns.report.fields import COLUMN, LEVELS, ROW, Field, label_of, plain, swept_dims
 from femic.campaigns.report.scales import share
 
 MOST_FAILURES = 20
-
-Cell = dict[str, str]
+OVER = [f"more than {share(level)}" for level in LEVELS]  # heads
 
 
 def _cell(text: str, below: str = "") -> Cell:
-    return {"text": text, "below": below}
+    return Cell(text, below=below)
 
 
 def crossing_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
-    """Where along an axis numbers exceed levels, by column and row; the other axes by their extremes."""
-    rows = []
-    for column, row, lines in _lines(field, axes):
-        cells = [_crossing_cell(lines.found(level)) for level in LEVELS]
-        rows.append(Row(f"{column}, {label_of(row)}", [*cells, _cell(lines.known_of or "all")]))
-    heads = [*(f"more than {share(level)}" for level in LEVELS), "known"]
-    return Table(f"{field.title}: where along {along(axes).name} ({along(axes).heading})", heads, rows)
+    """Return where along an axis numbers exceed levels, by column and row, at extremes of the other axes."""
+
+    def cells(sizes: xr.DataArray) -> list[Cell]:
+        lines = Lines.of(sizes, axes)
+        crossings = [_crossing_cell(lines.crossings(level)) for level in LEVELS]
+        return [*crossings, _cell(lines.known_of or "all")]
+
+    axis = main_axis(axes)
+    caption = f"{field.title}: where along {axis.name} ({axis.heading})"
+    return Table(caption, [*OVER, "known"], _rows(field, cells))
 
 
-def _crossing_cell(found: Sequence[Found]) -> Cell:
-    if not found:
+def _crossing_cell(crossings: Sequence[Crossing]) -> Cell:
+    if not crossings:
         return _cell("–")
-    most, *least = found
-    notes = [most.more, *(f"at {one.place}" for one in found if one.place)]
+    most, *least = crossings
+    notes = [most.more, *(f"at {one.place}" for one in crossings if one.place)]
     if least:
         notes[-1] = f"{least[0].text} {notes[-1]}"
     return _cell(most.text, "; ".join(filter(None, notes)))
@@ -48,15 +50,16 @@ def _crossing_cell(found: Sequence[Found]) -> Cell:
 def write_crossings(fields: Sequence[Field], axes: Sequence[ShownAxis], path: Path) -> None:
     """Write all ranges in which numbers exceed levels along the axis of `crossing_table` as CSV.
 
-    An empty start or end: the level is exceeded from the first, or up to the last scene that is known.
+    An empty start or end: the level is exceeded from the first, or up to the last known scene.
     """
-    axis = along(axes)
+    axis = main_axis(axes)
     rest = [one.name for one in axes if len(one.values) > 1 and one is not axis]
     with replacing(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(["of", "number", "ics", "more_than", *rest, f"{axis.name}_from", f"{axis.name}_to"])
         for field in fields:
-            for (column, row, lines), level in product(_lines(field, axes), LEVELS):
+            for column, row, level in product(field.columns, field.rows, LEVELS):
+                lines = Lines.of(field.sizes.sel({COLUMN: column, ROW: row}), axes)
                 for line in lines.all:
                     for one in exceeded(axis.values, line.sizes, level):
                         ends = ["" if end is None else f"{end:.6g}" for end in (one.start, one.end)]
@@ -64,36 +67,37 @@ def write_crossings(fields: Sequence[Field], axes: Sequence[ShownAxis], path: Pa
                         rows.writerow([field.name, plain(column), row, level, *place, *ends])
 
 
-def _lines(field: Field, axes: Sequence[ShownAxis]) -> Iterator[tuple[str, str, Lines]]:
-    for column, row in product(field.columns, field.rows):
-        yield column, row, Lines.of(field.sizes.sel({COLUMN: column, ROW: row}), axes)
-
-
 def share_table(field: Field) -> Table:
-    """In which share of the scenes numbers exceed levels, by column and row."""
-    rows = []
-    for column, row in product(field.columns, field.rows):
-        sizes = field.sizes.sel({COLUMN: column, ROW: row})
+    """Return the share of the scenes whose numbers exceed levels, by column and row."""
+
+    def cells(sizes: xr.DataArray) -> list[Cell]:
         known = sizes.values[np.isfinite(sizes.values)]
-        cells = [_cell(f"{np.mean(known > level):.0%}" if known.size else "–") for level in LEVELS]
-        rows.append(Row(f"{column}, {label_of(row)}", [*cells, _cell(str(known.size))]))
-    heads = [*(f"more than {share(level)}" for level in LEVELS), "scenes known"]
-    return Table(f"{field.title}: share of the scenes", heads, rows)
+        shares = [f"{np.mean(known > level):.0%}" if known.size else "–" for level in LEVELS]
+        return [_cell(text) for text in (*shares, str(known.size))]
+
+    return Table(f"{field.title}: share of the scenes", [*OVER, "scenes known"], _rows(field, cells))
 
 
 def correlation_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
-    """Rank correlations with the axes, by row and column."""
-    found = correlations(field, axes)
-    rows = []
-    for column, name in product(field.columns, field.rows):
-        cells = [float(found.sel({"axis": axis.name, ROW: name, COLUMN: column})) for axis in axes]
-        texts = ["–" if np.isnan(one) else f"{one:+.2f}" for one in cells]
-        rows.append(Row(f"{column}, {label_of(name)}", [_cell(text) for text in texts]))
-    return Table(f"Rank correlation of {field.what} with", [axis.name for axis in axes], rows)
+    """Return rank correlations with the axes, by row and column."""
+
+    def cells(sizes: xr.DataArray) -> list[Cell]:
+        found = [rank_correlation(axis, sizes.values) for axis in axes]
+        return [_cell("–" if np.isnan(one) else f"{one:+.2f}") for one in found]
+
+    return Table(f"Rank correlation of {field.what} with", [axis.name for axis in axes], _rows(field, cells))
+
+
+def _rows(field: Field, cells: Callable[[xr.DataArray], list[Cell]]) -> list[Row]:
+    """Rows by column and row of a field, with cells for the sizes of each."""
+    return [
+        Row(f"{column}, {label_of(row)}", cells(field.sizes.sel({COLUMN: column, ROW: row})))
+        for column, row in product(field.columns, field.rows)
+    ]
 
 
 def worst_table(field: Field, dataset: xr.Dataset) -> Table:
-    """The largest number of each row and column, and at which scene; values: smallest and largest."""
+    """Return the largest number of each row and column with its scene; of values the range."""
     rows = [
         Row(label_of(row), [_worst_cell(field, dataset, row, column) for column in field.columns])
         for row in field.rows
@@ -120,7 +124,7 @@ def _worst_cell(field: Field, dataset: xr.Dataset, row: str, column: str) -> Cel
 
 
 def failure_table(dataset: xr.Dataset) -> Table | None:
-    """Scenes that have failed, and why; the first ones where there are many."""
+    """Return the failed scenes with reasons, the first `MOST_FAILURES`; None without any."""
     failed = np.argwhere(dataset["failure"].values.astype(str) != "")
     if not len(failed):
         return None
@@ -134,7 +138,7 @@ def failure_table(dataset: xr.Dataset) -> Table | None:
 
 
 def slowest(dataset: xr.Dataset, count: int = 3) -> list[str]:
-    """The slowest scenes with their seconds."""
+    """Return the slowest scenes with their seconds."""
     seconds = dataset["seconds"].values
     order = np.argsort(np.where(np.isnan(seconds), -1, seconds), axis=None)[::-1][:count]
     places = [np.unravel_index(k, seconds.shape) for k in order]

@@ -8,6 +8,6 @@
 
 Modules: `bodies` (mesh, stiffness, multigrid), `overlap` and `coupling` (mortar), `saddle` (displacements,
 pressures and approach for a given contact area), `active_set` (the area), `extent` (its edges), `levels` (a
-contact on one pair of meshes), `result` (meshes made for the patch, and estimates). Imports femic,
-approx, geometries.
+contact on one pair of meshes), `result` (meshes made for the patch, and estimates), `supports` (bodies of a
+contact problem). Imports femic, approx, geometries.
 """

@@ -16,14 +16,13 @@ import numpy as np
 
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.finite_elements.bodies import Expected
+from femic.contact.finite_elements.fineness import CELLS, require_enough
 from femic.contact.finite_elements.levels import Bodies, Level, ZoneTooSmall, meshes_of, solved
 from femic.reference.models import peak_memory
 from geometries.arrays import Array
 from geometries.errors import Failure, WrongInput
 
-CELLS = 15.0  # along the shorter half-length
-ROUGH = 5.0  # the same, of meshes on which the patch is found
-FEWEST = 8.0  # cells along the shorter half-length
+ROUGH = 5.0  # cells along the shorter half-length of meshes on which the patch is found
 NEAR_ENOUGH, MOST_TRIES = 0.2, 10  # change of half-lengths, up to which the patch counts as found
 GROWTH = 1.4  # of an expected patch that was too small
 READING = 0.1  # error of an edge in spacings of vertices, measured on Hertz's ellipses
@@ -72,12 +71,6 @@ class FEContact:
     iterations: int  # of the linear problems there
     seconds: Mapping[str, float]
     memory: float  # largest that the process has had [MB]
-
-
-def require_enough(cells: float) -> None:
-    """Raise WrongInput for too few cells along the shorter half-length."""
-    if not FEWEST <= cells < np.inf:
-        raise WrongInput(f"cells = {cells!r}: at least {FEWEST:g} along the shorter half-length")
 
 
 def fe_contact(

@@ -211,7 +211,7 @@ class _WaveSolutions:
 def _with_both_arcs(request: HarmonicRequest, respond: SectionSolver, k: float) -> WaveSolution:
     """Responses (2, load, 3, len(s)) with both far arcs at k [1/mm], and the worse residual of the two.
 
-    From `request.felt` on the distance of the far arc does not matter: one solution serves both.
+    Beyond `request.felt` the far arc has no effect: one solution serves both.
     """
     if k < request.felt:
         return respond(k, (1.0, 1 / NEARER))

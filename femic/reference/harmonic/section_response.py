@@ -204,7 +204,7 @@ def _mirror(y: int) -> Array:
 def observers(section: SectionMesh, s: Array, y: int = 0) -> csr_matrix:
     """Matrix (3 len(s), unknowns) from amplitudes to u_x, u_y, u_z on the contour at arc lengths s [mm].
 
-    With a parity in y, amplitudes are those of the half section.
+    With a parity in y, amplitudes belong to the half section.
     """
     signs = np.where((s < 0)[:, None], _mirror(y), 1.0).ravel()
     trace = section.interpolation(np.abs(s) if y else s)
@@ -214,7 +214,7 @@ def observers(section: SectionMesh, s: Array, y: int = 0) -> csr_matrix:
 def strip_force(section: SectionMesh, load: Load, y: int = 0) -> Array:
     """Consistent forces (unknowns,) of the part of a unit line load that has a parity in y.
 
-    The line load is uniform over the strip of the load; y = 0 stands for all of it on a whole section.
+    The line load is uniform over the strip of the load; y = 0 stands for a whole section.
     """
     low, high = load.patch.s - load.patch.b, load.patch.s + load.patch.b
     knots = np.concatenate([-section.knots, section.knots]) if y else section.knots

@@ -63,8 +63,8 @@ def part_of(
     """
 
     def part(responses: Array) -> Array:
-        means = [np.mean(responses[..., numbers, :, :], axis=-3) for numbers in members]
-        return np.stack(means, axis=-3)[..., places]
+        options = [np.mean(responses[..., numbers, :, :], axis=-3) for numbers in members]
+        return np.stack(options, axis=-3)[..., places]
 
     samples = replace(solved.samples, responses=part(solved.samples.responses))
     return replace(solved, loads=tuple(loads), s=s, samples=samples, coarser=part(solved.coarser))
@@ -102,9 +102,9 @@ class _UnderPatch:
     solved: Responses
     loads: list[Load]  # on the same patch
     points: Points
-    observer: Indices  # number of each point's arc length among those of the responses
+    observer: Indices  # number of each point's arc length in the responses
     stretch: float  # chart length over arc length at the load
-    distance: Indices  # number of each point's |xi| among those of the shares
+    distance: Indices  # number of each point's |xi| in the shares
     sign: Array  # of each point's xi
     shares: dict[float, tuple[Array, Array]]  # at |xi| without repetitions, by the largest wavenumber
 

@@ -45,5 +45,5 @@ def _expected(request: HarmonicRequest) -> int | None:
     try:
         samples = expected_samples(request)
         return len(samples.k) + len(samples.sparser.k)
-    except NotConverged:  # for the half-space; whether the body converges is seen when it is solved
+    except NotConverged:  # for the half-space; the body may still converge
         return None

@@ -91,7 +91,7 @@ def displacement(grid: VolumeGrid, field: Field) -> Array:
 def stress(grid: VolumeGrid, material: Material, u: Array) -> Array:
     """Stresses [MPa per unit of load] at the nodes, shape (n_nodes, 3, 3), from displacements (n_nodes, 3).
 
-    In each cell the stresses at four Gauss points, where those of quadratic cells are most accurate, are
+    In each cell the stresses at four Gauss points, where quadratic cells are most accurate, are
     continued linearly to the nodes. A node has the mean over its cells, weighted with their volumes.
     """
     n_nodes = grid.nodes.shape[1]

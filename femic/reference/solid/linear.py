@@ -54,7 +54,7 @@ def prepare(system: System, solver: SolverChoice, *, n_loads: int = 1) -> Callab
 
     "auto" takes the direct solver where it is installed and was measured to be faster (docs/performance.md):
     for several loads on one matrix of moderate size. The result raises NotConverged where the residual is
-    more than twice as large as asked for.
+    more than twice as large as required.
     """
     direct_is_faster = n_loads > 1 and system.matrix.shape[0] <= DIRECT_LIMIT
     if solver == "direct" or (solver == "auto" and direct_is_faster and pardiso.available()):

@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from approx.pair import Pair, Solid
-from compare.contact.automatic_grid import Sizing
-from compare.contact.pair_on_grid import Case, Placed
-from compare.friction.operators import approximation
 from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulus
 from femic.contact.friction.kinematics import Creepages, Rolling
 from femic.contact.frictional import FrictionalProblem
+from femic.contact.loading import Loading
 from femic.contact.operators.approximations import half_space_operator
+from femic.contact.pairs.automatic_grid import Sizing
+from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.reference_ics import approximation
 from femic.contact.rolling import RollingProblem
 from femic.contact.undeformed import Undeformed
 from geometries.contours import Contour, arc, ellipse
@@ -37,7 +38,7 @@ STEEL = Material(210e3, 0.3)
 class RandomContact:
     """A wheel on a rail, ICs, load [N], friction, creepages, and a grid."""
 
-    placed: Placed
+    on_grid: PairOnGrid
     ics: str
     load: float
     friction: float
@@ -47,32 +48,32 @@ class RandomContact:
     @property
     def finer(self) -> "RandomContact":
         """The same on elements four times smaller."""
-        grid = self.placed.grid
+        grid = self.on_grid.grid
         n_x, n_s = FINER * grid.n_x, FINER * grid.n_s
         return replace(
-            self, placed=replace(self.placed, grid=Grid(n_x, n_s, grid.dx / FINER, grid.ds / FINER, grid.s))
+            self, on_grid=replace(self.on_grid, grid=Grid(n_x, n_s, grid.dx / FINER, grid.ds / FINER, grid.s))
         )
 
     @property
     def problem(self) -> FrictionalProblem:
         """The contact with friction on the grid."""
-        placed = self.placed
+        on_grid = self.on_grid
         return FrictionalProblem(
-            placed.grid,
-            approximation(placed, self.ics),
-            half_space_operator(placed.pair, placed.grid),
-            placed.distance,
-            placed.undeformed.lower.contour.inclination(placed.grid.strips),
+            on_grid.grid,
+            approximation(on_grid, self.ics),
+            half_space_operator(on_grid.pair, on_grid.grid),
+            on_grid.distance,
+            on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips),
             self.friction,
         )
 
     def rolling(self, problem: FrictionalProblem) -> RollingProblem:
         """The wheel that rolls on the grid of a problem."""
-        placed = replace(self.placed, grid=problem.grid)
-        contour, radius = placed.undeformed.lower.contour, placed.undeformed.upper.rolling_radius
-        strips = placed.grid.strips
-        height = placed.undeformed.upper_height(strips)
-        return RollingProblem(problem, Rolling(contour, radius, placed.x, strips, height))
+        on_grid = replace(self.on_grid, grid=problem.grid)
+        contour, radius = on_grid.undeformed.lower.contour, on_grid.undeformed.upper.rolling_radius
+        strips = on_grid.grid.strips
+        height = on_grid.undeformed.upper_height(strips)
+        return RollingProblem(problem, Rolling(contour, radius, on_grid.x, strips, height))
 
 
 def random_contact(seed: int, number: int, ics: Sequence[str] = ICS) -> RandomContact:
@@ -100,16 +101,16 @@ def _tried(random: np.random.Generator, ics: Sequence[str]) -> RandomContact:
     patch = hertz.at_load(load)
     if patch.a > LONGEST:
         raise Failure("a patch longer than those of wheels")
-    placed = Placed(
+    on_grid = PairOnGrid(
         Pair(Solid(materials[0], wheel), Solid(materials[1], rail)),
         Undeformed(wheel, rail, (-REACH, REACH), shift),
         Grid(16, 16, 0.1, 0.1),
     )
     name = str(random.choice(list(ics)))
-    placed = replace(placed, grid=_grid(random, placed, load, MOST if name == "A" else MOST_OF_OTHERS))
+    on_grid = replace(on_grid, grid=_grid(random, on_grid, load, MOST if name == "A" else MOST_OF_OTHERS))
     friction = random.uniform(0.1, 0.6)
     creepages = _creepages(random, friction, load, patch)
-    return RandomContact(placed, name, load, friction, creepages, free=bool(random.random() < FREE))
+    return RandomContact(on_grid, name, load, friction, creepages, free=bool(random.random() < FREE))
 
 
 def _contours(random: np.random.Generator, ratio: float) -> tuple[Contour, Contour]:
@@ -125,9 +126,9 @@ def _curvature(contour: Contour) -> float:
     return abs(float(np.gradient(contour.inclination(np.array([-0.01, 0.0, 0.01])), 0.01)[1]))
 
 
-def _grid(random: np.random.Generator, placed: Placed, load: float, most: int) -> Grid:
+def _grid(random: np.random.Generator, on_grid: PairOnGrid, load: float, most: int) -> Grid:
     """A grid with elements of some size about the patch; raises Failure where it does not fit the bodies."""
-    size = Sizing(placed, 10).size(Case(load, None))
+    size = Sizing(on_grid, 10).size(Loading(load))
     n_x, dx, _ = _line(random, most, size.x[1] - size.x[0], 0.0)
     n_s, ds, middle = _line(random, most, size.s[1] - size.s[0], (size.s[0] + size.s[1]) / 2)
     return Grid(n_x, n_s, dx, ds, middle)

@@ -1,16 +1,14 @@
 """What a random contact gives on its elements, on larger ones and on much smaller ones."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from compare.contact.compute import SolvedContact
-from compare.contact.dataset import estimates_of
-from compare.contact.pair_on_grid import Case, Settled
-from compare.contact.quantities import numbers as numbers_without_friction
-from compare.friction.dataset import errors
-from compare.friction.quantities import OF_ROLLING, measured
-from femic.contact.estimates import Measured, Numbers
-from femic.contact.frictional import FrictionalProblem, Pressing
+from femic.contact.estimates import Measured, Numbers, errors
+from femic.contact.frictional import FrictionalProblem
+from femic.contact.loading import Loading
+from femic.contact.pairs.frictionless import SolvedContact
+from femic.contact.pairs.pair_on_grid import PairContact
+from femic.contact.pairs.quantities import OF_ROLLING, kinds, measured, numbers
 from femic.validation.estimates.contacts import RandomContact
 from geometries.errors import Failure
 
@@ -31,19 +29,16 @@ def frictionless(case: RandomContact) -> Outcome:
     """Without friction. Raises Failure where one of the grids has no solution."""
 
     def solved(on: RandomContact) -> SolvedContact:
-        given = Case(on.load, None)
-        normal = on.placed.contact(on.placed.operator(on.ics), given)
-        return SolvedContact(given, on.ics, Settled(on.placed, normal), None, None, 0.0)
+        loading = Loading(on.load)
+        normal = on.on_grid.solve_in_place(on.on_grid.operator(on.ics), loading)
+        return SolvedContact(loading, on.ics, PairContact(on.on_grid, normal))
 
     found, finer = solved(case), solved(case.finer)
     coarse = found.normal.coarser
     if coarse is None:
         raise Failure("the grid is too small")
-    fine, exact, larger = (
-        numbers_without_friction(replace(case.placed, grid=one.problem.grid), one)
-        for one in (found.normal, finer.normal, coarse)
-    )
-    return Outcome(fine, exact, larger, estimates_of(found))
+    fine, exact, larger = (numbers(case.on_grid, contact) for contact in (found.normal, finer.normal, coarse))
+    return Outcome(fine, exact, larger, found.estimated_errors())
 
 
 def rolling(case: RandomContact) -> Outcome:
@@ -52,13 +47,13 @@ def rolling(case: RandomContact) -> Outcome:
 
     def solved(of: RandomContact, problem: FrictionalProblem) -> Measured:
         found = of.rolling(problem).contact(
-            of.creepages, Pressing(load=of.load), forces=forces, tolerance=TOLERANCE
+            of.creepages, Loading(of.load), forces=forces, tolerance=TOLERANCE
         )
-        return measured(OF_ROLLING, of.placed, found.contact)
+        return measured(of.on_grid, found.contact, OF_ROLLING)
 
     fine, *larger = (solved(case, problem) for problem in grids(case))
     finer = solved(case.finer, case.finer.problem).numbers
-    return Outcome(fine.numbers, finer, larger[0].numbers, errors(OF_ROLLING, fine, larger))
+    return Outcome(fine.numbers, finer, larger[0].numbers, errors(kinds(OF_ROLLING), fine, larger))
 
 
 def grids(case: RandomContact) -> list[FrictionalProblem]:

@@ -13,7 +13,7 @@ from compare.finite_elements.dataset import APPROACH, FE, OF_PATCH, OF_PLACE
 from compare.finite_elements.deviations import deviations, differences, known, known_to
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
-from femic.contact.finite_elements.result import CELLS, FEWEST
+from femic.contact.finite_elements.fineness import CELLS, FEWEST
 from femic.validation.statements.criteria import Criterion, Numbers, Statement
 from femic.validation.statements.runs import Runs
 

@@ -1,16 +1,21 @@
 """`femic validate` judges statements one by one and writes them as JSON and as one self-contained page."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
+
+import numpy as np
 
 from compare.ics.compute import reference_of, seconds_of
 from compare.ics.dataset import finite
 from compare.ics.error_measure import Measure
 from compare.ics.errors import measure_of
-from compare.report.styles import save
+from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section
+from compare.report.tables import Cell, Row, Table, texts
+from compare.report.tables import numbers as heads_of_numbers
 from femic.cache import folders
 from femic.reference.accuracy import component_of
 from femic.validation import record
@@ -26,6 +31,14 @@ from femic.validation.statements.verdicts import (
     judge,
 )
 
+TITLE = "femic: statements on these influence coefficients, and their verdicts"
+RULES = (
+    "Each statement is decided by numbers that femic computes and by thresholds that stand in its code "
+    "since before the first run (for changes see below). “Reproduced”: every criterion is met in every "
+    "case; “not reproduced”: none is in any; else it “depends”, and what fails is listed. Errors: max |v − "
+    "C| over a line as a share of max |C_ij| over all lines, four elements from the load and further; where "
+    "a component vanishes, of 0.05 max |C_nn|. Convex: the lower body; concave: the upper one."
+)
 VERDICT_COLOURS = {
     REPRODUCED: "#d9f0d9",
     DEPENDS: "#fdf1cd",
@@ -36,21 +49,15 @@ VERDICT_COLOURS = {
 
 def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
     """Judge statements; write `validation.json`, figures and `validation.html`; return the page's path."""
-    figures_folder = folders.make(folder / "figures")
+    folders.make(folder)
     start, judged = perf_counter(), []
     for number in numbers:
         runs.options.watch.on_stage(f"statement {number}")
         judged.append(judge(number, runs))
         runs.options.watch.on_stage(f"statement {number}: {judged[-1].verdict}")
     runs.options.watch.on_stage("  figures and report")
-    return record.write(
-        folder,
-        "validation",
-        found_numbers(judged, runs, perf_counter() - start),
-        summary=summary(judged),
-        pictures={one.statement.number: _pictures(one, figures_folder) for one in judged},
-        colours=VERDICT_COLOURS,
-    )
+    found = found_numbers(judged, runs, perf_counter() - start)
+    return record.write(folder, "validation", found, partial(page_of, judged))
 
 
 def summary(judged: Sequence[Judged]) -> str:
@@ -125,13 +132,101 @@ def _run_record(runs: Runs, name: str) -> dict[str, float]:
     }
 
 
-def _pictures(judged: Judged, folder: Path) -> list[Path]:
-    if judged.failed:
-        return []
-    drawn = {"numbers": figures.numbers(judged)}
-    if judged.measured.panels:
-        drawn = {"curves": figures.curves(judged)} | drawn
-    return [
-        save(figure, folder / f"statement{judged.statement.number}_{name}.png")
-        for name, figure in drawn.items()
+def page_of(judged: Sequence[Judged], found: dict[str, Any]) -> Page:
+    """The page of statements and of what `validation.json` says of them."""
+    return Page(TITLE, summary(judged), _sections(judged, found))
+
+
+def _sections(judged: Sequence[Judged], found: dict[str, Any]) -> Iterator[Section]:
+    verdicts = [
+        Row(str(one["number"]), [Cell(one["claim"], link=f"s{one['number']}"), _verdict(one["verdict"])])
+        for one in found["statements"]
     ]
+    yield Section("", [RULES, Table("#", ["statement", "verdict"], verdicts, is_text=True)])
+    for one, numbers in zip(judged, found["statements"], strict=True):
+        heading = f"{numbers['number']}. {numbers['verdict']}"
+        blocks = list(_statement_blocks(one, numbers))
+        yield Section(heading, blocks, VERDICT_COLOURS[one.verdict], f"s{numbers['number']}")
+    yield Section("Changes of the criteria", [_changes_table(found["changes"])])
+    taken = (
+        f"Tolerance of C: {found['tolerance']}; the whole took {found['seconds']} s here (models that the "
+        f"store had take none). {record.versions_of(found)}"
+    )
+    yield Section("The runs and their C", [_runs_table(found["runs"]), Note(taken)])
+
+
+def _verdict(verdict: str) -> Cell:
+    return Cell(verdict, colour=VERDICT_COLOURS[verdict])
+
+
+def _statement_blocks(judged: Judged, numbers: dict[str, Any]) -> Iterator[Block]:
+    """Yield claim, failures, figures and numbers of a statement."""
+    yield numbers["claim"]
+    if numbers["failed"]:
+        yield numbers["failed"]
+    if numbers["unmet"]:
+        yield "Not met:"
+        yield Items(numbers["unmet"])
+    yield from _pictures(judged)
+    rows = [*_criteria_rows(numbers["criteria"]), *_detail_rows(numbers["details"])]
+    columns = [
+        *texts("case"),
+        *heads_of_numbers("value"),
+        *texts("threshold", "met"),
+    ]
+    yield Folded("Numbers", [Table("criterion", columns, rows)])
+
+
+def _criteria_rows(criteria: Sequence[dict[str, Any]]) -> Iterator[Row]:
+    for criterion in criteria:
+        for number, (case, value) in enumerate(criterion["values"].items()):
+            close = ", but too close to tell" if criterion["close"][case] else ""
+            yield Row(
+                "" if number else criterion["says"],
+                [
+                    case,
+                    Cell(np.nan if value is None else value, ".4g"),
+                    f"{criterion['relation']} {criterion['threshold']:.3g}",
+                    ("yes" if criterion["met"][case] else "no") + close,
+                ],
+            )
+
+
+def _detail_rows(details: dict[str, Any]) -> Iterator[Row]:
+    for number, (case, value) in enumerate(details.items()):
+        number_cell = Cell(np.nan if value is None else value, ".3g")
+        yield Row("" if number else "further numbers", [case, number_cell, "", ""])
+
+
+def _changes_table(changes: Sequence[dict[str, Any]]) -> Table:
+    rows = [
+        Row(str(one["number"]), [one["old"], one["verdict"] or "–", one["new"], one["why"]])
+        for one in changes
+    ]
+    return Table("#", ["before", "verdict then", "now", "why"], rows, is_text=True)
+
+
+def _runs_table(runs: dict[str, Any]) -> Table:
+    columns = ["C is known to", "of max |C_nn|", "seconds of its models", "unknowns of the largest"]
+    rows = [
+        Row(
+            name,
+            [
+                Cell(run["estimate"], ".3%"),
+                Cell(run["weight"], ".3%"),
+                Cell(run["seconds"], "g"),
+                Cell(run["unknowns"], ",d"),
+            ],
+        )
+        for name, run in runs.items()
+    ]
+    return Table("run", columns, rows)
+
+
+def _pictures(judged: Judged) -> Iterator[Picture]:
+    if judged.failed:
+        return
+    name = f"statement{judged.statement.number}"
+    if judged.measured.panels:
+        yield Picture(f"{name}_curves", figures.curves(judged))
+    yield Picture(f"{name}_numbers", figures.numbers(judged))

@@ -13,7 +13,7 @@ from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.finite_elements.compute import compute_fe_contact
 from compare.ics.compute import Results, compute, with_approximations
-from femic.contact.finite_elements.result import CELLS
+from femic.contact.finite_elements.fineness import CELLS
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from compare.contact.compute import cases_of, compute_contact
-from compare.contact.feasibility import BEYOND, impossible
+from compare.contact.compute import compute_contact, require_solvable
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.exact.hertz import PointContact, combined_modulus
+from femic.contact.pairs.feasibility import impossible
+from femic.contact.pairs.reachable_forces import BEYOND
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene, scene_from_table
 
@@ -100,9 +101,9 @@ LIMITS = {  # what is allowed, what is not, and what is said
 @pytest.mark.parametrize("name", LIMITS)
 def test_what_has_no_solution_is_refused_from_its_limit_on(name):
     allowed, refused, says = LIMITS[name]
-    assert cases_of(scene(**allowed))
+    require_solvable(scene(**allowed))
     with pytest.raises(BadScene, match=rf"pair: 1 error\(s\)\n  {says}"):
-        cases_of(scene(**refused))
+        require_solvable(scene(**refused))
 
 
 def test_a_gap_that_ends_a_contact_along_x_makes_one_of_two_cylinders(tmp_path):
@@ -111,11 +112,11 @@ def test_a_gap_that_ends_a_contact_along_x_makes_one_of_two_cylinders(tmp_path):
     gap = tmp_path / "gap.txt"
     np.savetxt(gap, np.column_stack([x, s, 1e-3 * x**2]))
     of = scene(upper=PRISMATIC, extra_gap=str(gap), elements=8)
-    (contact,) = compute_contact(of).contacts.values()
+    (contact,) = compute_contact(of).solved.contacts.values()
     assert contact.normal.load == pytest.approx(100.0)
     np.savetxt(gap, [(-9.0, 0.0), (9.0, 0.0)])
     with pytest.raises(BadScene, match=r"upper\.rolling_radius = inf"):
-        cases_of(scene(upper=PRISMATIC, extra_gap=str(gap)))
+        require_solvable(scene(upper=PRISMATIC, extra_gap=str(gap)))
 
 
 def test_forces_of_rolling_beyond_those_without_slip_are_refused():
@@ -130,7 +131,7 @@ def test_forces_of_rolling_beyond_those_without_slip_are_refused():
 
     def misfits(friction):
         of = {"motion": "rolling", "longitudinal": [-creepage, 0.0], "equal_force": -share}
-        return list(impossible(scene(loads=[load], friction=[0.3, friction], **of)))
+        return list(impossible(scene(loads=[load], friction=[0.3, friction], **of).contact_problem))
 
     assert misfits(0.98 * limit) == []
     (told,) = misfits(1.02 * limit)
@@ -140,4 +141,4 @@ def test_forces_of_rolling_beyond_those_without_slip_are_refused():
 
 def test_enormous_friction_is_refused_before_any_work():
     with pytest.raises(BadScene, match=r"rolling: 1 error\(s\)\n  contact\.friction\.0 = 1000: "):
-        cases_of(load_scene("rolling", {"contact": {"friction": [1000.0]}}))
+        require_solvable(load_scene("rolling", {"contact": {"friction": [1000.0]}}))

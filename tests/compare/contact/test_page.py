@@ -57,7 +57,7 @@ def test_where_a_fails_lies_between_the_last_case_within_and_the_first_one_beyon
 
 def test_pressures_mapped_onto_their_own_patch_are_the_same(results):
     shape = shape_of(results["wide"])
-    assert shape.case.load == 5300e3  # as the scene says, and not the largest
+    assert shape.loading.load == 5300e3  # as the scene says, and not the largest
     np.testing.assert_allclose(mapped(shape, shape), shape.normal.p, atol=1e-9 * shape.normal.p.max())
 
 
@@ -71,7 +71,7 @@ def test_maps_show_the_displacement_by_a_less_that_by_bhat(results, tmp_path):
         inside = one.difference[one.in_patch > 0]
         assert 0 < np.min(inside) < np.max(inside) < 0.4
     own = shape_of(results["tall"])
-    u_a, u_bhat = (own.placed.operator(ics)(own.normal.p[..., None])[..., 0] for ics in ("A", "Bhat"))
+    u_a, u_bhat = (own.on_grid.operator(ics)(own.normal.p[..., None])[..., 0] for ics in ("A", "Bhat"))
     np.testing.assert_allclose(maps[3].difference, (u_a - u_bhat) / u_bhat.max(), atol=1e-9)
     assert write_sensitivity(results, tmp_path).stat().st_size > 1e4
 
@@ -120,5 +120,5 @@ def test_contacts_of_any_shape_have_a_page_and_lengths_above_0(name, tmp_path):
     dataset = to_dataset(results)
     for length in ("a", "b", "aspect", "area"):
         assert np.all(dataset[length] > 0), length
-    patches = [len(contact.normal.patches) for contact in results.contacts.values()]
+    patches = [len(contact.normal.patches) for contact in results.solved.contacts.values()]
     assert patches == ([1, 1] if name == "a spot that is raised" else [2, 2])

@@ -1,22 +1,29 @@
 """What supports do to a contact: flatter flanks, which contacts are solved again, what the file says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from approx.matrix import matrix
-from compare.contact import supports
-from compare.contact.compute import ReferenceICs, compute_contact, nn_of
+from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset, with_supports
-from compare.contact.pair_on_grid import placed_on
-from compare.contact.quantities import QUANTITIES
-from compare.contact.supports import FLATTER, NEARER, changed_supports, with_flatter_flanks
-from femic.contact.operators.dense import GridOperator
+from femic.contact.operators.dense import Asymmetry, GridOperator
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
+from femic.contact.pairs.reference_ics import ReferenceICs
+from femic.contact.pairs.supports import (
+    FLATTER,
+    NEARER,
+    changed_supports,
+    flatter_problem,
+    with_flatter_flanks,
+)
 from geometries.contours import arc, ellipse, through_points
-from geometries.grids import Grid
 from geometries.patches import N
 from tests.compare.contact.test_contact import scene
 
 FIVE = np.radians(5.0)
+SUPPORTS = "femic.contact.pairs.supports"
 
 
 @pytest.mark.parametrize("contour", [arc(10.0, 1.1, 0.9), ellipse(8.0, 12.0, 0.7, 1.2)])
@@ -29,9 +36,9 @@ def test_flatter_flanks_begin_where_the_core_inclines_by_as_much_less(contour):
     np.testing.assert_array_equal(flatter.position(inner), contour.position(inner))
 
 
-def stiffer(placed, factor):
+def stiffer(on_grid, factor):
     """B-hat in the place of C."""
-    nn = matrix("Bhat", placed.pair, placed.grid)[..., 2:, 2:]
+    nn = matrix("Bhat", on_grid.pair, on_grid.grid)[..., 2:, 2:]
     return GridOperator.of(factor * nn, (N,))
 
 
@@ -39,14 +46,14 @@ def stiffer(placed, factor):
 def in_place_of_c(monkeypatch):
     """C is B-hat, 10 % more with a nearer far arc, and 20 % more with flatter flanks."""
 
-    def reference(_, placed, __):
-        return ReferenceICs(*[stiffer(placed, 1.0)] * 2, 0.0, 0.0, 1.0, 0.0)
+    def reference(_, on_grid, __):
+        return ReferenceICs(*[stiffer(on_grid, 1.0)] * 2, 0.0, Asymmetry(0.0, "nn"), 1.0, 0.0)
 
-    monkeypatch.setattr("compare.contact.compute.reference_ics", reference)
-    monkeypatch.setattr(supports, "matrices", lambda jobs, *_, **__: jobs)
-    monkeypatch.setattr(supports, "c_jobs", lambda of, _: of)
+    monkeypatch.setattr("femic.contact.pairs.frictionless.normal_reference_ics", reference)
+    monkeypatch.setattr(f"{SUPPORTS}.matrices", lambda *_, **__: {})
     monkeypatch.setattr(
-        supports, "nn_operator", lambda _, placed, variation: stiffer(placed, 1.1 if variation else 1.2)
+        f"{SUPPORTS}.pair_operator",
+        lambda _, on_grid, __, variation, **___: stiffer(on_grid, 1.1 if variation else 1.2),
     )
 
 
@@ -54,11 +61,11 @@ def in_place_of_c(monkeypatch):
 def test_c_with_flatter_flanks_is_solved_where_the_contact_is_not_symmetric():
     for shift, names in ((0.0, [NEARER]), (0.05, [NEARER, FLATTER])):
         results = compute_contact(scene(10.3, loads=[1e3, 5e3], elements=8, ics=["C"], shift=shift))
-        found = changed_supports(results)
+        found = changed_supports(results.solved)
         assert list(found) == names
         dataset = with_supports(to_dataset(results), found)
         assert list(dataset.supports.values) == names
-        assert {f"supported_{name}" for name in QUANTITIES} <= {*dataset.data_vars}
+        assert {f"supported_{name}" for name in OF_FRICTIONLESS} <= {*dataset.data_vars}
         largest = dataset.isel(case=int(dataset.attrs["supported_case"])).sel(ics="C")
         assert float(largest["load"]) == pytest.approx(5e3)
         assert np.all(dataset.supported_approach.values > 1.05 * float(largest.approach))
@@ -68,7 +75,7 @@ def test_c_with_flatter_flanks_is_solved_where_the_contact_is_not_symmetric():
 def test_supports_are_left_out_where_the_scene_says_so_or_has_no_c():
     for keys in ({"ics": ["Bhat"]}, {"ics": ["C"], "supports": False}):
         results = compute_contact(scene(10.3, loads=[1e3], elements=8, **keys))
-        assert changed_supports(results) == {}
+        assert changed_supports(results.solved) == {}
         assert "supports" not in with_supports(to_dataset(results), {}).coords
 
 
@@ -77,29 +84,5 @@ def test_flanks_that_are_tangents_of_points_stay():
     contour = through_points(y, -0.03 * y**2, 0.0)
     assert np.all(np.isfinite(contour.extent))
     of = scene(10.3, loads=[1e3])
-    bodies = {name: supports.replace(body, contour=contour) for name, body in of.bodies.items()}
-    assert supports.flatter_scene(supports.replace(of, bodies=bodies)) is None
-
-
-class Body:
-    """A body whose raw C is 0: what is left of a pair is what is subtracted."""
-
-    def __init__(self, approach):
-        self.m_zz = approach
-
-    def paired_column(self, _, __):
-        return np.zeros((3, 3, 4, 6))
-
-    def approach(self, variation):
-        return self.m_zz * (2.0 if variation else 1.0)
-
-
-def test_the_approach_of_a_pair_is_read_along_the_lower_normals():
-    """Of bodies that incline differently, M_zz large and of opposite signs: their sum counts, and no more."""
-    placed = placed_on(scene(13.0, loads=[1e3], shift=0.05), Grid(4, 6, 0.5, 0.9, -0.7))
-    found = nn_of({"lower": Body(3.0), "upper": Body(-2.5)}, placed)
-    cosine = np.cos(placed.grid.strips / 10.0)
-    expected = -0.5 * placed.grid.area * np.outer(cosine, cosine)
-    np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=1e-12)
-    nearer = nn_of({"lower": Body(3.0), "upper": Body(-2.5)}, placed, "nearer")
-    np.testing.assert_allclose(nearer, 2 * found, rtol=1e-12)
+    bodies = {name: replace(body, contour=contour) for name, body in of.bodies.items()}
+    assert flatter_problem(replace(of.contact_problem, bodies=bodies)) is None

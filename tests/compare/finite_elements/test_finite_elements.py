@@ -13,11 +13,13 @@ from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.contact.page import write_contact
 from compare.finite_elements import compute
+from compare.finite_elements.beside import beside_of
 from compare.finite_elements.compute import compute_fe_contact, kept_fe_contact, require_suitable
 from compare.finite_elements.dataset import FE
 from compare.finite_elements.deviations import differences, known_to
 from femic.cache.store import Store
-from femic.contact.finite_elements.result import CELLS, FEContact, Numbers
+from femic.contact.finite_elements.fineness import CELLS
+from femic.contact.finite_elements.result import FEContact, Numbers
 from femic.reference.discount import FZ
 from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
@@ -89,7 +91,7 @@ def asked(monkeypatch, by_bhat):
         return {name: SimpleNamespace(discount=m) for name, m in found.items()}
 
     monkeypatch.setattr(compute, "fe_contact", like_bhat)
-    monkeypatch.setattr(compute, "matrices", rigid)
+    monkeypatch.setattr("femic.contact.finite_elements.supports.matrices", rigid)
     return calls
 
 
@@ -223,10 +225,11 @@ def test_the_page_of_contact_has_a_row_of_finite_elements_where_they_are_kept(as
     store = Store(tmp_path / "store")
     by_ics = compute_contact(pressed(loads=LOADS[:2]))
     by_fe(pressed(loads=LOADS[:1]), RunOptions(store=store))
-    page = write_contact(by_ics, tmp_path, store).read_text(encoding="utf-8")
-    assert page.count('<td class="name">FE</td>') == 1
+    beside = beside_of(by_ics, store)
+    page = write_contact(by_ics, tmp_path, beside=beside).read_text(encoding="utf-8")
+    assert page.count('<th class="name">FE</th>') == 1
     assert "finite elements did not solve" in page.lower()
     assert (tmp_path / "figures" / "contact_fe.png").is_file()
     without = write_contact(by_ics, tmp_path / "without").read_text(encoding="utf-8")
-    assert '<td class="name">FE</td>' not in without
+    assert '<th class="name">FE</th>' not in without
     assert len(asked) == 1

@@ -5,14 +5,14 @@ import pytest
 
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset as frictionless_dataset
-from compare.contact.pair_on_grid import placed_on
-from compare.friction.bodies import Solver
-from compare.friction.compression import compute_compression, in_halves
+from compare.friction.compute import compute_with_friction
 from femic.contact.compression import compressed
-from femic.contact.frictional import Pressing
+from femic.contact.loading import Loading
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.operators.dense import GridOperator
-from femic.reference.run_options import RunOptions
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.solved_compression import in_halves
 from geometries.errors import Failure
 from geometries.grids import Grid
 from geometries.patches import N, S, X
@@ -28,7 +28,7 @@ def pressed(**contact):
 
 @pytest.fixture(scope="module")
 def dataset():
-    return compute_compression(pressed(friction=[1e-4, 0.3, 100.0]))
+    return compute_with_friction(pressed(friction=[1e-4, 0.3, 100.0]))
 
 
 def test_with_hardly_any_friction_all_slides_and_pressures_are_frictionless(dataset):
@@ -64,8 +64,8 @@ def test_contact_is_symmetric_and_carries_the_load(dataset):
 
 
 def test_c_has_the_change_by_its_error_in_its_estimates(monkeypatch):
-    monkeypatch.setattr("compare.friction.bodies.full_reference_ics", in_place_of_c)
-    dataset = compute_compression(pressed(friction=[0.3], ics=["Bhat", "C"], loads=LOADS[-1:]))
+    monkeypatch.setattr("femic.contact.pairs.pair_with_friction.full_reference_ics", in_place_of_c)
+    dataset = compute_with_friction(pressed(friction=[0.3], ics=["Bhat", "C"], loads=LOADS[-1:]))
     both = dataset.isel(friction=0, load=0)
     assert float(both.p_max.sel(ics="C")) == pytest.approx(float(both.p_max.sel(ics="Bhat")), rel=0.02)
     assert float(both.estimate_approach.sel(ics="C")) > float(both.estimate_approach.sel(ics="Bhat"))
@@ -79,7 +79,7 @@ def test_loads_are_halved_from_nothing_on():
 def test_estimates_bound_what_steps_of_load_do(friction):
     """Against sixteen steps in the place of two, on the same elements: sliding is most sensitive to them."""
     few, many = (
-        compute_compression(
+        compute_with_friction(
             pressed(loads=list(np.linspace(0, 1e4, 1 + n)[1:]), friction=[friction], ics=["Bhat"])
         ).isel(load=-1, friction=0, ics=0)
         for n in (2, 16)
@@ -94,9 +94,9 @@ def test_failures_name_friction_ics_and_load(monkeypatch):
         raise Failure("no solution")
         yield
 
-    monkeypatch.setattr("compare.friction.compression.compressed", failing)
+    monkeypatch.setattr("femic.contact.pairs.solved_compression.compressed", failing)
     with pytest.raises(Failure, match=r"friction 0\.2, A, 1000 N: no solution"):
-        compute_compression(pressed())
+        compute_with_friction(pressed())
 
 
 def test_ns_matters_where_bodies_are_pressed_together_and_nx_does_not():
@@ -105,14 +105,14 @@ def test_ns_matters_where_bodies_are_pressed_together_and_nx_does_not():
     Without them largest pressures are 4 % too large, on both grids; tractions along x hardly arise.
     """
     of = pressed(loads=[8e4], friction=[0.4], ics=["Bhat"])
-    placed = placed_on(of, Grid(16, 18, 1.3, 1.2))
+    on_grid = pair_on_grid(of.contact_problem, Grid(16, 18, 1.3, 1.2))
     p_max = {}
     for left_out in ("nothing", "ns", "nx"):
-        ics = approximate_matrix("Bhat", placed.pair, placed.grid)
+        ics = approximate_matrix("Bhat", on_grid.pair, on_grid.grid)
         if left_out != "nothing":
             ics[..., N, {"ns": S, "nx": X}[left_out]] = 0.0
-        problem = Solver(of, placed, RunOptions()).problem(GridOperator.of(ics), 0.4)
-        *_, last = compressed(problem, [Pressing(load=load) for load in (2e4, 4e4, 6e4, 8e4)])
+        problem = PairWithFriction(of.contact_problem, on_grid).frictional(GridOperator.of(ics), 0.4)
+        *_, last = compressed(problem, [Loading(load) for load in (2e4, 4e4, 6e4, 8e4)])
         p_max[left_out] = float(np.max(last.p[..., N]))
     assert p_max["ns"] / p_max["nothing"] > 1.03
     assert p_max["nx"] / p_max["nothing"] == pytest.approx(1.0, abs=1e-3)

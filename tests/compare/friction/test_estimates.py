@@ -1,6 +1,5 @@
 """Estimates of what scenes with friction give: parts are all there, curves are apart by what is said."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,18 +7,13 @@ import pytest
 import xarray as xr
 
 from approx.matrix import matrix
-from compare.contact.compute import reference_ics
-from compare.contact.pair_on_grid import placed_on
-from compare.contact.quantities import main_patch
-from compare.friction.compression import compute_compression
-from compare.friction.operators import BodyICs, FullReferenceICs, full_reference_ics
-from compare.friction.quantities import OF_PATCH, OF_ROLLING
-from compare.friction.rolling import OF_FREE, _away, between, compute_rolling, deciding
-from femic.contact.edges import extents
+from compare.friction.compute import compute_with_friction
+from compare.friction.rolling import _away
 from femic.contact.estimates import Measured
 from femic.contact.operators.dense import Asymmetry, GridOperator
-from femic.reference.run_options import RunOptions
-from geometries.grids import Grid
+from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, OF_ROLLING
+from femic.contact.pairs.reference_ics import ReferenceICs
+from femic.contact.pairs.solved_curve import between, deciding
 from tests.compare.friction.scenes import scene
 
 XI = [-1e-3, 0.0, 2e-3]
@@ -28,10 +22,10 @@ XI = [-1e-3, 0.0, 2e-3]
 def c_with(share):
     """The matrix of B-hat in the place of C, with an estimate of this share."""
 
-    def made(of, placed, _):
-        operator = GridOperator.of(matrix("Bhat", of.pair, placed.grid))
+    def made(of, on_grid, *_, **__):
+        operator = GridOperator.of(matrix("Bhat", of.pair, on_grid.grid))
         larger = GridOperator((1 + share) * operator.transformed, operator.n_x)
-        return FullReferenceICs(operator, larger, share, Asymmetry(0.0, "nn"), 0.0)
+        return ReferenceICs(operator, larger, share, Asymmetry(0.0, "nn"), 1.0, 0.0)
 
     return made
 
@@ -42,14 +36,14 @@ def solved():
     found, patch = {}, pytest.MonkeyPatch()
     common = {"loads": [1e4], "friction": [0.3], "ics": ["C"], "elements": 8, "shift": 0.05}
     motions = {
-        "rolling": (compute_rolling, {"longitudinal": XI, "equal_force": 0.3}),
-        "compression": (compute_compression, {}),
+        "rolling": {"longitudinal": XI, "equal_force": 0.3},
+        "compression": {},
     }
     for share in (0.0, 0.04):
-        patch.setattr("compare.friction.bodies.full_reference_ics", c_with(share))
-        for motion, (compute, keys) in motions.items():
+        patch.setattr("femic.contact.pairs.pair_with_friction.full_reference_ics", c_with(share))
+        for motion, keys in motions.items():
             of = scene(10.3, motion=motion, **common, **keys)
-            found[motion, share] = compute(of).isel(friction=0, ics=0)
+            found[motion, share] = compute_with_friction(of).isel(friction=0, ics=0)
     patch.undo()
     return found
 
@@ -61,14 +55,14 @@ def test_the_estimate_of_c_is_added_at_all_creepages_and_loads(solved):
         added = with_it.estimate_approach - without.estimate_approach
         assert np.all(added > 0.02 * with_it.approach), motion
         assert np.all(added < 0.05 * with_it.approach), motion
-        for name in OF_PATCH:
+        for name in OF_COMPRESSION:
             assert np.all(with_it[f"estimate_{name}"] >= without[f"estimate_{name}"]), name
 
 
 def test_creepages_and_slopes_are_known_to_the_change_by_c(solved):
     """Softer bodies have flatter curves: by about as much as ICs are larger."""
     with_it, without = (solved["rolling", share] for share in (0.04, 0.0))
-    for name in OF_FREE:
+    for name in OF_CURVE:
         assert float(without[f"estimate_{name}"]) > 0
         assert float(with_it[f"estimate_{name}"]) > float(without[f"estimate_{name}"]), name
     added = float(with_it.estimate_slope - without.estimate_slope)
@@ -77,7 +71,7 @@ def test_creepages_and_slopes_are_known_to_the_change_by_c(solved):
 
 def test_no_number_is_known_to_nothing(solved):
     for (motion, _), dataset in solved.items():
-        names = OF_ROLLING if motion == "rolling" else OF_PATCH
+        names = OF_ROLLING if motion == "rolling" else OF_COMPRESSION
         for name in names:
             assert np.all(dataset[f"estimate_{name}"] > 0), (motion, name)
 
@@ -140,66 +134,3 @@ def test_curves_without_estimates_have_distances_without_estimates():
     of = _away(curves(np.ones((2, 2, 3)), np.full((2, 2, 3), np.nan)))
     assert np.all(np.isnan(of["estimate_rms"].sel(ics="A")))
     assert np.all(np.isnan(of["estimate_largest"].sel(ics="A")))
-
-
-# --- numbers --------------------------------------------------------------------------------------------
-
-
-def test_the_moment_is_that_of_all_tractions_on_inclined_places():
-    """By cross products of places and forces, of pressures too, element by element."""
-    placed = placed_on(scene(10.3, shift=0.1), Grid(4, 5, 0.7, 0.9, 1.3))
-    p = np.random.default_rng(2).normal(size=(4, 5, 3))
-    contour, moment = placed.undeformed.lower.contour, np.zeros(3)
-    for i, x in enumerate(placed.x):
-        for j, s in enumerate(placed.grid.strips):
-            delta = float(contour.inclination(np.array([s]))[0])
-            sin, cos = np.sin(delta), np.cos(delta)
-            directions = np.array([[1, 0, 0], [0, cos, -sin], [0, sin, cos]])
-            y, z = (float(v[0]) for v in contour.position(np.array([s])))
-            moment += np.cross([x, y, z], p[i, j] @ directions) * placed.grid.area
-    m_z = OF_PATCH["M_z"].of
-    assert m_z(placed, SimpleNamespace(p=p)) == pytest.approx(moment[2])
-    assert OF_PATCH["M_x"].of(placed, SimpleNamespace(p=p)) == pytest.approx(moment[0])
-    level = replace(placed, grid=Grid(4, 5, 0.7, 0.9, 0.0))
-    assert m_z(placed, SimpleNamespace(p=p)) != pytest.approx(m_z(level, SimpleNamespace(p=p)), rel=0.01)
-
-
-def test_the_main_patch_is_the_one_that_carries_most():
-    """Not the largest, and not the first."""
-    p, gap = np.zeros((12, 20)), np.ones((12, 20))
-    p[4:8, 3:9], p[5:7, 12:15] = 1.0, 50.0
-    contact = SimpleNamespace(p=p, patches=extents(p, np.where(p > 0, 0.0, gap)))
-    assert len(contact.patches) == 2
-    assert main_patch(contact).s[0] > 10
-    mirrored = SimpleNamespace(p=p[:, ::-1], patches=extents(p[:, ::-1], np.where(p > 0, 0.0, gap)[:, ::-1]))
-    assert main_patch(mirrored).s[1] < 9
-
-
-# --- C plus its estimate --------------------------------------------------------------------------------
-
-
-def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
-    """Products with tractions differ by those of the sum of the estimates; the largest is said."""
-    of, grid = scene(10.3, motion="rolling", loads=[1e3]), Grid(6, 4, 0.4, 0.5)
-    placed, random = placed_on(of, grid), np.random.default_rng(4)
-    size = matrix("Bhat", of.pair, grid)
-    estimates = {name: 0.01 * random.random(size.shape) * np.max(size) for name in ("lower", "upper")}
-    made = {name: BodyICs(size / 2, estimate, Asymmetry(0.0, "nn")) for name, estimate in estimates.items()}
-    monkeypatch.setattr("compare.friction.operators.body_ics", lambda *_: made)
-    c, p = full_reference_ics(of, placed, RunOptions()), random.random((6, 4, 3))
-    total = estimates["lower"] + estimates["upper"]
-    np.testing.assert_allclose(
-        c.perturbed(p) - c.operator(p), GridOperator.of(total)(p), rtol=1e-6, atol=1e-12
-    )
-    assert c.estimate == pytest.approx(np.max(total) / np.max(np.abs(size[..., 2, 2])), rel=1e-6)
-
-
-def test_c_nn_is_perturbed_by_its_estimate(monkeypatch):
-    of, grid = scene(10.3, loads=[1e3]), Grid(6, 4, 0.4, 0.5)
-    placed = placed_on(of, grid)
-    nn = matrix("Bhat", of.pair, grid)[..., 2, 2]
-    estimate = 0.01 * nn
-    monkeypatch.setattr("compare.contact.compute.c_on", lambda *_: (nn, estimate))
-    c, p = reference_ics(of, placed, RunOptions()), np.random.default_rng(4).random((6, 4, 1))
-    np.testing.assert_allclose(c.perturbed(p), 1.01 * c.operator(p))
-    assert c.estimate == pytest.approx(0.01)

@@ -5,9 +5,8 @@ import pytest
 import xarray as xr
 
 from compare.friction import compression_page, rolling_page
-from compare.friction.compression import compute_compression
+from compare.friction.compute import compute_with_friction
 from compare.friction.page import cost
-from compare.friction.rolling import compute_rolling
 from compare.report.parts import listed
 from tests.compare.friction.scenes import scene
 
@@ -17,12 +16,12 @@ COARSE = 8  # elements across the patch
 @pytest.fixture(scope="module")
 def rolled():
     keys = {"motion": "rolling", "loads": [1e4], "longitudinal": [-4e-3, 0.0, 4e-3]}
-    return compute_rolling(scene(10.3, elements=COARSE, friction=[0.5], **keys))
+    return compute_with_friction(scene(10.3, elements=COARSE, friction=[0.5], **keys))
 
 
 @pytest.fixture(scope="module")
 def pressed():
-    return compute_compression(
+    return compute_with_friction(
         scene(10.3, elements=COARSE, friction=[0.2, 0.5], motion="compression", loads=[5e3, 1e4])
     )
 
@@ -103,7 +102,7 @@ def test_what_the_linearised_distance_changes_is_told_where_it_is_known(rolled):
         displaced_zero_creepage=rolled.zero_creepage - 3e-5, displaced_p_max=0.97 * rolled.p_max.sel(xi=0.0)
     )
     assert (
-        "would move the creepage without force by -3e-05 and change p_max by -3.0%, by B̂."
+        "would move the creepage without force by -3e-05 and change p_max by -3.0%, with B̂."
         in rolling_page.summary(moved)
     )
     unknown = rolled.assign(displaced_zero_creepage=np.nan * rolled.zero_creepage)
@@ -112,7 +111,7 @@ def test_what_the_linearised_distance_changes_is_told_where_it_is_known(rolled):
 
 def test_ics_with_an_exchanged_component_are_solved_drawn_and_named(tmp_path):
     keys = {"motion": "rolling", "loads": [1e4], "longitudinal": [-4e-3, 0.0, 4e-3], "friction": [0.5]}
-    dataset = compute_rolling(scene(10.3, elements=COARSE, ics=["B", "Bhat+sn:B", "Bhat"], **keys))
+    dataset = compute_with_friction(scene(10.3, elements=COARSE, ics=["B", "Bhat+sn:B", "Bhat"], **keys))
     page = rolling_page.write_rolling(dataset, tmp_path).read_text(encoding="utf-8")
     assert "B̂ (sn B): its creep-force curve is" in page
     assert (
@@ -127,8 +126,8 @@ def test_the_page_of_compression_says_how_much_slides(pressed, tmp_path):
     dataset = pressed
     last = dataset.isel(load=-1).sel(friction=0.2)
     slides = {name: f"{float(last.sliding_share.sel(ics=name)):.0%}" for name in ("A", "Bhat")}
-    assert f"With friction 0.2, {slides['Bhat']} of the contact area slides by B̂" in page
-    assert f"{slides['A']} by A." in page
+    assert f"With friction 0.2, {slides['Bhat']} of the contact area slides with B̂" in page
+    assert f"{slides['A']} with A." in page
     assert page.count("data:image/png;base64,") == 3
     assert (tmp_path / "contact.nc").is_file()
 

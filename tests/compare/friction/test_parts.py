@@ -1,19 +1,19 @@
 """Finished results with friction are kept: what a second run solves, what scenes share."""
 
+from dataclasses import replace
+
 import pytest
 import xarray as xr
 
-from compare.friction import compression, rolling
-from compare.friction.compression import compute_compression
-from compare.friction.rolling import compute_rolling
+from compare.friction.compute import compute_with_friction
 from femic.cache.store import Store
+from femic.contact.motions import MOTIONS
 from femic.reference.run_options import RunOptions
 from tests.compare.friction.scenes import scene
 from tests.compare.friction.test_rolling import in_place_of_c
 
 ROLLING = {"motion": "rolling", "loads": [200.0], "friction": [0.2, 0.5], "longitudinal": [0.0, 1e-3]}
 COMPRESSION = {"motion": "compression", "loads": [100.0, 200.0], "friction": [0.2, 0.5]}
-COMPUTE = {"rolling": (compute_rolling, rolling), "compression": (compute_compression, compression)}
 COSTS = ["seconds"]
 
 
@@ -21,15 +21,18 @@ COSTS = ["seconds"]
 def solved(monkeypatch):
     """By which friction and ICs parts were solved, in their order; raises at those in `interrupted`."""
     calls, interrupted = [], set()
-    for _, module in COMPUTE.values():
 
-        def counting(solver, *case, solve=module._solved):
+    def counted(solve):
+        def counting(pair, *case):
             if case in interrupted:
                 raise KeyboardInterrupt
             calls.append(case)
-            return solve(solver, *case)
+            return solve(pair, *case)
 
-        monkeypatch.setattr(module, "_solved", counting)
+        return counting
+
+    motions = {name: replace(motion, solve=counted(motion.solve)) for name, motion in MOTIONS.items()}
+    monkeypatch.setattr("femic.contact.pairs.pair_with_friction.MOTIONS", motions)
     return calls, interrupted
 
 
@@ -42,27 +45,27 @@ def same(first, second):
 
 @pytest.mark.parametrize("keys", [ROLLING, COMPRESSION], ids=["rolling", "compression"])
 def test_an_interrupted_run_goes_on_after_what_was_finished(keys, solved, tmp_path):
-    compute, (calls, interrupted) = COMPUTE[keys["motion"]][0], solved
+    calls, interrupted = solved
     of, options = scene(13.0, **keys), RunOptions(store=Store(tmp_path))
     interrupted.add((0.2, "Bhat"))
     with pytest.raises(KeyboardInterrupt):
-        compute(of, options)
+        compute_with_friction(of, options)
     assert calls == [(0.2, "A"), (0.5, "A")]
     interrupted.clear()
-    resumed = compute(of, options)
+    resumed = compute_with_friction(of, options)
     assert calls[2:] == [(0.2, "Bhat"), (0.5, "Bhat")]
     assert list(resumed.friction.values) == [0.2, 0.5]
     assert list(resumed.ics.values) == ["A", "Bhat"]
-    same(resumed, compute(of))
+    same(resumed, compute_with_friction(of))
 
 
 def test_scenes_share_what_is_the_same_and_nothing_else(solved, tmp_path):
     options, (calls, _) = RunOptions(store=Store(tmp_path)), solved
     alone = ROLLING | {"ics": ["A"], "friction": [0.2]}
-    compute_rolling(scene(13.0, **alone), options)
+    compute_with_friction(scene(13.0, **alone), options)
     for other in (ROLLING, alone | {"longitudinal": [0.0, 2e-3]}, alone | {"loads": [220.0]}):
-        compute_rolling(scene(13.0, **other), options)
-    compute_rolling(scene(13.0, rolling_radius=401.0, **alone), options)
+        compute_with_friction(scene(13.0, **other), options)
+    compute_with_friction(scene(13.0, rolling_radius=401.0, **alone), options)
     first, *_, last = [(0.2, "A")] * 2
     assert calls == [first, (0.5, "A"), (0.2, "Bhat"), (0.5, "Bhat"), last, last, last]
 
@@ -70,17 +73,17 @@ def test_scenes_share_what_is_the_same_and_nothing_else(solved, tmp_path):
 def test_c_is_not_solved_for_curves_that_are_kept_and_what_is_known_of_it_is(solved, tmp_path, monkeypatch):
     made, (calls, _) = [], solved
 
-    def of_c(*placed):
-        made.append(placed)
-        return in_place_of_c(*placed)
+    def of_c(*on_grid, **how):
+        made.append(on_grid)
+        return in_place_of_c(*on_grid, **how)
 
-    monkeypatch.setattr("compare.friction.bodies.full_reference_ics", of_c)
+    monkeypatch.setattr("femic.contact.pairs.pair_with_friction.full_reference_ics", of_c)
     options = RunOptions(store=Store(tmp_path))
     of = scene(13.0, **ROLLING | {"ics": ["C"], "friction": [0.2]})
-    first, again = compute_rolling(of, options), compute_rolling(of, options)
+    first, again = compute_with_friction(of, options), compute_with_friction(of, options)
     assert (len(made), calls) == (1, [(0.2, "C")])
     assert again.attrs["C_estimate"] == 0.02
     same(first, again)
     tighter = scene(13.0, tolerance=0.02, **ROLLING | {"ics": ["C"], "friction": [0.2]})
-    compute_rolling(tighter, options)
+    compute_with_friction(tighter, options)
     assert len(made) == 2

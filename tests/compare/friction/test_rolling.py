@@ -4,24 +4,19 @@ import numpy as np
 import pytest
 
 from approx.matrix import matrix
-from compare.contact.pair_on_grid import placed_on
-from compare.friction import bodies, rolling
-from compare.friction.bodies import Solver
-from compare.friction.curve import Path
-from compare.friction.operators import (
-    BodyICs,
-    FullReferenceICs,
-    _reciprocal,
-    approximation,
-    full_reference_ics,
-    total_ics,
-)
-from compare.friction.rolling import compute_rolling, scaled_force
+from compare.friction.compute import compute_with_friction
+from compare.friction.rolling import scaled_force
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
+from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.operators.dense import Asymmetry, GridOperator, reciprocity_defects
-from femic.reference.run_options import RunOptions
-from femic.scenes.load import load_scene
+from femic.contact.operators.dense import Asymmetry, GridOperator
+from femic.contact.pairs.creep_force import Continuation
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
+from femic.contact.pairs.reference_ics import (
+    ReferenceICs,
+    approximation,
+)
 from geometries.errors import Failure
 from geometries.grids import Grid
 from geometries.materials import both_bodies
@@ -38,7 +33,7 @@ def rolls(upper_radius=14.0, **contact):
 @pytest.fixture(scope="module")
 def small():
     """A small contact, hardly inclined: what half-spaces do."""
-    return compute_rolling(rolls(friction=[0.3], elements=14))
+    return compute_with_friction(rolls(friction=[0.3], elements=14))
 
 
 def test_small_contacts_have_the_slope_of_kalker(small):
@@ -86,15 +81,15 @@ def conforming():
         10.3, loads=[1e4], friction=[0.3], elements=8, ics=["A", "Bhat", "C"], longitudinal=[-1e-3, 0.0, 1e-3]
     )
     patch = pytest.MonkeyPatch()
-    patch.setattr("compare.friction.bodies.full_reference_ics", in_place_of_c)
-    yield of, compute_rolling(of)
+    patch.setattr("femic.contact.pairs.pair_with_friction.full_reference_ics", in_place_of_c)
+    yield of, compute_with_friction(of)
     patch.undo()
 
 
-def in_place_of_c(of, placed, _):
-    operator = GridOperator.of(matrix("Bhat", of.pair, placed.grid))
+def in_place_of_c(of, on_grid, *_, **__):
+    operator = GridOperator.of(matrix("Bhat", of.pair, on_grid.grid))
     perturbed = GridOperator(1.02 * operator.transformed, operator.n_x)
-    return FullReferenceICs(operator, perturbed, 0.02, Asymmetry(0.0, "nn"), 0.0)
+    return ReferenceICs(operator, perturbed, 0.02, Asymmetry(0.0, "nn"), 1.0, 0.0)
 
 
 def test_fast_operators_and_matrices_give_the_same_curve(conforming):
@@ -124,22 +119,13 @@ def test_estimates_of_c_have_the_change_by_its_error(conforming):
 
 def test_curves_are_the_same_from_a_search_as_from_prescribed_forces(conforming):
     of, dataset = conforming
-    placed = placed_on(of, Grid(dataset.sizes["x"], dataset.sizes["s"], *steps(dataset)))
-    solver = Solver(of, placed, RunOptions())
-    path = Path.of(solver, solver.problem(approximation(placed, "A"), 0.3), "A")
-    begun = path.first()
-    searched = path.searched(0.0, begun)
+    on_grid = pair_on_grid(of.contact_problem, Grid(dataset.sizes["x"], dataset.sizes["s"], *steps(dataset)))
+    pair = PairWithFriction(of.contact_problem, on_grid)
+    along = Continuation.of(pair, pair.frictional(approximation(on_grid, "A"), 0.3), "A")
+    begun = along.first()
+    searched = along.search_force(0.0, begun)
     expected = float(dataset.zero_creepage.sel(ics="A")[0])
     assert searched.creepages.longitudinal == pytest.approx(expected, abs=1e-6)
-
-
-@pytest.mark.parametrize("variant", ["A", "Bhat", "mix"])
-def test_the_form_of_an_operator_does_not_matter(variant, monkeypatch):
-    placed = placed_on(rolls(10.3, shift=0.1), Grid(8, 6, 0.5, 0.7, 0.3))
-    p = np.random.default_rng(1).random((8, 6, 3))
-    first = approximation(placed, variant)(p)
-    monkeypatch.setattr("compare.friction.operators.MOST_DENSE", 4)
-    np.testing.assert_allclose(approximation(placed, variant)(p), first, atol=1e-14 * np.max(np.abs(first)))
 
 
 def steps(dataset):
@@ -148,8 +134,8 @@ def steps(dataset):
 
 def test_numbers_have_no_estimates_where_larger_elements_have_no_solution(monkeypatch):
     told = []
-    monkeypatch.setattr(rolling, "_coarse", lambda *of: told.append(of[2]))
-    dataset = compute_rolling(rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 1e-3]))
+    monkeypatch.setattr("femic.contact.pairs.solved_curve._coarse", lambda *of: told.append(of[2]))
+    dataset = compute_with_friction(rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 1e-3]))
     assert told == [f"friction 0.3, A, {words} elements" for words in ("larger", "still larger")]
     assert np.all(np.isnan(dataset.estimate_F_x))
     assert not np.any(np.isnan(dataset.F_x))
@@ -157,88 +143,34 @@ def test_numbers_have_no_estimates_where_larger_elements_have_no_solution(monkey
 
 def test_forces_beyond_the_curve_are_refused():
     of = rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 5e-5], equal_force=0.9)
-    path = path_of(of)
+    along = path_of(of)
     with pytest.raises(Failure, match=r"F_x = .* N is beyond the curve; give further creepages"):
-        path.searched(0.9 * path.largest, path.first())
+        along.search_force(0.9 * along.largest, along.first())
 
 
 def path_of(of):
     found = []
     with pytest.raises(InterruptedError):
-        bodies.on_fitting_grid(of, RunOptions(), lambda solver: stop(found, solver))
-    (solver,) = found
-    return Path.of(solver, solver.problem(solver.operator("A"), 0.3), "A")
+        solve_with_friction(of.contact_problem, lambda pair: stop(found, pair))
+    (pair,) = found
+    return Continuation.of(pair, pair.frictional(pair.operator("A"), 0.3), "A")
 
 
-def stop(found, solver):
-    found.append(solver)
+def stop(found, pair):
+    found.append(pair)
     raise InterruptedError
 
 
 def test_grids_that_are_too_short_are_made_longer_and_a_scenes_own_is_not():
     tried = []
 
-    def short_at_first(solver):
-        tried.append(solver.placed.grid)
-        if len(tried) == 1 or not solver.scene.contact.automatic:
-            raise PotentialAreaTooSmall(("x > 0",))
+    def short_at_first(pair):
+        tried.append(pair.on_grid.grid)
+        if len(tried) == 1 or not pair.problem.specification.automatic:
+            raise PotentialAreaTooSmall(("x > 0",), Loading(SMALL))
         return "done"
 
-    assert bodies.on_fitting_grid(rolls(), RunOptions(), short_at_first) == "done"
+    assert solve_with_friction(rolls().contact_problem, short_at_first) == "done"
     assert tried[1].n_x > tried[0].n_x
     with pytest.raises(Failure, match=r"contact at 2 N: potential contact area"):
-        bodies.on_fitting_grid(rolls(grid="scene"), RunOptions(), short_at_first)
-
-
-def test_only_a_rolling_wheel_is_seen_as_rolling():
-    of = rolls(10.3)
-    grid = Grid(6, 4, 0.2, 0.2)
-    placed = placed_on(of, grid)
-    random = np.random.default_rng(0)
-    ics = {name: BodyICs(random.standard_normal((6, 4, 4, 3, 3)), None, None) for name in ("lower", "upper")}
-    pressed_on = scene(10.3, motion="compression", loads=[1.0])
-    rolled, pressed = (total_ics(one, placed, ics) for one in (of, pressed_on))
-    np.testing.assert_array_equal(rolled[..., 1:, :], pressed[..., 1:, :])
-    assert np.max(np.abs(rolled[1:, ..., 0, :] - pressed[1:, ..., 0, :])) > 0
-    np.testing.assert_array_equal(pressed, ics["lower"].ics + ics["upper"].ics)
-
-
-@pytest.mark.slow  # two models by finite elements
-def test_c_of_planes_moves_as_half_spaces_do():
-    """All nine components; coarse cells."""
-    of = load_scene(
-        "flat", {"engine": {"tolerance": 0.3}, "contact": {"motion": "compression", "loads": [1.0]}}
-    )
-    placed = placed_on(of, Grid(6, 4, 0.4, 0.6))
-    c = full_reference_ics(of, placed, RunOptions())
-    p = np.random.default_rng(0).random((6, 4, 3))
-    p -= p.mean(axis=(0, 1))  # no resultant: the rigid-body discount does not matter
-    expected = approximation(placed, "A")(p)
-    found = c.operator(p)
-    found -= (found - expected).mean(axis=(0, 1))
-    np.testing.assert_allclose(found, expected, atol=0.1 * np.max(np.abs(expected)))
-    assert 0 < c.estimate < 0.2
-
-
-def test_ics_that_are_made_reciprocal_are_so_and_stay_as_they_are_where_they_were():
-    ics = np.random.default_rng(0).standard_normal((5, 4, 4, 3, 3))
-    made = _reciprocal(ics)
-    assert np.max(reciprocity_defects(made)) < 1e-15
-    np.testing.assert_array_equal(_reciprocal(made), made)
-    np.testing.assert_allclose(np.einsum("xssii->xsi", made), np.einsum("xssii->xsi", ics))
-
-
-def test_the_approach_that_is_taken_from_a_pair_is_vertical_and_does_not_turn():
-    """Along z at any lag, per vertical traction, the sum of the bodies'; of rolling, too."""
-    of, grid = rolls(10.3), Grid(6, 4, 0.2, 0.9, 1.1)
-    placed, random = placed_on(of, grid), np.random.default_rng(0)
-    ics = {name: random.standard_normal((6, 4, 4, 3, 3)) for name in ("lower", "upper")}
-    approaches = {"lower": 3.0, "upper": -2.5}
-    taken = total_ics(of, placed, {name: BodyICs(of_body, None, None) for name, of_body in ics.items()})
-    taken -= total_ics(
-        of, placed, {name: BodyICs(of_body, None, None, approaches[name]) for name, of_body in ics.items()}
-    )
-    delta = grid.strips / 10.0
-    along_z = np.stack([0 * delta, -np.sin(delta), np.cos(delta)], axis=-1)
-    expected = 0.5 * np.einsum("ai,bj->abij", along_z, along_z)
-    np.testing.assert_allclose(taken, np.broadcast_to(expected, taken.shape), atol=1e-12)
+        solve_with_friction(rolls(grid="scene").contact_problem, short_at_first)

@@ -15,9 +15,9 @@ from compare.ics.compute import Results, approximated, ics_of, jobs, reference_o
 from compare.ics.dataset import errors
 from compare.ics.errors import measure_of, refinement_shares_of
 from compare.ics.figures import error_against_seconds
-from compare.ics.page import _rows
+from compare.ics.page import _error_table
 from compare.ics.summary import summary
-from compare.report.html import error_cell
+from compare.report.errors import error_cell
 from femic.reference.estimate import EstimatedICs
 from femic.reference.models import Cost
 from femic.reference.result import Reference
@@ -155,14 +155,15 @@ def test_errors_of_a_run_and_its_tables():
     assert at.error.sel(variant="A", i="x", j="n") == pytest.approx(1)
     assert at.error.sel(variant="C", i="x", j="n") == pytest.approx(2e-5 / SMALL)
     assert at.estimate_refinement.sel(i="x", j="n") == pytest.approx(2e-5 / 0.05)
-    rows = {row.symbol: row.cells for row in _rows(results, found, "combined")}
-    shown = {symbol: [(cell.text, cell.below) for cell in cells] for symbol, cells in rows.items()}
+    rows = {row.name: row.cells for row in _error_table(results, found, "combined").rows}
+    shown = {symbol: [(cell.text, cell.below) for cell in cells] for symbol, (_, *cells) in rows.items()}
+    assert {cells[0] for cells in rows.values()} == {line}
     assert shown["A"] == [("0", ""), ("100.0 %", "0.10 %"), ("0", "")]
     assert shown["C"] == [("0", ""), ("2.00 %", "< 0.01 %"), ("vanishes", "")]
     rms_errors = found.assign(error=found.rms, weight=np.nan)
-    rms = {row.symbol: row.cells for row in _rows(results, rms_errors, "combined")}
+    rms = {row.name: row.cells for row in _error_table(results, rms_errors, "combined").rows}
     of_a_sine = np.sqrt(0.48)  # 12 of its 25 points are squares
-    assert rms["A"][1].text == f"{100 * of_a_sine:.1f} %"
+    assert rms["A"][2].text == f"{100 * of_a_sine:.1f} %"
 
 
 def test_the_summary_says_what_vanishes_and_how_well_c_is_known_on_both_scales():

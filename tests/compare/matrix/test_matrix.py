@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from compare.export.contact_file import read
+from compare.export.export import SUFFIXES
 from compare.ics.compute import jobs
 from compare.matrix import compute as matrix
 from compare.matrix import page
 from compare.matrix.check import check, checked_strips
 from compare.matrix.compute import compute_matrix, file_size, matrix_jobs
-from compare.matrix.contact_file import read
-from compare.matrix.export import SUFFIXES
-from compare.plan.models import matrix_steps
+from compare.matrix.plan import matrix_steps
 from femic.cache.store import Store
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference.harmonic import engine as harmonic

@@ -11,10 +11,11 @@ import pytest
 import xarray as xr
 
 from compare.ics.run import key_of
-from compare.overlay.curves import curve, is_mirrored, load, worst
+from compare.overlay.curves import curve, is_mirrored
 from compare.overlay.differences import differences
 from compare.overlay.figures import curves, drawn_variants
 from compare.overlay.page import _rank, summary
+from compare.overlay.results import load, worst
 from compare.overlay.sources import MOST_SCENES, sources, up_to_date
 from compare.report.styles import DASHES, SYMBOLS
 from femic.cache.digests import code_digest
@@ -283,8 +284,8 @@ def test_results_of_another_file_of_points_are_out_of_date(tmp_path):
         (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
     mine, _ = sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)
     assert not up_to_date(mine)
-    mine.folder.mkdir()
-    receipts.leave(mine.folder, "run", key_of(mine.scene), [])
+    with receipts.renewed(mine.folder, "run", key_of(mine.scene), []):
+        pass
     assert up_to_date(mine)
     (tmp_path / "rail.txt").touch()  # the same points
     mine, _ = sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)

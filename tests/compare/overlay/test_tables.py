@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.overlay.curves import Overlay, Result
 from compare.overlay.page import WITHIN_ACCURACY, _ranking, _rows
+from compare.overlay.results import Overlay, Result
 from compare.overlay.sources import Content
 
 LINES, VARIANTS, COMPONENTS = ("near", "far"), ("A", "Bhat"), ("nn", "xn", "sn")
@@ -41,10 +41,10 @@ def test_what_vanishes_in_a_scene_is_not_ranked(overlay):
 
 
 def test_tables_mark_what_vanishes_and_show_weights(overlay):
-    rows = {(row.symbol, row.place): row.cells for row in _rows(overlay, "lower")}
-    shown = {key: [(cell.text, cell.below) for cell in cells] for key, cells in rows.items()}
+    rows = [(row.name, *row.cells) for row in _rows(overlay, "lower")]
+    shown = {(name, scene): [(cell.text, cell.below) for cell in cells] for name, scene, *cells in rows}
     assert shown["A", "a"] == [("2.00 %", "0.02 %"), ("100.0 %", "1.00 %"), ("10.0 %", "0.10 %")]
     assert shown["", "b"][2] == ("vanishes", "< 0.01 %")  # the last of them is that of C
-    of_b = [row.cells for row in _rows(overlay, "lower") if row.place == "b"]
+    of_b = [cells for _, scene, *cells in rows if scene == "b"]
     assert of_b[0][2].text == "30.0 % †"
     assert of_b[0][0].text == "5.00 %"  # the worst line

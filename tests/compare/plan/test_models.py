@@ -2,7 +2,9 @@
 
 import pytest
 
-from compare.plan.models import Step, compared, run_steps, seconds
+from compare.ics.plan import run_steps
+from compare.matrix.page import _cost_table
+from compare.plan.models import Step, seconds
 from femic.reference.engines import ENGINES
 from femic.reference.models import Cost, ExpectedCost
 from femic.scenes.load import load_scene
@@ -46,8 +48,5 @@ def test_a_run_plans_the_models_of_the_scene_and_those_of_its_check():
 )
 def test_wavenumbers_are_shown_beside_those_planned(engine, solver, told):
     cost = Cost(1200, 100, solver, (), 1e-12, {"mesh": 1.0, "solution": 2.0}, 150.0)
-    (row,) = compared([step(engine, 4.0)], {"a model": cost, "another": cost})
-    assert row["wavenumbers"] == told
-    assert row["unknowns"] == "1,000 / 1,200"
-    assert row["seconds"] == "4 / 3"
-    assert row["memory"] == "100 / 150"
+    (row,) = _cost_table([step(engine, 4.0)], {"a model": cost, "another": cost}).rows
+    assert row.cells == ["1,000 / 1,200", told, "4 / 3", "100 / 150"]

@@ -8,14 +8,13 @@ from distributed import Client, LocalCluster
 
 from compare.ics.dataset import errors, to_dataset
 from femic.cache.store import Store
-from femic.campaigns import compute as computing
-from femic.campaigns import tasks
-from femic.campaigns.campaign import load_campaign
-from femic.campaigns.cluster import NO_DASHBOARD
-from femic.campaigns.compute import Options, compute_sweep
-from femic.campaigns.dataset import Collected
-from femic.campaigns.keeping import Keeper
-from femic.campaigns.opened import open_sweep
+from femic.campaigns.dataset.collected import Collected
+from femic.campaigns.dataset.reading import open_sweep
+from femic.campaigns.files.load import load_campaign
+from femic.campaigns.results import registry
+from femic.campaigns.results.kind import ResultKind
+from femic.campaigns.running.cluster import NO_DASHBOARD
+from femic.campaigns.running.run import Options, compute_sweep
 from geometries.errors import Failure
 
 CHEAP = """
@@ -78,14 +77,13 @@ def light(scene, options):
     )
 
 
-LIGHT_KEEPERS = {"errors": Keeper(light, lambda _: [])}
+LIGHT_KINDS = {"errors": ResultKind(light, lambda _: [])}
 
 
 def of_parts(monkeypatch, **parts):
-    """What is kept by two names."""
-    keepers = {name: Keeper(of, lambda _: []) for name, of in parts.items()}
-    for module in (tasks, computing):
-        monkeypatch.setattr(module, "KEEPERS", keepers)
+    """Results of other kinds than those of the program."""
+    kinds = {name: ResultKind(of, lambda _: []) for name, of in parts.items()}
+    monkeypatch.setattr(registry, "KINDS", kinds)
 
 
 def clusters_of(client):

@@ -2,9 +2,8 @@
 
 import pytest
 
-from femic.campaigns import compute as computing
-from femic.campaigns import tasks
-from femic.campaigns.keeping import Keeper
+from femic.campaigns.results import registry
+from femic.campaigns.results.kind import ResultKind
 from tests.femic.campaigns.campaigns import in_this_process, light
 
 
@@ -23,7 +22,6 @@ def light_scenes(monkeypatch):
         made.append((scene.bodies["lower"].material.E, scene.bodies["upper"].material.nu))
         return light(scene, options)
 
-    keepers = {"errors": Keeper(noted, lambda _: [])}
-    for module in (tasks, computing):
-        monkeypatch.setattr(module, "KEEPERS", keepers)
+    kinds = {"errors": ResultKind(noted, lambda _: [])}
+    monkeypatch.setattr(registry, "KINDS", kinds)
     return made

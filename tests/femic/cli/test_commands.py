@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import pytest
 
-from compare.contact.compute import grids_of
 from compare.frontier.advice import Advice, Question
 from compare.frontier.choice import Choice
 from compare.plan.models import Step
 from femic.cli import plan as planning
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from femic.contact.pairs.automatic_grid import grids_of
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.models import ExpectedCost
 from femic.reference.solid.record import SOLID
@@ -141,8 +141,8 @@ def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options,
 def exported(recorded, monkeypatch):
     calls = []
     formats = {"contact": lambda scene, wanted, *_: calls.append((scene, wanted))}
-    monkeypatch.setattr("compare.matrix.export.FORMATS", formats)
-    recorded("compare.matrix.export.contact_settings", "")
+    monkeypatch.setattr("compare.export.export.FORMATS", formats)
+    recorded("compare.export.export.contact_settings", "")
     return calls
 
 
@@ -203,7 +203,7 @@ def test_a_run_chooses_ics_only_where_the_scene_leaves_it_open(recorded, command
 
 def test_only_scenes_without_results_of_now_are_computed_to_compare(recorded, monkeypatch, tmp_path):
     ran = recorded("femic.cli.scenes.run_scene", "there")
-    recorded("compare.overlay.curves.load", "curves")
+    recorded("compare.overlay.results.load", "curves")
     written = recorded("compare.overlay.page.write", "there")
     monkeypatch.setattr("compare.overlay.sources.up_to_date", lambda source: source.name == "flat")
     words = ["compare", "flat", "geometry1", "--results", str(tmp_path), "--workers", "1"]
@@ -243,7 +243,7 @@ def test_a_plan_of_contact_counts_the_models_that_contact_solves(monkeypatch, ca
     monkeypatch.setattr(planning, "matrix_steps", lambda *_: [step])
     monkeypatch.setattr(planning, "steps_of", lambda jobs, _: planned_jobs.append(jobs) or [step])
     assert exit_code(["plan", "tall"]) == DONE
-    ((grid, _),) = grids_of(load_scene("tall"))
+    ((grid, _),) = grids_of(load_scene("tall").contact_problem)
     (jobs,) = planned_jobs
     assert {(name, job.components, job.grid) for name, job in jobs.items()} == {
         (name, ("nn",), grid) for name in ("lower", "upper")
@@ -301,6 +301,7 @@ def test_contact_of_a_scene_is_that_of_its_motion(motion, recorded, tmp_path):
 def test_contact_of_several_scenes_goes_to_a_folder_each_and_maps_beside_them(recorded, command, tmp_path):
     recorded("femic.cli.contacts.compute_contact")
     recorded("femic.cli.contacts.changed_supports")
+    recorded("femic.cli.contacts.beside_of")
     written = recorded("femic.cli.contacts.write_contact", "there")
     maps = recorded("femic.cli.contacts.write_sensitivity", "there")
     assert command("contact", "wide", "tall") == DONE

@@ -15,20 +15,20 @@ import pytest
 import zarr
 from rich.console import Console
 
-from femic.campaigns import compute as computing
-from femic.campaigns import tasks
-from femic.campaigns.cluster import Size
-from femic.campaigns.compute import Progress
-from femic.campaigns.opened import open_sweep
+from femic.campaigns.dataset.reading import open_sweep
+from femic.campaigns.results import registry
+from femic.campaigns.running.cluster import Size
+from femic.campaigns.running.run import Progress
 from femic.cli import scenes, sweeps
+from femic.cli.campaign_progress import CampaignLines, campaign_shown
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
-from femic.cli.progress import EVERY, CampaignLines, campaign_shown
+from femic.cli.progress import EVERY
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
 from tests.femic.campaigns.campaigns import (
     CELLS_OF_PATCHES,
     LIGHT,
-    LIGHT_KEEPERS,
+    LIGHT_KINDS,
     OF_UPPER,
     in_this_process,
 )
@@ -56,8 +56,7 @@ def femic(client, tmp_path, monkeypatch, capsys):
     def cluster(_size):
         yield client
 
-    for module in (tasks, computing):
-        monkeypatch.setattr(module, "KEEPERS", LIGHT_KEEPERS)
+    monkeypatch.setattr(registry, "KINDS", LIGHT_KINDS)
     monkeypatch.setattr(sweeps, "local_cluster", cluster)
     monkeypatch.setattr(sweeps, "largest_memory", lambda _: 100.0)
     monkeypatch.chdir(tmp_path)
@@ -112,8 +111,8 @@ def test_impossible_combinations_are_told_and_fail(femic):
 @pytest.mark.parametrize(
     ("address", "code", "said"),
     [
-        ("nonsense", WRONG_INPUT, "is no address of a Dask scheduler"),
-        ("", WRONG_INPUT, "is no address of a Dask scheduler"),
+        ("nonsense", WRONG_INPUT, "is not the address of a Dask scheduler"),
+        ("", WRONG_INPUT, "is not the address of a Dask scheduler"),
         ("tcp://127.0.0.1:9", FAILED, "no scheduler answers at tcp://127.0.0.1:9"),
     ],
 )
@@ -174,7 +173,7 @@ def test_the_page_of_what_is_there_is_written_without_computing(femic, monkeypat
 @pytest.mark.parametrize("large", [False, True])
 def test_there_is_no_page_of_a_damaged_dataset(femic, monkeypatch, large):
     if large:
-        monkeypatch.setattr("femic.campaigns.dataset.LARGEST_FILE", 1)
+        monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 1)
     femic(LIGHT)
     if large:
         zarr.open_group("out/mine/sweep.zarr", mode="a")["sum"][2, 1] = 1.0
@@ -204,7 +203,7 @@ def test_the_scene_of_a_point_is_that_of_the_campaign_without_a_check(femic):
 
 
 def test_a_large_campaign_has_a_page(femic, monkeypatch):
-    monkeypatch.setattr("femic.campaigns.dataset.LARGEST_FILE", 1)
+    monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 1)
     code, printed = femic(LIGHT)
     assert code == DONE
     assert "Dataset: out/mine/sweep.zarr" in printed
@@ -241,7 +240,9 @@ def test_a_campaign_has_a_line_every_few_seconds_and_a_last_one():
     written, clock = [], iter([0.0, 0.0, 1.0, EVERY, EVERY, EVERY + 1, EVERY + 1])
     lines = CampaignLines(written.append, lambda: next(clock))
     for finished in (1, 2, 3, 4):
-        lines.tell(Progress(4, finished=finished, found=0, models=5, models_found=2, seconds=60.0 * finished))
+        lines.tell(
+            Progress(4, finished=finished, reused=0, models=5, models_reused=2, seconds=60.0 * finished)
+        )
     assert written == [
         "  1 of 4 scenes (0 kept, 0 failed; models: 5 solved, 2 times kept), about 3 min left",
         "  3 of 4 scenes (0 kept, 0 failed; models: 5 solved, 2 times kept), about 60 s left",
@@ -252,7 +253,7 @@ def test_a_campaign_has_a_line_every_few_seconds_and_a_last_one():
 def test_on_a_terminal_there_is_a_bar():
     console = Console(file=StringIO(), force_terminal=True, width=150)
     with campaign_shown(console) as told:
-        told(Progress(10, finished=3, found=1, failed=1, models=5, seconds=20.0))
+        told(Progress(10, finished=3, reused=1, failed=1, models=5, seconds=20.0))
     text = re.sub("\x1b\\[[0-9;?]*[A-Za-z]", "", console.file.getvalue())
     assert "scenes (1 kept, 1 failed; models: 5 solved, 0 times kept)" in text
     assert "3/10" in text

@@ -10,7 +10,8 @@ from femic.contact.compression import compressed
 from femic.contact.exact.full_stick import StickingPoint
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.motion import Shift
-from femic.contact.frictional import Pressing, solve
+from femic.contact.frictional import solve
+from femic.contact.loading import Loading
 from geometries.errors import WrongInput
 from geometries.grids import Grid
 from geometries.materials import Material, both_bodies
@@ -26,7 +27,7 @@ from tests.femic.contact.friction_problems import (
 from tests.femic.contact.problems import x_of
 
 OF_BOTH = groove(materials=MIXED)
-STEPS = [Pressing(load) for load in (500.0, 1500.0, 4000.0)]
+STEPS = [Loading(load) for load in (500.0, 1500.0, 4000.0)]
 
 
 def last(problem, steps):
@@ -72,7 +73,7 @@ def test_inclined_places_of_equal_bodies_are_pushed_along_s():
 @pytest.mark.parametrize("by", ["load", "approach"])
 def test_loads_and_their_approaches_are_the_same_history(by):
     by_load = list(compressed(OF_BOTH, STEPS))
-    steps = [Pressing(approach=contact.approach) if by == "approach" else step
+    steps = [Loading(approach=contact.approach) if by == "approach" else step
              for contact, step in zip(by_load, STEPS, strict=True)]  # fmt: skip
     for contact, other in zip(by_load, compressed(OF_BOTH, steps), strict=True):
         np.testing.assert_allclose(other.p, contact.p, atol=5e-5 * contact.p.max())
@@ -87,17 +88,17 @@ def test_a_rigid_motion_along_z_adds_to_the_approach_only():
 
 
 def test_a_step_to_where_it_is_changes_nothing_and_a_step_back_leaves_tractions():
-    there, again, back = compressed(OF_BOTH, [Pressing(4000.0), Pressing(4000.0), Pressing(1500.0)])
+    there, again, back = compressed(OF_BOTH, [Loading(4000.0), Loading(4000.0), Loading(1500.0)])
     np.testing.assert_allclose(again.p, there.p, atol=1e-5 * there.p.max())
     assert np.max(np.abs(again.slip)) < 1e-5 * np.max(np.abs(there.slip))
-    only = last(OF_BOTH, [Pressing(1500.0)])
+    only = last(OF_BOTH, [Loading(1500.0)])
     assert np.max(np.abs(back.p - only.p)) > 0.05 * only.p.max()
 
 
 def test_without_contact_a_step_does_nothing():
-    none, contact = compressed(OF_BOTH, [Pressing(approach=-0.001), Pressing(1500.0)])
+    none, contact = compressed(OF_BOTH, [Loading(approach=-0.001), Loading(1500.0)])
     assert not np.any(none.p)
-    first = last(OF_BOTH, [Pressing(1500.0)])
+    first = last(OF_BOTH, [Loading(1500.0)])
     assert contact.approach == pytest.approx(first.approach, rel=0.02)
 
 
@@ -105,7 +106,7 @@ def test_steps_of_the_load_converge():
     """To first order in the steps: halving them halves the change, at least nearly."""
     forces, problem = [], groove(14, 18, materials=MIXED)
     for n in (2, 4, 8):
-        contact = last(problem, [Pressing(4000.0 * (k + 1) / n) for k in range(n)])
+        contact = last(problem, [Loading(4000.0 * (k + 1) / n) for k in range(n)])
         forces.append([contact.force[1], np.sum(np.abs(contact.p[..., S]))])
     changes = np.linalg.norm(np.diff(forces, axis=0), axis=1)
     assert 0 < changes[1] < 0.75 * changes[0]
@@ -138,7 +139,7 @@ def test_dissimilar_bodies_that_stick_are_stiffer():
     problem = on_a_sphere(24, largest, 1e3)
     errors = []
     for steps in (4, 8, 16):
-        approaches = [Pressing(approach=largest * ((k + 1) / steps) ** 2) for k in range(steps)]
+        approaches = [Loading(approach=largest * ((k + 1) / steps) ** 2) for k in range(steps)]
         contact = last(problem, approaches)
         errors.append(contact.force[2] / load - 1)
     frictionless = normal.solve(problem.normal, approach=largest).load / load - 1
@@ -155,8 +156,8 @@ def test_steps_are_needed():
 
 
 def test_one_step_is_a_shift_by_the_approach():
-    contact = last(OF_BOTH, [Pressing(1500.0)])
+    contact = last(OF_BOTH, [Loading(1500.0)])
     rigid = np.zeros((*OF_BOTH.distance.shape, 2))
     rigid[..., S] = contact.approach * np.sin(OF_BOTH.inclination)
-    other = solve(OF_BOTH, Shift(rigid), Pressing(1500.0))
+    other = solve(OF_BOTH, Shift(rigid), Loading(1500.0))
     np.testing.assert_allclose(other.p, contact.p, atol=2e-5 * contact.p.max())

@@ -10,7 +10,8 @@ from femic.contact.bound_constrained import pressures
 from femic.contact.exact.cattaneo import ShiftedPoint
 from femic.contact.friction.kinematics import Creepages
 from femic.contact.friction.motion import Shift, SteadyRolling
-from femic.contact.frictional import FrictionalProblem, Pressing, solve
+from femic.contact.frictional import FrictionalProblem, solve
+from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
@@ -62,7 +63,7 @@ def same(there, here, scale=1.0, tolerance=1e-5):
 def test_the_law_holds_on_each_element_in_rolling(problem, order, friction):
     problem = replace(problem, friction=friction)
     motion = rolls(problem, order)
-    contact = solve(problem, motion, Pressing(LOAD))
+    contact = solve(problem, motion, Loading(LOAD))
     assert np.all(law_errors(contact, motion.rigid, order=order, dx=motion.dx) < 3e-6)
     assert 0 < np.count_nonzero(contact.in_contact) < contact.in_contact.size / 2
     wrong = replace(contact, p=contact.p * [0.999, 0.999, 1.0])
@@ -73,7 +74,7 @@ def test_the_law_holds_on_each_element_in_rolling(problem, order, friction):
 def test_the_law_holds_on_each_element_after_a_shift(problem):
     problem = replace(problem, friction=0.6 if np.any(problem.inclination) else 0.3)
     motion = shifted(problem, 2e-3, -1e-3)
-    contact = solve(problem, motion, Pressing(LOAD))
+    contact = solve(problem, motion, Loading(LOAD))
     rigid = motion.given_at(contact.approach)
     assert np.all(law_errors(contact, rigid) < 3e-6)
     assert 3 < np.count_nonzero(contact.stick) < np.count_nonzero(contact.in_contact) - 3
@@ -82,7 +83,7 @@ def test_the_law_holds_on_each_element_after_a_shift(problem):
 
 @each_problem
 def test_pressures_and_gaps_exclude_each_other(problem):
-    contact = solve(problem, rolls(problem), Pressing(LOAD))
+    contact = solve(problem, rolls(problem), Loading(LOAD))
     u = problem.operator(contact.p)
     np.testing.assert_allclose(contact.u, u, atol=1e-12)
     gap = u[..., N] + problem.distance - contact.approach * np.cos(problem.inclination)
@@ -100,7 +101,7 @@ def test_pressures_and_gaps_exclude_each_other(problem):
 @pytest.mark.parametrize("order", [1, 2, None])
 def test_friction_takes_energy_wherever_elements_slip(problem, order):
     motion = shifted(problem, 3e-3, -1e-3) if order is None else rolls(problem, order)
-    contact = solve(problem, motion, Pressing(LOAD))
+    contact = solve(problem, motion, Loading(LOAD))
     bound = problem.friction * contact.p[..., N]
     slips = contact.in_contact & ~contact.stick & (motion.depth == 0 or frictional.LeadingEdge.of(bound).free)
     assert np.count_nonzero(slips) > 3
@@ -118,7 +119,7 @@ def test_the_work_of_friction_tends_to_that_of_the_rigid_slip():
     for order, n in ((1, 20), (2, 20), (1, 40), (2, 40)):
         problem = paraboloids(n, n, offset=(0.2, 0.3))
         motion = rolls(problem, order)
-        contact = solve(problem, motion, Pressing(LOAD))
+        contact = solve(problem, motion, Loading(LOAD))
         assert 0.1 < contact.sliding_share < 0.9
         lost[order, n] = 1 - np.sum(contact.dissipation) / -np.sum(contact.p[..., :2] * motion.rigid)
     assert 0 < lost[2, 40] < lost[2, 20] / 2 < lost[1, 20] / 2
@@ -135,7 +136,7 @@ def test_a_half_way_tolerance_is_not_the_end(monkeypatch):
 
     monkeypatch.setattr(frictional, "pressures", watched)
     for tolerance in (1e-4, 1e-6):
-        contact = solve(FLAT, rolls(FLAT), Pressing(LOAD), tolerance=tolerance)
+        contact = solve(FLAT, rolls(FLAT), Loading(LOAD), tolerance=tolerance)
         assert seen[-1] == pytest.approx(tolerance * frictional.SHARPER)
         exact = normal.solve(FLAT.normal, load=LOAD, tolerance=1e-9)
         assert np.max(np.abs(contact.p[..., N] - exact.p)) < tolerance * exact.p.max()
@@ -151,7 +152,7 @@ def test_without_friction_it_is_the_frictionless_contact(problem, given):
     exact = normal.solve(problem.normal, load=LOAD, tolerance=1e-9)
     value = {"load": LOAD, "approach": exact.approach}[given]
     for motion in (rolls(problem), rolls(problem, 1), shifted(problem, 1e-3)):
-        contact = solve(problem, motion, Pressing(**{given: value}))
+        contact = solve(problem, motion, Loading(**{given: value}))
         np.testing.assert_allclose(contact.p[..., N], exact.p, atol=2e-6 * exact.p.max())
         assert not np.any(contact.p[..., :N])
         assert contact.approach == pytest.approx(exact.approach, rel=1e-6)
@@ -166,7 +167,7 @@ def test_with_much_friction_almost_all_sticks(problem, order, friction):
     problem = replace(problem, friction=friction)
     creepages = Creepages() if np.any(problem.inclination) else Creepages(1e-4, 1e-4)
     motion = shifted(problem, 1e-4, 1e-4) if order is None else rolls(problem, order, creepages)
-    contact = solve(problem, motion, Pressing(LOAD))
+    contact = solve(problem, motion, Loading(LOAD))
     assert contact.sliding_share <= (0.03 if friction == 1e3 else 0.15)
     rigid = motion.given_at(contact.approach) if order is None else motion.rigid
     errors = law_errors(contact, rigid, order=order, dx=problem.grid.dx)
@@ -175,11 +176,11 @@ def test_with_much_friction_almost_all_sticks(problem, order, friction):
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_without_creepages_equal_planes_have_no_tangential_tractions(order):
-    contact = solve(FLAT, rolls(FLAT, order, Creepages()), Pressing(LOAD))
+    contact = solve(FLAT, rolls(FLAT, order, Creepages()), Loading(LOAD))
     assert not np.any(contact.p[..., :N])
     assert np.all(contact.stick == contact.in_contact)
     unlike = paraboloids(materials=MIXED)
-    other = solve(unlike, rolls(unlike, order, Creepages()), Pressing(LOAD))
+    other = solve(unlike, rolls(unlike, order, Creepages()), Loading(LOAD))
     assert np.max(np.abs(other.p[..., :N])) > 1e-3 * other.p.max()
 
 
@@ -191,7 +192,7 @@ def test_a_shift_is_cattaneo_s(direction):
     exact = ShiftedPoint(POINT, 0.28, 0.3, 0.6 * 0.3 * LOAD, direction)
     problem = paraboloids(48, 44, offset=(0.2, 0.3))
     along = -exact.shift * np.eye(2)[direction]
-    contact = solve(problem, shifted(problem, *along), Pressing(LOAD))
+    contact = solve(problem, shifted(problem, *along), Loading(LOAD))
     assert contact.force[direction] == pytest.approx(exact.force, rel=0.01)
     assert abs(contact.force[1 - direction]) < 0.003 * exact.force
     grid = problem.grid
@@ -219,7 +220,7 @@ def test_metres_and_newtons_per_square_metre_give_the_same_contact(order):
     else:
         motions = rolls(OF_BOTH, order), replace(rolls(OF_BOTH, order), dx=in_metres.dx)
     here, found = (
-        solve(problem, motion, Pressing(LOAD))
+        solve(problem, motion, Loading(LOAD))
         for problem, motion in zip((OF_BOTH, there), motions, strict=False)
     )
     same(found, here, 1e6)
@@ -236,8 +237,8 @@ def test_ten_decades_of_load_are_alike(order, decades):
     larger = Grid(grid.n_x, grid.n_s, size * grid.dx, size * grid.ds)
     problem = on_half_spaces(larger, size**2 * FLAT.distance)
     motion = rolls(FLAT, order)
-    here = solve(FLAT, motion, Pressing(LOAD))
-    there = solve(problem, replace(motion, rigid=size * motion.rigid, dx=larger.dx), Pressing(size**3 * LOAD))
+    here = solve(FLAT, motion, Loading(LOAD))
+    there = solve(problem, replace(motion, rigid=size * motion.rigid, dx=larger.dx), Loading(size**3 * LOAD))
     same(there, here, size)
 
 
@@ -245,17 +246,17 @@ def test_ten_decades_of_load_are_alike(order, decades):
 @pytest.mark.parametrize("problem", [GROOVE, OF_BOTH], ids=["groove", "two materials"])
 def test_rigid_motions_of_the_bodies_change_the_approach_of_rolling_only(problem, order):
     """Along z they move inclined places along s, too, as much on each element of a strip."""
-    here = solve(problem, rolls(problem, order), Pressing(LOAD))
+    here = solve(problem, rolls(problem, order), Loading(LOAD))
     for x, z in ((1e-6, 0.0), (0.0, 1e-6)):
-        there = solve(movable(problem, x=x, z=z), rolls(problem, order), Pressing(LOAD))
+        there = solve(movable(problem, x=x, z=z), rolls(problem, order), Loading(LOAD))
         same(there, here)
         assert there.approach - here.approach == pytest.approx(z * LOAD, abs=1e-5 * here.approach)
 
 
 def test_rigid_motions_along_z_change_the_approach_of_a_shift_only():
     """The greater approach moves surfaces along s as much as the bodies give way."""
-    here = solve(OF_BOTH, shifted(OF_BOTH), Pressing(LOAD))
-    there = solve(movable(OF_BOTH, z=1e-6), shifted(OF_BOTH), Pressing(LOAD))
+    here = solve(OF_BOTH, shifted(OF_BOTH), Loading(LOAD))
+    there = solve(movable(OF_BOTH, z=1e-6), shifted(OF_BOTH), Loading(LOAD))
     same(there, here)
     assert there.approach - here.approach == pytest.approx(1e-6 * LOAD, rel=1e-3)
     assert np.max(np.abs(here.p[..., S])) > 0.05 * here.p.max()
@@ -265,28 +266,28 @@ def test_rigid_motions_along_z_change_the_approach_of_a_shift_only():
 def test_ics_as_a_matrix_give_the_same_contact(order):
     problem = groove(14, 18)
     motion = rolls(problem, order)
-    here, there = (solve(of, motion, Pressing(2000.0)) for of in (problem, by_matrix(problem)))
+    here, there = (solve(of, motion, Loading(2000.0)) for of in (problem, by_matrix(problem)))
     same(there, here)
 
 
 @each_problem
 def test_a_load_and_its_approach_are_the_same_contact_from_any_start(problem):
     motion = rolls(problem)
-    here = solve(problem, motion, Pressing(LOAD))
-    there = solve(problem, motion, Pressing(approach=here.approach))
+    here = solve(problem, motion, Loading(LOAD))
+    there = solve(problem, motion, Loading(approach=here.approach))
     same(there, here, tolerance=3e-5)
-    other = solve(problem, motion, Pressing(0.5 * LOAD))
-    same(solve(problem, motion, Pressing(LOAD), start=other), here)
-    assert solve(problem, motion, Pressing(LOAD), start=here).turns <= here.turns
+    other = solve(problem, motion, Loading(0.5 * LOAD))
+    same(solve(problem, motion, Loading(LOAD), start=other), here)
+    assert solve(problem, motion, Loading(LOAD), start=here).turns <= here.turns
 
 
 def test_coarser_grids_come_first_and_give_a_similar_contact():
     problem = paraboloids(64, 32)
-    contact = solve(problem, rolls(problem), Pressing(LOAD))
+    contact = solve(problem, rolls(problem), Loading(LOAD))
     assert contact.coarser.p.shape == (32, 16, 3)
     assert contact.coarser.coarser is None
     assert contact.coarser.force == pytest.approx(contact.force, rel=0.05)
-    start = solve(problem, rolls(problem), Pressing(LOAD), start=contact)
+    start = solve(problem, rolls(problem), Loading(LOAD), start=contact)
     assert start.coarser is None
     same(start, contact)
 
@@ -304,7 +305,7 @@ def test_few_elements_obey_the_law(elements, order):
     distance[tuple(zip(*places, strict=True))] = 1e-4 * np.arange(elements)
     problem = on_half_spaces(grid, distance, materials=MIXED)
     motion = shifted(problem, 1e-4, 2e-4) if order is None else rolls(problem, order)
-    contact = solve(problem, motion, Pressing(300.0))
+    contact = solve(problem, motion, Loading(300.0))
     assert np.count_nonzero(contact.in_contact) == elements
     assert np.all(law_errors(contact, motion.rigid, order=order, dx=grid.dx) < 3e-6)
     assert contact.force[2] == pytest.approx(300.0)
@@ -326,7 +327,7 @@ def test_two_patches_far_apart_are_two_contacts(axis, order):
     lone_grid = Grid(20, 20, size, size)
     lone = on_half_spaces(lone_grid, (x_of(lone_grid)[:, None] ** 2 + lone_grid.strips**2) / 60)
     two, one = (
-        solve(of, rolls(of, order, Creepages(1e-3, -5e-4)), Pressing(load))
+        solve(of, rolls(of, order, Creepages(1e-3, -5e-4)), Loading(load))
         for of, load in ((problem, LOAD), (lone, LOAD / 2))
     )
     assert len(two.patches) == 2
@@ -339,7 +340,7 @@ def test_two_patches_far_apart_are_two_contacts(axis, order):
 @pytest.mark.parametrize("problem", PROBLEMS.values(), ids=PROBLEMS)
 def test_an_approach_too_small_is_no_contact(problem):
     for motion in (rolls(problem), shifted(problem, 1e-3)):
-        contact = solve(problem, motion, Pressing(approach=-0.01))
+        contact = solve(problem, motion, Loading(approach=-0.01))
         assert not np.any(contact.p)
         assert not np.any(contact.stick)
         assert not np.any(contact.slip)
@@ -351,7 +352,7 @@ def test_an_approach_too_small_is_no_contact(problem):
 def test_a_contact_near_an_end_is_refused_and_the_end_named():
     problem = paraboloids(offset=(6.0, 0.0))
     with pytest.raises(PotentialAreaTooSmall, match="x > 0"):
-        solve(problem, rolls(problem), Pressing(LOAD))
+        solve(problem, rolls(problem), Loading(LOAD))
 
 
 def test_a_load_that_friction_bears_alone_is_said(monkeypatch):
@@ -359,14 +360,14 @@ def test_a_load_that_friction_bears_alone_is_said(monkeypatch):
     monkeypatch.setattr(frictional, "LEAST_PRESSED", 1.2)
     monkeypatch.setattr(frictional, "MOST_TURNS", 20)
     with pytest.raises(Failure, match="bear nearly all of the load, and little is left to pressures"):
-        solve(GROOVE, rolls(GROOVE, 1), Pressing(LOAD))
+        solve(GROOVE, rolls(GROOVE, 1), Loading(LOAD))
 
 
 def test_rolling_down_a_slope_with_much_friction():
     """Tangential tractions carry most of the load, or press the bodies on each other."""
     problem = replace(GROOVE, friction=1e3)
     motion = rolls(problem, 1, Creepages(-1e-3, 2e-3, 1e-3))
-    contact = solve(problem, motion, Pressing(100.0))
+    contact = solve(problem, motion, Loading(100.0))
     assert contact.force[2] == pytest.approx(100.0, rel=1e-4)
     by_pressures = np.sum(contact.p[..., N] * np.cos(problem.inclination)) * problem.grid.area
     assert abs(by_pressures / 100.0 - 1) > 0.1
@@ -376,7 +377,7 @@ def test_rolling_down_a_slope_with_much_friction():
 def test_turns_without_an_end_are_said(monkeypatch):
     monkeypatch.setattr(frictional, "MOST_TURNS", 2)
     with pytest.raises(Failure, match=r"after 2 turns, not 1.0e-06; use smaller steps"):
-        solve(GROOVE, rolls(GROOVE), Pressing(LOAD))
+        solve(GROOVE, rolls(GROOVE), Loading(LOAD))
 
 
 @pytest.mark.parametrize("friction", [-0.1, np.nan, np.inf])
@@ -388,10 +389,10 @@ def test_friction_must_be_zero_or_more(friction):
 def test_what_presses_is_a_load_or_an_approach():
     for given in ({}, {"load": 1.0, "approach": 1.0}):
         with pytest.raises(WrongInput, match="give one of them"):
-            Pressing(**given)
+            Loading(**given)
     for load in (0.0, -1.0, np.nan, np.inf):
         with pytest.raises(WrongInput, match=r"load = .*: must be positive and finite \[N\]"):
-            Pressing(load)
+            Loading(load)
     for approach in (np.nan, np.inf):
         with pytest.raises(WrongInput, match=r"approach = .*: must be finite \[mm\]"):
-            Pressing(approach=approach)
+            Loading(approach=approach)

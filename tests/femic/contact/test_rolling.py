@@ -11,7 +11,8 @@ from femic.contact.friction import coulomb
 from femic.contact.friction.force_limit import NotBorne
 from femic.contact.friction.kinematics import NAMES, Creepages
 from femic.contact.friction.motion import RollingStep
-from femic.contact.frictional import Pressing, _Turns, solve
+from femic.contact.frictional import _Turns, solve
+from femic.contact.loading import Loading
 from geometries.errors import Failure, WrongInput
 from geometries.patches import N
 from tests.femic.contact.friction_problems import MIXED, POINT, WHEEL, groove, paraboloids, wheel_on
@@ -44,17 +45,17 @@ def test_creepages_bring_about_the_forces_and_the_same_tractions(problem, names,
     wheel = wheel_on(problem, order=order)
     asked = {name: ASKED[name] for name in names}
     if problem is OF_BOTH:  # pressures have a lateral force and a moment of their own
-        own = wheel.contact(Creepages(), Pressing(LOAD)).contact
+        own = wheel.contact(Creepages(), Loading(LOAD)).contact
         pressed = dict(zip(NAMES, (*own.force[:2], torque(own, wheel.rolling)), strict=True))
         asked = {name: pressed[name] + 0.3 * asked[name] for name in names}
-    found = wheel.contact(CREEPAGES, Pressing(LOAD), forces=asked)
+    found = wheel.contact(CREEPAGES, Loading(LOAD), forces=asked)
     has = dict(zip(NAMES, (*found.contact.force[:2], torque(found.contact, wheel.rolling)), strict=True))
     for name in NAMES:
         if name in names:
             assert has[name] == pytest.approx(asked[name], abs=1e-4 * 0.3 * LOAD)
         else:
             assert getattr(found.creepages, name) == getattr(CREEPAGES, name)
-    again = wheel.contact(found.creepages, Pressing(LOAD))
+    again = wheel.contact(found.creepages, Loading(LOAD))
     np.testing.assert_allclose(again.contact.p, found.contact.p, atol=2e-5 * found.contact.p.max())
     assert again.creepages == found.creepages
 
@@ -63,13 +64,13 @@ def test_creepages_bring_about_the_forces_and_the_same_tractions(problem, names,
 def test_the_guess_of_the_creepages_does_not_matter(guess):
     wheel = wheel_on(FLAT)
     forces = {"longitudinal": -0.85 * 0.3 * LOAD, "lateral": 0.2 * 0.3 * LOAD}
-    found = wheel.contact(guess, Pressing(LOAD), forces=forces)
-    exact = wheel.contact(Creepages(spin=guess.spin), Pressing(LOAD), forces=forces)
+    found = wheel.contact(guess, Loading(LOAD), forces=forces)
+    exact = wheel.contact(Creepages(spin=guess.spin), Loading(LOAD), forces=forces)
     for name in NAMES:
         assert getattr(found.creepages, name) == pytest.approx(
             getattr(exact.creepages, name), rel=1e-3, abs=1e-7
         )
-    warm = wheel.contact(guess, Pressing(LOAD), forces=forces, start=found.contact)
+    warm = wheel.contact(guess, Loading(LOAD), forces=forces, start=found.contact)
     assert warm.creepages.longitudinal == pytest.approx(found.creepages.longitudinal, rel=1e-4)
 
 
@@ -80,7 +81,7 @@ def test_forces_that_friction_does_not_bear_are_refused_at_once(times, order, mo
     most = 0.3 * LOAD * times
     for forces in ({"longitudinal": -most}, {"longitudinal": 0.8 * most, "lateral": 0.6 * most}):
         with pytest.raises(Failure, match="forces asked for exceed what friction bears"):
-            wheel_on(FLAT, order=order).contact(Creepages(), Pressing(LOAD), forces=forces)
+            wheel_on(FLAT, order=order).contact(Creepages(), Loading(LOAD), forces=forces)
 
 
 @pytest.mark.parametrize(
@@ -96,7 +97,7 @@ def test_only_what_is_not_found_is_sought_in_simpler_forms(failure, tried, monke
     monkeypatch.setattr(_Turns, "end", failing)
     coarsest = paraboloids(14, 12)
     with pytest.raises(failure):
-        wheel_on(coarsest).contact(Creepages(), Pressing(LOAD))
+        wheel_on(coarsest).contact(Creepages(), Loading(LOAD))
     assert depths == tried
 
 
@@ -108,22 +109,22 @@ def test_a_contact_says_that_it_was_found_in_a_simpler_form(monkeypatch):
             raise Failure("no")
         return end(turns, *of)
 
-    assert not wheel.contact(Creepages(1e-3), Pressing(LOAD)).simplified
+    assert not wheel.contact(Creepages(1e-3), Loading(LOAD)).simplified
     first_order = replace(wheel, order=1)
-    assert not first_order.contact(Creepages(1e-3), Pressing(LOAD)).simplified
+    assert not first_order.contact(Creepages(1e-3), Loading(LOAD)).simplified
     monkeypatch.setattr(_Turns, "end", simpler_only)
-    assert wheel.contact(Creepages(1e-3), Pressing(LOAD)).simplified
+    assert wheel.contact(Creepages(1e-3), Loading(LOAD)).simplified
 
 
 def test_without_friction_or_contact_no_forces_are_borne():
-    for problem, pressing in ((replace(FLAT, friction=0.0), Pressing(LOAD)), (FLAT, Pressing(approach=-0.1))):
+    for problem, pressing in ((replace(FLAT, friction=0.0), Loading(LOAD)), (FLAT, Loading(approach=-0.1))):
         with pytest.raises(Failure, match="forces asked for exceed what friction bears"):
             wheel_on(problem).contact(Creepages(), pressing, forces={"longitudinal": 0.0})
 
 
 def test_forces_have_names():
     with pytest.raises(WrongInput, match="forces of radial: creepages are longitudinal, lateral, spin"):
-        wheel_on(FLAT).contact(Creepages(), Pressing(LOAD), forces={"radial": 1.0})
+        wheel_on(FLAT).contact(Creepages(), Loading(LOAD), forces={"radial": 1.0})
 
 
 # ---- energy
@@ -145,7 +146,7 @@ def moved_as_it_rolls(wheel, creepages):
 
 def lost_of(wheel, creepages, *, climbs):
     """What friction takes over the work on the rigid motion, less 1, and the share of this that climbs."""
-    rolling = wheel.contact(creepages, Pressing(LOAD))
+    rolling = wheel.contact(creepages, Loading(LOAD))
     taken = np.sum(rolling.contact.dissipation) * wheel.problem.grid.area
     climbing = wheel.climbing(rolling) if climbs else 0.0
     return taken / (wheel.power(rolling) - climbing) - 1, wheel.climbing(rolling) / wheel.power(rolling)
@@ -172,7 +173,7 @@ def test_friction_takes_the_work_on_the_rigid_motion(yawed):
 
 def test_power_is_that_of_the_torque_about_the_axle_less_that_of_the_forces():
     wheel = wheel_on(OF_BOTH)
-    rolling = wheel.contact(CREEPAGES, Pressing(LOAD))
+    rolling = wheel.contact(CREEPAGES, Loading(LOAD))
     contact, of, about_axle = rolling.contact, rolling.creepages, 0.0
     for i, j in np.ndindex(*contact.in_contact.shape):
         p_x, p_s, p_n = contact.p[i, j] * OF_BOTH.grid.area
@@ -195,12 +196,12 @@ def test_steady_rolling_is_what_transient_rolling_becomes(problem, order):
     """From no tangential tractions on; elements are not square."""
     wheel = wheel_on(problem, order=order)
     rigid = wheel.rolling.rigid_slip(CREEPAGES)
-    steady = wheel.contact(CREEPAGES, Pressing(LOAD)).contact
+    steady = wheel.contact(CREEPAGES, Loading(LOAD)).contact
     across = int(np.ptp(np.nonzero(steady.in_contact)[0])) + 1
     contact, before, errors = None, None, []
     for _ in range(5 * across):
         motion = RollingStep(rigid, dx=problem.grid.dx, order=order, before=before)
-        contact = solve(problem, motion, Pressing(LOAD), start=contact)
+        contact = solve(problem, motion, Loading(LOAD), start=contact)
         before = contact.u[..., :2]
         errors.append(np.max(np.abs(contact.p - steady.p)) / steady.p.max())
     assert errors[0] > 0.02
@@ -214,10 +215,10 @@ def test_steady_rolling_is_what_transient_rolling_becomes(problem, order):
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_mirror_in_s_mirrors_all(order):
     """Also what a mirror in x does, with the rolling turned round by a half turn about z."""
-    here = wheel_on(OF_BOTH, order=order).contact(CREEPAGES, Pressing(LOAD)).contact
+    here = wheel_on(OF_BOTH, order=order).contact(CREEPAGES, Loading(LOAD)).contact
     mirrored = wheel_on(groove(materials=MIXED, mirrored=True), order=order, mirrored=True)
     creepages = Creepages(CREEPAGES.longitudinal, -CREEPAGES.lateral, -CREEPAGES.spin)
-    there = mirrored.contact(creepages, Pressing(LOAD)).contact
+    there = mirrored.contact(creepages, Loading(LOAD)).contact
     np.testing.assert_allclose(there.p[:, ::-1] * [1, -1, 1], here.p, atol=2e-5 * here.p.max())
     np.testing.assert_array_equal(there.stick[:, ::-1], here.stick)
     assert there.force == pytest.approx(here.force * [1, -1, 1], abs=2e-5 * LOAD)
@@ -228,7 +229,7 @@ def test_the_opposite_creepages_on_a_plane_turn_tractions_round():
     """Of longitudinal and lateral ones: half-spaces have no sides of their own."""
     wheel = wheel_on(FLAT)
     here, there = (
-        wheel.contact(Creepages(sign * 1e-3, sign * 5e-4), Pressing(LOAD)).contact for sign in (1, -1)
+        wheel.contact(Creepages(sign * 1e-3, sign * 5e-4), Loading(LOAD)).contact for sign in (1, -1)
     )
     np.testing.assert_allclose(there.p, here.p * [-1, -1, 1], atol=1e-5 * here.p.max())
     assert here.force[0] > 0 > here.force[1]  # a driven wheel is pushed on, lateral slip is resisted
@@ -247,7 +248,7 @@ def test_small_creepages_have_kalker_s_forces(name):
     problem = paraboloids(n_x, n_s, friction=3.0, room=(1.3, 1.3))
     size = 1e-5 if name != "spin" else 1e-5 / np.sqrt(POINT.a * POINT.b)
     wheel = wheel_on(problem)
-    contact = wheel.contact(Creepages(**{name: size}), Pressing(LOAD)).contact
+    contact = wheel.contact(Creepages(**{name: size}), Loading(LOAD)).contact
     assert contact.sliding_share < 0.02
     G = STEEL.E / 2 / (1 + STEEL.nu)  # combined: of two equal bodies that of one
     creepages = [size * (name == other) for other in NAMES]
@@ -263,7 +264,7 @@ def test_small_creepages_have_kalker_s_forces(name):
 def test_forces_grow_with_friction_and_creepage_to_all_that_friction_bears():
     wheel = wheel_on(FLAT)
     forces = [
-        wheel.contact(Creepages(creepage), Pressing(LOAD)).contact.force[0] for creepage in (1e-4, 1e-3, 1e-2)
+        wheel.contact(Creepages(creepage), Loading(LOAD)).contact.force[0] for creepage in (1e-4, 1e-3, 1e-2)
     ]
     assert 0 < forces[0] < forces[1] < forces[2]
     assert forces[2] == pytest.approx(0.3 * LOAD, rel=1e-3)

@@ -183,7 +183,7 @@ def test_a_matrix_from_elsewhere_is_labelled_the_same_way(c_matrix):
 
 
 def test_a_file_for_contact_has_the_matrix(pair, tmp_path):
-    from compare.matrix.contact_file import read  # noqa: PLC0415
+    from compare.export.contact_file import read  # noqa: PLC0415
 
     labelled = femic.compute_matrix(pair, GRID, "Bhat")
     femic.write_for_contact(pair, labelled, tmp_path / "contact.txt")

@@ -10,19 +10,29 @@ from femic.scenes.load import load_scene
 
 @pytest.fixture
 def finished(tmp_path):
-    for name in ("ics.nc", "errors.nc"):
-        (tmp_path / name).write_text(name, encoding="utf-8")
-    receipts.leave(tmp_path, "run", "key", ["ics.nc", "errors.nc"])
-    return tmp_path
+    folder = tmp_path / "made"
+    with receipts.renewed(folder, "run", "key", ["ics.nc", "errors.nc"]):
+        for name in ("ics.nc", "errors.nc"):
+            (folder / name).write_text(name, encoding="utf-8")
+    return folder
 
 
 def test_results_hold_for_their_key_and_command(finished):
     assert receipts.holds(finished, "run", "key")
     assert not receipts.holds(finished, "run", "other")
     assert not receipts.holds(finished, "matrix", "key")
-    receipts.withdraw(finished, "run")
+
+
+def test_results_that_are_not_finished_have_no_receipt(finished):
+    def interrupted():
+        with receipts.renewed(finished, "run", "key", ["ics.nc"]) as folder:
+            assert folder == finished
+            assert not receipts.holds(finished, "run", "key")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
     assert not receipts.holds(finished, "run", "key")
-    receipts.withdraw(finished, "run")
 
 
 @pytest.mark.parametrize("damage", ["changed", "missing", "exchanged", "folder"])

@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.contact import compute
-from compare.contact.compute import compute_contact, grids_of, reference_name
+from compare.contact.compute import compute_contact, reference_name, require_solvable
 from compare.contact.dataset import to_dataset
-from compare.contact.pair_on_grid import placed_on
 from compare.report.styles import symbol_of
-from femic.campaigns.campaign import load_campaign
-from femic.campaigns.dataset import Collected
-from femic.campaigns.kept import Kept
-from femic.campaigns.maps.c_map import bhat_nn, open_map
-from femic.campaigns.maps.node import node
+from femic.campaigns.dataset.collected import Collected
+from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.files.load import load_campaign
+from femic.campaigns.maps.c_map import bhat_nn, maps_of_scene, open_map
+from femic.campaigns.results import matrix
+from femic.contact.pairs import reference_ics
+from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene
 from geometries.errors import Failure, WrongInput
@@ -55,16 +56,21 @@ def steep(ratio, modulus):
     return 0.004 * np.exp(2 * ratio) * np.log(modulus / 5e4) ** 4
 
 
-def c_of(scene, placed, f):
+def c_of(problem, on_grid, f):
     """B-hat, and f times a share of its own ICs that is largest at small lags and on equal strips."""
-    bhat, grid = bhat_nn(placed), placed.grid
+    bhat, grid = bhat_nn(on_grid), on_grid.grid
     near = np.exp(-np.abs(np.subtract.outer(grid.strips, grid.strips)))
     shape = np.exp(-grid.lags)[:, None, None] * near
-    return bhat + f(*ratio_and_modulus(scene)) * bhat[0, 0, 0] * shape
+    return bhat + f(*ratio_and_modulus(problem)) * bhat[0, 0, 0] * shape
 
 
-def ratio_and_modulus(scene):
-    upper, lower = scene.bodies["upper"], scene.bodies["lower"]
+def true_c(scene, f):
+    problem = scene.contact_problem
+    return c_of(problem, pair_on_grid(problem, scene.grid), f)
+
+
+def ratio_and_modulus(problem):
+    upper, lower = problem.bodies["upper"], problem.bodies["lower"]
     return abs(upper.contour.core.radius) / 10, lower.material.E
 
 
@@ -88,9 +94,9 @@ def collect(folder, left_out, base, campaign):
     collected = Collected(swept, folder / "out")
     for number in range(swept.size):
         if number in left_out:
-            collected.add(number, Kept(failure="did not converge"))
+            collected.add(number, Outcome(failure="did not converge"))
         else:
-            collected.add(number, Kept(node(swept.scene(swept.point(number)))))
+            collected.add(number, Outcome(matrix.matrix(swept.scene(swept.point(number)))))
     return collected.write()
 
 
@@ -99,12 +105,12 @@ def make(kept, tmp_path, monkeypatch):
     """Makes a map of C = f(ratio, modulus) times B-hat; returns its name."""
 
     def made(f=polynomial, left_out=(), base=BASE, campaign=CAMPAIGN):
-        def c_on(scene, placed, _means=None):
-            c = c_of(scene, placed, f)
+        def normal_ics(problem, on_grid, _means=None):
+            c = c_of(problem, on_grid, f)
             return c, np.full_like(c, ESTIMATE)
 
-        monkeypatch.setattr("femic.campaigns.maps.node.c_on", c_on)
-        monkeypatch.setattr(compute, "c_on", c_on)
+        for module in (matrix, reference_ics):
+            monkeypatch.setattr(module, "normal_ics", normal_ics)
         (tmp_path / "base.toml").write_text(base, encoding="utf-8")
         return f"map:{kept(f, left_out, base, campaign)}"
 
@@ -123,21 +129,21 @@ def scene_at(folder, ratio, modulus, **changes):
 
 
 def read(name, scene):
-    return open_map(name).at(scene, placed_on(scene, scene.grid))
+    return open_map(name, scene).at(pair_on_grid(scene.contact_problem, scene.grid))
 
 
 @pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.25, 1.5e5), (1.1, 8e5), (1.29, 9.9e5)])
 def test_polynomials_of_the_keys_are_exact(make, tmp_path, ratio, modulus):
     name, scene = make(), scene_at(tmp_path, ratio, modulus)
     ic, known_to = read(name, scene)
-    np.testing.assert_allclose(ic, c_of(scene, placed_on(scene, scene.grid), polynomial), rtol=1e-10)
+    np.testing.assert_allclose(ic, true_c(scene, polynomial), rtol=1e-10)
     np.testing.assert_allclose(known_to, ESTIMATE, rtol=1e-3)
 
 
 def test_nodes_are_c_to_rounding(make, tmp_path):
     name, scene = make(steep), scene_at(tmp_path, 1.2, 4e5)
     ic, _ = read(name, scene)
-    np.testing.assert_allclose(ic, c_of(scene, placed_on(scene, scene.grid), steep), rtol=1e-14)
+    np.testing.assert_allclose(ic, true_c(scene, steep), rtol=1e-14)
 
 
 @pytest.mark.parametrize(("ratio", "modulus"), [(1.07, 3e5), (1.15, 1.4e5), (1.25, 8e5)])
@@ -146,7 +152,7 @@ def test_the_error_on_left_out_nodes_covers_that_between_them(make, tmp_path, ra
     for kinks that are not there, on two axes, on the steepest of the lines around."""
     name, scene = make(steep), scene_at(tmp_path, ratio, modulus)
     ic, known_to = read(name, scene)
-    error = np.abs(ic - c_of(scene, placed_on(scene, scene.grid), steep))
+    error = np.abs(ic - true_c(scene, steep))
     assert np.all(error <= known_to - ESTIMATE)
     assert np.max(error) > 1e-4 * np.max(ic)
     assert np.max(known_to - ESTIMATE) < 100 * np.max(error)
@@ -155,7 +161,7 @@ def test_the_error_on_left_out_nodes_covers_that_between_them(make, tmp_path, ra
 def test_contact_by_a_map_is_that_by_c_and_known_to_its_error(make, tmp_path):
     name = make(steep)
     scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["Bhat", name, "C"]})
-    found = to_dataset(compute_contact(scene)).isel(case=0)
+    found = to_dataset(compute_contact(scene, maps=maps_of_scene(scene))).isel(case=0)
     c, by_map = (found.sel(ics=one) for one in ("C", name))
     for number in ("p_max", "approach", "a", "b"):
         assert float(by_map[number]) == pytest.approx(float(c[number]), rel=1e-2)
@@ -168,11 +174,11 @@ def test_contact_by_a_map_is_that_by_c_and_known_to_its_error(make, tmp_path):
 def test_a_map_has_a_grid_of_its_own_on_which_all_is_solved(make, tmp_path):
     name = make()
     scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["A", name], "grid": "automatic"})
-    ((grid, _),) = grids_of(scene)
+    ((grid, _),) = grids_of(scene.contact_problem, maps_of_scene(scene))
     assert (grid.n_x, grid.n_s, grid.dx, grid.ds) == (20, 20, 0.5, 0.4)
     small = scene_at(tmp_path, 1.05, 1e5, contact={"ics": [name], "loads": [1e6]})
     with pytest.raises(Failure, match=r"contact at 1e\+06 N with map:"):
-        compute_contact(small)
+        compute_contact(small, maps=maps_of_scene(small))
 
 
 def test_the_reference_is_c_then_a_map_then_bhat():
@@ -243,7 +249,7 @@ def test_a_damaged_map_is_not_used(make, tmp_path, damage):
 
 def test_a_large_map_of_which_a_chunk_cannot_be_read_is_not_used(make, tmp_path, monkeypatch):
     make()
-    monkeypatch.setattr("femic.campaigns.dataset.LARGEST_FILE", 1)
+    monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 1)
     path = collect(tmp_path, (), BASE, CAMPAIGN)
     chunk = next(file for file in (path / "c" / "c").rglob("*") if file.is_file())
     chunk.write_bytes(chunk.read_bytes()[:-9])
@@ -252,18 +258,18 @@ def test_a_large_map_of_which_a_chunk_cannot_be_read_is_not_used(make, tmp_path,
 
 
 def test_other_files_are_refused(make, tmp_path):
-    for name, said in (("map:nowhere.nc", "no such file"), (f"map:{__file__}", "no file of a campaign")):
+    for name, said in (("map:nowhere.nc", "no such file"), (f"map:{__file__}", "not the file of a campaign")):
         with pytest.raises(BadScene, match=said):
-            open_map(name)
+            open_map(name, None)
     xr.Dataset(attrs={"points": "grid"}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
     with pytest.raises(BadScene, match="no map"):
-        open_map(f"map:{tmp_path / 'other.nc'}")
+        open_map(f"map:{tmp_path / 'other.nc'}", None)
     few = CAMPAIGN.replace("1.05, 1.1, 1.2, 1.3", "1.05, 1.1")
     with pytest.raises(BadScene, match=r"axis ratio, 2 values: a map needs 3 or more"):
-        open_map(make(campaign=few))
+        open_map(make(campaign=few), None)
 
 
 def test_friction_is_refused(make, tmp_path):
     name = make()
     with pytest.raises(BadScene, match="maps of C know nn only"):
-        compute.cases_of(scene_at(tmp_path, 1.1, 3e5, contact={"ics": [name], "motion": "compression"}))
+        require_solvable(scene_at(tmp_path, 1.1, 3e5, contact={"ics": [name], "motion": "compression"}))

@@ -9,13 +9,12 @@ import xarray as xr
 from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
 from compare.calibration.compute import Calibrated, target_from
-from femic.campaigns import keeping
-from femic.campaigns.campaign import load_campaign
-from femic.campaigns.dataset import Collected
-from femic.campaigns.keeping import kept_calibration
-from femic.campaigns.kept import Kept
+from femic.campaigns.dataset.collected import Collected
+from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.files.load import load_campaign
 from femic.campaigns.maps.fit_map import fit_at, left_out, open_fits
-from femic.reference.run_options import RunOptions
+from femic.campaigns.results import calibration
+from femic.reference.run_options import Means
 from femic.scenes.errors import BadScene
 from geometries.errors import WrongInput
 
@@ -43,7 +42,7 @@ def smooth(scene, _means):
     flank = scene.bodies["lower"].contour.inclination(30.0)
     ratio = scene.bodies["upper"].contour.core.radius / scene.bodies["lower"].contour.core.radius
     target = target_from(scene, np.ones((1, 40)))
-    target = replace(target, ics=target.bhat_prime(true(flank, ratio)))
+    target = replace(target, ics=target.of(true(flank, ratio)))
     return Calibrated(scene, None, {"combined": fit(target)}, {"combined": target})
 
 
@@ -54,10 +53,10 @@ def fits(tmp_path_factory):
     campaign = load_campaign(folder / "fits.toml")
     collected = Collected(campaign, folder)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(keeping, "calibrate", smooth)
+        patch.setattr(calibration, "calibrate", smooth)
         for number in range(campaign.size):
             collected.add(
-                number, Kept(kept_calibration(campaign.scene(campaign.point(number)), RunOptions()))
+                number, Outcome(calibration.calibration(campaign.scene(campaign.point(number)), Means()))
             )
     return open_fits(collected.write())
 

@@ -1,0 +1,193 @@
+"""`femic export` writes the IC matrix of both bodies as a file for the program CONTACT."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import h5netcdf
+import numpy as np
+
+from approx.matrix import column, matrix
+from approx.variants import VARIANTS, needs_effective
+from compare.export import contact_file
+from compare.export.contact_file import ContactFile
+from compare.matrix.page import write_matrix
+from femic.cache import folders
+from femic.contact.operators.approximations import approximate_matrix
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.reference_ics import c_jobs
+from femic.reference.matrix.job import Discount
+from femic.reference.matrix.pair import pair_column
+from femic.reference.matrix.reference import matrices
+from femic.reference.run_options import DEFAULT, RunOptions
+from femic.scenes.engine import matrix_engine_misfits
+from femic.scenes.errors import require_none
+from femic.scenes.grid import grid_misfits
+from femic.scenes.scene import Scene
+from geometries.arrays import Array
+from geometries.errors import WrongInput
+from geometries.patches import COMPONENTS
+
+SAME_ICS = 1e-12  # of the largest IC: below this difference, ICs of strips depend on their offset only
+RAW = "; raw: with the rigid compliance of both bodies up to their clamped far arcs"
+SUFFIXES: dict[Discount, str] = {"approach": "", "source": "_source", "none": "_raw"}
+
+
+@dataclass(frozen=True)
+class ExportSpecification:
+    """The ICs of a file: C after a discount, by default the scene's, or an approximation."""
+
+    ics: str
+    discount: Discount | None = None
+
+    @property
+    def name(self) -> str:
+        """The name of the file."""
+        return f"contact_{self.ics}{SUFFIXES[self.discount] if self.discount else ''}.txt"
+
+    def of(self, scene: Scene) -> "ExportSpecification":
+        """Return the same with the discount of C, None for approximations."""
+        return replace(self, discount=(self.discount or scene.discount) if self.ics == "C" else None)
+
+
+@dataclass(frozen=True)
+class Export:
+    """A written file with its content, its scene and its specification."""
+
+    path: Path
+    file: ContactFile
+    scene: Scene
+    specification: ExportSpecification
+
+
+def require_exportable(scene: Scene, specification: ExportSpecification) -> None:
+    """Raise BadScene for a grid or an engine that does not fit, WrongInput for ICs that are not available."""
+    if "combined" not in scene.compared:
+        raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
+    if specification.discount and specification.ics != "C":
+        raise WrongInput(
+            f"discount = {specification.discount}, ics = {specification.ics}: approximations have no "
+            "discount: leave --discount out, or give --ics C"
+        )
+    is_variant = specification.ics in VARIANTS
+    if is_variant and needs_effective(specification.ics) and not scene.pair.has_effective("combined"):
+        raise WrongInput(
+            f"ics = {specification.ics}: the scene has no effective properties; see femic calibrate"
+        )
+    engine_misfits = () if is_variant else matrix_engine_misfits(scene)
+    require_none(scene.name, [*grid_misfits(scene), *engine_misfits])
+
+
+def export(
+    scene: Scene, specification: ExportSpecification, out: Path, options: RunOptions = DEFAULT
+) -> Export:
+    """Write `contact_ICS.txt` with the ICs of both bodies: C, which is computed, or an approximation.
+
+    C after the source's discount is written to `contact_C_source.txt`, without discount to
+    `contact_C_raw.txt`. Raises as `require_exportable` does.
+    """
+    require_exportable(scene, specification)
+    specification = specification.of(scene)
+    folders.make(out)
+    file = _file_content(scene, specification, out, options)
+    path = out / specification.name
+    options.watch.on_stage("  writing")
+    contact_file.write(file, path)
+    return Export(path, file, scene, specification)
+
+
+def _file_content(
+    scene: Scene, specification: ExportSpecification, out: Path, options: RunOptions
+) -> ContactFile:
+    on_grid = pair_on_grid(scene.contact_problem, scene.grid)
+    if specification.discount is None and on_grid.offset:
+        ics = approximate_matrix(specification.ics, scene.pair, scene.grid, upper_offset=on_grid.offset)
+        return to_contact(scene, ics)
+    if specification.discount is None:
+        return approximated(scene, specification.ics)
+    if specification.discount != scene.discount or on_grid.offset:
+        return to_contact(scene, discounted_matrix(scene, specification.discount, options))
+    write_matrix(scene, out, options=options)
+    return to_contact(scene, read_matrix(out / "matrix.nc", "combined"))
+
+
+def contact_settings(exported: Export) -> str:
+    """Return text on the settings for CONTACT, and on wrong settings that CONTACT does not notice."""
+    file, grid = exported.file, exported.scene.grid
+    strips = (
+        "one matrix for all strips, one strip and one lag more than CONTACT's grid"
+        if file.one_for_all
+        else f"{file.n_s} matrices, one a loaded strip, {file.n_x} lags"
+    )
+    upper, lower = (exported.scene.bodies[name].material for name in ("upper", "lower"))
+    return (
+        f"CONTACT file: {exported.path}: {strips}{RAW if exported.specification.discount == 'none' else ''}\n"
+        f"set in CONTACT: MX = {grid.n_x} or less, MY = {grid.n_s}{' or less' if file.one_for_all else ''}, "
+        f"XL = {-grid.n_x * grid.dx / 2:g}, YL = {grid.extent[0]:g}, DX = {grid.dx:g}, DY = {grid.ds:g} mm; "
+        f"CHI = 0, DQ = {grid.dx:g} if it rolls; body 1 = upper: POISS = {upper.nu:g}, {lower.nu:g}, "
+        f"GG = {upper.G:.8g}, {lower.G:.8g} MPa; MAXOUT > 1\n"
+        "note: CONTACT does not notice other XL, YL, CHI, DQ, POISS, GG, or swapped bodies; contact must "
+        "stay clear of the grid's edges: docs/contact-export.md"
+    )
+
+
+def to_contact(scene: Scene, ics: Array) -> ContactFile:
+    """A file with one matrix per loaded strip, from ICs of both bodies (n_x, n_s, n_s, 3, 3) [mm/MPa]."""
+    return _scaled(scene, contact_file.by_offsets(ics))
+
+
+def approximated(scene: Scene, variant: str) -> ContactFile:
+    """A file with an approximation; it has one matrix for all strips if ICs depend on their offset only.
+
+    A file with one matrix has one strip and one lag more than the scene's grid: CONTACT's preconditioner
+    transforms 2 MX by 2 MY offsets, including -MY, and zeros there may make it indefinite.
+    """
+    pair, grid = scene.pair, scene.grid
+    ics = matrix(variant, pair, grid)
+    if grid.n_s == 1 or not depends_on_offset_only(ics):
+        return to_contact(scene, ics)
+    longer = replace(grid, n_x=grid.n_x + 1)
+    larger = replace(longer, n_s=grid.n_s + 1)  # the outermost centres lie on the edges of the grid
+    ahead, behind = (column(variant, pair, larger, strip) for strip in (0, grid.n_s))
+    first, last = (np.moveaxis(end, -1, 0)[None, None] for end in (behind[..., 0], ahead[..., -1]))
+    inner = contact_file.of_offsets_only(matrix(variant, pair, longer))
+    return _scaled(scene, np.concatenate([first, inner, last], axis=1))
+
+
+def _scaled(scene: Scene, values: Array) -> ContactFile:
+    values *= scene.pair.constants.G
+    return ContactFile(values, scene.grid.dx, scene.grid.ds, convex_body(scene))
+
+
+def discounted_matrix(scene: Scene, discount: Discount, options: RunOptions) -> Array:
+    """Return C of both bodies after a discount [mm/MPa], (n_x, n_s, n_s, 3, 3), as for contact.
+
+    Where the upper body is moved along y, its strips lie opposite the strips of the lower body. Models are
+    solved unless they are stored.
+    """
+    problem = replace(scene.contact_problem, discount=discount)
+    jobs = c_jobs(problem, pair_on_grid(problem, scene.grid), COMPONENTS)
+    solved, contour = matrices(jobs, options, combined=True), scene.bodies["lower"].contour
+    columns = [pair_column(solved, contour, strip).ic for strip in range(scene.grid.n_s)]
+    return scene.grid.area * np.moveaxis(np.stack(columns), (0, 1, 2, 3, 4), (2, 3, 4, 0, 1))
+
+
+def depends_on_offset_only(ics: Array) -> bool:
+    """Whether ICs (n_x, n_s, n_s, 3, 3) are the same for all pairs of strips with the same offset."""
+    moved = np.abs(ics[:, 1:, 1:] - ics[:, :-1, :-1])
+    return bool(np.max(moved, initial=0.0) <= SAME_ICS * np.max(np.abs(ics)))
+
+
+def convex_body(scene: Scene) -> int:
+    """The number of the convex body: 1 for the upper, 2 for the lower one and for a plane."""
+    start, end = scene.bodies["lower"].contour.inclination(np.array(scene.grid.extent))
+    return 1 if end < start else 2
+
+
+def read_matrix(path: Path, body: str) -> Array:
+    """Read C of a body [mm/MPa], (n_x, n_s, n_s, 3, 3), from `matrix.nc`."""
+    with h5netcdf.File(path, "r") as file:
+        bodies = [name.decode() if isinstance(name, bytes) else str(name) for name in file["body"][...]]
+        return np.asarray(file["ic"][bodies.index(body)])
+
+
+FORMATS = {"contact": export}

@@ -1,0 +1,72 @@
+"""Errors of ICs in tables, coloured by their size, and the text that says what they are shares of."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from compare.report.tables import ROUNDING, Cell, Row
+
+VANISHING = " †"  # marks errors of components that vanish: shares of 0.05 max |C_nn|
+MEASURE = (
+    "Error of a component: max |v − C| over a line, as a share of the component itself: of max |C_ij| over "
+    "the points of all lines, four elements from the load and further (nearer: over all points). Small, "
+    "below it: the weight, the same difference as a share of max |C_nn| on the line; it says what the error "
+    "can do to displacements. “Vanishes”: C_ij is zero by symmetry, or smaller than ten times its own "
+    "estimated error; a variant is then tested as a zero, and its number, with †, is a share of 0.05 max "
+    "|C_nn| there. “0”: rounding."
+)
+ERRORS_HEADING = "Worst error of the {} influence coefficients against C"
+COMPONENTS = (
+    "Components: displacement, then traction; x along the rolling direction, s along the contour, n normal, "
+    "from the lower into the upper body."
+)
+
+
+def error_cell(
+    error: float, weight: float = np.nan, *, vanishes: bool = False, mark: str = "", known: bool = False
+) -> Cell:
+    """An error, coloured by its size, with its weight below; a dash where nothing was computed.
+
+    `known`: the error is the estimated one of C, which has no share where the component vanishes.
+    """
+    if known and vanishes:
+        return Cell("vanishes" + mark, below=_weight_text(weight))
+    if np.isnan(error):
+        return Cell(error)
+    if error < ROUNDING:
+        return Cell("0" + mark)
+    text = percent(error) + (VANISHING if vanishes else "") + mark
+    return Cell(text, below=_weight_text(weight), colour=colour(error))
+
+
+def cell_of(errors: xr.Dataset, *, known: bool, mark: str = "") -> Cell:
+    """Cell of a dataset with a single `error` [-], its `weight` and whether the component `vanishes`."""
+    error, weight, vanishes = (errors[name].item() for name in ("error", "weight", "vanishes"))
+    return error_cell(error, weight, vanishes=vanishes, mark=mark, known=known)
+
+
+def error_row(
+    name: str, errors: xr.Dataset, components: Sequence[str], *, known: bool, place: str = ""
+) -> Row:
+    """A row of errors of components, `errors` has the dims i and j; the place comes before them."""
+    cells = [cell_of(errors.sel(i=c[0], j=c[1]), known=known) for c in components]
+    return Row(name, [place, *cells] if place else cells)
+
+
+def _weight_text(weight: float) -> str:
+    return "" if np.isnan(weight) or weight < ROUNDING else percent(weight)
+
+
+def percent(share: float) -> str:
+    """A share in percent, as tables show it."""
+    if share < 5e-5:
+        return "< 0.01 %"
+    return f"{100 * share:.2f} %" if share < 0.1 else f"{100 * share:.1f} %"
+
+
+def colour(error: float) -> str:
+    """Background of an error: white up to 0.1 %, red from 100 % on, logarithmic between."""
+    redness = float(np.clip((np.log10(max(error, 1e-9)) + 3) / 3, 0, 1))
+    green_blue = round(255 - 120 * redness)
+    return f"#ff{green_blue:02x}{green_blue:02x}"

@@ -1,0 +1,138 @@
+"""Tables as data: heads with units, rows of cells that are numbers in a format, or texts."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+import numpy as np
+import xarray as xr
+
+ROUNDING = 1e-9  # share below which a difference is rounding
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of a table: a number and its format, or a text; below it a smaller text. NaN is a dash.
+
+    `link` is the anchor of a section.
+    """
+
+    value: float | str
+    form: str = ""
+    below: str = ""
+    colour: str = ""
+    link: str = ""
+
+    @property
+    def text(self) -> str:
+        """The number in its format, or the text."""
+        if isinstance(self.value, str):
+            return self.value
+        return "–" if np.isnan(self.value) else format(self.value, self.form)
+
+
+@dataclass(frozen=True)
+class Column:
+    """The head of a column with its unit; texts are aligned to the left and may have several lines."""
+
+    head: str
+    unit: str = ""
+    is_text: bool = False
+
+    @property
+    def title(self) -> str:
+        """The head and the unit, in brackets."""
+        return f"{self.head} [{'-' if self.unit == '1' else self.unit}]" if self.unit else self.head
+
+
+def texts(*heads: str) -> list[Column]:
+    """Columns of texts."""
+    return [Column(head, is_text=True) for head in heads]
+
+
+def numbers(*heads: str, unit: str = "") -> list[Column]:
+    """Columns of numbers."""
+    return [Column(head, unit) for head in heads]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a table; without a name it continues the row above."""
+
+    name: str
+    cells: Sequence[Cell | str]
+
+    @property
+    def filled(self) -> list[Cell]:
+        """The cells, also of plain texts."""
+        return [Cell(cell) if isinstance(cell, str) else cell for cell in self.cells]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table; its caption is the head of the column of the rows' names. `is_text` holds for all columns."""
+
+    kind: ClassVar[str] = "table"
+    caption: str
+    columns: Sequence[Column | str]
+    rows: Sequence[Row]
+    is_text: bool = False
+
+    @property
+    def heads(self) -> list[Column]:
+        """The columns, also of plain heads."""
+        return [Column(one, "", self.is_text) if isinstance(one, str) else one for one in self.columns]
+
+    @property
+    def is_grouped(self) -> bool:
+        """Whether rows continue others."""
+        return not all(row.name for row in self.rows)
+
+
+class Quantity(Protocol):
+    """A number with a symbol and a unit, "1" if it has none."""
+
+    @property
+    def symbol(self) -> str:
+        """Its symbol."""
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+
+
+def columns_of(quantities: Iterable[Quantity]) -> list[Column]:
+    """The columns of quantities."""
+    return [Column(one.symbol, one.unit) for one in quantities]
+
+
+def cell(value: float | xr.DataArray, estimate: float | xr.DataArray = np.nan, digits: int = 4) -> Cell:
+    """A number, and its estimate below."""
+    below = "" if np.isnan(float(estimate)) else f"± {float(estimate):.2g}"
+    return Cell(float(value), f".{digits}g", below)
+
+
+def changed_cell(value: xr.DataArray, before: xr.DataArray, estimate: xr.DataArray) -> Cell:
+    """By how much a number changes, below it what it was, with its estimate."""
+    change = float(value) - float(before)
+    below = f"of {float(before):.4g} ± {float(estimate):.2g}"
+    return (
+        Cell(change, "+.2g", below) if abs(change) > ROUNDING * abs(float(before)) else Cell("0", "", below)
+    )
+
+
+def changes_table(
+    caption: str, quantities: Mapping[str, Quantity], before: xr.Dataset, changed: xr.Dataset, prefix: str
+) -> Table:
+    """How other supports change quantities, a row per change; `changed` has them, with a prefix."""
+    rows = [
+        Row(
+            str(name),
+            [
+                changed_cell(changed[prefix + key].sel(supports=name), before[key], before[f"estimate_{key}"])
+                for key in quantities
+            ],
+        )
+        for name in changed.supports.values
+    ]
+    return Table(caption, columns_of(quantities.values()), rows)

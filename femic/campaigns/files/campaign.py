@@ -1,0 +1,157 @@
+"""A campaign: a scene, the axes along which its keys vary, and the points at which scenes are computed.
+
+Points are all combinations of the axes' values (a grid), or random ones, or the rows of a table. Their order
+covers the ranges coarsely first.
+"""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import islice, product
+from math import prod
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from femic.campaigns.files.keys import OUT_OF_RANGE, is_number, is_out_of_range, text_of
+from femic.campaigns.files.point_order import Point, coarse_first, grid_order, informative, one_at_a_time
+from femic.scenes.errors import BadScene
+from femic.scenes.keys import set_key
+from femic.scenes.load import resolve_files, scene_from_table
+from femic.scenes.scene import Scene
+from femic.scenes.values import Value, value_of
+
+SEPARATOR = re.compile(r",(?=\s*[^\s,=]+=)")  # between axes in the name of a point; lists have commas, too
+MOST_CHECKED = 1000  # scenes that are built before the run, a few ms each
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis of a campaign. `values` are those of a grid; () where points are random or from a table."""
+
+    name: str
+    label: str
+    unit: str
+    values: Point
+    factors: Mapping[str, float | None]  # by key: the factor of a value; None: the value itself
+    spacing: str = "linear"  # how distances between values are measured
+
+    def entries(self, value: Value) -> Iterator[tuple[str, Value]]:
+        """Yield the keys of this axis with their entries at a value; raises BadScene."""
+        for key, factor in self.factors.items():
+            if factor is not None and not is_number(value):
+                raise BadScene(f"sweep.{self.name}: {value!r}: is not a number, and {key} has a factor")
+            entry = value if factor is None else factor * float(value)  # type: ignore[arg-type]
+            if is_out_of_range(entry):
+                raise BadScene(f"sweep.{self.name}: {key} = {entry:g}: {OUT_OF_RANGE}")
+            yield key, entry
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A valid campaign."""
+
+    name: str
+    title: str
+    text: str  # TOML
+    keep: tuple[str, ...]
+    table: Mapping[str, Any] = field(repr=False)  # the scene, with the keys that all scenes share
+    axes: tuple[Axis, ...] = ()
+    listed: tuple[Point, ...] = ()  # points that are not a grid
+    is_random: bool = False  # whether `listed` is random
+    folder: Path = Path()  # to which paths in swept values are relative
+
+    @property
+    def is_grid(self) -> bool:
+        """Whether the points are all combinations of values."""
+        return not self.listed
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Numbers of values of the axes of a grid, else the number of points."""
+        return tuple(len(axis.values) for axis in self.axes) if self.is_grid else (len(self.listed),)
+
+    @property
+    def size(self) -> int:
+        """The number of points."""
+        return prod(self.shape)
+
+    @cached_property
+    def order(self) -> Sequence[int]:
+        """The numbers of the points (of a grid: in C order), coarse over the ranges first."""
+        return grid_order(self.shape) if self.is_grid else range(self.size)
+
+    @property
+    def checked_points(self) -> Iterator[Point]:
+        """Up to `MOST_CHECKED` points whose scenes must be possible: each value, and each row of a table.
+
+        Each value of an axis comes with the first values of the others; random points give the ends.
+        """
+        if self.is_grid:
+            points = one_at_a_time(self.point(0), [coarse_first(axis.values) for axis in self.axes])
+        elif self.is_random:
+            columns = zip(*self.listed, strict=True)
+            points = one_at_a_time(self.listed[0], [(min(column), max(column)) for column in columns])
+        else:
+            points = informative(self.listed, MOST_CHECKED)
+        return islice(points, MOST_CHECKED)
+
+    @property
+    def checked_combinations(self) -> Iterator[Point]:
+        """Up to `MOST_CHECKED` points that show impossible combinations: of ends, or random ones."""
+        if self.is_grid:
+            ends = (dict.fromkeys((axis.values[0], axis.values[-1])) for axis in self.axes)
+            return islice(product(*ends), MOST_CHECKED)
+        return islice(self.listed, MOST_CHECKED if self.is_random else 0)
+
+    def point(self, number: int) -> Point:
+        """The values of the axes at a point."""
+        if not self.is_grid:
+            return self.listed[number]
+        places = np.unravel_index(number, self.shape)
+        return tuple(axis.values[place] for axis, place in zip(self.axes, places, strict=True))
+
+    def named(self, point: Point) -> str:
+        """The name of a point, such as flank=30,ratio=1.1."""
+        return ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(self.axes, point, strict=True))
+
+    def scene_table(self, point: Point) -> dict[str, Any]:
+        """The table of the scene at a point; raises BadScene where a key does not exist."""
+        table = deepcopy(dict(self.table))
+        for axis, value in zip(self.axes, point, strict=True):
+            for key, entry in axis.entries(value):
+                set_key(table, key, deepcopy(entry), axis.name)
+        resolve_files(table, self.folder)
+        return table
+
+    def scene(self, point: Point) -> Scene:
+        """The scene at a point; raises BadScene."""
+        return scene_from_table(self.scene_table(point), self.named(point))
+
+
+def points_named(campaign: Campaign, name: str) -> list[Point]:
+    """The points with a name such as flank=30,ratio=1.1; raises BadScene.
+
+    A name with all axes stands for one point, of the campaign or not; one with some of them for all points
+    of the campaign with these values.
+    """
+    parts = [part.strip().partition("=") for part in SEPARATOR.split(name)]
+    given = {axis: value_of(value) for axis, _, value in parts}
+    names = [axis.name for axis in campaign.axes]
+    if not all(sign for _, sign, _ in parts) or not given.keys() <= {*names} or len(given) < len(parts):
+        usage = ",".join(f"{axis}=..." for axis in names)
+        raise BadScene(f"{campaign.name}: point {name!r}: give {usage}, or some of them")
+    if len(given) == len(names):
+        return [tuple(given[axis] for axis in names)]
+    places = {names.index(axis): text_of(value) for axis, value in given.items()}
+    points = [campaign.point(number) for number in range(campaign.size)]
+    matching = [point for point in points if all(text_of(point[k]) == value for k, value in places.items())]
+    if not matching:
+        known = "; ".join(
+            f"{names[k]}: {', '.join(dict.fromkeys(text_of(point[k]) for point in points))}" for k in places
+        )
+        raise BadScene(f"{campaign.name}: no points with {name}; there are {known}")
+    return matching

@@ -1,0 +1,69 @@
+"""Errors of ICs on the lines of a scene, and the ICs themselves."""
+
+import numpy as np
+import xarray as xr
+
+from compare.ics import dataset as of_points
+from compare.ics.compute import Results, compute, jobs, seconds_of
+from femic.campaigns.results.kind import Jobs, ResultKind
+from femic.reference.run_options import RunOptions
+from femic.scenes.scene import Scene
+
+OF_ERRORS = frozenset(
+    {"error", "rms", "weight", "vanishes", "estimate_refinement", "variant", "body", "line", "i", "j"}
+    | {"unknowns", "model_seconds", "ic_seconds"}
+)
+OF_ICS = OF_ERRORS | {"ic", "estimate", "point", "on_line", "x", "s"}
+
+
+def errors(scene: Scene, options: RunOptions) -> xr.Dataset:
+    """Return the errors of all ICs: `error`, `rms`, `weight` (body, variant, line, i, j), and the cost of C.
+
+    They are those of `errors.nc`, for the scene's components. `vanishes` is 1 where a component does, else 0.
+    """
+    return _errors(compute(scene, options))
+
+
+def ics(scene: Scene, options: RunOptions) -> xr.Dataset:
+    """Return `errors`, and `ic`, `estimate` [mm/N] at the points `x`, `s` [mm] of the line `on_line`."""
+    results = compute(scene, options)
+    at_points = of_points.to_dataset(results)[["ic", "estimate"]].reset_coords(["x", "s"]).drop_vars("line")
+    on_line = np.concatenate(
+        [np.full(part.stop - part.start, float(k)) for k, part in enumerate(results.lines.values())]
+    )
+    at_points["on_line"] = "point", on_line, {"long_name": "number of the line of a point"}
+    return _described(xr.merge([_errors(results), at_points]))
+
+
+def jobs_on_lines(scene: Scene) -> list[Jobs]:
+    """Return the jobs of C on the lines of a scene."""
+    return [jobs(scene)]
+
+
+def _errors(results: Results) -> xr.Dataset:
+    """Errors of the scene's components, NaN for others, and the cost of the models of C."""
+    at_points = of_points.to_dataset(results)
+    of_scene = xr.zeros_like(at_points.ic.isel(variant=0, body=0, point=0, drop=True), dtype=bool)
+    for component in results.scene.components:
+        of_scene.loc[{"i": component[0], "j": component[1]}] = True
+    found = of_points.errors(results, at_points).astype(float, keep_attrs=True).where(of_scene)
+    costs = results.models
+    seconds = [[results.seconds[v, body] for body in results.scene.compared] for v in results.variants]
+    unknowns = float(max(cost.unknowns for cost in costs.values()))
+    return _described(found.drop_attrs(deep=False)).assign(
+        unknowns=((), unknowns, {"units": "1", "long_name": "of the largest model"}),
+        model_seconds=((), seconds_of(costs), {"units": "s", "long_name": "of all models of C"}),
+        ic_seconds=(("variant", "body"), seconds, {"units": "s", "long_name": "seconds of the ICs"}),
+    )
+
+
+def _described(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset with meanings as long names."""
+    for variable in dataset.variables.values():
+        if "meaning" in variable.attrs:
+            variable.attrs["long_name"] = variable.attrs.pop("meaning")
+    return dataset.drop_attrs(deep=False)
+
+
+ERRORS = ResultKind(errors, jobs_on_lines, names=OF_ERRORS)
+ICS = ResultKind(ics, jobs_on_lines, names=OF_ICS)

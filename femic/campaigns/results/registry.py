@@ -1,0 +1,41 @@
+"""The registry of kinds of results, by their names in campaign files; a new kind is one entry here."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+import xarray as xr
+
+from femic.cache.digests import results_digest
+from femic.campaigns.results.advice import ADVICE
+from femic.campaigns.results.calibration import CALIBRATION
+from femic.campaigns.results.contact import CONTACT
+from femic.campaigns.results.kind import ResultKind
+from femic.campaigns.results.matrix import MATRIX
+from femic.campaigns.results.on_lines import ERRORS, ICS
+
+KINDS: Mapping[str, ResultKind] = MappingProxyType(
+    {
+        "errors": ERRORS,
+        "ics": ICS,
+        "contact": CONTACT,
+        "matrix": MATRIX,
+        "advice": ADVICE,
+        "calibration": CALIBRATION,
+    }
+)
+_EXACT: dict[str, Any] = {"join": "exact", "compat": "equals", "combine_attrs": "override"}
+
+
+def code_of_results() -> str:
+    """Return the digest of the code of all kinds."""
+    return results_digest(__name__)
+
+
+def merged(parts: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Return results of several kinds as one dataset; common variables are those of the first kind."""
+    joined = xr.Dataset()
+    for part in parts.values():
+        new = [name for name in part.data_vars if name not in joined.data_vars]
+        joined = joined.merge(part[new], **_EXACT)
+    return joined

@@ -1,0 +1,182 @@
+"""Clusters for campaigns: the cores of this machine, or any cluster with a scheduler of Dask.
+
+Workers have one thread each, and one BLAS thread. Workers on this machine end with the program, however it
+ends, and their connections are closed to other users.
+"""
+
+import logging
+import signal
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from threading import current_thread, main_thread
+from time import perf_counter, sleep
+from typing import Any
+from warnings import catch_warnings, simplefilter
+
+import dask
+from distributed import Client, LocalCluster, Security
+from distributed.system import MEMORY_LIMIT
+
+from femic.campaigns.running.scheduler import no_answer
+from femic.reference.models import BASE_MEMORY
+from femic.reference.run_options import cores
+from geometries.errors import Failure
+
+CONNECTS_WITHIN = 10.0  # seconds in which a scheduler answers
+WORKS_WITHIN = 25.0  # seconds in which a scheduler has a worker
+POLL_EVERY = 0.1  # seconds between polls for workers
+MEMORY_SHARE = 0.9  # of the machine's memory that workers may have
+MOST_DEATHS = 3  # times that the worker of a task may die before the task is given up
+QUIET = ("distributed", "tornado", "asyncio")  # logs of workers that come and go
+
+NO_DASHBOARD = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # any free port, this machine only
+
+NOTHING: list[str] = []  # served by HTTP: anybody on this machine may ask
+
+LOCAL_SETTINGS: dict[str, Any] = {
+    "distributed.worker.preload": ["femic.campaigns.running.local_worker"],
+    "distributed.scheduler.http.routes": NOTHING,
+    "distributed.worker.http.routes": NOTHING,
+    "distributed.worker.profile.enabled": False,  # a hundred samples a second, for nobody
+    "distributed.worker.memory.target": False,  # results are in the store: there is nothing to spill
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.pause": False,  # nothing would free memory meanwhile
+    "distributed.scheduler.worker-ttl": None,  # a factorisation may hold the interpreter for long
+    "distributed.scheduler.allowed-failures": MOST_DEATHS,
+    "distributed.admin.system-monitor.gil.enabled": False,
+}
+
+
+@dataclass(frozen=True)
+class Size:
+    """The number of local workers, the memory that each may have [MB], and a note on it."""
+
+    workers: int
+    memory: float
+    note: str = ""
+
+
+def size_for(requested: int | None, scenes: int, largest: float, memory: float | None = None) -> Size:
+    """The size of a local cluster for models that take up to `largest` MB.
+
+    By default there is a worker per core, and not more than scenes; fewer where their models would not fit
+    into `memory` [MB], by default that of the machine.
+    """
+    available = MEMORY_SHARE * (MEMORY_LIMIT / 2**20 if memory is None else memory)
+    useful = max(1, min(requested or cores(), scenes))
+    fitting = max(1, int(available // max(largest, BASE_MEMORY)))
+    if useful <= fitting:
+        return Size(useful, available / useful)
+    return Size(
+        fitting,
+        available / fitting,
+        f"{fitting} instead of {useful} workers: models take up to {largest:.0f} MB, and there are "
+        f"{available:.0f} MB for all",
+    )
+
+
+@contextmanager
+def local_cluster(size: Size) -> Iterator[Client]:
+    """A client of a cluster of processes on this machine, which end with the context.
+
+    Nobody else can use it: connections need a certificate that is made for this run, in memory only.
+    """
+    with _quiet(), dask.config.set(LOCAL_SETTINGS), ExitStack() as started:
+        with _interrupted_afterwards():
+            cluster = started.enter_context(
+                LocalCluster(
+                    n_workers=size.workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    memory_limit=int(size.memory * 2**20),
+                    scheduler_kwargs=NO_DASHBOARD,
+                    security=Security.temporary(),
+                    silence_logs=logging.CRITICAL,
+                )
+            )
+            client = started.enter_context(Client(cluster, set_as_default=False))
+        try:
+            yield client
+        except BaseException:
+            _kill(cluster)
+            raise
+
+
+@contextmanager
+def _interrupted_afterwards() -> Iterator[None]:
+    """A context after which Ctrl-C takes effect: Dask cannot properly end a cluster that is half started.
+
+    A second Ctrl-C takes effect at once.
+    """
+    if current_thread() is not main_thread():  # others are not interrupted
+        yield
+        return
+    seen: list[int] = []
+
+    def noted(number: int, _: object) -> None:
+        if seen:
+            raise KeyboardInterrupt
+        seen.append(number)
+
+    before = signal.signal(signal.SIGINT, noted)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if seen:
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def existing_cluster(address: str, timeout: float = CONNECTS_WITHIN) -> Iterator[Client]:
+    """A client of the scheduler at an address; raises Failure where none answers, or has no workers."""
+    with _quiet(), _connected(address, timeout) as client:
+        _require_workers(client, address)
+        yield client
+
+
+def _require_workers(client: Client, address: str) -> None:
+    """Wait for workers, paused ones, too; raises Failure where none come."""
+    start = perf_counter()
+    while not client.scheduler_info(n_workers=-1).get("workers"):
+        if perf_counter() - start > WORKS_WITHIN:
+            raise Failure(
+                f"the scheduler at {address} has no workers: start some, such as `dask worker {address} "
+                "--nthreads 1 --nworkers 8`"
+            )
+        sleep(POLL_EVERY)
+
+
+def _connected(address: str, timeout: float) -> Client:
+    """A client of the scheduler at an address; raises Failure where none answers."""
+    with catch_warnings():
+        simplefilter("ignore")  # of other versions of Dask: the digest of the code decides
+        try:
+            return Client(address, timeout=timeout, set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise no_answer(address, timeout, error) from error
+
+
+def _kill(cluster: LocalCluster) -> None:
+    """Kill the workers of a local cluster, whatever they are doing; their work starts again another time."""
+    for nanny in cluster.workers.values():
+        nanny.auto_restart = False
+        process = getattr(nanny.process, "process", None)
+        if process is not None and process.pid is not None:
+            process._process.kill()
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """A context in which Dask logs critical errors only."""
+    known = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in QUIET]
+    loggers = [logging.getLogger(name) for name in {*QUIET, *known}]  # some have levels of their own
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, before, strict=True):
+            logger.setLevel(level)

@@ -1,0 +1,89 @@
+"""The plan of a campaign: models, seconds and memory, estimated from some of its scenes."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from time import perf_counter
+
+from compare.plan.models import Step, steps_of
+from femic.cache.store import Store
+from femic.campaigns.dataset import outcomes
+from femic.campaigns.files.campaign import Campaign
+from femic.campaigns.results import registry
+from femic.campaigns.running.scene_task import SceneTask, stored_outcome, tasks_of
+from femic.campaigns.running.tasks import model_tasks
+from femic.reference.models import BASE_MEMORY
+from geometries.errors import Failure, WrongInput
+
+SAMPLED = 8  # scenes whose models are planned: the first ones of the order lie far apart
+COUNTED = 1000  # scenes whose models are counted
+LONGEST = 10.0  # s after which no more scenes are examined: contact on automatic grids takes seconds each
+SECONDS_OF_SCENE = 1.0  # besides its models: approximations, errors
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """The cost of a campaign as far as it is not finished; models are those before refinement."""
+
+    scenes: int
+    reused: int  # finished by earlier runs
+    counted: int  # scenes whose models were counted
+    models: int  # distinct ones of these
+    seconds: float  # of one worker, for all scenes
+    memory: float  # of the largest model [MB]
+
+
+def planned(campaign: Campaign, store: Store) -> SweepPlan:
+    """Return the plan of a campaign: its scenes and models counted, and some of them planned."""
+    keys, first, reused = outcomes.keys_in(store), list[SceneTask](), 0
+    for _, task in tasks_of(campaign, store):
+        if keys.intersection(task.keys.values()) and stored_outcome(task, store):
+            reused += 1
+        elif len(first) < COUNTED:
+            first.append(task)
+    models, counted, left = set[str](), 0, campaign.size - reused
+    for task in _for_a_while(first):
+        models.update(model_tasks(task, store))
+        counted += 1
+    steps = list(_steps(first[:SAMPLED]))
+    per_model = sum(step.expected.seconds for step in steps) / max(1, len(steps))
+    all_models = len(models) * left / max(1, counted)
+    return SweepPlan(
+        campaign.size,
+        reused,
+        counted,
+        len(models),
+        all_models * per_model + SECONDS_OF_SCENE * left,
+        _largest(steps),
+    )
+
+
+def largest_memory(campaign: Campaign, scenes: int = SAMPLED) -> float:
+    """Return the memory [MB] of the largest model of the first scenes of a campaign, finished or not."""
+    store = Store()
+    return _largest(list(_steps([task for _, task in islice(tasks_of(campaign, store), scenes)])))
+
+
+def _largest(steps: list[Step]) -> float:
+    return max([step.expected.memory for step in steps], default=BASE_MEMORY)
+
+
+def _steps(tasks: list[SceneTask]) -> Iterator[Step]:
+    """Yield the models of scenes, each model of a scene once; none of those that cannot be built."""
+    for task in _for_a_while(tasks):
+        try:
+            scene = task.scene
+            for keep in task.keys:
+                for jobs in registry.KINDS[keep].jobs(scene):
+                    yield from steps_of(jobs, 1)
+        except (Failure, WrongInput):
+            continue
+
+
+def _for_a_while(tasks: list[SceneTask]) -> Iterator[SceneTask]:
+    """Yield the tasks, at least one, until it takes too long."""
+    start = perf_counter()
+    for task in tasks:
+        yield task
+        if perf_counter() - start > LONGEST:
+            return

@@ -1,0 +1,167 @@
+"""Creep-force curves of a wheel: contacts from one creepage to the next, and at prescribed forces."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from femic.contact.estimates import Measured, Scale
+from femic.contact.friction.kinematics import Creepages, Rolling
+from femic.contact.frictional import FrictionalProblem
+from femic.contact.loading import Loading
+from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.quantities import OF_ROLLING, measured
+from femic.contact.rolling import RollingContact, RollingProblem
+from geometries.errors import Failure
+
+MOST_HALVINGS = 2  # of a step of creepage that fails
+ACCURACY = 1e-9  # of creepages that are searched for
+AROUND_ZERO = 0.02  # forces over friction times load between which the slope at no force is taken
+
+
+@dataclass(frozen=True, eq=False)
+class CreepForceCurve:
+    """A creep-force curve on one grid: contacts by creepage, and at certain forces."""
+
+    contacts: Mapping[float, RollingContact]
+    points: Mapping[float, Measured]  # by creepage, as contacts
+    free: Measured  # the numbers of `OF_CURVE`
+    equal: RollingContact  # with the force at which ICs are compared
+
+
+@dataclass(frozen=True, eq=False)
+class Continuation:
+    """Continuation along a creep-force curve, outward from the creepage nearest 0."""
+
+    pair: PairWithFriction
+    problem: RollingProblem
+    label: str
+
+    @classmethod
+    def of(cls, pair: PairWithFriction, problem: FrictionalProblem, label: str) -> "Continuation":
+        """The continuation along the curve of a problem on its own grid."""
+        on_grid = replace(pair.on_grid, grid=problem.grid)
+        undeformed, strips = on_grid.undeformed, on_grid.grid.strips
+        rolling = Rolling(
+            undeformed.lower.contour,
+            undeformed.upper.rolling_radius,
+            on_grid.x,
+            strips,
+            undeformed.upper_height(strips),
+        )
+        return cls(pair, RollingProblem(problem, rolling), label)
+
+    @property
+    def xi(self) -> tuple[float, ...]:
+        """The creepages, growing."""
+        return self.pair.specification.longitudinal
+
+    @property
+    def largest(self) -> float:
+        """Friction times load [N]."""
+        return self.problem.problem.friction * self.pair.loads[0]
+
+    def curve(self) -> CreepForceCurve:
+        """The contacts at all creepages, each from its neighbour, and the contacts at prescribed forces."""
+        contacts = self.contacts()
+        free, equal = self.free(list(contacts.values()))
+        points = {xi: self.measured(contact) for xi, contact in contacts.items()}
+        return CreepForceCurve(contacts, points, free, equal)
+
+    def free(self, contacts: Sequence[RollingContact]) -> tuple[Measured, RollingContact]:
+        """The numbers of `OF_CURVE` from a curve of `contacts`, and the contact at which ICs are compared."""
+        zero, below, above, equal = (
+            self.with_force(share * self.largest, contacts)
+            for share in (0.0, -AROUND_ZERO, AROUND_ZERO, self.pair.specification.equal_force)
+        )
+        rise = float(above.creepages.longitudinal - below.creepages.longitudinal)
+        slope = 2 * AROUND_ZERO * self.largest / rise
+        numbers = {
+            "zero_creepage": float(zero.creepages.longitudinal),
+            "slope": slope,
+            "equal_creepage": float(equal.creepages.longitudinal),
+        }
+        saturated = abs(self.largest / slope)  # the creepage at which the slope reaches friction times load
+        scales = {"creepage": Scale(saturated, saturated)}
+        return Measured(numbers, scales, self.measured(zero).floors), equal
+
+    def contacts(self) -> dict[float, RollingContact]:
+        """The contacts by creepage, growing; without those that have no solution."""
+        first = self.first()
+        found = {first.creepages.longitudinal: first}
+        number = self.xi.index(first.creepages.longitudinal)
+        for side in (self.xi[number + 1 :], self.xi[:number][::-1]):
+            before = first
+            for xi in side:
+                if contact := self.at_if_possible(xi, before):
+                    before = found[xi] = contact
+        return {xi: found[xi] for xi in sorted(found)}
+
+    def first(self) -> RollingContact:
+        """The contact at the creepage nearest 0 that has a solution without a neighbour's."""
+        for xi in sorted(self.xi, key=abs):
+            if contact := self.at_if_possible(xi, None):
+                return contact
+        raise Failure(f"{self.label}: no contact at any creepage; use smaller or larger elements")
+
+    def at_if_possible(self, xi: float, before: RollingContact | None) -> RollingContact | None:
+        """The contact at a creepage; None where it has no solution, which is reported."""
+        try:
+            return self.at(xi, before)
+        except PotentialAreaTooSmall:
+            raise
+        except Failure as failure:
+            self.pair.options.watch.on_stage(f"  left out: {failure}")
+            return None
+
+    def with_force(self, force: float, contacts: Sequence[RollingContact]) -> RollingContact:
+        """The contact with a longitudinal force [N], from where the curve of `contacts` has it."""
+        forces = [contact.contact.force[0] for contact in contacts]
+        xi = [contact.creepages.longitudinal for contact in contacts]
+        nearest = contacts[int(np.argmin(np.abs(np.array(forces) - force)))]
+        start = self.at(float(np.interp(force, forces, xi)), nearest)
+        try:
+            return self.solve(start.creepages.longitudinal, start, force)
+        except Failure:
+            return self.search_force(force, start)
+
+    def search_force(self, force: float, start: RollingContact) -> RollingContact:
+        """The contact with a force [N] by a search over creepages; Failure where none has it."""
+        found = {start.creepages.longitudinal: start}
+
+        def beyond(xi: float) -> float:
+            nearest = found[min(found, key=lambda other: abs(other - xi))]
+            found[xi] = self.at(xi, nearest)
+            return float(found[xi].contact.force[0]) - force
+
+        if beyond(self.xi[0]) * beyond(self.xi[-1]) > 0:
+            raise Failure(f"{self.label}: F_x = {force:g} N is beyond the curve; give further creepages")
+        return found[float(brentq(beyond, self.xi[0], self.xi[-1], xtol=ACCURACY))]
+
+    def at(self, xi: float, before: RollingContact | None, halvings: int = MOST_HALVINGS) -> RollingContact:
+        """The contact at a creepage, from a neighbour; where that fails in two steps, each likewise."""
+        try:
+            return self.solve(xi, before)
+        except PotentialAreaTooSmall:
+            raise
+        except Failure as failure:
+            if before is None or halvings == 0:
+                raise Failure(f"{self.label}, xi = {xi:g}: {failure}") from failure
+            half_way = self.at((xi + before.creepages.longitudinal) / 2, before, halvings - 1)
+            return self.at(xi, half_way, halvings - 1)
+
+    def solve(self, xi: float, before: RollingContact | None, force: float | None = None) -> RollingContact:
+        """The contact at a creepage, or with a longitudinal force [N] near it."""
+        specification = self.pair.specification
+        return self.problem.contact(
+            Creepages(xi, specification.lateral, specification.spin),
+            Loading(self.pair.loads[0]),
+            forces={} if force is None else {"longitudinal": force},
+            start=None if before is None else before.contact,
+        )
+
+    def measured(self, rolling: RollingContact) -> Measured:
+        """The numbers of a contact, with what estimates need."""
+        return measured(self.pair.on_grid, rolling.contact, OF_ROLLING)

@@ -1,0 +1,165 @@
+"""Frictionless contact of two bodies: all loads with all ICs, on grids that fit."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from femic.contact.estimates import Measured, Numbers, changes, errors
+from femic.contact.loading import Loading
+from femic.contact.normal import NormalContact, Operator, PotentialAreaTooSmall
+from femic.contact.operators.dense import GridOperator
+from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
+from femic.contact.pairs.given_ics import NONE_GIVEN, C, NormalICs, given_of, reference_name
+from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
+from femic.contact.pairs.quantities import OF_FRICTIONLESS, kinds, measured, numbers
+from femic.contact.pairs.reference_ics import ReferenceICs, normal_operator, normal_reference_ics
+from femic.contact.specification import ContactProblem
+from femic.reference.run_options import DEFAULT, RunOptions
+from geometries.errors import Failure
+from geometries.grids import Grid
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedContact:
+    """A contact with some ICs, by name.
+
+    `perturbed` is the same with C, or ICs that are given, plus their estimated error; None of others.
+    `displaced` is the contact with the distance of the displaced body, with the reference's ICs and where it
+    is found on the grid.
+    """
+
+    loading: Loading
+    ics: str
+    contact: PairContact
+    perturbed: PairContact | None = None
+    displaced: PairContact | None = None
+    seconds: float = 0.0
+
+    @property
+    def on_grid(self) -> PairOnGrid:
+        """The bodies on the grid."""
+        return self.contact.on_grid
+
+    @property
+    def normal(self) -> NormalContact:
+        """Pressures and gaps."""
+        return self.contact.normal
+
+    def estimated_errors(self) -> dict[str, float]:
+        """Estimated errors of `OF_FRICTIONLESS`; NaN where the grid is too small for larger elements."""
+        of_all, coarser = kinds(OF_FRICTIONLESS), self.normal.coarser
+        fine, larger, parts = measured(self.on_grid, self.normal), list[Measured](), list[Numbers]()
+        while coarser is not None and len(larger) < 2:
+            larger.append(measured(self.on_grid, coarser))
+            coarser = coarser.coarser
+        if self.perturbed is not None:
+            parts.append(changes(fine, of_all, numbers(self.perturbed.on_grid, self.perturbed.normal)))
+        known = errors(of_all, fine, larger, parts)
+        if np.isfinite(self.contact.lateral_stiffness):  # the position follows the lateral force
+            known["position"] += known["F_y"] / self.contact.lateral_stiffness
+        return known
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionlessContacts:
+    """The contacts of a problem, by loading and name of the ICs, in the order of its specification."""
+
+    problem: ContactProblem
+    contacts: Mapping[tuple[Loading, str], SolvedContact]
+    references: Mapping[Grid, ReferenceICs]  # C on the grids, where it is among the ICs
+    seconds: float
+
+    @property
+    def loadings(self) -> tuple[Loading, ...]:
+        """Loads, or approaches."""
+        return self.problem.specification.loadings
+
+    @property
+    def ics(self) -> tuple[str, ...]:
+        """Names of the ICs."""
+        return self.problem.specification.ics
+
+
+def solve_frictionless(
+    problem: ContactProblem, options: RunOptions = DEFAULT, given: Mapping[str, NormalICs] = NONE_GIVEN
+) -> FrictionlessContacts:
+    """Solve all contacts of a problem; `given` are ICs by the names in its specification.
+
+    Raises WrongInput and Failure as `PairOnGrid.solve` and `grids_of`, and NotConverged of C.
+    """
+    start = perf_counter()
+    contacts: dict[tuple[Loading, str], SolvedContact] = {}
+    references: dict[Grid, ReferenceICs] = {}
+    for grid, loadings in grids_of(problem, given):
+        solver = _Solver(problem, loadings, given_of(problem.specification.ics, given), options)
+        solved, reference = on_fitting_grid(problem, grid, solver.on_grid, longer=not solver.given)
+        contacts |= solved
+        if reference is not None:
+            references[next(iter(solved.values())).on_grid.grid] = reference
+    return FrictionlessContacts(problem, contacts, references, perf_counter() - start)
+
+
+@dataclass(frozen=True, eq=False)
+class _PerturbedICs:
+    """ICs that are given, as operator, and the same with their estimated error added."""
+
+    operator: GridOperator
+    perturbed: GridOperator
+
+
+@dataclass(frozen=True, eq=False)
+class _Solver:
+    """Solves contacts under some loadings on the same grid."""
+
+    problem: ContactProblem
+    loadings: Sequence[Loading]
+    given: Mapping[str, NormalICs]
+    options: RunOptions
+
+    def on_grid(
+        self, on_grid: PairOnGrid
+    ) -> tuple[dict[tuple[Loading, str], SolvedContact], ReferenceICs | None]:
+        """The contacts with all ICs on a grid, and C on it."""
+        grid, reference = on_grid.grid, None
+        self.options.watch.on_stage(
+            f"  {grid.n_x} x {grid.n_s} elements of {grid.dx:.3g} x {grid.ds:.3g} mm: "
+            + ", ".join(map(str, self.loadings))
+        )
+        contacts: dict[tuple[Loading, str], SolvedContact] = {}
+        for name in self.problem.specification.ics:
+            known: ReferenceICs | _PerturbedICs | None = None
+            if name == C:
+                known = reference = normal_reference_ics(self.problem, on_grid, self.options)
+            elif name in self.given:
+                ics, estimate = self.given[name].at(on_grid)
+                known = _PerturbedICs(normal_operator(ics), normal_operator(ics + estimate))
+            for loading in self.loadings:
+                try:
+                    contacts[loading, name] = self.solved(on_grid, loading, name, known)
+                except PotentialAreaTooSmall as short:
+                    raise PotentialAreaTooSmall(short.ends, loading, name) from short
+        return contacts, reference
+
+    def solved(
+        self, on_grid: PairOnGrid, loading: Loading, name: str, known: ReferenceICs | _PerturbedICs | None
+    ) -> SolvedContact:
+        """One contact; with known errors of the ICs these are added, too, and the reference is displaced."""
+        start, exact = perf_counter(), self.problem.specification.exact
+        operator: Operator = known.operator if known else on_grid.operator(name)
+        contact = on_grid.solve(operator, loading, exact=exact)
+        seconds = perf_counter() - start
+        perturbed = on_grid.solve(known.perturbed, loading, exact=exact) if known else None
+        displaced = None
+        if not exact and name == reference_name(self.problem.specification.ics, [*self.given]):
+            displaced = _displaced(on_grid, operator, loading)
+        return SolvedContact(loading, name, contact, perturbed, displaced, seconds)
+
+
+def _displaced(on_grid: PairOnGrid, operator: Operator, loading: Loading) -> PairContact | None:
+    """The contact with the exact distance; None where it is larger than the grid, or there is none."""
+    try:
+        return on_grid.solve(operator, loading, exact=True)
+    except Failure:
+        return None

@@ -1,0 +1,85 @@
+"""Two bodies on a grid with friction: ICs by name, and the contact problem with each."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeVar
+
+from femic.contact.frictional import FrictionalProblem, FullOperator
+from femic.contact.motions import MOTIONS, ContactMotion
+from femic.contact.operators.approximations import half_space_operator
+from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
+from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.reference_ics import ReferenceICs, approximation, full_reference_ics
+from femic.contact.specification import ContactProblem, FrictionSpecification
+from femic.reference.run_options import DEFAULT, RunOptions
+from geometries.errors import WrongInput
+
+Outcome = TypeVar("Outcome")
+
+
+@dataclass(frozen=True, eq=False)
+class PairWithFriction:
+    """Two bodies on a grid; raises WrongInput where the problem has no friction."""
+
+    problem: ContactProblem
+    on_grid: PairOnGrid
+    options: RunOptions = DEFAULT
+
+    def __post_init__(self) -> None:
+        if self.problem.specification.friction is None:
+            raise WrongInput(f"{self.problem.name}: without friction: give a specification of it")
+
+    @cached_property
+    def reference(self) -> ReferenceICs:
+        """C on the grid, computed when it is needed for the first time."""
+        rolls = self.motion.wheel_rolls
+        return full_reference_ics(self.problem, self.on_grid, self.options, wheel_rolls=rolls)
+
+    @property
+    def specification(self) -> FrictionSpecification:
+        """The specification of friction and motion."""
+        assert self.problem.specification.friction is not None
+        return self.problem.specification.friction
+
+    @property
+    def motion(self) -> ContactMotion:
+        """The motion."""
+        return MOTIONS[self.problem.specification.motion]
+
+    @property
+    def loads(self) -> tuple[float, ...]:
+        """The loads [N]."""
+        return self.problem.specification.loads
+
+    def operator(self, name: str) -> FullOperator:
+        """The ICs of a name."""
+        return self.reference.operator if name == C else approximation(self.on_grid, name)
+
+    def frictional(self, operator: FullOperator, friction: float) -> FrictionalProblem:
+        """The contact problem with some ICs and a coefficient of friction."""
+        on_grid = self.on_grid
+        return FrictionalProblem(
+            on_grid.grid,
+            operator,
+            half_space_operator(on_grid.pair, on_grid.grid),
+            on_grid.distance,
+            on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips),
+            friction,
+        )
+
+
+def solve_with_friction(
+    problem: ContactProblem, solve: Callable[[PairWithFriction], Outcome], options: RunOptions = DEFAULT
+) -> Outcome:
+    """Return the solution of `solve` on a grid that fits the largest load, made longer where needed."""
+    ((grid, loadings),) = grids_of(problem)
+
+    def solve_on(on_grid: PairOnGrid) -> Outcome:
+        n_x, n_s = on_grid.grid.n_x, on_grid.grid.n_s
+        size = f"{on_grid.grid.dx:.3g} x {on_grid.grid.ds:.3g} mm"
+        options.watch.on_stage(f"  {n_x} x {n_s} elements of {size}: {loadings[-1]}")
+        return solve(PairWithFriction(problem, on_grid, options))
+
+    return on_fitting_grid(problem, grid, solve_on)

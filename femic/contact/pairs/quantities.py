@@ -1,0 +1,258 @@
+"""The numbers of contacts, without and with friction: symbols, units, meanings, estimates of errors."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any, Protocol
+
+import numpy as np
+
+from femic.contact.edges import Extent
+from femic.contact.estimates import (
+    ABOUT_X,
+    ABOUT_Z,
+    AREA,
+    ASPECT,
+    CENTRE,
+    CREEPAGE,
+    GIVEN,
+    LATERAL,
+    LENGTH,
+    LONGITUDINAL,
+    POSITION,
+    PRESSURE,
+    SLIDING,
+    SLOPE,
+    STIFFNESS,
+    WIDTH,
+    WORK,
+    Kind,
+    Measured,
+    Scale,
+)
+from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.resultants import centre_of_pressure
+from femic.contact.undecided import Places, Tractions, floors, readings, scales
+from geometries.arrays import Array
+from geometries.grids import Grid
+
+
+class _OnGrid(Protocol):
+    @property
+    def grid(self) -> Grid: ...
+
+
+class Contact(Protocol):
+    """A contact on the grid of its problem, without or with friction."""
+
+    @property
+    def problem(self) -> _OnGrid:
+        """The problem that it solves."""
+        ...
+
+    @property
+    def pressures(self) -> Array:
+        """Pressures [MPa], shape (n_x, n_s)."""
+        ...
+
+    @property
+    def tractions(self) -> Array:
+        """Tractions on the upper body [MPa], shape (n_x, n_s, 3)."""
+        ...
+
+    @property
+    def patches(self) -> list[Extent]:
+        """The contact patches."""
+        ...
+
+    @property
+    def slip_state(self) -> Tractions:
+        """Where it sticks and slips."""
+        ...
+
+    @property
+    def largest_work(self) -> float:
+        """Work of friction if all slides, in its unit; 0 without friction."""
+        ...
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number of a contact: how its error is estimated, and how it is computed.
+
+    `of` is None for numbers of a creep-force curve as a whole.
+    """
+
+    symbol: str
+    unit: str
+    meaning: str
+    kind: Kind
+    of: Callable[[PairOnGrid, Any], float] | None = None
+
+
+def main_patch(contact: Contact) -> Extent:
+    """The patch with the largest sum of pressures."""
+    return max(contact.patches, key=lambda patch: float(np.sum(contact.pressures[patch.elements])))
+
+
+def s_range(on_grid: PairOnGrid, contact: Contact) -> tuple[float, float]:
+    """Arc lengths [mm] at the ends of the main patch."""
+    low, high = main_patch(contact).s
+    first, ds = on_grid.grid.strips[0], on_grid.grid.ds
+    return float(first + low * ds), float(first + high * ds)
+
+
+def angle(on_grid: PairOnGrid, contact: Contact) -> float:
+    """Range of the inclination over the main patch [deg]."""
+    inclinations = on_grid.undeformed.lower.contour.inclination(np.array(s_range(on_grid, contact)))
+    return float(np.degrees(np.ptp(inclinations)))
+
+
+def half_length(on_grid: PairOnGrid, contact: Contact) -> float:
+    """Half-length of the main patch along x [mm]."""
+    low, high = main_patch(contact).x
+    return (high - low) / 2 * on_grid.grid.dx
+
+
+def half_width(on_grid: PairOnGrid, contact: Contact) -> float:
+    """Half-width of the main patch along s, on the arc [mm]."""
+    low, high = s_range(on_grid, contact)
+    return (high - low) / 2
+
+
+def _aspect(on_grid: PairOnGrid, contact: Contact) -> float:
+    return half_length(on_grid, contact) / half_width(on_grid, contact)
+
+
+def _centre(on_grid: PairOnGrid, contact: Contact) -> float:
+    return centre_of_pressure(contact.pressures, on_grid.grid.strips)
+
+
+def _dissipation(on_grid: PairOnGrid, contact: Any) -> float:
+    return float(np.sum(contact.dissipation) * on_grid.grid.area)
+
+
+def _force(axis: int) -> Callable[[PairOnGrid, Contact], float]:
+    """The force [N] on the upper body along a global axis."""
+    return lambda on_grid, contact: float(on_grid.resultant(contact.tractions).force[axis])
+
+
+def _moment(axis: int) -> Callable[[PairOnGrid, Contact], float]:
+    """The moment [N mm] on the upper body about a global axis through the contact centre."""
+    return lambda on_grid, contact: float(on_grid.resultant(contact.tractions).moment[axis])
+
+
+def _own(name: str) -> Callable[[PairOnGrid, Any], float]:
+    """A number that contacts have as an attribute."""
+    return lambda _, contact: getattr(contact, name)
+
+
+ALL: Mapping[str, Quantity] = MappingProxyType(
+    {
+        "angle": Quantity("Δδ", "deg", "range of the inclination over the patch", WIDTH, angle),
+        "a": Quantity("a", "mm", "half-length of the patch along x", LENGTH, half_length),
+        "b": Quantity("b", "mm", "half-width of the patch along s, on the arc", WIDTH, half_width),
+        "aspect": Quantity("a/b", "1", "aspect of the patch", ASPECT, _aspect),
+        "p_max": Quantity(
+            "p_max", "MPa", "largest pressure", PRESSURE, lambda _, contact: float(np.max(contact.pressures))
+        ),
+        "approach": Quantity("ζ", "mm", "vertical approach", GIVEN, _own("approach")),
+        "load": Quantity("N", "N", "vertical load", GIVEN, _own("load")),
+        "position": Quantity(
+            "y_u",
+            "mm",
+            "lateral position of the upper body",
+            POSITION,
+            lambda on_grid, _: on_grid.undeformed.shift,
+        ),
+        "F_x": Quantity("F_x", "N", "longitudinal force on the upper body", LONGITUDINAL, _force(0)),
+        "F_y": Quantity("F_y", "N", "lateral force on the upper body", LATERAL, _force(1)),
+        "M_x": Quantity(
+            "M_x",
+            "N mm",
+            "moment on the upper body about the x axis through the contact centre",
+            ABOUT_X,
+            _moment(0),
+        ),
+        "M_z": Quantity(
+            "M_z",
+            "N mm",
+            "moment on the upper body about the contact centre's vertical",
+            ABOUT_Z,
+            _moment(2),
+        ),
+        "s_centre": Quantity("s_c", "mm", "centre of pressure along s", CENTRE, _centre),
+        "area": Quantity("area", "mm2", "contact area on the lower surface", AREA, _own("area")),
+        "stiffness": Quantity(
+            "dN/dζ", "N/mm", "derivative of the load by the approach", STIFFNESS, _own("stiffness")
+        ),
+        "sliding_share": Quantity(
+            "sliding", "1", "area of sliding over that of contact", SLIDING, _own("sliding_share")
+        ),
+        "dissipation": Quantity(
+            "work", "N", "work of friction per unit of rolled distance", WORK, _dissipation
+        ),
+    }
+)
+
+
+def _chosen(*names: str) -> Mapping[str, Quantity]:
+    return MappingProxyType({name: ALL[name] for name in names})
+
+
+OF_FRICTIONLESS = _chosen(
+    *("angle", "a", "b", "aspect", "p_max", "approach", "load", "position", "F_y", "M_x", "s_centre", "area"),
+    "stiffness",
+)
+OF_COMPRESSION = _chosen(
+    *("F_y", "M_x", "M_z", "approach", "p_max", "a", "b", "angle", "area", "sliding_share")
+)
+OF_ROLLING = _chosen("F_x", "dissipation", *OF_COMPRESSION)
+OF_CURVE: Mapping[str, Quantity] = MappingProxyType(
+    {  # of a creep-force curve, besides its points
+        "zero_creepage": Quantity("ξ_0", "1", "creepage without longitudinal force", CREEPAGE),
+        "slope": Quantity(
+            "dF_x/dξ", "N", "derivative of the longitudinal force by the creepage there", SLOPE
+        ),
+        "equal_creepage": Quantity(
+            "ξ_e", "1", "creepage at the force at which tractions are compared", CREEPAGE
+        ),
+    }
+)
+
+
+def numbers(
+    on_grid: PairOnGrid, contact: Contact, quantities: Mapping[str, Quantity] = OF_FRICTIONLESS
+) -> dict[str, float]:
+    """Quantities of a contact of these bodies, on its own grid."""
+    own = _on_grid_of(contact, on_grid)
+    return {name: quantity.of(own, contact) for name, quantity in quantities.items() if quantity.of}
+
+
+def kinds(quantities: Mapping[str, Quantity]) -> dict[str, Kind]:
+    """How the errors of quantities are estimated."""
+    return {name: quantity.kind for name, quantity in quantities.items()}
+
+
+def measured(
+    on_grid: PairOnGrid, contact: Contact, quantities: Mapping[str, Quantity] = OF_FRICTIONLESS
+) -> Measured:
+    """Quantities of a contact on its own grid, and the scales and floors of their errors."""
+    own, state, work = _on_grid_of(contact, on_grid), contact.slip_state, contact.largest_work
+    return Measured(
+        numbers(own, contact, quantities),
+        scales(contact.pressures, state.friction, _places(own)) | {"work": Scale(work, work)},
+        floors(state) | readings(main_patch(contact)),
+    )
+
+
+def _on_grid_of(contact: Contact, on_grid: PairOnGrid) -> PairOnGrid:
+    grid = contact.problem.grid
+    return on_grid if grid == on_grid.grid else replace(on_grid, grid=grid)
+
+
+def _places(on_grid: PairOnGrid) -> Places:
+    """Where the elements are."""
+    contour, strips = on_grid.undeformed.lower.contour, on_grid.grid.strips
+    (y, z), (sin, cos) = contour.position(strips), contour.normal(strips)
+    return Places(on_grid.x, y, z, sin, cos, on_grid.grid.area)

@@ -1,0 +1,115 @@
+"""Compression with some ICs in steps of load, with the estimates of its numbers.
+
+The load grows in steps half as large as between the loads that are given: errors are of the first order in
+them, and estimated from steps that are twice as large.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter
+
+from femic.contact.compression import compressed
+from femic.contact.estimates import SAFETY, Measured, Numbers, changes, errors
+from femic.contact.frictional import FrictionalContact, FrictionalProblem
+from femic.contact.loading import Loading
+from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.quantities import OF_COMPRESSION, kinds, measured
+from femic.contact.pairs.solved_curve import OTHER_ELEMENTS
+from geometries.errors import Failure
+
+Steps = Sequence[Measured]  # after each load
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedCompression:
+    """Numbers after each load with their estimated errors, and the contact after the last one."""
+
+    steps: Steps
+    errors: Sequence[Numbers]
+    last: FrictionalContact
+    seconds: float  # without C
+
+
+def solve_compression(pair: PairWithFriction, friction: float, name: str) -> SolvedCompression:
+    """The compression with the ICs of a name at a coefficient of friction; raises Failure."""
+    operator, start = pair.operator(name), perf_counter()  # C has its own seconds
+    label, problem = f"friction {friction:g}, {name}", pair.frictional(operator, friction)
+    steps, last = in_steps(pair, problem, label)
+    seconds = perf_counter() - start
+    pair.options.watch.on_stage(f"  {label}: {len(steps)} loads, {seconds:.1f} s")
+    estimated = estimates_of(
+        steps,
+        _on_larger(pair, problem, label),
+        in_steps(pair, problem, f"{label}, larger steps", halves=False)[0],
+        _with_estimate(pair, friction, label) if name == C else None,
+    )
+    return SolvedCompression(steps, estimated, last, seconds)
+
+
+def last_load(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> tuple[float, Numbers]:
+    """The last load [N] and the numbers after it; raises Failure where the grid has no such contact."""
+    return pair.loads[-1], in_steps(pair, problem, label)[0][-1].numbers
+
+
+def in_halves(loads: Sequence[float]) -> list[float]:
+    """Loads [N] with one more half way before each of them, from 0 on."""
+    before = [0.0, *loads[:-1]]
+    return [step for low, load in zip(before, loads, strict=True) for step in ((low + load) / 2, load)]
+
+
+def _with_estimate(pair: PairWithFriction, friction: float, label: str) -> Steps:
+    """The numbers with C plus its estimated error."""
+    problem = pair.frictional(pair.reference.perturbed, friction)
+    return in_steps(pair, problem, f"{label} plus its estimate")[0]
+
+
+def in_steps(
+    pair: PairWithFriction, problem: FrictionalProblem, label: str, *, halves: bool = True
+) -> tuple[Steps, FrictionalContact]:
+    """The numbers after each load, and the last contact; in steps from load to load, or half as large."""
+    loads, steps = in_halves(pair.loads) if halves else list(pair.loads), list[Measured]()
+    try:
+        for contact in compressed(problem, [Loading(load) for load in loads]):
+            steps.append(measured(pair.on_grid, contact, OF_COMPRESSION))
+    except PotentialAreaTooSmall:
+        raise
+    except Failure as failure:
+        raise Failure(f"{label}, {loads[len(steps)]:g} N: {failure}") from failure
+    return steps[1::2] if halves else steps, contact
+
+
+def _on_larger(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> list[Steps | None]:
+    """The numbers on elements twice and four times as large, None where they are not found."""
+    of_grids: list[Steps | None] = []
+    for elements in OTHER_ELEMENTS:
+        if not problem.has_coarser:
+            break
+        problem = problem.coarsened
+        try:
+            of_grids.append(in_steps(pair, problem, f"{label}, {elements}")[0])
+        except PotentialAreaTooSmall:
+            raise
+        except Failure as failure:
+            pair.options.watch.on_stage(f"  not in estimates: {failure}")
+            of_grids.append(None)
+    return of_grids
+
+
+def estimates_of(
+    steps: Steps, on_larger: Sequence[Steps | None], larger_steps: Steps, perturbed: Steps | None
+) -> list[dict[str, float]]:
+    """Sums of what larger elements, larger steps of load, and C plus its estimate change.
+
+    Steps twice as large have twice the error, with the safety factor of elements.
+    """
+    of_all, estimated = kinds(OF_COMPRESSION), []
+    for number, fine in enumerate(steps):
+        by_steps = changes(fine, of_all, larger_steps[number].numbers)
+        others = [{name: SAFETY * value for name, value in by_steps.items()}]
+        if perturbed is not None:
+            others.append(changes(fine, of_all, perturbed[number].numbers))
+        larger = [coarse[number] if coarse else None for coarse in on_larger]
+        estimated.append(errors(of_all, fine, larger, others))
+    return estimated

@@ -1,0 +1,128 @@
+"""What the supports of the bodies do to a contact: C with a nearer far arc, and with flatter flanks.
+
+Contact takes C with the supports of the bodies, of which only the rigid part of the approach is taken away.
+How far the far arc is, and how the flanks incline that stand for the rest of a body, is a convention: so its
+effect is stated beside the results.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from femic.contact.estimates import Numbers
+from femic.contact.operators.dense import GridOperator
+from femic.contact.pairs.frictionless import FrictionlessContacts, SolvedContact
+from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.quantities import numbers
+from femic.contact.pairs.reference_ics import ALL, NORMAL, c_jobs, pair_operator
+from femic.contact.specification import ContactProblem
+from femic.reference.matrix.reference import MatrixReference, matrices
+from femic.reference.run_options import DEFAULT, RunOptions
+from geometries.contours import Contour
+from geometries.errors import Failure
+
+FLATTER_DEG = 5.0  # by which flanks are flatter
+SAMPLES = 4001  # arc lengths among which flatter flanks begin
+NEARER, FLATTER = "far arc of half the radius", f"flanks {FLATTER_DEG:g} degrees flatter"
+
+
+@dataclass(frozen=True, eq=False)
+class OtherSupports:
+    """Bodies with other supports: what is other, C of each body, and the variation of C that has them."""
+
+    name: str
+    references: Mapping[str, MatrixReference]
+    variation: str = ""
+
+    def operator(self, on_grid: PairOnGrid, *, friction: bool, wheel_rolls: bool = False) -> GridOperator:
+        """C of both bodies with these supports, in all directions if there is `friction`, else along n."""
+        directions = ALL if friction else NORMAL
+        return pair_operator(
+            self.references, on_grid, directions, variation=self.variation, wheel_rolls=wheel_rolls
+        )
+
+
+def changed_supports(
+    contacts: FrictionlessContacts, options: RunOptions = DEFAULT
+) -> dict[str, dict[str, float]]:
+    """The numbers of the largest contact with C with other supports, by what is other; empty without C.
+
+    C with flatter flanks has to be solved: it is only where the contact is not symmetric, since supports
+    hardly matter where it is.
+    """
+    largest = _largest_with_c(contacts)
+    if largest is None or not contacts.problem.specification.supports:
+        return {}
+    return dict(_changed(contacts.problem, largest, options))
+
+
+def _largest_with_c(contacts: FrictionlessContacts) -> SolvedContact | None:
+    with_c = [contact for (_, ics), contact in contacts.contacts.items() if ics == C]
+    return max(with_c, key=lambda contact: contact.normal.load, default=None)
+
+
+def _changed(
+    problem: ContactProblem, solved: SolvedContact, options: RunOptions
+) -> Iterator[tuple[str, dict[str, float]]]:
+    """Yield what is other about the supports, and the numbers with it."""
+    for supports in other_supports(problem, solved.on_grid, options):
+        operator = supports.operator(solved.on_grid, friction=False)
+        try:
+            contact = solved.on_grid.solve(operator, solved.loading)
+        except Failure as failure:
+            options.watch.on_stage(f"  left out, {supports.name}: {failure}")
+            continue
+        yield supports.name, numbers(contact.on_grid, contact.normal)
+
+
+def changed_supports_with_friction(
+    pair: PairWithFriction, friction: float
+) -> dict[str, tuple[float, Numbers]]:
+    """The place and the numbers of one contact with C with other supports, by what is other.
+
+    It is the `one_point` of the motion; empty where that has none.
+    """
+    points, one_point = {}, pair.motion.one_point
+    if one_point is None:
+        return {}
+    for supports in other_supports(pair.problem, pair.on_grid, pair.options):
+        operator = supports.operator(pair.on_grid, friction=True, wheel_rolls=pair.motion.wheel_rolls)
+        try:
+            points[supports.name] = one_point(pair, pair.frictional(operator, friction), supports.name)
+        except Failure as failure:
+            pair.options.watch.on_stage(f"  left out, {supports.name}: {failure}")
+    return points
+
+
+def other_supports(
+    problem: ContactProblem, on_grid: PairOnGrid, options: RunOptions
+) -> Iterator[OtherSupports]:
+    """Yield bodies with other supports; raises NotConverged as `matrices`."""
+    yield OtherSupports(NEARER, matrices(c_jobs(problem, on_grid), options, combined=True), "nearer")
+    flatter = None if on_grid.symmetric else flatter_problem(problem)
+    if flatter is not None:
+        options.watch.on_stage(f"  C with {FLATTER}")
+        yield OtherSupports(FLATTER, matrices(c_jobs(flatter, on_grid), options, combined=True))
+
+
+def flatter_problem(problem: ContactProblem) -> ContactProblem | None:
+    """The problem with flatter flanks on both bodies; None where flanks are tangents of given points."""
+    if any(np.all(np.isfinite(body.contour.extent)) for body in problem.bodies.values()):
+        return None
+    bodies = {
+        name: replace(body, contour=with_flatter_flanks(body.contour))
+        for name, body in problem.bodies.items()
+    }
+    return replace(problem, bodies=bodies)
+
+
+def with_flatter_flanks(contour: Contour) -> Contour:
+    """The contour with flanks that begin `FLATTER_DEG` earlier, where its core inclines by as much less."""
+    s = np.linspace(*contour.limits, SAMPLES)
+    delta = contour.inclination(s)
+    steepest = np.abs(delta[[0, -1]]) - np.radians(FLATTER_DEG)
+    core = s[(delta >= -max(steepest[0], 0.0)) & (delta <= max(steepest[1], 0.0))]
+    return replace(contour, limits=(float(core[0]), float(core[-1])))

@@ -1,0 +1,321 @@
+"""CONTACT's files of numerical ICs, against files made by hand and against its reader's rules."""
+
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from approx.halfspace import HalfSpace
+from approx.matrix import column, matrix
+from compare.export.contact_file import ContactFile, of_offsets_only, read, write
+from compare.export.export import (
+    Export,
+    ExportSpecification,
+    approximated,
+    contact_settings,
+    depends_on_offset_only,
+    to_contact,
+)
+from femic.cli.main import WRONG_INPUT, exit_code
+from femic.contact.operators.dense import PARITY
+from femic.scenes.load import load_scene, scene_from_table
+from geometries.errors import WrongInput
+from geometries.materials import both_bodies
+
+BY_HAND_ONE = """1 2
+0 312
+1 0
+2 3 0.4 0.6
+ iy = -2
+ columns
+0 0.0   1  2  3  4  5  6  7  8  9
+1 0.4  10 11 12 13 14 15 16 17 18
+ iy = -1
+ columns
+0 0.0  19 20 21 22 23 24 25 26 27
+1 0.4  28 29 30 31 32 33 34 35 36
+ iy = 0
+ columns
+0 0.0  37 38 39 40 41 42 43 44 45
+1 0.4  46 47 48 49 50 51 52 53 54
+ iy = 1
+ columns
+0 0.0  55 56 57 58 59 60 61 62 63
+1 0.4  64 65 66 67 68 69 70 71 72
+ iy = 2
+ columns
+0 0.0  73 74 75 76 77 78 79 80 81
+1 0.4  82 83 84 85 86 87 88 89 90
+"""
+
+
+def by_hand_each():
+    """The same for three loaded strips, numbers going on: 90 a strip."""
+    head, *rows = BY_HAND_ONE.splitlines()[3:]
+    lines, number = ["3 1", "0 312", "1 0", head], count(1)
+    for strip in range(3):
+        lines += [f"strip {strip}", "", "skipped", "% skipped"]
+        for row in rows:
+            words = row.split()
+            is_data = words[0] in ("0", "1")
+            lines.append(" ".join([*words[:2], *(str(next(number)) for _ in range(9))]) if is_data else row)
+    return "\n".join(lines) + "\n"
+
+
+def test_one_matrix_by_hand(tmp_path):
+    (tmp_path / "hand.txt").write_text(BY_HAND_ONE)
+    found = read(tmp_path / "hand.txt")
+    assert (found.values.shape, found.n_x, found.n_s) == ((1, 5, 2, 3, 3), 2, 3)
+    assert (found.dx, found.ds, found.convex, found.one_for_all) == (0.4, 0.6, 2, True)
+    x, s, n = range(3)
+    at = found.values[0, 3, 1]  # one strip further, one element on: 64 ... 72
+    assert [at[n, n], at[n, x], at[n, s], at[x, n], at[x, x]] == [64, 65, 66, 67, 68]
+    assert [at[x, s], at[s, n], at[s, x], at[s, s]] == [69, 70, 71, 72]
+
+
+def test_a_matrix_for_each_strip_by_hand(tmp_path):
+    (tmp_path / "hand.txt").write_text(by_hand_each())
+    found = read(tmp_path / "hand.txt")
+    assert (found.values.shape, found.convex) == ((3, 5, 2, 3, 3), 1)
+    assert found.values[1, 0, 0, 2, 2] == 91
+    assert found.values[2, 4, 1, 1, 1] == 270
+
+
+@pytest.mark.parametrize("text", [BY_HAND_ONE, by_hand_each()])
+def test_what_is_read_is_written_exactly(text, tmp_path):
+    (tmp_path / "hand.txt").write_text(text)
+    write(read(tmp_path / "hand.txt"), tmp_path / "again.txt")
+
+    def content(name):
+        lines = (tmp_path / name).read_text().splitlines()
+        numbers = [[float(word) for word in line.split()] for line in lines if line[:1].isdigit()]
+        return len(lines), numbers
+
+    assert content("hand.txt") == content("again.txt")
+
+
+def test_every_digit_is_kept(tmp_path):
+    decades = 10.0 ** np.arange(-18, 0, 2).reshape(3, 3)
+    values = np.random.default_rng(1).normal(size=(3, 5, 2, 3, 3)) * decades
+    write(ContactFile(values, 0.1 + 0.2, 1 / 3, 2), tmp_path / "all.txt")
+    again = read(tmp_path / "all.txt")
+    np.testing.assert_array_equal(again.values, values)
+    assert (again.dx, again.ds) == (0.1 + 0.2, 1 / 3)
+
+
+def as_contact_reads(file):
+    """The ICs as CONTACT has them: (n_matrix, iy, ix, i, j), ix from -(n_x - 1) by the sign rule."""
+    signs = np.array([[1, -1, -1], [-1, 1, 1], [-1, 1, 1]])  # order x, s, n: xs, xn, sx, nx change
+    backward = signs * file.values[:, :, :0:-1]
+    return np.concatenate([backward, file.values], axis=2)
+
+
+PLANE = {"kind": "plane"}
+UNLIKE = {
+    "patch": {"a": 0.2, "b": 0.3},
+    "grid": {"n_x": 5, "n_s": 4},
+    "upper": {"E": 70e3, "nu": 0.33, "contour": PLANE},
+    "lower": {"E": 210e3, "nu": 0.28, "contour": PLANE},
+}
+
+
+def test_a_of_a_plane_is_the_closed_form_in_every_entry(tmp_path, capsys):
+    """One matrix for all strips: one lag and one strip more than the grid."""
+    scene = scene_from_table(UNLIKE, "plane")
+    out = tmp_path / "out"
+    (tmp_path / "plane.toml").write_text(scene.text)
+    assert exit_code(["export", str(tmp_path / "plane.toml"), "--ics", "A", "--out", str(out)]) == 0
+    assert "MX = 5 or less, MY = 4 or less," in capsys.readouterr().out
+    found = read(out / "contact_A.txt")
+    assert (found.values.shape, found.convex, found.dx, found.ds) == ((1, 9, 6, 3, 3), 2, 0.4, 0.6)
+    constants = both_bodies(scene.bodies["upper"].material, scene.bodies["lower"].material)
+    assert abs(constants.mismatch_k) > 0.01
+    x, s = 0.4 * np.arange(-5, 6)[None, :], 0.6 * np.arange(-4, 5)[:, None]
+    closed = np.moveaxis(HalfSpace(constants).ics(scene.patch, x, s), (0, 1), (2, 3)) * constants.G
+    np.testing.assert_allclose(as_contact_reads(found)[0], closed, rtol=2e-14, atol=1e-18)
+    # the two signs that are easily lost: upper softer, K > 0; a push moves the surface towards the load
+    assert found.values[0, 4, 1, 0, 2] < 0 < found.values[0, 4, 1, 2, 0]
+    assert found.values[0, 5, 0, 1, 2] < 0 < found.values[0, 5, 0, 2, 1]
+
+
+CURVED = UNLIKE | {
+    "upper": {"E": 70e3, "nu": 0.33, "contour": {"kind": "arc", "radius": 10.2, "flank_inclination_deg": 20}},
+    "lower": {"E": 210e3, "nu": 0.28, "contour": {"kind": "arc", "radius": 2.0, "flank_inclination_deg": 15}},
+    "grid": {"n_x": 5, "n_s": 4, "s": 0.3},
+}
+
+
+def test_a_curved_contour_has_its_observers_at_their_offsets():
+    scene = scene_from_table(CURVED, "curved")
+    file = approximated(scene, "B")
+    assert (file.n_x, file.n_s, len(file.values)) == (5, 4, 4)  # no strip and no lag more
+    for loaded in range(4):
+        of_strip = scene.pair.constants.G * column("B", scene.pair, scene.grid, loaded)
+        for offset in range(-3, 4):
+            observed = loaded + offset
+            got = np.moveaxis(file.values[loaded, offset + 3], 0, -1)
+            inside = 0 <= observed < 4
+            np.testing.assert_array_equal(got, of_strip[..., observed] if inside else np.zeros((3, 3, 5)))
+
+
+ARC = {"kind": "arc", "radius": 10.0, "flank_inclination_deg": 30}
+ON_ARC = CURVED | {name: CURVED[name] | {"contour": ARC} for name in ("lower", "upper")}
+
+
+def test_bhat_on_one_arc_needs_one_matrix_and_beyond_the_joint_more():
+    scene = scene_from_table(ON_ARC, "arc")
+    one = approximated(scene, "Bhat")
+    assert (len(one.values), one.n_x, one.n_s) == (1, 6, 5)
+    each = to_contact(scene, matrix("Bhat", scene.pair, scene.grid))
+    assert len(each.values) == 4
+    np.testing.assert_allclose(one.values[0, 1:5, :5], each.values[3, :4], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(one.values[0, 4:8, :5], each.values[0, 3:], rtol=1e-9, atol=1e-12)
+    beyond = scene_from_table(ON_ARC | {"grid": ON_ARC["grid"] | {"s": 4.5}}, "beyond")
+    assert len(approximated(beyond, "Bhat").values) == 4
+
+
+@pytest.mark.parametrize("s", [0.3, 10.0 * np.radians(30) - 1.2])  # in the last the arc ends with the grid
+def test_what_such_a_file_has_more_is_what_a_larger_grid_has(s):
+    """Where the grid fills the arc to its end, strips beyond it would lie on the flank."""
+    scene = scene_from_table(ON_ARC | {"grid": ON_ARC["grid"] | {"s": float(s)}}, "arc")
+    larger = scene_from_table(ON_ARC | {"grid": {"n_x": 6, "n_s": 5, "s": 0.0}}, "larger")
+    ics = matrix("Bhat", larger.pair, larger.grid)
+    assert depends_on_offset_only(ics)
+    expected = of_offsets_only(ics) * scene.pair.constants.G
+    np.testing.assert_allclose(approximated(scene, "Bhat").values, expected, rtol=1e-9, atol=1e-12)
+
+
+def preconditioner(values, n_x, n_s, i, j):
+    """Eigenvalues of the circulant over 2 n_x by 2 n_s offsets that CONTACT makes of one matrix."""
+    middle, ring = values.shape[1] // 2, np.zeros((2 * n_s, 2 * n_x))
+    for offset in range(-n_s, n_s):
+        if 0 <= middle + offset < values.shape[1]:
+            row = values[0, middle + offset, :n_x, i, j]
+            ring[offset, :n_x], ring[offset, n_x + 1 :] = row, row[:0:-1]
+    return np.fft.fft2(ring).real
+
+
+def test_with_one_strip_more_what_contact_inverts_is_definite():
+    """Steel planes, 51 x 39 elements: with zeros at offset -MY twelve eigenvalues of ss are negative."""
+    steel = {"E": 210e3, "nu": 0.28, "contour": PLANE}
+    table = {"patch": {"a": 0.2, "b": 0.2}, "grid": {"n_x": 51, "n_s": 39}, "upper": steel, "lower": steel}
+    values = approximated(scene_from_table(table, "steel"), "A").values
+    for k in range(3):
+        assert np.min(preconditioner(values, 51, 39, k, k)) > 0
+    assert np.sum(preconditioner(values[:, 1:-1], 51, 39, 1, 1) < 0) == 12
+
+
+def test_a_single_strip_has_no_neighbour():
+    """CONTACT's solution in 2D wants zeros beside it."""
+    scene = scene_from_table(ON_ARC | {"grid": {"n_x": 5, "n_s": 1}}, "strip")
+    assert approximated(scene, "Bhat").values.shape == (1, 1, 5, 3, 3)
+
+
+def test_signs_of_negative_lags_are_those_of_the_grid_operator():
+    np.testing.assert_array_equal(PARITY, [[1, -1, -1], [-1, 1, 1], [-1, 1, 1]])
+
+
+def test_a_wheel_keeps_the_signs_that_the_reader_assumes():
+    scene = load_scene("geometry2", {"grid": {"n_x": 4, "n_s": 3}})
+    patch, strips = scene.grid.patch(0), scene.grid.strips
+    forward, backward = (scene.pair.approximate("Bhat", patch, (lag, strips)) for lag in (0.9, -0.9))
+    np.testing.assert_allclose(backward, PARITY[..., None] * forward, rtol=1e-12, atol=1e-20)
+
+
+def test_which_body_is_convex():
+    groove = CURVED | {"lower": CURVED["lower"] | {"contour": {"kind": "points", "points": VALLEY}}}
+    groove["upper"] = CURVED["upper"] | {"contour": {"kind": "points", "points": VALLEY}}
+    assert to_contact(scene_from_table(groove, "groove"), np.ones((5, 4, 4, 3, 3))).convex == 1
+    assert to_contact(scene_from_table(CURVED, "curved"), np.ones((5, 4, 4, 3, 3))).convex == 2
+
+
+def told_of(table, tmp_path, capsys, *arguments):
+    """What `femic export` prints, without its line breaks."""
+    path = tmp_path / "told.toml"
+    path.write_text(scene_from_table(table, "told").text)
+    code = exit_code(["export", str(path), *arguments, "--out", str(tmp_path / "out")])
+    return code, " ".join("".join(capsys.readouterr()).split())
+
+
+def test_what_contact_must_be_given_is_printed(tmp_path, capsys):
+    """Edges of the grid, not centres; the upper body first; G in MPa."""
+    code, said = told_of(CURVED, tmp_path, capsys, "--ics", "B")
+    assert code == 0
+    assert "contact_B.txt: 4 matrices, one a loaded strip, 5 lags" in said
+    assert "MX = 5 or less, MY = 4, XL = -1, YL = -0.9, DX = 0.4, DY = 0.6 mm" in said
+    assert "CHI = 0, DQ = 0.4 if it rolls" in said
+    assert "body 1 = upper: POISS = 0.33, 0.28, GG = 26315.789, 82031.25 MPa" in said
+    assert "MAXOUT > 1" in said
+    assert "docs/contact-export.md" in said
+
+
+@pytest.mark.parametrize("ics", ["Bhat", "auto"])
+def test_an_approximation_has_no_discount_to_leave_out(ics, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("femic.cli.matrices.choose", lambda *_, **__: pytest.fail("asked"))
+    code, said = told_of(CURVED, tmp_path, capsys, "--ics", ics, "--discount", "none")
+    assert code == WRONG_INPUT
+    assert f"discount = none, ics = {ics}: approximations have no discount" in said
+    assert not (tmp_path / "out").exists()
+
+
+VALLEY = [[float(y), float(0.02 * y * y)] for y in range(-6, 7)]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("1 2\n", "x 2\n", "the first 4 lines"),
+        ("1 2\n", "2 2\n", "n_matrix must be 1 or my"),
+        ("1 2\n", "1 3\n", "convex = 3"),
+        ("0 312", "0 123", "line 2: [0, 123]; only [0, 312] is read"),
+        ("1 0\n", "0 0\n", "line 3"),
+        ("2 3 0.4 0.6", "2 3 0.4", "the first 4 lines"),
+        ("1 0.4  28 29", "2 0.4  28 29", "line 12: expected ix = 1"),
+        ("35 36", "35 nan", "values: 1 are not finite"),
+        ("89 90\n", "89\n", "line 24: expected ix = 1"),
+        ("1 0.4  82 83 84 85 86 87 88 89 90\n", "", "line 24: expected ix = 1"),
+    ],
+)
+def test_damaged_files_are_refused(old, new, message, tmp_path):
+    assert BY_HAND_ONE.count(old) == 1 or old in ("1 2\n", "1 0\n")
+    (tmp_path / "bad.txt").write_text(BY_HAND_ONE.replace(old, new, 1))
+    with pytest.raises(WrongInput, match=r"^.*" + message.translate({91: r"\[", 93: r"\]"})):
+        read(tmp_path / "bad.txt")
+
+
+@pytest.mark.parametrize("shape", [(1, 5, 2, 3), (1, 4, 2, 3, 3), (2, 5, 2, 3, 3), (1, 5, 2, 3, 2)])
+def test_values_of_other_shapes_are_refused(shape):
+    with pytest.raises(WrongInput, match="is needed"):
+        ContactFile(np.zeros(shape), 0.1, 0.1, 2)
+
+
+DOCS = Path(__file__).parents[3] / "docs" / "contact-export.md"
+
+
+def test_the_example_of_the_documentation_is_what_is_printed():
+    """Its note, and the numbers of its input lines, are those of the scene; PEN is 0 and the list does it."""
+    scene = load_scene("geometry2")
+    n_x, n_s = scene.grid.n_x, scene.grid.n_s
+    file = ContactFile(np.zeros((n_s, 2 * n_s - 1, n_x, 3, 3)), scene.grid.dx, scene.grid.ds, 2)
+    text = DOCS.read_text(encoding="utf-8")
+    assert (
+        contact_settings(Export(Path("out/geometry2/contact_C.txt"), file, scene, ExportSpecification("C")))
+        in text
+    )
+
+    def numbers(names):
+        (line,) = [line for line in text.splitlines() if line.endswith(f"  {names}")]
+        return [float(word) for word in line.removesuffix(names).split()]
+
+    low, _ = scene.grid.extent
+    size = [n_x, n_s, -n_x * scene.grid.dx / 2, low, scene.grid.dx, scene.grid.ds]
+    assert numbers("MX, MY, XL, YL, DX, DY") == pytest.approx(size)
+    assert numbers("CHI, DQ, VELOC")[:2] == [0.0, scene.grid.dx]
+    steel = scene.bodies["upper"].material
+    assert numbers("POISS 1,2,  GG 1,2") == pytest.approx([steel.nu, steel.nu, steel.G, steel.G])
+    assert numbers("PEN, CKSI, CETA, CPHI")[0] == 0
+    assert numbers("IBASE, IPLAN")[0] == 9
+    (digits,) = [line.split()[0] for line in text.splitlines() if line.endswith(" P-B-T-N-F-S")]
+    assert (digits[2], digits[3]) == ("3", "0")  # T: steady rolling, N: prescribed approach
+    assert [line.split()[0][3] for line in text.splitlines() if line.endswith(" V-L-D-C-M-Z-E")] == ["9"]

@@ -1,0 +1,107 @@
+"""Figures: how a section is closed, and which side the pictures of a mesh show."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.integrate import trapezoid
+from skfem import MeshTri
+
+from compare.ics import run
+from compare.ics.compute import jobs
+from compare.ics.sections import _closing, surface_mesh
+from compare.report import views
+from femic.reference.level import Level
+from femic.scenes.load import load_scene
+from geometries.bodies import Body, Domain
+from geometries.contours import arc
+from geometries.materials import Material
+from geometries.surfaces import LOWER, UPPER
+from tests.compare.conftest import scene_text
+
+STEEL = Material(210e3, 0.28)
+FAR = Domain(300.0, 300.0)
+BALL = Body(UPPER, arc(-50.0, 1.4, 1.4), STEEL, FAR, rolling_radius=50.0)
+BODIES = {
+    "far arc only": Body(LOWER, arc(300.0, 0.5, 0.3), STEEL, FAR),
+    "far arc only, steep groove": Body(UPPER, arc(300.0, 0.7, 0.7), STEEL, FAR),
+    "far arc cut by the hub": Body(UPPER, arc(300.0, 0.1, 0.2), STEEL, FAR, rolling_radius=200.0),
+    "hub at both ends": BALL,
+    "hub at both ends, below": Body(LOWER, arc(50.0, 1.4, 1.4), STEEL, FAR, rolling_radius=50.0),
+    "hub at the left end": Body(UPPER, arc(-50.0, 1.4, 0.0), STEEL, FAR, rolling_radius=50.0),
+    "hub at the right end": Body(LOWER, arc(50.0, 0.0, 1.4), STEEL, FAR, rolling_radius=50.0),
+}
+
+
+def closing(body):
+    """The ends of the contour, and the closing from the right one to the left one."""
+    ends = body.contour.position(np.array(body.s_range))
+    return ends, _closing(body, ends[:, 1], ends[:, 0])
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_a_section_is_closed_along_far_arc_and_hub_between_the_ends_of_the_contour(name):
+    body = BODIES[name]
+    far = body.domain.far_radius
+    ends, (y, z) = closing(body)
+    np.testing.assert_allclose([y[[-1, 0]], z[[-1, 0]]], ends, rtol=0, atol=1e-9 * far)
+    below_far_arc, below_hub = far - np.hypot(y, z), body.depth - body.side * z
+    assert np.all(np.minimum(below_far_arc, below_hub) > -1e-9 * far)
+    assert np.all(np.minimum(below_far_arc, below_hub) < 1e-9 * far)
+    assert np.all(np.diff(y[below_hub < 1e-9 * far]) < 1e-9 * far)  # runs along the hub only once
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_contour_and_closing_enclose_the_section(name):
+    body = BODIES[name]
+    far = body.domain.far_radius
+    s = np.linspace(*body.s_range, 4001)
+    y, z = np.hstack([body.contour.position(s), closing(body)[1]])
+    enclosed = abs(np.sum(y * np.roll(z, -1) - np.roll(y, -1) * z)) / 2
+    across, height = body.contour.position(np.linspace(-2 * far, 2 * far, 100_001))
+    within = np.sqrt(np.maximum(far**2 - across**2, 0))
+    bottom = np.maximum(body.side * height, -within)
+    area = trapezoid(np.maximum(np.minimum(within, body.depth) - bottom, 0), across)
+    assert enclosed == pytest.approx(area, rel=1e-3)
+
+
+def test_the_clamped_line_of_a_ball_is_no_longer_than_its_hub():
+    ends, (y, z) = closing(BALL)
+    assert np.abs(y).max() <= np.abs(ends[0]).max() < 60
+    np.testing.assert_allclose(z, 40.0, rtol=1e-9)
+
+
+def off_centre(s, folder, flanks="25.0"):
+    line = f'\n[[lines]]\nalong = "x"\ns = {s}\nreach = 3.0\n'
+    text = scene_text('bodies = ["lower"]\ncomponents = ["nn"]', flanks=flanks, lines=line)
+    path = folder / "off_centre.toml"
+    path.write_text(text.replace("b = 0.2", f"b = 0.2\ns = {s}"), encoding="utf-8")
+    return load_scene(str(path))
+
+
+@pytest.mark.parametrize(("s", "side"), [(2.0, 1), (-2.0, 1), (-2.0, -1)])
+def test_the_surface_mesh_is_shown_where_the_patch_is_modelled(s, side, tmp_path):
+    chart = MeshTri.init_tensor(np.linspace(0, 10, 5), np.linspace(0 if side * s > 0 else -10, 10, 5))
+    patch = [side * s - 0.2, side * s + 0.2]
+    whole, near = surface_mesh(chart, off_centre(s, tmp_path), "lower", side=side).axes
+    for axes in (whole, near):
+        corners = axes.patches[0].get_xy()[:, 0]
+        np.testing.assert_allclose([corners.min(), corners.max()], patch)
+        low, high = axes.get_xlim()
+        assert low < patch[0] < patch[1] < high
+    np.testing.assert_allclose(near.get_xlim(), [max(side * s - 2.4, chart.p[1].min()), side * s + 2.4])
+
+
+@pytest.mark.parametrize(
+    ("s", "flanks", "shown"), [(2.0, "25.0", 2.0), (-2.0, "25.0", 2.0), (-2.0, "[25.0, 30.0]", -2.0)]
+)
+def test_the_close_up_aims_at_the_modelled_side(s, flanks, shown, tmp_path, monkeypatch):
+    scene = off_centre(s, tmp_path, flanks)
+    reference = SimpleNamespace(level=Level(cells=-1))
+    results = SimpleNamespace(scene=scene, jobs=jobs(scene), references={"lower": reference})
+    drawn = []
+    monkeypatch.setattr(views, "can_render", lambda: True)
+    monkeypatch.setattr(views, "draw_mesh", lambda *given, **_: drawn.append(given[2]))
+    names = [picture.name for picture in run._draw_meshes(results, tmp_path)]
+    assert names == ["mesh_lower", "mesh_surface"]
+    np.testing.assert_allclose(drawn, [scene.bodies["lower"].surface.position(0.0, shown)])

@@ -1,0 +1,170 @@
+"""Pages as data, and the one file that each becomes: cells, tables, figures, sections, texts."""
+
+import re
+from html import unescape
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from compare.report.errors import error_cell
+from compare.report.parts import (
+    Folded,
+    Items,
+    Note,
+    Page,
+    Part,
+    Picture,
+    Section,
+    Verbatim,
+    closing,
+    write_page,
+    write_results,
+)
+from compare.report.tables import Cell, Column, Row, Table, cell, changed_cell, columns_of, numbers, texts
+
+
+def html_of(folder, *blocks):
+    """The page of a section of blocks."""
+    path = write_page(Page("a title", "a summary", [Section("a heading", blocks)]), folder / "page.html")
+    return path.read_text(encoding="utf-8")
+
+
+def rows_of(html):
+    """The rows of all tables as texts of cells, tags within cells removed."""
+    rows = re.findall(r"<tr.*?</tr>", html, flags=re.DOTALL)
+    cells = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row, flags=re.DOTALL) for row in rows]
+    return [[unescape(re.sub(r"<[^>]*>", "", one)) for one in row] for row in cells]
+
+
+@pytest.mark.parametrize(
+    ("one", "text"),
+    [
+        (Cell(0.12345, ".2%"), "12.35%"),
+        (Cell(1234567, ",d"), "1,234,567"),
+        (Cell(np.nan, ".3g"), "–"),
+        (Cell("vanishes"), "vanishes"),
+        (cell(1.23456, digits=3), "1.23"),
+        (cell(xr.DataArray(np.nan)), "–"),
+        (error_cell(np.nan), "–"),
+    ],
+)
+def test_a_cell_is_a_number_in_its_format_or_a_text(one, text):
+    assert one.text == text
+
+
+def test_an_estimate_stands_below_a_number_and_none_where_it_is_unknown():
+    assert cell(2.0, 0.0123).below == "± 0.012"
+    assert cell(2.0, np.nan).below == ""
+
+
+@pytest.mark.parametrize(("value", "text"), [(3.0, "+1"), (1.5, "-0.5"), (2.0 + 1e-12, "0")])
+def test_a_change_is_told_with_its_sign_and_rounding_is_none(value, text):
+    one = changed_cell(*map(xr.DataArray, (value, 2.0, 0.01)))
+    assert (one.text, one.below) == (text, "of 2 ± 0.01")
+
+
+def test_a_table_shows_heads_with_units_and_every_cell(tmp_path):
+    columns = [*texts("place"), *numbers("a", unit="mm"), Column("share", "1"), *numbers("n")]
+    rows = [Row("first", ["here", Cell(1.5, ".2f", "± 0.1"), "x", "y"]), Row("", ["there", "1", "2", "3"])]
+    html = html_of(tmp_path, Table("name", columns, rows))
+    assert rows_of(html) == [
+        ["name", "place", "a [mm]", "share [-]", "n"],
+        ["first", "here", "1.50± 0.1", "x", "y"],
+        ["", "there", "1", "2", "3"],
+    ]
+    assert html.count('<tr class="first">') == 1  # where a group of rows begins
+    assert '<td class="text">here</td>' in html
+    assert "<td>1.50<br><small>± 0.1</small></td>" in html
+
+
+def test_a_table_of_texts_has_no_groups_where_all_rows_have_names(tmp_path):
+    html = html_of(tmp_path, Table("k", ["v"], [Row("a", ["1"]), Row("b", ["2"])], is_text=True))
+    assert 'class="first"' not in html
+    assert html.count('<td class="text">') == 2
+
+
+def test_colours_and_links_of_cells_are_in_the_page(tmp_path):
+    rows = [Row("a", [Cell("b", colour="#abcdef"), Cell("c", link="there")])]
+    target = Section("d", [], "#fedcba", "there")
+    html = html_of(tmp_path, Table("", ["", ""], rows), target)
+    assert '<td style="background: #abcdef">b</td>' in html
+    assert '<a href="#there">c</a>' in html
+    assert '<h3 id="there"><span class="verdict" style="background: #fedcba">d</span></h3>' in html
+
+
+def test_columns_of_quantities_have_their_symbols_and_units():
+    quantities = [SimpleNamespace(symbol="p_max", unit="MPa"), SimpleNamespace(symbol="n", unit="1")]
+    columns = columns_of(quantities)
+    assert [column.title for column in columns] == ["p_max [MPa]", "n [-]"]
+
+
+def test_blocks_appear_in_their_order(tmp_path):
+    blocks = "one", Note("two"), Items(["three", "four"]), Verbatim("five"), Folded("six", ["seven"]), ""
+    html = html_of(tmp_path, *blocks, Section("eight", ["nine", Section("ten", [])]))
+    words = [
+        "a title",
+        "a heading",
+        "one",
+        "two",
+        "three",
+        "four",
+        "five",
+        "six",
+        "seven",
+        "eight",
+        "nine",
+        "ten",
+    ]
+    places = [html.index(f">{word}<") for word in words]
+    assert places == sorted(places)
+    assert "<h2>a heading</h2>" in html
+    assert "<h3>eight</h3>" in html
+    assert "<h4>ten</h4>" in html
+    assert "<p></p>" not in html
+
+
+def test_texts_are_escaped_and_indices_of_ics_are_set(tmp_path):
+    html = html_of(tmp_path, "C_nn & <b>", Verbatim("C_nn <b>"), "p_max, M_zz, curves_nn.png, C_seconds")
+    assert "<p>C<sub>nn</sub> &amp; &lt;b&gt;</p>" in html
+    assert "<pre>C_nn &lt;b&gt;</pre>" in html  # a scene stays as it is
+    assert "<p>p_max, M_zz, curves_nn.png, C_seconds</p>" in html
+
+
+def test_figures_are_embedded_and_written_beside_the_page(tmp_path):
+    parts = [Part("one", "text", "first", Figure()), Section("two", [Picture("second", Figure())])]
+    path = write_results(Page("t", "s", parts), tmp_path / "new", "mine", xr.Dataset({"a": 1}))
+    assert path == tmp_path / "new" / "mine.html"
+    assert xr.open_dataset(tmp_path / "new" / "mine.nc").a == 1
+    assert {one.name for one in (tmp_path / "new" / "figures").iterdir()} == {
+        "mine_first.png",
+        "mine_second.png",
+    }
+    html = path.read_text(encoding="utf-8")
+    assert re.findall(r'alt="(\w+)" src="data:image/png;base64,iVBOR', html) == ["first", "second"]
+
+
+def test_a_picture_that_is_drawn_already_is_embedded_as_it_is(tmp_path):
+    drawn = tmp_path / "mesh.png"
+    drawn.write_bytes(b"a picture")
+    assert 'src="data:image/png;base64,YSBwaWN0dXJl"' in html_of(tmp_path, Picture("mesh", drawn))
+    assert not list((tmp_path / "figures").iterdir())
+
+
+def test_sections_may_be_made_one_by_one_and_end_with_numbers_and_the_scene(tmp_path):
+    made = []
+
+    def sections():
+        for name in ("a", "b"):
+            made.append(name)
+            yield Part(name, "", name, Figure())
+        yield from closing([Table("t", ["h"], [Row("r", ["c"])])], "below", "cost", "the scene's text")
+
+    page = Page("a page", "s", sections())
+    assert not made
+    html = write_page(page, tmp_path / "page.html").read_text(encoding="utf-8")
+    ends = ">a<", ">b<", ">Numbers<", ">below<", ">t<", ">cost<", ">The scene<", "<pre>the scene&#39;s text"
+    places = [html.index(word) for word in ends]
+    assert places == sorted(places)

@@ -1,0 +1,155 @@
+"""Datasets that something else has changed: their scenes are computed again, and a message says so."""
+
+import shutil
+
+import numpy as np
+import pytest
+import xarray as xr
+import zarr
+
+from femic.campaigns.dataset.checksums import of_values
+from femic.campaigns.dataset.reading import open_sweep
+from femic.campaigns.running.run import Options
+from tests.femic.campaigns.campaigns import LIGHT, campaign_in, swept
+from tests.femic.campaigns.dataset.test_large import all_are_large
+
+PARTS = ("sum", "powers", "failure", "seconds", "digest", "checksum", "E", "nu", "power")
+
+
+@pytest.fixture
+def large(light_scenes, client, tmp_path, monkeypatch):  # noqa: ARG001
+    """A large dataset of 27 scenes, its path, and a function that goes on with it."""
+    all_are_large(monkeypatch)
+    campaign = campaign_in(tmp_path, LIGHT)
+    _, first = swept(campaign, tmp_path, client)
+    first.load()
+
+    def go_on():
+        """What is said, and the dataset."""
+        said = []
+        swept(campaign, tmp_path, client, Options(on_message=said.append))
+        return said, open_sweep(tmp_path).load()
+
+    return first, tmp_path / "sweep.zarr", go_on
+
+
+def deleted(path):
+    path.unlink()
+
+
+def emptied(path):
+    path.write_bytes(b"")
+
+
+def truncated(path):
+    path.write_bytes(path.read_bytes()[:-5])
+
+
+def flipped(path):
+    content = bytearray(path.read_bytes())
+    content[2 * len(content) // 3] ^= 0x10
+    path.write_bytes(content)
+
+
+def a_folder(path):
+    path.unlink()
+    path.mkdir()
+
+
+DAMAGES = (deleted, emptied, truncated, flipped, a_folder)
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_chunk_is_made_anew_and_that_is_said(large, damage):
+    """After each damage the dataset is whole again."""
+    first, path, go_on = large
+    for part in PARTS:
+        damage(sorted(file for file in (path / part / "c").rglob("*") if file.is_file())[-1])
+        said, again = go_on()
+        xr.testing.assert_identical(again, first)
+        assert len(said) == 1
+        assert "damaged" in said[0]
+    assert go_on()[0] == []
+
+
+@pytest.mark.parametrize("damage", [deleted, flipped])
+def test_damaged_descriptions_are_made_anew(large, damage):
+    """Not all of them say anything that matters."""
+    first, path, go_on = large
+    for part in ("", *PARTS):
+        damage(path / part / "zarr.json")
+        xr.testing.assert_identical(go_on()[1], first)
+
+
+def test_a_part_that_is_gone_is_made_anew(large):
+    first, path, go_on = large
+    for part in PARTS:
+        shutil.rmtree(path / part)
+        said, again = go_on()
+        xr.testing.assert_identical(again, first)
+        assert "all its scenes are computed again" in said[0]
+
+
+def test_only_scenes_whose_values_were_changed_are_computed_again(large, light_scenes):
+    """By the smallest amount, to something that is no number, exchanged, without their message."""
+    _, path, go_on = large
+    group = zarr.open_group(path, mode="a")
+    group["sum"][0, 0] = np.nextafter(group["sum"][0, 0], 9)
+    group["sum"][1, 1] = -group["sum"][1, 1]
+    group["powers"][2, 2, 1] = np.nan
+    group["powers"][4:6, 0] = group["powers"][4:6, 0][::-1]
+    group["sum"][6, 1] = 1.0  # of a scene that has failed
+    group["failure"][6, 2] = ""
+    group["seconds"][8, 2] = 1e3
+    shutil.rmtree(path.parent / "store")
+    del light_scenes[:]
+    said, again = go_on()
+    assert said == [f"{path}: 8 scenes are damaged or half written: they are computed again"]
+    assert sorted(light_scenes) == sorted(
+        [(1, 0.1), (2, 0.2), (3, 0.3), (5, 0.1), (6, 0.1), (7, 0.2), (7, 0.3), (9, 0.3)]
+    )
+    ok = again.drop_sel(E=7)
+    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
+    assert set(again.failure.sel(E=7).values) == {"seven"}
+    assert again["sum"].sel(E=7).isnull().all()
+
+
+def test_scenes_that_were_exchanged_are_computed_again(large):
+    first, path, go_on = large
+    chunks = [path / "powers" / "c" / str(k) / "0" / "0" for k in (2, 3)]
+    contents = [chunk.read_bytes() for chunk in chunks]
+    for chunk, content in zip(chunks, reversed(contents), strict=True):
+        chunk.write_bytes(content)
+    said, again = go_on()
+    assert said == [f"{path}: 6 scenes are damaged or half written: they are computed again"]
+    xr.testing.assert_identical(again, first)
+
+
+def test_damage_where_scenes_are_appended(large, client, tmp_path):
+    """The chunk that cannot be read has room for them."""
+    _, path, _ = large
+    longer = campaign_in(
+        tmp_path, LIGHT.replace("from = 1\nto = 9\ncount = 9", f"values = {[*range(1, 11)]}")
+    )
+    chunk = path / "sum" / "c" / "4" / "0"
+    truncated(chunk)
+    said = []
+    done, dataset = swept(longer, tmp_path, client, Options(on_message=said.append))
+    assert said == [f"{path}: 3 scenes are damaged or half written: they are computed again"]
+    assert done.reused == 27
+    ok = dataset.drop_sel(E=7)
+    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
+
+
+def test_checksums_of_values_tell_them_apart():
+    values = np.array([[1.0, 2.0], [2.0, 1.0], [1.0, -2.0], [np.nan, 2.0], [2.0, np.nan], [0.0, -0.0]])
+    numbers = of_values("y", values, 1)
+    assert len({*numbers.tolist()}) == 6
+    assert not {*numbers.tolist()} & {*of_values("z", values, 1).tolist()}
+    assert [int(of_values("y", row)) for row in values] == numbers.tolist()
+
+
+def test_what_is_missing_has_no_checksum_and_all_nan_are_alike():
+    assert not of_values("y", np.full((3, 2, 4), np.nan), 2).any()
+    negative = np.array([1.0, np.copysign(np.nan, -1)])
+    assert of_values("y", negative) == of_values("y", np.array([1.0, np.nan]))

@@ -1,0 +1,199 @@
+"""Large datasets of campaigns: zarr stores that are written by chunks, gone on with, appended to."""
+
+import errno
+import os
+import shutil
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from femic.cache.store import Store
+from femic.campaigns.dataset.collected import Collected
+from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.dataset.reading import open_sweep
+from femic.campaigns.running.run import code_of_dataset
+from femic.campaigns.running.scene_task import task_of
+from geometries.errors import Failure
+from tests.femic.campaigns.campaigns import LIGHT, campaign_in, light, of_parts, swept
+
+
+@pytest.mark.parametrize("chunk", [1, 50, 1e6])
+@pytest.mark.usefixtures("light_scenes")
+def test_a_large_dataset_is_the_same(client, tmp_path, monkeypatch, chunk):
+    campaign, store = campaign_in(tmp_path, LIGHT), Store(tmp_path / "store")
+    _, small = swept(campaign, tmp_path / "small", client, store=store)
+    all_are_large(monkeypatch, chunk)
+    _, large = swept(campaign, tmp_path / "large", client, store=store)
+    assert (tmp_path / "large" / "sweep.zarr").is_dir()
+    xr.testing.assert_equal(large.load().drop_vars("failure"), small.drop_vars("failure"))
+    assert large.failure.values.tolist() == small.failure.values.tolist()
+    assert large.attrs == small.attrs
+    assert float(large.powers.sel(E=3, nu=0.2, power="two")) == 9
+
+
+def all_are_large(monkeypatch, chunk=50.0):
+    monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 1)
+    for name, value in {"LARGEST_BUFFER": 200, "CHUNK": chunk}.items():
+        monkeypatch.setattr(f"femic.campaigns.dataset.arrays.{name}", value)
+
+
+def test_a_large_dataset_is_gone_on_with_as_it_is(light_scenes, client, tmp_path, monkeypatch):
+    all_are_large(monkeypatch)
+    campaign = campaign_in(tmp_path, LIGHT)
+    _, first = swept(campaign, tmp_path, client)
+    first.load()
+    shutil.rmtree(tmp_path / "store")
+    done, again = swept(campaign, tmp_path, client)
+    assert (done.reused, done.failed, len(light_scenes)) == (27, 3, 27)
+    xr.testing.assert_identical(again.load(), first)
+
+
+def test_scenes_are_appended_to_a_large_dataset(light_scenes, client, tmp_path, monkeypatch):
+    """More values at the end of both axes; nothing that is there is read back or computed."""
+    all_are_large(monkeypatch)
+    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    del light_scenes[:]
+    shutil.rmtree(tmp_path / "store")
+    longer = LIGHT.replace("from = 1\nto = 9\ncount = 9", f"values = {[*range(1, 11)]}")
+    longer = longer.replace("0.3]", "0.3, 0.4]")
+    done, dataset = swept(campaign_in(tmp_path, longer), tmp_path, client)
+    assert set(light_scenes) == {(10, nu) for nu in (0.1, 0.2, 0.3, 0.4)} | {(e, 0.4) for e in range(1, 11)}
+    assert (done.reused, done.failed, dict(dataset.sizes)) == (27, 4, {"E": 10, "nu": 4, "power": 2})
+    ok = dataset.drop_sel(E=7)
+    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
+    assert set(dataset.failure.sel(E=7).values) == {"seven"}
+
+
+def test_random_points_are_appended_to_a_large_dataset(light_scenes, client, tmp_path, monkeypatch):
+    all_are_large(monkeypatch)
+    text = LIGHT.replace("count = 9", "").replace("values = [0.1, 0.2, 0.3]", "from = 0.1\nto = 0.3")
+    swept(campaign_in(tmp_path, 'points = "random"\nsamples = 6\n' + text), tmp_path, client)
+    shutil.rmtree(tmp_path / "store")
+    campaign = campaign_in(tmp_path, 'points = "random"\nsamples = 11\n' + text)
+    done, dataset = swept(campaign, tmp_path, client)
+    assert (done.reused, len(light_scenes), dataset.sizes["sample"]) == (6, 11, 11)
+    np.testing.assert_array_equal(np.column_stack([dataset.E, dataset.nu]), campaign.listed)
+    np.testing.assert_array_equal(dataset["sum"], dataset.E + dataset.nu)
+
+
+def test_a_large_dataset_with_values_between_is_made_anew(light_scenes, client, tmp_path, monkeypatch):
+    all_are_large(monkeypatch)
+    swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+    between = campaign_in(tmp_path, LIGHT.replace("0.2, 0.3", "0.15, 0.2, 0.3"))
+    done, dataset = swept(between, tmp_path, client)
+    assert (done.reused, len(light_scenes)) == (27, 36)
+    ok = dataset.drop_sel(E=7)
+    np.testing.assert_array_equal(ok["sum"], (ok.E + ok.nu).transpose("E", "nu"))
+
+
+@pytest.fixture
+def taken(light_scenes, client, tmp_path, monkeypatch):  # noqa: ARG001
+    """What a second run begins with: all 27 scenes of a large dataset."""
+    all_are_large(monkeypatch)
+    campaign = campaign_in(tmp_path, LIGHT)
+    swept(campaign, tmp_path, client)
+    collected = Collected(campaign, tmp_path)
+    collected.begin(digests_in(campaign, tmp_path), code_of_dataset())
+    return collected
+
+
+def digests_in(campaign, folder):
+    return lambda number: task_of(campaign, number, Store(folder / "store")).digest
+
+
+def test_a_scene_that_is_removed_is_not_there_any_more(taken):
+    digest = int(taken.digests[4])
+    assert taken.has(4, digest)
+    assert not taken.has(4, digest + 1)
+    taken.remove(4)
+    found = open_sweep(taken.write())
+    assert np.isnan(found["sum"].values.ravel()[4])
+    assert np.isnan(found.seconds.values.ravel()[4])
+    assert int(found["sum"].isnull().sum()) == 3 + 1
+    assert found.attrs["computed"] == 27 - 3 - 1
+
+
+def test_a_digest_goes_before_its_values_change(taken, tmp_path):
+    """A run that is killed between leaves no scene with a digest and values of something else."""
+    taken.remove(4)
+    taken._arrays.flush()
+    digests = open_sweep(tmp_path).digest.values.ravel()
+    assert list(np.flatnonzero(digests == 0)) == [4]
+
+
+def test_values_without_a_digest_are_removed_too(taken):
+    """Those that a run wrote before it was killed, of files that may have changed since."""
+    taken.seconds[4], taken.digests[4] = np.nan, 0
+    taken.remove(4)
+    assert np.isnan(open_sweep(taken.write())["sum"].values.ravel()[4])
+
+
+def test_a_run_that_is_killed_at_its_beginning_loses_nothing(taken, tmp_path):
+    found = open_sweep(tmp_path)
+    assert np.all(found.digest.values.ravel() == taken.digests)
+    assert int((found.failure == "seven").sum()) == 3
+
+
+def test_a_large_dataset_of_other_files_is_made_anew(taken, tmp_path):
+    """Its variables may have had other shapes."""
+    collected = Collected(taken.campaign, tmp_path)
+    collected.begin(lambda number: 1 + number, code_of_dataset())
+    assert not collected.template.data_vars
+    assert np.all(np.isnan(collected.seconds))
+
+
+def test_labels_that_differ_are_numbered_in_a_large_dataset_too(tmp_path, monkeypatch):
+    """Also where they are numbers, and have been written as such."""
+    all_are_large(monkeypatch)
+    collected = Collected(campaign_in(tmp_path, LIGHT), tmp_path)
+    for number in range(2):
+        one = xr.Dataset({"y": ("load", [1.0])}, coords={"load": [10.0 + number]})
+        collected.add(number, Outcome(one), 1)
+        labels = open_sweep(collected.write())["load"].values
+        assert list(labels) == ([10.0] if number == 0 else ["load 0"])
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_a_full_disk_under_a_large_dataset_is_said(client, tmp_path, monkeypatch):
+    def full(_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    all_are_large(monkeypatch)
+    monkeypatch.setattr("femic.campaigns.dataset.arrays.SceneArrays.flush", full)
+    with pytest.raises(Failure, match=r"sweep\.zarr cannot be written .*No space left.*make room"):
+        swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
+
+
+@pytest.mark.usefixtures("light_scenes")
+def test_a_campaign_that_is_not_large_any_more_leaves_one_dataset(client, tmp_path, monkeypatch):
+    """And one that becomes large."""
+    campaign = campaign_in(tmp_path, LIGHT)
+    shorter = campaign_in(tmp_path, LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1]"), "shorter")
+    _, small = swept(shorter, tmp_path, client)
+    monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 800)  # 48 bytes a scene
+    _, large = swept(campaign, tmp_path, client)
+    assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.zarr"]
+    np.testing.assert_array_equal(large.powers.sel(nu=[0.1]), small.powers)
+    _, again = swept(shorter, tmp_path, client)
+    assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.nc"]
+    xr.testing.assert_identical(again, small)
+
+
+def test_a_dataset_that_turns_out_to_be_large_keeps_what_it_has(client, tmp_path, monkeypatch):
+    """The first scenes lack what makes it large."""
+
+    def large(scene, _means):
+        e = scene.bodies["lower"].material.E
+        if e in (1, 5, 9):
+            raise Failure("not one of the first")
+        return xr.Dataset({"many": ("k", np.full(1000, e))})
+
+    monkeypatch.setattr("femic.campaigns.dataset.collected.LARGEST_FILE", 27 * 900)
+    of_parts(monkeypatch, errors=light, advice=large)
+    _, dataset = swept(campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT), tmp_path, client)
+    assert (tmp_path / "sweep.zarr").is_dir()
+    ok = dataset.sel(E=[2, 3, 4, 6, 8])
+    np.testing.assert_array_equal(ok.many, np.broadcast_to(ok.E, (3, 1000, 5)).transpose(2, 0, 1))
+    np.testing.assert_array_equal(dataset["sum"].sel(E=5), 5 + dataset.nu)
+    assert dataset.many.sel(E=5).isnull().all()

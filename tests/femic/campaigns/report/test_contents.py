@@ -1,0 +1,88 @@
+"""The fields of a campaign's dataset: errors, contacts with and without friction."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from femic.campaigns.report.axes import prepared
+from femic.campaigns.report.contents import fields_of
+from femic.campaigns.report.fields import COLUMN, ROW
+from femic.campaigns.report.page import write_sweep
+from femic.campaigns.report.summary import summary
+from femic.campaigns.report.tables import _cell, worst_table
+from tests.femic.campaigns.report.datasets import ESTIMATE, error
+
+
+def test_the_largest_error_over_lines_of_both_bodies_together_is_shown(grid):
+    (field,) = fields_of(grid)
+    assert field.rows == ["A", "Bhat"]
+    assert field.columns == ["nn", "sn"]  # xs vanishes by symmetry, others are not computed
+    at = field.values.sel({ROW: "A", "flank": 30.0, "ratio": 1.2})
+    assert float(at.sel({COLUMN: "sn"})) == pytest.approx(error("A", 30, 1.2))
+    np.testing.assert_allclose(field.floor.sel({COLUMN: "sn"}), ESTIMATE)
+    cell = worst_table(field, grid).rows[1].cells[1]  # of B-hat, sn
+    assert cell == _cell("4.75 %", "flank = 60, ratio = 1.05")
+
+
+def test_contacts_are_compared_with_that_by_c(curve):
+    numbers = (
+        np.array([1.1, 0.98, 1.0])[None, None, :] * np.array([1.0, 2.0])[None, :, None] * np.ones((7, 1, 1))
+    )
+    numbers[:, 1, 0] *= np.linspace(1.0, 0.7, 7)  # of the second case, by A
+    by = ("flank", "case", "ics")
+    kept = curve.drop_vars(["error", "vanishes"]).assign(
+        p_max=(by, 100 * numbers), estimate_p_max=(by, numbers)
+    )
+    kept = kept.assign_coords(ics=["A", "Bhat", "C"]).assign_attrs(keep=json.dumps(["contact"]))
+    off, reference = fields_of(kept)
+    assert (off.kind, off.rows, off.columns) == ("deviation", ["A", "Bhat"], ["p_max"])
+    of_a = 1.1 * np.linspace(1.0, 0.7, 7) - 1
+    np.testing.assert_allclose(off.values.sel({ROW: "A"})[0], np.where(-of_a > 0.1, of_a, 0.1))
+    np.testing.assert_allclose(off.values.sel({ROW: "Bhat"})[0], -0.02)
+    np.testing.assert_allclose(off.floor[0], 0.01)
+    np.testing.assert_allclose(reference.values, 200.0)
+
+
+def of_friction(curve, **numbers):
+    """A campaign of contacts with friction: numbers over the flanks, one friction, ICs and two creepages."""
+    by = ("flank", "friction", "ics", "xi")
+    kept = curve.drop_vars(["error", "vanishes"]).assign(
+        {name: (by, np.broadcast_to(values, (7, 1, 2, 2)).copy()) for name, values in numbers.items()}
+    )
+    kept = kept.assign_coords(ics=["A", "Bhat"], friction=[0.3], xi=[0.0, 0.01])
+    return kept.assign_attrs(keep=json.dumps(["contact"]))
+
+
+def test_contacts_with_friction_have_shares_as_differences_and_name_their_reference(curve, tmp_path):
+    sliding = np.array([[0.2, 0.9], [0.5, 1.0]])  # by ICs and creepage
+    kept = of_friction(curve, p_max=np.array([[110.0], [100.0]]), sliding_share=sliding)
+    kept = kept.assign(
+        largest_of_curve=(("flank", "friction", "ics"), np.broadcast_to([0.07, 0.0], (7, 1, 2)).copy())
+    )
+    kept = kept.assign(estimate_p_max=xr.full_like(kept.p_max, 3.0))
+    off, reference = fields_of(kept)
+    assert (off.rows, off.columns) == (["A"], ["p_max", "F_x(ξ)", "sliding"])
+    np.testing.assert_allclose(off.values.sel({ROW: "A"}).isel(flank=0), [0.1, 0.07, -0.3])
+    assert reference.columns == ["p_max [1]", "sliding [1]"]
+    np.testing.assert_allclose(reference.values.sel({COLUMN: "sliding [1]"}), 1.0)
+    sentences = summary(kept, [off, reference], None).split("\n")
+    assert sentences[1] == "The numbers with B̂ are known, at the worst scene, to 3 % (p_max)."
+    assert sentences[2] == (
+        "A is off by more than 5 % in p_max everywhere; in sliding everywhere, at most by 30 % (also in "
+        "F_x(ξ))."
+    )
+    text = write_sweep(kept, tmp_path).read_text(encoding="utf-8")
+    assert "estimate of B̂" in text
+    assert "estimate of C" not in text
+
+
+def test_ics_that_differ_between_scenes_are_called_by_their_places(curve):
+    mixed = prepared(curve.assign_coords(variant=["variant 0", "variant 1", "variant 2"]))
+    (field,) = fields_of(mixed)
+    assert field.rows == ["ICs 1", "ICs 2"]
+    np.testing.assert_array_equal(
+        field.values.sel({ROW: "ICs 1"}), fields_of(curve)[0].values.sel({ROW: "A"})
+    )
+    np.testing.assert_allclose(field.floor.sel({COLUMN: "sn"}), ESTIMATE)

@@ -1,0 +1,129 @@
+"""What is kept of a scene is what its own commands compute, under names that are known beforehand."""
+
+import numpy as np
+import pytest
+
+from compare.contact.compute import compute_contact
+from compare.contact.dataset import to_dataset
+from compare.friction.compute import compute_with_friction
+from compare.ics.compute import compute
+from compare.ics.dataset import to_dataset as ics_dataset
+from femic.cache.store import Store
+from femic.campaigns.results.advice import AS_CHEAP, cheapest
+from femic.campaigns.results.contact import DISTANCES, END_OF_CURVE
+from femic.campaigns.results.registry import KINDS
+from femic.reference.level import Level
+from femic.reference.run_options import RunOptions
+from geometries.errors import Failure
+from tests.compare.friction.scenes import scene as rail_and_wheel
+from tests.femic.campaigns.campaigns import OF_UPPER, campaign_in, errors_of
+
+CONTACTS = {
+    "frictionless": ({"loads": [2e3, 5e3]}, lambda scene: to_dataset(compute_contact(scene))),
+    "compression": (
+        {"motion": "compression", "loads": [2e3, 5e3], "friction": [0.3], "ics": ["A"]},
+        compute_with_friction,
+    ),
+    "rolling": (
+        {"motion": "rolling", "loads": [2e3], "friction": [0.3], "ics": ["A"]},
+        compute_with_friction,
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def options(tmp_path_factory):
+    """A store with models that all scenes of this module share."""
+    return RunOptions(1, Store(tmp_path_factory.mktemp("store")))
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    campaign = campaign_in(tmp_path_factory.mktemp("scene"), OF_UPPER)
+    return campaign.scene((12.0,))
+
+
+def names_of(dataset):
+    return {*map(str, dataset.variables), *map(str, dataset.dims)}
+
+
+@pytest.mark.parametrize("keep", ["errors", "ics", "advice"])
+def test_names_on_lines_are_known_beforehand(scene, options, keep):
+    assert names_of(KINDS[keep].compute(scene, options)) == KINDS[keep].names
+
+
+def test_ics_are_those_of_a_run(scene, options):
+    kept, results = KINDS["ics"].compute(scene, options), compute(scene, options)
+    alone = ics_dataset(results)
+    np.testing.assert_array_equal(kept.ic, alone.ic)
+    np.testing.assert_array_equal(kept.estimate, alone.estimate)
+    np.testing.assert_array_equal(kept.x, alone.x)
+    errors = errors_of(results)
+    np.testing.assert_array_equal(kept.error, errors.error.transpose(*kept.error.dims))
+
+
+def test_known_errors_are_at_least_the_errors_and_within_the_estimate_of_c(scene, options):
+    advice = KINDS["advice"].compute(scene, options)
+    found = errors_of(compute(scene, options)).error.max(["line", "i", "j"])
+    known = advice.known_error.sel(body="combined")
+    of_c = float(known.sel(variant="C"))
+    assert of_c > 0
+    for name in ("A", "Bhat"):
+        error = float(found.sel(variant=name, body="combined"))
+        assert error <= float(known.sel(variant=name)) <= error + of_c * (1 + 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("known", "seconds", "tolerance", "advised"),
+    [
+        ([0.1, 0.04, 0.01], [1, 2, 50], 0.02, 2),
+        ([0.1, 0.04, 0.01], [1, 2, 50], 0.05, 1),
+        ([0.1, 0.04, 0.01], [1, 2, 50], 0.2, 1),  # as cheap as the first, and better
+        ([0.1, 0.04, 0.01], [1, AS_CHEAP * 1.01, 50], 0.2, 0),
+        ([0.1, 0.04, 0.01], [1, 2, 50], 0.001, -1),
+    ],
+)
+def test_the_cheapest_that_are_good_enough_are_advised(known, seconds, tolerance, advised):
+    assert cheapest(np.array(known), np.array(seconds, dtype=float), tolerance) == advised
+
+
+@pytest.mark.parametrize("kind", CONTACTS)
+def test_contacts_are_those_of_a_run(kind, options):
+    wanted, computed = CONTACTS[kind]
+    scene = rail_and_wheel(10.8, **wanted)
+    kept, alone = KINDS["contact"].compute(scene, options), computed(scene)
+    assert names_of(kept) <= KINDS["contact"].names
+    assert {"p_max", "estimate_p_max", "approach"} <= {*kept.data_vars}
+    alone = alone.rename({name: name + END_OF_CURVE for name in DISTANCES if name in alone})
+    for name, values in kept.data_vars.items():
+        np.testing.assert_array_equal(values, alone[name].astype(float), err_msg=str(name))
+
+
+@pytest.mark.parametrize("kind", CONTACTS)
+def test_models_of_contact_on_grids_of_its_own_are_known_beforehand(kind, monkeypatch):
+    """Scenes that share them wait for one."""
+    scene = rail_and_wheel(10.8, **CONTACTS[kind][0] | {"ics": ["A", "C"]})
+    assert scene.contact.automatic
+    asked = []
+
+    def noted(jobs, *_, **__):
+        asked.extend(jobs.values())
+        raise Failure("only noted")
+
+    monkeypatch.setattr("femic.contact.pairs.reference_ics.matrices", noted)
+    with pytest.raises(Failure, match="only noted"):
+        KINDS["contact"].compute(scene, RunOptions(1))
+    known = [job for jobs in KINDS["contact"].jobs(scene) for job in jobs.values()]
+    assert len(asked) == 2
+    assert [key_of(job) for job in known[:2]] == [key_of(job) for job in asked]
+
+
+def key_of(job):
+    """The key of the first model of a job."""
+    return job.settings.engine.models.key(job.request(Level()), Store())
+
+
+def test_names_of_contacts_are_those_of_nothing_else():
+    """Parts of a scene are one dataset."""
+    others = [kind.names for keep, kind in KINDS.items() if keep != "contact"]
+    assert not any(KINDS["contact"].names & names for names in others)

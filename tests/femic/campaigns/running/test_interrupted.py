@@ -1,0 +1,52 @@
+"""Ctrl-C while a local cluster begins: it ends in order."""
+
+import os
+import signal
+from contextlib import contextmanager, nullcontext
+
+import pytest
+
+from femic.campaigns.running import cluster
+from femic.campaigns.running.cluster import Size, local_cluster
+
+
+@pytest.fixture
+def stand_in(monkeypatch):
+    """A cluster that is interrupted so many times while it begins, and what happens to it."""
+    happened, interruptions = [], [1]
+
+    @contextmanager
+    def begun(*_, **__):
+        for _ in range(interruptions[0]):
+            os.kill(os.getpid(), signal.SIGINT)
+        happened.append("begun")
+        try:
+            yield
+        finally:
+            happened.append("ended")
+
+    monkeypatch.setattr(cluster, "LocalCluster", begun)
+    monkeypatch.setattr(cluster, "Client", lambda *_, **__: nullcontext())
+    return happened, interruptions
+
+
+def entered():
+    with local_cluster(Size(1, 1000.0)):
+        pytest.fail("it goes on")
+
+
+def test_a_cluster_that_is_interrupted_while_it_begins_ends_in_order(stand_in):
+    happened, _ = stand_in
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        entered()
+    assert happened == ["begun", "ended"]
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_second_interruption_does_not_wait(stand_in):
+    happened, interruptions = stand_in
+    interruptions[0] = 2
+    with pytest.raises(KeyboardInterrupt):
+        entered()
+    assert happened == []

@@ -1,0 +1,85 @@
+"""Campaigns of real scenes: results are those of single runs, and models are shared."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.ics.compute import compute
+from femic.cache.store import Store
+from femic.campaigns.running import plan as planning
+from femic.campaigns.running.plan import planned
+from femic.reference.run_options import RunOptions
+from tests.femic.campaigns.campaigns import (
+    OF_UPPER,
+    campaign_in,
+    errors_of,
+    swept,
+)
+
+OF_THE_RUN = ["seconds", "model_seconds", "ic_seconds", "digest", "checksum"]
+
+
+@pytest.fixture(scope="module")
+def real(client, tmp_path_factory):
+    """A campaign of two scenes that share the lower body, its folder, the end, and its dataset."""
+    folder = tmp_path_factory.mktemp("real")
+    campaign = campaign_in(folder, OF_UPPER)
+    return campaign, folder, *swept(campaign, folder, client)
+
+
+def test_results_are_those_of_single_runs_to_the_last_digit(real):
+    campaign, folder, _, dataset = real
+    assert campaign.order[-1] == 1
+    scene = campaign.scene((12.0,))
+    store = Store(folder / "alone")
+    results = compute(scene, RunOptions(2, store))
+    alone = errors_of(results)
+    of_campaign = dataset.sel(R=12)
+    for name in ("error", "rms", "weight", "estimate_refinement", "vanishes"):
+        expected = alone[name].transpose(*of_campaign[name].dims)
+        np.testing.assert_array_equal(of_campaign[name], expected)
+    assert of_campaign.error.isnull().any()  # components that the scene does not ask for
+    assert of_campaign.unknowns == max(cost.unknowns for cost in results.models.values())
+    assert float(of_campaign.error.sel(variant="C", i="n", j="n").max()) > 0
+
+
+def test_models_that_scenes_share_are_solved_once(real):
+    _, _, done, _ = real
+    assert (done.scenes, done.finished, done.failed, done.reused) == (2, 2, 0, 0)
+    assert done.models == 3  # the lower body, and two upper ones
+    assert done.models_reused == 4  # both of each scene
+
+
+def test_a_campaign_in_the_same_store_begins_with_what_is_there(real, client, tmp_path):
+    """Another scene, the same bodies: nothing but approximations is left to do."""
+    _, folder, _, dataset = real
+    other = campaign_in(
+        tmp_path, OF_UPPER.replace('"A", "Bhat"', '"A", "B"').replace("[11.0, 12.0]", "[12.0]")
+    )
+    done, found = swept(other, tmp_path, client, store=Store(folder / "store"))
+    assert (done.models, done.reused) == (0, 0)
+    same = {"variant": ["A", "C"]}
+    xr.testing.assert_equal(
+        found.drop_vars(OF_THE_RUN).sel(same).isel(R=0), dataset.drop_vars(OF_THE_RUN).sel(same).sel(R=12)
+    )
+    again = campaign_in(tmp_path, OF_UPPER.replace("[sweep.R]", "[sweep.other]"), "third")
+    done, found = swept(again, tmp_path / "third", client, store=Store(folder / "store"))
+    assert (done.models, done.reused) == (0, 2)
+    xr.testing.assert_equal(found.rename(other="R"), dataset)
+
+
+def test_the_plan_counts_models_and_what_is_kept(real, tmp_path):
+    campaign, folder, _, _ = real
+    plan = planned(campaign, Store(tmp_path))
+    assert (plan.scenes, plan.reused, plan.models) == (2, 0, 3)
+    assert plan.seconds > 0
+    assert 200 < plan.memory < 1000
+    plan = planned(campaign, Store(folder / "store"))
+    assert (plan.scenes, plan.reused, plan.models) == (2, 2, 0)
+
+
+def test_models_are_counted_for_a_while_only(real, tmp_path, monkeypatch):
+    """Those of contact on grids of its own take seconds a scene; at least those of one scene are."""
+    monkeypatch.setattr(planning, "LONGEST", 0.0)
+    plan = planned(real[0], Store(tmp_path))
+    assert (plan.counted, plan.models) == (1, 2)

@@ -1,0 +1,74 @@
+"""Commands that end with a message load no heavy library, and what they load later is there."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import femic
+from femic.cli.main import COMMANDS, WRONG_INPUT
+from femic.late import Late
+
+HEAVY = {"dask", "distributed", "gmsh", "matplotlib", "pandas", "pyamg", "pyvista", "skfem", "xarray", "zarr"}
+OF_SCENES = sorted(set(COMMANDS) - {"validate", "extremes", "scenes", "sweep"})
+RUN = """
+import sys
+from femic.cli.main import exit_code
+code = exit_code(sys.argv[1:])
+print(*sys.modules)
+sys.exit(code)
+"""
+WRONG = {
+    "not there": None,
+    "no TOML": "[lower",
+    "an unknown key": "[lower]\nmodulus = 1.0\n",
+    "parts that do not fit": Path(femic.__file__).parent.joinpath("scenes/builtin/flat.toml").read_text()
+    + "\n[grid]\nds = 1000.0\n",
+}
+
+
+def loaded_by(*arguments):
+    """The exit code of a command, and the libraries that it has loaded."""
+    done = subprocess.run(
+        [sys.executable, "-c", RUN, *arguments], capture_output=True, text=True, check=False
+    )
+    return done.returncode, set(done.stdout.split())
+
+
+@pytest.mark.parametrize("command", OF_SCENES)
+def test_a_command_about_a_wrong_scene_loads_no_heavy_library(command, tmp_path):
+    path = tmp_path / "wrong.toml"
+    path.write_text(WRONG["an unknown key"])
+    code, modules = loaded_by(command, str(path))
+    assert code == WRONG_INPUT
+    assert not modules & HEAVY
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_whatever_is_wrong_with_a_scene_is_said_before_heavy_libraries_load(case, tmp_path):
+    path = tmp_path / "wrong.toml"
+    if WRONG[case] is not None:
+        path.write_text(WRONG[case])
+    code, modules = loaded_by("run", str(path))
+    assert code == WRONG_INPUT
+    assert not modules & HEAVY
+
+
+@pytest.mark.parametrize("text", ['scene = "nowhere"', "[sweep"])
+def test_a_wrong_campaign_is_refused_before_heavy_libraries_load(text, tmp_path):
+    path = tmp_path / "wrong.toml"
+    path.write_text(text)
+    code, modules = loaded_by("sweep", str(path))
+    assert code == WRONG_INPUT
+    assert not modules & HEAVY
+
+
+def test_every_function_that_is_imported_late_is_there():
+    sources = [path.read_text(encoding="utf-8") for path in Path(femic.__file__).parent.rglob("*.py")]
+    places = {place for text in sources for place in re.findall(r'Late\(\s*"([\w.:]+)"', text)}
+    assert len(places) > 50
+    for place in places:
+        if "extremes" not in place:  # needs an optional library
+            assert Late(place).resolved is not None

@@ -1,0 +1,113 @@
+"""Grids that fit contacts: sizes, ends of contours, grids that are made longer."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from approx.matrix import matrix
+from femic.contact.edges import MARGIN
+from femic.contact.exact.hertz import PointContact, combined_modulus
+from femic.contact.loading import Loading
+from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.operators.dense import Asymmetry, GridOperator
+from femic.contact.pairs.automatic_grid import MOST_STRIPS, grids_of, sizing_of
+from femic.contact.pairs.frictionless import solve_frictionless
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.reference_ics import ReferenceICs
+from geometries.errors import Failure
+from geometries.grids import Grid
+from geometries.patches import N
+from tests.femic.contact.pairs.problems import RADIUS, ROLLING, SMALL, WHEEL, problem
+
+EXACT = Asymmetry(0.0, "nn")
+
+
+def hertz(of=None):
+    bodies = (of or problem()).bodies
+    modulus = combined_modulus(bodies["upper"].material, bodies["lower"].material)
+    return PointContact(1 / ROLLING, 1 / RADIUS - 1 / WHEEL, modulus)
+
+
+def test_curvatures_are_those_where_bodies_touch_however_far_they_reach():
+    """Also beyond the wheel, as with a unit of length of a kilometre."""
+    ellipse = sizing_of(replace(problem(), reference_length=1e6)).hertz(Loading(SMALL))
+    expected = hertz().at_load(SMALL)
+    assert (ellipse.a, ellipse.b) == pytest.approx((expected.a, expected.b), rel=1e-2)
+
+
+def test_grids_fit_the_contact_on_them():
+    of = problem(10.2, loads=(5e2, 5e3))
+    ((grid, cases),) = sizing_of(of).grids([Loading(load) for load in of.specification.loads])
+    assert [case.load for case in cases] == [5e2, 5e3]
+    on_grid = pair_on_grid(of, grid)
+    small, large = (on_grid.solve_in_place(on_grid.operator("Bhat"), case) for case in cases)
+    across = np.count_nonzero(small.in_contact.any(axis=0)), np.count_nonzero(small.in_contact.any(axis=1))
+    assert min(across) >= 0.85 * of.specification.elements
+    room = grid.n_s - np.count_nonzero(large.in_contact.any(axis=0))
+    assert 2 * MARGIN <= room < 0.7 * grid.n_s
+
+
+def test_loads_that_are_decades_apart_have_grids_of_their_own():
+    grids = sizing_of(problem()).grids([Loading(load) for load in (1e-3, 1e3)])
+    assert [[case.load for case in cases] for _, cases in grids] == [[1e-3], [1e3]]
+    assert max(grid.n_s for grid, _ in grids) <= MOST_STRIPS
+
+
+def test_sizes_grow_as_hertz_says_over_ten_decades():
+    of = problem()
+    for load in (1e-8, 1e-4, 1e0):
+        size, expected = sizing_of(of).size(Loading(load)), hertz(of).at_load(load)
+        assert size.x[1] == pytest.approx(expected.a, rel=0.1)
+        assert size.s[1] - size.s[0] == pytest.approx(2 * expected.b, rel=0.1)
+
+
+def test_grids_of_symmetric_pairs_are_symmetric_and_others_lie_about_the_contact():
+    ((middle, _),) = sizing_of(problem()).grids([Loading(SMALL)])
+    shifted = sizing_of(problem(shift=0.5))
+    ((aside, _),) = shifted.grids([Loading(SMALL)])
+    assert middle.s == 0.0
+    assert aside.s == pytest.approx(shifted.bodies.undeformed.touching[0], abs=2 * aside.ds)
+
+
+def test_contacts_at_the_end_of_a_contour_are_refused_with_the_end_and_a_remedy():
+    of = problem(10.05, 20.0, flanks=False)
+    with pytest.raises(
+        Failure, match=r"contact at 50000 N: it reaches the end of a contour at s < 0 and s > 0"
+    ):
+        sizing_of(of).size(Loading(5e4))
+
+
+def test_where_c_needs_a_longer_grid_it_is_made_longer(monkeypatch):
+    """Of ICs that stand for C and are eight times those of B-hat."""
+
+    def much_softer(of, on_grid, _):
+        nn = 8 * matrix("Bhat", of.pair, on_grid.grid)[..., 2:, 2:]
+        return ReferenceICs(*[GridOperator.of(nn, (N,))] * 2, 0.0, EXACT, 1.0, 0.0)
+
+    of = problem(10.2, loads=(5e3,), ics=("Bhat", "C"))
+    ((first, _),) = grids_of(of)
+    monkeypatch.setattr("femic.contact.pairs.frictionless.normal_reference_ics", much_softer)
+    results = solve_frictionless(of)
+    (grid,) = results.references
+    assert (grid.dx, grid.ds) == (first.dx, first.ds)
+    assert grid.n_x > first.n_x or grid.n_s > first.n_s
+    assert {contact.on_grid.grid for contact in results.contacts.values()} == {grid}
+    with pytest.raises(Failure, match=r"contact at 5000 N with C: potential contact area"):
+        solve_frictionless(problem(10.2, loads=(5e3,), ics=("C",), grid=first))
+
+
+def test_the_problem_may_give_the_grid():
+    of = problem(loads=(SMALL,), grid=Grid(32, 32, 0.03, 0.01))
+    assert {contact.on_grid.grid for contact in solve_frictionless(of).contacts.values()} == {of.grid}
+
+
+def test_grids_on_which_nothing_fits_are_given_up():
+    """Of a solver that is never content along x, where no contour ends."""
+    sizing = sizing_of(problem(loads=(SMALL,)))
+
+    def short(_):
+        raise PotentialAreaTooSmall(("x > 0",), Loading(SMALL))
+
+    with pytest.raises(Failure, match=r"contact at 2 N: no grid found that it fits"):
+        sizing.on_long_enough_grid(Grid(16, 16, 0.03, 0.01), short)

@@ -1,0 +1,93 @@
+"""Rolling with the distance of the displaced wheel: without friction, and where distances are linear."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from compare.friction.compute import compute_with_friction
+from femic.contact.estimates import Measured
+from femic.contact.loading import Loading
+from femic.contact.pairs.creep_force import Continuation, CreepForceCurve
+from femic.contact.pairs.displaced import displaced, displaced_numbers
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.reference_ics import approximation
+from femic.scenes.load import load_scene
+from geometries.grids import Grid
+from tests.compare.friction.scenes import scene
+
+LOAD = 1e4
+SCENE = scene(
+    10.3, motion="rolling", loads=[LOAD], longitudinal=[-1e-3, 0.0, 1e-3], friction=[0.3], ics=["Bhat"]
+)
+GRID = Grid(24, 36, 0.7, 0.5)
+
+
+def path_of(friction, of=SCENE, grid=GRID):
+    pair = PairWithFriction(of.contact_problem, pair_on_grid(of.contact_problem, grid))
+    return Continuation.of(pair, pair.frictional(approximation(pair.on_grid, "Bhat"), friction), "a path")
+
+
+def test_without_friction_it_is_the_contact_with_the_exact_distance():
+    """Pressures and approach, by the fixed point of contacts that know nothing of tangential tractions."""
+    along = path_of(0.0)
+    linear = along.solve(0.0, None)
+    found, on_grid = displaced(along, linear).contact, along.pair.on_grid
+    exact = on_grid.solve_in_place(on_grid.operator("Bhat"), Loading(LOAD), exact=True)
+    assert found.approach == pytest.approx(exact.approach, rel=1e-5)
+    np.testing.assert_allclose(found.p[..., 2], exact.p, atol=1e-4 * exact.p.max())
+    assert abs(np.max(found.p) / np.max(linear.contact.p) - 1) > 1e-3
+
+
+def test_the_distance_is_that_at_its_own_approach():
+    along = path_of(0.3)
+    on_grid, found = along.pair.on_grid, displaced(along, along.solve(0.0, None))
+    approach = found.contact.approach
+    distance = on_grid.distance_at(approach) + approach * on_grid.cosine
+    problem = replace(along.problem, problem=replace(along.problem.problem, distance=distance))
+    again = problem.contact(found.creepages, Loading(LOAD))
+    assert again.contact.approach == pytest.approx(approach, rel=1e-4)
+    assert again.contact.force == pytest.approx(found.contact.force, abs=1e-4 * 0.3 * LOAD)
+
+
+def test_on_a_plane_nothing_changes():
+    """The distance of a plane and a paraboloid is linear in the approach, to the square of slopes."""
+    of = load_scene(
+        "flat",
+        {
+            "upper": {"contour": {"kind": "arc", "radius": 400.0, "flank_inclination_deg": 3.0}},
+            "contact": {"motion": "compression", "loads": [1.0]},
+        },
+    )
+    on_grid = pair_on_grid(of.contact_problem, Grid(8, 6, 0.4, 0.6))
+    moved = on_grid.distance_at(0.01) + 0.01 * on_grid.cosine
+    np.testing.assert_allclose(moved, on_grid.distance, atol=1e-12)
+
+
+def test_the_file_has_what_it_changes():
+    dataset = compute_with_friction(SCENE).isel(friction=0, ics=0)
+    along = path_of(0.3, grid=Grid(dataset.sizes["x"], dataset.sizes["s"], *steps(dataset)))
+    found = displaced(along, along.solve(0.0, None)).contact
+    assert float(dataset.displaced_xi) == 0.0
+    assert float(dataset.displaced_F_x) == pytest.approx(found.force[0], abs=1e-4 * 0.3 * LOAD)
+    changed = float(dataset.displaced_F_x - dataset.F_x.sel(xi=0.0))
+    moved = float(dataset.displaced_zero_creepage - dataset.zero_creepage)
+    assert moved == pytest.approx(-changed / float(dataset.slope), rel=1e-3)
+    assert moved != 0.0
+
+
+@pytest.mark.parametrize("followers", [2, 1])
+def test_contacts_of_different_forms_are_not_compared(followers, monkeypatch):
+    """What fewer elements at the leading edge change is not what the distance changes."""
+    along = path_of(0.3)
+    first = along.solve(0.0, None)
+    curve = CreepForceCurve({}, {}, Measured({"zero_creepage": -1e-3, "slope": 1e7}, {}, {}), first)
+    simpler = replace(first.contact, motion=replace(first.contact.motion, followers=followers))
+    monkeypatch.setattr("femic.contact.pairs.displaced.displaced", lambda *_: replace(first, contact=simpler))
+    known = displaced_numbers(along, curve)
+    assert np.isnan(known["zero_creepage"]) == np.isnan(known["p_max"]) == (followers != 2)
+
+
+def steps(dataset):
+    return [float(np.diff(dataset[name])[0]) for name in ("x", "s")]
