@@ -159,7 +159,7 @@ def quick_start(tmp_path_factory):
 
 def test_the_quick_start_runs(quick_start):
     _, blocks, names = quick_start
-    assert blocks == 8
+    assert blocks == 12
     assert np.all(names["worst"].sel(variant="C", body=["lower", "upper"], j="n") <= 0.1)
 
 

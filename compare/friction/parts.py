@@ -63,7 +63,8 @@ def _inputs(pair: PairWithFriction, friction: float, name: str) -> tuple[object,
     problem, alone = pair.problem, replace(pair.specification, coefficients=(friction,))
     specification = replace(problem.specification, ics=(name,), friction=alone)
     jobs = c_jobs(problem, pair.on_grid).values() if name == C else ()
-    return problem.pair, specification, pair.on_grid.grid, *map(_inputs_of_c, jobs)
+    own = [pair.given[name]] if name in pair.given else []
+    return problem.pair, specification, pair.on_grid.grid, *map(_inputs_of_c, jobs), *own
 
 
 def _inputs_of_c(job: MatrixJob) -> tuple[object, ...]:

@@ -13,18 +13,18 @@ from compare.contact.dataset import to_dataset
 from compare.friction.compute import compute_with_friction
 from femic.contact.extra_gap import extra_gap
 from femic.contact.pairs.given_ics import GivenICs
+from femic.contact.specification import FrictionSpecification
 from femic.interface.bodies import Pair, checked, given
 from femic.interface.matrices import grid_of, grid_table
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import NAME, scene_of
 from femic.scenes.checks import misfits
-from femic.scenes.contact import CREEPAGES, ContactTable
+from femic.scenes.contact import ContactTable
 from femic.scenes.errors import require_none
 from femic.scenes.scene import Scene
 from geometries.grids import Grid
 
 ICs = str | xr.Dataset
-SEVERAL = (*(-xi for xi in reversed(CREEPAGES)), 0.0, *CREEPAGES)
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Rolling:
 
     load: float
     friction: float | Sequence[float]
-    longitudinal: Sequence[float] = SEVERAL
+    longitudinal: Sequence[float] = FrictionSpecification.longitudinal
     lateral: float = 0.0
     spin: float = 0.0
     equal_force: float = 0.5
