@@ -64,7 +64,7 @@ def c():
 
 
 def test_c_given_as_a_matrix_is_c(c):
-    """Nothing else tells them apart than the models of nn alone, which have fewer loads, and errors likewise."""
+    """Both differ in their models alone: those of nn have fewer loads."""
     setup = replace(SETUP, grid=GRID)
     mine = c.assign_attrs(ics="mine")
     ours, theirs = (femic.solve_contact(PAIR, MOTIONS["none"], [ics], setup, OPTIONS) for ics in (mine, "C"))
