@@ -187,7 +187,7 @@ def test_the_contacts_of_the_quick_start_are_those_of_their_loads(quick_start):
 
 
 def test_the_rolling_of_the_page_on_friction_brings_about_its_forces():
-    """Driven it pushes the wheel on; the creepage without force lies below 0; tractions add up to the force."""
+    """Driven it pushes the wheel on; its creepage without force is below 0; tractions add up to forces."""
     blocks, names = run_blocks("docs/rolling.md")
     rolled = names["rolled"].squeeze()
     assert blocks == 1
