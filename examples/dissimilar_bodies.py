@@ -73,7 +73,7 @@ def numbers(rolled: xr.Dataset) -> xr.Dataset:
     patch = rolled[list(OF_PATCH)].sel(xi=0.0, drop=True)
     errors = {f"{name}_error": patch[name] / patch[name].sel(ics="C") - 1 for name in OF_PATCH}
     force = rolled.F_x.drop_attrs() / (MOTION.friction * MOTION.load)
-    return rolled[["zero_creepage", "rms"]].assign(errors, force=force)
+    return rolled[["zero_creepage", "rms"]].assign(force=force, **errors)
 
 
 def draw(found: xr.Dataset) -> Figure:

@@ -42,7 +42,8 @@ def require_solvable(scene: Scene, given: Collection[str] = ()) -> None:
             f"{scene.name}: contact.ics: {maps[0]}: maps of C know nn only, for contact without friction; "
             "use C"
         )
-    require_none(scene.name, [*_misfits_of_c(scene), *impossible(scene.contact_problem)])
+    of_c = () if C in given else _misfits_of_c(scene)
+    require_none(scene.name, [*of_c, *impossible(scene.contact_problem)])
 
 
 def _misfits_of_c(scene: Scene) -> Iterator[str]:

@@ -25,10 +25,19 @@ ANY_DOMAIN = bodies.Domain(np.inf, np.inf)  # of bodies whose keys are checked
 Table = TypeVar("Table", bound=Section)
 
 
+def plain(value: Any) -> Any:
+    """Return a value as TOML has it: numbers and lists of NumPy as those of Python."""
+    if isinstance(value, Mapping):
+        return {name: plain(inner) for name, inner in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return [plain(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+
 def checked(table: type[Table], keys: Mapping[str, Any]) -> Table:
     """Return a table of a scene file; raise WrongInput for keys that it does not take."""
     try:
-        return table.model_validate(keys)
+        return table.model_validate(plain(keys))
     except ValidationError as error:
         raise WrongInput("; ".join(messages(error.errors()))) from error
 
@@ -88,6 +97,10 @@ class Body:
     hub_radius: float | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.contour, Section):
+            raise WrongInput(
+                f"contour = {self.contour!r}: make it with arc, ellipse, plane or through_points"
+            )
         contour = checked(BodyTable, self.table).contour.contour()
         bodies.Body(LOWER, contour, self.material, ANY_DOMAIN, self.rolling_radius, self.hub_radius)
 
@@ -112,7 +125,7 @@ class Pair:
     `effective` are the properties of B-hat-prime by "combined", "lower", "upper", as `fit_bhat_prime` finds
     them; with `curvature_apart` those of "combined" leave out the curvature of wheels. A `reference_length`
     [mm] makes ICs dimensionless and sets where rigid motions are read; by default it is the crown radius of
-    the lower body, 10 mm if that is flat.
+    the lower body, 10 mm if that is flat. Raises WrongInput.
     """
 
     upper: Body
@@ -120,6 +133,10 @@ class Pair:
     effective: Mapping[str, EffectiveProperties] = field(default_factory=dict, hash=False)
     curvature_apart: bool = False
     reference_length: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.curvature_apart and "combined" not in self.effective:
+            raise WrongInput("curvature_apart: only where effective properties of 'combined' are given")
 
     @property
     def tables(self) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -15,13 +15,14 @@ from femic.contact.extra_gap import extra_gap
 from femic.contact.pairs.given_ics import GivenICs
 from femic.contact.specification import FrictionSpecification
 from femic.interface.bodies import Pair, checked, given
-from femic.interface.matrices import grid_of, grid_table
+from femic.interface.matrices import grid_of, grid_table, name_of
 from femic.interface.options import DEFAULT, Options
 from femic.interface.scenes import NAME, scene_of
 from femic.scenes.checks import misfits
 from femic.scenes.contact import ContactTable
 from femic.scenes.errors import require_none
 from femic.scenes.scene import Scene
+from geometries.errors import WrongInput
 from geometries.grids import Grid
 
 ICs = str | xr.Dataset
@@ -107,7 +108,7 @@ class ContactSetup:
 
     `elements` across the smallest patch on a grid that fits the contact, or a `grid` about x = 0 instead. The
     upper body is moved by `shift` along y [mm]. With `flanks` false, bodies do not touch on straight flanks.
-    `exact`, without friction only: with the distance of the displaced body, not the linearised one.
+    The undeformed distance, `gap`, is "linear" or, without friction only, "exact": of the displaced body.
     `extra_gap` (n, 2 or 3) has columns s, gap or x, s, gap [mm], a gap that is added.
     """
 
@@ -115,15 +116,15 @@ class ContactSetup:
     grid: Grid | None = None
     shift: float = 0.0
     flanks: bool = True
-    exact: bool = False
+    gap: Literal["linear", "exact"] = "linear"
     extra_gap: ArrayLike | None = None
 
     @property
     def tables(self) -> dict[str, Any]:
         """The tables [contact] and [grid] of a scene file."""
         contact: dict[str, Any] = {"elements": self.elements, "shift": self.shift, "flanks": self.flanks}
-        if self.exact:
-            contact["gap"] = "exact"
+        if self.gap != "linear":
+            contact["gap"] = self.gap
         if self.grid is None:
             return {"contact": contact}
         return {"contact": contact | {"grid": "scene"}, "grid": grid_table(self.grid)}
@@ -152,8 +153,10 @@ def solve_contact(
 
     Raises WrongInput, and Failure where there is no solution, or no C to the tolerance.
     """
-    matrices = {one.attrs["ics"]: one for one in ics if isinstance(one, xr.Dataset)}
-    names = tuple(one if isinstance(one, str) else str(one.attrs["ics"]) for one in ics)
+    names = tuple(one if isinstance(one, str) else name_of(one) for one in ics)
+    if len(set(names)) < len(names):
+        raise WrongInput(f"ics: {', '.join(names)}: two have the same name: name each once")
+    matrices = {name: one for name, one in zip(names, ics, strict=True) if isinstance(one, xr.Dataset)}
     scene = _scene(pair, motion, setup, options, [name for name in names if name not in matrices] or ["A"])
     scene = replace(scene, contact=replace(scene.contact, ics=names))
     own = {name: _given(one) for name, one in matrices.items()}

@@ -17,6 +17,7 @@ from femic.scenes.checks import misfits
 from femic.scenes.errors import require_none
 from femic.scenes.lines import LineAlongS, LineAlongX
 from femic.scenes.scene import Scene
+from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS, OffsetLine, Patch
 
 Line = LineAlongX | LineAlongS | OffsetLine
@@ -66,6 +67,8 @@ def compute_ics(
 
     Raises WrongInput, and Failure where C cannot be computed to the tolerance.
     """
+    if not ics:
+        raise WrongInput("ics: none is named: give some of A, Bhat, C and others")
     scene = _scene(pair, patch, lines, options, _tables(ics, bodies, components))
     if "C" not in ics:
         return approximations_dataset(scene)

@@ -34,17 +34,17 @@ def compute_matrix(
 ) -> xr.Dataset:
     """Compute the IC matrix of both bodies together on a grid, for contact programs.
 
-    `ics` is "C" or the name of an approximation. The variable `ic` (lag, observed, loaded, i, j) [mm/MPa] is
-    the displacement i on an observed strip, a lag along x from an element of a loaded strip with traction j;
-    with C comes its estimated error, `estimate` [mm/MPa]. At negative lags xs, sx, xn and nx change their
-    signs.
+    `ics` is "C" or the name of an approximation, also with exchanged components: "Bhat+sn:B". The variable
+    `ic` (lag, observed, loaded, i, j) [mm/MPa] is the displacement i on an observed strip, at a lag along x
+    from an element of a loaded strip with traction j; with C comes its estimated error, `estimate` [mm/MPa].
+    At negative lags xs, sx, xn and nx change their signs.
 
     `discount` says what is taken from C: "approach", the rigid part of the normal approach; "source", as in
     [BVSV], all that has to go before single loads are compared with half-spaces; or "none".
 
     Raises WrongInput, and Failure where C cannot be computed to the tolerance.
     """
-    scene = replace(_scene(pair, grid, ics, options), discount=discount)
+    scene = replace(_scene(pair, grid, options), discount=discount)
     if ics != "C":
         return label_matrix(matrix(ics, scene.pair, grid), grid, ics)
     references, contour = (
@@ -83,6 +83,15 @@ def label_matrix(ics: ArrayLike, grid: Grid, name: str, estimate: ArrayLike | No
     )
 
 
+def name_of(labelled: xr.Dataset) -> str:
+    """Return the name of a labelled matrix; raise WrongInput where it has lost its labels."""
+    if missing := {"ics", "dx", "ds"} - set(labelled.attrs):
+        raise WrongInput(
+            f"a matrix without attributes {', '.join(sorted(missing))}: label it by label_matrix"
+        )
+    return str(labelled.attrs["ics"])
+
+
 def grid_of(labelled: xr.Dataset) -> Grid:
     """Return the grid of a labelled matrix."""
     strips = labelled.observed.values
@@ -95,8 +104,8 @@ def write_for_contact(pair: Pair, ics: xr.Dataset, path: str | Path) -> None:
 
     docs/contact-export.md says what has to be set there.
     """
-    grid = grid_of(ics)
-    scene = _scene(pair, grid, "A", DEFAULT)
+    name_of(ics)
+    scene = _scene(pair, grid_of(ics), DEFAULT)
     contact_file.write(to_contact(scene, ics.ic.values), Path(path))
 
 
@@ -105,10 +114,9 @@ def grid_table(grid: Grid) -> Mapping[str, float]:
     return {"n_x": grid.n_x, "n_s": grid.n_s, "dx": grid.dx, "ds": grid.ds, "s": grid.s}
 
 
-def _scene(pair: Pair, grid: Grid, ics: str, options: Options) -> Scene:
-    """Return the scene of a matrix; raise WrongInput for an approximation, or a grid, that does not fit."""
-    variants = ["A"] if ics == "C" else [ics]
-    scene = scene_of(pair, options, {"grid": grid_table(grid), "variants": variants})
+def _scene(pair: Pair, grid: Grid, options: Options) -> Scene:
+    """Return the scene of a matrix; raise WrongInput for a grid that does not fit."""
+    scene = scene_of(pair, options, {"grid": grid_table(grid)})
     require_none(NAME, grid_misfits(scene))
     return scene
 

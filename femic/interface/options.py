@@ -8,6 +8,7 @@ from femic.cache.store import Store
 from femic.interface.bodies import checked, given
 from femic.reference.run_options import RunOptions, Watch, cores
 from femic.scenes.engine import EngineTable
+from geometries.errors import WrongInput
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,8 @@ class Options:
 
     def __post_init__(self) -> None:
         checked(EngineTable, self.table)
+        if self.workers < 1:
+            raise WrongInput(f"workers = {self.workers!r}: at least 1")
 
     @property
     def table(self) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.ics import run
-from femic.interface.bodies import Pair
+from femic.interface.bodies import Pair, plain
 from femic.interface.options import DEFAULT, Options
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
@@ -16,7 +16,7 @@ NAME = "pair"  # of scenes that Python describes, in messages
 
 def scene_of(pair: Pair, options: Options, tables: Mapping[str, Any]) -> Scene:
     """Return the scene of a pair with further tables; raise WrongInput for what does not fit together."""
-    return scene_from_table(pair.tables | {"engine": options.table} | dict(tables), NAME)
+    return scene_from_table(plain(pair.tables | {"engine": options.table} | dict(tables)), NAME)
 
 
 def patch_table(patch: Patch) -> dict[str, float]:

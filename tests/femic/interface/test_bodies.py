@@ -55,6 +55,15 @@ def test_a_plane_is_flat():
     assert np.all(femic.plane().contour().inclination(np.linspace(-5, 5, 7)) == 0)
 
 
+def test_numbers_of_numpy_are_numbers():
+    steel = femic.Material(np.float64(210e3), np.float64(0.3))
+    flanks = np.array([20.0, 30.0])
+    ours = femic.Body(femic.arc(np.float64(10.0), flanks), steel, np.int64(500))
+    assert ours == femic.Body(femic.arc(10.0, (20.0, 30.0)), STEEL, 500.0)
+    assert femic.line_along_s(np.float64(1.6), points=np.int64(5)) == femic.line_along_s(1.6, points=5)
+    assert hash(ours) == hash(femic.Body(femic.arc(10.0, (20.0, 30.0)), STEEL, 500.0))
+
+
 WRONG = {
     "radius": (lambda: femic.arc(0.0, 20.0), r"radius = 0\.0"),
     "flank": (lambda: femic.arc(10.0, 95.0), r"flank_inclination_deg = 95\.0.*at most 85"),
@@ -63,6 +72,12 @@ WRONG = {
     "rolling radius": (lambda: femic.Body(femic.plane(), STEEL, 5.0), r"rolling_radius = 5\.0.*at least 20"),
     "incompressible": (lambda: femic.Body(femic.plane(), femic.Material(1e3, 0.5)), r"nu = 0\.5"),
     "hub": (lambda: femic.Body(femic.plane(), STEEL, 500.0, 50.0), r"hub_radius = 50\.0.*at least 0\.2"),
+    "contour": (lambda: femic.Body("plane", STEEL), "contour = 'plane': make it with arc"),
+    "workers": (lambda: femic.Options(workers=0), "workers = 0: at least 1"),
+    "curvature": (
+        lambda: femic.Pair(of_python().upper, of_python().lower, curvature_apart=True),
+        "curvature_apart: only where",
+    ),
     "tolerance": (lambda: femic.Options(tolerance=2.0), r"tolerance = 2\.0.*at most 1"),
     "engine": (lambda: femic.Options(engine="magic"), "kind = 'magic'.*'harmonic' or 'solid'"),
     "scene": (lambda: femic.load_pair("geometry3"), "did you mean 'geometry1' or 'geometry2'"),

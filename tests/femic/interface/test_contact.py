@@ -66,8 +66,7 @@ def c():
 def test_c_given_as_a_matrix_is_c(c):
     """Both differ in their models alone: those of nn have fewer loads."""
     setup = replace(SETUP, grid=GRID)
-    mine = c.assign_attrs(ics="mine")
-    ours, theirs = (femic.solve_contact(PAIR, MOTIONS["none"], [ics], setup, OPTIONS) for ics in (mine, "C"))
+    ours, theirs = (femic.solve_contact(PAIR, MOTIONS["none"], [ics], setup, OPTIONS) for ics in (c, "C"))
     for name in ("p_max", "approach", "a", "b"):
         np.testing.assert_allclose(ours[name], theirs[name], rtol=1e-6)
         np.testing.assert_allclose(ours[f"estimate_{name}"], theirs[f"estimate_{name}"], rtol=0.01)
@@ -96,6 +95,14 @@ def test_errors_of_given_ics_reach_the_estimates(motion):
     assert np.all(both.estimate_approach.sel(ics="unsure") > both.estimate_approach.sel(ics="exact"))
 
 
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_c_that_is_given_is_not_computed_again(motion, c, monkeypatch):
+    monkeypatch.setattr("femic.contact.pairs.reference_ics.matrices", None)
+    contact = femic.solve_contact(PAIR, MOTIONS[motion], [c], SETUP, femic.Options(engine="solid"))
+    assert list(contact.ics.values) == ["C"]
+    assert np.all(contact.p_max > 0)
+
+
 def test_stiffer_ics_give_less_approach():
     """ICs and approach are proportional where pressures are given by the load: half the ICs, stiffer."""
     b_hat = femic.compute_matrix(PAIR, GRID, "Bhat")
@@ -118,7 +125,7 @@ def test_an_extra_gap_of_arrays_takes_pressure_from_where_it_is():
 
 def test_the_lateral_position_follows_a_lateral_force_and_the_distance_may_be_exact():
     motion = femic.Frictionless([LOAD], lateral_force=500.0)
-    contact = femic.solve_contact(PAIR, motion, ["A"], replace(SETUP, exact=True))
+    contact = femic.solve_contact(PAIR, motion, ["A"], replace(SETUP, gap="exact"))
     assert contact.F_y.item() == pytest.approx(500.0, rel=1e-3)
     assert contact.position.item() != 0.0
 
@@ -139,6 +146,18 @@ WRONG = {
     "order": (lambda: femic.Compression([2e3, 1e3], 0.3), "loads must grow"),
     "creepage": (lambda: femic.Rolling(1e3, 0.3, longitudinal=[0.1, -0.1]), "longitudinal must grow"),
     "ICs": (lambda: femic.solve_contact(PAIR, ROLLING, ["Chat"]), "Chat"),
+    "twice": (
+        lambda: femic.solve_contact(PAIR, ROLLING, ["Bhat", femic.compute_matrix(PAIR, GRID, "Bhat")]),
+        "two have the same name",
+    ),
+    "no labels": (
+        lambda: femic.solve_contact(PAIR, ROLLING, [femic.compute_matrix(PAIR, GRID, "A").drop_attrs()]),
+        "without attributes ds, dx, ics: label it by label_matrix",
+    ),
+    "exact rolling": (
+        lambda: femic.solve_contact(PAIR, ROLLING, ["A"], replace(SETUP, gap="exact")),
+        "gap is only of motion = 'none'",
+    ),
     "no wheel": (
         lambda: femic.solve_contact(femic.Pair(PAIR.lower, PAIR.lower), MOTIONS["none"], ["A"]),
         "two prismatic bodies",

@@ -106,6 +106,8 @@ def test_solved_models_are_kept_and_reported(pair, tmp_path):
 
 
 WRONG = {
+    "no ICs": (lambda pair: femic.compute_ics(pair, PATCH, LINES, []), "ics: none is named"),
+    "no matrix": (lambda pair: femic.compute_matrix(pair, GRID, "Bhat+sn:Q"), r"variant = 'Bhat\+sn:Q'"),
     "variant": (lambda pair: femic.compute_ics(pair, PATCH, LINES, ["Chat"]), r"variants\.0 = 'Chat'"),
     "component": (
         lambda pair: femic.compute_ics(pair, PATCH, LINES, ["A"], components=["xy"]),
