@@ -117,7 +117,7 @@ def test_a_frontier_has_ten_minutes_by_default(options, budget, recorded, comman
 
 
 @pytest.mark.parametrize(
-    ("options", "asked"),
+    ("options", "question"),
     [
         ((), Question("combined", ("nn", "ss", "xx", "xs", "xn", "sn"), 0.02)),
         (
@@ -126,16 +126,14 @@ def test_a_frontier_has_ten_minutes_by_default(options, budget, recorded, comman
         ),
     ],
 )
-def test_advice_is_on_what_the_scene_compares_unless_something_is_named(
-    options, questions, recorded, command
-):
+def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options, question, recorded, command):
     tried = recorded("compare.frontier.advice.frontier_for", ("request", "frontier"))
     advised = recorded("compare.frontier.advice.advise", "advice")
     for name in ("page.evidence", "advice.sentence"):
         recorded(f"compare.frontier.{name}", "")
     assert command("advise", "geometry1", *options) == DONE
-    assert tried[0][1] == questions
-    assert advised == [("frontier", questions)]
+    assert tried[0][1] == question
+    assert advised == [("frontier", question)]
 
 
 # --- matrix, export, calibrate ---------------------------------------------------------------------------
