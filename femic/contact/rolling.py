@@ -1,17 +1,19 @@
-"""A wheel that rolls steadily on a rail: tractions for given creepages, or for given forces, and their work.
+"""A wheel that rolls on a rail: tractions for given creepages, or for given forces, and their work.
 
-In steady rolling the elastic energy does not change, so all work of the tractions on the rigid motion is
-lost to friction. Pressures do work, too: the wheel comes down ahead of the contact centre and rises behind
-it, and where tractions along x cause displacements along n, pressures ahead and behind differ. With
-reciprocal ICs that depend on the lag along x alone, the sum of p . du/dx vanishes; where the gap is closed,
-du_n/dx = -dh/dx, h the undeformed distance. So
+Transient rolling begins at rest and proceeds in steps of one element.
+
+In steady rolling the elastic energy does not change, so all work of the tractions on the rigid motion is lost
+to friction. Pressures do work, too: the wheel comes down ahead of the contact centre and rises behind it, and
+where tractions along x cause displacements along n, pressures ahead and behind differ. With reciprocal ICs
+that depend on the lag along x alone, the sum of p . du/dx vanishes; where the gap is closed, du_n/dx = -dh/dx,
+h the undeformed distance. So
 
     sum -p_t . slip = sum (-p_t . w_t + p_n dh/dx),
 
 and a wheel that rotates as a rigid body has dh/dx = -w_n, nearly x cos(delta) / R.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -19,7 +21,7 @@ from types import MappingProxyType
 import numpy as np
 
 from femic.contact.friction.kinematics import NAMES, Creepages, Rolling
-from femic.contact.friction.motion import FreeSlip, SteadyRolling
+from femic.contact.friction.motion import FreeSlip, RollingStep, Shift, SteadyRolling
 from femic.contact.frictional import TOLERANCE, FrictionalContact, FrictionalProblem, solve
 from femic.contact.loading import Loading
 from geometries.arrays import Array
@@ -77,6 +79,28 @@ class RollingProblem:
             for name, amplitude in zip(forces, contact.amplitudes, strict=True)
         }
         return RollingContact(contact, replace(creepages, **found), contact.motion.depth < motion.depth)
+
+    def at_rest(self, loading: Loading) -> FrictionalContact:
+        """Return the contact of a wheel that was pressed on without tangential tractions.
+
+        Raises as `frictional.solve`.
+        """
+        still = np.zeros((*self.problem.distance.shape, 2))
+        pressed = solve(replace(self.problem, friction=0.0), Shift(still), loading)
+        return solve(self.problem, Shift(still, before=pressed.u[..., :2]), loading, start=pressed)
+
+    def transient(self, creepages: Creepages, loading: Loading, steps: int) -> Iterator[RollingContact]:
+        """Yield the contact at rest, then after each step of rolling by the length of an element.
+
+        Raises as `frictional.solve`.
+        """
+        rigid, dx = self.rolling.rigid_slip(creepages), self.problem.grid.dx
+        contact = self.at_rest(loading)
+        yield RollingContact(contact, creepages)
+        for _ in range(steps):
+            step = RollingStep(rigid, dx=dx, order=self.order, before=contact.u[..., :2])
+            contact = solve(self.problem, step, loading, start=contact)
+            yield RollingContact(contact, creepages, contact.motion.depth < step.depth)
 
     def power(self, rolling: RollingContact) -> float:
         """Work of the tractions on the rigid motion per unit of rolled distance, - sum p . w area [N].

@@ -1,4 +1,4 @@
-"""Numbers of the contact of a scene: without friction, in rolling, in compression."""
+"""Numbers of the contact of a scene: without friction, or in a motion with friction."""
 
 import numpy as np
 import xarray as xr
@@ -24,15 +24,15 @@ CURVES_LARGEST = f"largest{END_OF_CURVE}"
 NUMBERS = {name for motion in MOTIONS.values() for name in motion.quantities} | {*OF_CURVE}
 NAMES = frozenset(
     {*NUMBERS, *(f"estimate_{name}" for name in NUMBERS), *(name + END_OF_CURVE for name in DISTANCES)}
-    | {"case", "ics", "friction", "load", "xi", "simplified"}
+    | {"ics", "friction", "load", "simplified", *(motion.dimension for motion in MOTIONS.values())}
 )
 
 
 def contact(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Return numbers of the contact with their estimates, as `femic contact` does, without maps of the patch.
 
-    Those without friction have dims `case` and `ics`; with friction they are over friction, ICs and load or
-    creepage.
+    Those without friction have dims `case` and `ics`; with friction they are over friction, ICs and the
+    dimension of the motion.
     """
     if scene.contact.friction is None:
         solved = to_dataset(compute_contact(scene, options, maps_of_scene(scene)))

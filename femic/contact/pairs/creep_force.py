@@ -1,13 +1,13 @@
 """Creep-force curves of a wheel: contacts from one creepage to the next, and at prescribed forces."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
 
 from femic.contact.estimates import Measured, Scale
-from femic.contact.friction.kinematics import Creepages, Rolling
+from femic.contact.friction.kinematics import Creepages
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
@@ -42,16 +42,7 @@ class Continuation:
     @classmethod
     def of(cls, pair: PairWithFriction, problem: FrictionalProblem, label: str) -> "Continuation":
         """The continuation along the curve of a problem on its own grid."""
-        on_grid = replace(pair.on_grid, grid=problem.grid)
-        undeformed, strips = on_grid.undeformed, on_grid.grid.strips
-        rolling = Rolling(
-            undeformed.lower.contour,
-            undeformed.upper.rolling_radius,
-            on_grid.x,
-            strips,
-            undeformed.upper_height(strips),
-        )
-        return cls(pair, RollingProblem(problem, rolling), label)
+        return cls(pair, pair.rolling(problem), label)
 
     @property
     def xi(self) -> tuple[float, ...]:

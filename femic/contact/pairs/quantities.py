@@ -207,7 +207,7 @@ OF_FRICTIONLESS = _chosen(
 OF_COMPRESSION = _chosen(
     *("F_y", "M_x", "M_z", "approach", "p_max", "a", "b", "angle", "area", "sliding_share")
 )
-OF_ROLLING = _chosen("F_x", "dissipation", *OF_COMPRESSION)
+OF_ROLLING = _chosen("F_x", "dissipation", *OF_COMPRESSION)  # steady or transient
 OF_CURVE: Mapping[str, Quantity] = MappingProxyType(
     {  # of a creep-force curve, besides its points
         "zero_creepage": Quantity("ξ_0", "1", "creepage without longitudinal force", CREEPAGE),
