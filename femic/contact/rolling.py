@@ -5,8 +5,8 @@ Transient rolling begins at rest and proceeds in steps of one element.
 In steady rolling the elastic energy does not change, so all work of the tractions on the rigid motion is lost
 to friction. Pressures do work, too: the wheel comes down ahead of the contact centre and rises behind it, and
 where tractions along x cause displacements along n, pressures ahead and behind differ. With reciprocal ICs
-that depend on the lag along x alone, the sum of p . du/dx vanishes; where the gap is closed, du_n/dx = -dh/dx,
-h the undeformed distance. So
+that depend on the lag along x alone, the sum of p . du/dx vanishes; where the gap is closed,
+du_n/dx = -dh/dx, h the undeformed distance. So
 
     sum -p_t . slip = sum (-p_t . w_t + p_n dh/dx),
 

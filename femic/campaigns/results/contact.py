@@ -6,7 +6,6 @@ import xarray as xr
 from compare.contact.compute import compute_contact, require_solvable
 from compare.contact.dataset import to_dataset
 from compare.friction.compute import compute_with_friction
-from compare.friction.rolling import DISPLACED
 from femic.campaigns.maps.c_map import maps_of_scene
 from femic.campaigns.results.kind import Jobs, ResultKind
 from femic.contact.motions import MOTIONS
@@ -38,15 +37,10 @@ def contact(scene: Scene, options: RunOptions) -> xr.Dataset:
         solved = to_dataset(compute_contact(scene, options, maps_of_scene(scene)))
         names = [f"{prefix}{name}" for prefix in ("", "estimate_") for name in OF_FRICTIONLESS]
         return solved[names].assign_coords(case=np.arange(solved.sizes["case"], dtype=float))
-    solved = compute_with_friction(scene, options).drop_vars(["C_seconds", "seconds"], errors="ignore")
-    numbers = [
-        name
-        for name, variable in solved.data_vars.items()
-        if not ({"x", "s"} & set(variable.dims) or str(name).startswith(DISPLACED))
-    ]
-    numbers_only = solved[numbers].drop_vars(["x", "s", "direction", "tangential"], errors="ignore")
-    distances = {name: name + END_OF_CURVE for name in DISTANCES if name in numbers}
-    return numbers_only.astype(float).rename(distances)
+    solved = compute_with_friction(scene, options)
+    solved = solved.rename({name: name + END_OF_CURVE for name in DISTANCES if name in solved})
+    numbers = solved[[name for name in solved.data_vars if name in NAMES]]
+    return numbers.drop_vars([name for name in numbers.coords if name not in NAMES]).astype(float)
 
 
 def _jobs(scene: Scene) -> list[Jobs]:

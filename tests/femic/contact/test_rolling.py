@@ -1,4 +1,4 @@
-"""Steady rolling: forces and creepages, limits of transient rolling, mirrors, Kalker's coefficients."""
+"""Steady rolling: forces and creepages, mirrors, Kalker's coefficients."""
 
 from dataclasses import replace
 from functools import cache
@@ -10,8 +10,7 @@ from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.friction import coulomb
 from femic.contact.friction.force_limit import NotBorne
 from femic.contact.friction.kinematics import NAMES, Creepages
-from femic.contact.friction.motion import RollingStep
-from femic.contact.frictional import _Turns, solve
+from femic.contact.frictional import _Turns
 from femic.contact.loading import Loading
 from geometries.errors import Failure, WrongInput
 from geometries.patches import N
@@ -183,30 +182,6 @@ def test_power_is_that_of_the_torque_about_the_axle_less_that_of_the_forces():
     drives = about_axle * (1 + of.longitudinal) / WHEEL
     gives = contact.force[:2] @ [1.0, of.lateral] + torque(contact, wheel.rolling) * of.spin
     assert wheel.power(rolling) == pytest.approx(drives - gives, rel=1e-9)
-
-
-# ---- against transient rolling
-
-SMALL = [paraboloids(14, 12), groove(14, 18, materials=MIXED)]
-
-
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("problem", SMALL, ids=["flat", "groove"])
-def test_steady_rolling_is_what_transient_rolling_becomes(problem, order):
-    """From no tangential tractions on; elements are not square."""
-    wheel = wheel_on(problem, order=order)
-    rigid = wheel.rolling.rigid_slip(CREEPAGES)
-    steady = wheel.contact(CREEPAGES, Loading(LOAD)).contact
-    across = int(np.ptp(np.nonzero(steady.in_contact)[0])) + 1
-    contact, before, errors = None, None, []
-    for _ in range(5 * across):
-        motion = RollingStep(rigid, dx=problem.grid.dx, order=order, before=before)
-        contact = solve(problem, motion, Loading(LOAD), start=contact)
-        before = contact.u[..., :2]
-        errors.append(np.max(np.abs(contact.p - steady.p)) / steady.p.max())
-    assert errors[0] > 0.02
-    assert errors[-1] < 1e-4
-    assert errors[2 * across] < errors[across // 2] / 10
 
 
 # ---- mirrors
