@@ -1,7 +1,7 @@
 """Exact contact theory on ICs of any source.
 
-Modules here solve on a grid of elements: `normal` without friction, `frictional` with it, `rolling`,
-`compression`; `operators` are the ICs, `friction` Coulomb's law and motions of surfaces, `exact` closed
+Modules here solve on a grid of elements: `normal` without friction, `frictional` with it, `rolling`
+(steady or from rest), `compression`; `operators` are the ICs, `friction` Coulomb's law and motions of surfaces, `exact` closed
 forms. `pairs` takes two bodies instead of arrays: grids, C of both, all loads, curves, quantities with
 estimates; `motions` is the registry of motions. `finite_elements` does without ICs.
 
