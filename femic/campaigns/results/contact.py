@@ -10,10 +10,10 @@ from femic.campaigns.maps.c_map import maps_of_scene
 from femic.campaigns.results.kind import Jobs, ResultKind
 from femic.contact.motions import MOTIONS
 from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.c_jobs import c_jobs
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import OF_CURVE, OF_FRICTIONLESS
-from femic.contact.pairs.reference_ics import c_jobs
 from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
 

@@ -7,8 +7,9 @@ import numpy as np
 from femic.contact.exact.hertz import combined_modulus
 from femic.contact.extra_gap import Scattered
 from femic.contact.motions import MOTIONS
-from femic.contact.pairs.automatic_grid import Sizing
+from femic.contact.pairs.first_touch import distances_nearby
 from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.sizing import Sizing
 from femic.contact.specification import ContactProblem
 from femic.contact.undeformed import SAMPLES
 
@@ -44,6 +45,7 @@ def impossible(problem: ContactProblem) -> Iterator[str]:
 def _of_place(sizing: Sizing) -> Iterator[str]:
     """Yield why bodies do not touch at one place between the ends of both contours."""
     (start, end), undeformed = sizing.extent, sizing.bodies.undeformed
+    step, nearby = distances_nearby(sizing.bodies)
     s, shift, width = undeformed.touching[0], f"contact.shift = {undeformed.shift:g}", end - start
     if abs(undeformed.shift) > width:
         yield f"{shift}: more than the {width:g} mm over which the bodies may touch: give a smaller one"
@@ -54,7 +56,7 @@ def _of_place(sizing: Sizing) -> Iterator[str]:
             "lower.contour, upper.contour: the bodies touch all over, from one end of the contours to the "
             "other: give contours that are not alike"
         )
-    elif min(s - start, end - s) < sizing.nearby[0] or not np.all(np.isfinite(sizing.nearby[1])):
+    elif min(s - start, end - s) < step or not np.all(np.isfinite(nearby)):
         yield (
             f"{shift}: the bodies touch first at the end of a contour, s = {s:g} of {start:g} ... {end:g} "
             "mm: give another shift, or contours of which one lies in the other"

@@ -16,7 +16,7 @@ from femic.contact.friction.kinematics import Creepages
 from femic.contact.frictional import FrictionalContact, FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.pairs.automatic_grid import SIZING
+from femic.contact.pairs.contact_size import SIZING
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_ROLLING, half_length, kinds, measured
