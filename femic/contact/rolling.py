@@ -33,7 +33,7 @@ from geometries.patches import N
 class RollingContact:
     """A contact in steady rolling and the creepages at which it rolls.
 
-    `simplified` says whether it was found in a less accurate form only than that of the order asked for.
+    `simplified` says whether it has a solution in a less accurate form only than the specified order.
     """
 
     contact: FrictionalContact
@@ -60,9 +60,9 @@ class RollingProblem:
     ) -> RollingContact:
         """The contact in steady rolling.
 
-        `forces` are those [N, for spin N mm] on the upper body that creepages have to bring about, by the
-        names of these: the longitudinal one F_x, the lateral one F_y, spin M_z about the contact centre.
-        Those of `creepages` are then the first guess. Raises as `frictional.solve`, and WrongInput for other
+        `forces` [N, for spin N mm] are prescribed forces on the upper body by the names of the creepages that
+        follow from them: longitudinal for F_x, lateral for F_y, spin for M_z about the contact centre. The
+        values in `creepages` are then the first guess. Raises as `frictional.solve`, and WrongInput for other
         names.
         """
         if unknown := set(forces) - set(NAMES):
@@ -74,11 +74,11 @@ class RollingProblem:
         rigid = self.rolling.rigid_slip(creepages)
         motion = SteadyRolling(rigid, free, dx=self.problem.grid.dx, order=self.order)
         contact = solve(self.problem, motion, loading, start=start, tolerance=tolerance)
-        found = {
+        solved = {
             name: getattr(creepages, name) + amplitude
             for name, amplitude in zip(forces, contact.amplitudes, strict=True)
         }
-        return RollingContact(contact, replace(creepages, **found), contact.motion.depth < motion.depth)
+        return RollingContact(contact, replace(creepages, **solved), contact.motion.depth < motion.depth)
 
     def at_rest(self, loading: Loading) -> FrictionalContact:
         """Return the contact of a wheel that was pressed on without tangential tractions.

@@ -67,13 +67,13 @@ def _of_size(problem: ContactProblem, sizing: Sizing) -> Iterator[str]:
     """Yield which loads and approaches are enormous: strains would be larger than 1."""
     width = sizing.extent[1] - sizing.extent[0]
     modulus = combined_modulus(*(problem.bodies[name].material for name in ("upper", "lower")))
-    bearable, specification = modulus * width**2, problem.specification
+    largest_load, specification = modulus * width**2, problem.specification
     reach = f"the bodies may touch over {width:.3g} mm across"
     for number, load in enumerate(specification.loads):
-        if load > bearable:
+        if load > largest_load:
             yield (
                 f"contact.loads.{number} = {load:g}: strains would be larger than 1: {reach}, and with E* = "
-                f"{modulus:.3g} MPa that square bears {bearable:.3g} N: give a smaller load, or larger E"
+                f"{modulus:.3g} MPa that square bears {largest_load:.3g} N: give a smaller load, or larger E"
             )
     for number, approach in enumerate(specification.approaches):
         if approach > width:

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from femic.contact.edges import Extent
+from femic.contact.error_floors import Places, SlipState, floors, readings, scales
 from femic.contact.estimates import (
     ABOUT_X,
     ABOUT_Z,
@@ -32,7 +33,6 @@ from femic.contact.estimates import (
 )
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.resultants import centre_of_pressure
-from femic.contact.undecided import Places, Tractions, floors, readings, scales
 from geometries.arrays import Array
 from geometries.grids import Grid
 
@@ -66,7 +66,7 @@ class Contact(Protocol):
         ...
 
     @property
-    def slip_state(self) -> Tractions:
+    def slip_state(self) -> SlipState:
         """Where it sticks and slips."""
         ...
 
