@@ -46,8 +46,8 @@ def _stored(pair: PairWithFriction, friction: float, name: str, labelled: Labell
 
 
 def _quality_of_c(pair: PairWithFriction, name: str) -> dict[str, float | str]:
-    """Errors and cost of C on the grid; nothing of other ICs."""
-    if name != C:
+    """Errors and cost of C on the grid; nothing of other ICs, and of C that is given."""
+    if name != C or name in pair.given:
         return {}
     c = pair.reference
     return {
@@ -62,8 +62,11 @@ def _inputs(pair: PairWithFriction, friction: float, name: str) -> tuple[object,
     """All inputs that a solution depends on, and not what else the scene specifies."""
     problem, alone = pair.problem, replace(pair.specification, coefficients=(friction,))
     specification = replace(problem.specification, ics=(name,), friction=alone)
+    common = problem.pair, specification, pair.on_grid.grid
+    if name in pair.given:
+        return *common, pair.given[name]
     jobs = c_jobs(problem, pair.on_grid).values() if name == C else ()
-    return problem.pair, specification, pair.on_grid.grid, *map(_inputs_of_c, jobs)
+    return *common, *map(_inputs_of_c, jobs)
 
 
 def _inputs_of_c(job: MatrixJob) -> tuple[object, ...]:

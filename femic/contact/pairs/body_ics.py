@@ -40,10 +40,6 @@ class BodyICs:
         """The same with the mean of C(I, J) and C(J, I)^T."""
         return replace(self, ics=reciprocal(self.ics))
 
-    def scaled(self, factor: float) -> "BodyICs":
-        """C of the same body with a modulus that is smaller by a factor."""
-        return BodyICs(factor * self.ics, factor * self.approach)
-
 
 def c_of_bodies(
     problem: ContactProblem, on_grid: PairOnGrid, options: RunOptions, directions: tuple[int, ...]

@@ -17,7 +17,6 @@ from femic.contact.frictional import FrictionalContact, FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.contact_size import SIZING
-from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_ROLLING, half_length, kinds, measured
 from femic.contact.pairs.solved_curve import OTHER_ELEMENTS
@@ -64,9 +63,8 @@ def solve_transient(pair: PairWithFriction, friction: float, name: str) -> Solve
     seconds = perf_counter() - start
     pair.options.watch.on_stage(f"  {label}: {path.distances[-1]:.3g} mm, {seconds:.1f} s")
     larger, perturbed = _on_larger(pair, problem, label), None
-    if name == C:
-        problem = pair.frictional(pair.reference.perturbed, friction)
-        perturbed = path_of(pair, problem, f"{label} plus its estimate")
+    if (with_estimate := pair.perturbed(name)) is not None:
+        perturbed = path_of(pair, pair.frictional(with_estimate, friction), f"{label} plus its estimate")
     return SolvedTransient(path, *_errors(path, larger, perturbed), seconds)
 
 

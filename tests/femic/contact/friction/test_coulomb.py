@@ -287,7 +287,7 @@ def test_forces_that_friction_does_not_bear_are_refused_at_once(share, monkeypat
     targets = share * bounds().sum() * np.array([0.8, -0.6])
     with pytest.raises(Failure, match=f"exceed what friction can supply.*no more than {1 / share:.4g}"):
         coulomb.tractions(asked(targets))
-    with pytest.raises(Failure, match="exceed what friction bears"):
+    with pytest.raises(Failure, match="exceed what friction can supply"):
         coulomb.tractions(asked([0.0, 0.0], 0 * bounds()))
 
 
