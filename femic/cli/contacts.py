@@ -37,9 +37,9 @@ def contact(
 ) -> None:
     """Solve the contact of scenes with several ICs, without or with friction; write contact.nc and a report.
 
-    `contact.motion` of a scene says which: none without friction, else steady rolling or compression. Of two
-    frictionless scenes or more, maps show where A and B-hat differ under pressures of one on the patch of
-    another.
+    `contact.motion` of a scene says which: none without friction, else steady or transient rolling, or
+    compression. Of two frictionless scenes or more, maps show where A and B-hat differ under pressures of one
+    on the patch of another.
     """
     if not scene:
         raise WrongInput("SCENE: name one scene or more, such as wide tall")
