@@ -4,7 +4,7 @@
 
 Prints for each number how often its error is within its estimate, the worst ratio of error and estimate, and
 the median of the opposite ratio, which says how much too large estimates are; the same for the difference to
-elements twice as large. The shares in `femic.contact.undecided` were found with other random
+elements twice as large. The shares in `femic.contact.error_floors` were found with other random
 contacts than those of any seed here. On arcs and ellipses, unsymmetric and often off the crown, with 8 to 20
 elements across the patch. Statement 25 of `femic validate` is about `frictionless` and `rolling`.
 """

@@ -1,4 +1,4 @@
-"""What the labelled arrays of rolling and compression have in common: numbers, their errors, maps."""
+"""What the labelled arrays of motions with friction have in common: numbers, their errors, maps."""
 
 from collections.abc import Callable, Mapping, Sequence
 

@@ -18,7 +18,7 @@ from compare.matrix.reciprocity import Reciprocity, reciprocity
 from femic.cache.digests import results_digest, versions
 from femic.cache.files import replacing
 from femic.contact.operators.dense import GridOperator
-from femic.contact.pairs.reference_ics import far_radius
+from femic.contact.pairs.c_jobs import far_radius
 from femic.reference.accuracy import Shares
 from femic.reference.assessment import worst_of
 from femic.reference.discount import AXES

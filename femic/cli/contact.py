@@ -36,8 +36,9 @@ def contact(
 ) -> None:
     """Solve the contact of scenes with several ICs, without or with friction; write contact.nc and a report.
 
-    `contact.motion` of a scene is none without friction, else rolling or compression. For two frictionless
-    scenes or more, maps show where A and B-hat differ under pressures of one on the patch of another.
+    `contact.motion` of a scene is none without friction, else steady or transient rolling, or compression.
+    For two frictionless scenes or more, maps show where A and B-hat differ under pressures of one on the
+    patch of another.
     """
     if not scene:
         raise WrongInput("SCENE: name one scene or more, such as wide tall")

@@ -13,9 +13,9 @@ from compare.matrix.plan import matrix_steps
 from compare.plan.models import Step, seconds, steps_of
 from femic.campaigns.maps.c_map import maps_of_scene
 from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.c_jobs import c_jobs, components_of
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.reference_ics import c_jobs, components_of
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 

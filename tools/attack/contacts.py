@@ -11,7 +11,7 @@ from outcomes import Outcome
 from compare.contact.compute import compute_contact, require_solvable
 from femic.contact.compression import compressed
 from femic.contact.friction.kinematics import Creepages
-from femic.contact.friction.leading import LeadingEdge
+from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.frictional import FrictionalContact
 from femic.contact.loading import Loading
 from femic.contact.pairs.creep_force import Continuation

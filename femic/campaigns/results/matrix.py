@@ -5,8 +5,9 @@ import xarray as xr
 
 from femic.campaigns.maps.c_map import bhat_nn
 from femic.campaigns.results.kind import ResultKind
+from femic.contact.pairs.c_jobs import c_jobs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.reference_ics import c_jobs, normal_ics
+from femic.contact.pairs.reference_ics import normal_ics
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.errors import BadScene

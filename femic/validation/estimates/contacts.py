@@ -11,7 +11,7 @@ from femic.contact.friction.kinematics import Creepages, Rolling
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.operators.approximations import half_space_operator
-from femic.contact.pairs.automatic_grid import Sizing
+from femic.contact.pairs.contact_size import contact_size
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.reference_ics import approximation
 from femic.contact.rolling import RollingProblem
@@ -128,7 +128,7 @@ def _curvature(contour: Contour) -> float:
 
 def _grid(random: np.random.Generator, on_grid: PairOnGrid, load: float, most: int) -> Grid:
     """A grid with elements of some size about the patch; raises Failure where it does not fit the bodies."""
-    size = Sizing(on_grid, 10).size(Loading(load))
+    size = contact_size(on_grid, Loading(load))
     n_x, dx, _ = _line(random, most, size.x[1] - size.x[0], 0.0)
     n_s, ds, middle = _line(random, most, size.s[1] - size.s[0], (size.s[0] + size.s[1]) / 2)
     return Grid(n_x, n_s, dx, ds, middle)

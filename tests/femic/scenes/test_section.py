@@ -59,7 +59,7 @@ def test_keys_of_friction_stand_in_the_table_of_contact():
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"motion": "sliding"}, "motion = 'sliding': one of none, rolling, compression"),
+        ({"motion": "sliding"}, "motion = 'sliding': one of none, rolling, transient, compression"),
         ({"motion": "rolling"}, "give `friction`"),
         ({"friction": FrictionSpecification()}, "give `friction`"),
     ],
