@@ -31,7 +31,7 @@ STEPS = 2  # of load in compressions, each in halves
 
 
 def curve(case: RandomContact) -> Outcome:
-    """Creepage without force, slope, creepage at half of friction times load."""
+    """Return creepage without force, slope, creepage at half of friction times load."""
 
     def solved(of: RandomContact, problem: FrictionalProblem) -> Measured:
         return continuation(of, problem).curve().free
@@ -42,7 +42,7 @@ def curve(case: RandomContact) -> Outcome:
 
 
 def continuation(case: RandomContact, problem: FrictionalProblem) -> Continuation:
-    """The continuation along a creep-force curve, with as much of a pair as it reads."""
+    """Return the continuation along a creep-force curve, with as much of a pair as it reads."""
     size = float(np.hypot(case.creepages.longitudinal, case.creepages.lateral))
     most = 3 * size + 2 * case.friction * case.load / 1e6
     specification = SimpleNamespace(
@@ -77,7 +77,7 @@ ALL = {**STUDIES, "curve": curve, "compression": compression}
 
 
 def table(study: str, found: list[Outcome]) -> str:
-    """Coverage of all numbers, as Markdown."""
+    """Return coverage of all numbers, as Markdown."""
     lines = [
         f"| {study}, {len(found)} contacts | difference holds | worst | median "
         "| estimate holds | worst | median |",
@@ -96,9 +96,9 @@ def main() -> None:
     parser.add_argument("studies", nargs="+", choices=list(ALL))
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=2)
-    asked = parser.parse_args()
-    for study in asked.studies:
-        print(table(study, list(islice(outcomes(ALL[study], asked.seed), asked.count))), flush=True)
+    arguments = parser.parse_args()
+    for study in arguments.studies:
+        print(table(study, list(islice(outcomes(ALL[study], arguments.seed), arguments.count))), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Prints the tables of `femic plan`."""
+"""The tables of `femic plan`."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -34,20 +34,20 @@ def show(scene: Scene, workers: int, console: Console) -> None:
         f"s = {grid.s:g} mm; matrix.nc takes {file_size(scene) / 1e6:.0f} MB"
     )
     _print("femic run", run_steps(scene, workers), workers, console)
-    with _or_why_not("femic matrix", console):
+    with _refusal_printed("femic matrix", console):
         _print(matrix_title, matrix_steps(scene, workers), workers, console)
     if scene.contact.loads or scene.contact.approaches:
-        with _or_why_not("femic contact", console):
+        with _refusal_printed("femic contact", console):
             _show_contact(scene, workers, console)
     console.print(
-        "One round; a round more where the estimated error is larger than the tolerance. Kept models take no "
-        "time.",
+        "One round; a round more where the estimated error is larger than the tolerance. Stored models take "
+        "no time.",
         markup=False,
     )
 
 
 @contextmanager
-def _or_why_not(command: str, console: Console) -> Iterator[None]:
+def _refusal_printed(command: str, console: Console) -> Iterator[None]:
     """Print the reason where a command refuses a scene: others may take it."""
     try:
         yield

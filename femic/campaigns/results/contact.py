@@ -44,9 +44,9 @@ def contact(scene: Scene, options: RunOptions) -> xr.Dataset:
 
 
 def _jobs(scene: Scene) -> list[Jobs]:
-    """The jobs of C on each grid of the contact; none where C is not among the ICs.
+    """Return the jobs of C on each grid of the contact; none where C is not among the ICs.
 
-    The grids are found with approximations; C may make them longer.
+    Approximations size the grids; C may make them longer.
     """
     if C not in scene.contact.ics:
         return []

@@ -43,7 +43,7 @@ def matrix(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
 
 
 def _jobs(scene: Scene) -> dict[str, MatrixJob]:
-    """The jobs of C_nn on the scene's grid."""
+    """Return the jobs of C_nn on the scene's grid."""
     return c_jobs(scene.contact_problem, pair_on_grid(scene.contact_problem, scene.grid))
 
 
