@@ -1,4 +1,4 @@
-"""What friction bears against closed forms, and against all directions of the amplitudes by brute force."""
+"""Forces that friction can supply, against closed forms and by brute force over directions of amplitudes."""
 
 import numpy as np
 import pytest
