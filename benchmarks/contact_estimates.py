@@ -25,7 +25,7 @@ from femic.contact.pairs.solved_compression import estimates_of as estimates_of_
 from femic.contact.pairs.solved_compression import in_halves
 from femic.validation.estimates.contacts import RandomContact
 from femic.validation.estimates.coverage import coverage, outcomes
-from femic.validation.estimates.outcomes import STUDIES, Outcome, grids
+from femic.validation.estimates.studies import STUDIES, Outcome, grids
 
 STEPS = 2  # of load in compressions, each in halves
 

@@ -24,8 +24,8 @@ from approx.effective import EffectiveProperties
 from approx.pair import Solid
 from compare.calibration.compute import calibrate, target_of
 from compare.ics.compute import Results, reference_of
-from compare.ics.error_measure import Measure, far_from
 from femic.cache.store import Store
+from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.arrays import Array
@@ -111,7 +111,7 @@ def translated(results: Results, body: str) -> Array:
 
 
 def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArray:
-    """Worst errors on the scene's lines by ratio, variant and component; see `compare.ics.error_measure`."""
+    """Worst errors on the scene's lines by ratio, variant and component: `femic.ic_errors.error_measure`."""
     lines = {name: part for name, part in results.lines.items() if not name.startswith("fit ")}
     variants = {"B̂": ("Bhat", {}), TRANSLATED: ("Bhat", {})} | {
         f"B̂′, {', '.join(SETS[components])} to {', '.join(components)}": ("Bhat_prime", found)

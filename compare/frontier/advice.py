@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from compare.frontier import ways
-from compare.frontier.trade import FrontierRequest, compute_frontier, engine_table, error_bounds
+from compare.frontier.compute import FrontierRequest, compute_frontier, engine_table, error_bounds
 from femic.reference.engines import ENGINES
 from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.errors import Failure, WrongInput

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from rich.table import Table as Printed
 
 from compare.frontier.advice import Advice
-from compare.frontier.trade import error_bounds, front, resolved_errors
+from compare.frontier.compute import error_bounds, front, resolved_errors
 from compare.frontier.ways import styles
 from compare.report.errors import MEASURE, VANISHING, cell_of
 from compare.report.panels import grid_of

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from compare.ics.compute import Results
-from compare.ics.error_measure import ROUNDING
 from compare.ics.errors import apart, measure_of
+from femic.ic_errors.error_measure import ROUNDING
 from femic.reference.accuracy import component_of
 
 

@@ -157,8 +157,8 @@ def settings(scene: Scene) -> dict[str, float | str]:
 ERRORS = {  # variables of `errors.nc`: their dims and meanings
     "error": (
         ("variant", "line", "i", "j"),
-        "max |v - C| over the line, share of max |C_ij| (`compare.ics.error_measure`); of 0.05 max |C_nn| "
-        "where that vanishes; C: its estimate",
+        "max |v - C| over the line, share of max |C_ij| (`femic.ic_errors`); of 0.05 max |C_nn| where that "
+        "vanishes; C: its estimate",
     ),
     "rms": (("variant", "line", "i", "j"), "root of the mean square over the line, share of the same"),
     "weight": (("variant", "line", "i", "j"), "max |v - C| over the line, share of max |C_nn| there"),
@@ -174,8 +174,8 @@ ERRORS = {  # variables of `errors.nc`: their dims and meanings
 def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
     """Errors of each variant against C per body, line and component.
 
-    `ERRORS` has their dims and meanings, `compare.ics.error_measure` how they are measured. The errors of the
-    variant "C" are its estimated ones.
+    `ERRORS` has their dims and meanings, `femic.ic_errors.error_measure` their definitions. The errors of the
+    variant "C" are its estimates.
     """
     bodies = list(results.scene.compared)
     measured = xr.concat(

@@ -6,14 +6,14 @@
 import numpy as np
 
 from compare.ics.compute import Results, check_of, parts_of, reference_of, solids
-from compare.ics.error_measure import Measure, far_from
+from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.result import scales
 from geometries.arrays import Array
 from geometries.patches import N
 
 
 def measure_of(results: Results, body: str) -> Measure:
-    """The measure of errors of a body's ICs: `compare.ics.error_measure`."""
+    """The measure of errors of a body's ICs: `femic.ic_errors.error_measure`."""
     points, patch = (results.points.x, results.points.s), results.scene.patch
     a = solids(results.scene)[body].approximate("A", patch, points) / patch.area
     return Measure.of(reference_of(results, body), a[N, N], results.lines, far_from(patch, *points))

@@ -5,9 +5,9 @@ from collections.abc import Iterator, Sequence
 import xarray as xr
 
 from compare.ics.compute import Results
-from compare.ics.error_measure import ROUNDING
 from compare.report.errors import percent
 from compare.report.styles import SYMBOLS
+from femic.ic_errors.error_measure import ROUNDING
 from femic.reference.accuracy import component_of
 
 

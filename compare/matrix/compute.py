@@ -13,12 +13,12 @@ import xarray as xr
 from approx.matrix import columns as approximations
 from approx.variants import needs_effective
 from compare.ics.compute import models_of, parts_of, solids
-from compare.matrix.deviation import Column, Deviation
-from compare.matrix.reciprocity import Reciprocity, reciprocity
 from femic.cache.digests import results_digest, versions
 from femic.cache.files import replacing
 from femic.contact.operators.dense import GridOperator
+from femic.contact.operators.reciprocity import Reciprocity, reciprocity
 from femic.contact.pairs.reference_ics import far_radius
+from femic.ic_errors.matrix_deviation import Column, Deviation
 from femic.reference.accuracy import Shares
 from femic.reference.assessment import worst_of
 from femic.reference.discount import AXES
@@ -28,6 +28,7 @@ from femic.reference.matrix.job import Discount, MatrixJob
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import MatrixReference, matrices
 from femic.reference.models import peak_memory
+from femic.reference.plan import ModelPlan, plans
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import require_none
@@ -97,6 +98,11 @@ def matrix_jobs(
         for name, body in scene.bodies.items()
         if name in scene.solved
     }
+
+
+def matrix_plans(scene: Scene, workers: int) -> list[ModelPlan]:
+    """Return the plans of the models of the first round; raises BadScene as `matrix_jobs` does."""
+    return list(plans(matrix_jobs(scene, further=COMPARED), workers))
 
 
 def require_matrices(scene: Scene) -> None:

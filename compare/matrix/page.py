@@ -8,20 +8,20 @@ import numpy as np
 from approx.matrix import column as approximated
 from compare.ics.compute import models_of, seconds_of, solids
 from compare.matrix.check import ColumnCheck, check
-from compare.matrix.compute import MatrixResults, compute_matrix, discounted
+from compare.matrix.compute import MatrixResults, compute_matrix, discounted, matrix_plans
 from compare.matrix.figures import maps
-from compare.matrix.plan import matrix_steps
-from compare.matrix.reciprocity import description
-from compare.plan.models import Step, seconds
 from compare.report.errors import error_cell
 from compare.report.parts import Folded, Page, Picture, Section, Verbatim, write_page
 from compare.report.styles import SYMBOLS
 from compare.report.tables import Cell, Row, Table, numbers, texts
+from femic.contact.operators.reciprocity import Reciprocity
 from femic.reference.models import Cost
+from femic.reference.plan import ModelPlan, total_seconds
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes import receipts
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
+from geometries.grids import Grid
 from geometries.patches import COMPONENTS, N
 
 COMMAND = "matrix"
@@ -78,14 +78,14 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
     if receipts.holds(out, COMMAND, key):
         watch.on_stage("  as it is there already")
         return path
-    steps = matrix_steps(scene, workers)
+    model_plans = matrix_plans(scene, workers)
     watch.on_stage(
-        f"  about {seconds(steps, workers):.0f} s, {max(step.expected.memory for step in steps):.0f} MB "
-        "if no model is stored yet"
+        f"  about {total_seconds(model_plans, workers):.0f} s, "
+        f"{max(plan.expected.memory for plan in model_plans):.0f} MB if no model is stored yet"
     )
     with receipts.renewed(out, COMMAND, key, ["matrix.nc", path.name]):
         results = compute_matrix(scene, out / "matrix.nc", options)
-        sections = _sections(results, loaded_strip, steps, check(results, options))
+        sections = _sections(results, loaded_strip, model_plans, check(results, options))
         write_page(Page(f"IC matrix: {scene.title}", summary(results, out / "matrix.nc"), sections), path)
     return path
 
@@ -118,7 +118,7 @@ def pictures(results: MatrixResults, strip: int) -> Iterator[Picture]:
 
 
 def _sections(
-    results: MatrixResults, strip: int, steps: Sequence[Step], checks: Sequence[ColumnCheck]
+    results: MatrixResults, strip: int, model_plans: Sequence[ModelPlan], checks: Sequence[ColumnCheck]
 ) -> Iterator[Section]:
     scene, costs = results.scene, models_of(results.matrices)
     text = f"{discounted(scene)} {ACCURACY}"
@@ -134,7 +134,7 @@ def _sections(
         folded = Folded(f"Worst entry of the {body} matrix", [WORST, _errors_table(results, body, "worst")])
         yield Section(heading, [APPROXIMATIONS, _errors_table(results, body, "under_tractions"), folded])
     yield Section("Responses to one strip", [_maps_text(scene), *pictures(results, strip)])
-    yield Section("Cost: planned / taken", [_cost_table(steps, costs), _cost_text(results, costs)])
+    yield Section("Cost: planned / taken", [_cost_table(model_plans, costs), _cost_text(results, costs)])
     yield Section("The scene", [Verbatim(scene.text)])
 
 
@@ -159,9 +159,22 @@ def _demands_table(results: MatrixResults) -> Table:
     rows = []
     for name, eigenvalue in results.eigenvalues.items():
         body, _, kind = name.partition(", ")
-        defect = description(results.reciprocity[body], results.scene.grid) if kind == "raw" else "as raw"
+        defect = (
+            reciprocity_text(results.reciprocity[body], results.scene.grid) if kind == "raw" else "as raw"
+        )
         rows.append(Row(name, [defect, Cell(eigenvalue, ".3f")]))
     return Table("matrix", [*texts("reciprocity defect"), *numbers("smallest eigenvalue")], rows)
+
+
+def reciprocity_text(defect: Reciprocity, grid: Grid) -> str:
+    """Return text for the report: the largest defect, its place, and the largest away from joints."""
+    first, second = sorted(defect.strips)
+    where = f"{defect.worst:.1e} of {defect.component} (strips {first} and {second}, "
+    where += f"s = {grid.strips[first]:.3g}, {grid.strips[second]:.3g} mm)"
+    if not defect.at_joints:
+        return where
+    elsewhere = "" if defect.elsewhere is None else f"; {defect.elsewhere:.1e} without these"
+    return f"{where}; joints in strips {', '.join(map(str, defect.at_joints))}{elsewhere}"
 
 
 def _checks_text(scene: Scene, checks: Sequence[ColumnCheck]) -> str:
@@ -235,19 +248,19 @@ def _extremes(results: MatrixResults, body: str) -> tuple[str, str]:
     )
 
 
-def _cost_table(steps: Sequence[Step], costs: Mapping[str, Cost]) -> Table:
+def _cost_table(model_plans: Sequence[ModelPlan], costs: Mapping[str, Cost]) -> Table:
     """What each model was expected to take / what it took."""
     rows = []
-    for step in steps:
-        if cost := costs.get(step.name):
+    for plan in model_plans:
+        if cost := costs.get(plan.name):
             waves = cost.solver.split(", ")[-1].split()[0] if cost.solver.endswith("wavenumbers") else "–"
             cells = [
-                f"{step.expected.unknowns:,} / {cost.unknowns:,}",
-                f"{step.expected.wavenumbers or '–'} / {waves}",
-                f"{step.expected.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
-                f"{step.expected.memory:.0f} / {cost.peak_memory:.0f}",
+                f"{plan.expected.unknowns:,} / {cost.unknowns:,}",
+                f"{plan.expected.wavenumbers or '–'} / {waves}",
+                f"{plan.expected.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
+                f"{plan.expected.memory:.0f} / {cost.peak_memory:.0f}",
             ]
-            rows.append(Row(step.name, cells))
+            rows.append(Row(plan.name, cells))
     return Table("model", ["unknowns", "wavenumbers", "s", "MB"], rows)
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from compare.ics.error_measure import ROUNDING
 from compare.overlay import figures as overlay_figures
 from compare.overlay.curves import write_curves
 from compare.overlay.differences import differences
@@ -14,6 +13,7 @@ from compare.report.parts import Folded, Items, Note, Page, Picture, Section, Ve
 from compare.report.styles import SYMBOLS
 from compare.report.tables import Row, Table, numbers, texts
 from femic.cache import folders
+from femic.ic_errors.error_measure import ROUNDING
 from geometries.errors import WrongInput
 
 JUDGED = ("A", "Bhat")  # variants that the summary speaks of

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from femic.cli.work import DEFAULT_WORK, Work
 from femic.late import Late
-from femic.validation.extremes.found import available as extremes_available
+from femic.validation.extremes.cases import available as extremes_available
 from femic.validation.statements import page as validation
 from femic.validation.statements import runs, verdicts
 from geometries.errors import WrongInput

@@ -7,7 +7,6 @@ import numpy as np
 import xarray as xr
 
 from compare.contact.compute import reference_name
-from compare.ics.error_measure import ROUNDING
 from compare.report.parts import listed
 from femic.campaigns.report.axes import ICS, LAST
 from femic.campaigns.report.fields import (
@@ -23,6 +22,7 @@ from femic.campaigns.report.fields import (
 )
 from femic.campaigns.results.contact import CURVES_LARGEST
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
+from femic.ic_errors.error_measure import ROUNDING
 
 RATIOS = ("p_max", "a", "b", "approach", "angle", "slope")  # numbers of contacts, compared as ratios
 SHARES = (CURVES_LARGEST, "sliding_share")  # numbers that are shares: compared as they are

@@ -12,7 +12,7 @@ from femic.cache.processes import in_processes
 from femic.cache.store import Arrays
 from femic.reference.run_options import RunOptions
 from femic.validation.estimates.contacts import ICS, random_contact
-from femic.validation.estimates.outcomes import STUDIES, Outcome, Study
+from femic.validation.estimates.studies import STUDIES, Outcome, Study
 from geometries.errors import Failure
 
 NOTHING = 1e-9  # of estimates: errors that are rounding

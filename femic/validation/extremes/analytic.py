@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from approx.pair import Pair, Solid
 from approx.rotation import rotation_between
 from femic.validation.extremes import exact
+from femic.validation.extremes.cases import ANALYTIC, Beyond, Parameter, Reached, refused
 from femic.validation.extremes.drawing import drawing
-from femic.validation.extremes.found import ANALYTIC, Beyond, Parameter, Reached, refused
 from geometries.contours import arc, plane
 from geometries.materials import Material
 from geometries.patches import Patch

@@ -15,7 +15,7 @@ from femic.reference.accuracy import component_of
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
-from femic.validation.extremes.found import HARMONIC, SOLID, Parameter, Reached, refused
+from femic.validation.extremes.cases import HARMONIC, SOLID, Parameter, Reached, refused
 
 SIX = ("nn", "ss", "xx", "xs", "xn", "sn")
 ENGINE_TOLERANCE = {HARMONIC: 0.01, SOLID: 0.1}

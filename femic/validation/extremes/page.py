@@ -13,8 +13,8 @@ from compare.report.tables import Cell, Row, Table, texts
 from compare.report.tables import numbers as heads_of_numbers
 from femic.validation import record
 from femic.validation.extremes import analytic, exact
+from femic.validation.extremes.cases import ANALYTIC, Found, Parameter, Reached, tried
 from femic.validation.extremes.engines import Engines
-from femic.validation.extremes.found import ANALYTIC, Found, Parameter, Reached, tried
 
 ERRORS = (
     "Analytic: the largest relative error of a component (of turns: of an entry of the matrix), corners of "

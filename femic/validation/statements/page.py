@@ -11,12 +11,12 @@ import numpy as np
 
 from compare.ics.compute import reference_of, seconds_of
 from compare.ics.dataset import finite
-from compare.ics.error_measure import Measure
 from compare.ics.errors import measure_of
 from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section
 from compare.report.tables import Cell, Row, Table, texts
 from compare.report.tables import numbers as heads_of_numbers
 from femic.cache import folders
+from femic.ic_errors.error_measure import Measure
 from femic.reference.accuracy import component_of
 from femic.validation import record
 from femic.validation.statements import figures

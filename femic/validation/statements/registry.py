@@ -14,16 +14,16 @@ from femic.validation.statements import (
     curvature,
     elements,
     fe_contacts,
-    known,
     nn,
     program,
+    random_contacts,
     sn,
     tangential,
     xn,
 )
 from femic.validation.statements.criteria import Statement
 
-GROUPS = (nn, tangential, bodies, xn, curvature, sn, choices, program, fe_contacts, elements, known)
+GROUPS = (nn, tangential, bodies, xn, curvature, sn, choices, program, fe_contacts, elements, random_contacts)
 
 STATEMENTS: Mapping[int, Statement] = {
     statement.number: statement

@@ -18,7 +18,7 @@ from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 from femic.validation.estimates.coverage import kept_outcomes
-from femic.validation.estimates.outcomes import Outcome
+from femic.validation.estimates.studies import Outcome
 from geometries.patches import COMPONENTS
 
 GEOMETRIES = ("geometry1", "geometry2")

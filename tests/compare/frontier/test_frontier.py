@@ -13,7 +13,7 @@ from compare.frontier import page as frontier_report
 from compare.frontier import trade as frontier
 from compare.frontier.advice import AS_CHEAP, Question, advise, request_for
 from compare.frontier.choice import choose, question_of
-from compare.frontier.trade import FrontierRequest, compute_frontier, error_bounds, front
+from compare.frontier.compute import FrontierRequest, compute_frontier, error_bounds, front
 from compare.frontier.ways import Way, by_engine
 from compare.ics.compute import compute
 from compare.ics.dataset import errors, to_dataset

@@ -9,7 +9,7 @@ from femic.reference.run_options import RunOptions
 from femic.validation.estimates import coverage as module
 from femic.validation.estimates.contacts import random_contact
 from femic.validation.estimates.coverage import coverage, kept_outcomes, outcomes
-from femic.validation.estimates.outcomes import STUDIES, Outcome
+from femic.validation.estimates.studies import STUDIES, Outcome
 from geometries.errors import Failure
 
 MORE = (("frictionless", 12), ("rolling", 4))

@@ -9,6 +9,7 @@ import pytest
 
 from femic.reference.run_options import RunOptions
 from femic.validation.extremes import engines
+from femic.validation.extremes.cases import HARMONIC, SOLID, Beyond, Parameter, Reached, refused, tried
 from femic.validation.extremes.engines import (
     Engines,
     compared,
@@ -20,7 +21,6 @@ from femic.validation.extremes.engines import (
     ratio,
     wheel,
 )
-from femic.validation.extremes.found import HARMONIC, SOLID, Beyond, Parameter, Reached, refused, tried
 from geometries.errors import Failure, WrongInput
 from geometries.patches import N, X
 from tests.femic.validation.statements.handmade import made

@@ -14,8 +14,8 @@ from femic.reference.accuracy import component_of
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.validation.extremes import analytic, engines, exact
+from femic.validation.extremes.cases import HARMONIC, SOLID, Beyond, Found, Parameter, Reached, tried
 from femic.validation.extremes.engines import Engines, compared, flat, on_outline
-from femic.validation.extremes.found import HARMONIC, SOLID, Beyond, Found, Parameter, Reached, tried
 from femic.validation.extremes.page import summary
 from geometries.errors import Failure
 from geometries.patches import Patch

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from compare.finite_elements.dataset import FE, NUMBERS
-from femic.validation.estimates.outcomes import Outcome
+from femic.validation.estimates.studies import Outcome
 from femic.validation.statements.curves import CONCAVE, CONVEX
 from femic.validation.statements.runs import GEOMETRIES
 from femic.validation.statements.sn import with_factor

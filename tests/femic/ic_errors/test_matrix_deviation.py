@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from compare.matrix.deviation import Column, Deviation
+from femic.ic_errors.matrix_deviation import Column, Deviation
 from femic.reference.estimate import EstimatedICs
 from femic.reference.matrix.columns import NEAR_ELEMENTS, is_far
 from geometries.grids import Grid

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.ics.error_measure import scale, vanishes
+from femic.ic_errors.error_measure import scale, vanishes
 from femic.reference.estimate import EstimatedICs
 from geometries.arrays import Array, Mask
 from geometries.patches import N

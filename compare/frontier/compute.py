@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 
 from compare.frontier import ways
 from compare.frontier.ways import Way
-from compare.ics.compute import Results, approximated, compute, reference_of, scene_points
+from compare.ics.compute import Results, approximated, compute, reference_of, run_plans, scene_points
 from compare.ics.errors import measure_of, refinement_shares_of
-from compare.ics.plan import run_steps
-from compare.plan.models import seconds
 from femic.cache.digests import results_digest, versions
 from femic.reference.accuracy import NotConverged, component_of
 from femic.reference.engines import ENGINES
 from femic.reference.estimate import EstimatedICs
+from femic.reference.plan import total_seconds
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import EngineTable
 from femic.scenes.errors import BadScene
@@ -80,7 +79,7 @@ def compute_frontier(base: str, request: FrontierRequest, options: RunOptions = 
     """Compute the errors, seconds, unknowns and memory of every way to a scene's ICs that fits the budget.
 
     Ways run in the order of their predicted seconds. Errors (way, body, component) [-] are measured with
-    `compare.ics.error_measure` against the best known C, at worst over the lines. Raises BadScene as
+    `femic.ic_errors.error_measure` against the best known C, at worst over the lines. Raises BadScene as
     `load_scene` does, Failure if no C fits into the budget.
     """
     scene = request.scene(base, {"check": False})
@@ -128,8 +127,8 @@ def _by_cost(
     costs = []
     for way in request.ways:
         try:
-            steps = run_steps(request.scene(base, way.engine), workers)
-            costs.append((seconds(steps, workers), way))
+            plans = run_plans(request.scene(base, way.engine), workers)
+            costs.append((total_seconds(plans, workers), way))
         except BadScene as error:
             skipped[way.name] = " ".join(str(error).split())
     return sorted(costs, key=lambda cost_and_way: cost_and_way[0])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.ics.error_measure import Measure, far_from
+from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.estimate import EstimatedICs
 from geometries.patches import N, Patch, S, X
 

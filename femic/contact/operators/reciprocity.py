@@ -44,14 +44,3 @@ def reciprocity(ics: Array, contour: Contour, grid: Grid) -> Reciprocity:
         tuple(int(strip) for strip in np.flatnonzero(has_joint)),
         float(np.max(defects_without_joints)) if defects_without_joints.size else None,
     )
-
-
-def description(defect: Reciprocity, grid: Grid) -> str:
-    """Return text for the report: the largest defect, its place, and the largest away from joints."""
-    first, second = sorted(defect.strips)
-    where = f"{defect.worst:.1e} of {defect.component} (strips {first} and {second}, "
-    where += f"s = {grid.strips[first]:.3g}, {grid.strips[second]:.3g} mm)"
-    if not defect.at_joints:
-        return where
-    elsewhere = "" if defect.elsewhere is None else f"; {defect.elsewhere:.1e} without these"
-    return f"{where}; joints in strips {', '.join(map(str, defect.at_joints))}{elsewhere}"

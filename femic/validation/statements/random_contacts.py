@@ -6,7 +6,7 @@ import numpy as np
 
 from compare.report.panels import Panel
 from femic.validation.estimates.coverage import coverage
-from femic.validation.estimates.outcomes import STUDIES, Outcome
+from femic.validation.estimates.studies import STUDIES, Outcome
 from femic.validation.statements.criteria import Criterion, Numbers, Statement
 from femic.validation.statements.runs import Runs
 
