@@ -13,7 +13,7 @@ from femic.validation.statements import page as validation
 from femic.validation.statements import runs, verdicts
 from geometries.errors import WrongInput
 
-try_all = Late("femic.validation.extremes.page:try_all")  # needs the extra femic[extremes]
+write_extremes = Late("femic.validation.extremes.page:write_extremes")  # needs the extra femic[extremes]
 Engines = Late("femic.validation.extremes.engines:Engines")
 
 
@@ -26,7 +26,7 @@ def validate(
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Check what is said about these ICs, and this program, with computed verdicts; write a report."""
-    numbers = verdicts.chosen(only)
+    numbers = verdicts.selection(only)
     if not runs.TIGHTEST <= tolerance <= runs.LOOSEST:
         raise WrongInput(f"--tolerance {tolerance:g}: {runs.TIGHTEST:g} ... {runs.LOOSEST:g}")
     folder = work.out or Path("out") / "validation"
@@ -50,5 +50,5 @@ def extremes(
     folder = work.out or Path("out") / "extremes"
     console = Console(highlight=False)
     with work.options(folder, console) as options:
-        report = try_all(of, Engines(options), folder)
+        report = write_extremes(of, Engines(options), folder)
     console.print(f"Report: {report}", soft_wrap=True)

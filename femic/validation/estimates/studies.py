@@ -1,4 +1,4 @@
-"""What a random contact gives on its elements, on larger ones and on much smaller ones."""
+"""Studies of random contacts: numbers on a grid, a coarser and a much finer one, and their estimates."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ TOLERANCE = 1e-4  # of tractions: errors of results are 1e-3 and more
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """Numbers of a contact, those on elements four times smaller, on larger ones, and the estimates."""
+class GridComparison:
+    """Numbers of a contact on its grid, on elements four times smaller, on larger ones, and estimates."""
 
     numbers: Numbers
     finer: Numbers
@@ -25,42 +25,42 @@ class Outcome:
     estimates: Numbers
 
 
-def frictionless(case: RandomContact) -> Outcome:
-    """Without friction. Raises Failure where one of the grids has no solution."""
+def frictionless(case: RandomContact) -> GridComparison:
+    """Solve a contact without friction; raises Failure where one of the grids has no solution."""
 
-    def solved(on: RandomContact) -> SolvedContact:
-        loading = Loading(on.load)
-        normal = on.on_grid.solve_in_place(on.on_grid.operator(on.ics), loading)
-        return SolvedContact(loading, on.ics, PairContact(on.on_grid, normal))
+    def solved(case: RandomContact) -> SolvedContact:
+        loading = Loading(case.load)
+        normal = case.on_grid.solve_in_place(case.on_grid.operator(case.ics), loading)
+        return SolvedContact(loading, case.ics, PairContact(case.on_grid, normal))
 
-    found, finer = solved(case), solved(case.finer)
-    coarse = found.normal.coarser
+    contact, finer = solved(case), solved(case.finer)
+    coarse = contact.normal.coarser
     if coarse is None:
         raise Failure("the grid is too small")
-    fine, exact, larger = (numbers(case.on_grid, contact) for contact in (found.normal, finer.normal, coarse))
-    return Outcome(fine, exact, larger, found.estimated_errors())
+    fine, exact, larger = (numbers(case.on_grid, normal) for normal in (contact.normal, finer.normal, coarse))
+    return GridComparison(fine, exact, larger, contact.estimated_errors())
 
 
-def rolling(case: RandomContact) -> Outcome:
-    """Steady rolling at some creepages, or without force along x. Raises Failure likewise."""
+def rolling(case: RandomContact) -> GridComparison:
+    """Solve steady rolling at given creepages, or without force along x; raises Failure likewise."""
     forces = {"longitudinal": 0.0} if case.free else {}
 
-    def solved(of: RandomContact, problem: FrictionalProblem) -> Measured:
-        found = of.rolling(problem).contact(
-            of.creepages, Loading(of.load), forces=forces, tolerance=TOLERANCE
+    def solved(case: RandomContact, problem: FrictionalProblem) -> Measured:
+        rolled = case.rolling(problem).contact(
+            case.creepages, Loading(case.load), forces=forces, tolerance=TOLERANCE
         )
-        return measured(of.on_grid, found.contact, OF_ROLLING)
+        return measured(case.on_grid, rolled.contact, OF_ROLLING)
 
     fine, *larger = (solved(case, problem) for problem in grids(case))
     finer = solved(case.finer, case.finer.problem).numbers
-    return Outcome(fine.numbers, finer, larger[0].numbers, errors(kinds(OF_ROLLING), fine, larger))
+    return GridComparison(fine.numbers, finer, larger[0].numbers, errors(kinds(OF_ROLLING), fine, larger))
 
 
 def grids(case: RandomContact) -> list[FrictionalProblem]:
-    """The problem on its elements, on those twice and four times as large."""
+    """Return the problem on its elements, and on elements twice and four times as large."""
     problem = case.problem
     return [problem, problem.coarsened, problem.coarsened.coarsened]
 
 
-Study = Callable[[RandomContact], Outcome]
+Study = Callable[[RandomContact], GridComparison]
 STUDIES: Mapping[str, Study] = {"frictionless": frictionless, "rolling": rolling}

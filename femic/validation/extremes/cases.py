@@ -1,4 +1,4 @@
-"""Cases at and beyond the limits of parameters, and what was found in them."""
+"""Cases at and beyond the limits of parameters, and their results."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ ANALYTIC, HARMONIC, SOLID = "analytic", "harmonic", "solid"
 
 
 def available() -> bool:
-    """Whether hypothesis and mpmath are installed, which draw cases and compute in many digits."""
+    """Whether hypothesis and mpmath are installed, which draw cases and provide many digits."""
     return all(find_spec(name) is not None for name in ("hypothesis", "mpmath"))
 
 
 @dataclass(frozen=True)
-class Reached:
+class WithinLimit:
     """A case within the limits, under the label `at`, with its largest error and its largest estimate.
 
     Errors and estimates are shares [-]; `used` is the largest error over its own estimate, of any component
@@ -41,67 +41,67 @@ class Reached:
 
 
 @dataclass(frozen=True)
-class Beyond:
-    """A case beyond the limits, under the label `at`, with the program's message; empty if there is none."""
+class BeyondLimit:
+    """A case beyond the limits, under the label `at`, with the program's message, or an empty text."""
 
     at: str
     says: str
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """A parameter of an engine with its range, and functions that try cases within and beyond it."""
+class Limit:
+    """A parameter of an engine with its range, and functions that run cases within and beyond it."""
 
     engine: str
     name: str
     range: str
-    reached: Sequence[Callable[[], Reached]]
-    beyond: Sequence[Callable[[], Beyond]] = ()
+    reached: Sequence[Callable[[], WithinLimit]]
+    beyond: Sequence[Callable[[], BeyondLimit]] = ()
 
 
 @dataclass(frozen=True)
-class Found:
-    """A parameter with the results of its cases."""
+class LimitResult:
+    """A limit with the results of its cases."""
 
-    parameter: Parameter
-    reached: tuple[Reached, ...]
-    beyond: tuple[Beyond, ...]
+    limit: Limit
+    reached: tuple[WithinLimit, ...]
+    beyond: tuple[BeyondLimit, ...]
 
     @property
-    def worst(self) -> Reached:
+    def worst(self) -> WithinLimit:
         """The case with the largest error."""
         return max(self.reached, key=lambda case: case.error)
 
 
-def refused(label: str, call: Callable[[], object]) -> Callable[[], Beyond]:
-    """A case beyond the limits that makes a call, with the last line of the message that refuses it."""
+def refusal(label: str, call: Callable[[], object]) -> Callable[[], BeyondLimit]:
+    """Return a case that makes a call beyond the limits; its text is the last line of the error message."""
 
-    def case() -> Beyond:
+    def case() -> BeyondLimit:
         try:
             call()
         except WrongInput as error:
-            return Beyond(label, str(error).split("\n")[-1].strip())
-        return Beyond(label, "")
+            return BeyondLimit(label, str(error).split("\n")[-1].strip())
+        return BeyondLimit(label, "")
 
     return case
 
 
-def _caught(case: Callable[[], Reached]) -> Reached:
-    """Try a case; if it fails, the result has infinite errors and the program's message."""
+def _result(case: Callable[[], WithinLimit]) -> WithinLimit:
+    """Run a case; if it fails, the result has infinite errors and the program's message."""
     try:
         return case()
     except Failure as error:
-        return Reached("failed", np.inf, None, np.inf, "", 0.0, in_keys(error))
+        return WithinLimit("failed", np.inf, None, np.inf, "", 0.0, in_keys(error))
 
 
-def tried(parameters: Sequence[Parameter], say: Callable[[str], None]) -> Iterator[Found]:
-    """Try all cases of all parameters, say each result, and yield the parameters with them."""
-    for parameter in parameters:
+def results_of(limits: Sequence[Limit], report: Callable[[str], None]) -> Iterator[LimitResult]:
+    """Run all cases of all limits, report each, and yield the results limit by limit."""
+    for limit in limits:
         reached = []
-        for case in parameter.reached:
-            reached.append(_caught(case))
+        for case in limit.reached:
+            reached.append(_result(case))
             last = reached[-1]
             estimate_text = "" if last.estimate is None else f", estimate {last.estimate:.1e}"
-            text = f"  {parameter.engine}: {parameter.name}: {last.at}: error {last.error:.1e}{estimate_text}"
-            say(f"{text}, {last.seconds:.1f} s")
-        yield Found(parameter, tuple(reached), tuple(case() for case in parameter.beyond))
+            text = f"  {limit.engine}: {limit.name}: {last.at}: error {last.error:.1e}{estimate_text}"
+            report(f"{text}, {last.seconds:.1f} s")
+        yield LimitResult(limit, tuple(reached), tuple(case() for case in limit.beyond))

@@ -1,4 +1,4 @@
-"""Statement 25: whether numbers of contacts are known as well as their estimates say."""
+"""Statement 25: whether the estimates of contacts bound their errors."""
 
 from collections.abc import Mapping, Sequence
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from compare.report.panels import Panel
 from femic.validation.estimates.coverage import coverage
-from femic.validation.estimates.studies import STUDIES, Outcome
+from femic.validation.estimates.studies import STUDIES, GridComparison
 from femic.validation.statements.criteria import Criterion, Numbers, Statement
 from femic.validation.statements.runs import Runs
 
@@ -16,44 +16,46 @@ SHOWN = ("p_max", "approach", "area", "F_x", "F_y", "sliding_share")  # numbers 
 FACTORS = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.35, 1.5)
 
 
-def held(study: str) -> Numbers:
+def coverage_by_number(study: str) -> Numbers:
     """Measure the share of random contacts whose error is within its estimate, by number."""
 
     def measure(runs: Runs) -> Mapping[str, float]:
-        found = runs.random_contacts(study, SEED, COUNT)
-        return {f"{study}, {name}": coverage(found, name).held for name in found[0].numbers}
+        comparisons = runs.random_contacts(study, SEED, COUNT)
+        return {f"{study}, {name}": coverage(comparisons, name).held for name in comparisons[0].numbers}
 
     return measure
 
 
 def _details(runs: Runs) -> Mapping[str, float]:
-    """How far errors are beyond estimates at worst, and how much too large estimates are."""
+    """Return the worst ratio of error to estimate, and the median ratio of estimate to error, by number."""
     details: dict[str, float] = {}
     for study in STUDIES:
-        found = runs.random_contacts(study, SEED, COUNT)
-        for name in _with_errors(found):
-            of_name = coverage(found, name)
-            details[f"{study}, {name}: worst error over estimate"] = of_name.worst
-            details[f"{study}, {name}: median of estimate over error"] = of_name.median
+        comparisons = runs.random_contacts(study, SEED, COUNT)
+        for name in _with_errors(comparisons):
+            cover = coverage(comparisons, name)
+            details[f"{study}, {name}: worst error over estimate"] = cover.worst
+            details[f"{study}, {name}: median of estimate over error"] = cover.median
     return details
 
 
-def _with_errors(found: Sequence[Outcome]) -> list[str]:
-    """The numbers that are not given, and so have errors."""
-    return [name for name in found[0].numbers if np.isfinite(coverage(found, name).median)]
+def _with_errors(comparisons: Sequence[GridComparison]) -> list[str]:
+    """Return the names of computed numbers; given ones have no errors."""
+    return [name for name in comparisons[0].numbers if np.isfinite(coverage(comparisons, name).median)]
 
 
 def _panels(runs: Runs) -> list[Panel]:
-    """Shares of contacts whose error is at most a multiple of its estimate, over that multiple."""
+    """Return the share of contacts whose error is at most a multiple of its estimate, over the multiple."""
     return [_panel(study, runs.random_contacts(study, SEED, COUNT)) for study in STUDIES]
 
 
-def _panel(study: str, found: Sequence[Outcome]) -> Panel:
-    names = [name for name in SHOWN if name in found[0].numbers]
-    held_within = {name: [coverage(found, name, factor=factor).held for factor in FACTORS] for name in names}
-    curves = {name: np.array(shares) for name, shares in held_within.items()}
+def _panel(study: str, comparisons: Sequence[GridComparison]) -> Panel:
+    names = [name for name in SHOWN if name in comparisons[0].numbers]
+    curves = {
+        name: np.array([coverage(comparisons, name, factor=factor).held for factor in FACTORS])
+        for name in names
+    }
     return Panel(
-        f"{study}, {len(found)} random contacts",
+        f"{study}, {len(comparisons)} random contacts",
         "multiple of the estimate [-]",
         np.array(FACTORS),
         "share of contacts with an error below [-]",
@@ -73,7 +75,7 @@ STATEMENTS = (
                 f"share of {COUNT} random contacts, {study}, whose error is within its estimate",
                 ">",
                 HELD,
-                held(study),
+                coverage_by_number(study),
             )
             for study in STUDIES
         ),

@@ -38,14 +38,14 @@ def test_distance_from_the_limit_is_that_of_the_worst_line():
         out[S, N] *= np.where(of.on(ACROSS), 1.05, 1)
         return out
 
-    assert program.from_limit(made("flat", c), CONVEX) == pytest.approx(0.05)
+    assert program.deviation_from_limit(made("flat", c), CONVEX) == pytest.approx(0.05)
 
     def of_both(of):
         out = of.a.copy()
         out[S, N] += 0.02 * np.max(of.a[N, N, of.on(ACROSS)]) * of.on(ACROSS)
         return out
 
-    assert program.from_limit(made("flat", of_both), "combined") == pytest.approx(0.02)  # A_sn is 0
+    assert program.deviation_from_limit(made("flat", of_both), "combined") == pytest.approx(0.02)  # A_sn is 0
 
 
 def test_point_loads_are_homogeneous_and_reciprocal():
@@ -123,5 +123,5 @@ def test_deviations_of_variants_are_shares_of_the_largest_ic():
 
 
 def test_numbers_are_measured_at_all_ratios():
-    assert program.of_nu(lambda nu: 2 * nu)(None) == {"ν = 0": 0, "ν = 0.28": 0.56, "ν = 0.5": 1.0}
+    assert program.per_nu(lambda nu: 2 * nu)(None) == {"ν = 0": 0, "ν = 0.28": 0.56, "ν = 0.5": 1.0}
     assert len(program.cylinder_errors(None)) == 6
