@@ -52,7 +52,7 @@ def main(n_tasks=100_000, n_files=100_000, n_scenes=20_000):
     for n in (n_files // 10, n_files):
         files(n)
     slow()
-    listed(2000)
+    join_words(2000)
 
 
 def scheduled(n, window=8):
@@ -170,7 +170,7 @@ def campaign_in(folder, text):
     return load_campaign(path)
 
 
-def listed(n):
+def join_words(n):
     """The tasks of a campaign, made one after the other by this process."""
     with TemporaryDirectory() as folder:
         swept, start = campaign_in(folder, CAMPAIGN.format(n=n)), process_time()

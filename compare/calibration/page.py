@@ -164,7 +164,7 @@ def _table(calibrated: Calibrated) -> Table:
         named = body
         for variant in (*scene.variants, "C"):
             one = worst.sel(body=body, variant=variant)
-            row = error_row(named, one, COMPONENTS, known=variant == "C", place=SYMBOLS[variant])
+            row = error_row(named, one, COMPONENTS, is_estimate=variant == "C", place=SYMBOLS[variant])
             if any(cell.text != "–" for cell in row.filled[1:]):
                 rows.append(row)
                 named = ""

@@ -14,12 +14,12 @@ from femic.scenes.scene import Scene
 
 
 def is_mapped(scene: Scene) -> bool:
-    """Whether the contact of a scene is one without friction that is solved by B-hat, too."""
+    """Return whether the contact of a scene is frictionless and solved with B-hat."""
     return scene.contact.friction is None and REFERENCE in scene.contact.ics
 
 
 def shape_of(results: ContactResults) -> SolvedContact:
-    """The contact by B-hat whose pressures are mapped: at `contact.shape_load`, or the largest load."""
+    """Return the contact with B-hat to be mapped: at `contact.shape_load`, or at the largest load."""
     contacts = [contact for (_, ics), contact in results.solved.contacts.items() if ics == REFERENCE]
     shape_load = results.scene.contact.shape_load
     if shape_load is None:
@@ -33,14 +33,14 @@ def _sensitivities(results: Mapping[str, ContactResults]) -> list[Sensitivity]:
 
 def summary(results: Mapping[str, ContactResults]) -> str:
     """Return sentences on the range of differences on each patch, and on the pressures with the largest."""
-    found = _sensitivities(results)
+    differences = _sensitivities(results)
     sentences = [
         f"Pressures of {one.pressures} on {one.patch}: A is off by {np.min(one.inside):+.1%} ... "
         f"{np.max(one.inside):+.1%} of the largest displacement with B̂."
-        for one in found
+        for one in differences
     ]
     for scene in results:
-        worst = max((one for one in found if one.patch == scene), key=lambda one: one.largest)
+        worst = max((one for one in differences if one.patch == scene), key=lambda one: one.largest)
         sentences.append(
             f"On the patch of {scene} A is furthest off under the pressures of {worst.pressures}."
         )

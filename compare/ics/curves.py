@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from compare.ics.compute import Results
-from compare.report.panels import Panel, draw, drawn, show_zero, styles_of
+from compare.report.panels import Panel, draw, panel_figure, show_zero, styles_of
 from compare.report.styles import SYMBOLS
 from femic.scenes.scene import Scene
 from geometries.arrays import Array, Mask
@@ -19,7 +19,7 @@ from geometries.patches import OffsetLine
 def curves(results: Results, dataset: xr.Dataset, component: str) -> Figure:
     """Figure of one component, dimensionless: a row per body, a column per line."""
     panels = list(_panels(results, dataset, component))
-    return drawn(panels, len(results.scene.lines), (4.1, 2.7))
+    return panel_figure(panels, len(results.scene.lines), (4.1, 2.7))
 
 
 def _panels(results: Results, dataset: xr.Dataset, component: str) -> Iterator[Panel]:

@@ -19,7 +19,7 @@ from femic.scenes.scene import Scene
 from geometries.bodies import Domain
 from geometries.patches import COMPONENTS, N
 
-OBSERVED = 3  # strips that are observed, besides the loaded one
+OBSERVED = 3  # observed strips besides the loaded one
 
 
 @dataclass(frozen=True)

@@ -27,24 +27,23 @@ from geometries.patches import COMPONENTS, N
 COMMAND = "matrix"
 MAPPED_VARIANTS = ("A", "Bhat")  # variants whose difference from C is drawn
 ACCURACY = (
-    "Estimated error of C at its worst over all lags and pairs of strips, and its parts, each at its own "
-    "worst place, on the scale of refinement, which the tolerance is for. Four elements from the load and "
-    "further that is the larger of max |C_ij| and 0.05 max A_nn over the lags of a pair of strips; nearer: "
-    "5 A_nn at that place. As shares of the components themselves: rows “C” below. Each entry has an "
-    "estimate of its own in the file."
+    "Largest estimated error of C over all lags and pairs of strips, and its largest parts, on the scale of "
+    "refinement, to which the tolerance applies. Four elements from the load and further that is the larger "
+    "of max |C_ij| and 0.05 max A_nn over the lags of a pair of strips; nearer: 5 A_nn at the same place. As "
+    "shares of the components themselves: rows “C” below. The file has an estimate for each entry."
 )
-DEMANDS = (
+REQUIREMENTS = (
     "Reciprocity: largest |C(I, J) − C(J, I)ᵀ| of the raw solution over the largest value of the same "
-    "component, where it is worst. Loads act on whole elements, displacements are read at their centres: "
-    "ICs of curved bodies are not quite reciprocal, and least where a joint of arc and flank lies in a "
-    "strip, because its local directions stop to turn there. Work: smallest eigenvalue of the symmetric "
+    "component, where it is largest. Loads act on whole elements, displacements are read at centres: ICs "
+    "of curved bodies are not exactly reciprocal, and least so where a joint of arc and flank lies in a "
+    "strip, because local directions are constant beyond it. Work: smallest eigenvalue of the symmetric "
     "part over the least IC of an element on itself; positive: tractions always do work."
 )
-TOO_LARGE = "Not computed: the matrices of this grid are too large to be held as a whole."
+TOO_LARGE = "Not computed: the matrices of this grid are too large to be kept in memory."
 CHECKS = (
-    "Single loads in 3D, on three observing strips: the largest difference to the matrix, as a share of the "
-    "component itself (of those that do not vanish), what the estimates of both allow there, and how close "
-    "to that any component comes."
+    "Single loads in 3D, on three observing strips: the largest difference from the matrix, as a share of "
+    "the component itself (without vanishing ones), the sum of both estimates there, and the largest ratio "
+    "of a difference to this sum."
 )
 WORST = (
     "C is taken after the discount of [BVSV] here. Four elements from the load and further: the largest |V "
@@ -73,7 +72,7 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
     same results already. Raises WrongInput for a strip that the grid does not have.
     """
     watch, workers = options.watch, options.workers
-    loaded_strip = _chosen(scene, strip)
+    loaded_strip = _loaded_strip(scene, strip)
     path, key = out / "matrix.html", receipts.key_of(scene, __name__, loaded_strip)
     if receipts.holds(out, COMMAND, key):
         watch.on_stage("  as it is there already")
@@ -90,7 +89,7 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
     return path
 
 
-def _chosen(scene: Scene, strip: int | None) -> int:
+def _loaded_strip(scene: Scene, strip: int | None) -> int:
     n_s = scene.grid.n_s
     if strip is None:
         return int(np.argmin(np.abs(scene.grid.strips - scene.patch.s)))
@@ -124,17 +123,17 @@ def _sections(
     text = f"{discounted(scene)} {ACCURACY}"
     yield Section("How accurate the matrix is", [text, _accuracy_table(results)])
     missing = "" if results.eigenvalues else TOO_LARGE
-    yield Section("What elasticity demands", [DEMANDS, missing, _demands_table(results)])
+    yield Section("What elasticity requires", [REQUIREMENTS, missing, _requirements_table(results)])
     if checks:
         yield Section(
             "Columns computed with the solid engine", [_checks_text(scene, checks), _checks_table(checks)]
         )
     for body in scene.compared:
-        heading = f"What approximations of the {body} matrix cost"
+        heading = f"Errors of approximations of the {body} matrix"
         folded = Folded(f"Worst entry of the {body} matrix", [WORST, _errors_table(results, body, "worst")])
         yield Section(heading, [APPROXIMATIONS, _errors_table(results, body, "under_tractions"), folded])
     yield Section("Responses to one strip", [_maps_text(scene), *pictures(results, strip)])
-    yield Section("Cost: planned / taken", [_cost_table(model_plans, costs), _cost_text(results, costs)])
+    yield Section("Cost: expected / actual", [_cost_table(model_plans, costs), _cost_text(results, costs)])
     yield Section("The scene", [Verbatim(scene.text)])
 
 
@@ -154,8 +153,8 @@ def _accuracy_table(results: MatrixResults) -> Table:
     return Table("body", columns, rows)
 
 
-def _demands_table(results: MatrixResults) -> Table:
-    """The reciprocity defect and the smallest eigenvalue of each matrix."""
+def _requirements_table(results: MatrixResults) -> Table:
+    """Return the table of the reciprocity defect and the smallest eigenvalue of each matrix."""
     rows = []
     for name, eigenvalue in results.eigenvalues.items():
         body, _, kind = name.partition(", ")
@@ -204,12 +203,12 @@ def _checks_table(checks: Sequence[ColumnCheck]) -> Table:
 
 
 def _errors_table(results: MatrixResults, body: str, measure: str) -> Table:
-    """A row of cells per approximation and one of C, by a measure of `MEASURES`."""
+    """Return a table with a row per approximation and one for C, by a measure of `MEASURES`."""
     rows = []
-    for variant, deviation in (results.deviations(body) | {"C": results.known[body]}).items():
+    for variant, deviation in (results.deviations(body) | {"C": results.c_deviations[body]}).items():
         values = (getattr(deviation, name).ravel() for name in MEASURES[measure])
         cells = [
-            error_cell(float(error), float(weight), vanishes=bool(vanishes), known=variant == "C")
+            error_cell(float(error), float(weight), vanishes=bool(vanishes), is_estimate=variant == "C")
             for error, weight, vanishes in zip(*values, strict=True)
         ]
         rows.append(Row(SYMBOLS[variant], cells))
@@ -225,7 +224,7 @@ def _maps_text(scene: Scene) -> str:
 
 
 def summary(results: MatrixResults, file: Path) -> str:
-    """One paragraph, computed: the file's content and accuracy, the best and the worst approximation."""
+    """Return a computed paragraph: the file's content and accuracy, the best and the worst approximation."""
     scene, grid = results.scene, results.scene.grid
     name = scene.compared[0]
     at_worst = max(shares.total for shares in results.errors.values())
@@ -233,14 +232,14 @@ def summary(results: MatrixResults, file: Path) -> str:
     return (
         f"{file.name} ({file.stat().st_size / 1e6:.1f} MB): displacements at {grid.n_s} strips and "
         f"{grid.n_x} lags under unit tractions on {grid.n_s} strips, nine components, of "
-        f"{', '.join(scene.compared)}, known to {at_worst:.2%}. Of the approximations of the {name} matrix "
-        f"{better} and {worse}."
+        f"{', '.join(scene.compared)}, with an estimated error of {at_worst:.2%}. Of the approximations of "
+        f"the {name} matrix {better} and {worse}."
     )
 
 
 def _extremes(results: MatrixResults, body: str) -> tuple[str, str]:
-    """The texts on the best and on the worst approximation of C_nn."""
-    nn = {variant: found.under_tractions[N, N] for variant, found in results.deviations(body).items()}
+    """Return texts on the best and on the worst approximation of C_nn."""
+    nn = {variant: one.displacement_error[N, N] for variant, one in results.deviations(body).items()}
     best, worst = min(nn, key=nn.__getitem__), max(nn, key=nn.__getitem__)
     return (
         f"{SYMBOLS[best]} is best for pressures (displacements off by at most {nn[best]:.1%} of the largest)",
@@ -249,7 +248,7 @@ def _extremes(results: MatrixResults, body: str) -> tuple[str, str]:
 
 
 def _cost_table(model_plans: Sequence[ModelPlan], costs: Mapping[str, Cost]) -> Table:
-    """What each model was expected to take / what it took."""
+    """Return the table of expected / actual costs of each model."""
     rows = []
     for plan in model_plans:
         if cost := costs.get(plan.name):

@@ -24,7 +24,7 @@ compute_with_friction = Late("compare.friction.compute:compute_with_friction")
 PAGES = Late("compare.friction.pages:PAGES")
 require_page = Late("compare.friction.pages:require_page")
 with_supports = Late("compare.friction.supports:with_supports")
-beside_of = Late("compare.finite_elements.beside:beside_of")
+stored_solution = Late("compare.finite_elements.beside:stored_solution")
 maps_of_scene = Late("femic.campaigns.maps.c_map:maps_of_scene")
 
 
@@ -63,7 +63,7 @@ def contact(
             if loaded.contact.friction is None:
                 solved = contacts[loaded.name] = compute_contact(loaded, options, maps_of_scene(loaded))
                 supports = changed_supports(solved.solved, options)
-                report = write_contact(solved, folder, supports, beside_of(solved, options.store))
+                report = write_contact(solved, folder, supports, stored_solution(solved, options.store))
             else:
                 dataset = with_supports(loaded, compute_with_friction(loaded, options), options)
                 report = PAGES.resolved[loaded.contact.motion](dataset, folder)

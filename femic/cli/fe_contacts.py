@@ -15,7 +15,7 @@ to_dataset = Late("compare.contact.dataset:to_dataset")
 write_contact = Late("compare.contact.page:write_contact")
 require_suitable = Late("compare.finite_elements.compute:require_suitable")
 compute_fe_contact = Late("compare.finite_elements.compute:compute_fe_contact")
-beside_of = Late("compare.finite_elements.beside:beside_of")
+stored_solution = Late("compare.finite_elements.beside:stored_solution")
 maps_of_scene = Late("femic.campaigns.maps.c_map:maps_of_scene")
 write_fe_contact = Late("compare.finite_elements.page:write_fe_contact")
 
@@ -40,5 +40,5 @@ def fe_contact(
     with work.options(folder, console) as options:
         with_ics = compute_contact(loaded, options, maps_of_scene(loaded))
         report = write_fe_contact(compute_fe_contact(loaded, to_dataset(with_ics), options, cells), folder)
-        beside = write_contact(with_ics, folder, beside=beside_of(with_ics, options.store))
+        beside = write_contact(with_ics, folder, further=stored_solution(with_ics, options.store))
     console.print(f"Report: {report}, and with ICs {beside}", soft_wrap=True)

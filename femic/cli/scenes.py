@@ -24,7 +24,7 @@ SolidName = Literal["lower", "upper"]
 choose = Late("compare.frontier.choice:choose")
 question_of = Late("compare.frontier.choice:question_of")
 run_scene = Late("compare.ics.run:run_scene")
-Shown = Late("compare.ics.fields:Shown")
+ShowRequest = Late("compare.ics.fields:ShowRequest")
 show_fields = Late("compare.ics.fields:show")
 sources_of = Late("compare.overlay.sources:sources")
 require_common = Late("compare.overlay.sources:common")
@@ -127,7 +127,7 @@ def show(
     if Path(target).suffix != FIELDS:
         load_scene(target)  # raises before anything heavy is loaded
     console = Console(soft_wrap=True, highlight=False)
-    show_fields(Shown(target, body, load, out, window), lambda text: console.print(text, markup=False))
+    show_fields(ShowRequest(target, body, load, out, window), lambda text: console.print(text, markup=False))
 
 
 def scenes(

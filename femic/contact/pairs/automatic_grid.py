@@ -91,11 +91,11 @@ class Sizing:
         """The grid, made longer where the contact with another approximation needs it."""
         for variant, loading in product(variants, loadings):
 
-            def grid_of(on_grid: PairOnGrid, variant: str = variant, loading: Loading = loading) -> Grid:
+            def figure_grid(on_grid: PairOnGrid, variant: str = variant, loading: Loading = loading) -> Grid:
                 on_grid.solve(on_grid.operator(variant), loading)
                 return on_grid.grid
 
-            grid = self.on_long_enough_grid(grid, grid_of)
+            grid = self.on_long_enough_grid(grid, figure_grid)
         return grid
 
     def on_long_enough_grid(self, grid: Grid, solve: Callable[[PairOnGrid], Outcome]) -> Outcome:

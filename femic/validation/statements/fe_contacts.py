@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from compare.finite_elements.dataset import APPROACH, FE, OF_PATCH, OF_PLACE
-from compare.finite_elements.deviations import deviations, differences, known, known_to
+from compare.finite_elements.deviations import deviations, differences, estimates, relative_estimates
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.contact.finite_elements.fineness import CELLS, FEWEST
@@ -47,7 +47,8 @@ def deviations_beyond_estimate(contacts: Contacts, names: Sequence[str]) -> Numb
     def measure(runs: Runs) -> Mapping[str, float]:
         dataset = contacts.dataset(runs)
         return _by_case(
-            dataset, {name: abs(deviations(dataset, name)) - known(dataset, name) for name in names}
+            dataset,
+            {name: abs(deviations(dataset, name)) - relative_estimates(dataset, name) for name in names},
         )
 
     return measure
@@ -58,7 +59,7 @@ def differences_beyond_estimate(contacts: Contacts, name: str, *, over_load: boo
 
     def measure(runs: Runs) -> Mapping[str, float]:
         dataset = contacts.dataset(runs)
-        beyond = abs(differences(dataset, name)) - known_to(dataset, name)
+        beyond = abs(differences(dataset, name)) - estimates(dataset, name)
         return _by_case(dataset, {name: beyond / dataset["load"] if over_load else beyond})
 
     return measure
@@ -86,7 +87,7 @@ def details(contacts: Contacts) -> Numbers:
         for name in names:
             in_unit = name in OF_PLACE
             off = (differences if in_unit else deviations)(dataset, name)
-            to = (known_to if in_unit else known)(dataset, name)
+            to = (estimates if in_unit else relative_estimates)(dataset, name)
             for k, case in enumerate(dataset.case.values):
                 details |= {
                     f"{case}, {name} by {SYMBOLS[ics]}": float(off.sel(ics=ics)[k])

@@ -4,7 +4,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from compare.report.panels import drawn
+from compare.report.panels import panel_figure
 from compare.report.styles import RC
 from femic.validation.statements.verdicts import Assessment
 
@@ -13,7 +13,7 @@ MET, UNMET = "tab:green", "tab:red"
 
 def curves(assessment: Assessment) -> Figure:
     """Draw all panels of a statement."""
-    return drawn(assessment.evidence.panels, assessment.statement.columns)
+    return panel_figure(assessment.evidence.panels, assessment.statement.columns)
 
 
 def numbers(assessment: Assessment) -> Figure:

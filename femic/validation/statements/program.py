@@ -8,7 +8,7 @@ import numpy as np
 from approx.cylinder import cavity_ics, half_plane_ics, solid_cylinder_ics
 from approx.halfspace import HalfSpace
 from compare.ics.compute import Results, ics_of, reference_of
-from compare.ics.errors import apart, measure_of
+from compare.ics.errors import engine_differences, measure_of
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.reference.accuracy import component_of
@@ -42,7 +42,7 @@ def agreements(runs: Runs) -> Mapping[str, float]:
 
 def agreement(results: Results, body: str) -> dict[str, float]:
     """Return the largest difference of the engines over the sum of their estimates, by component."""
-    ratios = _largest_ratios(*apart(results, body))
+    ratios = _largest_ratios(*engine_differences(results, body))
     return {component: component_of(ratios, component) for component in COMPONENTS}
 
 
@@ -58,7 +58,7 @@ def _estimates(runs: Runs) -> Mapping[str, float]:
         results = runs.with_both_engines(name)
         estimates = measure_of(results, body).shares(reference_of(results, body).estimate)
         details[f"estimate of C, harmonic: {name}, {body}"] = _worst(estimates)
-        details[f"largest difference: {name}, {body}"] = _worst(apart(results, body)[0])
+        details[f"largest difference: {name}, {body}"] = _worst(engine_differences(results, body)[0])
     return details
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.finite_elements.page import cost, deviations, off_by, summary, write_fe_contact
+from compare.finite_elements.page import cost, deviations, exceeds, summary, write_fe_contact
 
 ANGLES, LOADS = [20.0, 60.0, 100.0], [1e3, 1e4, 1e5]
 OFF = {"A": [0.015, 0.06, 0.2], "C": [0.0, 0.004, -0.004], "FE": [0.0, 0.0, 0.0]}
@@ -54,8 +54,8 @@ def test_deviations_are_those_from_finite_elements(dataset):
 
 def test_from_which_angle_on_ics_fail_by_a_share_counts_only_what_is_beyond_the_estimate(dataset):
     for share, beyond in ((0.0099, 3), (0.0101, 2), (0.05, 2), (0.056, 1)):
-        assert list(off_by(dataset, "A", share).values) == [False] * (3 - beyond) + [True] * beyond
-    assert not off_by(dataset, "C", 0.0).any()
+        assert list(exceeds(dataset, "A", share).values) == [False] * (3 - beyond) + [True] * beyond
+    assert not exceeds(dataset, "C", 0.0).any()
 
 
 def test_the_summary_says_so(dataset):

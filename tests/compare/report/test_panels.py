@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from approx.variants import VARIANTS
 from compare.report import panels, styles
-from compare.report.panels import CHECK_MARKS, Panel, draw, drawn, finish, styles_of
+from compare.report.panels import CHECK_MARKS, Panel, draw, finish, panel_figure, styles_of
 from compare.report.styles import COLOURS, DASHES, MARKERS, STYLES, SYMBOLS, with_further
 
 AT = np.linspace(0.0, 2.0, 101)
@@ -92,7 +92,7 @@ def test_joints_are_marked_and_labels_are_those_of_the_panel():
 
 def test_a_figure_has_a_place_for_each_panel_and_one_legend_of_all_labels():
     of_panels = [Panel(f"{k}", "", AT, "", {name: CURVES[name]}) for k, name in enumerate("CAC")]
-    figure = drawn(of_panels, columns=2)
+    figure = panel_figure(of_panels, columns=2)
     assert [axes.get_title() for axes in figure.axes] == ["0", "1", "2"]
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["C", "A"]
@@ -129,5 +129,5 @@ def test_there_is_a_look_for_each_scene_of_an_overlay():
 
 
 def test_a_saved_figure_is_a_picture(tmp_path):
-    path = styles.save(drawn([Panel("", "", AT, "", CURVES)], 1), tmp_path / "one.png")
+    path = styles.save(panel_figure([Panel("", "", AT, "", CURVES)], 1), tmp_path / "one.png")
     assert path.read_bytes().startswith(b"\x89PNG")

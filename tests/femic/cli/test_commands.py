@@ -301,7 +301,7 @@ def test_contact_of_a_scene_is_that_of_its_motion(motion, recorded, tmp_path):
 def test_contact_of_several_scenes_goes_to_a_folder_each_and_maps_beside_them(recorded, command, tmp_path):
     recorded("femic.cli.contacts.compute_contact")
     recorded("femic.cli.contacts.changed_supports")
-    recorded("femic.cli.contacts.beside_of")
+    recorded("femic.cli.contacts.stored_solution")
     written = recorded("femic.cli.contacts.write_contact", "there")
     maps = recorded("femic.cli.contacts.write_sensitivity", "there")
     assert command("contact", "wide", "tall") == DONE

@@ -151,7 +151,7 @@ class Solving(Engines):
 @pytest.mark.parametrize(("engine", "tolerance"), [(HARMONIC, 0.01), (SOLID, 0.1)])
 def test_planes_are_compared_with_a(engine, tolerance):
     solving = Solving([0.005])
-    reached = solving._reached(engine, flat(nu=0.1))
+    reached = solving._case(engine, flat(nu=0.1))
     assert [(asked[1], asked[2]) for asked in solving.asked] == [(engine, {"tolerance": tolerance})]
     assert (reached.at, reached.exact, reached.seconds) == ("ν = 0.1", "A", 3.0)
     assert reached.used == pytest.approx(0.5)
@@ -160,7 +160,7 @@ def test_planes_are_compared_with_a(engine, tolerance):
 
 def test_curved_bodies_are_compared_with_a_finer_c_of_the_harmonic_engine():
     solving = Solving([0.012, 0.001])
-    reached = solving._reached(SOLID, curved(30.0))
+    reached = solving._case(SOLID, curved(30.0))
     assert [asked[1] for asked in solving.asked] == [SOLID, HARMONIC]
     finer = solving.asked[1][2]
     assert finer["tolerance"] == 0.001

@@ -115,7 +115,7 @@ def test_an_estimate_that_is_too_small_is_seen():
     found = LimitResult(Limit("", "", "", ()), (good, bad), (BeyondLimit("here", ""),))
     assert found.worst.error == 0.02
     assert "1 of 2 cases" in summary([found])
-    assert "nothing is said at here" in summary([found])
+    assert "no message at here" in summary([found])
 
 
 def test_the_command_writes_what_it_found(tmp_path, monkeypatch, capsys):
@@ -150,7 +150,7 @@ def test_a_case_that_fails_is_reported(tmp_path, monkeypatch):
         raise Failure("not converged, and why")
 
     row = Limit("analytic", "ν", "", (failing,))
-    monkeypatch.setattr(analytic, "parameters", lambda: [row])
+    monkeypatch.setattr(analytic, "limits", lambda: [row])
     assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
     found = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
     assert found["rows"][0]["reached"][0]["note"] == "not converged, and why"
