@@ -70,7 +70,7 @@ def write_contact(
 ) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page.
 
-    `supports` has the numbers of the largest contact with other supports, by what is changed.
+    `supports` has the numbers of the largest contact with other supports, by change.
     """
     dataset = with_supports(to_dataset(results), supports)
     sections = _sections(results, dataset, further, folders.make(out / "figures"))

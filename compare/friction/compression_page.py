@@ -25,7 +25,7 @@ def write_compression(dataset: xr.Dataset, out: Path) -> Path:
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Sentences computed from the numbers: how much slides, and which ICs suffice to say so."""
+    """Return sentences computed from the numbers: the sliding area, and which ICs suffice to predict it."""
     reference, last = reference_of(dataset), dataset.isel(load=-1)
     symbol = symbol_of(reference)
     of_reference = last.sel(ics=reference)
@@ -48,7 +48,7 @@ def summary(dataset: xr.Dataset) -> str:
 
 
 def _verdicts(dataset: xr.Dataset) -> Iterator[str]:
-    """Yield which ICs have ratios near enough to those of the reference at all loads, and which have not."""
+    """Yield which ICs have ratios close enough to the reference's at all loads, and which do not."""
     symbol = symbol_of(reference_of(dataset))
     away = abs(dataset.sliding_share - dataset.sliding_share.sel(ics=reference_of(dataset)))
     estimate = dataset.estimate_sliding_share.sel(ics=reference_of(dataset))
@@ -104,7 +104,7 @@ def sliding(dataset: xr.Dataset) -> Figure:
 
 
 def _tables(dataset: xr.Dataset) -> list[Table]:
-    """All numbers, a table per friction."""
+    """Return all numbers, a table per friction."""
     return [
         Table(
             f"friction {float(friction):g}",

@@ -32,7 +32,7 @@ def write_contact_page(
 
 
 def support_tables(dataset: xr.Dataset) -> list[Table]:
-    """How other supports change a contact computed with C; empty where it is not known."""
+    """Return the changes of a contact with C on other supports; empty without them."""
     if "supports" not in dataset.coords:
         return []
     motion = next(one for one in MOTIONS.values() if PREFIX + one.dimension in dataset)

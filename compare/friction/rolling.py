@@ -31,7 +31,7 @@ DISTANCES: Mapping[str, tuple[Distance, str]] = {  # of curves, from distances o
 def labelled(pair: PairWithFriction, solved: SolvedCurve) -> xr.Dataset:
     """Numbers by creepage `xi`, each with `estimate_NAME`, and maps at equal force.
 
-    `simplified` marks contacts that are found in the less accurate form only. `displaced_NAME` is a number at
+    `simplified` marks contacts with the less accurate solution only. `displaced_NAME` is a number at
     the creepage nearest 0 with the distance of the displaced wheel, which is linearised otherwise.
     """
     xis, curve = pair.specification.longitudinal, solved.curve

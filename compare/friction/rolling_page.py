@@ -28,7 +28,7 @@ def write_rolling(dataset: xr.Dataset, out: Path) -> Path:
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Sentences computed from the numbers: which ICs suffice, by which number."""
+    """Return sentences computed from the numbers: which ICs suffice, and by which number."""
     reference = reference_of(dataset)
     symbol, worst = symbol_of(reference), dataset[["largest", "rms"]].max("friction")
     zero_creepage = dataset.zero_creepage.sel(ics=reference)
@@ -52,7 +52,7 @@ def summary(dataset: xr.Dataset) -> str:
 
 
 def _verdict(dataset: xr.Dataset) -> str:
-    """Which ICs have curves near enough to those of the reference at all creepages."""
+    """Return which ICs have curves close enough to the reference's at all creepages."""
     compared, symbol = others(dataset), symbol_of(reference_of(dataset))
     if not compared:
         return f"No other ICs than {symbol} are compared."
@@ -94,7 +94,7 @@ def _undecided(unsure: list[str], symbol: str) -> Iterator[str]:
 def _distance_estimate(dataset: xr.Dataset, name: str) -> float:
     """The estimated error of the largest distance of a curve over friction times load; 0 without one.
 
-    Without an estimate of its own it is the sum of those of both curves.
+    Without an own estimate it is the sum of the estimates of both curves.
     """
     if "estimate_largest" in dataset:
         estimate = dataset.estimate_largest.sel(ics=name).max()
@@ -105,7 +105,7 @@ def _distance_estimate(dataset: xr.Dataset, name: str) -> float:
 
 
 def _displaced(dataset: xr.Dataset) -> Iterator[str]:
-    """Yield what the distance of the displaced wheel changes, by the reference."""
+    """Yield the effect of the distance of the displaced wheel, with the reference."""
     of_reference = dataset.sel(ics=reference_of(dataset))
     solved = of_reference.isel(friction=of_reference[f"{DISPLACED}zero_creepage"].notnull())
     if solved.sizes["friction"]:
@@ -125,8 +125,8 @@ def _simplified(dataset: xr.Dataset) -> Iterator[str]:
         of_ics = dataset.simplified.sel(ics=name)
         if number := int(of_ics.sum()):
             yield (
-                f"{symbol_of(name)}: {number} of {of_ics.size} contacts were found with fewer elements only "
-                "that follow others at the leading edge; these are less accurate."
+                f"{symbol_of(name)}: {number} of {of_ics.size} contacts were solved only with fewer "
+                "elements that follow others at the leading edge; these are less accurate."
             )
 
 
@@ -195,7 +195,7 @@ def _tables(dataset: xr.Dataset) -> list[Table]:
 
 
 def _free(dataset: xr.Dataset) -> Table:
-    """What free rolling is like by friction and ICs, and how far curves are from the reference's."""
+    """Return the table of free rolling by friction and ICs, with distances from the reference's curve."""
     symbol = symbol_of(reference_of(dataset))
     columns = [Column(one.meaning, one.unit if one.unit != "1" else "") for one in OF_CURVE.values()]
     rows = [
@@ -221,7 +221,7 @@ def _free(dataset: xr.Dataset) -> Table:
 
 
 def _points(dataset: xr.Dataset, number: int) -> Table:
-    """All numbers of the curves at a friction."""
+    """Return the table of all numbers of the curves at a friction."""
     of_friction = dataset.isel(friction=number)
     rows = [
         Row(

@@ -79,7 +79,7 @@ def compute_frontier(base: str, request: FrontierRequest, options: RunOptions = 
     """Compute the errors, seconds, unknowns and memory of every way to a scene's ICs that fits the budget.
 
     Ways run in the order of their predicted seconds. Errors (way, body, component) [-] are measured with
-    `femic.ic_errors.error_measure` against the best known C, at worst over the lines. Raises BadScene as
+    `femic.ic_errors.error_measure` against the best C, at worst over the lines. Raises BadScene as
     `load_scene` does, Failure if no C fits into the budget.
     """
     scene = request.scene(base, {"check": False})

@@ -17,7 +17,7 @@ from geometries.patches import OffsetLine
 
 
 def curves(results: Results, dataset: xr.Dataset, component: str) -> Figure:
-    """Figure of one component, dimensionless: a row per body, a column per line."""
+    """Return a figure of one component, dimensionless: a row per body, a column per line."""
     panels = list(_panels(results, dataset, component))
     return panel_figure(panels, len(results.scene.lines), (4.1, 2.7))
 
@@ -42,7 +42,7 @@ def _panels(results: Results, dataset: xr.Dataset, component: str) -> Iterator[P
 
 
 def panel_of(curve: xr.Dataset, at: Array) -> Panel:
-    """Panel of one component on one line, dimensionless, over the abscissas `at`; without title and labels.
+    """Return a panel of one component on one line, dimensionless, over the abscissas `at`, without labels.
 
     `curve` is a part of the dataset with the dims variant and point.
     """
@@ -71,7 +71,7 @@ def draw_curve(axes: Axes, at: Array, curve: xr.Dataset) -> None:
 
 
 def joints(scene: Scene, at: Array) -> tuple[float, ...]:
-    """Abscissas s / L of the joints of arcs and flanks, within the range of `at`."""
+    """Return abscissas s / L of the joints of arcs and flanks, within the range of `at`."""
     joint_abscissas = {
         round(s, 9) / scene.reference_length for body in scene.bodies.values() for s in body.contour.joints
     }
@@ -79,7 +79,7 @@ def joints(scene: Scene, at: Array) -> tuple[float, ...]:
 
 
 def shown_half(scene: Scene, line: OffsetLine) -> Mask:
-    """Which points of a line are shown, (n,): those of the half that symmetry does not repeat."""
+    """Return which points of a line are shown, (n,): without the half that symmetry repeats."""
     mirrored = scene.patch.s == 0 and all(body.contour.symmetric for body in scene.bodies.values())
     symmetric = line.along == "x" or mirrored
     return line.running >= (0 if symmetric else -np.inf)

@@ -55,7 +55,7 @@ def _vanishing_sentence(body_errors: xr.Dataset, components: Sequence[str], comp
     weight, component, line, variant = max(largest_weights)
     vanish = f"{', '.join(components)} of C vanish{'es' if len(components) == 1 else ''}"
     if weight < ROUNDING:
-        return f"{vanish}, and so do those of the variants."
+        return f"{vanish}, and so do the variants."
     where = f"{SYMBOLS[variant]}, {component} on {line}"
     return f"{vanish}; there variants are off by up to {percent(weight)} of C_nn ({where})."
 

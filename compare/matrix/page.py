@@ -55,7 +55,8 @@ APPROXIMATIONS = (
     "takes away the bending of the section. Largest displacement error that tractions of at most 1 anywhere "
     "on the grid can cause, as a share of the largest displacement that the component itself can cause. "
     "Small, below it: the weight, the same as a share of the largest displacement by normal tractions. "
-    "“Vanishes”: the component is zero, or what it causes is less than ten times its estimated error; an "
+    "“Vanishes”: the component is zero, or the displacement that it causes is less than ten times its "
+    "estimated error; an "
     "approximation is then tested as a zero, and its number, with †, is a share of 0.05 of the largest "
     "displacement by normal tractions. Row “C”: the estimated error of C itself."
 )
@@ -123,7 +124,7 @@ def _sections(
     text = f"{discounted(scene)} {ACCURACY}"
     yield Section("How accurate the matrix is", [text, _accuracy_table(results)])
     missing = "" if results.eigenvalues else TOO_LARGE
-    yield Section("What elasticity requires", [REQUIREMENTS, missing, _requirements_table(results)])
+    yield Section("Reciprocity and positive work", [REQUIREMENTS, missing, _requirements_table(results)])
     if checks:
         yield Section(
             "Columns computed with the solid engine", [_checks_text(scene, checks), _checks_table(checks)]

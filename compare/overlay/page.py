@@ -18,9 +18,9 @@ from geometries.errors import WrongInput
 
 SUMMARISED = ("A", "Bhat")  # variants in the summary
 CURVES = (
-    "of all scenes; colours tell variants, line styles scenes. Per unit total load, times E of the lower "
-    "body and L of the scene. Grey band: C ± its estimated error (often thinner than the line). Where a "
-    "scene's curve seems missing, it coincides with that of another scene, drawn before it."
+    "of all scenes; colours distinguish variants, line styles scenes. Per unit total load, times E of the "
+    "lower body and L of the scene. Grey band: C ± its estimated error (often thinner than the line). Where "
+    "a scene's curve seems missing, it coincides with the curve of an earlier scene."
 )
 WITHIN_ACCURACY = "alike within the accuracy of C"
 
@@ -48,7 +48,7 @@ def _sections(overlay: Overlay) -> Iterator[Section]:
     for body in common.bodies:
         notes = [Note(_measure(overlay))] if body == common.bodies[0] else []
         yield Section(ERRORS_HEADING.format(body), [_table(overlay, body), *notes])
-    yield Section("What differs between the scenes", [_differences_table(overlay)])
+    yield Section("Differences between the scenes", [_differences_table(overlay)])
     pictures = (
         Picture(f"curves_{component}", overlay_figures.curves(overlay, component))
         for component in common.components

@@ -35,7 +35,7 @@ class HalfSpaces:
     aspect: float = 0.7  # a / b
     x: float = 0.4  # over a
     s: float = -1.7  # over b
-    ratio: float = 1.0  # E of the upper over that of the lower body
+    ratio: float = 1.0  # E of the upper body over E of the lower body
 
     def error(self) -> float:
         """The largest relative error of a component of A of both bodies [-].

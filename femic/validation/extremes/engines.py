@@ -206,7 +206,7 @@ def wheel(rolling_radius: float) -> SceneCase:
 
 
 def ratio(over: float) -> SceneCase:
-    """Both bodies of Geometry 1, the radius of the upper arc `over` times that of the lower."""
+    """Return both bodies of Geometry 1 with a ratio `over` of the upper to the lower radius."""
     return _of_geometry1(f"{over - 1:g}", {"upper": _arc(25.5, 10.0 * over)}, "combined")
 
 
@@ -232,8 +232,8 @@ def compared(results: Results, finer: Results | None) -> tuple[float, float, flo
 def each(results: Results, finer: Results | None) -> Iterator[tuple[float, float, float]]:
     """Yield error, estimate and error over estimate [-] of every component on every line.
 
-    Errors are those of C itself, against A or a finer C, on the scale of refinement, which the tolerance is
-    for. A component that vanishes by symmetry has an error of rounding and no estimate: estimates count as
+    Errors of C are measured against A or a finer C, on the scale of refinement, as the tolerance.
+    A component that vanishes by symmetry has an error of rounding and no estimate: estimates count as
     `ROUNDING_SHARE` at least.
     """
     body = results.scene.compared[0]

@@ -22,8 +22,8 @@ ERRORS = (
     "at tolerance 0.01 (solid: 0.1), on planes against A, elsewhere against C from cells less than half as "
     "large in a domain more than twice as large; errors and estimates of C are shares of the scale of "
     "refinement, the larger of max |C_ij| and 0.05 max |C_nn| on a line, which the tolerance is for. An "
-    "error may be smaller than another component's estimate and larger than its own: the share is that of "
-    "each component on each line in its own estimate, the largest of them. Seconds: all models of a case."
+    "error may be smaller than another component's estimate and larger than its own: the share is the "
+    "largest error of a component on a line over its own estimate. Seconds: all models of a case."
 )
 
 

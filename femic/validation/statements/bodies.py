@@ -197,7 +197,7 @@ STATEMENTS = (
     ),
     Statement(
         18,
-        "All ICs converge to those of the half-space near the load.",
+        "All ICs converge to ICs of the half-space near the load.",
         (
             Criterion(
                 "at the load",
@@ -208,7 +208,7 @@ STATEMENTS = (
             ),
             Criterion(
                 "converge",
-                "largest |C - A| / A_nn up to 2.5 mm from the load over that at 10 to 20 mm",
+                "largest |C - A| / A_nn up to 2.5 mm from the load over the same at 10 to 20 mm",
                 "<",
                 MUCH,
                 per_geometry(near_over_far, BODIES, INDEPENDENT),
@@ -218,7 +218,7 @@ STATEMENTS = (
     ),
     Statement(
         19,
-        "The rotation that is discounted is mostly that of the convex body.",
+        "Most of the discounted rotation is due to the convex body.",
         (
             Criterion(
                 "convex",

@@ -122,7 +122,7 @@ STATEMENTS = (
             ),
             Criterion(
                 "order",
-                "error of what is best at this ν, at the other one, less the best error there",
+                "error of the variant that is best at this ν, minus the best error, at the other ν",
                 "<",
                 SATISFACTORY,
                 with_other_nu(regret),

@@ -97,7 +97,7 @@ STATEMENTS = (
             ),
             Criterion(
                 "curvature",
-                "part of the difference that is gone with a wheel that is not revolved",
+                "part of the difference that vanishes with a wheel that is not revolved",
                 "<",
                 SMALL_PART,
                 curvature_share,
@@ -107,7 +107,7 @@ STATEMENTS = (
     ),
     Statement(
         21,
-        "The term -½ (A_xx + A_nn) sin α_x of eq. (16) is what curvature along x changes in C_xn.",
+        "The term -½ (A_xx + A_nn) sin α_x of eq. (16) is the change of C_xn due to curvature along x.",
         (
             Criterion(
                 "size",

@@ -64,11 +64,11 @@ def _panels(runs: Runs) -> list[Panel]:
 STATEMENTS = (
     Statement(
         24,
-        "Contact by C does not depend on the size of elements beyond its estimates.",
+        "Contact with C does not depend on the size of elements beyond its estimates.",
         tuple(
             Criterion(
                 name,
-                f"{SCENE}, {LOAD:g} N: change of {name} from grid to grid less both estimates, as a share",
+                f"{SCENE}, {LOAD:g} N: change of {name} from grid to grid minus both estimates, as a share",
                 "<",
                 AGREES,
                 beyond_estimates(name),

@@ -129,18 +129,20 @@ def _panel(dataset: xr.Dataset, scene: str, number: int) -> Panel:
 STATEMENTS = (
     Statement(
         22,
-        "Contact by C is that of two meshed bodies without ICs.",
+        "Contact with C agrees with contact of two meshed bodies without ICs.",
         (
             Criterion(
                 "patch",
-                f"{CENTRED.scene}: a, b, Δδ, p_max by C: deviation from finite elements less their estimate",
+                f"{CENTRED.scene}: a, b, Δδ, p_max with C: deviation from finite elements minus "
+                "their estimate",
                 "<",
                 AGREES,
                 deviations_beyond_estimate(CENTRED, OF_PATCH),
             ),
             Criterion(
                 "approach",
-                f"{CENTRED.scene}: approach by C, likewise; without M_zz of both bodies, and nothing fitted",
+                f"{CENTRED.scene}: approach with C, likewise; without M_zz of both bodies, and "
+                "nothing fitted",
                 "<",
                 AGREES,
                 deviations_beyond_estimate(CENTRED, (APPROACH,)),
@@ -151,33 +153,33 @@ STATEMENTS = (
     ),
     Statement(
         23,
-        "Beside the crown, too, contact by C is that of two meshed bodies without ICs.",
+        "Beside the crown, too, contact with C agrees with contact of two meshed bodies without ICs.",
         (
             Criterion(
                 "pressure",
-                f"{BESIDE.scene}, upper body moved by {BESIDE.shift:g} mm: p_max by C: deviation from finite "
-                "elements less their estimate",
+                f"{BESIDE.scene}, upper body moved by {BESIDE.shift:g} mm: p_max with C: deviation from "
+                "finite elements minus their estimate",
                 "<",
                 AGREES,
                 deviations_beyond_estimate(BESIDE, ("p_max",)),
             ),
             Criterion(
                 "force",
-                "lateral force by C, likewise, over the load",
+                "lateral force with C, likewise, over the load",
                 "<",
                 AGREES_FORCE,
                 differences_beyond_estimate(BESIDE, "F_y", over_load=True),
             ),
             Criterion(
                 "centre",
-                "centre of pressure by C, likewise [mm]",
+                "centre of pressure with C, likewise [mm]",
                 "<",
                 AGREES_CENTRE,
                 differences_beyond_estimate(BESIDE, "s_centre"),
             ),
             Criterion(
                 "approach",
-                "approach by C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
+                "approach with C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
                 "<",
                 AGREES,
                 deviations_beyond_estimate(BESIDE, (APPROACH,)),

@@ -88,14 +88,14 @@ STATEMENTS = (
             ),
             Criterion(
                 "with distance",
-                "the same: at s = 10 mm less at 5 mm",
+                "the same: at s = 10 mm minus at 5 mm",
                 ">",
                 0.0,
                 per_geometry(growth_with_distance),
             ),
             Criterion(
                 "geometry",
-                "the same at s = 10 mm: Geometry 2 less Geometry 1",
+                "the same at s = 10 mm: Geometry 2 minus Geometry 1",
                 ">",
                 0.0,
                 second_minus_first(relative_error_across("A")),
@@ -129,7 +129,7 @@ STATEMENTS = (
     ),
     Statement(
         16,
-        "C_nn departs most from A_nn along s; that of the concave body along x.",
+        "C_nn departs most from A_nn along s; in the concave body, along x.",
         (
             Criterion(
                 "along s",
@@ -149,7 +149,7 @@ STATEMENTS = (
         "B̂_nn is no worse than B_nn.",
         (
             Criterion(
-                "B̂", "error of B̂_nn over that of B_nn on the line along s", "<", 1.0, per_body(b_hat_over_b)
+                "B̂", "error of B̂_nn over error of B_nn on the line along s", "<", 1.0, per_body(b_hat_over_b)
             ),
         ),
         side_by_side(_with_b_hat),

@@ -67,8 +67,8 @@ def _panel(study: str, comparisons: Sequence[GridComparison]) -> Panel:
 STATEMENTS = (
     Statement(
         25,
-        "Of contacts by A and the B family, the error of a number is within its estimate nineteen times out "
-        "of twenty or more.",
+        "In contacts with A and the B family, the error of a number is within its estimate nineteen times "
+        "out of twenty or more.",
         tuple(
             Criterion(
                 f"held {study}",

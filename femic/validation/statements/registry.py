@@ -1,4 +1,4 @@
-"""All statements by number: 1 to 13 and 16 to 21 are those of [BVSV], all others about this program.
+"""All statements by number: 1 to 13 and 16 to 21 are from [BVSV], all others are about this program.
 
 Thresholds were set before the first run and have not been changed since; `changes` lists the changes of
 claims and criteria. Errors are shares of the component itself (docs/theory/errors.md) on the lines of the

@@ -195,11 +195,11 @@ STATEMENTS = (
                 per_geometry(lambda r: mean_deviation_from_a(r, CONCAVE)),
             ),
             Criterion(
-                "B", "error of B_sn over that of B̂_sn at x = 1.6 mm", "<", 1.0, per_geometry(over_b_hat("B"))
+                "B", "error of B_sn over error of B̂_sn at x = 1.6 mm", "<", 1.0, per_geometry(over_b_hat("B"))
             ),
             Criterion(
                 "B̂′",
-                "error of B̂′_sn over that of B̂_sn at x = 1.6 mm",
+                "error of B̂′_sn over error of B̂_sn at x = 1.6 mm",
                 ">",
                 1.0,
                 per_geometry(over_b_hat("Bhat_prime"), fitted=True),
@@ -220,7 +220,7 @@ STATEMENTS = (
             ),
             Criterion(
                 "flank",
-                "|s| of the largest |C_sn - B̂_sn| at x = 1.6 mm over that of the joint",
+                "|s| of the largest |C_sn - B̂_sn| at x = 1.6 mm over |s| of the joint",
                 ">",
                 1.0,
                 furthest_misfit_of_first,

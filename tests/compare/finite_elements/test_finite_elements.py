@@ -16,7 +16,7 @@ from compare.finite_elements import compute
 from compare.finite_elements.beside import stored_solution
 from compare.finite_elements.compute import compute_fe_contact, require_suitable, stored_fe_contact
 from compare.finite_elements.dataset import FE
-from compare.finite_elements.deviations import differences, known_to
+from compare.finite_elements.deviations import differences, estimates
 from femic.cache.store import Store
 from femic.contact.finite_elements.fineness import CELLS
 from femic.contact.finite_elements.result import FEContact, Numbers
@@ -135,7 +135,7 @@ def test_force_moment_and_centre_of_pressure_stand_beside_those_by_ics():
     dataset = by_fe(pressed())
     np.testing.assert_allclose(dataset.F_y.sel(ics=FE), SIDEWAYS * np.array(LOADS))
     np.testing.assert_allclose(differences(dataset, "s_centre").sel(ics="A"), -0.2, atol=1e-6)
-    np.testing.assert_allclose(known_to(dataset, "M_x"), KNOWN * 3 * SIDEWAYS * np.array(LOADS))
+    np.testing.assert_allclose(estimates(dataset, "M_x"), KNOWN * 3 * SIDEWAYS * np.array(LOADS))
 
 
 @pytest.mark.usefixtures("asked")

@@ -89,7 +89,9 @@ def test_what_vanishes_is_held_against_a_billionth():
     for estimate in (0.0, 1e-9):
         ratio = program._largest_ratios(differences, dict.fromkeys(differences, np.full((3, 3), estimate)))
         np.testing.assert_allclose(ratio, 0.5)
-    np.testing.assert_allclose(program._largest_ratios(differences, dict.fromkeys(differences, np.ones((3, 3)))), 5e-10)
+    np.testing.assert_allclose(
+        program._largest_ratios(differences, dict.fromkeys(differences, np.ones((3, 3)))), 5e-10
+    )
 
 
 def test_details_of_the_engines_are_their_largest_estimate_and_difference():
