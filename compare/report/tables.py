@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
+
+from femic.contact.pairs.quantities import Quantity
 
 ROUNDING = 1e-9  # share below which a difference is rounding
 
@@ -87,18 +89,6 @@ class Table:
     def is_grouped(self) -> bool:
         """Whether rows continue others."""
         return not all(row.name for row in self.rows)
-
-
-class Quantity(Protocol):
-    """A number with a symbol and a unit, "1" if it has none."""
-
-    @property
-    def symbol(self) -> str:
-        """Its symbol."""
-
-    @property
-    def unit(self) -> str:
-        """Its unit."""
 
 
 def columns_of(quantities: Iterable[Quantity]) -> list[Column]:

@@ -87,6 +87,17 @@ def error(
     return deviation(results, differences, body, component, lines)
 
 
+def error_ratio(first: str, second: str, component: str, line: str | None = None) -> Callable[..., float]:
+    """Measure the error of a component of one variant over another one's, on a line (default: all)."""
+
+    def ratio(results: Results, body: str = "combined") -> float:
+        lines = None if line is None else [line_of(results, line)]
+        above, below = (error(results, variant, body, component, lines) for variant in (first, second))
+        return above / below
+
+    return ratio
+
+
 def deviation(
     results: Results, differences: Array, body: str, component: str, lines: Iterable[OffsetLine] | None = None
 ) -> float:

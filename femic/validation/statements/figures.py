@@ -6,20 +6,20 @@ from matplotlib.figure import Figure
 
 from compare.report.panels import panel_figure
 from compare.report.styles import RC
-from femic.validation.statements.verdicts import Assessment
+from femic.validation.statements.verdicts import Finding
 
 MET, UNMET = "tab:green", "tab:red"
 
 
-def curves(assessment: Assessment) -> Figure:
+def curves(finding: Finding) -> Figure:
     """Draw all panels of a statement."""
-    return panel_figure(assessment.evidence.panels, assessment.statement.columns)
+    return panel_figure(finding.evidence.panels, finding.statement.columns)
 
 
-def numbers(assessment: Assessment) -> Figure:
+def numbers(finding: Finding) -> Figure:
     """Draw every number beside its threshold, with a separate scale for each criterion."""
-    criteria = assessment.statement.criteria
-    values = assessment.evidence.values
+    criteria = finding.statement.criteria
+    values = finding.evidence.values
     heights = [len(values[criterion.name]) + 1.6 for criterion in criteria]
     with mpl.rc_context(RC):
         figure = Figure(figsize=(9, 0.24 * sum(heights) + 0.4), layout="constrained")

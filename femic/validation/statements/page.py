@@ -27,7 +27,7 @@ from femic.validation.statements.verdicts import (
     NOT_DECIDED,
     NOT_REPRODUCED,
     REPRODUCED,
-    Assessment,
+    Finding,
     assess,
 )
 
@@ -50,30 +50,30 @@ VERDICT_COLOURS = {
 def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
     """Assess statements; write `validation.json`, figures and `validation.html`; return the page's path."""
     folders.make(folder)
-    start, assessments = perf_counter(), []
+    start, findings = perf_counter(), []
     for number in numbers:
         runs.options.watch.on_stage(f"statement {number}")
-        assessments.append(assess(number, runs))
-        runs.options.watch.on_stage(f"statement {number}: {assessments[-1].verdict}")
+        findings.append(assess(number, runs))
+        runs.options.watch.on_stage(f"statement {number}: {findings[-1].verdict}")
     runs.options.watch.on_stage("  figures and report")
-    content = record_content(assessments, runs, perf_counter() - start)
-    return record.write(folder, "validation", content, partial(page_of, assessments))
+    content = record_content(findings, runs, perf_counter() - start)
+    return record.write(folder, "validation", content, partial(page_of, findings))
 
 
-def summary(assessments: Sequence[Assessment]) -> str:
+def summary(findings: Sequence[Finding]) -> str:
     """Return the number of statements with each verdict as a sentence."""
     parts = []
     for verdict in VERDICT_COLOURS:
-        numbers = [str(one.statement.number) for one in assessments if one.verdict == verdict]
+        numbers = [str(one.statement.number) for one in findings if one.verdict == verdict]
         if numbers:
             parts.append(f"{verdict}: {len(numbers)} ({', '.join(numbers)})")
-    return f"Of {len(assessments)} statements, {'; '.join(parts)}."
+    return f"Of {len(findings)} statements, {'; '.join(parts)}."
 
 
-def record_content(assessments: Sequence[Assessment], runs: Runs, seconds: float) -> dict[str, Any]:
+def record_content(findings: Sequence[Finding], runs: Runs, seconds: float) -> dict[str, Any]:
     """Return the content of `validation.json`; `seconds` is the time of all statements together."""
     return {
-        "statements": [_statement(assessment) for assessment in assessments],
+        "statements": [_statement(finding) for finding in findings],
         "runs": {name: _run_record(runs, name) for name in runs.done},
         "changes": [asdict(change) for change in CHANGES],
         "tolerance": runs.tolerance,
@@ -81,16 +81,16 @@ def record_content(assessments: Sequence[Assessment], runs: Runs, seconds: float
     }
 
 
-def _statement(assessment: Assessment) -> dict[str, Any]:
+def _statement(finding: Finding) -> dict[str, Any]:
     return {
-        "number": assessment.statement.number,
-        "claim": assessment.statement.claim,
-        "verdict": assessment.verdict,
-        "failed": assessment.failed,
+        "number": finding.statement.number,
+        "claim": finding.statement.claim,
+        "verdict": finding.verdict,
+        "failed": finding.failed,
         "unmet": [
             f"{criterion.description}: {case}: {value:.4g} (not {criterion.relation} "
             f"{criterion.threshold:.3g}{'; too close to decide' if criterion.close(value) else ''})"
-            for criterion, case, value in assessment.unmet
+            for criterion, case, value in finding.unmet
         ],
         "criteria": [
             {
@@ -102,11 +102,11 @@ def _statement(assessment: Assessment) -> dict[str, Any]:
                 "met": {case: criterion.met(value) for case, value in values.items()},
                 "close": {case: criterion.close(value) for case, value in values.items()},
             }
-            for criterion in assessment.statement.criteria
-            if not assessment.failed
-            for values in (assessment.evidence.values[criterion.name],)
+            for criterion in finding.statement.criteria
+            if not finding.failed
+            for values in (finding.evidence.values[criterion.name],)
         ],
-        "details": {case: finite(value) for case, value in assessment.evidence.details.items()},
+        "details": {case: finite(value) for case, value in finding.evidence.details.items()},
     }
 
 
@@ -132,18 +132,18 @@ def _run_record(runs: Runs, name: str) -> dict[str, float]:
     }
 
 
-def page_of(assessments: Sequence[Assessment], content: dict[str, Any]) -> Page:
+def page_of(findings: Sequence[Finding], content: dict[str, Any]) -> Page:
     """Return the page of statements; `content` is the content of `validation.json`."""
-    return Page(TITLE, summary(assessments), _sections(assessments, content))
+    return Page(TITLE, summary(findings), _sections(findings, content))
 
 
-def _sections(assessments: Sequence[Assessment], content: dict[str, Any]) -> Iterator[Section]:
+def _sections(findings: Sequence[Finding], content: dict[str, Any]) -> Iterator[Section]:
     verdicts = [
         Row(str(one["number"]), [Cell(one["claim"], link=f"s{one['number']}"), _verdict(one["verdict"])])
         for one in content["statements"]
     ]
     yield Section("", [RULES, Table("#", ["statement", "verdict"], verdicts, is_text=True)])
-    for one, numbers in zip(assessments, content["statements"], strict=True):
+    for one, numbers in zip(findings, content["statements"], strict=True):
         heading = f"{numbers['number']}. {numbers['verdict']}"
         blocks = list(_statement_blocks(one, numbers))
         yield Section(heading, blocks, VERDICT_COLOURS[one.verdict], f"s{numbers['number']}")
@@ -159,7 +159,7 @@ def _verdict(verdict: str) -> Cell:
     return Cell(verdict, colour=VERDICT_COLOURS[verdict])
 
 
-def _statement_blocks(assessment: Assessment, numbers: dict[str, Any]) -> Iterator[Block]:
+def _statement_blocks(finding: Finding, numbers: dict[str, Any]) -> Iterator[Block]:
     """Yield claim, failures, figures and numbers of a statement."""
     yield numbers["claim"]
     if numbers["failed"]:
@@ -167,7 +167,7 @@ def _statement_blocks(assessment: Assessment, numbers: dict[str, Any]) -> Iterat
     if numbers["unmet"]:
         yield "Not met:"
         yield Items(numbers["unmet"])
-    yield from _pictures(assessment)
+    yield from _pictures(finding)
     rows = [*_criteria_rows(numbers["criteria"]), *_detail_rows(numbers["details"])]
     columns = [
         *texts("case"),
@@ -223,10 +223,10 @@ def _runs_table(runs: dict[str, Any]) -> Table:
     return Table("run", columns, rows)
 
 
-def _pictures(assessment: Assessment) -> Iterator[Picture]:
-    if assessment.failed:
+def _pictures(finding: Finding) -> Iterator[Picture]:
+    if finding.failed:
         return
-    name = f"statement{assessment.statement.number}"
-    if assessment.evidence.panels:
-        yield Picture(f"{name}_curves", figures.curves(assessment))
-    yield Picture(f"{name}_numbers", figures.numbers(assessment))
+    name = f"statement{finding.statement.number}"
+    if finding.evidence.panels:
+        yield Picture(f"{name}_curves", figures.curves(finding))
+    yield Picture(f"{name}_numbers", figures.numbers(finding))

@@ -29,6 +29,7 @@ from femic.validation.statements.curves import (
     curve,
     difference,
     error,
+    error_ratio,
     largest,
     line_of,
     on_its_line,
@@ -78,11 +79,6 @@ def convex_over_concave(results: Results) -> float:
     """Return the largest |C_xs - A_xs| of the convex body over the same of the concave one."""
     convex, concave = (largest(results, "A", (body, "xs")) for body in ALONE)
     return convex / concave
-
-
-def b_over_b_hat(results: Results, body: str) -> float:
-    """Return the error of B_xs over the error of B-hat_xs."""
-    return error(results, "B", body, "xs") / error(results, "Bhat", body, "xs")
 
 
 def smaller_error(results: Results, body: str) -> float:
@@ -191,7 +187,13 @@ STATEMENTS = (
                 1.0,
                 per_body(across_over_along("xs")),
             ),
-            Criterion("better", "error of B_xs over error of B̂_xs", "<", 1.0, per_body(b_over_b_hat, ALONE)),
+            Criterion(
+                "better",
+                "error of B_xs over error of B̂_xs",
+                "<",
+                1.0,
+                per_body(error_ratio("B", "Bhat", "xs"), ALONE),
+            ),
             Criterion("left", "the smaller of both errors", ">", SATISFACTORY, per_body(smaller_error)),
         ),
         side_by_side(_xs),

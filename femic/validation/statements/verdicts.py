@@ -1,4 +1,4 @@
-"""Assessment of statements: which criteria are met in which cases, and the verdict that follows."""
+"""Verdicts of statements: which criteria are met in which cases, and the verdict that follows."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ NOT_DECIDED = "not decided"
 
 
 @dataclass(frozen=True)
-class Assessment:
+class Finding:
     """A statement with its evidence, and the verdict that follows from it."""
 
     statement: Statement
@@ -50,13 +50,13 @@ class Assessment:
         ]
 
 
-def assess(number: int, runs: Runs) -> Assessment:
+def assess(number: int, runs: Runs) -> Finding:
     """Measure the numbers of a statement and decide it; it is not decided if C cannot be computed."""
     statement = STATEMENTS[number]
     try:
-        return Assessment(statement, statement.evidence(runs))
+        return Finding(statement, statement.evidence(runs))
     except Failure as error:
-        return Assessment(statement, Evidence({}), in_keys(error))
+        return Finding(statement, Evidence({}), in_keys(error))
 
 
 def selection(only: Iterable[int] | None) -> tuple[int, ...]:

@@ -233,7 +233,8 @@ def test_the_largest_misfit_counts_whatever_its_sign(sign):
     joint = 10 * np.radians(25.5)
     assert sn.furthest_misfit(made(FIRST, c)) == pytest.approx(7.5 / joint, rel=0.01)
     runs = runs_of(c)
-    assert sn.furthest_misfit_of_first(runs) == {FIRST: sn.furthest_misfit(runs.geometry(FIRST))}
+    (flank,) = (criterion for criterion in sn.STATEMENTS[0].criteria if criterion.name == "flank")
+    assert flank.measure(runs) == {FIRST: sn.furthest_misfit(runs.geometry(FIRST))}
 
 
 # --- 11, 12: choices ------------------------------------------------------------------------------------
@@ -262,5 +263,5 @@ def test_the_mix_is_measured_by_its_worst_and_its_mean_component():
     results = made(FIRST, c)
     singles = [[error(results, v, CONVEX, i) for i in INDEPENDENT] for v in ("A", "B", "Bbar", "Bhat")]
     worst, mean = min(max(of) for of in singles), min(sum(of) / 6 for of in singles)
-    assert choices.worst_mix_ratio(results, CONVEX) == pytest.approx(0.25 / worst)
-    assert choices.mean_mix_ratio(results, CONVEX) == pytest.approx((1 / 4 + 1 / 9) / 6 / mean)
+    assert choices.mix_over_best(results, CONVEX, np.max) == pytest.approx(0.25 / worst)
+    assert choices.mix_over_best(results, CONVEX, np.mean) == pytest.approx((1 / 4 + 1 / 9) / 6 / mean)

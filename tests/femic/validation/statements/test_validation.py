@@ -24,7 +24,7 @@ from femic.validation.statements.verdicts import (
     NOT_DECIDED,
     NOT_REPRODUCED,
     REPRODUCED,
-    Assessment,
+    Finding,
     assess,
 )
 from geometries.errors import Failure
@@ -93,9 +93,9 @@ def runs(store):
     ],
 )
 def test_a_verdict_is_what_the_criteria_say(near, large, verdict, unmet):
-    assessment = Assessment(MADE, Evidence({"near": near, "large": large}))
-    assert assessment.verdict == verdict
-    assert len(assessment.unmet) == unmet
+    finding = Finding(MADE, Evidence({"near": near, "large": large}))
+    assert finding.verdict == verdict
+    assert len(finding.unmet) == unmet
 
 
 def test_thresholds_themselves_are_not_met():
@@ -117,14 +117,12 @@ def test_statements_are_numbered_and_their_criteria_named():
 
 def test_every_criterion_is_measured_in_some_case(runs):
     for number in OF_GEOMETRIES:
-        assessment = assess(number, runs)
-        assert set(assessment.evidence.values) == {
-            criterion.name for criterion in assessment.statement.criteria
-        }
-        assert all(assessment.evidence.values.values())
-        assert all(np.isfinite(value) for _, _, value in assessment.numbers), number
-        assert assessment.evidence.panels
-        figures.curves(assessment)  # there is a style for each curve
+        finding = assess(number, runs)
+        assert set(finding.evidence.values) == {criterion.name for criterion in finding.statement.criteria}
+        assert all(finding.evidence.values.values())
+        assert all(np.isfinite(value) for _, _, value in finding.numbers), number
+        assert finding.evidence.panels
+        figures.curves(finding)  # there is a style for each curve
 
 
 # --- from the code to verdicts --------------------------------------------------------------------------
@@ -262,9 +260,9 @@ def test_what_cannot_be_computed_is_not_decided(runs, monkeypatch):
 
     broken = replace(STATEMENTS[1], details=failing)
     monkeypatch.setattr(verdicts, "STATEMENTS", {**STATEMENTS, 1: broken})
-    assessment = assess(1, runs)
-    assert assessment.verdict == NOT_DECIDED
-    assert assessment.failed == "not converged, and what to try"
+    finding = assess(1, runs)
+    assert finding.verdict == NOT_DECIDED
+    assert finding.failed == "not converged, and what to try"
 
 
 def test_numbers_next_to_their_threshold_are_said_to_be_close():
