@@ -13,7 +13,7 @@ import xarray as xr
 from approx.calibration import Fit, fit
 from approx.effective import EffectiveProperties
 from approx.pair import Pair
-from approx.target import Target
+from approx.target import Target, octave_weights
 from compare.ics.compute import (
     Results,
     compute,
@@ -118,22 +118,13 @@ def target_from(scene: Scene, ics: Array, body: str = "combined") -> Target:
     if isinstance(solid, Pair):
         solid = replace(solid, curvature_apart=calibration.curvature_apart)
     x, s = (np.concatenate([getattr(line, name) for line in calibration.lines]) for name in ("x", "s"))
-    weights = _weights(x, s - scene.patch.s) if calibration.logarithmic else np.ones(len(x))
+    weights = octave_weights(np.hypot(x, s - scene.patch.s)) if calibration.logarithmic else np.ones(len(x))
     return Target(solid, scene.patch, x, s, calibration.components, ics, weights, np.zeros(1))
 
 
 def unit_of(scene: Scene) -> float:
     """Return the factor that makes ICs per unit pressure dimensionless [MPa/mm]."""
     return scene.reference_E * scene.reference_length / scene.patch.area
-
-
-def _weights(x: Array, s: Array) -> Array:
-    """Weights (n,) [-] with which evenly spaced points count alike per octave of their distance.
-
-    Their squares go like 1 / r; the weight of the nearest point is 1.
-    """
-    r = np.hypot(x, s)
-    return np.asarray(np.sqrt(np.min(r) / r))
 
 
 def _with_fits(results: Results, scene: Scene, fits: Mapping[str, Fit]) -> Results:
@@ -231,7 +222,7 @@ def _fit_variables(fits: Sequence[Fit]) -> dict[str, tuple[Any, ...]]:
             {"units": "r_inf: mm, G: MPa"},
         ),
         "note": (of_parameters, [[parameter.note for parameter in fit.parameters] for fit in fits]),
-        "covariance": ((*of_parameters, "parameter_"), np.stack([_full_covariance(fit) for fit in fits])),
+        "covariance": ((*of_parameters, "parameter_"), np.stack([fit.full_covariance for fit in fits])),
         "rms": (("body", "component"), np.stack([fit.rms for fit in fits]), share),
         "worst": (("body", "component"), np.stack([fit.worst for fit in fits]), share),
     }
@@ -247,11 +238,3 @@ def _target_variables(calibrated: Calibrated) -> dict[str, tuple[Any, ...]]:
         "fitted": [target.bhat_prime(calibrated.fits[body].effective) for body, target in targets.items()],
     }
     return {name: (dims, np.stack(values) / area, units) for name, values in ics.items()}
-
-
-def _full_covariance(body_fit: Fit) -> Array:
-    """Return the covariance of all parameters (n_parameters, n_parameters), NaN for fixed ones."""
-    fitted = [k for k, parameter in enumerate(body_fit.parameters) if parameter.deviation is not None]
-    full = np.full((len(body_fit.parameters),) * 2, np.nan)
-    full[np.ix_(fitted, fitted)] = body_fit.covariance
-    return full

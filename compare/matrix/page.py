@@ -61,7 +61,7 @@ APPROXIMATIONS = (
     "displacement by normal tractions. Row “C”: the estimated error of C itself."
 )
 MEASURES = {  # of `Deviation`: the errors, the weights below them, and which components vanish
-    "under_tractions": ("under_tractions_of_itself", "under_tractions", "causes_nothing"),
+    "displacements": ("own_displacement_error", "displacement_error", "negligible"),
     "worst": ("worst", "near", "vanishing"),
 }
 
@@ -132,7 +132,7 @@ def _sections(
     for body in scene.compared:
         heading = f"Errors of approximations of the {body} matrix"
         folded = Folded(f"Worst entry of the {body} matrix", [WORST, _errors_table(results, body, "worst")])
-        yield Section(heading, [APPROXIMATIONS, _errors_table(results, body, "under_tractions"), folded])
+        yield Section(heading, [APPROXIMATIONS, _errors_table(results, body, "displacements"), folded])
     yield Section("Responses to one strip", [_maps_text(scene), *pictures(results, strip)])
     yield Section("Cost: expected / actual", [_cost_table(model_plans, costs), _cost_text(results, costs)])
     yield Section("The scene", [Verbatim(scene.text)])

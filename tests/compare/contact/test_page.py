@@ -90,7 +90,7 @@ def test_it_is_said_which_pressures_are_worst_on_each_patch(results):
     for scene in results:
         worst = max(results, key=lambda shape: largest[shape, scene])
         assert worst == "wide"
-        assert f"On the patch of {scene} A is furthest off with the pressures of {worst}." in text
+        assert f"On the patch of {scene} A is furthest off under the pressures of {worst}." in text
 
 
 STRANGE = {  # extra gaps at (x, s): what becomes of the contact

@@ -195,7 +195,7 @@ def test_what_is_kept_is_found_without_work(asked, tmp_path):
     assert len(asked) == 2
     np.testing.assert_array_equal(kept.a.sel(ics=FE)[:2], first.a.sel(ics=FE))
     assert np.isnan(kept.a.sel(ics=FE)[2])
-    assert kept.attrs["left_out"] == "10000 N (not kept)"
+    assert kept.attrs["left_out"] == "10000 N (not stored)"
     assert stored_fe_contact(pressed(), contacts, Store(tmp_path / "other")) is None
     assert stored_fe_contact(pressed(gap="exact"), contacts, store) is None
     assert float(kept.rigid_compliance) == pytest.approx(RIGID)

@@ -102,6 +102,6 @@ def test_the_close_up_aims_at_the_modelled_side(s, flanks, shown, tmp_path, monk
     drawn = []
     monkeypatch.setattr(views, "can_render", lambda: True)
     monkeypatch.setattr(views, "draw_mesh", lambda *given, **_: drawn.append(given[2]))
-    names = [picture.name for picture in run._draw_meshes(results, tmp_path)]
+    names = [picture.name for picture in run._draw_meshes(results, scene.settings.engine.fields, tmp_path)]
     assert names == ["mesh_lower", "mesh_surface"]
     np.testing.assert_allclose(drawn, [scene.bodies["lower"].surface.position(0.0, shown)])

@@ -53,7 +53,7 @@ def test_a_curve_that_is_not_there_is_not_drawn():
 @pytest.mark.parametrize("known", [None, 0.2 + 0 * AT])
 def test_the_other_engine_s_c_is_marks_with_the_bars_of_its_estimate(known):
     other = SYMBOLS["C_solid"]
-    axes = axes_of(Panel("", "", AT, "", {other: AT**2}, known=known))
+    axes = axes_of(Panel("", "", AT, "", {other: AT**2}, check_estimate=known))
     marks = axes.get_lines()[0]
     assert marks.get_linestyle() == "None"
     assert CHECK_MARKS <= len(marks.get_xdata()) < 2 * CHECK_MARKS
@@ -66,7 +66,7 @@ def test_the_other_engine_s_c_is_marks_with_the_bars_of_its_estimate(known):
 def test_a_part_of_a_panel_has_the_same_points_of_everything():
     panel = Panel("", "", AT, "", CURVES, 0.1 * AT, 0.2 * AT).beyond(1.0)
     assert panel.at[0] == 1.0
-    for values in (*panel.curves.values(), panel.estimate, panel.known):
+    for values in (*panel.curves.values(), panel.estimate, panel.check_estimate):
         assert len(values) == len(panel.at) == 51
     np.testing.assert_array_equal(panel.curves["A"], 1 - panel.at)
 

@@ -47,14 +47,14 @@ def test_what_vanishes_and_all_shares_do_not_depend_on_the_unit_or_on_the_sign_o
     c[N, N] = sign * np.abs(c[N, N])
     off = exceeds((S, N), 0.01, 4)
     first, other = measure(c), Measure.of(of(unit * c), unit * A_NN, LINES, EVERYWHERE)
-    assert first.zero[S, N]
-    assert not first.zero[X, N]
-    np.testing.assert_array_equal(other.zero, first.zero)
+    assert first.zero_by_symmetry[S, N]
+    assert not first.zero_by_symmetry[X, N]
+    np.testing.assert_array_equal(other.zero_by_symmetry, first.zero_by_symmetry)
     np.testing.assert_array_equal(other.vanishing, first.vanishing)
     assert other.shares(unit * off)[FAR][S, N] == pytest.approx(first.shares(off)[FAR][S, N])
     assert first.shares(off)[FAR][S, N] == pytest.approx(0.01 / (0.05 * 4))
     assert first.weights(off)[FAR][S, N] == other.weights(unit * off)[FAR][S, N] == pytest.approx(0.01)
-    assert first.zero.shape == (3, 3)
+    assert first.zero_by_symmetry.shape == (3, 3)
 
 
 def test_an_error_is_a_share_of_the_component_itself_over_all_lines(c):
