@@ -14,33 +14,39 @@ import xarray as xr
 from cyclopts import run
 from matplotlib.figure import Figure
 
-from compare.ics.compute import compute
+import femic
 from compare.ics.curves import draw_curve
-from compare.ics.dataset import errors, to_dataset
-from femic.cache.store import Store
-from femic.reference.run_options import RunOptions
-from femic.scenes.load import scene_from_table
-from femic.scenes.scene import Scene
 
-STEEL = {"E": 210e3, "nu": 0.28}
+STEEL = femic.Material(E=210e3, nu=0.28)
+PATCH = femic.Patch(a=0.5, b=0.5, s=3.0)
 VARIANTS = ["A", "B", "Bhat", "C"]
 
 
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.02) -> xr.DataArray:
     """Compute to an estimated error of `tolerance`; picture and solved models go to `out`."""
     out.mkdir(parents=True, exist_ok=True)
-    scene = rail_scene(tolerance)
-    results = compute(scene, RunOptions(store=Store(out / "store")))
-    ics = to_dataset(results)
-    draw(scene, ics.sel(body="lower", j="n")).savefig(out / "custom_section.png", dpi=150)
-    worst = errors(results, ics).error.max("line").sel(body="lower", i=["n", "s"], j="n", variant=VARIANTS)
+    rail = femic.Body(femic.through_points(*rail_head().T.round(4), y_centre=26.0), STEEL)
+    ics = femic.compute_ics(
+        femic.Pair(upper=femic.Body(femic.plane(), STEEL), lower=rail, reference_length=13.0),
+        PATCH,
+        [femic.line_along_s(x=1.6, reach=12.0)],
+        VARIANTS,
+        bodies=["lower"],
+        components=["nn", "sn"],
+        options=femic.Options(tolerance, store=str(out / "store")),
+    )
+    draw(rail, ics.sel(body="lower", j="n")).savefig(out / "custom_section.png", dpi=150)
+    worst = femic.compare_ics(ics).error.max("line").sel(body="lower", i=["n", "s"], j="n")
     print("Errors in direction i under the normal load; of C estimated:")
     print(worst.T.to_pandas().map("{:.1%}".format))
     return worst
 
 
 def rail_head() -> np.ndarray:
-    """Points (y, z) [mm] of a head with radii of 300 and 80 mm and, in the gauge corner, 13 mm."""
+    """Return points (y, z) [mm] of a head with radii of 300 and 80 mm and, in the gauge corner, 13 mm.
+
+    Where the gauge corner begins, at y = 26 mm, is the contact centre.
+    """
     s, step = np.linspace(-36, 36, 7201, retstep=True)
     curvature = 1 / np.select([abs(s) < 10.25, s < 26.2], [300, 80], 13)
     inclination = step * (np.cumsum(curvature) - np.sum(curvature[s < 0]))
@@ -48,29 +54,12 @@ def rail_head() -> np.ndarray:
     return (points - points[:, s == 0]).T[::150]
 
 
-def rail_scene(tolerance: float) -> Scene:
-    """The head with its contact centre, s = 0, at y = 26 mm: where the gauge corner begins."""
-    head = {"kind": "points", "points": rail_head().round(4).tolist(), "y_centre": 26.0}
-    table = {
-        "bodies": ["lower"],
-        "components": ["nn", "sn"],
-        "variants": VARIANTS[:-1],
-        "reference_length": 13.0,
-        "lower": STEEL | {"contour": head},
-        "upper": STEEL | {"contour": {"kind": "plane"}},  # needed, but not computed
-        "patch": {"a": 0.5, "b": 0.5, "s": 3.0},
-        "lines": [{"along": "s", "x": 1.6, "reach": 12.0}],
-        "engine": {"tolerance": tolerance},
-    }
-    return scene_from_table(table, "rail_head")
-
-
-def draw(scene: Scene, ics: xr.Dataset) -> Figure:
-    """The section with its patch; below, nn and sn along s, the patch shaded."""
+def draw(rail: femic.Body, ics: xr.Dataset) -> Figure:
+    """Draw the section with its patch; below, nn and sn along s, the patch shaded."""
     figure = Figure(figsize=(9, 5.6), layout="constrained")
     panels = figure.subplot_mosaic([["section", "section"], ["n", "s"]], height_ratios=[1, 2.4])
-    contour, L = scene.bodies["lower"].contour, scene.reference_length
-    patch = scene.patch.s + scene.patch.b * np.array([-1, 1])
+    contour, L = rail.contour.contour(), ics.reference_length
+    patch = PATCH.s + PATCH.b * np.array([-1, 1])
     section = panels.pop("section")
     section.plot(*contour.position(np.linspace(*contour.limits, 400)), "k-", label="lower body")
     section.plot(*contour.position(patch), "C3-", linewidth=5, label="patch")

@@ -8,30 +8,29 @@ OUT/elliptic_wheel.png:
     .venv/bin/python examples/elliptic_wheel.py [--out FOLDER] [--tolerance 0.01]
 """
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from cyclopts import run
 from matplotlib.figure import Figure
 
-from compare.ics.compute import Results, compute, reference_of
+import femic
 from compare.report.styles import STYLES
-from femic.cache.store import Store
-from femic.reference.run_options import RunOptions
-from femic.scenes.load import load_scene
-from geometries.patches import COMPONENTS, indices
 
-ELLIPSE = {"kind": "ellipse", "b_el": 10.15, "d_el": 10.25, "flank_inclination_deg": 60.0}
+GEOMETRY_2 = femic.load_pair("geometry2")
+ELLIPSE = femic.ellipse(10.15, 10.25, 60.0)
+LINES = [femic.line_along_x(s=1.6), femic.line_along_x(s=0.0), femic.line_along_s(x=1.6)]
 SHOWN = ("xx", "ss", "nn", "xs", "xn", "sn", "ns")
 VANISHES = 1e-9  # of the largest C_nn
 
 
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.01) -> xr.Dataset:
     """Compute to estimated errors of `tolerance`; picture and solved models go to `out`."""
-    store = Store(out / "store")
-    found = differences(wheel({}, tolerance, store), wheel({"contour": ELLIPSE}, tolerance, store))
+    options = femic.Options(tolerance, store=str(out / "store"))
+    elliptic = replace(GEOMETRY_2.upper, contour=ELLIPSE)
+    found = differences(wheel(GEOMETRY_2.upper, options), wheel(elliptic, options))
     print("Largest difference of C by the ellipse, and sum of both estimates, of the largest on the line:")
     for line in found.line.values:
         print(f"  {line}")
@@ -41,45 +40,44 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.01) -> xr.Dat
     return found
 
 
-def wheel(changes: dict[str, Any], tolerance: float, store: Store) -> Results:
-    """C of the wheel of Geometry 2 with some keys of [upper] changed."""
-    keys = {
-        "bodies": ["upper"],
-        "components": list(COMPONENTS),
-        "upper": changes,
-        "engine": {"tolerance": tolerance, "check": False},
-    }
-    return compute(load_scene("geometry2", keys), RunOptions(store=store))
+def wheel(body: femic.Body, options: femic.Options) -> xr.Dataset:
+    """Return C of a wheel on the rail of Geometry 2, and its estimate, at the points of the lines."""
+    pair, patch = replace(GEOMETRY_2, upper=body), femic.Patch(a=0.167, b=0.158)
+    ics = femic.compute_ics(pair, patch, LINES, ["C"], bodies=["upper"], options=options)
+    return ics[["ic", "estimate"]].sel(variant="C", body="upper")
 
 
-def differences(arc: Results, ellipse: Results) -> xr.Dataset:
-    """Shares by component and line: `difference`, the largest, and `estimate`, the largest sum of both.
+def differences(arc: xr.Dataset, ellipse: xr.Dataset) -> xr.Dataset:
+    """Return the largest `difference`, and the largest sum of both `estimate`s, by component and line.
 
-    `resolved` is the largest difference over the sum of the estimates at its point. NaN for components that
-    vanish on a line.
+    They are shares; `resolved` is the largest difference over the sum of the estimates at its point. NaN for
+    components that vanish on a line.
     """
-    table = np.full((3, len(arc.lines), len(SHOWN)), np.nan)
-    of_arc, of_ellipse = (reference_of(results, "upper") for results in (arc, ellipse))
-    for number, part in enumerate(arc.lines.values()):
-        for k, component in enumerate(SHOWN):
-            at = (*indices(component), part)
-            largest = np.max(np.abs(of_arc.ic[at]))
-            if largest > VANISHES * np.max(np.abs(of_arc.ic[2, 2, part])):
-                change = np.abs(of_ellipse.ic[at] - of_arc.ic[at])
-                known = of_arc.estimate[at] + of_ellipse.estimate[at]
-                worst = np.argmax(change)
-                table[:, number, k] = (
-                    change[worst] / largest,
-                    np.max(known) / largest,
-                    change[worst] / known[worst],
-                )
+    rows = [
+        xr.concat([_of_component(arc, ellipse, line, component) for component in SHOWN], "component")
+        for line in dict.fromkeys(arc.line.values)
+    ]
+    coords = {"line": list(dict.fromkeys(arc.line.values)), "component": list(SHOWN)}
+    return xr.concat(rows, "line").assign_coords(coords)
+
+
+def _of_component(arc: xr.Dataset, ellipse: xr.Dataset, line: str, component: str) -> xr.Dataset:
+    """Return the shares of a component on a line."""
+    of_arc, of_ellipse = (c.isel(point=np.flatnonzero(c.line.values == line)) for c in (arc, ellipse))
+    largest_nn = float(np.abs(of_arc.ic.sel(i="n", j="n")).max())
+    at = {"i": component[0], "j": component[1]}
+    c, change = of_arc.ic.sel(at), np.abs(of_ellipse.ic.sel(at) - of_arc.ic.sel(at))
+    known, largest = of_arc.estimate.sel(at) + of_ellipse.estimate.sel(at), float(np.abs(c).max())
+    if largest <= VANISHES * largest_nn:
+        return xr.Dataset({"difference": np.nan, "estimate": np.nan, "resolved": np.nan})
+    worst = int(np.argmax(change.values))
+    values = change[worst] / largest, known.max() / largest, change[worst] / known[worst]
     names = ("difference", "estimate", "resolved")
-    dims, coords = ("line", "component"), {"line": list(arc.lines), "component": list(SHOWN)}
-    return xr.Dataset({name: (dims, values) for name, values in zip(names, table, strict=True)}, coords)
+    return xr.Dataset({name: float(value) for name, value in zip(names, values, strict=True)})
 
 
 def draw(found: xr.Dataset) -> Figure:
-    """Differences and estimates by component, one panel per line."""
+    """Draw differences and estimates by component, one panel per line."""
     figure = Figure(figsize=(10, 3.4), layout="constrained")
     at = np.arange(found.sizes["component"])
     for axes, line in zip(

@@ -13,22 +13,18 @@ import xarray as xr
 from cyclopts import run
 from matplotlib.figure import Figure
 
-from compare.ics.compute import compute
-from compare.ics.dataset import errors, to_dataset
+import femic
 from compare.report.styles import MARKERS, STYLES, SYMBOLS
-from femic.cache.store import Store
-from femic.reference.run_options import RunOptions
-from femic.scenes.load import scene_from_table
-from femic.scenes.scene import Scene
 
 ANGLES = [0, 15, 30, 45, 60]  # degrees
 VARIANTS = ["A", "B", "Bhat", "C"]
+STEEL = femic.Material(E=210e3, nu=0.28)
 
 
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.05) -> xr.DataArray:
     """Compute to estimated errors of `tolerance`; picture and solved models go to `out`."""
-    found = [worst_errors(flanks(angle, tolerance), Store(out / "store")) for angle in ANGLES]
-    worst = xr.concat(found, xr.Variable("angle", ANGLES))
+    options = femic.Options(tolerance, store=str(out / "store"))
+    worst = xr.concat([worst_errors(angle, options) for angle in ANGLES], xr.Variable("angle", ANGLES))
     for i in "ns":
         print(f"Errors of {i}n against the inclination of the flanks; of C estimated:")
         print(worst.sel(i=i).to_pandas().map("{:.1%}".format))
@@ -36,31 +32,23 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.05) -> xr.Dat
     return worst
 
 
-def flanks(angle: float, tolerance: float) -> Scene:
-    """Conformal bodies with flanks at an angle [degrees]."""
-    arc = {"kind": "arc", "radius": 10.0, "flank_inclination_deg": angle}
-    body = {"E": 210e3, "nu": 0.28, "contour": arc}
-    table = {
-        "bodies": ["combined"],
-        "components": ["nn", "sn"],
-        "lower": body,
-        "upper": body,
-        "patch": {"a": 0.2, "b": 0.2},
-        "lines": [{"along": "s", "x": 1.6}],
-        "engine": {"tolerance": tolerance},
-    }
-    return scene_from_table(table, f"flanks at {angle} degrees")
-
-
-def worst_errors(scene: Scene, store: Store) -> xr.DataArray:
-    """Worst errors of the combined ICs under a normal load, by direction i and variant."""
-    results = compute(scene, RunOptions(store=store))
-    worst = errors(results, to_dataset(results)).error.max("line")
-    return worst.sel(body="combined", i=["n", "s"], j="n", variant=VARIANTS)
+def worst_errors(angle: float, options: femic.Options) -> xr.DataArray:
+    """Return the worst errors under a normal load, by direction i and variant, with flanks at an angle."""
+    body = femic.Body(femic.arc(10.0, angle), STEEL)
+    ics = femic.compute_ics(
+        femic.Pair(body, body),
+        femic.Patch(a=0.2, b=0.2),
+        [femic.line_along_s(x=1.6)],
+        VARIANTS,
+        bodies=["combined"],
+        components=["nn", "sn"],
+        options=options,
+    )
+    return femic.compare_ics(ics).error.max("line").sel(body="combined", i=["n", "s"], j="n")
 
 
 def draw(worst: xr.DataArray) -> Figure:
-    """Errors against the angle, one panel per component."""
+    """Draw the errors against the angle, one panel per component."""
     figure = Figure(figsize=(9, 3.8), layout="constrained")
     for axes, i in zip(figure.subplots(1, 2), "ns", strict=True):
         for variant in VARIANTS:

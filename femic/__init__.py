@@ -1,5 +1,75 @@
-"""Reference influence coefficients (C) by finite elements: meshes, both engines, discount, matrices.
+"""femic: influence coefficients of non-planar elastic solids, their approximations, and contact.
 
-Imports numpy, scipy, scikit-fem, PyAMG, joblib, threadpoolctl, xarray, fsspec, `geometries` and `approx`. One
-module each imports Gmsh, meshio and, where it is installed, pypardiso, and only when it needs it.
+The names below are the public interface; docs/python.md shows each at work. All else is private and may
+change without notice. Units are mm, N, MPa and rad; names that end in `_deg` are angles in degrees. Names are
+loaded when they are used for the first time, so that `import femic` takes no time.
 """
+
+from typing import TYPE_CHECKING, Any
+
+from femic.late import Late
+
+if TYPE_CHECKING:
+    from femic.interface.bodies import Body as Body
+    from femic.interface.bodies import Pair as Pair
+    from femic.interface.bodies import arc as arc
+    from femic.interface.bodies import ellipse as ellipse
+    from femic.interface.bodies import load_pair as load_pair
+    from femic.interface.bodies import plane as plane
+    from femic.interface.bodies import through_points as through_points
+    from femic.interface.calibration import FittedPair as FittedPair
+    from femic.interface.calibration import fit_bhat_prime as fit_bhat_prime
+    from femic.interface.contact import Compression as Compression
+    from femic.interface.contact import ContactSetup as ContactSetup
+    from femic.interface.contact import Frictionless as Frictionless
+    from femic.interface.contact import Rolling as Rolling
+    from femic.interface.contact import solve_contact as solve_contact
+    from femic.interface.figures import plot_contact as plot_contact
+    from femic.interface.figures import plot_ics as plot_ics
+    from femic.interface.ics import compare_ics as compare_ics
+    from femic.interface.ics import compute_ics as compute_ics
+    from femic.interface.ics import line_along_s as line_along_s
+    from femic.interface.ics import line_along_x as line_along_x
+    from femic.interface.ics import points as points
+    from femic.interface.matrices import compute_matrix as compute_matrix
+    from femic.interface.matrices import label_matrix as label_matrix
+    from femic.interface.matrices import write_for_contact as write_for_contact
+    from femic.interface.options import Options as Options
+    from femic.interface.scenes import run_scene as run_scene
+    from femic.scenes.load import load_scene as load_scene
+    from geometries.errors import Failure as Failure
+    from geometries.errors import WrongInput as WrongInput
+    from geometries.grids import Grid as Grid
+    from geometries.materials import Material as Material
+    from geometries.patches import Patch as Patch
+
+_MODULES = {
+    "femic.interface.bodies": ("Body", "Pair", "arc", "ellipse", "load_pair", "plane", "through_points"),
+    "femic.interface.calibration": ("FittedPair", "fit_bhat_prime"),
+    "femic.interface.contact": ("Compression", "ContactSetup", "Frictionless", "Rolling", "solve_contact"),
+    "femic.interface.figures": ("plot_contact", "plot_ics"),
+    "femic.interface.ics": ("compare_ics", "compute_ics", "line_along_s", "line_along_x", "points"),
+    "femic.interface.matrices": ("compute_matrix", "label_matrix", "write_for_contact"),
+    "femic.interface.options": ("Options",),
+    "femic.interface.scenes": ("run_scene",),
+    "femic.scenes.load": ("load_scene",),
+    "geometries.errors": ("Failure", "WrongInput"),
+    "geometries.grids": ("Grid",),
+    "geometries.materials": ("Material",),
+    "geometries.patches": ("Patch",),
+}
+_PLACES = {name: Late(f"{module}:{name}") for module, names in _MODULES.items() for name in names}
+
+__all__ = list(_PLACES)
+
+
+def __getattr__(name: str) -> Any:
+    """Return a public name, which is imported now."""
+    if name not in _PLACES:
+        raise AttributeError(f"module 'femic' has no public name {name!r}: {', '.join(sorted(_PLACES))}")
+    return _PLACES[name].resolved
+
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return sorted(_PLACES)

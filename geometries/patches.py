@@ -34,7 +34,7 @@ def mirror_signs(direction: int) -> Array:
 
 @dataclass(frozen=True)
 class Patch:
-    """Rectangular loaded element at x = 0: half-sides a along x, b along s, centre at arc length s."""
+    """Rectangular loaded element at x = 0: half-sides a along x, b along s, centre at arc length s [mm]."""
 
     a: float
     b: float

@@ -1,6 +1,6 @@
 """Frictionless contact of a scene with several ICs, solved by `femic.contact`; which scenes are refused."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from approx.variants import needs_effective
@@ -24,12 +24,14 @@ class ContactResults:
     solved: FrictionlessContacts
 
 
-def require_solvable(scene: Scene) -> None:
-    """Raise BadScene where the contact of a scene cannot be solved, before any work."""
+def require_solvable(scene: Scene, given: Collection[str] = ()) -> None:
+    """Raise BadScene where the contact of a scene cannot be solved, before any work; `given` name ICs."""
     specification = scene.contact
     if not specification.loadings:
         raise BadScene(f"{scene.name}: [contact]: give loads = [...] in N, or approaches = [...] in mm")
-    approximations = [name for name in specification.ics if name != C and not is_map(name)]
+    approximations = [
+        name for name in specification.ics if name != C and name not in given and not is_map(name)
+    ]
     if needs_effective(*approximations) and not scene.pair.has_effective("combined"):
         raise BadScene(
             f"{scene.name}: contact.ics: Bhat_prime needs effective properties of both bodies: "
@@ -40,7 +42,8 @@ def require_solvable(scene: Scene) -> None:
             f"{scene.name}: contact.ics: {maps[0]}: maps of C have nn only, for contact without friction; "
             "use C"
         )
-    require_none(scene.name, [*_c_misfits(scene), *impossible(scene.contact_problem)])
+    c_misfits = () if C in given else _c_misfits(scene)
+    require_none(scene.name, [*c_misfits, *impossible(scene.contact_problem)])
 
 
 def _c_misfits(scene: Scene) -> Iterator[str]:
@@ -62,11 +65,11 @@ def reference_name(ics: Sequence[str]) -> str:
 
 
 def compute_contact(
-    scene: Scene, options: RunOptions = DEFAULT, maps: Mapping[str, NormalICs] = NONE_GIVEN
+    scene: Scene, options: RunOptions = DEFAULT, given: Mapping[str, NormalICs] = NONE_GIVEN
 ) -> ContactResults:
-    """Solve all frictionless contacts of a scene; `maps` are its maps of C by name.
+    """Solve all frictionless contacts of a scene; `given` are ICs by name, such as its maps of C.
 
     Raises BadScene for what cannot be solved, and Failure as `femic.contact`.
     """
-    require_solvable(scene)
-    return ContactResults(scene, solve_frictionless(scene.contact_problem, options, maps))
+    require_solvable(scene, given)
+    return ContactResults(scene, solve_frictionless(scene.contact_problem, options, given))

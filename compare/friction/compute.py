@@ -1,6 +1,6 @@
 """Contact with friction of a scene with several ICs, as `femic.contact` solves it: arrays of `contact.nc`."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
@@ -12,7 +12,8 @@ from compare.contact.dataset import provenance
 from compare.friction import compression, rolling
 from compare.friction.parts import by_friction_and_ics
 from compare.matrix.compute import discounted
-from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
+from femic.contact.pairs.given_ics import GivenICs
+from femic.contact.pairs.pair_with_friction import NONE_WITH_FRICTION, PairWithFriction, solve_with_friction
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
@@ -44,18 +45,21 @@ def _labels_of(scene: Scene) -> Labels:
     return LABELS[motion]
 
 
-def compute_with_friction(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
+def compute_with_friction(
+    scene: Scene, options: RunOptions = DEFAULT, given: Mapping[str, GivenICs] = NONE_WITH_FRICTION
+) -> xr.Dataset:
     """Numbers by friction, ICs and the dimension of the motion, each with `estimate_NAME`, and maps.
 
-    Raises BadScene for what cannot be solved, and Failure as `femic.contact`.
+    `given` are ICs of the caller by name. Raises BadScene for what cannot be solved, and Failure as
+    `femic.contact`.
     """
-    require_solvable(scene)
+    require_solvable(scene, given)
     start, labels = perf_counter(), _labels_of(scene)
 
     def solve(pair: PairWithFriction) -> xr.Dataset:
         return by_friction_and_ics(pair, labels.labelled)
 
-    joined = solve_with_friction(scene.contact_problem, solve, options)
+    joined = solve_with_friction(scene.contact_problem, solve, options, given)
     attributes = {
         "title": f"{labels.title}: {scene.title}",
         "meaning": "tractions on the upper body along x, s, n of the lower surface; slip over that surface",

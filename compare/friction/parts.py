@@ -46,8 +46,8 @@ def _stored(pair: PairWithFriction, friction: float, name: str, labelled: Labell
 
 
 def _c_quality(pair: PairWithFriction, name: str) -> dict[str, float | str]:
-    """Return errors and cost of C on the grid; empty for other ICs."""
-    if name != C:
+    """Return errors and cost of C on the grid; empty for other ICs and for given C."""
+    if name != C or name in pair.given:
         return {}
     c = pair.reference
     return {
@@ -62,8 +62,11 @@ def _inputs(pair: PairWithFriction, friction: float, name: str) -> tuple[object,
     """Return the inputs that a solution depends on, without the other keys of the scene."""
     problem, alone = pair.problem, replace(pair.specification, coefficients=(friction,))
     specification = replace(problem.specification, ics=(name,), friction=alone)
+    common = problem.pair, specification, pair.on_grid.grid
+    if name in pair.given:
+        return *common, pair.given[name]
     jobs = c_jobs(problem, pair.on_grid).values() if name == C else ()
-    return problem.pair, specification, pair.on_grid.grid, *map(_c_inputs, jobs)
+    return *common, *map(_c_inputs, jobs)
 
 
 def _c_inputs(job: MatrixJob) -> tuple[object, ...]:

@@ -1,6 +1,6 @@
 """Compute a scene: reference ICs, their check with the solid engine, approximations."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -20,7 +20,7 @@ from femic.reference.result import Reference
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.scene import Scene
 from geometries.arrays import Array, Indices
-from geometries.patches import OffsetLine, Patch
+from geometries.patches import OffsetLine
 
 REPETITIONS = 5  # how often an approximation is computed for its timing
 
@@ -123,15 +123,23 @@ def approximated(
 
     They are NaN where a variant needs effective properties and the body has none.
     """
-    ics: dict[tuple[str, str], Array] = {}
-    seconds: dict[tuple[str, str], float] = {}
-    for name, variant in product(scene.compared, scene.variants):
-        key = variant, name
-        if name not in scene.fitted and needs_effective(variant):
-            ics[key], seconds[key] = np.full((3, 3, len(points.x)), np.nan), np.nan
-        else:
-            ics[key], seconds[key] = _timed(variant, solids(scene)[name], scene.patch, points)
-    return ics, seconds
+    keys = [(variant, name) for name, variant in product(scene.compared, scene.variants)]
+    ics = {(variant, name): approximation(scene, variant, name, points) for variant, name in keys}
+    return ics, {key: _least_seconds(partial(approximation, scene, *key, points)) for key in keys}
+
+
+def approximation(scene: Scene, variant: str, body: str, points: Points) -> Array:
+    """Return an approximation, (3, 3, n_points) [mm/N]; NaN where effective properties are missing."""
+    if needs_effective(variant) and body not in scene.fitted:
+        return np.full((3, 3, len(points.x)), np.nan)
+    ics = solids(scene)[body].approximate(variant, scene.patch, (points.x, points.s))
+    return ics / scene.patch.area
+
+
+def _least_seconds(approximate: Callable[[], Array]) -> float:
+    """The least seconds of some repetitions; NaN where nothing is computed."""
+    computed = not np.all(np.isnan(approximate()))
+    return min(repeat(approximate, number=1, repeat=REPETITIONS)) if computed else np.nan
 
 
 def with_approximations(results: Results, scene: Scene) -> Results:
@@ -146,12 +154,6 @@ def solids(scene: Scene) -> dict[str, Solid | Pair]:
     """Return the input of approximations for "lower", "upper" and "combined"."""
     pair = scene.pair
     return {"lower": pair.lower, "upper": pair.upper, "combined": pair}
-
-
-def _timed(variant: str, solid: Solid | Pair, patch: Patch, points: Points) -> tuple[Array, float]:
-    """Return ICs per unit load, (3, 3, n_points) [mm/N], and the least seconds of some repetitions."""
-    approximate = partial(solid.approximate, variant, patch, (points.x, points.s))
-    return approximate() / patch.area, min(repeat(approximate, number=1, repeat=REPETITIONS))
 
 
 def _reference_seconds(variant: str, solved: Mapping[str, Reference]) -> dict[tuple[str, str], float]:

@@ -41,6 +41,21 @@ def _panels(results: Results, dataset: xr.Dataset, component: str) -> Iterator[P
             )
 
 
+def curves_in(dataset: xr.Dataset, component: str) -> Figure:
+    """Figure of one component of labelled ICs, dimensionless: a row per body, a column per line."""
+    bodies, lines = dataset.body.values, list(dict.fromkeys(dataset.line.values))
+    length, panels = dataset.reference_length, []
+    for body in bodies:
+        for line in lines:
+            curve = dataset.sel(body=body, i=component[0], j=component[1])
+            curve = curve.isel(point=np.flatnonzero(dataset.line.values == line))
+            along = "x" if np.ptp(curve.x.values) > np.ptp(curve.s.values) else "s"
+            panel = panel_of(curve, curve[along].values / length)
+            title, across = f"{component} on {line}", f"{along} / L  [-],  L = {length:g} mm"
+            panels.append(replace(panel, title=title, across=across, up=f"{body}\nIC · E · L  [-]"))
+    return panel_figure(panels, len(lines))
+
+
 def panel_of(curve: xr.Dataset, at: Array) -> Panel:
     """Return a panel of one component on one line, dimensionless, over the abscissas `at`, without labels.
 
@@ -54,7 +69,7 @@ def panel_of(curve: xr.Dataset, at: Array) -> Panel:
         at,
         "",
         {SYMBOLS.get(name, name): values for name, values in by_variant.items()},
-        unit * curve.estimate.values,
+        unit * curve.estimate.values if "estimate" in curve else None,
         unit * curve.estimate_solid.values if "estimate_solid" in curve else None,
     )
 

@@ -1,21 +1,24 @@
 """Results as labelled arrays, written as `ics.nc`, `errors.nc` and one CSV file per line."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from compare.ics.compute import Results, check_of, ics_of, reference_of
+from compare.ics.compute import Results, approximation, check_of, ics_of, reference_of, scene_points
 from compare.ics.errors import measure_of, refinement_shares_of
 from femic.cache.digests import results_digest, versions
 from femic.cache.files import replacing
+from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.discount import AXES
 from femic.reference.solid.engine import RESIDUAL
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
-from geometries.patches import DIRECTIONS
+from geometries.errors import WrongInput
+from geometries.patches import DIRECTIONS, Patch
 
 LOCAL = ("i", "j", "point")
 PER_LOAD = {"units": "mm/N"}
@@ -33,13 +36,12 @@ def to_dataset(results: Results) -> xr.Dataset:
     `ic` has the dims (variant, body, i, j, point) [mm/N]; the dataset has dims, units and meanings of
     the other variables. ICs that were not computed are NaN.
     """
-    bodies, points, references = results.scene.compared, results.points, results.references
+    bodies, references = results.scene.compared, results.references
     ic = [[ics_of(results, variant, body) for body in bodies] for variant in results.variants]
     raw, m = (
         np.stack([getattr(reference, name) for reference in references.values()])
         for name in ("raw", "discount")
     )
-    lines = [np.full(part.stop - part.start, name) for name, part in results.lines.items()]
     return xr.Dataset(
         {
             "ic": (("variant", "body", *LOCAL), np.array(ic), PER_LOAD),
@@ -47,20 +49,51 @@ def to_dataset(results: Results) -> xr.Dataset:
             "raw": (("solved", *LOCAL), raw, PER_LOAD | {"meaning": "C before the rigid-body discount"}),
             "discount": (("solved", "axis", "axis_"), m, {"units": "mm/N, 1/N, 1/(N mm)"}),
         },
-        coords={
-            "variant": list(results.variants),
-            "body": list(bodies),
-            "i": list(DIRECTIONS),
-            "j": list(DIRECTIONS),
-            "solved": list(references),
-            "axis": list(AXES),
-            "axis_": list(AXES),
-            "x": ("point", points.x, {"units": "mm"}),
-            "s": ("point", points.s, {"units": "mm"}),
-            "line": ("point", np.concatenate(lines)),
-        },
+        coords=_coordinates(results.scene, results.variants)
+        | {"solved": list(references), "axis": list(AXES), "axis_": list(AXES)},
         attrs=_attributes(results),
     )
+
+
+def approximations_dataset(scene: Scene) -> xr.Dataset:
+    """The approximations of a scene per unit total load without C, labelled as by `to_dataset`."""
+    points, _ = scene_points(scene)
+    ic = [
+        [approximation(scene, variant, body, points) for body in scene.compared] for variant in scene.variants
+    ]
+    return xr.Dataset(
+        {"ic": (("variant", "body", *LOCAL), np.array(ic), PER_LOAD)},
+        coords=_coordinates(scene, scene.variants),
+        attrs=_load(scene) | {"versions": json.dumps(versions()), "code": results_digest(__name__)},
+    )
+
+
+def _coordinates(scene: Scene, variants: Sequence[str]) -> dict[str, Any]:
+    """The coordinates of ICs at the points of a scene's lines."""
+    points, parts = scene_points(scene)
+    lines = [np.full(part.stop - part.start, name) for name, part in parts.items()]
+    return {
+        "variant": list(variants),
+        "body": list(scene.compared),
+        "i": list(DIRECTIONS),
+        "j": list(DIRECTIONS),
+        "x": ("point", points.x, {"units": "mm"}),
+        "s": ("point", points.s, {"units": "mm"}),
+        "line": ("point", np.concatenate(lines)),
+    }
+
+
+def _load(scene: Scene) -> dict[str, str | float]:
+    """The attributes that say what ICs belong to, and what makes them dimensionless."""
+    return {
+        "title": scene.title,
+        "scene": scene.text,
+        "load_s": scene.patch.s,
+        "a": scene.patch.a,
+        "b": scene.patch.b,
+        "reference_length": scene.reference_length,
+        "reference_E": scene.reference_E,
+    }
 
 
 def _estimates(results: Results) -> dict[str, xr.Variable]:
@@ -87,14 +120,7 @@ def _attributes(results: Results) -> dict[str, str | float]:
         }
         for name, cost in results.models.items()
     }
-    return {
-        "title": scene.title,
-        "scene": scene.text,
-        "load_s": scene.patch.s,
-        "a": scene.patch.a,
-        "b": scene.patch.b,
-        "reference_length": scene.reference_length,
-        "reference_E": scene.reference_E,
+    return _load(scene) | {
         "rotation_reach": scene.settings.rotation_reach,
         "moment_arm": scene.settings.moment_arm,
         "domain": json.dumps(domains(results)),
@@ -177,18 +203,63 @@ def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
     `ERRORS` has their dims and meanings, `femic.ic_errors.error_measure` their definitions. The errors of the
     variant "C" are its estimates.
     """
-    bodies = list(results.scene.compared)
-    measured = xr.concat(
-        [_body_errors(results, dataset.sel(body=body), body) for body in bodies],
-        dim=xr.Variable("body", bodies),
+    bodies = results.scene.compared
+    refinement = [
+        _stacked(refinement_shares_of(results, body, dataset.estimate.sel(body=body).values))
+        for body in bodies
+    ]
+    measured = _measured(dataset, {body: measure_of(results, body) for body in bodies})
+    return _described(measured.assign(estimate_refinement=(("body", "line", "i", "j"), np.stack(refinement))))
+
+
+def errors_in(dataset: xr.Dataset) -> xr.Dataset:
+    """The same errors, but for those of refinement, from labelled ICs alone.
+
+    Raises WrongInput for a dataset that has no C, and neither C_nn nor A_nn.
+    """
+    if "C" not in dataset.variant:
+        raise WrongInput("ics: without C there is nothing to compare with: compute it, too")
+    return _described(
+        _measured(dataset, {str(body): _measure_in(dataset.sel(body=body)) for body in dataset.body.values})
     )
-    for name, (_, meaning) in ERRORS.items():
+
+
+def _measure_in(dataset: xr.Dataset) -> Measure:
+    """The measure of errors of one body's labelled ICs."""
+    c, estimate = dataset.ic.sel(variant="C").values, dataset.estimate.values
+    nn = dataset.ic.sel(i="n", j="n")
+    known = [name for name in ("C", "A") if name in nn.variant and not np.any(nn.sel(variant=name).isnull())]
+    if not known:
+        raise WrongInput("ics: errors are measured beside C_nn or A_nn: compute the component nn, or A")
+    patch = Patch(dataset.a, dataset.b, dataset.load_s)
+    far = far_from(patch, dataset.x.values, dataset.s.values)
+    return Measure(c, estimate, nn.sel(variant=known[0]).values, _parts(dataset), far)
+
+
+def _parts(dataset: xr.Dataset) -> dict[str, slice]:
+    """Which part of the points is each line."""
+    lines = dataset.line.values
+    of_lines = {str(line): np.flatnonzero(lines == line) for line in dict.fromkeys(lines)}
+    return {line: slice(points[0], points[-1] + 1) for line, points in of_lines.items()}
+
+
+def _measured(dataset: xr.Dataset, measures: Mapping[str, Measure]) -> xr.Dataset:
+    return xr.concat(
+        [_body_errors(dataset.sel(body=body), measure) for body, measure in measures.items()],
+        dim=xr.Variable("body", list(measures)),
+    )
+
+
+def _described(measured: xr.Dataset) -> xr.Dataset:
+    """The errors with their meanings."""
+    for name in measured:
+        meaning = ERRORS[str(name)][1]
         measured[name].attrs = {"meaning": meaning} | ({} if name == "vanishes" else {"units": "1"})
     return measured.assign_attrs(code=results_digest(__name__))
 
 
-def _body_errors(results: Results, body_dataset: xr.Dataset, body: str) -> xr.Dataset:
-    measure, variants = measure_of(results, body), body_dataset.variant.values
+def _body_errors(body_dataset: xr.Dataset, measure: Measure) -> xr.Dataset:
+    variants = body_dataset.variant.values
     c, estimate = body_dataset.ic.sel(variant="C").values, body_dataset.estimate.values
     deviations = [estimate if v == "C" else body_dataset.ic.sel(variant=v).values - c for v in variants]
     values = {
@@ -196,13 +267,12 @@ def _body_errors(results: Results, body_dataset: xr.Dataset, body: str) -> xr.Da
         "rms": [_stacked(measure.rms(deviation)) for deviation in deviations],
         "weight": [_stacked(measure.weights(deviation)) for deviation in deviations],
         "vanishes": measure.vanishing,
-        "estimate_refinement": _stacked(refinement_shares_of(results, body, estimate)),
     }
     return xr.Dataset(
-        {name: (dims, np.asarray(values[name])) for name, (dims, _) in ERRORS.items()},
+        {name: (ERRORS[name][0], np.asarray(of_all)) for name, of_all in values.items()},
         coords={
             "variant": variants,
-            "line": list(results.lines),
+            "line": list(measure.lines),
             "i": list(DIRECTIONS),
             "j": list(DIRECTIONS),
         },

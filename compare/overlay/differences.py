@@ -52,7 +52,7 @@ def _settings(result: SceneResults) -> dict[str, Any]:
     computed_defaults = {key: settings[name] for name, key in FILLED_IN.items() if name in settings}
     programs = {"code": attributes.get("code", ABSENT_TEXT)} | json.loads(attributes["versions"])
     return (
-        _flat(scene_of_text(text, Path(result.name)).model_dump(serialize_as_any=True))
+        _flat(scene_of_text(text, Path(result.name)).model_dump())
         | file_names
         | computed_defaults
         | {"title": attributes["title"]}

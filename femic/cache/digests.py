@@ -74,6 +74,7 @@ def digest_of_files(files: Mapping[str, Path], *facts: object) -> str:
 def _parsed(code: str) -> tuple[str, tuple[str, ...]]:
     """Return the syntax tree of code without docstrings, as text, and the modules that it imports."""
     tree = ast.parse(code)
+    tree.body = [node for node in tree.body if not _is_for_types(node)]
     nodes = list(ast.walk(tree))
     imports = tuple(name for node in nodes for name in _imports(node))
     for node in nodes:
@@ -114,3 +115,8 @@ def _imports(node: ast.AST) -> Iterator[str]:
     elif isinstance(node, ast.ImportFrom) and node.module:
         yield node.module
         yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def _is_for_types(node: ast.stmt) -> bool:
+    """Whether a statement is for type checkers only: no result depends on what it imports."""
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"

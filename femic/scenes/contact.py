@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import PlainValidator, create_model, model_validator
+from pydantic import PlainValidator, SerializeAsAny, create_model, model_validator
 
 from femic.contact.extra_gap import ExtraGap, extra_gap
 from femic.contact.motions import MOTIONS
@@ -61,7 +61,7 @@ def _declared() -> dict[str, Any]:
 
 
 ContactTable = create_model("ContactTable", __base__=ContactKeys, **_declared())
-AnyContact = Annotated[ContactKeys, PlainValidator(ContactTable.model_validate)]
+AnyContact = Annotated[SerializeAsAny[ContactKeys], PlainValidator(ContactTable.model_validate)]
 
 
 def contact_of(table: ContactKeys) -> ContactSpecification:

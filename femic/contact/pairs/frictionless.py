@@ -130,11 +130,11 @@ class _Solver:
         contacts: dict[tuple[Loading, str], SolvedContact] = {}
         for name in self.problem.specification.ics:
             known: ReferenceICs | _PerturbedICs | None = None
-            if name == C:
-                known = reference = normal_reference_ics(self.problem, on_grid, self.options)
-            elif name in self.given:
+            if name in self.given:
                 ics, estimate = self.given[name].at(on_grid)
                 known = _PerturbedICs(normal_operator(ics), normal_operator(ics + estimate))
+            elif name == C:
+                known = reference = normal_reference_ics(self.problem, on_grid, self.options)
             for loading in self.loadings:
                 try:
                     contacts[loading, name] = self.solved(on_grid, loading, name, known)

@@ -7,9 +7,12 @@ from typing import Protocol
 
 import numpy as np
 
+from femic.contact.operators.dense import GridOperator
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from geometries.arrays import Array
+from geometries.errors import WrongInput
 from geometries.grids import Grid
+from geometries.patches import N
 
 C = "C"
 
@@ -29,15 +32,38 @@ class NormalICs(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class GivenICs:
-    """nn ICs (n_x, n_s, n_s) [mm/MPa] on a grid, at lags >= 0 between strips, and their estimated errors."""
+    """ICs of both bodies on a grid [mm/MPa], at lags >= 0 between strips, and their estimated errors.
+
+    Shape (n_x, n_s, n_s, 3, 3), or (n_x, n_s, n_s) for nn alone, which contact without friction needs. In
+    rolling, displacements of the wheel are those that the rail sees.
+    """
 
     grid: Grid
     ics: Array
     estimate: Array | float = 0.0
 
     def at(self, _: PairOnGrid) -> tuple[Array, Array]:
-        """The ICs and their estimated errors, (n_x, n_s, n_s) each."""
-        return self.ics, np.broadcast_to(self.estimate, self.ics.shape)
+        """Return the nn ICs and their estimated errors, (n_x, n_s, n_s) each."""
+        estimate = np.broadcast_to(self.estimate, self.ics.shape)
+        return (self.ics, estimate) if self.ics.ndim == 3 else (self.ics[..., N, N], estimate[..., N, N])
+
+    @property
+    def operator(self) -> GridOperator:
+        """The ICs in all directions. Raises WrongInput for nn alone."""
+        self._require_all_directions()
+        return GridOperator.of(self.ics)
+
+    @property
+    def perturbed(self) -> GridOperator | None:
+        """The same with their estimated errors added; None where no errors are known."""
+        self._require_all_directions()
+        return GridOperator.of(self.ics + self.estimate) if np.any(self.estimate) else None
+
+    def _require_all_directions(self) -> None:
+        if self.ics.ndim != 5:
+            raise WrongInput(
+                f"ICs of shape {self.ics.shape}: contact with friction needs (n_x, n_s, n_s, 3, 3)"
+            )
 
 
 NONE_GIVEN: Mapping[str, NormalICs] = MappingProxyType({})

@@ -1,15 +1,16 @@
 """Two bodies on a grid with friction: ICs by name, and the contact problem with each."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 from typing import TypeVar
 
 from femic.contact.frictional import FrictionalProblem, FullOperator
 from femic.contact.motions import MOTIONS, ContactMotion
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
-from femic.contact.pairs.given_ics import C
+from femic.contact.pairs.given_ics import C, GivenICs
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.reference_ics import ReferenceICs, approximation, full_reference_ics
 from femic.contact.specification import ContactProblem, FrictionSpecification
@@ -17,15 +18,17 @@ from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.errors import WrongInput
 
 Outcome = TypeVar("Outcome")
+NONE_WITH_FRICTION: Mapping[str, GivenICs] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
 class PairWithFriction:
-    """Two bodies on a grid; raises WrongInput where the problem has no friction."""
+    """Two bodies on a grid, and ICs of the caller by name; raises WrongInput without friction."""
 
     problem: ContactProblem
     on_grid: PairOnGrid
     options: RunOptions = DEFAULT
+    given: Mapping[str, GivenICs] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.problem.specification.friction is None:
@@ -55,7 +58,15 @@ class PairWithFriction:
 
     def operator(self, name: str) -> FullOperator:
         """The ICs of a name."""
+        if name in self.given:
+            return self.given[name].operator
         return self.reference.operator if name == C else approximation(self.on_grid, name)
+
+    def perturbed(self, name: str) -> FullOperator | None:
+        """The ICs of a name with their estimated errors added; None where no errors are known."""
+        if name in self.given:
+            return self.given[name].perturbed
+        return self.reference.perturbed if name == C else None
 
     def frictional(self, operator: FullOperator, friction: float) -> FrictionalProblem:
         """The contact problem with some ICs and a coefficient of friction."""
@@ -71,15 +82,22 @@ class PairWithFriction:
 
 
 def solve_with_friction(
-    problem: ContactProblem, solve: Callable[[PairWithFriction], Outcome], options: RunOptions = DEFAULT
+    problem: ContactProblem,
+    solve: Callable[[PairWithFriction], Outcome],
+    options: RunOptions = DEFAULT,
+    given: Mapping[str, GivenICs] = NONE_WITH_FRICTION,
 ) -> Outcome:
-    """Return the solution of `solve` on a grid that fits the largest load, made longer where needed."""
-    ((grid, loadings),) = grids_of(problem)
+    """Return the solution of `solve` on a grid that fits the largest load, made longer where needed.
+
+    `given` are ICs of the caller by name; with some of them among those of the problem, the grid is theirs.
+    """
+    own = {name: given[name] for name in problem.specification.ics if name in given}
+    ((grid, loadings),) = grids_of(problem, own)
 
     def solve_on(on_grid: PairOnGrid) -> Outcome:
         n_x, n_s = on_grid.grid.n_x, on_grid.grid.n_s
         size = f"{on_grid.grid.dx:.3g} x {on_grid.grid.ds:.3g} mm"
         options.watch.on_stage(f"  {n_x} x {n_s} elements of {size}: {loadings[-1]}")
-        return solve(PairWithFriction(problem, on_grid, options))
+        return solve(PairWithFriction(problem, on_grid, options, own))
 
-    return on_fitting_grid(problem, grid, solve_on)
+    return on_fitting_grid(problem, grid, solve_on, longer=not own)

@@ -49,10 +49,6 @@ class BodyICs:
         """The same with the mean of C(I, J) and C(J, I)^T."""
         return replace(self, ics=reciprocal(self.ics))
 
-    def scaled(self, factor: float) -> "BodyICs":
-        """C of the same body with a modulus that is smaller by a factor."""
-        return BodyICs(factor * self.ics, factor * self.approach)
-
 
 @dataclass(frozen=True, eq=False)
 class ReferenceICs:

@@ -13,7 +13,6 @@ from femic.contact.estimates import SAFETY, Measured, Numbers, changes, errors
 from femic.contact.frictional import FrictionalContact, FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_COMPRESSION, kinds, measured
 from femic.contact.pairs.solved_curve import OTHER_ELEMENTS
@@ -43,7 +42,7 @@ def solve_compression(pair: PairWithFriction, friction: float, name: str) -> Sol
         steps,
         _on_larger(pair, problem, label),
         in_steps(pair, problem, f"{label}, larger steps", halves=False)[0],
-        _with_estimate(pair, friction, label) if name == C else None,
+        _with_estimate(pair, friction, name),
     )
     return SolvedCompression(steps, estimated, last, seconds)
 
@@ -59,10 +58,12 @@ def in_halves(loads: Sequence[float]) -> list[float]:
     return [step for low, load in zip(before, loads, strict=True) for step in ((low + load) / 2, load)]
 
 
-def _with_estimate(pair: PairWithFriction, friction: float, label: str) -> Steps:
-    """The numbers with C plus its estimated error."""
-    problem = pair.frictional(pair.reference.perturbed, friction)
-    return in_steps(pair, problem, f"{label} plus its estimate")[0]
+def _with_estimate(pair: PairWithFriction, friction: float, name: str) -> Steps | None:
+    """The numbers with ICs plus their estimated errors; None where no errors are known."""
+    if (operator := pair.perturbed(name)) is None:
+        return None
+    label = f"friction {friction:g}, {name} plus its estimate"
+    return in_steps(pair, pair.frictional(operator, friction), label)[0]
 
 
 def in_steps(

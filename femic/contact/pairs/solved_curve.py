@@ -7,11 +7,10 @@ from time import perf_counter
 import numpy as np
 
 from femic.contact.estimates import Numbers, changes, errors
-from femic.contact.frictional import FrictionalProblem
+from femic.contact.frictional import FrictionalProblem, FullOperator
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.pairs.creep_force import Continuation, CreepForceCurve
 from femic.contact.pairs.displaced import displaced_numbers
-from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import OF_CURVE, OF_ROLLING, kinds
 from geometries.errors import Failure
@@ -44,7 +43,8 @@ def solve_curve(pair: PairWithFriction, friction: float, name: str) -> SolvedCur
     pair.options.watch.on_stage(
         f"  {along.label}: {len(curve.points)} of {len(along.xi)} creepages, {seconds:.1f} s"
     )
-    change = _change(along, curve) if name == C else None
+    perturbed = pair.perturbed(name)
+    change = None if perturbed is None else _change(along, curve, perturbed)
     point_errors, curve_errors = _errors(along.xi, curve, _on_larger(along), change)
     return SolvedCurve(curve, point_errors, curve_errors, displaced_numbers(along, curve), seconds)
 
@@ -88,13 +88,13 @@ class Change:
     free: Numbers
 
 
-def _change(along: Continuation, curve: CreepForceCurve) -> Change:
-    """The change by the estimated error of C, solved at a few creepages and linear between these.
+def _change(along: Continuation, curve: CreepForceCurve, operator: FullOperator) -> Change:
+    """The change with ICs plus their estimated errors, solved at a few creepages and linear between these.
 
     They are the one nearest 0 and those with the largest forces; NaN where no such contact is found.
     """
     pair = along.pair
-    problem = pair.frictional(pair.reference.perturbed, along.problem.problem.friction)
+    problem = pair.frictional(operator, along.problem.problem.friction)
     perturbed = Continuation.of(pair, problem, f"{along.label} plus its estimate")
     rows = {}
     for xi in deciding(curve):

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from femic.reference.accuracy import NotConverged, Shares
+from femic.reference.assessment import Assessment
 from femic.reference.engines import ENGINES, HARMONIC
 from femic.reference.job import Settings
 from femic.reference.level import Level
 from femic.reference.models import Cost
-from femic.reference.refinement import Assessed, _steps, refine, refined
+from femic.reference.refinement import _steps, refine, refined
 
 START = Level()
 LARGE = Settings(HARMONIC, most_unknowns=10**9)
@@ -114,20 +115,20 @@ FOUND = {"lower": Found(), "upper": Found()}
 
 def test_what_meets_its_tolerance_is_left_alone():
     just = replace(GOOD, total=0.01)
-    assert refine(JOBS, FOUND, Assessed({"lower": just, "upper": GOOD})) == {}
+    assert refine(JOBS, FOUND, Assessment({"lower": just, "upper": GOOD})) == {}
     bad = parts(truncation=0.0101)
-    assert refine(JOBS, FOUND, Assessed({"lower": just, "upper": bad})) == {"upper": Level(0, 1)}
+    assert refine(JOBS, FOUND, Assessment({"lower": just, "upper": bad})) == {"upper": Level(0, 1)}
 
 
 def test_what_is_no_number_does_not_meet_it():
     nothing = replace(parts(truncation=0.02), total=np.nan)
-    assert set(refine(JOBS, FOUND, Assessed({"lower": nothing, "upper": GOOD}))) == {"lower"}
+    assert set(refine(JOBS, FOUND, Assessment({"lower": nothing, "upper": GOOD}))) == {"lower"}
 
 
 def test_the_sum_is_judged_only_once_each_body_is_good_and_refines_the_worse_one():
     bad, worse = parts(truncation=0.006), parts(truncation=0.007)
     own = {"lower": GOOD, "upper": GOOD}
-    together = Assessed(own, parts(truncation=0.013), {"lower": worse, "upper": bad})
+    together = Assessment(own, parts(truncation=0.013), {"lower": worse, "upper": bad})
     assert refine(JOBS, FOUND, together) == {"lower": Level(0, 1)}
     assert refine(JOBS, FOUND, replace(together, combined=replace(GOOD, total=0.01))) == {}
     short = replace(together, own={"lower": GOOD, "upper": parts(mesh=0.02)})
@@ -136,7 +137,7 @@ def test_the_sum_is_judged_only_once_each_body_is_good_and_refines_the_worse_one
 
 def test_each_body_may_take_half_of_the_tolerance_of_the_sum():
     mine = parts(truncation=0.0199)  # a quarter of it is below a quarter of 0.02, a sixteenth below 0.0025
-    together = Assessed(
+    together = Assessment(
         {"lower": GOOD, "upper": GOOD}, parts(truncation=0.02), {"lower": mine, "upper": GOOD}
     )
     assert refine(JOBS, FOUND, together) == {"lower": Level(0, 2)}

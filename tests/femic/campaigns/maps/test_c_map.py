@@ -161,7 +161,7 @@ def test_the_error_on_left_out_nodes_covers_that_between_them(make, tmp_path, ra
 def test_contact_by_a_map_is_that_by_c_and_known_to_its_error(make, tmp_path):
     name = make(steep)
     scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["Bhat", name, "C"]})
-    found = to_dataset(compute_contact(scene, maps=maps_of_scene(scene))).isel(case=0)
+    found = to_dataset(compute_contact(scene, given=maps_of_scene(scene))).isel(case=0)
     c, by_map = (found.sel(ics=one) for one in ("C", name))
     for number in ("p_max", "approach", "a", "b"):
         assert float(by_map[number]) == pytest.approx(float(c[number]), rel=1e-2)
@@ -178,7 +178,7 @@ def test_a_map_has_a_grid_of_its_own_on_which_all_is_solved(make, tmp_path):
     assert (grid.n_x, grid.n_s, grid.dx, grid.ds) == (20, 20, 0.5, 0.4)
     small = scene_at(tmp_path, 1.05, 1e5, contact={"ics": [name], "loads": [1e6]})
     with pytest.raises(Failure, match=r"contact at 1e\+06 N with map:"):
-        compute_contact(small, maps=maps_of_scene(small))
+        compute_contact(small, given=maps_of_scene(small))
 
 
 def test_the_reference_is_c_then_a_map_then_bhat():

@@ -14,7 +14,7 @@ from femic.campaigns.dataset.outcomes import Outcome
 from femic.campaigns.files.load import load_campaign
 from femic.campaigns.maps.fit_map import fit_at, left_out, open_fits
 from femic.campaigns.results import calibration
-from femic.reference.run_options import Means
+from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
 from geometries.errors import WrongInput
 
@@ -42,7 +42,7 @@ def smooth(scene, _means):
     flank = scene.bodies["lower"].contour.inclination(30.0)
     ratio = scene.bodies["upper"].contour.core.radius / scene.bodies["lower"].contour.core.radius
     target = target_from(scene, np.ones((1, 40)))
-    target = replace(target, ics=target.of(true(flank, ratio)))
+    target = replace(target, ics=target.bhat_prime(true(flank, ratio)))
     return Calibrated(scene, None, {"combined": fit(target)}, {"combined": target})
 
 
@@ -56,7 +56,7 @@ def fits(tmp_path_factory):
         patch.setattr(calibration, "calibrate", smooth)
         for number in range(campaign.size):
             collected.add(
-                number, Outcome(calibration.calibration(campaign.scene(campaign.point(number)), Means()))
+                number, Outcome(calibration.calibration(campaign.scene(campaign.point(number)), RunOptions()))
             )
     return open_fits(collected.write())
 

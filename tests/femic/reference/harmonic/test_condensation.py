@@ -38,7 +38,7 @@ def largest(values):
 
 def prepared_by(respond):
     """The one condensation that serves all parities and far arcs."""
-    (together,) = respond._together
+    (together,) = respond._shared
     return together.condensation
 
 
@@ -111,7 +111,7 @@ def test_supports_that_differ_at_many_nodes_are_factored_apart(section, asked, m
     together, s = asked
     monkeypatch.setattr(section_response, "MOST_RETAINED", 10)
     apart = SectionSolver(section, LOADS, s, SHARES)
-    assert len(apart._together) == (4 if section.half_section else 2)
+    assert len(apart._shared) == (4 if section.half_section else 2)
     for shares in (SHARES, (1.0,), (0.5,)):
         expected = together(0.02, shares)[0]
         np.testing.assert_allclose(apart(0.02, shares)[0], expected, rtol=0, atol=1e-9 * largest(expected))

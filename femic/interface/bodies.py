@@ -1,0 +1,162 @@
+"""Bodies and pairs: contours with their materials, as the tables of scene files have them."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import ValidationError
+
+from approx.effective import EffectiveProperties
+from femic.scenes import contours
+from femic.scenes.bodies import BodyTable
+from femic.scenes.effective import effective_properties
+from femic.scenes.load import parse, read_scene, scene_path
+from femic.scenes.messages import messages
+from femic.scenes.section import Section
+from geometries import bodies
+from geometries.errors import WrongInput
+from geometries.materials import Material
+from geometries.surfaces import LOWER
+
+Flanks = float | tuple[float, float]
+ANY_DOMAIN = bodies.Domain(np.inf, np.inf)  # of bodies whose keys are checked
+Table = TypeVar("Table", bound=Section)
+
+
+def plain(value: Any) -> Any:
+    """Return a value as TOML has it: numbers and lists of NumPy as those of Python."""
+    if isinstance(value, Mapping):
+        return {name: plain(inner) for name, inner in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return [plain(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+
+def checked(table: type[Table], keys: Mapping[str, Any]) -> Table:
+    """Return a table of a scene file; raise WrongInput for keys that it does not take."""
+    try:
+        return table.model_validate(plain(keys))
+    except ValidationError as error:
+        raise WrongInput("; ".join(messages(error.errors()))) from error
+
+
+def given(keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys that have a value."""
+    return {name: value for name, value in keys.items() if value is not None}
+
+
+def plane() -> contours.Plane:
+    """Return a plane, the contour z = 0."""
+    return checked(contours.Plane, {"kind": "plane"})
+
+
+def arc(radius: float, flank_inclination_deg: Flanks) -> contours.Arc:
+    """Return a circular arc with straight flanks beyond it.
+
+    `radius` [mm] is negative for a groove. Both flanks have the inclination [degrees], or the left and the
+    right one have those of a pair. Raises WrongInput.
+    """
+    keys = {"radius": radius, "flank_inclination_deg": flank_inclination_deg}
+    return checked(contours.Arc, {"kind": "arc"} | keys)
+
+
+def ellipse(b_el: float, d_el: float, flank_inclination_deg: Flanks = 75.0) -> contours.Ellipse:
+    """Return an ellipse with straight flanks beyond it.
+
+    Its semi-axes are `b_el` along y and `d_el` along z [mm]. Inclinations [degrees] as of `arc`. Raises
+    WrongInput.
+    """
+    keys = {"b_el": b_el, "d_el": d_el, "flank_inclination_deg": flank_inclination_deg}
+    return checked(contours.Ellipse, {"kind": "ellipse"} | keys)
+
+
+def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> contours.Points:
+    """Return a smooth curve through points (y, z) [mm], (n,) each, y growing; s = 0 lies at `y_centre` [mm].
+
+    Raises WrongInput.
+    """
+    points = np.column_stack([y, z]).astype(float).tolist()
+    curve = checked(contours.Points, {"kind": "points", "points": points, "y_centre": y_centre})
+    curve.contour()  # raises for points that have no curve through them
+    return curve
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body: its contour, its material, and its shape along x.
+
+    It is extruded along x, or revolved with a `rolling_radius` [mm], that of its circle through the contact
+    centre, and a clamped hub of `hub_radius` [mm], by default a fifth of it. Raises WrongInput.
+    """
+
+    contour: Section
+    material: Material
+    rolling_radius: float = np.inf
+    hub_radius: float | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.contour, Section):
+            raise WrongInput(
+                f"contour = {self.contour!r}: make it with arc, ellipse, plane or through_points"
+            )
+        contour = checked(BodyTable, self.table).contour.contour()
+        bodies.Body(LOWER, contour, self.material, ANY_DOMAIN, self.rolling_radius, self.hub_radius)
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """The table of the body in a scene file."""
+        contour = self.contour.model_dump(mode="json", exclude_defaults=True)
+        of_file = {"contour": contour, "rolling_radius": self.rolling_radius, "hub_radius": self.hub_radius}
+        return given(asdict(self.material) | of_file)
+
+    @classmethod
+    def of(cls, table: BodyTable) -> "Body":
+        """Return the body of a table of a scene file."""
+        contour = cast(Section, table.contour)
+        return cls(contour, Material(table.E, table.nu), table.rolling_radius, table.hub_radius)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two bodies in contact: the `upper` one, a wheel, and the `lower` one, a rail.
+
+    `effective` are the properties of B-hat-prime by "combined", "lower", "upper", as `fit_bhat_prime` finds
+    them; with `curvature_apart` those of "combined" leave out the curvature of wheels. A `reference_length`
+    [mm] makes ICs dimensionless and sets where rigid motions are read; by default it is the crown radius of
+    the lower body, 10 mm if that is flat. Raises WrongInput.
+    """
+
+    upper: Body
+    lower: Body
+    effective: Mapping[str, EffectiveProperties] = field(default_factory=dict, hash=False)
+    curvature_apart: bool = False
+    reference_length: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.curvature_apart and "combined" not in self.effective:
+            raise WrongInput("curvature_apart: only where effective properties of 'combined' are given")
+
+    @property
+    def tables(self) -> dict[str, Any]:
+        """The tables of the pair in a scene file."""
+        effective = {name: given(asdict(properties)) for name, properties in self.effective.items()}
+        if self.curvature_apart:
+            effective["combined"]["curvature"] = "apart"
+        bodies = {"upper": self.upper.table, "lower": self.lower.table}
+        return given({"reference_length": self.reference_length, **bodies, "effective": effective})
+
+
+def load_pair(name_or_path: str) -> Pair:
+    """Return the bodies of a built-in scene, such as "geometry1", or of a scene file; raise WrongInput."""
+    path = scene_path(name_or_path)
+    file = parse(read_scene(path)[1], path)
+    effective = effective_properties(file.effective)
+    return Pair(
+        Body.of(file.upper),
+        Body.of(file.lower),
+        effective,
+        file.effective.curvature_apart,
+        file.reference_length,
+    )

@@ -1,0 +1,57 @@
+"""B-hat-prime fitted to C of a pair."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import xarray as xr
+
+from compare.calibration.compute import calibrate, to_dataset
+from femic.interface.bodies import Pair
+from femic.interface.options import DEFAULT, Options
+from femic.interface.scenes import patch_table, scene_of
+from geometries.patches import Patch
+
+
+@dataclass(frozen=True, eq=False)
+class FittedPair:
+    """A pair whose B-hat-prime is fitted to C, and the fit.
+
+    Variables of `fit`: `value` (body, parameter) of the effective properties, with `covariance` and `note`;
+    `rms` and `worst` (body, component), deviations from C as shares of its largest value; `c`, `estimate` and
+    `fitted` (body, component, point) [mm/N], the ICs at the points.
+    """
+
+    pair: Pair
+    fit: xr.Dataset
+
+
+def fit_bhat_prime(
+    pair: Pair,
+    patch: Patch,
+    *,
+    bodies: Sequence[str] = ("combined",),
+    properties: Sequence[str] = ("mismatch_k",),
+    components: Sequence[str] = ("xn",),
+    curvature_apart: bool = False,
+    options: Options = DEFAULT,
+) -> FittedPair:
+    """Fit B-hat-prime to C under a load on a patch, at points of lines along x (docs/calibration.md).
+
+    Of the `bodies` "combined", both together, "lower" or "upper", the `properties` "mismatch_k", "G" or "nu"
+    become functions of the distance from the load, such that `components` are as close to C as possible. With
+    `curvature_apart` those of "combined" leave out the curvature of wheels.
+
+    Raises WrongInput, and Failure where C cannot be computed to the tolerance.
+    """
+    calibration = {
+        "bodies": list(bodies),
+        "properties": list(properties),
+        "components": list(components),
+        "curvature": "apart" if curvature_apart else "contained",
+    }
+    tables = {"patch": patch_table(patch), "bodies": list(bodies), "calibration": calibration}
+    calibrated = calibrate(scene_of(pair, options, tables), options.run)
+    fitted = replace(
+        pair, effective=calibrated.scene.effective, curvature_apart=calibrated.scene.curvature_apart
+    )
+    return FittedPair(fitted, to_dataset(calibrated))

@@ -1,0 +1,189 @@
+"""Contact of a pair with any ICs: without friction, rolling, and pressed together with friction."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from compare.contact.compute import compute_contact
+from compare.contact.dataset import to_dataset
+from compare.friction.compute import compute_with_friction
+from femic.contact.extra_gap import extra_gap
+from femic.contact.pairs.given_ics import GivenICs
+from femic.contact.specification import FrictionSpecification
+from femic.interface.bodies import Pair, checked, given
+from femic.interface.matrices import grid_of, grid_table, name_of
+from femic.interface.options import DEFAULT, Options
+from femic.interface.scenes import NAME, scene_of
+from femic.scenes.checks import misfits
+from femic.scenes.contact import ContactTable
+from femic.scenes.errors import require_none
+from femic.scenes.scene import Scene
+from geometries.errors import WrongInput
+from geometries.grids import Grid
+
+ICs = str | xr.Dataset
+
+
+@dataclass(frozen=True)
+class Frictionless:
+    """Contact without friction under vertical `loads` [N], or at vertical `approaches` [mm] instead.
+
+    With `lateral_force` [N] on the upper body, its lateral position follows. Raises WrongInput.
+    """
+
+    loads: Sequence[float] = ()
+    approaches: Sequence[float] = ()
+    lateral_force: float | None = None
+
+    def __post_init__(self) -> None:
+        checked(ContactTable, self.table)
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """The keys of a scene file."""
+        of_loads = {"loads": list(self.loads), "approaches": list(self.approaches)}
+        return given(of_loads | {"motion": "none", "lateral_force": self.lateral_force})
+
+
+@dataclass(frozen=True)
+class Rolling:
+    """Steady rolling of the upper body towards +x under a vertical `load` [N], at coefficients of `friction`.
+
+    Contacts are solved at all `longitudinal` creepages, omega R / V - 1 (1), with a `lateral` velocity of the
+    wheel over V (1) and a `spin` over V [1/mm], and where the longitudinal force is `equal_force` times
+    friction and load. Raises WrongInput.
+    """
+
+    load: float
+    friction: float | Sequence[float]
+    longitudinal: Sequence[float] = FrictionSpecification.longitudinal
+    lateral: float = 0.0
+    spin: float = 0.0
+    equal_force: float = 0.5
+
+    def __post_init__(self) -> None:
+        checked(ContactTable, self.table)
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """The keys of a scene file."""
+        return {
+            "motion": "rolling",
+            "loads": [self.load],
+            "friction": np.atleast_1d(self.friction).tolist(),
+            "longitudinal": list(self.longitudinal),
+            "lateral": self.lateral,
+            "spin": self.spin,
+            "equal_force": self.equal_force,
+        }
+
+
+@dataclass(frozen=True)
+class Compression:
+    """Compression with friction: bodies pressed together in steps of vertical `loads` [N], which grow.
+
+    Raises WrongInput.
+    """
+
+    loads: Sequence[float]
+    friction: float | Sequence[float]
+
+    def __post_init__(self) -> None:
+        checked(ContactTable, self.table)
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """The keys of a scene file."""
+        friction = np.atleast_1d(self.friction).tolist()
+        return {"motion": "compression", "loads": list(self.loads), "friction": friction}
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSetup:
+    """Where bodies touch, and on which elements.
+
+    `elements` across the smallest patch on a grid that fits the contact, or a `grid` about x = 0 instead. The
+    upper body is moved by `shift` along y [mm]. With `flanks` false, bodies do not touch on straight flanks.
+    The undeformed distance, `gap`, is "linear" or, without friction only, "exact": of the displaced body.
+    `extra_gap` (n, 2 or 3) has columns s, gap or x, s, gap [mm], a gap that is added.
+    """
+
+    elements: int = 20
+    grid: Grid | None = None
+    shift: float = 0.0
+    flanks: bool = True
+    gap: Literal["linear", "exact"] = "linear"
+    extra_gap: ArrayLike | None = None
+
+    @property
+    def tables(self) -> dict[str, Any]:
+        """The tables [contact] and [grid] of a scene file."""
+        contact: dict[str, Any] = {"elements": self.elements, "shift": self.shift, "flanks": self.flanks}
+        if self.gap != "linear":
+            contact["gap"] = self.gap
+        if self.grid is None:
+            return {"contact": contact}
+        return {"contact": contact | {"grid": "scene"}, "grid": grid_table(self.grid)}
+
+
+AUTOMATIC = ContactSetup()
+
+
+def solve_contact(
+    pair: Pair,
+    motion: Frictionless | Rolling | Compression,
+    ics: Sequence[ICs] = ("A", "Bhat", "C"),
+    setup: ContactSetup = AUTOMATIC,
+    options: Options = DEFAULT,
+) -> xr.Dataset:
+    """Solve the contact of a pair with each of several ICs.
+
+    `ics` are names of approximations, "C", which is computed on the contact's grid, and matrices as of
+    `compute_matrix` or `label_matrix`, on whose grid all is solved then.
+
+    The dataset has numbers of contacts over ics and case (a load or an approach), or over ics, friction and
+    `xi` (creepage) or `load`: forces, moments, approach, p_max and others with units and meanings, each with
+    its estimated error `estimate_NAME`. Pressures without friction are p_0, p_1, ... over (ics, x_0, s_0)
+    [MPa] by case; with friction tractions `p` over x, s and direction [MPa], on the upper body, `stick` and
+    `slip` are those at `equal_force`, or under the last load.
+
+    Raises WrongInput, and Failure where there is no solution, or no C to the tolerance.
+    """
+    names = tuple(one if isinstance(one, str) else name_of(one) for one in ics)
+    if len(set(names)) < len(names):
+        raise WrongInput(f"ics: {', '.join(names)}: two have the same name: name each once")
+    matrices = {name: one for name, one in zip(names, ics, strict=True) if isinstance(one, xr.Dataset)}
+    scene = _scene(pair, motion, setup, options, [name for name in names if name not in matrices] or ["A"])
+    scene = replace(scene, contact=replace(scene.contact, ics=names))
+    own = {name: _given(one) for name, one in matrices.items()}
+    if scene.contact.friction:
+        return compute_with_friction(scene, options.run, own)
+    return to_dataset(compute_contact(scene, options.run, own))
+
+
+def _scene(
+    pair: Pair,
+    motion: Frictionless | Rolling | Compression,
+    setup: ContactSetup,
+    options: Options,
+    ics: Sequence[str],
+) -> Scene:
+    tables = setup.tables
+    tables["contact"] |= motion.table | {"ics": list(ics)}
+    scene = scene_of(pair, options, tables)
+    if setup.extra_gap is None:
+        return scene
+    gap = extra_gap(np.asarray(setup.extra_gap, dtype=float))
+    scene = replace(scene, contact=replace(scene.contact, extra_gap=gap), text="")  # no file has this gap
+    require_none(NAME, misfits(scene))
+    return scene
+
+
+def _given(matrix: xr.Dataset) -> GivenICs:
+    """A labelled matrix as contact takes it."""
+    estimate = matrix.estimate.values if "estimate" in matrix else 0.0
+    return GivenICs(grid_of(matrix), matrix.ic.values, estimate)

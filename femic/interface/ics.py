@@ -1,0 +1,110 @@
+"""ICs at points: C with its estimate, approximations, and their errors."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from approx.halfspace import observers
+from compare.ics.compute import compute
+from compare.ics.dataset import approximations_dataset, errors_in, to_dataset
+from femic.interface.bodies import Pair, checked
+from femic.interface.options import DEFAULT, Options
+from femic.interface.scenes import NAME, patch_table, scene_of
+from femic.scenes.checks import misfits
+from femic.scenes.errors import require_none
+from femic.scenes.lines import LineAlongS, LineAlongX
+from femic.scenes.scene import Scene
+from geometries.errors import WrongInput
+from geometries.patches import COMPONENTS, OffsetLine, Patch
+
+Line = LineAlongX | LineAlongS | OffsetLine
+BODIES = ("combined", "lower", "upper")
+ICS = ("A", "B", "Bbar", "Bhat", "mix", "C")
+
+
+def line_along_x(s: float, reach: float = 25.0, points: int = 401) -> LineAlongX:
+    """Return the points from x = -reach to +reach [mm] at arc length s [mm]. Raises WrongInput."""
+    return checked(LineAlongX, {"along": "x", "s": s, "reach": reach, "points": points})
+
+
+def line_along_s(x: float, reach: float = 25.0, points: int = 401) -> LineAlongS:
+    """Return the points from s = -reach to +reach [mm], as far as contours go, at x [mm] from the load.
+
+    Raises WrongInput.
+    """
+    return checked(LineAlongS, {"along": "s", "x": x, "reach": reach, "points": points})
+
+
+def points(x: ArrayLike, s: ArrayLike, name: str = "points") -> OffsetLine:
+    """Return points of any kind: at x from the load and at arc length s [mm], of shapes that broadcast.
+
+    Raises WrongInput for points that are not finite numbers.
+    """
+    x, s = (values.ravel() for values in observers(x, s))
+    return OffsetLine(name, "s", x, s)
+
+
+def compute_ics(
+    pair: Pair,
+    patch: Patch,
+    lines: Sequence[Line],
+    ics: Sequence[str] = ICS,
+    *,
+    bodies: Sequence[str] = BODIES,
+    components: Sequence[str] = COMPONENTS,
+    options: Options = DEFAULT,
+) -> xr.Dataset:
+    """Compute ICs under a load on a patch at the points of lines.
+
+    `ics` are names of approximations and "C", `components` such as "xn", the displacement along x under a
+    load along n. The variable `ic` (variant, body, i, j, point) [mm/N] is the displacement i under a unit
+    total load j, NaN where it was not asked for. With C, after the rigid-body discount, come its estimated
+    error `estimate` (body, i, j, point) [mm/N] and more, which the dataset describes. Points have the
+    coordinates x, s [mm] and line.
+
+    Raises WrongInput, and Failure where C cannot be computed to the tolerance.
+    """
+    if not ics:
+        raise WrongInput("ics: none is named: give some of A, Bhat, C and others")
+    scene = _scene(pair, patch, lines, options, _tables(ics, bodies, components))
+    if "C" not in ics:
+        return approximations_dataset(scene)
+    dataset = to_dataset(compute(scene, options.run))
+    return dataset.sel(variant=list(ics))
+
+
+def compare_ics(ics: xr.Dataset) -> xr.Dataset:
+    """Compare approximations with C: return their errors on the lines of a dataset of `compute_ics`.
+
+    Variables over (body, variant, line, i, j): `error`, the largest on the line as a share of the component,
+    of C the estimated one; `rms`, its root mean square; `weight`, the largest as a share of C_nn; `vanishes`
+    (body, i, j), whether the component is zero, and errors are shares of 0.05 C_nn. docs/theory/errors.md
+    defines the measure. Files `ics.nc` of `femic run` may be compared, too.
+
+    Raises WrongInput without C, and without nn.
+    """
+    return errors_in(ics)
+
+
+def _tables(ics: Sequence[str], bodies: Sequence[str], components: Sequence[str]) -> dict[str, Any]:
+    variants = [name for name in ics if name != "C"] or ["A"]
+    return {"variants": variants, "bodies": list(bodies), "components": list(components)}
+
+
+def _scene(
+    pair: Pair, patch: Patch, lines: Sequence[Line], options: Options, tables: dict[str, Any]
+) -> Scene:
+    """Return the scene of a comparison, with lines of a table, and others that a scene file does not know."""
+    of_file = [line.model_dump() for line in lines if not isinstance(line, OffsetLine)]
+    stand_in = line_along_x(patch.s, patch.a, 2).model_dump()
+    scene = scene_of(pair, options, {"patch": patch_table(patch), "lines": of_file or [stand_in], **tables})
+    if len(of_file) == len(lines):
+        return scene
+    known = iter(scene.lines)
+    all_lines = tuple(line if isinstance(line, OffsetLine) else next(known) for line in lines)
+    scene = replace(scene, lines=all_lines, text="")  # no file has these lines
+    require_none(NAME, misfits(scene))
+    return scene

@@ -1,0 +1,90 @@
+"""Bodies in Python are those of scene files, with the same limits."""
+
+import numpy as np
+import pytest
+
+import femic
+from femic.interface.scenes import scene_of
+from femic.scenes.load import builtin_names, load_scene
+
+STEEL = femic.Material(E=210e3, nu=0.3)
+
+
+def of_python():
+    """The bodies of the scene `rolling`, whose contours are an ellipse and an arc."""
+    wheel = femic.Body(femic.ellipse(10.15, 10.25, 60.0), STEEL, rolling_radius=500.0)
+    return femic.Pair(wheel, femic.Body(femic.arc(10.0, 65.0), STEEL))
+
+
+def geometry(body):
+    """What the solvers see of a body."""
+    s = np.linspace(-15, 15, 61)
+    return np.concatenate([*body.contour.position(s), body.contour.inclination(s)])
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_a_pair_of_a_scene_is_that_of_the_scene(name):
+    scene, pair = load_scene(name), femic.load_pair(name)
+    again = scene_of(pair, femic.Options(), {})
+    assert again.pair.effective == scene.pair.effective
+    for body in ("upper", "lower"):
+        ours, theirs = again.bodies[body], scene.bodies[body]
+        np.testing.assert_array_equal(geometry(ours), geometry(theirs))
+        assert (ours.material, ours.surface.side) == (theirs.material, theirs.surface.side)
+        assert (ours.rolling_radius, ours.hub_radius) == (theirs.rolling_radius, theirs.hub_radius)
+
+
+def test_bodies_of_python_are_those_of_a_file():
+    file = femic.load_pair("rolling")
+    assert of_python() == femic.Pair(file.upper, file.lower)
+
+
+def test_flanks_may_differ_and_grooves_are_negative():
+    contour = femic.arc(-20.0, (10.0, 40.0)).contour()
+    np.testing.assert_allclose(np.degrees(contour.inclination([-99, 99])), [10, -40], rtol=1e-12)
+
+
+def test_a_curve_goes_through_its_points():
+    y = np.linspace(-8, 8, 41)
+    curve = femic.through_points(y, -(y**2) / 20, y_centre=1.0).contour()
+    np.testing.assert_allclose(curve.position(0.0), [0, 0], atol=1e-12)
+    assert np.tan(curve.inclination(0.0)) == pytest.approx(0.1, rel=1e-3)
+
+
+def test_a_plane_is_flat():
+    assert np.all(femic.plane().contour().inclination(np.linspace(-5, 5, 7)) == 0)
+
+
+def test_numbers_of_numpy_are_numbers():
+    steel = femic.Material(np.float64(210e3), np.float64(0.3))
+    flanks = np.array([20.0, 30.0])
+    ours = femic.Body(femic.arc(np.float64(10.0), flanks), steel, np.int64(500))
+    assert ours == femic.Body(femic.arc(10.0, (20.0, 30.0)), STEEL, 500.0)
+    assert femic.line_along_s(np.float64(1.6), points=np.int64(5)) == femic.line_along_s(1.6, points=5)
+    assert hash(ours) == hash(femic.Body(femic.arc(10.0, (20.0, 30.0)), STEEL, 500.0))
+
+
+WRONG = {
+    "radius": (lambda: femic.arc(0.0, 20.0), r"radius = 0\.0"),
+    "flank": (lambda: femic.arc(10.0, 95.0), r"flank_inclination_deg = 95\.0.*at most 85"),
+    "axis": (lambda: femic.ellipse(-1.0, 2.0), r"b_el = -1\.0"),
+    "order of points": (lambda: femic.through_points([0, 2, 1, 3], [0, 0, 0, 0]), "y must grow"),
+    "rolling radius": (lambda: femic.Body(femic.plane(), STEEL, 5.0), r"rolling_radius = 5\.0.*at least 20"),
+    "incompressible": (lambda: femic.Body(femic.plane(), femic.Material(1e3, 0.5)), r"nu = 0\.5"),
+    "hub": (lambda: femic.Body(femic.plane(), STEEL, 500.0, 50.0), r"hub_radius = 50\.0.*at least 0\.2"),
+    "contour": (lambda: femic.Body("plane", STEEL), "contour = 'plane': make it with arc"),
+    "workers": (lambda: femic.Options(workers=0), "workers = 0: at least 1"),
+    "curvature": (
+        lambda: femic.Pair(of_python().upper, of_python().lower, curvature_apart=True),
+        "curvature_apart: only where",
+    ),
+    "tolerance": (lambda: femic.Options(tolerance=2.0), r"tolerance = 2\.0.*at most 1"),
+    "engine": (lambda: femic.Options(engine="magic"), "kind = 'magic'.*'harmonic' or 'solid'"),
+    "scene": (lambda: femic.load_pair("geometry3"), "did you mean 'geometry1' or 'geometry2'"),
+}
+
+
+@pytest.mark.parametrize(("make", "message"), WRONG.values(), ids=WRONG)
+def test_wrong_input_says_which_value_and_what_is_allowed(make, message):
+    with pytest.raises(femic.WrongInput, match=message):
+        make()

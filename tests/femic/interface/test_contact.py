@@ -1,0 +1,182 @@
+"""Contact in Python: of the scene route, limits, ICs of one's own, every motion, wrong input."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import femic
+from compare.contact.compute import compute_contact
+from compare.contact.dataset import to_dataset
+from compare.friction.compute import compute_with_friction
+
+STEEL = femic.Material(E=210e3, nu=0.3)
+PAIR = femic.Pair(
+    upper=femic.Body(femic.arc(10.6, 60.0), STEEL, rolling_radius=500.0),
+    lower=femic.Body(femic.arc(10.0, 60.0), STEEL),
+)
+SETUP = femic.ContactSetup(elements=8)
+OPTIONS = femic.Options(tolerance=0.3, workers=1)
+LOAD, FRICTION = 10e3, 0.3
+GRID = femic.Grid(n_x=16, n_s=20, dx=1.1, ds=0.55)
+ROLLING = femic.Rolling(LOAD, FRICTION, longitudinal=(-0.004, 0.0, 0.004))
+MOTIONS = {
+    "none": femic.Frictionless([LOAD]),
+    "rolling": ROLLING,
+    "compression": femic.Compression([LOAD / 2, LOAD], FRICTION),
+}
+
+
+def scene(**contact):
+    """The scene of the pair, from a file's keys."""
+    lower = {"E": 210e3, "nu": 0.3, "contour": {"kind": "arc", "radius": 10.0, "flank_inclination_deg": 60.0}}
+    wide = {"kind": "arc", "radius": 10.6, "flank_inclination_deg": 60.0}
+    upper = lower | {"contour": wide, "rolling_radius": 500.0}
+    keys = {"lower": lower, "upper": upper, "engine": {"tolerance": 0.3}}
+    return femic.load_scene("flat", keys | {"contact": {"elements": 8, "loads": [LOAD], **contact}})
+
+
+def same(ours, theirs):
+    """Whether all numbers agree; seconds do not."""
+    for name in set(theirs.data_vars) - {"seconds"}:
+        xr.testing.assert_allclose(ours[name], theirs[name], rtol=1e-12)
+
+
+def test_contact_of_a_pair_is_that_of_its_scene():
+    ours = femic.solve_contact(PAIR, MOTIONS["none"], ["A", "Bhat"], SETUP)
+    same(ours, to_dataset(compute_contact(scene(ics=["A", "Bhat"]))))
+    assert ours.p_max.attrs["units"] == "MPa"
+    np.testing.assert_allclose(ours["load"], LOAD, rtol=1e-6)
+
+
+def test_rolling_of_a_pair_is_that_of_its_scene():
+    ours = femic.solve_contact(PAIR, ROLLING, ["Bhat"], SETUP)
+    keys = {"motion": "rolling", "friction": [FRICTION], "longitudinal": [-0.004, 0.0, 0.004]}
+    same(ours, compute_with_friction(scene(ics=["Bhat"], **keys)))
+    assert np.all(np.diff(ours.F_x.sel(ics="Bhat", friction=FRICTION)) > 0)  # driven wheels push
+
+
+@pytest.fixture(scope="module")
+def c():
+    """C on the grid, without friction's directions of rolling."""
+    return femic.compute_matrix(PAIR, GRID, "C", OPTIONS)
+
+
+def test_c_given_as_a_matrix_is_c(c):
+    """Both differ in their models alone: those of nn have fewer loads."""
+    setup = replace(SETUP, grid=GRID)
+    ours, theirs = (femic.solve_contact(PAIR, MOTIONS["none"], [ics], setup, OPTIONS) for ics in (c, "C"))
+    for name in ("p_max", "approach", "a", "b"):
+        np.testing.assert_allclose(ours[name], theirs[name], rtol=1e-6)
+        np.testing.assert_allclose(ours[f"estimate_{name}"], theirs[f"estimate_{name}"], rtol=0.01)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_an_approximation_given_as_a_matrix_is_the_approximation(motion):
+    """Of the wheel as a prismatic body: fast operators take it so."""
+    prismatic = replace(PAIR, upper=replace(PAIR.upper, rolling_radius=np.inf))
+    matrix = femic.compute_matrix(prismatic, GRID, "Bhat").assign_attrs(ics="mine")
+    both = femic.solve_contact(PAIR, MOTIONS[motion], ["Bhat", matrix], SETUP)
+    for name in ("p_max", "approach", "a"):
+        mine, theirs = both[name].sel(ics="mine"), both[name].sel(ics="Bhat")
+        np.testing.assert_allclose(mine, theirs, rtol=1e-6)  # to the solvers' tolerance
+
+
+@pytest.mark.parametrize("motion", ["rolling", "compression"])
+def test_errors_of_given_ics_reach_the_estimates(motion):
+    b_hat = femic.compute_matrix(PAIR, GRID, "Bhat")
+    exact, unsure = (
+        femic.label_matrix(b_hat.ic.values, GRID, name, estimate)
+        for name, estimate in (("exact", None), ("unsure", 0.05 * np.abs(b_hat.ic.values)))
+    )
+    both = femic.solve_contact(PAIR, MOTIONS[motion], [exact, unsure], SETUP)
+    np.testing.assert_array_equal(both.approach.sel(ics="exact"), both.approach.sel(ics="unsure"))
+    assert np.all(both.estimate_approach.sel(ics="unsure") > both.estimate_approach.sel(ics="exact"))
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_c_that_is_given_is_not_computed_again(motion, c, monkeypatch):
+    monkeypatch.setattr("femic.contact.pairs.reference_ics.matrices", None)
+    contact = femic.solve_contact(PAIR, MOTIONS[motion], [c], SETUP, femic.Options(engine="solid"))
+    assert list(contact.ics.values) == ["C"]
+    assert np.all(contact.p_max > 0)
+
+
+def test_stiffer_ics_give_less_approach():
+    """ICs and approach are proportional where pressures are given by the load: half the ICs, stiffer."""
+    b_hat = femic.compute_matrix(PAIR, GRID, "Bhat")
+    half = femic.label_matrix(b_hat.ic.values / 2, GRID, "half")
+    both = femic.solve_contact(PAIR, MOTIONS["none"], [b_hat, half], SETUP)
+    soft, stiff = (both.sel(ics=name, case=f"{LOAD:.0f} N") for name in ("Bhat", "half"))
+    assert float(stiff.approach) < float(soft.approach)
+    assert float(stiff.p_max) > float(soft.p_max)
+
+
+def test_an_extra_gap_of_arrays_takes_pressure_from_where_it_is():
+    gap = np.array([[-0.5, 0.0], [0.0, 2e-3], [0.5, 0.0]])
+    smooth, pitted = (
+        femic.solve_contact(PAIR, MOTIONS["none"], ["A"], replace(SETUP, grid=GRID, extra_gap=extra)).p_0
+        for extra in (None, gap)
+    )
+    middle = {"x_0": 0.0, "s_0": 0.0}
+    assert pitted.sel(middle, method="nearest").item() < 0.95 * smooth.sel(middle, method="nearest").item()
+
+
+def test_the_lateral_position_follows_a_lateral_force_and_the_distance_may_be_exact():
+    motion = femic.Frictionless([LOAD], lateral_force=500.0)
+    contact = femic.solve_contact(PAIR, motion, ["A"], replace(SETUP, gap="exact"))
+    assert contact.F_y.item() == pytest.approx(500.0, rel=1e-3)
+    assert contact.position.item() != 0.0
+
+
+@pytest.mark.parametrize(("motion", "shown"), [("none", 1), ("rolling", 1), ("compression", 1)])
+def test_a_figure_of_each_motion(motion, shown):
+    figure = femic.plot_contact(femic.solve_contact(PAIR, MOTIONS[motion], ["A", "Bhat"], SETUP))
+    assert len(figure.axes) >= shown
+    labels = {text for axes in figure.axes for text in axes.get_legend_handles_labels()[1]}
+    assert any("B̂" in label for label in labels)
+
+
+WRONG = {
+    "no load": (lambda: femic.solve_contact(PAIR, femic.Frictionless(), ["A"]), "give loads"),
+    "load": (lambda: femic.Frictionless([-1.0]), r"loads\.0 = -1"),
+    "both": (lambda: femic.Frictionless([1.0], approaches=[1e-3]), "either loads or approaches"),
+    "friction": (lambda: femic.Rolling(1e3, -0.1), r"friction\.0 = -0\.1"),
+    "order": (lambda: femic.Compression([2e3, 1e3], 0.3), "loads must grow"),
+    "creepage": (lambda: femic.Rolling(1e3, 0.3, longitudinal=[0.1, -0.1]), "longitudinal must grow"),
+    "ICs": (lambda: femic.solve_contact(PAIR, ROLLING, ["Chat"]), "Chat"),
+    "twice": (
+        lambda: femic.solve_contact(PAIR, ROLLING, ["Bhat", femic.compute_matrix(PAIR, GRID, "Bhat")]),
+        "two have the same name",
+    ),
+    "no labels": (
+        lambda: femic.solve_contact(PAIR, ROLLING, [femic.compute_matrix(PAIR, GRID, "A").drop_attrs()]),
+        "without attributes ds, dx, ics: label it by label_matrix",
+    ),
+    "exact rolling": (
+        lambda: femic.solve_contact(PAIR, ROLLING, ["A"], replace(SETUP, gap="exact")),
+        "gap is only of motion = 'none'",
+    ),
+    "no wheel": (
+        lambda: femic.solve_contact(femic.Pair(PAIR.lower, PAIR.lower), MOTIONS["none"], ["A"]),
+        "two prismatic bodies",
+    ),
+    "two grids": (
+        lambda: femic.solve_contact(
+            PAIR,
+            MOTIONS["none"],
+            [
+                femic.compute_matrix(PAIR, GRID, "A"),
+                femic.compute_matrix(PAIR, replace(GRID, n_x=8), "Bhat"),
+            ],
+        ),
+        "different grids",
+    ),
+}
+
+
+@pytest.mark.parametrize(("call", "message"), WRONG.values(), ids=WRONG)
+def test_wrong_input_is_refused_with_its_name(call, message):
+    with pytest.raises(femic.WrongInput, match=message):
+        call()

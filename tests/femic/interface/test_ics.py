@@ -1,0 +1,221 @@
+"""ICs in Python: those of the scene route, symmetries, errors from datasets, matrices, fits, figures."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import femic
+from approx.matrix import matrix
+from compare.ics.compute import compute
+from compare.ics.dataset import errors, to_dataset
+from femic.interface.matrices import grid_of
+
+COARSE = 0.3  # tolerance, about where cells stop growing
+PATCH = femic.Patch(a=0.3, b=0.2)
+LINES = (femic.line_along_x(1.6, 6.0, 9), femic.line_along_s(1.6, 6.0, 13))
+OPTIONS = femic.Options(tolerance=COARSE, workers=1)
+KEYS = {
+    "patch": {"a": 0.3, "b": 0.2},
+    "variants": ["A", "Bhat"],
+    "lines": [
+        {"along": "x", "s": 1.6, "reach": 6.0, "points": 9},
+        {"along": "s", "x": 1.6, "reach": 6.0, "points": 13},
+    ],
+    "engine": {"tolerance": COARSE, "check": False},
+}
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return femic.load_pair("geometry1")
+
+
+@pytest.fixture(scope="module")
+def ics(pair):
+    return femic.compute_ics(pair, PATCH, LINES, ("A", "Bhat", "C"), options=OPTIONS)
+
+
+@pytest.fixture(scope="module")
+def of_scene():
+    """ICs of the same scene by its own route, with all components, and their errors."""
+    components = [i + j for i in "xsn" for j in "xsn"]
+    results = compute(femic.load_scene("geometry1", KEYS | {"components": components}), OPTIONS.run)
+    dataset = to_dataset(results)
+    return dataset, errors(results, dataset)
+
+
+def test_ics_of_a_pair_are_those_of_its_scene(ics, of_scene):
+    dataset, _ = of_scene
+    for name in ("ic", "estimate", "raw"):
+        xr.testing.assert_equal(ics[name], dataset[name])
+        assert ics[name].attrs["units"] == "mm/N"
+    assert ics.attrs["reference_length"] == 10.0
+
+
+def test_errors_from_the_dataset_alone_are_those_of_the_results(ics, of_scene):
+    _, measured = of_scene
+    ours = femic.compare_ics(ics)
+    for name in ("error", "rms", "weight", "vanishes"):
+        xr.testing.assert_allclose(ours[name], measured[name], rtol=1e-13)
+
+
+def test_equal_bodies_have_no_combined_xn_of_a(ics):
+    xn = ics.ic.sel(variant="A", i="x", j="n")
+    np.testing.assert_allclose(xn.sel(body="upper"), -xn.sel(body="lower"), rtol=1e-13)
+    assert np.all(xn.sel(body="combined") == 0)
+
+
+def test_c_is_symmetric_about_the_load_within_its_estimate(ics):
+    nn = ics.sel(i="n", j="n", body="lower")
+    across = nn.isel(point=nn.line.values == "x = 1.6 mm")
+    c, estimate = across.ic.sel(variant="C").values, across.estimate.values
+    assert np.all(np.abs(c - c[::-1]) <= estimate + estimate[::-1])
+    assert np.all(estimate < 0.2 * np.abs(c).max())
+
+
+def test_points_are_those_of_a_line_that_goes_through_them(pair):
+    s = np.linspace(-6, 6, 13)
+    names = ["A", "B", "Bbar", "Bhat", "mix"]
+    on_line = femic.compute_ics(pair, PATCH, LINES[1:], names)
+    scattered = femic.compute_ics(pair, PATCH, [femic.points(1.6, s, "mine"), LINES[0]], names)
+    mine = scattered.isel(point=scattered.line.values == "mine")
+    np.testing.assert_array_equal(mine.ic, on_line.ic)
+    assert [str(name) for name in dict.fromkeys(scattered.line.values)] == ["mine", "s = 1.6 mm"]
+
+
+def test_one_body_and_one_component_are_solved_alone(pair, ics):
+    one = femic.compute_ics(pair, PATCH, LINES, ["C"], bodies=["lower"], components=["nn"], options=OPTIONS)
+    assert list(one.body.values) == ["lower"]
+    assert bool(one.ic.sel(j="x").isnull().all())
+    c, known = (ics.sel(body="lower", i="n", j="n")[name] for name in ("ic", "estimate"))
+    off = np.abs(one.ic.sel(variant="C", body="lower", i="n", j="n") - c.sel(variant="C"))
+    assert np.all(off <= 2 * known)
+
+
+def test_solved_models_are_kept_and_reported(pair, tmp_path):
+    said = []
+    options = replace(OPTIONS, store=str(tmp_path / "store"), report=said.append)
+    kept = [
+        femic.compute_ics(pair, PATCH, LINES, ["C"], bodies=["lower"], components=["nn"], options=options)
+        for _ in range(2)
+    ]
+    xr.testing.assert_equal(kept[0].ic, kept[1].ic)
+    assert len(list((tmp_path / "store").rglob("*.nc"))) >= 1
+
+
+WRONG = {
+    "no ICs": (lambda pair: femic.compute_ics(pair, PATCH, LINES, []), "ics: none is named"),
+    "no matrix": (lambda pair: femic.compute_matrix(pair, GRID, "Bhat+sn:Q"), r"variant = 'Bhat\+sn:Q'"),
+    "variant": (lambda pair: femic.compute_ics(pair, PATCH, LINES, ["Chat"]), r"variants\.0 = 'Chat'"),
+    "component": (
+        lambda pair: femic.compute_ics(pair, PATCH, LINES, ["A"], components=["xy"]),
+        r"components\.0 = 'xy'",
+    ),
+    "patch off the contour's end": (
+        lambda pair: femic.compute_ics(pair, femic.Patch(0.3, 0.2, 9999.0), LINES, ["A"]),
+        r"patch\.s = 9999",
+    ),
+    "far points": (lambda pair: femic.compute_ics(pair, PATCH, [femic.points(1e4, 0.0)], ["A"]), "lines.0"),
+    "points": (lambda _: femic.points([0.0, np.nan], 0.0), "x = nan"),
+    "no fit": (lambda pair: femic.compute_ics(pair, PATCH, LINES, ["Bhat_prime"]), "effective properties"),
+    "nothing to compare with": (
+        lambda pair: femic.compare_ics(femic.compute_ics(pair, PATCH, LINES, ["A"])),
+        "without C",
+    ),
+    "grid": (
+        lambda pair: femic.compute_matrix(pair, femic.Grid(4, 4, 1e3, 1.0), "A"),
+        r"grid\.dx / grid\.ds",
+    ),
+    "engine": (
+        lambda pair: femic.compute_matrix(
+            pair, femic.Grid(4, 4, 0.4, 0.4), options=femic.Options(engine="solid")
+        ),
+        "engine.kind = 'solid'",
+    ),
+    "shape": (
+        lambda _: femic.label_matrix(np.ones((4, 4)), femic.Grid(4, 4, 0.4, 0.4), "mine"),
+        r"ic of shape",
+    ),
+    "figure": (lambda _: femic.plot_ics(xr.Dataset(), "xy"), "component = 'xy'"),
+}
+
+
+@pytest.mark.parametrize(("call", "message"), WRONG.values(), ids=WRONG)
+def test_wrong_input_is_refused_with_its_name_before_any_work(call, message, pair):
+    with pytest.raises(femic.WrongInput, match=message):
+        call(pair)
+
+
+GRID = femic.Grid(n_x=5, n_s=4, dx=0.6, ds=0.4, s=0.3)
+
+
+@pytest.fixture(scope="module")
+def c_matrix(pair):
+    return femic.compute_matrix(pair, GRID, "C", OPTIONS)
+
+
+def test_a_matrix_knows_its_grid_and_its_layout(pair):
+    labelled = femic.compute_matrix(pair, GRID, "B")
+    again = grid_of(labelled)
+    assert (again.n_x, again.n_s, again.dx, again.ds) == (5, 4, 0.6, 0.4)
+    assert again.s == pytest.approx(0.3, rel=1e-12)
+    scene = femic.load_scene("geometry1")
+    np.testing.assert_array_equal(labelled.ic, matrix("B", scene.pair, GRID))
+    assert labelled.ic.dims == ("lag", "observed", "loaded", "i", "j")
+
+
+def test_c_of_a_matrix_is_reciprocal_and_near_b_hat(c_matrix, pair):
+    """C(I, J) = C(J, I)^T at lag 0, and B-hat of equal bodies comes close in nn."""
+    at_zero = c_matrix.isel(lag=0)
+    known = float(c_matrix.estimate.max())
+    swapped = at_zero.ic.values.transpose(1, 0, 3, 2)
+    parity = np.outer([-1, 1, 1], [-1, 1, 1])
+    assert np.abs(at_zero.ic.values - parity * swapped).max() <= 2 * known
+    b_hat = femic.compute_matrix(pair, GRID, "Bhat")
+    nn = {"i": "n", "j": "n"}
+    largest = float(c_matrix.ic.sel(nn).max())
+    assert float(np.abs(c_matrix.ic - b_hat.ic).sel(nn).max()) < 0.05 * largest
+
+
+def test_a_matrix_from_elsewhere_is_labelled_the_same_way(c_matrix):
+    mine = femic.label_matrix(c_matrix.ic.values, GRID, "C", c_matrix.estimate.values)
+    xr.testing.assert_identical(mine, c_matrix)
+
+
+def test_a_file_for_contact_has_the_matrix(pair, tmp_path):
+    from compare.export.contact_file import read  # noqa: PLC0415
+
+    labelled = femic.compute_matrix(pair, GRID, "Bhat")
+    femic.write_for_contact(pair, labelled, tmp_path / "contact.txt")
+    shear = femic.load_scene("geometry1").pair.constants.G
+    own = read(tmp_path / "contact.txt").values[:, GRID.n_s - 1]  # a strip on itself: (strip, lag, i, j)
+    expected = shear * np.stack([labelled.ic.values[:, k, k] for k in range(GRID.n_s)])
+    np.testing.assert_allclose(own, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+
+
+def test_a_fit_gives_the_pair_a_b_hat_prime_that_is_closer_to_c(pair, ics):
+    fitted = femic.fit_bhat_prime(pair, PATCH, options=OPTIONS)
+    prime = femic.compute_ics(fitted.pair, PATCH, LINES[:1], ["Bhat", "Bhat_prime"], bodies=["combined"])
+    xn = prime.ic.sel(body="combined", i="x", j="n")
+    c = ics.ic.sel(variant="C", body="combined", i="x", j="n")
+    c = c.isel(point=c.line.values == "s = 1.6 mm")
+    off = np.abs(xn - c.values).max("point")
+    assert off.sel(variant="Bhat_prime") < 0.3 * off.sel(variant="Bhat")
+    assert set(fitted.pair.effective) == {"combined"}
+    assert float(fitted.fit.rms.max()) < 0.1
+
+
+@pytest.mark.parametrize("with_c", [True, False])
+def test_a_figure_shows_all_ics_and_notebooks_show_it(ics, pair, with_c):
+    shown = ics if with_c else femic.compute_ics(pair, PATCH, LINES, ["A", "Bhat"])
+    figure = femic.plot_ics(shown, "sn")
+    assert len(figure.axes) == 3 * len(LINES)
+    labels = figure.axes[0].get_legend_handles_labels()[1]
+    assert {"A", "B̂"} | ({"C"} if with_c else set()) <= set(labels)
+    drawn = {line.get_label(): line.get_ydata() for line in figure.axes[0].get_lines()}
+    on_line = shown.isel(point=shown.line.values == "s = 1.6 mm")
+    expected = on_line.ic.sel(variant="Bhat", body="combined", i="s", j="n") * 210e3 * 10.0
+    np.testing.assert_allclose(drawn["B̂"], expected, rtol=1e-12)
+    assert figure._repr_png_().startswith(b"\x89PNG")
