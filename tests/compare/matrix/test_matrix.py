@@ -74,7 +74,7 @@ def test_the_report_shows_maps_and_is_self_contained(made):
     html = (out / "matrix.html").read_text(encoding="utf-8")
     assert html.count("data:image/png") == len(list((out / "figures").glob("matrix_*.png"))) == 3
     assert "://" not in html
-    assert "planned / taken" in html
+    assert "expected / actual" in html
 
 
 def test_a_second_time_nothing_is_meshed_or_factored(made, monkeypatch, capsys):
