@@ -42,7 +42,7 @@ def table(title: str, head: list[str], rows: Iterator[Sequence[str]]) -> None:
 
 
 def textbook(patch: Patch, x: Array, s: Array) -> Array:
-    """The sums of logarithms over the corners, as they are usually programmed."""
+    """Return the sums of logarithms over the corners, as they are usually programmed."""
     total = np.zeros((5, *x.shape))
     for i in (1, -1):
         for j in (1, -1):
@@ -82,7 +82,7 @@ def megabytes(call: Callable[[], object]) -> float:
 
 
 def worst_error(form: Form, cases: Sequence[Case]) -> float:
-    """Largest relative error of the nine components of one steel body; infinite where it is nan."""
+    """Return largest relative error of the nine components of one steel body; infinite where it is nan."""
     constants, worst = one_body(STEEL, UPPER), 0.0
     with np.errstate(all="ignore"):
         for patch, x, s in cases:
@@ -182,7 +182,7 @@ def speed() -> None:
 
 
 def hat_cases(patch: Patch, rng: np.random.Generator, n: int) -> tuple[Array, Array]:
-    """Points on the scale of either side, and nodes of the grid."""
+    """Return points on the scale of either side, and nodes of the grid."""
     a, b = patch.a, patch.b
     x = np.concatenate([a * 10 ** rng.uniform(-2, 1, n), b * 10 ** rng.uniform(-2, 4, n)])
     s = np.concatenate([b * 10 ** rng.uniform(-2, 4, n), a * 10 ** rng.uniform(-2, 1, n)])
@@ -212,12 +212,12 @@ def bilinear() -> None:
 
 
 def with_finer_rules(patch: Patch, x: Array, s: Array) -> Array:
-    kept = hat.GAUSS, hat.LEAST, hat.MOST
+    before = hat.GAUSS, hat.LEAST, hat.MOST
     hat.GAUSS, hat.LEAST, hat.MOST = (48,), 301, 301
     try:
         return hat.over_hat(patch, x, s)
     finally:
-        hat.GAUSS, hat.LEAST, hat.MOST = kept
+        hat.GAUSS, hat.LEAST, hat.MOST = before
 
 
 # --- another library -----------------------------------------------------------------------------------

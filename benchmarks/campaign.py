@@ -14,7 +14,7 @@ from femic.cache.store import Store
 from femic.campaigns.dataset.collected import Collected
 from femic.campaigns.files.load import load_campaign
 from femic.campaigns.running import tasks
-from femic.campaigns.running.cluster import Size, local_cluster
+from femic.campaigns.running.cluster import ClusterSize, local_cluster
 from femic.campaigns.running.run import compute_sweep
 from femic.reference.models import peak_memory
 from femic.reference.run_options import RunOptions
@@ -68,16 +68,16 @@ def computed(campaign, folder, client):
 
 
 def swept(name, text, workers):
-    with TemporaryDirectory() as folder, local_cluster(Size(workers, MEMORY)) as client:
+    with TemporaryDirectory() as folder, local_cluster(ClusterSize(workers, MEMORY)) as client:
         client.run(tasks.results_digest)  # imports are not measured
-        before, begun = _of_workers(client), process_time()
+        before, cpu_start = _of_workers(client), process_time()
         campaign, start = campaign_in(folder, text), perf_counter()
         done = computed(campaign, folder, client)
-        seconds, of_cores = perf_counter() - start, process_time() - begun + _of_workers(client) - before
+        seconds, of_cores = perf_counter() - start, process_time() - cpu_start + _of_workers(client) - before
         print(
             f"{name}: {done.scenes} scenes, {workers} workers: {seconds:.0f} s, {of_cores:.0f} s of cores "
-            f"(here {process_time() - begun:.0f} s); {done.models} models solved, "
-            f"{done.models_reused} times kept, {done.failed} failed; {done.memory:.0f} MB a worker, "
+            f"(here {process_time() - cpu_start:.0f} s); {done.models} models solved, "
+            f"{done.models_reused} times reused, {done.failed} failed; {done.memory:.0f} MB a worker, "
             f"{peak_memory():.0f} MB here",
             flush=True,
         )
@@ -91,11 +91,11 @@ def single(share):
     with TemporaryDirectory() as folder:
         campaign = campaign_in(folder, SCENES.format(**ALL))
         numbers = [n for k, n in enumerate(campaign.order) if int(k * share) != int((k + 1) * share)]
-        models, start, begun = 0, perf_counter(), process_time()
+        models, start, cpu_start = 0, perf_counter(), process_time()
         for number in numbers:
             scene = campaign.scene(campaign.point(number))
             models += len(compute(scene, RunOptions(2, Store(f"{folder}/{number}"))).models)
-        seconds, of_cores = perf_counter() - start, process_time() - begun
+        seconds, of_cores = perf_counter() - start, process_time() - cpu_start
     print(
         f"single: {len(numbers)} of {campaign.size} scenes, {seconds:.0f} s, {models} models; for all "
         f"{seconds / len(numbers) * campaign.size:.0f} s, "

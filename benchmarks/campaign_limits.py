@@ -17,11 +17,11 @@ from distributed import as_completed
 from femic.cache.store import Store
 from femic.campaigns.dataset import outcomes
 from femic.campaigns.dataset.collected import Collected
-from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.files.load import load_campaign
 from femic.campaigns.results import registry
 from femic.campaigns.results.kind import ResultKind
-from femic.campaigns.running.cluster import Size, local_cluster
+from femic.campaigns.running.cluster import ClusterSize, local_cluster
 from femic.campaigns.running.run import compute_sweep
 from femic.campaigns.running.scene_task import tasks_of
 from femic.reference.models import peak_memory
@@ -52,20 +52,20 @@ def main(n_tasks=100_000, n_files=100_000, n_scenes=20_000):
     for n in (n_files // 10, n_files):
         files(n)
     slow()
-    join_words(2000)
+    listed(2000)
 
 
 def scheduled(n, window=8):
-    """Tasks that do nothing, a window of them at a time, as a campaign hands them over."""
-    with local_cluster(Size(2, MEMORY)) as client:
-        start, begun, left = perf_counter(), process_time(), n - window
+    """Print the seconds of empty tasks, a window of them at a time, as a campaign submits them."""
+    with local_cluster(ClusterSize(2, MEMORY)) as client:
+        start, cpu_start, left = perf_counter(), process_time(), n - window
         first = [client.submit(os.getpid, pure=False) for _ in range(window)]
         finishing = as_completed(first, loop=client.loop)
         for _ in finishing:
             if left:
                 finishing.add(client.submit(os.getpid, pure=False))
                 left -= 1
-        wall, cpu = perf_counter() - start, process_time() - begun
+        wall, cpu = perf_counter() - start, process_time() - cpu_start
     print(
         f"{n} tasks that do nothing: {1e3 * wall / n:.2f} ms a task, {1e3 * cpu / n:.2f} ms of a core for "
         f"client and scheduler; {peak_memory():.0f} MB",
@@ -74,15 +74,15 @@ def scheduled(n, window=8):
 
 
 def errors():
-    """As large as what is kept of a scene: three ICs, three lines, nine components."""
+    """Return an array as large as the results of a scene: three ICs, three lines, nine components."""
     values = np.random.default_rng(0).random((4, 1, 3, 3, 3))
     dims = ("variant", "body", "line", "i", "j")
     return xr.Dataset(dict.fromkeys(("error", "rms", "weight"), (dims, values)))
 
 
 def files(n):
-    """What scenes leave in a store, as files in one folder."""
-    one = Outcome(errors())
+    """Print the seconds for files of results in one folder."""
+    one = SceneOutcome(errors())
     with TemporaryDirectory() as folder:
         store, start = Store(folder), perf_counter()
         for number in range(n):
@@ -93,7 +93,7 @@ def files(n):
         )
         start = perf_counter()
         keys = outcomes.keys_in(store)
-        found = perf_counter() - start
+        seconds = perf_counter() - start
         chosen = sorted(keys)[:: max(1, n // 1000)]
         start = perf_counter()
         for key in chosen:
@@ -101,7 +101,7 @@ def files(n):
         read = perf_counter() - start
     print(
         f"{n} files of {size / 1e3:.1f} kB in a store: {1e3 * written / n:.2f} ms to write one, "
-        f"{1e3 * read / len(chosen):.2f} ms to read one, {found:.2f} s to list them",
+        f"{1e3 * read / len(chosen):.2f} ms to read one, {seconds:.2f} s to list them",
         flush=True,
     )
 
@@ -119,9 +119,9 @@ class SlowStore(Store):
 
 
 def slow():
-    """Accesses to a slow store for what is kept of a scene."""
+    """Print the seconds of accesses to a slow store for the results of a scene."""
     with TemporaryDirectory() as folder:
-        store, one = SlowStore(folder), Outcome(errors())
+        store, one = SlowStore(folder), SceneOutcome(errors())
         start = perf_counter()
         for number in range(20):
             outcomes.put(store, f"key{number}", one)
@@ -131,20 +131,20 @@ def slow():
             outcomes.get(store, f"key{number}")
         read, of_reading = (perf_counter() - start) / 20, SlowStore.accesses / 20
     print(
-        f"store with {1e3 * SLOW:.0f} ms an access: {1e3 * written:.0f} ms to write what is kept of a scene "
+        f"store with {1e3 * SLOW:.0f} ms an access: {1e3 * written:.0f} ms to write the results of a scene "
         f"({of_writing:.0f} accesses), {1e3 * read:.0f} ms to read it ({of_reading:.0f})",
         flush=True,
     )
 
 
 def campaign(n):
-    """A whole campaign of scenes of which nothing is computed, but as much is kept; then once more."""
-    with TemporaryDirectory() as folder, local_cluster(Size(2, MEMORY)) as client:
+    """Print the seconds of a campaign with results of usual size, without computation; then once more."""
+    with TemporaryDirectory() as folder, local_cluster(ClusterSize(2, MEMORY)) as client:
         client.run(_nothing_is_computed)
         _nothing_is_computed()
-        told = [_seconds_a_scene(folder, n, client) for _ in range(2)]
+        timings = [_seconds_a_scene(folder, n, client) for _ in range(2)]
         dataset = max(Path(folder, "out").glob("sweep.*"), key=lambda path: path.suffix)
-    for what, (wall, cpu) in zip(("first", "again"), told, strict=True):
+    for what, (wall, cpu) in zip(("first", "again"), timings, strict=True):
         print(
             f"{n} scenes that take nothing, {what}: {1e3 * wall:.1f} ms a scene, {1e3 * cpu:.1f} ms of "
             f"a core for client and scheduler; {dataset.name}, {peak_memory():.0f} MB",
@@ -155,9 +155,9 @@ def campaign(n):
 def _seconds_a_scene(folder, n, client):
     swept = campaign_in(folder, CAMPAIGN.format(n=n))
     collected, store = Collected(swept, Path(folder, "out")), Store(f"{folder}/store")
-    start, begun = perf_counter(), process_time()
+    start, cpu_start = perf_counter(), process_time()
     compute_sweep(collected, store, lambda _: nullcontext(client))
-    return (perf_counter() - start) / n, (process_time() - begun) / n
+    return (perf_counter() - start) / n, (process_time() - cpu_start) / n
 
 
 def _nothing_is_computed():
@@ -170,8 +170,8 @@ def campaign_in(folder, text):
     return load_campaign(path)
 
 
-def join_words(n):
-    """The tasks of a campaign, made one after the other by this process."""
+def listed(n):
+    """Print the seconds to make the tasks of a campaign one after the other."""
     with TemporaryDirectory() as folder:
         swept, start = campaign_in(folder, CAMPAIGN.format(n=n)), process_time()
         count = sum(1 for _ in tasks_of(swept, Store(folder)))

@@ -29,7 +29,7 @@ STEPS = 60  # of Newton's method, and of the active set
 
 
 def distances(scene: Scene) -> Array:
-    """Undeformed distances along n from the lower to the upper surface [mm], (n_x, n_s)."""
+    """Return undeformed distances along n from the lower to the upper surface [mm], (n_x, n_s)."""
     grid, upper = scene.grid, scene.bodies["upper"]
     contour = scene.bodies["lower"].contour
     x = grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2)[:, None]
@@ -42,14 +42,14 @@ def distances(scene: Scene) -> Array:
 
 
 def surface(contour: Contour, radius: float, x: Array, y: Array) -> Array:
-    """Height z [mm] of a surface of revolution, or of a prismatic one, at x, y."""
+    """Return height z [mm] of a surface of revolution, or of a prismatic one, at x, y."""
     s = np.linspace(-30.0, 30.0, 600_001)
     z = np.interp(y, *contour.position(s))
     return z if np.isinf(radius) else radius - np.sqrt((radius - z) ** 2 - x**2)
 
 
 def pressures(ics: Array, gap: Array) -> Array:
-    """Pressures [MPa], (n_x, n_s), that leave no penetration, of ICs (n_x, n_s, n_s, 3, 3) [mm/MPa]."""
+    """Return pressures [MPa], (n_x, n_s), without penetration, of ICs (n_x, n_s, n_s, 3, 3) [mm/MPa]."""
     n_x, n_s = gap.shape
     lag = np.abs(np.arange(n_x)[:, None] - np.arange(n_x))
     whole = ics[lag][..., N, N].transpose(0, 2, 1, 3).reshape(n_x * n_s, n_x * n_s)
@@ -66,7 +66,7 @@ def pressures(ics: Array, gap: Array) -> Array:
 
 
 def row(scene: Scene, name: str, ics: Array, approach: float) -> str:
-    """A line of the table."""
+    """Return a line of the table."""
     grid, slope = scene.grid, scene.bodies["lower"].contour.inclination(scene.grid.strips)
     p = pressures(ics, distances(scene) - approach * np.cos(slope))
     load = float(np.sum(p * np.cos(slope)) * grid.area)

@@ -4,7 +4,7 @@
 
 Prints for each number how often its error is within its estimate, the worst ratio of error and estimate, and
 the median of the opposite ratio, which says how much too large estimates are; the same for the difference to
-elements twice as large. The shares in `femic.contact.undecided` were found with other random
+elements twice as large. The shares in `femic.contact.error_floors` were found with other random
 contacts than those of any seed here. On arcs and ellipses, unsymmetric and often off the crown, with 8 to 20
 elements across the patch. Statement 25 of `femic validate` is about `frictionless` and `rolling`.
 """
@@ -31,7 +31,7 @@ STEPS = 2  # of load in compressions, each in halves
 
 
 def curve(case: RandomContact) -> GridComparison:
-    """Creepage without force, slope, creepage at half of friction times load."""
+    """Return creepage without force, slope, creepage at half of friction times load."""
 
     def solved(of: RandomContact, problem: FrictionalProblem) -> Measured:
         return continuation(of, problem).curve().free
@@ -42,7 +42,7 @@ def curve(case: RandomContact) -> GridComparison:
 
 
 def continuation(case: RandomContact, problem: FrictionalProblem) -> Continuation:
-    """The continuation along a creep-force curve, with as much of a pair as it reads."""
+    """Return the continuation along a creep-force curve, with as much of a pair as it reads."""
     size = float(np.hypot(case.creepages.longitudinal, case.creepages.lateral))
     most = 3 * size + 2 * case.friction * case.load / 1e6
     specification = SimpleNamespace(
@@ -77,7 +77,7 @@ ALL = {**STUDIES, "curve": curve, "compression": compression}
 
 
 def table(study: str, found: list[GridComparison]) -> str:
-    """Coverage of all numbers, as Markdown."""
+    """Return coverage of all numbers, as Markdown."""
     lines = [
         f"| {study}, {len(found)} contacts | difference holds | worst | median "
         "| estimate holds | worst | median |",
@@ -96,9 +96,11 @@ def main() -> None:
     parser.add_argument("studies", nargs="+", choices=list(ALL))
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=2)
-    asked = parser.parse_args()
-    for study in asked.studies:
-        print(table(study, list(islice(comparisons(ALL[study], asked.seed), asked.count))), flush=True)
+    arguments = parser.parse_args()
+    for study in arguments.studies:
+        print(
+            table(study, list(islice(comparisons(ALL[study], arguments.seed), arguments.count))), flush=True
+        )
 
 
 if __name__ == "__main__":

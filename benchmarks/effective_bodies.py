@@ -65,11 +65,11 @@ def main(*, out: Path = Path("out/benchmarks"), tolerance: float = 0.01) -> xr.D
 
 
 def fitted(name: str, tolerance: float, store: Store) -> tuple[Results, dict[tuple[str, ...], Fits]]:
-    """C of a scene's bodies, and effective properties of each for every set of components."""
-    wanted = {"bodies": list(BODIES), "properties": ["mismatch_k"], "components": COMPONENTS}
+    """Return C of a scene's bodies, and effective properties of each for every set of components."""
+    calibration = {"bodies": list(BODIES), "properties": ["mismatch_k"], "components": COMPONENTS}
     engine = {"tolerance": tolerance, "check": False}
     results = calibrate(
-        load_scene(name, {"calibration": wanted, "engine": engine}), RunOptions(store=store)
+        load_scene(name, {"calibration": calibration, "engine": engine}), RunOptions(store=store)
     ).results
     fits = {}
     for components, properties in SETS.items():
@@ -80,7 +80,7 @@ def fitted(name: str, tolerance: float, store: Store) -> tuple[Results, dict[tup
 
 
 def solid_of(results: Results, body: str, ratio: float, effective: EffectiveProperties | None) -> Solid:
-    """A body of a Young's modulus that is `ratio` times the scene's, properties scaled likewise."""
+    """Return a body of a Young's modulus that is `ratio` times the scene's, properties scaled likewise."""
     given = results.scene.bodies[body]
     if effective and effective.G:
         effective = replace(effective, G=replace(effective.G, far=ratio * effective.G.far))
@@ -88,14 +88,14 @@ def solid_of(results: Results, body: str, ratio: float, effective: EffectiveProp
 
 
 def approximated(results: Results, variant: str, ratio: float, fits: Fits) -> Array:
-    """ICs of both bodies per unit load [mm/N] at all points, upper body `ratio` times as stiff."""
+    """Return ICs of both bodies per unit load [mm/N] at all points, upper body `ratio` times as stiff."""
     patch, points = results.scene.patch, (results.points.x, results.points.s)
     solids = [solid_of(results, b, ratio if b == "upper" else 1.0, fits.get(b)) for b in BODIES]
     return np.sum([solid.approximate(variant, patch, points) for solid in solids], axis=0) / patch.area
 
 
 def translated(results: Results, body: str) -> Array:
-    """What the best rigid translation adds to B-hat of a body [mm/N]: Q_I^T diag(t) Q_J, least squares."""
+    """Return the best translation [mm/N] to add to B-hat of a body: Q_I^T diag(t) Q_J, least squares."""
     surface, patch = results.scene.bodies[body].surface, results.scene.patch
     x, s = results.points.x, results.points.s
     observer, load = surface.axes(surface.chart_x(x, s, patch.s), s), surface.axes([0.0], [patch.s])
@@ -111,11 +111,11 @@ def translated(results: Results, body: str) -> Array:
 
 
 def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArray:
-    """Worst errors on the scene's lines by ratio, variant and component: `femic.ic_errors.error_measure`."""
+    """Return the worst errors on the scene's lines by ratio, variant and component."""
     lines = {name: part for name, part in results.lines.items() if not name.startswith("fit ")}
     variants = {"B̂": ("Bhat", {}), TRANSLATED: ("Bhat", {})} | {
-        f"B̂′, {', '.join(SETS[components])} to {', '.join(components)}": ("Bhat_prime", found)
-        for components, found in fits.items()
+        f"B̂′, {', '.join(SETS[components])} to {', '.join(components)}": ("Bhat_prime", effective)
+        for components, effective in fits.items()
     }
     table = np.empty((len(RATIOS), len(variants), len(COMPONENTS)))
     upper, lower = (reference_of(results, body) for body in BODIES)
@@ -124,8 +124,8 @@ def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArr
     for r, ratio in enumerate(RATIOS):
         c = upper.ic / ratio + lower.ic
         measure = Measure(c, upper.estimate / ratio + lower.estimate, c[2, 2], lines, far)
-        for v, (name, (variant, found)) in enumerate(variants.items()):
-            ics = approximated(results, variant, ratio, found)
+        for v, (name, (variant, effective)) in enumerate(variants.items()):
+            ics = approximated(results, variant, ratio, effective)
             if name == TRANSLATED:
                 ics = ics + moved[0] / ratio + moved[1]
             worst = np.max(list(measure.shares(ics - c).values()), axis=0)

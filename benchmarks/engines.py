@@ -41,12 +41,12 @@ def run(name: str, **engine: object) -> tuple[Results, float]:
     return results, perf_counter() - start
 
 
-def worst_share(results: Results, off: dict[str, np.ndarray]) -> float:
-    """Largest share of the scale of refinement over both bodies, lines and components."""
+def worst_share(results: Results, deviations: dict[str, np.ndarray]) -> float:
+    """Return largest share of the scale of refinement over both bodies, lines and components."""
     return max(
         component_of(share, c)
         for body in BODIES
-        for share in refinement_shares_of(results, body, off[body]).values()
+        for share in refinement_shares_of(results, body, deviations[body]).values()
         for c in results.scene.components
     )
 
@@ -70,14 +70,14 @@ def engines(tolerances: list[float]) -> None:
                 name, "solid, direct", 0.01, f"{seconds:.0f}", f"{took / seconds:.1f}", *described(direct), ""
             )
         for tolerance in tolerances:
-            found, seconds = run(name, kind="harmonic", tolerance=tolerance)
-            off = {b: found.references[b].c.ic - solid.references[b].c.ic for b in BODIES}
-            apart, ratio = f"{worst_share(solid, off):.2%}", f"{took / seconds:.1f}"
-            row(name, "harmonic", f"{tolerance:g}", f"{seconds:.0f}", ratio, *described(found), apart)
+            results, seconds = run(name, kind="harmonic", tolerance=tolerance)
+            deviations = {b: results.references[b].c.ic - solid.references[b].c.ic for b in BODIES}
+            apart, ratio = f"{worst_share(solid, deviations):.2%}", f"{took / seconds:.1f}"
+            row(name, "harmonic", f"{tolerance:g}", f"{seconds:.0f}", ratio, *described(results), apart)
 
 
 def described(results: Results) -> tuple[str, str, str]:
-    """Unknowns of the largest model, memory, worst estimate of the results."""
+    """Return unknowns of the largest model, memory, worst estimate of the results."""
     models = [cost for body in BODIES for cost in results.references[body].models.values()]
     estimate = worst_share(results, {body: results.references[body].c.estimate for body in BODIES})
     return (
@@ -100,7 +100,7 @@ def many_loads() -> None:
         grid = {"grid": {"n_x": 3, "n_s": STRIPS}}
         job = matrix_jobs(load_scene(name, grid | {"engine": {"check": False, "tolerance": 0.01}}))["lower"]
         start = perf_counter()
-        found = matrices({"lower": job}, RunOptions(2))["lower"]
+        results = matrices({"lower": job}, RunOptions(2))["lower"]
         seconds = perf_counter() - start
         start = perf_counter()
         solid_scene = load_scene(
@@ -108,21 +108,21 @@ def many_loads() -> None:
         )
         compute(solid_scene, RunOptions(2))
         one = perf_counter() - start
-        unknowns = f"{found.models['fine'].unknowns:,}"
+        unknowns = f"{results.models['fine'].unknowns:,}"
         cells = f"{seconds:.0f}", unknowns, f"{one:.0f}", f"{STRIPS * one:.0f}"
         row(f"{name}, lower", *cells, f"{STRIPS * one / seconds:.0f}")
 
 
 def growth() -> None:
     table("cells ×", "domain ×", "unknowns", "wavenumbers", "s", "ms per wavenumber")
-    asked = jobs(load_scene("geometry1"))["lower"].request(Level())
+    request = jobs(load_scene("geometry1"))["lower"].request(Level())
     for cells, domain in ((1.0, 1.0), (0.7, 1.0), (0.5, 1.0), (0.35, 1.0), (1.0, 4.0), (1.0, 16.0)):
-        body = replace(asked.body, domain=asked.body.domain.scaled(domain))
-        timed(replace(asked, cells=asked.cells.scaled(cells), body=body), cells, domain)
+        body = replace(request.body, domain=request.body.domain.scaled(domain))
+        timed(replace(request, cells=request.cells.scaled(cells), body=body), cells, domain)
 
 
-def timed(asked: HarmonicRequest, cells: float, domain: float) -> None:
-    cost = raw_ics(asked, workers=2).cost
+def timed(request: HarmonicRequest, cells: float, domain: float) -> None:
+    cost = raw_ics(request, workers=2).cost
     n = int(cost.solver.split()[1])
     seconds = sum(cost.seconds.values())
     per_wave = 1000 * cost.seconds["solution"] / n

@@ -38,7 +38,7 @@ COLUMNS = (
 
 
 def one(n_s: int, n_x: int) -> None:
-    """Compute and print a row; `again` is a second run with the models kept."""
+    """Compute and print a row; `again` is a second run with stored models."""
     engine = {"check": False, "tolerance": TOLERANCE}
     scene = load_scene("geometry2", {"grid": {"n_s": n_s, "n_x": n_x}, "engine": engine})
     with tempfile.TemporaryDirectory() as folder:
@@ -49,7 +49,7 @@ def one(n_s: int, n_x: int) -> None:
         start = perf_counter()
         compute_matrix(scene, path, RunOptions(2, store))
         again = perf_counter() - start
-        kept = sum(file.stat().st_size for file in (Path(folder) / "store").rglob("*.nc"))
+        stored = sum(file.stat().st_size for file in (Path(folder) / "store").rglob("*.nc"))
         cells = (
             n_s,
             n_x,
@@ -59,7 +59,7 @@ def one(n_s: int, n_x: int) -> None:
             f"{max(cost.unknowns for cost in costs):,}",
             f"{results.memory:.0f}",
             f"{path.stat().st_size / 1e6:.0f}",
-            f"{kept / 1e6:.0f}",
+            f"{stored / 1e6:.0f}",
             f"{max(shares.total for shares in results.errors.values()):.2%}",
         )
         print(f"| {' | '.join(map(str, cells))} |", flush=True)

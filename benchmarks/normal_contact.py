@@ -59,12 +59,12 @@ def of_femic(name: str, n_x: int, n_s: int) -> None:
     for _ in range(REPEATED):
         problem = NormalProblem(grid, made, half_space_operator(PAIR, grid, (N,)), distance, cosine)
         start = perf_counter()
-        found = solve(problem, load=LOAD)
+        result = solve(problem, load=LOAD)
         seconds.append(perf_counter() - start)
-    along_x, along_s = (int(np.ptp(np.flatnonzero(found.in_contact.any(axis=k)))) + 1 for k in (1, 0))
+    along_x, along_s = (int(np.ptp(np.flatnonzero(result.in_contact.any(axis=k)))) + 1 for k in (1, 0))
     print(
         f"| {name} | {grid.n_x} × {grid.n_s} | {along_x} × {along_s} | {set_up:.3f} | {min(seconds):.3f} | "
-        f"{found.solution.iterations} | {found.solution.products} |",
+        f"{result.solution.iterations} | {result.solution.products} |",
         flush=True,
     )
 

@@ -39,7 +39,7 @@ REPEATED = 3
 
 
 def curvatures() -> tuple[float, float]:
-    """Relative curvatures of the surfaces whose patch has these half-lengths."""
+    """Return relative curvatures of the surfaces whose patch has these half-lengths."""
     modulus = combined_modulus(STEEL, STEEL)
     along_x = along_s = 0.01
     for _ in range(200):
@@ -62,8 +62,8 @@ def problem(across: tuple[int, int], order: int, name: str = "A") -> RollingProb
 
 def solved(rolling: RollingProblem):
     start = perf_counter()
-    found = rolling.contact(CREEPAGES, Loading(LOAD), tolerance=TOLERANCE)
-    return found.contact, perf_counter() - start
+    result = rolling.contact(CREEPAGES, Loading(LOAD), tolerance=TOLERANCE)
+    return result.contact, perf_counter() - start
 
 
 def seconds() -> None:
@@ -84,14 +84,14 @@ def seconds() -> None:
 def errors() -> None:
     """Against forces extrapolated from the two finest grids of the second order."""
     sizes = [(n, n * 4 // 5) for n in (15, 25, 50, 100, 200)]
-    found = {(order, n): solved(problem(n, order)) for order in (1, 2) for n in sizes}
-    force = {key: contact.force[:2] / (FRICTION * LOAD) for key, (contact, _) in found.items()}
+    result = {(order, n): solved(problem(n, order)) for order in (1, 2) for n in sizes}
+    force = {key: contact.force[:2] / (FRICTION * LOAD) for key, (contact, _) in result.items()}
     limit = force[2, sizes[-1]] + (force[2, sizes[-1]] - force[2, sizes[-2]]) / 3
     print(f"\nforces over friction times load: {limit[0]:.5f}, {limit[1]:.5f}\n")
     print("| in the patch | order 1: error | seconds | order 2: error | seconds |\n|---|---|---|---|---|")
     for n in sizes:
         error = {order: np.linalg.norm(force[order, n] - limit) / np.linalg.norm(limit) for order in (1, 2)}
-        row = [f"{error[order]:.1e} | {found[order, n][1]:.2f}" for order in (1, 2)]
+        row = [f"{error[order]:.1e} | {result[order, n][1]:.2f}" for order in (1, 2)]
         print(f"| {n[0]} × {n[1]} | {row[0]} | {row[1]} |", flush=True)
 
 

@@ -51,19 +51,19 @@ def table(title: str, head: list[str], rows: Iterator[list[str]]) -> None:
 
 
 def solid_jobs(scene: str) -> dict[str, Job]:
-    """The jobs of a built-in scene by the solid engine."""
+    """Return the jobs of a built-in scene by the solid engine."""
     return jobs(load_scene(scene, {"engine": {"kind": "solid", "check": False}}))
 
 
 def with_cells(job: Job, factor: float) -> Job:
-    """A job with other cells to start with."""
+    """Return a job with other cells to start with."""
     return replace(job, settings=replace(job.settings, cells=job.first_cells.scaled(factor)))
 
 
-def in_fresh_process(asked: Request) -> RawICs:
+def in_fresh_process(request: Request) -> RawICs:
     """Its peak memory is its own, and idle threads of a direct solver slow down nothing else."""
     with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn")) as pool:
-        return pool.submit(raw_ics, asked).result()
+        return pool.submit(raw_ics, request).result()
 
 
 def seconds_of(cost: Cost) -> float:
@@ -71,18 +71,18 @@ def seconds_of(cost: Cost) -> float:
 
 
 def series(job: Job, levels: list[Level]) -> tuple[dict[Level, RawICs], dict[Level, np.ndarray], dict]:
-    """All models of some levels, and C and its estimate at each."""
+    """Return all models of some levels, and C and its estimate at each."""
     models: dict[Level, RawICs] = {}
     for level in levels:
         for needed in level.models(SOLID.estimate.models).values():
             if needed not in models:
                 models[needed] = in_fresh_process(job.request(needed))
-    found = {level: combine(job, level, models) for level in levels}
-    return models, {k: r.c.ic for k, r in found.items()}, {k: r.c.estimate for k, r in found.items()}
+    results = {level: combine(job, level, models) for level in levels}
+    return models, {k: r.c.ic for k, r in results.items()}, {k: r.c.estimate for k, r in results.items()}
 
 
 def accuracy_rows(job: Job, levels: list[Level], truth: np.ndarray | None = None) -> Iterator[list[str]]:
-    """Error and estimate of each level in percent, worst of the two lines; truth: else the last level's C."""
+    """Yield error (against the truth, or C of the last level) and estimate of each level in percent."""
     models, ic, estimate = series(job, levels)
     c = ic[levels[-1]] if truth is None else truth
     for level in levels:
@@ -140,8 +140,8 @@ def solver_rows() -> Iterator[list[str]]:
     half = replace(quarter, body=replace(quarter.body, contour=unsymmetric))
     for model, job in (("quarter", quarter), ("half", half)):
         for cells in (4, 2.83, 2, 1.41):
-            asked = with_cells(job, cells).request(Level())
-            costs = [in_fresh_process(replace(asked, solver=name)).cost for name in ("multigrid", "direct")]
+            request = with_cells(job, cells).request(Level())
+            costs = [in_fresh_process(replace(request, solver=name)).cost for name in ("multigrid", "direct")]
             seconds = [cost.seconds["solution"] for cost in costs]
             yield [
                 model,
@@ -170,8 +170,8 @@ def growth_rows(measured: dict[str, list[Cost]]) -> Iterator[list[str]]:
         for cells in (3.5, 2.4, 1.7, 1.2, 0.85, 0.65):
             if solver == "direct" and costs and costs[-1].unknowns * 2.3 > DIRECT_MOST:
                 break
-            asked = replace(with_cells(job, cells).request(Level()), solver=solver)
-            costs.append(cost := in_fresh_process(asked).cost)
+            request = replace(with_cells(job, cells).request(Level()), solver=solver)
+            costs.append(cost := in_fresh_process(request).cost)
             yield [
                 solver,
                 f"{cost.unknowns:,}",
@@ -185,13 +185,13 @@ def runs() -> None:
     for scene in ("geometry1", "geometry2"):
         with tempfile.TemporaryDirectory() as out:
             first, second = run(scene, out), run(scene, out)
-            print(f"\n`femic run {scene}`: {first:.0f} s, again with the models kept: {second:.0f} s")
+            print(f"\n`femic run {scene}`: {first:.0f} s, again with stored models: {second:.0f} s")
             head = ["model", "unknowns", "solver", *(f"{s} [s]" for s in STAGES), "peak of its process [MB]"]
             table(f"`femic run {scene}` by stage, one process per core", head, stage_rows(out))
 
 
 def run(scene: str, out: str) -> float:
-    """Wall seconds of `femic run` as a process of its own."""
+    """Return wall seconds of `femic run` as a process of its own."""
     start = perf_counter()
     command = [sys.executable, "-m", "femic", "run", scene, "--out", out]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)

@@ -15,7 +15,7 @@ from commands import COMMANDS, Ended, Place
 from contacts import contacts, summed
 from damages import DAMAGES, damages
 from kills import broken, kills
-from outcomes import Outcome, row, told
+from outcomes import Outcome, row, text_of_rows
 from races import races
 
 from geometries.contours import arc
@@ -121,7 +121,7 @@ def test_the_table_has_what_falls_short():
     attacks = [Outcome("a", "done"), Outcome("b", "done", "lost"), Outcome("c", "killed")]
     found = row("kills", "killed", attacks)
     assert (found["attacks"], found["answers"], found["short"]) == (3, {"done": 2, "killed": 1}, 1)
-    assert told([found | {"seconds": 3}]).splitlines() == [
+    assert text_of_rows([found | {"seconds": 3}]).splitlines() == [
         "kills           3 attacks in 3 s: 2 done, 1 killed; 1 fall short",
         "    b: lost",
     ]

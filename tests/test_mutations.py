@@ -6,7 +6,7 @@ from pathlib import Path
 sys.path.append(str(Path(__file__).parents[1] / "tools"))
 import mutations
 from mutants import ROOT, Mutant, changed_lines, mutated, places, sample
-from mutations import Tried, record
+from mutations import Trial, record
 
 CODE = '''"""Words of 1 module."""
 
@@ -63,7 +63,7 @@ def test_words_types_and_texts_are_not():
 
 def test_mutants_that_cannot_matter_are_counted_apart():
     def tried(line, outcome):
-        return Tried(Mutant("m.py", "op", 0, 1, line, "b"), outcome, 2.0)
+        return Trial(Mutant("m.py", "op", 0, 1, line, "b"), outcome, 2.0)
 
     outcomes = [tried("1", "caught"), tried("2", "late"), tried("3", "survived"), tried("4", "survived")]
     harmless = [

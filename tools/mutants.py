@@ -31,12 +31,12 @@ class Mutant:
 
 
 def sample(module: str, most: int) -> list[Mutant]:
-    """The same mutants of a module each time."""
+    """Return the same mutants of a module each time."""
     code = (ROOT / module).read_text(encoding="utf-8")
-    found = places(code)
-    Random(f"{SEED} {module}").shuffle(found)
+    changes = places(code)
+    Random(f"{SEED} {module}").shuffle(changes)
     chosen: list[Mutant] = []
-    for name, occurrence, number in found:
+    for name, occurrence, number in changes:
         changed = changed_lines(code, mutated(code, name, occurrence))
         if changed and len(chosen) < most:
             chosen.append(Mutant(module, name, occurrence, number, *changed))
@@ -46,17 +46,17 @@ def sample(module: str, most: int) -> list[Mutant]:
 
 
 def places(code: str) -> list[tuple[str, int, int]]:
-    """Operators, their occurrences and lines where what they change is no word."""
+    """Return operators, their occurrences and lines where what they change is no word."""
     left_out, nodes = spans_of_words(code), list(ast_nodes(get_ast(code)))
-    found = []
+    changes = []
     for name, operator in operators().items():
         spans = (place for node in nodes for place in operator.mutation_positions(node))
-        found += [
+        changes += [
             (name, occurrence, start[0])
             for occurrence, (start, _) in enumerate(spans)
             if not any(low <= start < high for low, high in left_out)
         ]
-    return found
+    return changes
 
 
 def mutated(code: str, operator: str, occurrence: int) -> str:
@@ -64,7 +64,7 @@ def mutated(code: str, operator: str, occurrence: int) -> str:
 
 
 def changed_lines(before: str, after: str) -> tuple[str, str] | None:
-    """The lines that differ, before and after; None if none does."""
+    """Return the lines that differ, before and after; None if none does."""
     matching = difflib.SequenceMatcher(None, before.splitlines(), after.splitlines(), autojunk=False)
     apart = [code for code in matching.get_opcodes() if code[0] != "equal"]
     if not apart:
@@ -75,7 +75,7 @@ def changed_lines(before: str, after: str) -> tuple[str, str] | None:
 
 
 def spans_of_words(code: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
-    """From where to where the code only says something: types, docstrings, texts, what is raised, logged."""
+    """Return the spans of code without effect on results: types, docstrings, texts, errors, logs."""
     spans = []
     for node in ast.walk(ast.parse(code)):
         for part in _words(node):
@@ -86,12 +86,12 @@ def spans_of_words(code: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
 
 def _words(node: ast.AST) -> Iterator[Any]:
     match node:
-        case ast.AnnAssign(annotation=said) | ast.arg(annotation=ast.expr() as said):
-            yield said
+        case ast.AnnAssign(annotation=annotation) | ast.arg(annotation=ast.expr() as annotation):
+            yield annotation
         case ast.FunctionDef(name=name) if name in MESSAGES:
             yield node
-        case ast.FunctionDef(returns=ast.expr() as said):
-            yield said
+        case ast.FunctionDef(returns=ast.expr() as annotation):
+            yield annotation
         case ast.Raise() | ast.JoinedStr() | ast.Import() | ast.ImportFrom() | ast.Assert():
             yield node
         case ast.Expr(value=ast.Constant()):

@@ -86,7 +86,7 @@ def _is_called(name: Any) -> bool:
 
 
 def _argument(node: Any) -> Any:
-    """The only argument of a call, by name or of a module's function."""
+    """Return the only argument of a call, by name or of a module's function."""
     if node.type not in ("power", "atom_expr") or node.children[0].type != "name":
         return None
     call = node.children[-1]

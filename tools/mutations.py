@@ -2,10 +2,10 @@
 
     python tools/mutations.py [--sample N] [--workers N] [--modules femic/reference/estimate.py ...] [--page]
 
-A seeded sample of N mutants of each module in tools/mutations.toml is tried in copies of the tree, each with
+A seeded sample of N mutants of each module in tools/mutations.toml is tested in copies of the tree, each with
 the tests that protect it (without slow ones, up to a time limit). Names of types, words, error texts and log
-messages are not changed. What was tried is kept in out/mutations.jsonl and is not tried again by the same
-code and tests. With --page the numbers of all that was tried by the same code and tests go to
+messages are not changed. Trials are stored in out/mutations.jsonl and are not repeated with the same
+code and tests. With --page the numbers of all trials with this code and these tests go to
 docs/numbers/mutations.json, of which docs/mutations.md is made (tools/write_docs.py).
 """
 
@@ -31,17 +31,17 @@ from mutants import ROOT, SEED, Mutant, mutated, sample
 
 from femic.cache.digests import digest_of, versions
 
-CODE = ("geometries", "approx", "femic", "contact", "compare", "tests")
+CODE = ("geometries", "approx", "femic", "compare", "tests")
 COPIED = (*CODE, "examples", "docs", "tools", "pyproject.toml", "README.md")
 TABLE = ROOT / "tools" / "mutations.toml"
-KEPT = ROOT / "out" / "mutations.jsonl"
+TRIALS = ROOT / "out" / "mutations.jsonl"
 LIMIT, LEAST = 4.0, 30.0  # times the seconds of the tests without a mutant; seconds
 GOAL = 0.95
 
 
 @dataclass(frozen=True)
-class Tried:
-    """A mutant and what the tests said: caught, late (they did not end in time) or survived."""
+class Trial:
+    """A mutant and its outcome: caught, late (the tests did not end in time) or survived."""
 
     mutant: Mutant
     outcome: str
@@ -49,20 +49,20 @@ class Tried:
 
 
 def main() -> None:
-    asked = arguments()
+    options = arguments()
     table = tomllib.loads(TABLE.read_text(encoding="utf-8"))
-    tests = {module: table["modules"][module] for module in asked.modules or table["modules"]}
-    chosen = [mutant for module in tests for mutant in sample(module, asked.sample)]
-    tried = outcomes(chosen, tests, asked.workers)
-    shown = list(tried) if asked.page else chosen
-    found = record([tried[mutant] for mutant in shown], table.get("harmless", []))
-    sys.stdout.write(f"{found['summary']}\n")
-    for one in found["survived"]:
+    tests = {module: table["modules"][module] for module in options.modules or table["modules"]}
+    chosen = [mutant for module in tests for mutant in sample(module, options.sample)]
+    trials = outcomes(chosen, tests, options.workers)
+    shown = list(trials) if options.page else chosen
+    result = record([trials[mutant] for mutant in shown], table.get("harmless", []))
+    sys.stdout.write(f"{result['summary']}\n")
+    for one in result["survived"]:
         sys.stdout.write(
             f"{one['module']}:{one['number']}: {one['line']}  ->  {one['becomes']}  {one['why']}\n"
         )
-    if asked.page:
-        text = json.dumps(found, indent=1, ensure_ascii=False)
+    if options.page:
+        text = json.dumps(result, indent=1, ensure_ascii=False)
         (ROOT / "docs" / "numbers" / "mutations.json").write_text(text + "\n", encoding="utf-8")
 
 
@@ -73,34 +73,34 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--sample", type=int, default=10, help="mutants of each module")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes at a time")
     parser.add_argument("--modules", nargs="*", help="default: all of tools/mutations.toml")
-    parser.add_argument("--page", action="store_true", help="keep the numbers for docs/mutations.md")
+    parser.add_argument("--page", action="store_true", help="write the numbers for docs/mutations.md")
     return parser.parse_args()
 
 
-# --- trying them ------------------------------------------------------------
+# --- trials ------------------------------------------------------------
 
 
-def outcomes(chosen: Sequence[Mutant], tests: dict[str, list[str]], workers: int) -> dict[Mutant, Tried]:
-    """All that was tried by this code and tests, now or before: mutants that are known are not tried again.
+def outcomes(chosen: Sequence[Mutant], tests: dict[str, list[str]], workers: int) -> dict[Mutant, Trial]:
+    """Return all trials with this code and these tests, of this run and of earlier ones.
 
     Workers try mutants side by side, each in a copy of the tree.
     """
     key = digest_of([ROOT / name for name in CODE], versions())
-    known = kept(key)
+    trials = stored_trials(key)
     with copies(workers) as trees, ThreadPoolExecutor(workers) as pool:
-        todo = [mutant for mutant in chosen if mutant not in known]
+        todo = [mutant for mutant in chosen if mutant not in trials]
         files = list(dict.fromkeys(tuple(tests[mutant.module]) for mutant in todo))
         seconds = dict(zip(files, pool.map(lambda of: baseline(trees, of), files), strict=True))
 
-        def attempt(mutant: Mutant) -> Tried:
+        def attempt(mutant: Mutant) -> Trial:
             of = tuple(tests[mutant.module])
-            return tried_in(trees, mutant, of, max(LEAST, LIMIT * seconds[of]))
+            return trial_in(trees, mutant, of, max(LEAST, LIMIT * seconds[of]))
 
         for n, one in enumerate(pool.map(attempt, todo)):
             sys.stderr.write(f"{n + 1}/{len(todo)} {one.outcome} {one.mutant.module}:{one.mutant.number}\n")
-            known[one.mutant] = one
+            trials[one.mutant] = one
             keep(key, one)
-    return known
+    return trials
 
 
 @contextmanager
@@ -130,7 +130,7 @@ def borrowed(trees: Queue[Path]) -> Iterator[Path]:
 
 
 def baseline(trees: Queue[Path], tests: tuple[str, ...]) -> float:
-    """Seconds of some tests, which must pass as the code is."""
+    """Return seconds of some tests, which must pass as the code is."""
     with borrowed(trees) as tree:
         start = perf_counter()
         if run_tests(tree, tests, None) != 0:
@@ -138,8 +138,8 @@ def baseline(trees: Queue[Path], tests: tuple[str, ...]) -> float:
         return perf_counter() - start
 
 
-def tried_in(trees: Queue[Path], mutant: Mutant, tests: tuple[str, ...], limit: float) -> Tried:
-    """Whether the tests notice a mutant."""
+def trial_in(trees: Queue[Path], mutant: Mutant, tests: tuple[str, ...], limit: float) -> Trial:
+    """Return the trial of a mutant: whether the tests notice it."""
     with borrowed(trees) as tree:
         path, start = tree / mutant.module, perf_counter()
         code = path.read_text(encoding="utf-8")
@@ -149,11 +149,11 @@ def tried_in(trees: Queue[Path], mutant: Mutant, tests: tuple[str, ...], limit: 
         finally:
             path.write_text(code, encoding="utf-8")
     outcome = "late" if exit_code is None else "caught" if exit_code else "survived"
-    return Tried(mutant, outcome, round(perf_counter() - start, 1))
+    return Trial(mutant, outcome, round(perf_counter() - start, 1))
 
 
 def run_tests(tree: Path, tests: tuple[str, ...], limit: float | None) -> int | None:
-    """Exit code of pytest, 0: all passed; None where it did not end in time."""
+    """Return exit code of pytest, 0: all passed; None where it did not end in time."""
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", *tests]
     process = subprocess.Popen(
         command,
@@ -173,36 +173,36 @@ def run_tests(tree: Path, tests: tuple[str, ...], limit: float | None) -> int | 
             process.wait()
 
 
-# --- what was found ------------------------------------------------------------
+# --- results ------------------------------------------------------------
 
 
-def kept(key: str) -> dict[Mutant, Tried]:
-    """What was tried before with the same code and tests."""
-    lines = KEPT.read_text(encoding="utf-8").splitlines() if KEPT.exists() else []
+def stored_trials(key: str) -> dict[Mutant, Trial]:
+    """Return the trials of earlier runs with the same code and tests."""
+    lines = TRIALS.read_text(encoding="utf-8").splitlines() if TRIALS.exists() else []
     entries = [entry for line in lines if (entry := json.loads(line))["key"] == key]
-    found = [Tried(Mutant(**entry["mutant"]), entry["outcome"], entry["seconds"]) for entry in entries]
-    return {one.mutant: one for one in found}
+    result = [Trial(Mutant(**entry["mutant"]), entry["outcome"], entry["seconds"]) for entry in entries]
+    return {one.mutant: one for one in result}
 
 
-def keep(key: str, one: Tried) -> None:
-    KEPT.parent.mkdir(exist_ok=True)
-    with KEPT.open("a", encoding="utf-8") as lines:
+def keep(key: str, one: Trial) -> None:
+    TRIALS.parent.mkdir(exist_ok=True)
+    with TRIALS.open("a", encoding="utf-8") as lines:
         lines.write(json.dumps({"key": key} | asdict(one), ensure_ascii=False) + "\n")
 
 
-def record(tried: Sequence[Tried], harmless: Sequence[dict[str, str]]) -> dict[str, Any]:
-    """Everything as it goes into `mutations.json`."""
+def record(trials: Sequence[Trial], harmless: Sequence[dict[str, str]]) -> dict[str, Any]:
+    """Return the content of `mutations.json`."""
     reasons = {(one["module"], one["line"], one["becomes"]): one["why"] for one in harmless}
     survived = [
         asdict(one.mutant)
         | {"why": reasons.get((one.mutant.module, one.mutant.line, one.mutant.becomes), "")}
-        for one in tried
+        for one in trials
         if one.outcome == "survived"
     ]
     rows = []
-    for module in dict.fromkeys(one.mutant.module for one in tried):
+    for module in dict.fromkeys(one.mutant.module for one in trials):
         left = [one for one in survived if one["module"] == module]
-        of_module = [one for one in tried if one.mutant.module == module]
+        of_module = [one for one in trials if one.mutant.module == module]
         rows.append(
             {
                 "module": module,

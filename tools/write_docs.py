@@ -69,7 +69,7 @@ def rounded(values: Any) -> Any:
 
 
 def numbers_of(dataset: xr.Dataset) -> dict[str, Any]:
-    """A frontier: every way, and the advice for some tolerances."""
+    """Return a frontier: every way, and the advice for some tolerances."""
     body = str(dataset.body.values[0])
     worst, seconds = resolved_errors(dataset, body).max("component"), dataset.seconds.sel(body=body)
     chosen = front(seconds.values, worst.values)
@@ -130,7 +130,7 @@ def advice(dataset: xr.Dataset, tolerance: float, components: tuple[str, ...], b
 
 
 def stored_numbers() -> dict[str, Any]:
-    """The numbers in docs/numbers, by the name of their file."""
+    """Return the numbers in docs/numbers, by the name of their file."""
     return {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in NUMBERS.glob("*.json")}
 
 
@@ -146,12 +146,12 @@ def environment() -> Environment:
 
 
 def templates() -> dict[str, Path]:
-    """The template of every page, by the page's name."""
+    """Return the template of every page, by the page's name."""
     return {path.name.removesuffix(".j2"): path for path in sorted(TEMPLATES.glob("*.md.j2"))}
 
 
 def pages() -> dict[str, str]:
-    """The text of every page, by its name; last of all, what its numbers were computed with."""
+    """Return the text of every page, by its name; last of all, what its numbers were computed with."""
     numbers, made = stored_numbers(), environment()
     return {
         page: made.get_template(path.name).render(**numbers).rstrip()
@@ -161,13 +161,13 @@ def pages() -> dict[str, str]:
 
 
 def used(template: Path, numbers: dict[str, Any]) -> list[str]:
-    """The numbers that a page is made of."""
+    """Return the numbers that a page is made of."""
     tree = environment().parse(template.read_text(encoding="utf-8"))
     return sorted(meta.find_undeclared_variables(tree) & numbers.keys())
 
 
 def programs(values: dict[str, Any]) -> dict[str, str]:
-    """What computed some numbers: digests of the code, versions."""
+    """Return what computed some numbers: digests of the code, versions."""
     parts = parts_of(values)
     by_code = sorted({part.get("code", "unknown") for part in parts})
     versions: dict[str, str] = next((part["versions"] for part in parts if "versions" in part), {})
@@ -183,9 +183,9 @@ def computed_with(template: Path, numbers: dict[str, Any]) -> str:
 
 
 def outdated() -> dict[str, list[str]]:
-    """Pages whose numbers other code has computed: which numbers, by which code."""
+    """Return pages whose numbers other code has computed: which numbers, by which code."""
     numbers = stored_numbers()
-    found = {
+    outdated_pages = {
         page: [
             f"docs/numbers/{name}.json by code {code}, now {now}"
             for name in used(path, numbers)
@@ -194,11 +194,11 @@ def outdated() -> dict[str, list[str]]:
         ]
         for page, path in templates().items()
     }
-    return {page: reasons for page, reasons in found.items() if reasons}
+    return {page: reasons for page, reasons in outdated_pages.items() if reasons}
 
 
 def codes(values: dict[str, Any]) -> list[tuple[str, str]]:
-    """The digests of the code that computed some numbers, and those of the same modules now.
+    """Return the digests of the code that computed some numbers, and those of the same modules now.
 
     Mutants are a sample: they name no module.
     """
@@ -211,7 +211,7 @@ def codes(values: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def parts_of(values: dict[str, Any]) -> list[dict[str, Any]]:
-    """The parts of numbers that have been computed by one command each."""
+    """Return the parts of numbers that have been computed by one command each."""
     return [values] if "code" in values else [part for part in values.values() if isinstance(part, dict)]
 
 
@@ -229,10 +229,10 @@ def in_seconds(value: float | None) -> str:
 
 def checked() -> int:
     """Say which pages are out of date; the exit code."""
-    found = outdated()
-    for page, reasons in found.items():
+    outdated_pages = outdated()
+    for page, reasons in outdated_pages.items():
         sys.stderr.write(f"docs/{page}: {'; '.join(reasons)}: run make docs\n")
-    return 1 if found else 0
+    return 1 if outdated_pages else 0
 
 
 if __name__ == "__main__":

@@ -13,8 +13,8 @@ from compare.export.contact_file import ContactFile
 from compare.matrix.page import write_matrix
 from femic.cache import folders
 from femic.contact.operators.approximations import approximate_matrix
+from femic.contact.pairs.c_jobs import c_jobs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.reference_ics import c_jobs
 from femic.reference.matrix.job import Discount
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import matrices

@@ -1,1 +1,1 @@
-"""`femic contact`: figures and pages of rolling and compression with friction by several ICs."""
+"""`femic contact`: figures and pages of motions with friction by several ICs."""

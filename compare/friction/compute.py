@@ -9,7 +9,7 @@ import xarray as xr
 
 from compare.contact.compute import require_solvable
 from compare.contact.dataset import provenance
-from compare.friction import compression, rolling
+from compare.friction import compression, rolling, transient
 from compare.friction.parts import by_friction_and_ics
 from compare.matrix.compute import discounted
 from femic.contact.pairs.given_ics import GivenICs
@@ -30,6 +30,7 @@ class Labels:
 
 LABELS: dict[str, Labels] = {
     "rolling": Labels("Rolling with friction", rolling.labelled, rolling.with_distances),
+    "transient": Labels("Transient rolling with friction", transient.labelled, transient.with_creepages),
     "compression": Labels("Compression with friction", compression.labelled),
 }
 

@@ -1,4 +1,4 @@
-"""The common ground of the pages of rolling and compression: file and page, supports, sentences on cost."""
+"""The common ground of the pages of motions with friction: file and page, supports, sentences on cost."""
 
 from collections.abc import Iterable, Sequence
 from itertools import chain

@@ -7,11 +7,13 @@ import xarray as xr
 
 from compare.friction.compression_page import write_compression
 from compare.friction.rolling_page import write_rolling
+from compare.friction.transient_page import write_transient
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
 
 PAGES: dict[str, Callable[[xr.Dataset, Path], Path]] = {
     "rolling": write_rolling,
+    "transient": write_transient,
     "compression": write_compression,
 }
 

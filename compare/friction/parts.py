@@ -7,9 +7,9 @@ from typing import Any
 import xarray as xr
 
 from femic.cache.digests import results_digest
+from femic.contact.pairs.c_jobs import c_jobs
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.contact.pairs.reference_ics import c_jobs
 from femic.reference.matrix.job import MatrixJob
 
 Labelled = Callable[[PairWithFriction, Any], xr.Dataset]  # a solution of the motion as labelled arrays

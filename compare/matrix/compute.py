@@ -17,7 +17,7 @@ from femic.cache.digests import results_digest, versions
 from femic.cache.files import replacing
 from femic.contact.operators.dense import GridOperator
 from femic.contact.operators.reciprocity import Reciprocity, reciprocity
-from femic.contact.pairs.reference_ics import far_radius
+from femic.contact.pairs.c_jobs import far_radius
 from femic.ic_errors.matrix_deviation import Deviation, ReferenceColumn
 from femic.reference.accuracy import Shares
 from femic.reference.assessment import worst_of

@@ -5,6 +5,6 @@ Folders, lowest first; each imports those above it in this list only (an import 
 - `files`: campaign files, their axes and points;
 - `dataset`: the dataset of all scenes, with checksums, and what the store has of single scenes;
 - `maps`: C, and fits of B-hat-prime, between the scenes of a campaign;
-- `results`: what can be kept of a scene, one registration per kind;
+- `results`: the kinds of results of a scene, one registration each;
 - `running`: tasks, clusters, the run; `report`: the page.
 """

@@ -1,4 +1,4 @@
-"""Shows how far a campaign is: a bar on a terminal, otherwise a line every few seconds."""
+"""Progress of campaigns: a bar on a terminal, otherwise a line every few seconds."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,22 +14,22 @@ from femic.cli.progress import EVERY, Write
 
 
 @contextmanager
-def campaign_shown(console: Console) -> Iterator[Callable[[Progress], None]]:
-    """A function that shows how far a campaign is: a bar on a terminal, otherwise a line every EVERY s."""
+def show_campaign(console: Console) -> Iterator[Callable[[Progress], None]]:
+    """Yield a function that shows the progress of a campaign: by a bar on a terminal, otherwise by lines."""
     if not console.is_terminal:
-        yield CampaignLines(lambda text: console.print(text, soft_wrap=True, markup=False)).tell
+        yield CampaignLines(lambda text: console.print(text, soft_wrap=True, markup=False)).write_if_due
         return
     columns = SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
-    with Bars(*columns, TimeElapsedColumn(), TextColumn("{task.fields[left]}"), console=console) as bars:
-        scenes = bars.add_task("scenes", total=None, left="")
+    with Bars(*columns, TimeElapsedColumn(), TextColumn("{task.fields[time_left]}"), console=console) as bars:
+        scenes = bars.add_task("scenes", total=None, time_left="")
 
         def show(progress: Progress) -> None:
             bars.update(
                 scenes,
                 total=progress.scenes,
                 completed=progress.finished,
-                description=f"scenes ({of_which(progress)})",
-                left=left(progress),
+                description=f"scenes ({counts(progress)})",
+                time_left=time_left(progress),
             )
 
         yield show
@@ -37,30 +37,30 @@ def campaign_shown(console: Console) -> Iterator[Callable[[Progress], None]]:
 
 @dataclass
 class CampaignLines:
-    """Writes how far a campaign is: EVERY seconds, and when it is finished."""
+    """Lines about the progress of a campaign: every EVERY seconds, and at the end."""
 
     write: Write
     clock: Callable[[], float] = monotonic
     _last: float = -EVERY
 
-    def tell(self, progress: Progress) -> None:
+    def write_if_due(self, progress: Progress) -> None:
         """Write a line if the last one is old, or if all is done."""
         if self.clock() - self._last >= EVERY or progress.finished == progress.scenes:
             self._last = self.clock()
-            line = f"  {progress.finished} of {progress.scenes} scenes ({of_which(progress)})"
-            self.write(", ".join(text for text in (line, left(progress)) if text))
+            line = f"  {progress.finished} of {progress.scenes} scenes ({counts(progress)})"
+            self.write(", ".join(text for text in (line, time_left(progress)) if text))
 
 
-def of_which(progress: Progress) -> str:
-    """Text about the scenes and models of a campaign."""
+def counts(progress: Progress) -> str:
+    """Return text about the scenes and models of a campaign."""
     return (
-        f"{progress.reused} kept, {progress.failed} failed; models: {progress.models} solved, "
-        f"{progress.models_reused} times kept"
+        f"{progress.reused} finished before, {progress.failed} failed; models: {progress.models} solved, "
+        f"{progress.models_reused} times reused"
     )
 
 
-def left(progress: Progress) -> str:
-    """Text about the time that is left; "" where it is not known, and at the end."""
+def time_left(progress: Progress) -> str:
+    """Return text about the time that is left; "" where it is not known, and at the end."""
     seconds = progress.seconds_left
     if not seconds:
         return ""

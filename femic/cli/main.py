@@ -24,23 +24,23 @@ app = App(
 )
 COMMANDS = {  # by name: module and function, and the help text
     "run": ("scenes:run", "Compute and compare the ICs of a scene; write a report."),
-    "matrix": ("matrices:matrix", "Compute the IC matrix on a grid: all lags and strips."),
+    "matrix": ("matrix:matrix", "Compute the IC matrix on a grid: all lags and strips."),
     "contact": (
-        "contacts:contact",
+        "contact:contact",
         "Contact with several ICs, without or with friction: pressures, patches, cost.",
     ),
-    "sweep": ("sweeps:sweep", "Many scenes: keys swept over ranges, on all cores or a Dask cluster."),
+    "sweep": ("sweep:sweep", "Many scenes: keys swept over ranges, on all cores or a Dask cluster."),
     "fe-contact": (
-        "fe_contacts:fe_contact",
+        "fe_contact:fe_contact",
         "Contact by finite elements, without ICs, beside contact with ICs.",
     ),
-    "calibrate": ("fits:calibrate", "Fit B-hat-prime to C; write the scene with the fit."),
-    "export": ("matrices:export", "Write the IC matrix of both bodies for the program CONTACT."),
-    "frontier": ("choices:frontier", "Errors against seconds of every way to the ICs of a scene."),
-    "advise": ("choices:advise", "Say which ICs are the cheapest that are good enough."),
-    "validate": ("studies:validate", "Check what is said about these ICs, and this program."),
-    "extremes": ("studies:extremes", "Try every part at its limits, and beyond."),
-    "plan": ("scenes:plan", "Say what a scene would take, before anything is solved."),
+    "calibrate": ("calibrate:calibrate", "Fit B-hat-prime to C; write the scene with the fit."),
+    "export": ("matrix:export", "Write the IC matrix of both bodies for the program CONTACT."),
+    "frontier": ("frontier:frontier", "Errors against seconds of all ways to compute the ICs of a scene."),
+    "advise": ("frontier:advise", "Name the cheapest ICs that are good enough."),
+    "validate": ("validate:validate", "Check statements about these ICs, and about this program."),
+    "extremes": ("validate:extremes", "Test every part at its limits, and beyond."),
+    "plan": ("scenes:plan", "Estimate the cost of a scene, before anything is solved."),
     "compare": ("scenes:compare", "Show the results of two or more scenes in one report."),
     "show": ("scenes:show", "Draw a body under a load: its cells, displacements and stresses."),
     "scenes": ("scenes:scenes", "List the built-in scenes, or print one with every key."),
@@ -71,7 +71,7 @@ def exit_code(arguments: list[str]) -> int:
         _say(console, error)
         return FAILED
     except KeyboardInterrupt:
-        console.print("femic: interrupted; what was finished is kept: run the same command to go on")
+        console.print("femic: interrupted; finished parts are stored: run the same command to continue")
         return INTERRUPTED
     return DONE
 

@@ -1,4 +1,4 @@
-"""Prints the tables of `femic plan`."""
+"""The tables of `femic plan`."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,9 +11,9 @@ from compare.ics.compute import run_plans
 from compare.matrix.compute import file_size, matrix_plans
 from femic.campaigns.maps.c_map import maps_of_scene
 from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.c_jobs import c_jobs, components_of
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.reference_ics import c_jobs, components_of
 from femic.reference.plan import ModelPlan, plans, total_seconds
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
@@ -33,20 +33,20 @@ def show(scene: Scene, workers: int, console: Console) -> None:
         f"s = {grid.s:g} mm; matrix.nc takes {file_size(scene) / 1e6:.0f} MB"
     )
     _print("femic run", run_plans(scene, workers), workers, console)
-    with _or_why_not("femic matrix", console):
+    with _refusal_printed("femic matrix", console):
         _print(matrix_title, matrix_plans(scene, workers), workers, console)
     if scene.contact.loads or scene.contact.approaches:
-        with _or_why_not("femic contact", console):
+        with _refusal_printed("femic contact", console):
             _show_contact(scene, workers, console)
     console.print(
-        "One round; a round more where the estimated error is larger than the tolerance. Kept models take no "
-        "time.",
+        "One round; a round more where the estimated error is larger than the tolerance. Stored models take "
+        "no time.",
         markup=False,
     )
 
 
 @contextmanager
-def _or_why_not(command: str, console: Console) -> Iterator[None]:
+def _refusal_printed(command: str, console: Console) -> Iterator[None]:
     """Print the reason where a command refuses a scene: others may take it."""
     try:
         yield

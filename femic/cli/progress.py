@@ -1,4 +1,4 @@
-"""Shows progress while models are solved: a bar on a terminal, otherwise a line every few seconds."""
+"""Progress of models: a bar on a terminal, otherwise a line every few seconds."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -26,8 +26,8 @@ Write = Callable[[str], None]
 
 
 @contextmanager
-def shown(console: Console) -> Iterator[Watch]:
-    """A watch that shows the progress of models on the console; each finished model has a line."""
+def show_progress(console: Console) -> Iterator[Watch]:
+    """Yield a watch that shows the progress of models on the console; each finished model has a line."""
 
     def write(text: str) -> None:
         console.print(text, soft_wrap=True)
@@ -38,7 +38,7 @@ def shown(console: Console) -> Iterator[Watch]:
 
 @contextmanager
 def _bar(console: Console, write: Write) -> Iterator[Watch]:
-    """A watch that shows a progress bar over the models; refinement adds models."""
+    """Yield a watch that shows a progress bar over the models; refinement adds models."""
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -53,26 +53,26 @@ def _bar(console: Console, write: Write) -> Iterator[Watch]:
             progress.update(models, total=(progress.tasks[models].total or 0) + len(todo))
 
         def on_model(solved: Solved) -> None:
-            write(finished(solved))
+            write(model_text(solved))
             progress.update(models, advance=1, description="models")
 
         def on_step(step: Step) -> None:
-            progress.update(models, description=f"{step.task.job} body: {doing(step)}")
+            progress.update(models, description=f"{step.task.job} body: {step_text(step)}")
 
         yield Watch(on_round, on_model, write, on_step)
 
 
 @contextmanager
 def _lines(write: Write) -> Iterator[Watch]:
-    """A watch that writes lines.
+    """Yield a watch that writes lines.
 
     A thread looks at the clock, so that lines are written even while no model reports.
     """
-    lines, stopped = Lines(write), Event()
+    lines, stopped = ProgressLines(write), Event()
 
     def look() -> None:
         while not stopped.wait(LOOK_EVERY):
-            lines.tell()
+            lines.write_if_due()
 
     thread = Thread(target=look, daemon=True)
     thread.start()
@@ -84,8 +84,8 @@ def _lines(write: Write) -> Iterator[Watch]:
 
 
 @dataclass
-class Lines:
-    """Writes a line about each model that is being solved: when it begins, and every EVERY seconds."""
+class ProgressLines:
+    """Lines about each model in progress: when it begins, and every EVERY seconds."""
 
     write: Write
     clock: Callable[[], float] = monotonic
@@ -97,40 +97,40 @@ class Lines:
         """Note the step that a model is at; write a line if it has just begun or the last line is old."""
         with self._lock:
             key = step.task.job, step.task.level
-            begun = self._working[key][0] if key in self._working else self.clock()
+            start = self._working[key][0] if key in self._working else self.clock()
             has_just_begun = key not in self._working
-            self._working[key] = begun, step
+            self._working[key] = start, step
             if has_just_begun:
-                self._last = begun
-                self.write(f"{named(step.task)}: {doing(step)}")
-        self.tell()
+                self._last = start
+                self.write(f"{task_text(step.task)}: {step_text(step)}")
+        self.write_if_due()
 
     def on_model(self, solved: Solved) -> None:
         """Write a line about a model that is finished."""
         with self._lock:
             self._working.pop((solved.task.job, solved.task.level), None)
             self._last = self.clock()
-            self.write(finished(solved))
+            self.write(model_text(solved))
 
-    def tell(self) -> None:
+    def write_if_due(self) -> None:
         """Write the steps that all models are at, if the last line is older than EVERY seconds."""
         with self._lock:
             now = self.clock()
             if now - self._last < EVERY:
                 return
             self._last = now
-            for begun, step in self._working.values():
-                self.write(f"{named(step.task)}: {doing(step)}, {now - begun:.0f} s")
+            for start, step in self._working.values():
+                self.write(f"{task_text(step.task)}: {step_text(step)}, {now - start:.0f} s")
 
 
-def named(task: Task) -> str:
-    """Text that names the model of a task."""
+def task_text(task: Task) -> str:
+    """Return text that names the model of a task."""
     cells, domain = factors(task.level)
     return f"  {task.job} body, cells x {cells:.3g}, domain x {domain:.3g}"
 
 
-def doing(step: Step) -> str:
-    """Text about the step that a model is at."""
+def step_text(step: Step) -> str:
+    """Return text about the step that a model is at."""
     if not step.wavenumbers:
         return step.stage
     if step.expected is None or step.wavenumbers > step.expected:
@@ -138,8 +138,8 @@ def doing(step: Step) -> str:
     return f"{step.wavenumbers} of about {step.expected} wavenumbers"
 
 
-def finished(solved: Solved) -> str:
-    """Text about a finished model: what it took."""
+def model_text(solved: Solved) -> str:
+    """Return text about a finished model, with its cost."""
     cost = solved.model.cost
-    took = "kept from an earlier run" if solved.cached else f"{sum(cost.seconds.values()):.1f} s"
-    return f"{named(solved.task)}: {cost.unknowns:,} unknowns, {took}"
+    took = "stored by an earlier run" if solved.cached else f"{sum(cost.seconds.values()):.1f} s"
+    return f"{task_text(solved.task)}: {cost.unknowns:,} unknowns, {took}"

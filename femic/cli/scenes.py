@@ -8,10 +8,9 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cache import folders
-from femic.cli.work import AT, DEFAULT_WORK, TABLE_WIDTH, SceneName, StoreAt, Work, Workers
-from femic.late import Late
+from femic.cli.work import AT, DEFAULT_WORK, TABLE_WIDTH, SceneName, StoreAt, Work, Workers, print_warnings
+from femic.late import lazy_imports
 from femic.reference.run_options import cores
-from femic.scenes import plausibility
 from femic.scenes.ic_names import AUTO
 from femic.scenes.listing import listing
 from femic.scenes.load import builtin_names, load_scene
@@ -21,19 +20,14 @@ from geometries.patches import DirectionName
 FIELDS = ".vtu"  # suffix of files of displacements and stresses
 SolidName = Literal["lower", "upper"]
 
-choose = Late("compare.frontier.choice:choose")
-question_of = Late("compare.frontier.choice:question_of")
-run_scene = Late("compare.ics.run:run_scene")
-ShowRequest = Late("compare.ics.fields:ShowRequest")
-show_fields = Late("compare.ics.fields:show")
-sources_of = Late("compare.overlay.sources:sources")
-require_common = Late("compare.overlay.sources:common")
-up_to_date = Late("compare.overlay.sources:up_to_date")
-load_curves = Late("compare.overlay.results:load")
-overlay_folder = Late("compare.overlay.page:folder_of")
-write_overlay = Late("compare.overlay.page:write")
-show_plan = Late("femic.cli.plan:show")
-scenes_of = Late("femic.cli.points:scenes_of")
+with lazy_imports():
+    from compare.frontier import choice
+    from compare.ics import fields
+    from compare.ics import run as ics_run
+    from compare.overlay import page, sources
+    from compare.overlay import results as overlay_results
+    from femic.cli import plan as plan_tables
+    from femic.cli import points
 
 
 def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
@@ -44,16 +38,15 @@ def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
     console.print(f"Report: {report}", soft_wrap=True)
     if loaded.ics == AUTO:
         with work.options(work.folder(loaded), console) as options:
-            chosen = choose(scene, question_of(loaded), options)
+            chosen = choice.choose(scene, choice.question_of(loaded), options)
         console.print(chosen.sentence, soft_wrap=True, markup=False, highlight=False)
 
 
 def _computed(scene: Scene, folder: Path, work: Work, console: Console) -> Path:
     """Compute a scene, with warnings and progress on the console; return the path of its report."""
-    for text in plausibility.warnings(scene):
-        console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
+    print_warnings(scene, console)
     with work.options(folder, console) as options:
-        return run_scene(scene, folder, options)
+        return ics_run.run_scene(scene, folder, options)
 
 
 def compare(
@@ -76,20 +69,20 @@ def compare(
     Scenes without results, or with results of another text or femic, are computed first, as by `femic run`.
     """
     _require_scenes(scene)
-    found = [item for argument in scene for item in scenes_of(argument, results).items()]
-    scene_sources = sources_of([path for path, _ in found], results)
-    require_common(scene_sources)  # raises before any work starts
-    folder = overlay_folder(scene_sources, out, results)
+    stores = [item for argument in scene for item in points.scenes_of(argument, results).items()]
+    scene_sources = sources.sources([path for path, _ in stores], results)
+    sources.common(scene_sources)  # raises before any work starts
+    folder = page.folder_of(scene_sources, out, results)
     console = Console()
     for used in (folder, *(source.folder for source in scene_sources if source.scene is not None)):
         folders.require_usable(used)
-    for source, (_, kept_at) in zip(scene_sources, found, strict=True):
-        if source.scene is not None and not up_to_date(source):
+    for source, (_, own_store) in zip(scene_sources, stores, strict=True):
+        if source.scene is not None and not sources.up_to_date(source):
             console.print(f"{source.name}: no results of it by this femic yet, computing", markup=False)
-            work = Work(source.folder, workers, store or kept_at)
+            work = Work(source.folder, workers, store or own_store)
             _computed(source.scene, source.folder, work, console)
     with folders.locked(folder):
-        report = write_overlay(load_curves(scene_sources), folder)
+        report = page.write(overlay_results.load(scene_sources), folder)
     console.print(f"Report: {report}", soft_wrap=True)
 
 
@@ -102,8 +95,9 @@ def _require_scenes(arguments: Sequence[str]) -> None:
 
 
 def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
-    """Say what a scene would take: models, unknowns, wavenumbers, seconds, memory, file size."""
-    show_plan(load_scene(scene), workers or cores(), Console(width=TABLE_WIDTH, highlight=False))
+    """Estimate the cost of a scene: models, unknowns, wavenumbers, seconds, memory, file size."""
+    loaded = load_scene(scene)  # raises before anything heavy is loaded
+    plan_tables.show(loaded, workers or cores(), Console(width=TABLE_WIDTH, highlight=False))
 
 
 def show(
@@ -127,7 +121,8 @@ def show(
     if Path(target).suffix != FIELDS:
         load_scene(target)  # raises before anything heavy is loaded
     console = Console(soft_wrap=True, highlight=False)
-    show_fields(ShowRequest(target, body, load, out, window), lambda text: console.print(text, markup=False))
+    request = fields.ShowRequest(target, body, load, out, window)
+    fields.show(request, lambda text: console.print(text, markup=False))
 
 
 def scenes(

@@ -1,4 +1,4 @@
-"""Options that commands share: the folder of results, workers and store."""
+"""Options that commands share: folder of results, workers, store."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -14,6 +14,7 @@ from femic.cache.store import Store
 from femic.cli import progress
 from femic.late import Late
 from femic.reference.run_options import RunOptions, cores
+from femic.scenes import plausibility
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
@@ -24,9 +25,8 @@ SceneName = Annotated[str, Parameter(help="built-in name (see `femic scenes`) or
 Workers = Annotated[int | None, Parameter(help="parallel processes or threads; default: one per core")]
 StoreAt = Annotated[
     str | None,
-    Parameter(help="folder or URL where solved models are kept, for all scenes; default OUT/store"),
+    Parameter(help="folder or URL of the store of solved models, for all scenes; default OUT/store"),
 ]
-
 
 url_to_fs = Late("fsspec.core:url_to_fs")
 
@@ -34,7 +34,7 @@ url_to_fs = Late("fsspec.core:url_to_fs")
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Work:
-    """Where the results of a scene go, and how they are computed."""
+    """The folder of results, and the workers and the store of a computation."""
 
     out: Annotated[
         Path | None,
@@ -44,36 +44,52 @@ class Work:
     store: StoreAt = None
 
     def folder(self, scene: Scene) -> Path:
-        """The folder that the results of a scene are written to."""
+        """Return the folder of the results of a scene."""
         return self.out or Path("out") / scene.name
 
-    def folder_among(self, scene: Scene, scenes: Sequence[Scene]) -> Path:
-        """The folder of the results of one of several scenes; of a single one as `folder`."""
-        return self.folder(scene) if len(scenes) == 1 else (self.out or Path("out")) / scene.name
+    def folders_of(self, scenes: Sequence[Scene], others: Sequence[Path] = ()) -> list[Path]:
+        """Return the folders of the results of scenes, OUT/SCENE each where there are several.
+
+        Raises WrongInput for scenes of the same name, or where one of these or `others` cannot be used.
+        """
+        names = [scene.name for scene in scenes]
+        if len(set(names)) < len(names):
+            raise WrongInput(f"SCENE: {', '.join(names)}: two have the same name; rename a file")
+        several = [(self.out or Path("out")) / name for name in names]
+        of_each = several if len(names) > 1 else [self.folder(scenes[0])]
+        for folder in (*of_each, *others):
+            folders.require_usable(folder)
+        return of_each
 
     def joint_folder(self, names: Sequence[str]) -> Path:
-        """The folder of what is written of several scenes together."""
+        """Return the folder of the results that several scenes have in common."""
         return self.out or Path("out") / "_".join(names)
 
     @property
     def threads(self) -> int:
-        """The number of workers."""
+        """Number of workers."""
         return self.workers or cores()
 
     @contextmanager
     def options(self, folder: Path, console: Console) -> Iterator[RunOptions]:
-        """Workers, a store of solved models in a folder of results unless one is named, and progress.
+        """Yield run options with a store and progress, while no other run writes into the folder of results.
 
-        No other run writes into the folder meanwhile. Raises as `folders.locked` does.
+        The store is in this folder unless another is named. Raises as `folders.locked` does.
         """
-        with folders.locked(folder), progress.shown(console) as watch:
-            yield RunOptions(self.threads, kept(self.store, folder), watch)
+        with folders.locked(folder), progress.show_progress(console) as watch:
+            yield RunOptions(self.threads, store_at(self.store, folder), watch)
 
 
-def kept(location: str | None, folder: Path) -> Store:
-    """The store at a location, or else that in a folder, without models that other code left there.
+def print_warnings(scene: Scene, console: Console) -> None:
+    """Print what is implausible in a scene."""
+    for text in plausibility.warnings(scene):
+        console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
 
-    Raises WrongInput for a location of a kind that there is no library for, or that cannot be looked at.
+
+def store_at(location: str | None, folder: Path) -> Store:
+    """Return the store at a location; without one, the store in a folder, less models of other code.
+
+    Raises WrongInput for a location that no installed library can open, or that cannot be read.
     """
     if location is not None:
         try:
@@ -86,7 +102,7 @@ def kept(location: str | None, folder: Path) -> Store:
             ) from error
         except Exception as error:  # each kind has its own
             raise WrongInput(
-                f"--store {location}: cannot be looked at ({type(error).__name__}: {error}): is it right, "
+                f"--store {location}: cannot be read ({type(error).__name__}: {error}): is it right, "
                 "and are there credentials for it (for S3: AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY)?"
             ) from error
         return Store(location)

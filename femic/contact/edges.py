@@ -54,13 +54,13 @@ def extents(p: Array, gap: Array) -> list[Extent]:
     Coordinates count elements from the centre of the first one. Patches need `MARGIN` elements on all sides.
     """
     numbers, _ = label(p > 0, TOUCHING)
-    found = []
+    patches = []
     for number, place in enumerate(find_objects(numbers), start=1):
         elements = numbers == number
         (x, accuracy_x), (s, accuracy_s) = _range(elements, p, gap), _range(elements.T, p.T, gap.T)
         extent = Extent(elements, x, s, accuracy_x, accuracy_s)
-        found.append((place[1].start, extent))
-    return [extent for _, extent in sorted(found, key=lambda item: item[0])]
+        patches.append((place[1].start, extent))
+    return [extent for _, extent in sorted(patches, key=lambda item: item[0])]
 
 
 def _range(elements: Mask, p: Array, gap: Array) -> tuple[tuple[float, float], float]:

@@ -14,7 +14,7 @@ edges move from element to element, and a difference may be small by luck. There
   contribution of tractions to a force or a moment, or 1 for a share. A force near 0 has no error near 0.
 - The largest change of related numbers (a `group`) counts by half, where it is larger.
 - *Floors* are added for elements that could be in another state, each with its area and its tractions
-  (`femic.contact.undecided`), and for readings of edges.
+  (`femic.contact.error_floors`), and for readings of edges.
 - What is left is rounding: tractions are found to `ROUNDING` of the largest pressure.
 
 The shares in floors are such that estimates hold in 95 % of random contacts or more. They were found with one
@@ -108,11 +108,11 @@ def from_grids(fine: float, coarse: float, coarser: float = np.nan) -> float:
 
 
 def estimates(
-    found: Measured, kinds: Mapping[str, Kind], coarse: Numbers, coarser: Numbers | None = None
+    measured: Measured, kinds: Mapping[str, Kind], coarse: Numbers, coarser: Numbers | None = None
 ) -> dict[str, float]:
     """Errors of numbers from those on elements twice and four times as large."""
-    scales = {name: found.scale(name, kind) for name, kind in kinds.items()}
-    grids = [found.numbers, coarse] + ([] if coarser is None else [coarser])
+    scales = {name: measured.scale(name, kind) for name, kind in kinds.items()}
+    grids = [measured.numbers, coarse] + ([] if coarser is None else [coarser])
     rows = {name: [numbers[name] for numbers in grids] for name in kinds}
     errors = {name: from_grids(*row) for name, row in rows.items()}
     shares = _pooled(errors, kinds, scales)
@@ -121,20 +121,20 @@ def estimates(
         + (
             0.0
             if kind.exact and _same(rows[name], scales[name])
-            else scales[name].changes * (shares[name] + sum(found.floors[floor] for floor in kind.floors))
+            else scales[name].changes * (shares[name] + sum(measured.floors[floor] for floor in kind.floors))
         )
         for name, kind in kinds.items()
     }
 
 
-def changes(found: Measured, kinds: Mapping[str, Kind], other: Numbers) -> dict[str, float]:
+def changes(measured: Measured, kinds: Mapping[str, Kind], other: Numbers) -> dict[str, float]:
     """By how much numbers differ from those found in another way; related ones count as in estimates."""
-    scales = {name: found.scale(name, kind) for name, kind in kinds.items()}
-    away = {name: abs(found.numbers[name] - other[name]) for name in kinds}
+    scales = {name: measured.scale(name, kind) for name, kind in kinds.items()}
+    away = {name: abs(measured.numbers[name] - other[name]) for name in kinds}
     pooled = _pooled(away, kinds, scales)
     return {
         name: away[name]
-        if kind.exact and _same([found.numbers[name], other[name]], scales[name])
+        if kind.exact and _same([measured.numbers[name], other[name]], scales[name])
         else max(away[name], scales[name].changes * pooled[name])
         for name, kind in kinds.items()
     }

@@ -1,9 +1,9 @@
 """Contact with friction on a curvilinear grid: normal and tangential tractions, with any ICs.
 
-Pressures for given tangential tractions (`bounded`) and tangential tractions for given pressures
-(`friction.coulomb`) are found in turn until neither changes any more (Panagiotopoulos 1975, Ingenieur-Archiv
-44, 421-432): ICs couple both, bounds are friction times pressure, and tangential tractions on inclined places
-carry load. Where tractions of an element go to and fro, as at edges with large friction, its steps become
+Pressures for given tangential tractions (`bound_constrained`) and tangential tractions for given pressures
+(`friction.coulomb`) are solved alternately until neither changes (Panagiotopoulos 1975, Ingenieur-Archiv 44,
+421-432): ICs couple both, bounds are friction times pressure, and tangential tractions on inclined places
+carry load. Where tractions of an element oscillate, as at edges with large friction, its steps become
 smaller.
 """
 
@@ -15,30 +15,30 @@ import numpy as np
 
 from femic.contact.bound_constrained import pressures
 from femic.contact.edges import MARGIN, Extent, extents, near_ends
+from femic.contact.error_floors import SlipState
 from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes, Tangential
-from femic.contact.friction.force_limit import NotBorne
-from femic.contact.friction.leading import LeadingEdge
+from femic.contact.friction.force_limit import ForcesBeyondFriction
+from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.friction.motion import Motion
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalProblem, Operator, PotentialAreaTooSmall
 from femic.contact.operators.convolution import Convolution
 from femic.contact.operators.ring import RingInverse
 from femic.contact.resultants import in_global_axes
-from femic.contact.undecided import Tractions
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
 from geometries.patches import N, S, X
 
 TOLERANCE = 1e-6  # of tractions, as a share of the largest pressure
-MOST_TURNS = 200  # of normal and tangential problem
-FIRST_CHANGE = 0.1  # assumed before the first turn
-FULL_TURNS = 5  # after which elements whose tangential tractions go to and fro take a share of the steps
+MOST_ALTERNATIONS = 200  # between normal and tangential problem
+FIRST_CHANGE = 0.1  # assumed before the first alternation
+UNDAMPED_ALTERNATIONS = 5  # after these, elements whose tractions oscillate take a share of the steps
 BACK, ON = 0.7, 1.1  # factors of this share
 LEAST_PRESSED = 0.05  # share of a load that tangential tractions on inclined places must leave to pressures
 SHARPER = 0.1  # tolerance of each problem over the last change
-COARSEST = 16  # elements along x or s below which no contact is sought on a coarser grid first
+COARSEST = 16  # elements along x or s below which the solution does not begin on a coarser grid
 COARSE_TOLERANCE = 1e-4  # of contacts on coarser grids
 TANGENTIAL = (X, S)
 
@@ -129,7 +129,7 @@ class FrictionalContact:
     gap: Array
     approach: float
     tangential: Tangential
-    turns: int
+    alternations: int
     coarser: "FrictionalContact | None" = None
 
     @property
@@ -184,7 +184,7 @@ class FrictionalContact:
     def dissipation(self) -> Array:
         """Work of friction per area: - p . slip [MPa times the unit of slip], (n_x, n_s).
 
-        It is not negative but on elements whose tractions follow others (`friction.leading`).
+        It is not negative but on elements whose tractions follow others (`friction.leading_edge`).
         In steady rolling its sum tends, with smaller elements, to the work of the tractions on the rigid
         motion, the pressures' included (`contact.rolling`).
         """
@@ -204,9 +204,9 @@ class FrictionalContact:
         return max(float(np.sum(bound * np.linalg.norm(rigid, axis=-1))), own)
 
     @property
-    def slip_state(self) -> Tractions:
+    def slip_state(self) -> SlipState:
         """Tractions, and where they stick or slip."""
-        return Tractions(self.p, self.stick, self.slip, self.problem.friction)
+        return SlipState(self.p, self.stick, self.slip, self.problem.friction)
 
     @cached_property
     def patches(self) -> list[Extent]:
@@ -224,21 +224,22 @@ def solve(
 ) -> FrictionalContact:
     """The contact after a motion.
 
-    `start` is a contact to begin with; without one it is sought on coarser grids first, where the motion has
-    a form on these.
+    `start` is an initial guess; without one the solution begins on coarser grids, where the motion has a form
+    on these.
 
-    Raises WrongInput for bad input, and Failure as `bounded.pressures` and `coulomb.tractions` do, where both
-    do not agree after `MOST_TURNS`, and where the contact comes too near to an end of the grid.
+    Raises WrongInput for bad input, and Failure as `bound_constrained.pressures` and `coulomb.tractions` do,
+    where both do not agree after `MOST_ALTERNATIONS`, and where the contact comes too near to an end of the
+    grid.
     """
-    contact = _Turns(problem, motion, loading, tolerance).from_start(start)
+    contact = _Alternation(problem, motion, loading, tolerance).from_start(start)
     if ends := near_ends(contact.in_contact, problem.margin):
         raise PotentialAreaTooSmall(ends, loading)
     return contact
 
 
 @dataclass(frozen=True, eq=False)
-class _Turns:
-    """Normal and tangential problem in turn."""
+class _Alternation:
+    """Normal and tangential problem, solved alternately."""
 
     problem: FrictionalProblem
     motion: Motion
@@ -263,9 +264,9 @@ class _Turns:
         if min(sizes) < 2 * COARSEST or not (self.problem.normal.has_coarser and self.motion.has_coarser):
             return None
         tolerance = max(self.tolerance, COARSE_TOLERANCE)
-        turns = _Turns(self.problem.coarsened, self.motion.coarsened(), self.loading, tolerance)
+        alternations = _Alternation(self.problem.coarsened, self.motion.coarsened(), self.loading, tolerance)
         try:
-            return turns.from_start(None)
+            return alternations.from_start(None)
         except Failure:
             return None
 
@@ -273,7 +274,7 @@ class _Turns:
         """The contact, with the motion in a simpler form if it is not found in its own."""
         try:
             return self.end(p, amplitudes)
-        except NotBorne:
+        except ForcesBeyondFriction:
             raise
         except Failure:
             if self.motion.simpler is None:
@@ -284,30 +285,32 @@ class _Turns:
         """The contact at which neither problem changes the other any more; p are tractions to begin with."""
         change, sharpest = FIRST_CHANGE, SHARPER / max(self.problem.friction, 1.0)  # of bounds, too
         damping = _Damping(np.ones((*self.problem.distance.shape, 1)), np.zeros_like(p[..., :N]))
-        for turn in range(1, MOST_TURNS + 1):
+        for alternation in range(1, MOST_ALTERNATIONS + 1):
             before, sharp = p, sharpest * max(min(change, FIRST_CHANGE), self.tolerance)
             p, approach, gap = self.pressed(p, sharp)
             tangential = self.slipped(p, approach, amplitudes, sharp)
             p, amplitudes = _joined(tangential.p, p), tangential.amplitudes
             change = float(np.max(np.abs(p - before))) / max(float(np.max(p[..., N])), 1e-300)
-            borne = self.for_pressures(p) < LEAST_PRESSED
-            if (max(change, sharp) <= self.tolerance and not borne) or not np.any(p):
+            pressed_too_little = self.share_of_pressures(p) < LEAST_PRESSED
+            if (max(change, sharp) <= self.tolerance and not pressed_too_little) or not np.any(p):
                 u = self.problem.operator(p)
-                return FrictionalContact(self.problem, self.motion, p, u, gap, approach, tangential, turn)
-            damping = damping.after((p - before)[..., :N], begins=turn > FULL_TURNS)
+                return FrictionalContact(
+                    self.problem, self.motion, p, u, gap, approach, tangential, alternation
+                )
+            damping = damping.after((p - before)[..., :N], begins=alternation > UNDAMPED_ALTERNATIONS)
             p = _joined(before[..., :N] + damping.share * damping.step, p)
-        if borne:
+        if pressed_too_little:
             raise Failure(
                 "contact with friction: tangential tractions on inclined places bear nearly all of the load, "
                 "and little is left to pressures; use a larger load, smaller creepages or less friction"
             )
         raise Failure(
             f"contact with friction: pressures and tangential tractions still change by {change:.1e} of the "
-            f"largest pressure after {MOST_TURNS} turns, not {self.tolerance:.1e}; use smaller steps of load "
-            "or less friction"
+            f"largest pressure after {MOST_ALTERNATIONS} alternations, not {self.tolerance:.1e}; use smaller "
+            "steps of load or less friction"
         )
 
-    def for_pressures(self, p: Array) -> float:
+    def share_of_pressures(self, p: Array) -> float:
         """The share of the load that tangential tractions on inclined places leave to pressures."""
         load = self.loading.load
         carried = np.sum(p[..., S] * np.sin(self.problem.inclination)) * self.problem.grid.area
@@ -319,12 +322,12 @@ class _Turns:
         bounded = replace(bounded, h=bounded.h + problem.operator(p * [1.0, 1.0, 0.0])[..., N])
         load = self.loading.load
         if load is not None:
-            load *= max(self.for_pressures(p), LEAST_PRESSED) / problem.grid.area
-        found = pressures(
+            load *= max(self.share_of_pressures(p), LEAST_PRESSED) / problem.grid.area
+        solution = pressures(
             bounded, load=load, approach=self.loading.approach, start=p[..., N], tolerance=tolerance
         )
-        gap = np.where(found.p > 0, 0.0, found.gap)
-        return _joined(p, found.p[..., None]), found.approach, gap
+        gap = np.where(solution.p > 0, 0.0, solution.gap)
+        return _joined(p, solution.p[..., None]), solution.approach, gap
 
     def slipped(self, p: Array, approach: float, amplitudes: Array, tolerance: float) -> Tangential:
         """The tangential tractions for given pressures."""

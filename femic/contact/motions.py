@@ -1,4 +1,4 @@
-"""The motions whose contact is solved, each registered once: frictionless contact, rolling, compression.
+"""The motions whose contact is solved, each registered once: no friction, rolling, compression.
 
 What solves a contact is imported when it is called, since scenes are checked by this registry, too.
 """
@@ -71,6 +71,16 @@ MOTIONS: dict[str, ContactMotion] = {
         solve=Late(f"{PAIRS}.solved_curve:solve_curve"),
         one_point=Late(f"{PAIRS}.solved_curve:nearest_to_no_creepage"),
         misfits=Late(f"{PAIRS}.reachable_forces:forces_beyond_creepages"),
+    ),
+    "transient": ContactMotion(
+        keys=("friction", "creepage", "lateral", "spin", "distance"),
+        dimension="distance",
+        place=lambda distance: f"{distance:.3g} mm",
+        table=Late(f"{PAIRS}.quantities:OF_ROLLING"),
+        one_load=True,
+        wheel_rolls=True,
+        solve=Late(f"{PAIRS}.solved_transient:solve_transient"),
+        one_point=Late(f"{PAIRS}.solved_transient:last_distance"),
     ),
     "compression": ContactMotion(
         keys=("friction",),

@@ -12,12 +12,12 @@ from typing import Protocol, Self
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, cg
 
-from femic.contact.block_means import of_fours
+from femic.contact.block_mean import block_mean
 from femic.contact.bound_constrained import TOLERANCE, Bounded, Linear, Solution, pressures
 from femic.contact.edges import MARGIN, Extent, extents, near_ends
+from femic.contact.error_floors import SlipState
 from femic.contact.loading import Loading
 from femic.contact.operators.convolution import Convolution
-from femic.contact.undecided import Tractions
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
@@ -91,7 +91,7 @@ class NormalProblem:
             Grid(grid.n_x // 2, grid.n_s // 2, 2 * grid.dx, 2 * grid.ds, grid.s),
             self.operator.coarsened(),
             self.flat.coarsened(),
-            of_fours(self.distance),
+            block_mean(self.distance),
             self.cosine.reshape(-1, 2).mean(axis=1),
         )
 
@@ -113,7 +113,7 @@ class NormalProblem:
         """Whether the grid can be made of elements twice as large, with contact possible on some."""
         sizes = self.grid.n_x, self.grid.n_s
         even = all(n % 2 == 0 and n >= 2 * COARSEST for n in sizes)
-        return even and bool(np.any(np.isfinite(of_fours(self.distance))))
+        return even and bool(np.any(np.isfinite(block_mean(self.distance))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,10 +173,10 @@ class NormalContact:
         return extents(self.p, self.gap)
 
     @property
-    def slip_state(self) -> Tractions:
+    def slip_state(self) -> SlipState:
         """Pressures alone: where they act, all slides without friction."""
         none = np.zeros((*self.p.shape, 2))
-        return Tractions(self.tractions, none[..., 0] > 0, none, 0.0)
+        return SlipState(self.tractions, none[..., 0] > 0, none, 0.0)
 
     @property
     def largest_work(self) -> float:
@@ -237,10 +237,12 @@ def _solved(
 ) -> NormalContact:
     coarser = None
     if problem.has_coarser:
-        coarse_start = None if start is None else of_fours(start)
+        coarse_start = None if start is None else block_mean(start)
         coarser = _solved(problem.coarsened, load, approach, coarse_start, tolerance)
         if start is None:
             start = coarser.p.repeat(2, axis=0).repeat(2, axis=1)
-    wanted = None if load is None else load / problem.grid.area
-    solution = pressures(problem.bounded, load=wanted, approach=approach, start=start, tolerance=tolerance)
+    pressure_sum = None if load is None else load / problem.grid.area
+    solution = pressures(
+        problem.bounded, load=pressure_sum, approach=approach, start=start, tolerance=tolerance
+    )
     return NormalContact(problem, solution, coarser)

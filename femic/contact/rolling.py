@@ -1,9 +1,11 @@
-"""A wheel that rolls steadily on a rail: tractions for given creepages, or for given forces, and their work.
+"""A wheel that rolls on a rail: tractions for given creepages, or for given forces, and their work.
 
-In steady rolling the elastic energy does not change, so all work of the tractions on the rigid motion is
-lost to friction. Pressures do work, too: the wheel comes down ahead of the contact centre and rises behind
-it, and where tractions along x cause displacements along n, pressures ahead and behind differ. With
-reciprocal ICs that depend on the lag along x alone, the sum of p . du/dx vanishes; where the gap is closed,
+Transient rolling begins at rest and proceeds in steps of one element.
+
+In steady rolling the elastic energy does not change, so all work of the tractions on the rigid motion is lost
+to friction. Pressures do work, too: the wheel comes down ahead of the contact centre and rises behind it, and
+where tractions along x cause displacements along n, pressures ahead and behind differ. With reciprocal ICs
+that depend on the lag along x alone, the sum of p . du/dx vanishes; where the gap is closed,
 du_n/dx = -dh/dx, h the undeformed distance. So
 
     sum -p_t . slip = sum (-p_t . w_t + p_n dh/dx),
@@ -11,7 +13,7 @@ du_n/dx = -dh/dx, h the undeformed distance. So
 and a wheel that rotates as a rigid body has dh/dx = -w_n, nearly x cos(delta) / R.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -19,7 +21,7 @@ from types import MappingProxyType
 import numpy as np
 
 from femic.contact.friction.kinematics import NAMES, Creepages, Rolling
-from femic.contact.friction.motion import FreeSlip, SteadyRolling
+from femic.contact.friction.motion import FreeSlip, RollingStep, Shift, SteadyRolling
 from femic.contact.frictional import TOLERANCE, FrictionalContact, FrictionalProblem, solve
 from femic.contact.loading import Loading
 from geometries.arrays import Array
@@ -31,7 +33,7 @@ from geometries.patches import N
 class RollingContact:
     """A contact in steady rolling and the creepages at which it rolls.
 
-    `simplified` says whether it was found in a less accurate form only than that of the order asked for.
+    `simplified` says whether it has a solution in a less accurate form only than the specified order.
     """
 
     contact: FrictionalContact
@@ -58,9 +60,9 @@ class RollingProblem:
     ) -> RollingContact:
         """The contact in steady rolling.
 
-        `forces` are those [N, for spin N mm] on the upper body that creepages have to bring about, by the
-        names of these: the longitudinal one F_x, the lateral one F_y, spin M_z about the contact centre.
-        Those of `creepages` are then the first guess. Raises as `frictional.solve`, and WrongInput for other
+        `forces` [N, for spin N mm] are prescribed forces on the upper body by the names of the creepages that
+        follow from them: longitudinal for F_x, lateral for F_y, spin for M_z about the contact centre. The
+        values in `creepages` are then the first guess. Raises as `frictional.solve`, and WrongInput for other
         names.
         """
         if unknown := set(forces) - set(NAMES):
@@ -72,11 +74,33 @@ class RollingProblem:
         rigid = self.rolling.rigid_slip(creepages)
         motion = SteadyRolling(rigid, free, dx=self.problem.grid.dx, order=self.order)
         contact = solve(self.problem, motion, loading, start=start, tolerance=tolerance)
-        found = {
+        solved = {
             name: getattr(creepages, name) + amplitude
             for name, amplitude in zip(forces, contact.amplitudes, strict=True)
         }
-        return RollingContact(contact, replace(creepages, **found), contact.motion.depth < motion.depth)
+        return RollingContact(contact, replace(creepages, **solved), contact.motion.depth < motion.depth)
+
+    def at_rest(self, loading: Loading) -> FrictionalContact:
+        """Return the contact of a wheel that was pressed on without tangential tractions.
+
+        Raises as `frictional.solve`.
+        """
+        still = np.zeros((*self.problem.distance.shape, 2))
+        pressed = solve(replace(self.problem, friction=0.0), Shift(still), loading)
+        return solve(self.problem, Shift(still, before=pressed.u[..., :2]), loading, start=pressed)
+
+    def transient(self, creepages: Creepages, loading: Loading, steps: int) -> Iterator[RollingContact]:
+        """Yield the contact at rest, then after each step of rolling by the length of an element.
+
+        Raises as `frictional.solve`.
+        """
+        rigid, dx = self.rolling.rigid_slip(creepages), self.problem.grid.dx
+        contact = self.at_rest(loading)
+        yield RollingContact(contact, creepages)
+        for _ in range(steps):
+            step = RollingStep(rigid, dx=dx, order=self.order, before=contact.u[..., :2])
+            contact = solve(self.problem, step, loading, start=contact)
+            yield RollingContact(contact, creepages, contact.motion.depth < step.depth)
 
     def power(self, rolling: RollingContact) -> float:
         """Work of the tractions on the rigid motion per unit of rolled distance, - sum p . w area [N].

@@ -54,11 +54,31 @@ class FrictionSpecification:
             "curve",
         ),
     ] = (*(-xi for xi in reversed(CREEPAGES)), 0.0, *CREEPAGES)
-    lateral: Annotated[Creepage, Field(description="of rolling: lateral velocity of the wheel over V")] = 0.0
+    creepage: Annotated[
+        Creepage,
+        Field(
+            description="of transient rolling: longitudinal creepage omega R / V - 1, constant from rest on"
+        ),
+    ] = 0.002
+    lateral: Annotated[
+        Creepage, Field(description="of rolling, steady or transient: lateral velocity of the wheel over V")
+    ] = 0.0
     spin: Annotated[
         float,
-        Field(ge=-1, le=1, description="of rolling: angular velocity of the wheel about z over V [1/mm]"),
+        Field(
+            ge=-1,
+            le=1,
+            description="of rolling, steady or transient: angular velocity of the wheel about z over V "
+            "[1/mm]",
+        ),
     ] = 0.0
+    distance: Annotated[
+        Length | None,
+        Field(
+            description="of transient rolling: rolled distance [mm], rounded up to four elements; default: "
+            "three lengths of the patch"
+        ),
+    ] = None
     equal_force: Annotated[
         float,
         Field(
@@ -83,7 +103,7 @@ class ContactSpecification:
         AfterValidator(NameOf(lambda: MOTIONS)),
         Field(
             description="none: frictionless; rolling: steady rolling along x with friction, at one load; "
-            "compression: with friction, loaded in steps"
+            "transient: rolling from rest, at one load; compression: with friction, loaded in steps"
         ),
     ] = "none"
     loads: Annotated[

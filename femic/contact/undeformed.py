@@ -63,8 +63,8 @@ class Undeformed:
             method="bounded",
             options={"xatol": 1e-9 * (s[-1] - s[0])},
         )
-        found = min((clearances[least], s[least]), (between.fun, between.x))
-        return float(found[1]), float(-found[0])
+        closest = min((clearances[least], s[least]), (between.fun, between.x))
+        return float(closest[1]), float(-closest[0])
 
     @property
     def upper_offset(self) -> float:

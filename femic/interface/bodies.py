@@ -14,7 +14,7 @@ from femic.scenes.bodies import BodyTable
 from femic.scenes.effective import effective_properties
 from femic.scenes.load import parse, read_scene, scene_path
 from femic.scenes.messages import messages
-from femic.scenes.section import Section
+from femic.scenes.section import SceneTable
 from geometries import bodies
 from geometries.errors import WrongInput
 from geometries.materials import Material
@@ -22,7 +22,7 @@ from geometries.surfaces import LOWER
 
 Flanks = float | tuple[float, float]
 ANY_DOMAIN = bodies.Domain(np.inf, np.inf)  # of bodies whose keys are checked
-Table = TypeVar("Table", bound=Section)
+Table = TypeVar("Table", bound=SceneTable)
 
 
 def plain(value: Any) -> Any:
@@ -47,38 +47,38 @@ def given(keys: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in keys.items() if value is not None}
 
 
-def plane() -> contours.Plane:
+def plane() -> contours.PlaneTable:
     """Return a plane, the contour z = 0."""
-    return checked(contours.Plane, {"kind": "plane"})
+    return checked(contours.PlaneTable, {"kind": "plane"})
 
 
-def arc(radius: float, flank_inclination_deg: Flanks) -> contours.Arc:
+def arc(radius: float, flank_inclination_deg: Flanks) -> contours.ArcTable:
     """Return a circular arc with straight flanks beyond it.
 
     `radius` [mm] is negative for a groove. Both flanks have the inclination [degrees], or the left and the
     right one have those of a pair. Raises WrongInput.
     """
     keys = {"radius": radius, "flank_inclination_deg": flank_inclination_deg}
-    return checked(contours.Arc, {"kind": "arc"} | keys)
+    return checked(contours.ArcTable, {"kind": "arc"} | keys)
 
 
-def ellipse(b_el: float, d_el: float, flank_inclination_deg: Flanks = 75.0) -> contours.Ellipse:
+def ellipse(b_el: float, d_el: float, flank_inclination_deg: Flanks = 75.0) -> contours.EllipseTable:
     """Return an ellipse with straight flanks beyond it.
 
     Its semi-axes are `b_el` along y and `d_el` along z [mm]. Inclinations [degrees] as of `arc`. Raises
     WrongInput.
     """
     keys = {"b_el": b_el, "d_el": d_el, "flank_inclination_deg": flank_inclination_deg}
-    return checked(contours.Ellipse, {"kind": "ellipse"} | keys)
+    return checked(contours.EllipseTable, {"kind": "ellipse"} | keys)
 
 
-def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> contours.Points:
+def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> contours.PointsTable:
     """Return a smooth curve through points (y, z) [mm], (n,) each, y growing; s = 0 lies at `y_centre` [mm].
 
     Raises WrongInput.
     """
     points = np.column_stack([y, z]).astype(float).tolist()
-    curve = checked(contours.Points, {"kind": "points", "points": points, "y_centre": y_centre})
+    curve = checked(contours.PointsTable, {"kind": "points", "points": points, "y_centre": y_centre})
     curve.contour()  # raises for points that have no curve through them
     return curve
 
@@ -91,13 +91,13 @@ class Body:
     centre, and a clamped hub of `hub_radius` [mm], by default a fifth of it. Raises WrongInput.
     """
 
-    contour: Section
+    contour: SceneTable
     material: Material
     rolling_radius: float = np.inf
     hub_radius: float | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.contour, Section):
+        if not isinstance(self.contour, SceneTable):
             raise WrongInput(
                 f"contour = {self.contour!r}: make it with arc, ellipse, plane or through_points"
             )
@@ -114,7 +114,7 @@ class Body:
     @classmethod
     def of(cls, table: BodyTable) -> "Body":
         """Return the body of a table of a scene file."""
-        contour = cast(Section, table.contour)
+        contour = cast(SceneTable, table.contour)
         return cls(contour, Material(table.E, table.nu), table.rolling_radius, table.hub_radius)
 
 

@@ -1,4 +1,4 @@
-"""Scenes: reads TOML files, checks them, and builds bodies, patch and lines from them.
+"""Scenes: TOML files, their checks, and the bodies, patch and lines that they describe.
 
 Imports `femic.contact` and lower layers.
 """

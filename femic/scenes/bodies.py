@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field
 from femic.key_types import LARGEST_LENGTH, Amount, Length
 from femic.scenes.contours import AnyContour
 from femic.scenes.errors import BadScene
-from femic.scenes.section import LIMIT_SLACK, Section
+from femic.scenes.section import LIMIT_SLACK, SceneTable
 from geometries.bodies import Body, Domain
 from geometries.errors import WrongInput
 from geometries.materials import Material
@@ -22,8 +22,8 @@ def _finite_or_prismatic(value: float) -> float:
     return value
 
 
-class BodyTable(Section):
-    """One body."""
+class BodyTable(SceneTable):
+    """A body."""
 
     E: Amount = Field(description="Young's modulus [MPa]")
     nu: float = Field(ge=0, le=0.4999, description="Poisson's ratio, 0 ... 0.4999 (solid engine: 0.49)")
@@ -48,7 +48,7 @@ def body_of(table: BodyTable, name: str, side: int, domain: Domain) -> Body:
 
 
 def body_misfits(name: str, body: Body, limit: float) -> Iterator[str]:
-    """Yield what is wrong with the contour of a body; `limit` is the largest inclination [degrees]."""
+    """Yield the errors of the contour of a body; `limit` is the largest inclination [degrees]."""
     contour = body.contour
     steepest = np.degrees(np.max(np.abs(contour.inclination(np.linspace(*contour.limits, 1001)))))
     if steepest > limit * (1 + LIMIT_SLACK):

@@ -1,4 +1,4 @@
-"""Builds a scene from the tables of its file: bodies, patch, lines, and how C is computed."""
+"""The scene of a file's tables: bodies, patch, lines, and settings of C."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -33,7 +33,7 @@ def build_scene(name: str, text: str, file: SceneFile) -> Scene:
         body: body_of(getattr(file, body), body, side, file.engine.domain) for body, side in SIDES.items()
     }
     reference_length = file.reference_length or _crown_radius(bodies["lower"].contour)
-    extent, room = common_extent(bodies), _room_of_discount(bodies)
+    extent, room = common_extent(bodies), _discount_room(bodies)
     rotation_reach = file.rotation_reach or min(2 * reference_length, room)
     patch = patch_of(file.patch, rotation_reach)
     settings = Settings(
@@ -65,16 +65,16 @@ def build_scene(name: str, text: str, file: SceneFile) -> Scene:
         "check": check_scene(name, text, file) if file.engine.needs_check else None,
     }
     scene = Scene(**shared(file, Scene) | resolved)
-    require_none(name, list(_misfits_of_given(scene, file.model_fields_set)))
+    require_none(name, list(_table_misfits(scene, file.model_fields_set)))
     return scene
 
 
 def check_scene(name: str, text: str, file: SceneFile) -> Scene:
     """Return the scene with the engine that checks others."""
-    return build_scene(name, text, file.model_copy(update={"engine": file.engine.of_check}))
+    return build_scene(name, text, file.model_copy(update={"engine": file.engine.check_engine}))
 
 
-def _misfits_of_given(scene: Scene, given: set[str]) -> Iterator[str]:
+def _table_misfits(scene: Scene, given: set[str]) -> Iterator[str]:
     """Yield what does not fit between the tables of a scene; of some tables only where they are given."""
     yield from misfits(scene)
     if "grid" in given:
@@ -89,7 +89,7 @@ def _files(file: SceneFile) -> dict[str, Path]:
     return {body: path for body, path in files.items() if path is not None}
 
 
-def _room_of_discount(bodies: dict[str, Body]) -> float:
+def _discount_room(bodies: dict[str, Body]) -> float:
     """Return the distance from the contact centre within which the discount has room [mm]."""
     domain, extent = bodies["lower"].domain, common_extent(bodies)
     turn = min(2 * np.pi * body.rolling_radius for body in bodies.values())

@@ -12,7 +12,7 @@ from femic.scenes.effective import Curvature
 from femic.scenes.engine import ratio_misfits
 from femic.scenes.lines import half_sides, misfits_of_line, reach_of
 from femic.scenes.scene import Calibration, Scene
-from femic.scenes.section import Section, shared
+from femic.scenes.section import SceneTable, shared
 from geometries.patches import OffsetLine, Patch, line_along_s
 
 BodyName = Literal["combined", "lower", "upper"]
@@ -20,8 +20,8 @@ Component = Literal["xx", "xs", "xn", "sx", "ss", "sn", "nx", "ns", "nn"]
 PropertyName = Literal["mismatch_k", "G", "nu"]
 
 
-class CalibrationTable(Section):
-    """What `femic calibrate` fits: Bhat_prime to C at the points of lines with x_min < x <= x_max."""
+class CalibrationTable(SceneTable):
+    """Fit by `femic calibrate`: Bhat_prime to C at the points of lines with x_min < x <= x_max."""
 
     bodies: Several[BodyName] = Field(("combined",), min_length=1, description="whose properties to fit")
     properties: Several[PropertyName] = Field(
@@ -83,7 +83,7 @@ def calibration_of(
 
 
 def calibration_misfits(scene: Scene) -> Iterator[str]:
-    """Yield what is wrong with the points and components that effective properties are fitted to."""
+    """Yield the errors of the points and components that effective properties are fitted to."""
     calibration, extent = scene.calibration, scene.extent
     if not calibration.x_min < calibration.x_max:
         yield "calibration.x_min, x_max: the furthest points must be further than the nearest"

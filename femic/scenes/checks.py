@@ -1,4 +1,4 @@
-"""Checks that the tables of a scene fit together; each misfit is a line with field, value and remedy."""
+"""Checks that the tables of a scene fit together; each error is a line with field, value and remedy."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Reads columns of numbers from text files: points of contours, and of extra gaps."""
+"""Columns of numbers in text files: points of contours, and of extra gaps."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -42,7 +42,7 @@ def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 
 def _length(cell: str, line: int) -> float:
-    """A number of a cell."""
+    """Return a number of a cell."""
     try:
         value = float(cell)
     except ValueError:

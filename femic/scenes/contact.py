@@ -1,4 +1,4 @@
-"""The table [contact] of a scene file: which contact is solved, and with which ICs."""
+"""The table [contact] of a scene file: loads, motion and ICs of the contact."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -16,14 +16,14 @@ from femic.scenes.contours import ExistingFile
 from femic.scenes.errors import BadScene
 from femic.scenes.ic_names import ContactICName
 from femic.scenes.scene import Scene
-from femic.scenes.section import LIMIT_SLACK, Section, keys_of, shared
+from femic.scenes.section import LIMIT_SLACK, SceneTable, keys_of, shared
 from geometries.errors import WrongInput
 
 GAPS_IN_LENGTH = 10  # reference lengths over the largest gap that raises a surface
 
 
-class ContactKeys(Section):
-    """Contact of both bodies (femic contact): rules for keys that `ContactTable` has."""
+class ContactKeys(SceneTable):
+    """Contact of both bodies (femic contact): rules for the keys of `ContactTable`."""
 
     @model_validator(mode="after")
     def _loads_or_approaches(self) -> "ContactKeys":
@@ -33,7 +33,7 @@ class ContactKeys(Section):
         return self
 
     @model_validator(mode="after")
-    def _of_this_motion(self) -> "ContactKeys":
+    def _keys_of_motion(self) -> "ContactKeys":
         name = dict(self)["motion"]
         for key in dict.fromkeys(key for motion in MOTIONS.values() for key in motion.keys):
             if key in self.model_fields_set and key not in MOTIONS[name].keys:
@@ -51,12 +51,12 @@ class ContactKeys(Section):
 
 
 def _declared() -> dict[str, Any]:
-    """Return the keys that the specifications declare; those of friction stand where `friction` is."""
+    """Return the keys that the specifications declare, with the keys of friction in place of `friction`."""
     files = {"ics": tuple[ContactICName, ...], "extra_gap": ExistingFile | None}  # as scene files have them
-    of_friction = keys_of(FrictionSpecification)
-    of_friction = {"friction": of_friction.pop("coefficients"), **of_friction}
+    friction_keys = keys_of(FrictionSpecification)
+    friction_keys = {"friction": friction_keys.pop("coefficients"), **friction_keys}
     keys = keys_of(ContactSpecification, files).items()
-    parts = (of_friction if key == "friction" else {key: declared} for key, declared in keys)
+    parts = (friction_keys if key == "friction" else {key: declared} for key, declared in keys)
     return {key: declared for part in parts for key, declared in part.items()}
 
 
@@ -76,7 +76,7 @@ def contact_of(table: ContactKeys) -> ContactSpecification:
 
 
 def _extra_gap(path: Path | None) -> ExtraGap | None:
-    """The gap of a file; raises BadScene for other files."""
+    """Return the gap of a file; raise BadScene for other files."""
     if path is None:
         return None
     try:
@@ -86,13 +86,13 @@ def _extra_gap(path: Path | None) -> ExtraGap | None:
 
 
 def contact_misfits(scene: Scene) -> Iterator[str]:
-    """Yield what is wrong with the contact of a scene."""
+    """Yield the errors of the contact of a scene."""
     yield from _gap_misfits(scene)
     yield from _friction_misfits(scene)
 
 
 def _gap_misfits(scene: Scene) -> Iterator[str]:
-    """Yield what is wrong with the extra gap: it has to be small beside the bodies where it raises them."""
+    """Yield the error of an extra gap that is not small beside the bodies where it raises them."""
     gap, limit = scene.contact.extra_gap, scene.reference_length / GAPS_IN_LENGTH
     if gap is not None and (least := float(np.min(gap.gap))) < -limit * (1 + LIMIT_SLACK):
         yield (
@@ -103,7 +103,7 @@ def _gap_misfits(scene: Scene) -> Iterator[str]:
 
 
 def _friction_misfits(scene: Scene) -> Iterator[str]:
-    """Yield what is wrong with the bodies and loads of a contact with friction."""
+    """Yield the errors of the bodies and loads of a contact with friction."""
     loads, name = scene.contact.loads, scene.contact.motion
     motion = MOTIONS[name]
     if motion.has_friction and not loads:

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, Field, FilePath, PlainValidator,
 
 from femic.key_types import LARGEST_LENGTH, LEAST_LENGTH, Length, NameOf, Place, Several, TwoOf
 from femic.scenes.columns import columns
-from femic.scenes.section import Section
+from femic.scenes.section import SceneTable
 from geometries import contours
 from geometries.contours import Contour
 from geometries.errors import WrongInput
@@ -38,7 +38,7 @@ Flank = Annotated[float, Field(ge=0, le=85)]
 Flanks = Flank | TwoOf[Flank]
 
 
-class Plane(Section):
+class PlaneTable(SceneTable):
     """A flat surface."""
 
     kind: Literal["plane"] = Field(description="a plane")
@@ -48,7 +48,7 @@ class Plane(Section):
         return contours.plane()
 
 
-class Arc(Section):
+class ArcTable(SceneTable):
     """A circular arc continued by its tangents."""
 
     kind: Literal["arc"] = Field(description="circular arc + straight flanks")
@@ -60,7 +60,7 @@ class Arc(Section):
         return contours.arc(self.radius, *_in_radians(self.flank_inclination_deg))
 
 
-class Ellipse(Section):
+class EllipseTable(SceneTable):
     """An elliptic arc continued by its tangents."""
 
     kind: Literal["ellipse"] = Field(description="ellipse + straight flanks")
@@ -75,7 +75,7 @@ class Ellipse(Section):
         return contours.ellipse(self.b_el, self.d_el, *_in_radians(self.flank_inclination_deg))
 
 
-class Points(Section):
+class PointsTable(SceneTable):
     """A smooth curve through points, continued by its end tangents."""
 
     kind: Literal["points"] = Field(description="smooth curve through points")
@@ -86,7 +86,7 @@ class Points(Section):
     y_centre: Place = Field(0.0, description="y of the contact centre [mm]")
 
     @model_validator(mode="after")
-    def _one_source(self) -> "Points":
+    def _one_source(self) -> "PointsTable":
         if (self.file is None) == (not self.points):
             raise ValueError("give either file or points")
         return self
@@ -101,7 +101,12 @@ class Points(Section):
             raise WrongInput(f"{source}: {error}") from error
 
 
-CONTOURS: dict[str, type[Section]] = {"plane": Plane, "arc": Arc, "ellipse": Ellipse, "points": Points}
+CONTOURS: dict[str, type[SceneTable]] = {
+    "plane": PlaneTable,
+    "arc": ArcTable,
+    "ellipse": EllipseTable,
+    "points": PointsTable,
+}
 
 
 class ContourKind(BaseModel):
@@ -110,12 +115,12 @@ class ContourKind(BaseModel):
     kind: Annotated[str, AfterValidator(NameOf(lambda: CONTOURS))]
 
 
-def _of_its_kind(value: Any) -> Section:
+def _table_of_kind(value: Any) -> SceneTable:
     """Return the table of a contour with the keys of its kind; raise ValidationError."""
     return CONTOURS[ContourKind.model_validate(value).kind].model_validate(value)
 
 
-AnyContour = Annotated[ContourTable, PlainValidator(_of_its_kind)]
+AnyContour = Annotated[ContourTable, PlainValidator(_table_of_kind)]
 
 
 def _in_radians(degrees: float | tuple[float, float]) -> tuple[float, float]:

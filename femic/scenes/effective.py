@@ -10,14 +10,14 @@ from approx.variants import VARIANTS, needs_effective
 from femic.key_types import Length, Signed
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
-from femic.scenes.section import Section
+from femic.scenes.section import SceneTable
 from geometries.errors import WrongInput
 
 Exponent = Annotated[float, Field(gt=0, le=1000)]
 Curvature = Literal["contained", "apart"]
 
 
-class TransitionTable(Section):
+class TransitionTable(SceneTable):
     """A property that changes with the distance from the load until it has its far value at r_inf."""
 
     far: Signed = Field(description="its value at r_inf and beyond")
@@ -26,7 +26,7 @@ class TransitionTable(Section):
     n: Exponent = Field(description="exponent near r_inf")
 
 
-class PropertiesTable(Section):
+class PropertiesTable(SceneTable):
     """Effective properties of one body, or of both."""
 
     G: TransitionTable | None = Field(None, description="shear modulus [MPa]")
@@ -43,7 +43,7 @@ class CombinedTable(PropertiesTable):
     )
 
 
-class EffectiveTable(Section):
+class EffectiveTable(SceneTable):
     """The effective properties that Bhat_prime uses."""
 
     combined: CombinedTable | None = Field(None, description="of both bodies together")

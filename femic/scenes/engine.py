@@ -1,4 +1,4 @@
-"""The table [engine] of a scene file: how the reference C is computed."""
+"""The table [engine] of a scene file: settings of the reference C."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated
@@ -14,7 +14,7 @@ from femic.reference.models import SolverChoice
 from femic.reference.solid.pardiso import available as direct_available
 from femic.reference.solid.record import SOLID
 from femic.scenes.scene import Scene
-from femic.scenes.section import LIMIT_SLACK, Section
+from femic.scenes.section import LIMIT_SLACK, SceneTable
 from geometries.bodies import Domain
 from geometries.patches import Patch
 
@@ -23,7 +23,7 @@ INSTALL_DIRECT = "run .venv/bin/pip install -c constraints.txt -e '.[direct]'"
 CHECK_ENGINE, CHECK_TOLERANCE = SOLID, 0.01  # the engine that checks others; its tightest tolerance for that
 
 
-class EngineTable(Section):
+class EngineTable(SceneTable):
     """How the reference C is computed."""
 
     kind: Annotated[str, AfterValidator(NameOf(lambda: ENGINES))] = Field(
@@ -90,8 +90,8 @@ class EngineTable(Section):
         return self.check and self.engine is not CHECK_ENGINE
 
     @property
-    def of_check(self) -> "EngineTable":
-        """The engine that checks this one, with cells of its own, in the same domain where one is given."""
+    def check_engine(self) -> "EngineTable":
+        """The settings of the engine that checks this one, with its own cells, in the domain of this one."""
         same = self.model_dump(include={"far_radius", "half_length", "most_unknowns", "solver"})
         tolerance = max(self.tolerance, CHECK_TOLERANCE)
         return EngineTable(kind=CHECK_ENGINE.name, tolerance=tolerance, **same)
@@ -145,7 +145,7 @@ def _limit_misfits(scene: Scene) -> Iterator[str]:
 
 
 def _use(capable: Iterable[Engine]) -> str:
-    """The remedy: use one of the engines that are capable of it."""
+    """Return the remedy: use one of the engines that are capable of it."""
     names = [repr(engine.name) for engine in capable]
     return f"use engine.kind = {' or '.join(names)} (without check)" if names else "no engine goes"
 

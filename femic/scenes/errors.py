@@ -1,4 +1,4 @@
-"""The error of a scene that cannot be run."""
+"""The exception for scenes that cannot be run."""
 
 from collections.abc import Iterable
 
@@ -9,8 +9,13 @@ class BadScene(WrongInput):
     """A scene that cannot be run; the message lists every error with field, value and remedy."""
 
 
+def bad_scene(name: object, errors: Iterable[str]) -> BadScene:
+    """Return the exception that lists all errors of a scene or file."""
+    lines = list(errors)
+    return BadScene(f"{name}: {len(lines)} error(s)\n  " + "\n  ".join(lines))
+
+
 def require_none(scene: object, misfits: Iterable[str]) -> None:
     """Raise BadScene with all misfits, if there are any."""
-    lines = list(misfits)
-    if lines:
-        raise BadScene(f"{scene}: {len(lines)} error(s)\n  " + "\n  ".join(lines))
+    if lines := list(misfits):
+        raise bad_scene(scene, lines)

@@ -1,10 +1,11 @@
 """A scene file (TOML): its keys with their units, defaults and limits, and its tables."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field, field_validator
 
 from femic.key_types import Length, Several, each_once
+from femic.reference.matrix.job import Discount
 from femic.scenes.bodies import BodyTable
 from femic.scenes.calibration import BodyName, CalibrationTable, Component
 from femic.scenes.contact import AnyContact, ContactTable
@@ -13,10 +14,10 @@ from femic.scenes.engine import EngineTable
 from femic.scenes.grid import GridTable
 from femic.scenes.ic_names import ICName, VariantName
 from femic.scenes.lines import Line, PatchTable
-from femic.scenes.section import Section
+from femic.scenes.section import SceneTable
 
 
-class SceneFile(Section):
+class SceneFile(SceneTable):
     """A scene: two bodies, a loaded patch, the lines where displacements are read."""
 
     title: str = Field("", description="heading of the report")
@@ -45,7 +46,7 @@ class SceneFile(Section):
         description="s of the normal load that fixes M in rotation [mm], needed if patch.s is not 0; "
         "default: reference_length / 2",
     )
-    discount: Literal["approach", "source", "none"] = Field(
+    discount: Discount = Field(
         "approach",
         description="what femic matrix, contact and export subtract from C. approach: the rigid part of "
         "the normal approach alone; source: all that [BVSV] discounts to compare single loads with "

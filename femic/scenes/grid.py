@@ -8,12 +8,12 @@ from pydantic import Field
 from femic.key_types import Length, Place, Whole
 from femic.scenes.engine import ratio_misfits
 from femic.scenes.scene import Scene
-from femic.scenes.section import Section
+from femic.scenes.section import SceneTable
 from geometries.grids import Grid
 from geometries.patches import Patch
 
 
-class GridTable(Section):
+class GridTable(SceneTable):
     """The grid of elements whose IC matrix `femic matrix` computes."""
 
     n_x: Annotated[Whole, Field(ge=1, le=4096)] = Field(64, description="number of elements along x: lags")
@@ -32,7 +32,7 @@ def figure_grid(table: GridTable, patch: Patch) -> Grid:
 
 
 def grid_misfits(scene: Scene) -> Iterator[str]:
-    """Yield what is wrong with the grid of the IC matrix."""
+    """Yield the errors of the grid of the IC matrix."""
     grid = scene.grid
     low, high = scene.extent
     if not low <= grid.extent[0] < grid.extent[1] <= high:

@@ -19,11 +19,11 @@ def is_map(ics: str) -> bool:
     return ics.startswith(MAP)
 
 
-def _known(ics: str) -> str:
+def _valid_ics(ics: str) -> str:
     """Return the name of C, a map, or approximations, perhaps with exchanged components; raise WrongInput."""
     if ics != "C" and not is_map(ics):
         forms_of(ics)
     return ics
 
 
-ContactICName = Annotated[str, AfterValidator(_known)]
+ContactICName = Annotated[str, AfterValidator(_valid_ics)]

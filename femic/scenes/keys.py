@@ -7,7 +7,7 @@ from femic.scenes.errors import BadScene
 
 
 def set_key(table: Any, key: str, entry: Any, axis: str) -> None:
-    """Set a key such as lower.contour.radius or lines.0.s of a table, for an axis; raises BadScene."""
+    """Set a key such as lower.contour.radius or lines.0.s of a table, for an axis; raise BadScene."""
     *path, last = key.split(".")
     for part in path:
         if isinstance(table, list):
@@ -23,7 +23,7 @@ def set_key(table: Any, key: str, entry: Any, axis: str) -> None:
 
 
 def key_of(table: Any, key: str, axis: str) -> Any:
-    """The value of a key such as lower.contour.radius of a table, for an axis; raises BadScene."""
+    """Return the value of a key such as lower.contour.radius of a table, for an axis; raise BadScene."""
     for part in key.split("."):
         if isinstance(table, list):
             table = table[_index(table, part, key, axis)]

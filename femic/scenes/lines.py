@@ -1,4 +1,4 @@
-"""The tables [patch] and [[lines]] of a scene file: the loaded element, and where displacements are read."""
+"""The tables [patch] and [[lines]] of a scene file: the loaded element, and the lines of observers."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -9,15 +9,18 @@ from pydantic import Field, model_validator
 
 from femic.key_types import Length, Place, Whole
 from femic.scenes.scene import Scene
-from femic.scenes.section import Section
+from femic.scenes.section import SceneTable
 from geometries.bodies import Body
 from geometries.patches import OffsetLine, Patch, line_along_s, line_along_x
 
 CLEAR_OF_PATCH = 6  # least distance of displacements compared beside a moment load, in half-widths patch.b
 PATCHES_IN_REACH = 100.0  # rotation_reach over the half-sides of a patch that is not given
 
+Reach = Annotated[Length, Field(description="half-length of the line [mm]")]
+PointCount = Annotated[Whole, Field(ge=2, le=5000, description="number of points")]
 
-class PatchTable(Section):
+
+class PatchTable(SceneTable):
     """The loaded element, centred at x = 0."""
 
     a: Length = Field(description="half-side along x [mm]")
@@ -38,22 +41,22 @@ def patch_of(table: PatchTable | None, rotation_reach: float) -> Patch:
     return Patch(**table.model_dump())
 
 
-class LineAlongX(Section):
+class LineAlongX(SceneTable):
     """A line along x at a fixed arc length."""
 
     along: Literal["x"] = Field(description="direction of the line")
     s: Place = Field(description="arc length of the line [mm]")
-    reach: Length = Field(25.0, description="half-length of the line [mm]")
-    points: Whole = Field(401, ge=2, le=5000, description="number of points")
+    reach: Reach = 25.0
+    points: PointCount = 401
 
 
-class LineAlongS(Section):
+class LineAlongS(SceneTable):
     """A line along s at a fixed longitudinal distance."""
 
     along: Literal["s"] = Field(description="direction of the line")
     x: Place = Field(description="longitudinal distance of the line [mm]")
-    reach: Length = Field(25.0, description="half-length of the line [mm]")
-    points: Whole = Field(401, ge=2, le=5000, description="number of points")
+    reach: Reach = 25.0
+    points: PointCount = 401
 
 
 Line = Annotated[LineAlongX | LineAlongS, Field(discriminator="along")]
@@ -94,7 +97,7 @@ def room_of(scene: Scene) -> Room:
 
 
 def patch_misfits(scene: Scene, room: Room) -> Iterator[str]:
-    """Yield what is wrong with the patch and the points of the discount."""
+    """Yield the errors of the patch and the points of the discount."""
     patch, smallest = scene.patch, scene.first_cells.smallest
     ends = f"the contours go from s = {scene.extent[0]:g} to {scene.extent[1]:g} mm"
     if not scene.extent[0] <= patch.s - patch.b < patch.s + patch.b <= scene.extent[1]:
@@ -130,7 +133,7 @@ def _moment_misfits(scene: Scene, room: Room) -> Iterator[str]:
 
 
 def line_misfits(scene: Scene, room: Room) -> Iterator[str]:
-    """Yield what is wrong with the lines of a scene."""
+    """Yield the errors of the lines of a scene."""
     for k, line in enumerate(scene.lines):
         yield from misfits_of_line(f"lines.{k} ({line.name})", line, scene.bodies, scene.extent)
         if 2 * max(np.max(np.abs(line.x)), np.max(np.abs(line.s))) > room.size:

@@ -20,7 +20,7 @@ TABLES = ("lower", "upper", "patch", "grid", "calibration", "contact", "engine")
 
 
 def listing(name_or_path: str) -> str:
-    """The scene as TOML: keys that it sets, and as comments those that it leaves at their defaults."""
+    """Return the scene as TOML: keys that it sets, and as comments those that it leaves at their defaults."""
     path = scene_path(name_or_path)
     _, table = read_scene(path)
     parse(deepcopy(table), path)
@@ -99,7 +99,7 @@ def _choices(*annotations: Any) -> Iterator[str]:
 
 
 def _toml(value: Any) -> str:
-    """A value as TOML; a table in a single line."""
+    """Return a value as TOML; a table in a single line."""
     if not isinstance(value, dict):
         return tomlkit.item(value).as_string()
     table = tomlkit.inline_table()

@@ -1,4 +1,4 @@
-"""Loads scenes from a built-in name, a TOML file or a table; errors of a scene are raised together."""
+"""Scenes from a built-in name, a TOML file or a table; errors of a scene are raised together."""
 
 from collections.abc import Mapping
 from copy import deepcopy
@@ -10,7 +10,7 @@ import tomlkit
 from pydantic import ValidationError
 
 from femic.scenes.build import build_scene, check_scene
-from femic.scenes.errors import BadScene
+from femic.scenes.errors import BadScene, bad_scene
 from femic.scenes.file import SceneFile
 from femic.scenes.ic_names import MAP, is_map
 from femic.scenes.messages import messages
@@ -22,12 +22,12 @@ BUILTIN = Path(__file__).parent / "builtin"
 
 
 def builtin_names() -> list[str]:
-    """Names of the scenes that come with the program."""
+    """Return the names of the built-in scenes."""
     return sorted(path.stem for path in BUILTIN.glob("*.toml"))
 
 
 def load_scene(name_or_path: str, changes: Mapping[str, Any] | None = None) -> Scene:
-    """The scene of a built-in name or a TOML file, with some keys changed; raises BadScene before any work.
+    """Return the scene of a built-in name or a TOML file, with some keys changed; raise BadScene.
 
     `changes` has the keys of a scene file. A table in it replaces only those keys that it names; one that
     names a `kind` replaces the whole table.
@@ -41,7 +41,7 @@ def load_scene(name_or_path: str, changes: Mapping[str, Any] | None = None) -> S
 
 
 def merged(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """A table with some keys changed, as of `load_scene`."""
+    """Return a table with some keys changed, as of `load_scene`."""
     changed = dict(table)
     for key, value in changes.items():
         old = table.get(key)
@@ -53,7 +53,7 @@ def merged(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, An
 
 
 def load_solid_scene(name_or_path: str) -> Scene:
-    """The scene of a name or TOML file by an engine that has fields in 3D: its own, or the solid engine.
+    """Return the scene of a name or TOML file with an engine that has fields in 3D: its own or the solid one.
 
     Raises BadScene.
     """
@@ -65,7 +65,7 @@ def load_solid_scene(name_or_path: str) -> Scene:
 
 
 def scene_from_table(table: dict[str, Any], name: str) -> Scene:
-    """The scene of a table with the keys of a scene file, for use from Python; raises BadScene.
+    """Return the scene of a table with the keys of a scene file, for use from Python; raise BadScene.
 
     Names of files in it are relative to the working directory.
     """
@@ -73,7 +73,7 @@ def scene_from_table(table: dict[str, Any], name: str) -> Scene:
 
 
 def read_scene(path: Path) -> tuple[str, dict[str, Any]]:
-    """Text and table of a TOML file; raises BadScene if it is not TOML."""
+    """Return the text and the table of a TOML file; raise BadScene for other files."""
     try:
         text = path.read_text(encoding="utf-8")
         return text, table_of(text)
@@ -82,7 +82,7 @@ def read_scene(path: Path) -> tuple[str, dict[str, Any]]:
 
 
 def scene_path(name_or_path: str) -> Path:
-    """Path of the scene file of a built-in name or of a path; raises BadScene if there is none."""
+    """Return the path of the scene file of a built-in name or of a path; raise BadScene if there is none."""
     builtin = BUILTIN / f"{name_or_path}.toml"
     path = builtin if name_or_path in builtin_names() else Path(name_or_path)
     if not path.is_file():
@@ -96,7 +96,7 @@ def scene_path(name_or_path: str) -> Path:
 
 
 def parse(table: dict[str, Any], path: Path) -> SceneFile:
-    """Validate the keys and values of a scene table; raises BadScene.
+    """Validate the keys and values of a scene table; raise BadScene.
 
     Names of files in it are relative to the scene file, `path`.
     """
@@ -104,12 +104,11 @@ def parse(table: dict[str, Any], path: Path) -> SceneFile:
     try:
         return SceneFile.model_validate(table)
     except ValidationError as error:
-        lines = messages(error.errors())
-        raise BadScene(f"{path}: {len(lines)} error(s)\n  " + "\n  ".join(lines)) from error
+        raise bad_scene(path, messages(error.errors())) from error
 
 
 def resolve_files(table: dict[str, Any], folder: Path) -> None:
-    """Let names of files in a scene table begin at a folder instead of the working directory."""
+    """Make names of files in a scene table relative to a folder instead of the working directory."""
     places = [(table.get(body, {}), "contour", "file") for body in ("lower", "upper")]
     for of_body, *keys in [*places, (table, "contact", "extra_gap")]:
         inner = of_body.get(keys[0], {}) if isinstance(of_body, dict) else {}
@@ -122,7 +121,7 @@ def resolve_files(table: dict[str, Any], folder: Path) -> None:
 
 
 def _with_folder(ics: Any, folder: Path) -> Any:
-    """The name of ICs; of a map with its folder."""
+    """Return the name of ICs; of a map with its folder."""
     if not (isinstance(ics, str) and is_map(ics)):
         return ics
     return MAP + str(folder / ics.removeprefix(MAP))

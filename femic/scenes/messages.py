@@ -1,4 +1,4 @@
-"""Messages about a scene file, one line per error: field = value: what is wrong; remedy."""
+"""Messages about a scene file, one line per error: field = value: reason; remedy."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,7 +9,7 @@ from pydantic_core import ErrorDetails
 
 from femic.scenes.contact import ContactTable
 from femic.scenes.engine import EngineTable
-from femic.scenes.section import Section, tables
+from femic.scenes.section import SceneTable, tables
 
 REASONS: Mapping[str, str] = {
     "tuple_type": "Input should be a list",
@@ -24,30 +24,30 @@ REMEDIES: Mapping[str, str] = {
 
 
 def messages(details: Sequence[ErrorDetails]) -> list[str]:
-    """Errors of validation as lines, one per value.
+    """Return errors of validation as lines, one per value.
 
     Where a value may be of several types, only errors of its own type are listed, or of all types.
     """
-    fields_of_right_type = [f"{_field(detail)}." for detail in details if not _of_container(detail)]
-    of_fields: dict[str, list[ErrorDetails]] = {}
+    typed_fields = [f"{_field(detail)}." for detail in details if not _is_about_container(detail)]
+    by_field: dict[str, list[ErrorDetails]] = {}
     for detail in details:
         field = _field(detail)
-        of_inner_value = any(inner.startswith(f"{field}.") for inner in fields_of_right_type)
-        if not (_of_container(detail) and of_inner_value):
-            of_fields.setdefault(field, []).append(detail)
+        has_inner_error = any(inner.startswith(f"{field}.") for inner in typed_fields)
+        if not (_is_about_container(detail) and has_inner_error):
+            by_field.setdefault(field, []).append(detail)
     return [
         " or ".join([message(first), *(_reason(other).removeprefix("Input should be ") for other in others)])
-        for first, *others in of_fields.values()
+        for first, *others in by_field.values()
     ]
 
 
-def _of_container(detail: ErrorDetails) -> bool:
+def _is_about_container(detail: ErrorDetails) -> bool:
     """Whether an error is about a whole value: of another type, or without enough valid entries."""
     return detail["type"].endswith("_type") or detail["type"] == "too_short"
 
 
 def in_keys(message: object) -> str:
-    """A message of `femic` for the user: its `names` become keys of a scene file or options of commands."""
+    """Return a message in which `names` are keys of a scene file or options of commands."""
     text = re.sub(r"`workers` = (\d+)", r"--workers \1", str(message))
     return re.sub(r"`(\w+)`", lambda match: _key_of(match[1]), text)
 
@@ -55,7 +55,7 @@ def in_keys(message: object) -> str:
 def _key_of(name: str) -> str:
     if name in OPTIONS:
         return f"--{name}"
-    tables: dict[str, type[Section]] = {"engine": EngineTable, "contact": ContactTable}
+    tables: dict[str, type[SceneTable]] = {"engine": EngineTable, "contact": ContactTable}
     return next((f"{key}.{name}" for key, table in tables.items() if name in table.model_fields), name)
 
 
@@ -64,7 +64,7 @@ def _field(detail: ErrorDetails) -> str:
 
 
 def message(detail: ErrorDetails) -> str:
-    """One error as a line: field = value: what is wrong; remedy."""
+    """Return one error as a line: field = value: reason; remedy."""
     field = _field(detail)
     kind = detail["type"]
     if kind == "extra_forbidden":
@@ -78,7 +78,7 @@ def message(detail: ErrorDetails) -> str:
 
 
 def _reason(detail: ErrorDetails) -> str:
-    """What is wrong with a value."""
+    """Return the reason why a value is wrong."""
     for limit, words in LIMITS.items():
         if limit in detail.get("ctx", {}):
             return f"Input should be {words} {detail['ctx'][limit]:g}"
@@ -90,15 +90,15 @@ def _shown(value: object) -> str:
 
 
 def _without_tags(location: tuple[int | str, ...]) -> Iterator[int | str]:
-    """The location without the names of union members that pydantic inserts."""
+    """Yield the location without the names of union members that pydantic inserts."""
     for k, part in enumerate(location):
         previous = location[k - 1] if k else None
-        of_line = isinstance(previous, int) and part in {"x", "s"} and location[0] == "lines"
-        of_flanks = previous == "flank_inclination_deg" and isinstance(part, str)
-        if not (of_line or of_flanks):
+        is_line_kind = isinstance(previous, int) and part in {"x", "s"} and location[0] == "lines"
+        is_flank_type = previous == "flank_inclination_deg" and isinstance(part, str)
+        if not (is_line_kind or is_flank_type):
             yield part
 
 
 def _keys() -> set[str]:
-    """All keys that any table of a scene file may have."""
+    """Return all keys that any table of a scene file may have."""
     return {key for table in tables() for key in table.model_fields}

@@ -25,13 +25,13 @@ def warnings(scene: Scene) -> list[str]:
 
     There is none about bodies that the scene does not compare: they are neither solved nor approximated.
     """
-    per_body = [text for name in scene.solved for text in _of_body(scene, name, scene.bodies[name])]
-    return [*per_body, *_of_domain(scene), *_of_pair(scene)]
+    per_body = [text for name in scene.solved for text in _body_warnings(scene, name, scene.bodies[name])]
+    return [*per_body, *_domain_warnings(scene), *_pair_warnings(scene)]
 
 
-def _of_body(scene: Scene, name: str, body: Body) -> Iterator[str]:
-    yield from _of_contour(scene, name, body)
-    yield from _of_shape(scene, name, body)
+def _body_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
+    yield from _contour_warnings(scene, name, body)
+    yield from _shape_warnings(scene, name, body)
     if body.material.nu > NEARLY_INCOMPRESSIBLE:
         yield (
             f"{name}.nu = {body.material.nu:g}: nearly incompressible; xn and sn nearly vanish, and C takes "
@@ -39,7 +39,7 @@ def _of_body(scene: Scene, name: str, body: Body) -> Iterator[str]:
         )
 
 
-def _of_contour(scene: Scene, name: str, body: Body) -> Iterator[str]:
+def _contour_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
     patch, contour = scene.patch, body.contour
     patch_size = max(patch.a, patch.b)
     s = patch.s + np.linspace(-patch.b, patch.b, 201)
@@ -64,7 +64,7 @@ def _of_contour(scene: Scene, name: str, body: Body) -> Iterator[str]:
             )
 
 
-def _of_shape(scene: Scene, name: str, body: Body) -> Iterator[str]:
+def _shape_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
     left, right = body.contour.inclination(np.array(body.contour.limits))
     wedge = 180 + body.side * np.degrees(right - left)
     if wedge < THIN_WEDGE:
@@ -88,7 +88,7 @@ def _of_shape(scene: Scene, name: str, body: Body) -> Iterator[str]:
         )
 
 
-def _of_domain(scene: Scene) -> Iterator[str]:
+def _domain_warnings(scene: Scene) -> Iterator[str]:
     domain = scene.bodies["lower"].domain
     domain_size = min(domain.far_radius, domain.half_length)
     for line in scene.lines:
@@ -112,14 +112,14 @@ def _of_domain(scene: Scene) -> Iterator[str]:
         )
 
 
-def _of_pair(scene: Scene) -> Iterator[str]:
+def _pair_warnings(scene: Scene) -> Iterator[str]:
     lower, upper = (scene.bodies[name] for name in ("lower", "upper"))
     ratio = upper.material.E / lower.material.E
     if "combined" not in scene.compared:
         return
     if not 1 / UNLIKE_MODULI < ratio < UNLIKE_MODULI:
         softer = "lower" if ratio > 1 else "upper"
-        yield f"upper.E / lower.E = {ratio:.3g}: the combined ICs are those of the {softer} body alone"
+        yield f"upper.E / lower.E = {ratio:.3g}: the combined ICs are the ICs of the {softer} body alone"
     s = np.concatenate([line.s for line in scene.lines])
     angles = np.degrees(np.abs(upper.contour.inclination(s) - lower.contour.inclination(s)))
     if np.max(angles) > CONFORMAL:

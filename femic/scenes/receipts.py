@@ -34,7 +34,7 @@ def key_of(scene: Scene, module: str, *further: object) -> str:
 
 @contextmanager
 def renewed(folder: Path, command: str, key: str, files: Iterable[str]) -> Iterator[Path]:
-    """A context in which a command writes files of results into a folder, created if it does not exist.
+    """Yield a folder, created if missing, into which a command writes files of results.
 
     An old receipt of these files is removed before; afterwards, if nothing was raised, they have a new one.
     """
@@ -51,7 +51,7 @@ def holds(folder: Path, command: str, key: str) -> bool:
 
 
 def changed(folder: Path, command: str) -> list[str]:
-    """Names of files of a receipt that are missing or have changed since; none where there is no receipt."""
+    """Return the names of files of a receipt that are missing or have changed; none without a receipt."""
     receipt = _read(folder, command)
     digests = receipt.sha256 if receipt else {}
     return [name for name, digest in digests.items() if _digest(folder / name) != digest]
@@ -62,7 +62,7 @@ def _path(folder: Path, command: str) -> Path:
 
 
 def _read(folder: Path, command: str) -> Receipt | None:
-    """A receipt, None where there is none that can be read."""
+    """Return the receipt of a command, None without a readable one."""
     try:
         return Receipt.model_validate_json(_path(folder, command).read_bytes())
     except (OSError, ValueError):
@@ -70,7 +70,7 @@ def _read(folder: Path, command: str) -> Receipt | None:
 
 
 def _digest(path: Path) -> str:
-    """The digest of a file, "" where it cannot be read."""
+    """Return the digest of a file, "" where it cannot be read."""
     try:
         with path.open("rb") as file:
             return file_digest(file, "sha256").hexdigest()

@@ -1,4 +1,4 @@
-"""The scene: bodies, patch, lines, what is compared, and how C is computed."""
+"""The scene: bodies, patch, lines, contact, and settings of C."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from geometries.patches import OffsetLine, Patch
 
 @dataclass(frozen=True)
 class Calibration:
-    """How effective properties are fitted: to components of C at the points of lines, x_min < x <= x_max."""
+    """The fit of effective properties: to components of C at the points of lines, x_min < x <= x_max."""
 
     bodies: tuple[str, ...]  # of "combined", "lower", "upper"
     properties: tuple[str, ...]  # of EffectiveProperties
@@ -106,7 +106,7 @@ class Scene:
 
     @property
     def fitted(self) -> tuple[str, ...]:
-        """Names of what is compared that has effective properties, which B-hat-prime needs."""
+        """Compared bodies with effective properties, which B-hat-prime needs."""
         return tuple(name for name in self.compared if self.pair.has_effective(name))
 
     @property

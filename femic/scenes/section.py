@@ -1,4 +1,4 @@
-"""A table of a scene file, and how it becomes a dataclass."""
+"""Tables of scene files, and their conversion to dataclasses."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 LIMIT_SLACK = 1e-9  # share by which rounding may exceed a limit
 
 
-class Section(BaseModel):
-    """A table of a scene file: unknown keys are errors, and texts and true are not numbers."""
+class SceneTable(BaseModel):
+    """A table of a scene file: unknown keys are errors; text and booleans are no numbers."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-def shared(table: Section, noun: "type[DataclassInstance]") -> dict[str, Any]:
+def shared(table: SceneTable, noun: "type[DataclassInstance]") -> dict[str, Any]:
     """Return the values of keys that are fields of a dataclass, too, by name."""
     names = {field.name for field in fields(noun)}
     return {key: getattr(table, key) for key in type(table).model_fields if key in names}
@@ -35,7 +35,7 @@ def keys_of(noun: "type[DataclassInstance]", types: Mapping[str, Any] | None = N
     return {field.name: (hints[field.name], field.default) for field in fields(noun)}
 
 
-def tables(base: type[Section] = Section) -> Iterator[type[Section]]:
+def tables(base: type[SceneTable] = SceneTable) -> Iterator[type[SceneTable]]:
     """Yield all tables that scene and campaign files may have."""
     for table in base.__subclasses__():
         yield table

@@ -1,4 +1,4 @@
-"""Reads TOML: any text gives a table or raises `NotToml`."""
+"""Reading TOML: any text gives a table or raises `NotToml`."""
 
 import tomllib
 from typing import Any
@@ -8,7 +8,7 @@ SHORTENED = 200  # characters of a reason that are shown
 
 
 class NotToml(ValueError):
-    """A text that is not TOML, or more than can be read."""
+    """A text that is not TOML, or too large."""
 
 
 def table_of(text: str) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def _require_shallow(table: dict[str, Any]) -> None:
 
 
 def _entries(outer: Any) -> list[Any]:
-    """The tables and lists in a table or list."""
+    """Return the tables and lists in a table or list."""
     inside = outer.values() if isinstance(outer, dict) else outer
     return [inner for inner in inside if isinstance(inner, dict | list)]
 

@@ -21,7 +21,7 @@ SHOWN = 40  # characters of a text that messages show
 
 
 def value_of(text: str) -> Value:
-    """The value of a text as TOML has it: a number, true or false, a list; other text is text.
+    """Return the value of a text as TOML has it: a number, true or false, a list; other text is text.
 
     Numbers are plain decimals, also .5, 05 and 1.; raises BadScene for others, such as 0x10, 1_2, nan.
     """
@@ -42,7 +42,7 @@ def value_of(text: str) -> Value:
 
 
 def _number(text: str) -> int | float:
-    """A plain decimal number; raises BadScene where it is too large."""
+    """Return a plain decimal number; raise BadScene where it is too large."""
     value = float(text)
     if not np.isfinite(value):
         raise BadScene(f"{text[:SHOWN]}: is too large for a number")

@@ -23,7 +23,7 @@ from commands import Place
 from contacts import contacts
 from damages import damages
 from kills import kills
-from outcomes import Outcome, row, told
+from outcomes import Outcome, row, text_of_rows
 from races import races
 
 from femic.cache.digests import results_digest, versions
@@ -31,7 +31,7 @@ from femic.cache.digests import results_digest, versions
 NUMBERS = Path(__file__).parents[2] / "docs" / "numbers" / "attacks.json"
 LOGS = Path("out") / "attack"  # what commands printed in attacks that fall short
 SEED = 36
-MODULE = "femic.cli.contacts"  # whose code is attacked, with what it imports
+MODULE = "femic.cli.contact"  # whose code is attacked, with what it imports
 Attack = Callable[[Place, int, int], Iterator[Outcome]]  # how many, and which random ones
 
 
@@ -47,7 +47,7 @@ class Kind:
 def of_files(
     change: Callable[[Path, int, int], Iterator[Outcome]],
 ) -> Callable[[Place, int, int], Iterator[Outcome]]:
-    """Attacks by files in a folder of their own."""
+    """Return attacks by files in a folder of their own."""
 
     def attack(_: Place, count: int, seed: int) -> Iterator[Outcome]:
         with TemporaryDirectory() as folder:
@@ -72,31 +72,31 @@ KINDS = {
 
 def main() -> int:
     """Attack, print the table, and return 1 if anything falls short."""
-    asked = arguments()
+    options = arguments()
     rows = []
     with Place() as place:
-        for name in asked.only or KINDS:
-            rows.append(attacked(name, place, asked.share, asked.seed))
-            sys.stdout.write(f"{told(rows[-1:])}\n")
-    if asked.page:
-        keep({one["kind"]: one | made_by(asked.seed) for one in rows})
+        for name in options.only or KINDS:
+            rows.append(attacked(name, place, options.share, options.seed))
+            sys.stdout.write(f"{text_of_rows(rows[-1:])}\n")
+    if options.page:
+        keep({one["kind"]: one | provenance(options.seed) for one in rows})
     return 1 if any(one["short"] for one in rows) else 0
 
 
 def arguments() -> argparse.Namespace:
-    """What is asked for."""
+    """Return the options of the command line."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--only", nargs="*", choices=KINDS, help="default: all kinds")
     parser.add_argument("--share", type=float, default=1.0, help="of the number of attacks")
     parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--page", action="store_true", help="keep the numbers for docs/extremes.md")
+    parser.add_argument("--page", action="store_true", help="write the numbers for docs/extremes.md")
     return parser.parse_args()
 
 
 def attacked(name: str, place: Place, share: float, seed: int) -> dict[str, Any]:
-    """The row of a kind of attacks, each told where it falls short."""
+    """Return the row of a kind of attacks; print each that falls short."""
     kind, start, outcomes = KINDS[name], perf_counter(), []
     count = max(1, round(share * kind.count))
     for outcome in kind.attack(place, count, seed):
@@ -107,16 +107,16 @@ def attacked(name: str, place: Place, share: float, seed: int) -> dict[str, Any]
     return row(name, kind.meaning, outcomes) | {"seconds": round(perf_counter() - start)}
 
 
-def made_by(seed: int) -> dict[str, Any]:
-    """What made some numbers; attacks are a sample: they name no module with which they go out of date."""
+def provenance(seed: int) -> dict[str, Any]:
+    """Return seed and versions behind the numbers; a sample goes out of date with no single module."""
     return {"seed": seed, "versions": versions(), "module": None, "code": results_digest(MODULE)}
 
 
 def keep(rows: dict[str, dict[str, Any]]) -> None:
-    """Keep rows by kind, beside those of other kinds."""
+    """Write rows by kind, beside the rows of other kinds."""
     before = json.loads(NUMBERS.read_text(encoding="utf-8")) if NUMBERS.exists() else {}
-    found = {name: rows.get(name, before.get(name)) for name in KINDS if name in rows or name in before}
-    NUMBERS.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    stored = {name: rows.get(name, before.get(name)) for name in KINDS if name in rows or name in before}
+    NUMBERS.write_text(json.dumps(stored, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

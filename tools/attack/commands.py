@@ -72,7 +72,7 @@ class Command:
     results: Sequence[str]
 
     def begin(self, at: Path, *more: str) -> subprocess.Popen[str]:
-        """The process of the command in a folder, with a log of its own."""
+        """Return the process of the command in a folder, with a log of its own."""
         with (at / f"{self.name}.log").open("w", encoding="utf-8") as log:
             return subprocess.Popen(
                 [sys.executable, "-m", "femic", *self.arguments, *more],
@@ -85,7 +85,7 @@ class Command:
             )
 
     def ended(self, process: subprocess.Popen[str], at: Path) -> "Ended":
-        """The end of a process, which is killed with all that it has begun where it does not end."""
+        """Return the end of a process, which is killed with all that it has begun where it does not end."""
         try:
             code = process.wait(LONGEST)
         except subprocess.TimeoutExpired:
@@ -103,7 +103,7 @@ class Command:
         return replace(self, name=f"{self.name} again")
 
     def differences(self, at: Path, reference: Path) -> str:
-        """What is not as in the reference among the results; "" if nothing is."""
+        """Return what is not as in the reference among the results; "" if nothing is."""
         for name in self.results:
             mine, other = (folder / self.folder / name for folder in (at, reference))
             if text := _difference(mine, other):
@@ -169,7 +169,7 @@ class Place:
         self._folder.cleanup()
 
     def reference(self, command: Command) -> tuple[Path, float]:
-        """A folder in which a command has run undisturbed, and how many seconds it took."""
+        """Return a folder in which a command has run undisturbed, and how many seconds it took."""
         if command.name not in self._references:
             folder, start = self.copy(self.fresh, f"reference-{command.name}"), perf_counter()
             if failure := command.run(folder).failure:
@@ -185,7 +185,7 @@ class Place:
                 shutil.copy(log, to)
 
     def copy(self, of: Path, name: str) -> Path:
-        """A copy of a folder under a name, in the place of an earlier one."""
+        """Return a copy of a folder under a name, in the place of an earlier one."""
         target = self.path / name
         shutil.rmtree(target, ignore_errors=True)
         shutil.copytree(of, target)
@@ -193,14 +193,14 @@ class Place:
 
 
 def kept_files(folder: Path) -> Iterator[Path]:
-    """All files in a folder that commands have written, without logs, scenes and locks."""
+    """Yield all files in a folder that commands have written, without logs, scenes and locks."""
     for path in sorted((folder / "out").rglob("*")):
         if path.is_file() and not path.name.endswith(".lock"):
             yield path
 
 
 def _difference(mine: Path, other: Path) -> str:
-    """What differs between two files of results; "" if nothing does."""
+    """Return what differs between two files of results; "" if nothing does."""
     if not mine.exists():
         return "is missing"
     if mine.suffix != ".nc":
@@ -209,11 +209,11 @@ def _difference(mine: Path, other: Path) -> str:
         datasets = [xr.load_dataset(path, engine="h5netcdf") for path in (mine, other)]
     except (OSError, ValueError) as error:
         return f"cannot be read: {error}"
-    found, wanted = (
+    actual, expected = (
         dataset.drop_vars([name for name in dataset.variables if str(name).endswith(NOT_RESULTS)])
         for dataset in datasets
     )
-    if {*found.variables} != {*wanted.variables}:
-        return f"has other variables: {sorted(map(str, {*found.variables} ^ {*wanted.variables}))}"
-    differ = (name for name in found.variables if not found[name].variable.equals(wanted[name].variable))
+    if {*actual.variables} != {*expected.variables}:
+        return f"has other variables: {sorted(map(str, {*actual.variables} ^ {*expected.variables}))}"
+    differ = (name for name in actual.variables if not actual[name].variable.equals(expected[name].variable))
     return ", ".join(f"{name} differs" for name in differ)

@@ -11,7 +11,7 @@ from outcomes import Outcome
 from compare.contact.compute import compute_contact, require_solvable
 from femic.contact.compression import compressed
 from femic.contact.friction.kinematics import Creepages
-from femic.contact.friction.leading import LeadingEdge
+from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.frictional import FrictionalContact
 from femic.contact.loading import Loading
 from femic.contact.pairs.creep_force import Continuation
@@ -53,7 +53,7 @@ def contacts(count: int, seed: int) -> Iterator[Outcome]:
 
 
 def strange(chance: np.random.Generator, motion: str) -> dict[str, Any]:
-    """The table of a legal contact: radii over four decades, moduli over four, loads over eight."""
+    """Return the table of a legal contact: radii over four decades, moduli over four, loads over eight."""
     radius = 10 ** chance.uniform(-0.5, 2.0)
     ratio = 1 + 10 ** chance.uniform(-3, 0.5)
     flanks = [float(flank) for flank in chance.uniform(0, 80, 2)]
@@ -86,7 +86,7 @@ def strange(chance: np.random.Generator, motion: str) -> dict[str, Any]:
 
 
 def _without_friction(scene: Scene, _: np.random.Generator) -> str:
-    """What falls short of a contact without friction."""
+    """Return what falls short of a contact without friction."""
     (contact,) = compute_contact(scene, OPTIONS).solved.contacts.values()
     return _of_pressures(contact, scene)
 
@@ -95,17 +95,17 @@ def _of_pressures(solved: SolvedContact, scene: Scene) -> str:
     normal, on_grid = solved.normal, solved.on_grid
     tractions = normal.p[..., None] * [0.0, 0.0, 1.0]
     force, moment = summed(tractions, scene.bodies["lower"].contour, on_grid)
-    found, load = on_grid.resultant(tractions), scene.contact.loads[0]
+    total, load = on_grid.resultant(tractions), scene.contact.loads[0]
     return _first(
         (np.any(normal.p < 0), "pulls"),
         (abs(force[2] - load) > FORCE * load, f"bears {force[2]:g} N of {load:g} N"),
-        (differ(found.force, force), "other forces than its tractions"),
-        (differ(found.moment, moment, arm_of(on_grid) * load), "other moments than its tractions"),
+        (differ(total.force, force), "other forces than its tractions"),
+        (differ(total.moment, moment, arm_of(on_grid) * load), "other moments than its tractions"),
     )
 
 
 def _rolling(scene: Scene, chance: np.random.Generator) -> str:
-    """What falls short of a wheel that rolls at odd creepages, or without force along x."""
+    """Return what falls short of a wheel that rolls at odd creepages, or without force along x."""
     friction = scene.contact.friction
     assert friction is not None
     size = 10 ** chance.uniform(-5, -1)
@@ -117,9 +117,9 @@ def _rolling(scene: Scene, chance: np.random.Generator) -> str:
         problem = pair.frictional(pair.operator(scene.contact.ics[0]), friction.coefficients[0])
         path = Continuation.of(pair, problem, "strange")
         load = scene.contact.loads[0]
-        found = path.problem.contact(creepages, Loading(load), forces=free)
-        along = found.contact.force[0]
-        return _of_friction(found.contact, pair, load) or _first(
+        total = path.problem.contact(creepages, Loading(load), forces=free)
+        along = total.contact.force[0]
+        return _of_friction(total.contact, pair, load) or _first(
             (bool(free) and abs(along) > 1e-4 * load * friction.coefficients[0], f"F_x is {along:g} N, not 0")
         )
 
@@ -128,7 +128,7 @@ def _rolling(scene: Scene, chance: np.random.Generator) -> str:
 
 
 def _compression(scene: Scene, _: np.random.Generator) -> str:
-    """What falls short of bodies that are pressed on each other in two steps."""
+    """Return what falls short of bodies that are pressed on each other in two steps."""
     friction = scene.contact.friction
     assert friction is not None
 
@@ -146,10 +146,10 @@ def _compression(scene: Scene, _: np.random.Generator) -> str:
 
 
 def _of_friction(contact: FrictionalContact, pair: PairWithFriction, load: float) -> str:
-    """What falls short of equilibrium, Coulomb's law, and a work of friction that is not negative."""
+    """Return what falls short of equilibrium, Coulomb's law, and a work of friction that is not negative."""
     on_grid, p = replace(pair.on_grid, grid=contact.problem.grid), contact.p
     force, moment = summed(p, pair.problem.bodies["lower"].contour, on_grid)
-    found = on_grid.resultant(p)
+    total = on_grid.resultant(p)
     bound, size = contact.problem.friction * p[..., N], np.hypot(p[..., 0], p[..., 1])
     work, free = contact.dissipation, LeadingEdge.of(bound, contact.motion.depth).free
     return _first(
@@ -159,8 +159,8 @@ def _of_friction(contact: FrictionalContact, pair: PairWithFriction, load: float
         (np.min(work[free], initial=0.0) < -WORK * np.max(np.abs(work)), "friction gives energy"),
         (np.sum(work) < 0, "friction gives energy in all"),
         (differ(contact.force, force), "other forces than its tractions"),
-        (differ(found.force, force), "other resultants than its tractions"),
-        (differ(found.moment, moment, arm_of(on_grid) * load), "other moments than its tractions"),
+        (differ(total.force, force), "other resultants than its tractions"),
+        (differ(total.moment, moment, arm_of(on_grid) * load), "other moments than its tractions"),
     )
 
 
@@ -168,7 +168,7 @@ _SOLVED = {"none": _without_friction, "rolling": _rolling, "compression": _compr
 
 
 def summed(tractions: Any, contour: Contour, on_grid: PairOnGrid) -> tuple[Any, Any]:
-    """Force and moment of tractions about the contact centre, from tangents of the contour by differences."""
+    """Return force and moment of tractions about the contact centre, with tangents by differences."""
     x, s, step = on_grid.x, on_grid.grid.strips, 1e-6
     ahead, behind, at = (np.stack(contour.position(s + shift)) for shift in (step, -step, 0.0))
     tangent = (ahead - behind) / np.linalg.norm(ahead - behind, axis=0)
@@ -182,7 +182,7 @@ def summed(tractions: Any, contour: Contour, on_grid: PairOnGrid) -> tuple[Any, 
 
 
 def arm_of(on_grid: PairOnGrid) -> float:
-    """The largest distance of an element from the contact centre [mm]."""
+    """Return the largest distance of an element from the contact centre [mm]."""
     return float(np.max(np.abs(on_grid.x)) + np.max(np.abs(on_grid.grid.strips)))
 
 
@@ -191,6 +191,6 @@ def differ(one: Any, other: Any, size: float = 0.0) -> bool:
     return bool(np.max(np.abs(one - other)) > SAME * max(size, np.max(np.abs(other))))
 
 
-def _first(*found: tuple[Any, str]) -> str:
-    """The first that is so."""
-    return next((text for is_so, text in found if is_so), "")
+def _first(*total: tuple[Any, str]) -> str:
+    """Return the first that is so."""
+    return next((text for is_so, text in total if is_so), "")

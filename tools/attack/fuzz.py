@@ -48,7 +48,7 @@ ODD_LINES = ("[" * 3000, "x = 1" + "0" * 5000, "[[lower]]", "= 3", '"', "lower.E
 
 
 def scenes(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
-    """Scenes: read, with all checks before any work; some are planned."""
+    """Yield scenes: read, with all checks before any work; some are planned."""
     bases = [listing(name) for name in builtin_names()] + [
         FILES[name] for name in ("mine.toml", "rolls.toml", "pressed.toml")
     ]
@@ -70,7 +70,7 @@ def _checked(path: Path, *, plan: bool) -> str:
 
 
 def campaigns(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
-    """Campaigns: read, with all scenes that are checked before any work."""
+    """Yield campaigns: read, with all scenes that are checked before any work."""
     examples = Path(__file__).parents[2] / "examples"
     bases = [path.read_text(encoding="utf-8") for path in examples.glob("*.toml")]
     bases += [
@@ -92,7 +92,7 @@ def _computable(path: Path) -> str:
 
 
 def tables(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
-    """Tables of points (CSV): each is read as it says, or refused."""
+    """Yield tables of points (CSV): each is read as it says, or refused."""
     campaign = folder / "table.toml"
     campaign.write_text(
         'scene = "flat"\npoints = "points.csv"\n[sweep.nu]\nkeys = ["lower.nu", "upper.nu"]\n'
@@ -114,14 +114,14 @@ def _read_table(path: Path, meant: list[list[float]] | None) -> str:
     """Read a campaign with a table that means some numbers, None: unknown or nothing."""
     loaded = load_campaign(path)
     require_computable(loaded)
-    found = [[float(value) for value in row] for row in loaded.listed]
-    if meant is not None and not np.array_equal(found, meant):
-        raise AssertionError(f"read as {found}, meant are {meant}")
+    points = [[float(value) for value in row] for row in loaded.listed]
+    if meant is not None and not np.array_equal(points, meant):
+        raise AssertionError(f"read as {points}, meant are {meant}")
     return "taken"
 
 
 def _changed_table(rows: list[list[str]], chance: random.Random) -> tuple[bytes, list[list[float]] | None]:
-    """A table as bytes, and the numbers that it means if it is read at all; None where that is not known."""
+    """Return a table as bytes, and its numbers if it can be read; None where that is unclear."""
     names, mark, end = ["nu", "E"], chance.choice(",,,;\t"), chance.choice(("\n", "\r\n"))
     meant: list[list[float]] | None = [[float(cell) for cell in row] for row in rows]
     table, never = [names, *rows], [[float("nan")]]  # `never`: must be refused
@@ -169,7 +169,7 @@ def _changed_table(rows: list[list[str]], chance: random.Random) -> tuple[bytes,
 
 
 def gaps(folder: Path, count: int, seed: int) -> Iterator[Outcome]:
-    """Gap files: the distance with them is finite; some are solved with A."""
+    """Yield gap files: the distance with them is finite; some are solved with A."""
     text = FILES["mine.toml"].replace('["A", "Bhat", "C"]', '["A"]')
     scene = folder / "gap.toml"
     scene.write_text(f'{text}extra_gap = "gap.txt"\n', encoding="utf-8")
@@ -192,7 +192,7 @@ def _with_gap(path: Path, *, solve: bool) -> str:
 
 
 def _gap_file(chance: np.random.Generator) -> str:
-    """Points x, s, gap: scattered, on a grid, on a line, twice, nearly on a line, few; of any size."""
+    """Return points x, s, gap: scattered, on a grid, on a line, twice, nearly on a line, few; of any size."""
     n = int(chance.integers(1, 30))
     x, s = chance.uniform(-5, 5, (2, n))
     gap = chance.uniform(-0.02, 0.02, n)
@@ -227,24 +227,24 @@ def _gap_file(chance: np.random.Generator) -> str:
 
 
 @cache
-def _seen(*texts: str) -> Mapping[str, list[str]]:
-    """All words that keys have in some tables."""
-    found: dict[str, set[str]] = {}
+def _words_by_key(*texts: str) -> Mapping[str, list[str]]:
+    """Return all words that keys have in some tables."""
+    points: dict[str, set[str]] = {}
 
-    def look(key: str, value: Any) -> None:
+    def collect(key: str, value: Any) -> None:
         if isinstance(value, str):
-            found.setdefault(key, set()).add(value)
+            points.setdefault(key, set()).add(value)
         elif isinstance(value, dict | list):
             for inner, entry in value.items() if isinstance(value, dict) else ((key, one) for one in value):
-                look(inner, entry)
+                collect(inner, entry)
 
     for text in texts:
-        look("", tomllib.loads(text))
-    return {key: sorted(words) for key, words in found.items()}
+        collect("", tomllib.loads(text))
+    return {key: sorted(words) for key, words in points.items()}
 
 
 def _changed(bases: Sequence[str], chance: random.Random) -> str:
-    """The text of one of some tables with some changes; now and then of the text itself."""
+    """Return the text of one of some tables with some changes; now and then of the text itself."""
     text = chance.choice(bases)
     if chance.random() < 0.1:
         lines = text.splitlines()
@@ -252,30 +252,30 @@ def _changed(bases: Sequence[str], chance: random.Random) -> str:
         return "\n".join(lines)
     table = tomllib.loads(text)
     for _ in range(chance.choice((1, 1, 1, 2))):
-        _change(table, "", _seen(*bases), chance)
+        _change(table, "", _words_by_key(*bases), chance)
     return tomlkit.dumps(table)
 
 
-def _change(table: Any, name: str, seen: Mapping[str, list[str]], chance: random.Random) -> None:
-    """Change an entry somewhere in a table or list, which has a name; `seen` are words that keys may have."""
+def _change(table: Any, name: str, words: Mapping[str, list[str]], chance: random.Random) -> None:
+    """Change an entry somewhere in the table or list of a name; `words` are the values of keys."""
     keys = list(table) if isinstance(table, dict) else list(range(len(table)))
     if not keys:
         return
     key = chance.choice(keys)
     if isinstance(table[key], dict | list) and chance.random() < 0.85 and len(table[key]):
-        _change(table[key], key if isinstance(key, str) else name, seen, chance)
+        _change(table[key], key if isinstance(key, str) else name, words, chance)
     elif chance.random() < 0.05:
         del table[key]
     elif chance.random() < 0.03 and isinstance(table, dict):
         table[f"{key}_"] = table[key]
     else:
         gentle = chance.random() < GENTLE
-        words = seen.get(key if isinstance(key, str) else name, WORDS)
+        words = words.get(key if isinstance(key, str) else name, WORDS)
         table[key] = _gently(table[key], words, chance) if gentle else _roughly(table[key], chance)
 
 
 def _gently(value: Any, words: Sequence[str], chance: random.Random) -> Any:
-    """Another value of the same type."""
+    """Return another value of the same type."""
     match value:
         case bool():
             return not value
@@ -311,10 +311,10 @@ def _roughly(value: Any, chance: random.Random) -> Any:
 
 
 def outcome(attack: str, read: Callable[[], str]) -> Outcome:
-    """What femic answers where a file is read: taken, or refused with a message."""
-    said = io.StringIO()
+    """Return what femic answers where a file is read: taken, or refused with a message."""
+    printed = io.StringIO()
     try:
-        with limited(), redirect_stdout(said), redirect_stderr(said):
+        with limited(), redirect_stdout(printed), redirect_stderr(printed):
             answer = read()
     except (WrongInput, Failure, OSError) as error:  # what commands print as a message
         return Outcome(attack, "refused", "" if str(error).strip() else "without a message")
@@ -322,7 +322,7 @@ def outcome(attack: str, read: Callable[[], str]) -> Outcome:
         return Outcome(attack, "wrong", str(error)[:300])
     except Exception as error:  # whatever it is, it would be a traceback
         return Outcome(attack, "traceback", f"{type(error).__name__}: {error}"[:300])
-    if answer == "refused" and not said.getvalue().strip():
+    if answer == "refused" and not printed.getvalue().strip():
         return Outcome(attack, answer, "without a message")
     return Outcome(attack, answer)
 

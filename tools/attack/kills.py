@@ -39,7 +39,7 @@ def answer_of(command: Command, code: int) -> str:
 
 
 def broken(at: Path) -> str:
-    """A published dataset that cannot be read."""
+    """Return a published dataset that cannot be read."""
     for path in (at / "out").rglob("*.nc"):
         if "store" not in path.parts and ".unfinished." not in path.name:
             try:

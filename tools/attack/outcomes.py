@@ -11,7 +11,7 @@ SHOWN = 5  # of what falls short, of each kind
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one attack was, how femic answered, and what falls short, if anything."""
+    """An attack, the answer of femic, and the shortcoming, if any."""
 
     attack: str
     answer: str
@@ -19,21 +19,21 @@ class Outcome:
 
 
 def row(kind: str, meaning: str, outcomes: Iterable[Outcome]) -> dict[str, Any]:
-    """The row of a kind of attacks: how many, the answers, and what falls short."""
-    found = list(outcomes)
-    short = [one for one in found if one.short]
+    """Return the row of a kind of attacks: how many, the answers, and what falls short."""
+    outcomes = list(outcomes)
+    short = [one for one in outcomes if one.short]
     return {
         "kind": kind,
         "meaning": meaning,
-        "attacks": len(found),
-        "answers": dict(Counter(one.answer for one in found).most_common()),
+        "attacks": len(outcomes),
+        "answers": dict(Counter(one.answer for one in outcomes).most_common()),
         "short": len(short),
         "shown": [f"{one.attack}: {one.short}" for one in short[:SHOWN]],
     }
 
 
-def told(rows: Iterable[dict[str, Any]]) -> str:
-    """The table as text."""
+def text_of_rows(rows: Iterable[dict[str, Any]]) -> str:
+    """Return the table as text."""
     lines = []
     for one in rows:
         answers = ", ".join(f"{count} {answer}" for answer, count in one["answers"].items())

@@ -20,22 +20,22 @@ def races(place: Place, count: int, seed: int, commands: Sequence[Command] = COM
     for number in range(count):
         first, second = pairs[number % len(pairs)]
         at = place.copy(place.fresh, "raced")
-        begun = [first.begin(at)]
+        processes = [first.begin(at)]
         sleep(chance.choice((0.0, 0.0, 0.5, 2.0)))
-        begun.append(second.again.begin(at))
-        found = [
-            _judged(place.reference(command)[0], at, command, one.ended(process, at))
-            for command, one, process in zip((first, second), (first, second.again), begun, strict=True)
+        processes.append(second.again.begin(at))
+        assessed = [
+            _assessed(place.reference(command)[0], at, command, one.ended(process, at))
+            for command, one, process in zip((first, second), (first, second.again), processes, strict=True)
         ]
-        short = "; ".join(text for _, text in found if text)
-        answers = sorted(answer for answer, _ in found)
+        short = "; ".join(text for _, text in assessed if text)
+        answers = sorted(answer for answer, _ in assessed)
         if not short and answers == ["refused", "refused"]:
             short = "both were refused"
         yield Outcome(f"{first.name} and {second.name}", " and ".join(answers), short)
 
 
-def _judged(reference: Path, at: Path, command: Command, ended: Ended) -> tuple[str, str]:
-    """How a command ended, and what falls short."""
+def _assessed(reference: Path, at: Path, command: Command, ended: Ended) -> tuple[str, str]:
+    """Return how a command ended, and what falls short."""
     if ended.code == 1 and ANOTHER in ended.text and not ended.trouble:
         return "refused", ""
     return "done", ended.failure or command.differences(at, reference)

@@ -1,1 +1,1 @@
-"""The dataset of all scenes of a campaign, with a checksum per scene, and outcomes of scenes in the store."""
+"""The dataset of all scenes of a campaign, with checksums, and the outcomes of scenes in the store."""

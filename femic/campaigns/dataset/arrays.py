@@ -36,7 +36,7 @@ class SceneArrays:
 
     @classmethod
     def extended(cls, path: Path, shape: Shape, dims: tuple[str, ...], names: Iterable[str]) -> "SceneArrays":
-        """Arrays `names` of an older folder, with room for more scenes; its other arrays are removed.
+        """Return arrays `names` of an older folder, with room for more scenes; its other arrays are removed.
 
         Values keep their places: axes may only have become longer. Digests are to be written at once.
         """
@@ -99,7 +99,7 @@ class SceneArrays:
         self._buffered = 0
 
     def write(self, frame: xr.Dataset) -> None:
-        """Write the scenes that wait, then `frame` (what is known of all scenes), its digests last.
+        """Write the waiting scenes, then `frame` (coordinates and outcomes of all scenes), its digests last.
 
         Checksums come before digests: a scene with a digest has its checksum.
         """
@@ -120,7 +120,7 @@ class SceneArrays:
 
 
 def _chunk(shape: Shape, size: int) -> Shape:
-    """The number of scenes in a chunk along each dim, the last dim first; `size`: bytes of one scene."""
+    """Return the number of scenes in a chunk along each dim; a scene has `size` bytes."""
     room, along = max(1, int(CHUNK // max(size, 1))), list[int]()
     for count in reversed(shape):
         along.append(min(count, room))

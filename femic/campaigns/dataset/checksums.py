@@ -16,13 +16,13 @@ from geometries.arrays import Array
 
 CHECKSUM = "checksum"  # the variable of checksums
 LAYOUT = "layout"  # the attribute with the digest of everything that is not of a scene
-OF_SCENES = ("failure", "seconds", "digest", CHECKSUM)  # variables over the swept dims only
+SCENE_VARIABLES = ("failure", "seconds", "digest", CHECKSUM)  # variables over the swept dims only
 SIZE = 8  # bytes
 
 Checksums = np.ndarray[Any, np.dtype[np.uint64]]
 
 
-def of_values(name: str, values: np.ndarray[Any, Any], dims: int = 0) -> Checksums:
+def value_checksums(name: str, values: np.ndarray[Any, Any], dims: int = 0) -> Checksums:
     """Return numbers for the values of a variable, over its first `dims` dims (those of the campaign)."""
     shape = values.shape[:dims]
     rows = np.ascontiguousarray(values).reshape(int(np.prod(shape)), -1)
@@ -31,13 +31,13 @@ def of_values(name: str, values: np.ndarray[Any, Any], dims: int = 0) -> Checksu
     numbers = np.zeros(len(rows), dtype=np.uint64)
     named = blake2b(f"{name}\0".encode(), digest_size=SIZE)
     for k in np.flatnonzero(~np.all(missing, axis=1)):
-        of_row = named.copy()
-        of_row.update(plain[k])
-        numbers[k] = int.from_bytes(of_row.digest())
+        row_digest = named.copy()
+        row_digest.update(plain[k])
+        numbers[k] = int.from_bytes(row_digest.digest())
     return numbers.reshape(shape)
 
 
-def of_outcomes(failures: Iterable[str], seconds: Array, digests: Checksums) -> Checksums:
+def outcome_checksums(failures: Iterable[str], seconds: Array, digests: Checksums) -> Checksums:
     """Return numbers for messages, seconds and digests of scenes, (n_scenes,); 0: not computed."""
     outcomes = zip(failures, seconds.tolist(), digests.tolist(), strict=True)
     return np.array(
@@ -58,12 +58,12 @@ def layout_of(dataset: xr.Dataset, template: xr.Dataset, attributes: Mapping[str
     coords = {
         str(name): [labels.dims, labels.values.tolist(), labels.attrs]
         for name, labels in dataset.coords.items()
-        if name not in OF_SCENES
+        if name not in SCENE_VARIABLES
     }
     variables = {
         str(name): [[dim for dim in variable.dims if dim not in swept], variable.dtype.str, variable.attrs]
         for name, variable in template.data_vars.items()
-        if name not in OF_SCENES
+        if name not in SCENE_VARIABLES
     }
     others = {name: value for name, value in attributes.items() if name != LAYOUT}
     text = json.dumps([coords, variables, others], sort_keys=True, default=lambda value: value.tolist())

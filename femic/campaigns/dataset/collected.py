@@ -7,8 +7,8 @@ Layout of `sweep.nc` (NetCDF 4; `sweep.zarr` where it would take more than `LARG
 - dim of random points and of tables: `sample`. The values of the axes are coordinates along it.
 - over these dims: `failure` (text, "" where there is none or where nothing is computed yet), `seconds` (for
   the scene, without models that other scenes have solved; NaN: not computed yet) and coordinates: `digest`
-  (of everything that the scene's results rest on; 0: not computed yet, or to be tried again), `checksum` (of
-  the results themselves: `femic.campaigns.dataset.checksums`).
+  (of all inputs of the results; 0: not computed yet, or to be computed again), `checksum` (of the
+  results: `femic.campaigns.dataset.checksums`).
 - over these dims and its own: every variable of `femic.campaigns.results`, NaN where it is not known.
   All are numbers. Dims of their own have labels (`variant`, `body`, `line`, ...), where all scenes have the
   same ones; otherwise "line 0", "line 1", ...
@@ -31,10 +31,10 @@ from femic.campaigns.dataset.arrays import DIGEST, SceneArrays
 from femic.campaigns.dataset.checksums import (
     CHECKSUM,
     LAYOUT,
-    OF_SCENES,
+    SCENE_VARIABLES,
     layout_of,
-    of_outcomes,
-    of_values,
+    outcome_checksums,
+    value_checksums,
 )
 from femic.campaigns.dataset.frame import (
     attributes_of,
@@ -44,7 +44,7 @@ from femic.campaigns.dataset.frame import (
     with_free_text,
 )
 from femic.campaigns.dataset.integrity import Verified, require_layout, verified
-from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.dataset.reading import FILE, ZARR, open_sweep
 from femic.campaigns.files.campaign import Campaign
 
@@ -53,7 +53,7 @@ LARGEST_FILE = 200e6  # bytes of a dataset that is held in memory and written as
 ABOUT = {
     "failure": {"long_name": "why there are no results"},
     "seconds": {"units": "s", "long_name": "time for the scene; NaN: not computed yet"},
-    DIGEST: {"long_name": "of everything that results rest on; 0: not computed yet, or to be tried again"},
+    DIGEST: {"long_name": "of all inputs of the results; 0: not computed yet, or to be computed again"},
     CHECKSUM: {"long_name": "of the results; 0: not computed yet"},
 }
 
@@ -121,18 +121,18 @@ class Collected:
         return bool(self.digests[number] == digest)
 
     def remove(self, number: int) -> None:
-        """Remove a scene, also values that a killed run has left without a digest."""
-        self._put(number, Outcome(seconds=np.nan), 0)
+        """Remove a scene, and values without a digest that a killed run has left."""
+        self._put(number, SceneOutcome(seconds=np.nan), 0)
 
-    def add(self, number: int, outcome: Outcome, digest: int = 0) -> None:
-        """Add the results of a scene; one whose arrays have other shapes than those before has failed.
+    def add(self, number: int, outcome: SceneOutcome, digest: int = 0) -> None:
+        """Add the results of a scene; a scene whose arrays differ in shape from earlier ones has failed.
 
         The digest is 0 where the scene may have other results the next time.
         """
         other = _other_shape(self.template, outcome)
         if other:
             message = f"its results have other shapes than in earlier scenes: {other}"
-            outcome = Outcome(failure=message, seconds=outcome.seconds)
+            outcome = SceneOutcome(failure=message, seconds=outcome.seconds)
         self._extend(outcome.dataset)
         self._put(number, outcome, digest)
 
@@ -148,7 +148,7 @@ class Collected:
         return self.path
 
     def _in_memory(self) -> xr.Dataset:
-        """The dataset with all variables."""
+        """Return the dataset with all variables."""
         self._arrays.flush()
         swept = swept_dims(self.campaign)
         variables = {
@@ -158,7 +158,7 @@ class Collected:
         return self._signed(self._frame().assign(variables))
 
     def _signed(self, frame: xr.Dataset) -> xr.Dataset:
-        """The frame with attributes, among them the digest of all that is not of a scene."""
+        """Return the frame with attributes, among them the digest of all that is not of a scene."""
         attributes = attributes_of(self.campaign, self.code) | {
             "computed": int(np.sum(~np.isnan(self.seconds))) - len(self.failures),
             "failed": len(self.failures),
@@ -175,7 +175,7 @@ class Collected:
         for mine, name in ((self.seconds, "seconds"), (self.digests, DIGEST), (self.checksums, CHECKSUM)):
             mine.reshape(shape)[there] = earlier[name].values
         self.digests.reshape(shape)[there][condition.damaged] = 0
-        self.template = earlier.drop_vars(OF_SCENES).isel(dict.fromkeys(swept, 0), drop=True)
+        self.template = earlier.drop_vars(SCENE_VARIABLES).isel(dict.fromkeys(swept, 0), drop=True)
         self._differing = {
             str(dim)
             for dim, labels in self.template.coords.items()
@@ -210,7 +210,7 @@ class Collected:
         for name in new:
             self._arrays.add(name, dataset[name].variable)
 
-    def _put(self, number: int, outcome: Outcome, digest: int) -> None:
+    def _put(self, number: int, outcome: SceneOutcome, digest: int) -> None:
         """Put a scene at its place."""
         self._arrays.put(number, outcome.dataset)
         self.failures.pop(number, None)
@@ -219,31 +219,31 @@ class Collected:
         self.seconds[number], self.digests[number] = outcome.seconds, digest
         self.checksums[number] = self._checksum(outcome, digest)
 
-    def _checksum(self, outcome: Outcome, digest: int) -> np.uint64:
-        """The checksum of a scene, with its values as they are stored."""
+    def _checksum(self, outcome: SceneOutcome, digest: int) -> np.uint64:
+        """Return the checksum of a scene, with its values as they are stored."""
         numbers = [
-            of_values(str(name), outcome.dataset[name].values.astype(variable.dtype))
+            value_checksums(str(name), outcome.dataset[name].values.astype(variable.dtype))
             for name, variable in self.template.data_vars.items()
             if name in outcome.dataset
         ]
         seconds, digests = np.array([outcome.seconds]), np.array([digest], dtype=np.uint64)
-        return np.sum([*numbers, *of_outcomes([outcome.failure], seconds, digests)], dtype=np.uint64)
+        return np.sum([*numbers, *outcome_checksums([outcome.failure], seconds, digests)], dtype=np.uint64)
 
     def _frame(self) -> xr.Dataset:
-        """Coordinates, failures and seconds."""
+        """Return coordinates, failures and seconds."""
         campaign, swept = self.campaign, swept_dims(self.campaign)
         failure = np.full(campaign.size, "", dtype=object)
         failure[list(self.failures)] = list(self.failures.values())
         columns = (failure, self.seconds, self.digests, self.checksums)
         of_scenes = {
             name: (swept, values.reshape(campaign.shape), ABOUT[name])
-            for name, values in zip(OF_SCENES, columns, strict=True)
+            for name, values in zip(SCENE_VARIABLES, columns, strict=True)
         }
         frame = xr.Dataset(of_scenes, coords=swept_coords(campaign) | self._labels())
         return frame.set_coords([DIGEST, CHECKSUM])
 
     def _labels(self) -> dict[str, Any]:
-        """The coordinates of the dims that scenes have by themselves."""
+        """Return the coordinates of the dims that scenes have by themselves."""
         return {
             str(dim): _numbered(str(dim), labels.size) if dim in self._differing else labels
             for dim, labels in self.template.coords.items()
@@ -251,12 +251,12 @@ class Collected:
 
 
 def _numbered(dim: str, size: int) -> list[str]:
-    """Labels of a dim without labels of its own."""
+    """Return labels of a dim without labels of its own."""
     return [f"{dim} {number}" for number in range(size)]
 
 
-def _other_shape(template: xr.Dataset, outcome: Outcome) -> str:
-    """Describe a result that has another shape than before; "" if there is none."""
+def _other_shape(template: xr.Dataset, outcome: SceneOutcome) -> str:
+    """Describe a result whose shape differs from earlier scenes; "" without one."""
     dataset = outcome.dataset
     for name, variable in template.data_vars.items():
         sizes = dict(dataset[name].sizes) if name in dataset else "nothing"

@@ -9,8 +9,8 @@ import tomlkit
 import xarray as xr
 
 from femic.cache.digests import versions
-from femic.campaigns.dataset.checksums import OF_SCENES
-from femic.campaigns.files.campaign import Axis, Campaign
+from femic.campaigns.dataset.checksums import SCENE_VARIABLES
+from femic.campaigns.files.campaign import Campaign, SweptAxis
 from femic.campaigns.files.keys import is_number
 from femic.scenes.errors import BadScene
 
@@ -38,9 +38,9 @@ def swept_coords(campaign: Campaign) -> dict[str, Any]:
 
 def require_other_names(campaign: Campaign, names: Iterable[str]) -> None:
     """Raise BadScene where an axis has the name of a result or of one of its dims."""
-    taken = {*names, *OF_SCENES, SAMPLE}
+    reserved = {*names, *SCENE_VARIABLES, SAMPLE}
     for axis in campaign.axes:
-        if axis.name in taken:
+        if axis.name in reserved:
             raise BadScene(
                 f"sweep.{axis.name}: results have something of that name, too: rename the axis, such as "
                 f"{axis.name}_swept"
@@ -83,12 +83,12 @@ def with_free_text(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def _values(values: Iterable[Any]) -> np.ndarray[Any, Any]:
-    """Values of an axis: numbers, or else text."""
+    """Return values of an axis: numbers, or else text."""
     listed = list(values)
     return np.array(listed, dtype=float) if all(map(is_number, listed)) else np.array(list(map(str, listed)))
 
 
-def _described(axis: Axis) -> dict[str, Any]:
+def _described(axis: SweptAxis) -> dict[str, Any]:
     return {
         "name": axis.name,
         "label": axis.label,
@@ -99,5 +99,5 @@ def _described(axis: Axis) -> dict[str, Any]:
 
 
 def _keys_of(axes: str) -> list[tuple[str, dict[str, float | None]]]:
-    """Names and keys of axes from their attribute."""
+    """Return names and keys of axes from their attribute."""
     return [(axis["name"], axis["keys"]) for axis in json.loads(axes)]

@@ -1,4 +1,4 @@
-"""Damaged scenes of a campaign's dataset: those whose values do not have their checksum."""
+"""Damaged scenes of a campaign's dataset: scenes whose values do not match their checksum."""
 
 import shutil
 from dataclasses import dataclass, field
@@ -11,11 +11,11 @@ import zarr
 from femic.campaigns.dataset.checksums import (
     CHECKSUM,
     LAYOUT,
-    OF_SCENES,
+    SCENE_VARIABLES,
     Checksums,
     layout_of,
-    of_outcomes,
-    of_values,
+    outcome_checksums,
+    value_checksums,
 )
 from geometries.arrays import Mask
 from geometries.errors import Failure
@@ -41,7 +41,7 @@ class Verified:
 
 def require_layout(dataset: xr.Dataset) -> None:
     """Raise Failure where variables, axes, labels or attributes are damaged."""
-    missing = {*OF_SCENES} - {*dataset.variables}
+    missing = {*SCENE_VARIABLES} - {*dataset.variables}
     if missing:
         raise Failure(f"no {', '.join(sorted(missing))}")
     if layout_of(dataset, dataset, dataset.attrs) != dataset.attrs.get(LAYOUT):
@@ -64,8 +64,8 @@ def damaged_in_memory(dataset: xr.Dataset) -> Mask:
     swept = dataset[CHECKSUM].dims
     sums = np.zeros(dataset[CHECKSUM].shape, dtype=np.uint64)
     for name, variable in dataset.data_vars.items():
-        if name not in OF_SCENES:
-            sums += of_values(str(name), variable.transpose(*swept, ...).values, len(swept))
+        if name not in SCENE_VARIABLES:
+            sums += value_checksums(str(name), variable.transpose(*swept, ...).values, len(swept))
     return _differing(dataset, sums)
 
 
@@ -74,7 +74,7 @@ def verified(path: Path, dataset: xr.Dataset) -> Verified:
     group, dims = zarr.open_group(path, mode="r"), dataset[CHECKSUM].ndim
     sums = np.zeros(dataset[CHECKSUM].shape, dtype=np.uint64)
     lost, chunks = np.zeros(sums.shape, dtype=bool), []
-    for name in dataset.data_vars.keys() - {*OF_SCENES}:
+    for name in dataset.data_vars.keys() - {*SCENE_VARIABLES}:
         values = group[str(name)]
         for place in np.ndindex(*values.cdata_shape):
             box = tuple(
@@ -90,17 +90,17 @@ def verified(path: Path, dataset: xr.Dataset) -> Verified:
                 lost[box] = True
                 chunks.append(chunk)
             else:
-                sums[box] += of_values(str(name), part, dims)
+                sums[box] += value_checksums(str(name), part, dims)
     return Verified(_differing(dataset, sums) | (lost & _finished(dataset)), chunks)
 
 
 def _differing(dataset: xr.Dataset, sums: Checksums) -> Mask:
-    """Where sums over variables, with the numbers of outcomes, are not the checksums of finished scenes."""
+    """Return where the checksums of variables and outcomes do not sum up to those of finished scenes."""
     failures, seconds, digests = (dataset[name].values.ravel() for name in ("failure", "seconds", "digest"))
-    totals = sums + of_outcomes(map(str, failures), seconds, digests).reshape(sums.shape)
+    totals = sums + outcome_checksums(map(str, failures), seconds, digests).reshape(sums.shape)
     return np.asarray(_finished(dataset) & (totals != dataset[CHECKSUM].values))
 
 
 def _finished(dataset: xr.Dataset) -> Mask:
-    """Which scenes have a checksum or a digest."""
+    """Return which scenes have a checksum or a digest."""
     return np.asarray((dataset.digest.values != 0) | (dataset[CHECKSUM].values != 0))

@@ -16,8 +16,8 @@ LAYOUT = "layout"
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
-    """Results of a scene, or the message why there are none; and the seconds that they took."""
+class SceneOutcome:
+    """Results of a scene, or the message of its failure, and the seconds of the computation."""
 
     dataset: xr.Dataset = field(default_factory=xr.Dataset)
     failure: str = ""
@@ -29,7 +29,7 @@ def keys_in(store: Store) -> set[str]:
     return set(store.part_names(FOLDER))
 
 
-def put(store: Store, key: str, outcome: Outcome) -> None:
+def put(store: Store, key: str, outcome: SceneOutcome) -> None:
     """Store an outcome under a key."""
     dataset = outcome.dataset
     layout = {
@@ -45,16 +45,16 @@ def put(store: Store, key: str, outcome: Outcome) -> None:
     store.put_part(FOLDER, key, {LAYOUT: np.array(json.dumps(layout)), **arrays})
 
 
-def get(store: Store, key: str) -> Outcome | None:
+def get(store: Store, key: str) -> SceneOutcome | None:
     """Return the outcome under a key, None where there is no undamaged one."""
     arrays = store.part(FOLDER, key)
     return None if arrays is None else _unpacked(arrays)
 
 
-def _unpacked(arrays: Arrays) -> Outcome:
+def _unpacked(arrays: Arrays) -> SceneOutcome:
     layout = json.loads(str(arrays[LAYOUT]))
     dataset = xr.Dataset(
         {name: (dims, arrays[name], attrs) for name, (dims, attrs) in layout["variables"].items()},
         {dim: (dim, arrays[dim], attrs) for dim, attrs in layout["labels"].items()},
     )
-    return Outcome(dataset, layout["failure"], layout["seconds"])
+    return SceneOutcome(dataset, layout["failure"], layout["seconds"])

@@ -29,8 +29,8 @@ MOST_CHECKED = 1000  # scenes that are built before the run, a few ms each
 
 
 @dataclass(frozen=True)
-class Axis:
-    """An axis of a campaign. `values` are those of a grid; () where points are random or from a table."""
+class SweptAxis:
+    """An axis of a campaign, with the `values` of a grid; () where points are random or from a table."""
 
     name: str
     label: str
@@ -40,7 +40,7 @@ class Axis:
     spacing: str = "linear"  # how distances between values are measured
 
     def entries(self, value: Value) -> Iterator[tuple[str, Value]]:
-        """Yield the keys of this axis with their entries at a value; raises BadScene."""
+        """Yield the keys of this axis with their entries at a value; raise BadScene."""
         for key, factor in self.factors.items():
             if factor is not None and not is_number(value):
                 raise BadScene(f"sweep.{self.name}: {value!r}: is not a number, and {key} has a factor")
@@ -59,7 +59,7 @@ class Campaign:
     text: str  # TOML
     keep: tuple[str, ...]
     table: Mapping[str, Any] = field(repr=False)  # the scene, with the keys that all scenes share
-    axes: tuple[Axis, ...] = ()
+    axes: tuple[SweptAxis, ...] = ()
     listed: tuple[Point, ...] = ()  # points that are not a grid
     is_random: bool = False  # whether `listed` is random
     folder: Path = Path()  # to which paths in swept values are relative
@@ -108,18 +108,18 @@ class Campaign:
         return islice(self.listed, MOST_CHECKED if self.is_random else 0)
 
     def point(self, number: int) -> Point:
-        """The values of the axes at a point."""
+        """Return the values of the axes at a point."""
         if not self.is_grid:
             return self.listed[number]
         places = np.unravel_index(number, self.shape)
         return tuple(axis.values[place] for axis, place in zip(self.axes, places, strict=True))
 
-    def named(self, point: Point) -> str:
-        """The name of a point, such as flank=30,ratio=1.1."""
+    def point_name(self, point: Point) -> str:
+        """Return the name of a point, such as flank=30,ratio=1.1."""
         return ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(self.axes, point, strict=True))
 
     def scene_table(self, point: Point) -> dict[str, Any]:
-        """The table of the scene at a point; raises BadScene where a key does not exist."""
+        """Return the table of the scene at a point; raise BadScene where a key does not exist."""
         table = deepcopy(dict(self.table))
         for axis, value in zip(self.axes, point, strict=True):
             for key, entry in axis.entries(value):
@@ -128,12 +128,12 @@ class Campaign:
         return table
 
     def scene(self, point: Point) -> Scene:
-        """The scene at a point; raises BadScene."""
-        return scene_from_table(self.scene_table(point), self.named(point))
+        """Return the scene at a point; raise BadScene."""
+        return scene_from_table(self.scene_table(point), self.point_name(point))
 
 
-def points_named(campaign: Campaign, name: str) -> list[Point]:
-    """The points with a name such as flank=30,ratio=1.1; raises BadScene.
+def find_points(campaign: Campaign, name: str) -> list[Point]:
+    """Return the points with a name such as flank=30,ratio=1.1; raise BadScene.
 
     A name with all axes stands for one point, of the campaign or not; one with some of them for all points
     of the campaign with these values.

@@ -6,14 +6,14 @@ from typing import Annotated, Any, Literal, TypeGuard
 from pydantic import ConfigDict, Field, FilePath, model_validator
 
 from femic.key_types import Finite, Several, Whole
-from femic.scenes.section import Section
+from femic.scenes.section import SceneTable
 
 DIGITS = 12  # significant, of numbers in names, and of those between the ends of a range
 LARGEST = 1e30  # finite number of a scene
 OUT_OF_RANGE = f"no number, or beyond {LARGEST:g}: give another one"
 
 
-class AxisTable(Section):
+class AxisTable(SceneTable):
     """An axis: keys of a scene with the same value, or with multiples of it, and the values."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, populate_by_name=True)
@@ -73,8 +73,8 @@ class AxisTable(Section):
         return self
 
 
-class CampaignFile(Section):
-    """A campaign: a scene, the keys that are swept, and the results that are kept of each scene."""
+class CampaignFile(SceneTable):
+    """A campaign: a scene, the keys that are swept, and the kinds of results to keep."""
 
     title: str = Field("", description="heading of the page; default: the file's name")
     scene: str = Field(description="built-in name, or file relative to this one")
@@ -99,26 +99,26 @@ class CampaignFile(Section):
     @model_validator(mode="after")
     def _points_of_axes(self) -> "CampaignFile":
         for name, axis in self.sweep.items():
-            of_range = axis.start is not None
-            if self.points == "all" and not (of_range or axis.values):
+            is_range = axis.start is not None
+            if self.points == "all" and not (is_range or axis.values):
                 raise ValueError(f"sweep.{name}: give either values, or both from and to")
             if not name.isidentifier():
                 raise ValueError(f"sweep.{name}: a name has letters, digits and _ only")
-            if self.points == "random" and not of_range:
+            if self.points == "random" and not is_range:
                 raise ValueError(f"sweep.{name}: random points need from and to")
-            if self.points == "all" and of_range and axis.count is None:
+            if self.points == "all" and is_range and axis.count is None:
                 raise ValueError(f"sweep.{name}: give count, the number of values")
         return self
 
     @model_validator(mode="after")
     def _keys_of_one_axis(self) -> "CampaignFile":
-        taken: dict[str, str] = {}
+        owners: dict[str, str] = {}
         for name, axis in self.sweep.items():
             for key in axis.keys:
-                others = [f"{other} of sweep.{of}" for other, of in taken.items() if _replaces(key, other)]
+                others = [f"{other} of sweep.{of}" for other, of in owners.items() if _replaces(key, other)]
                 if others:
                     raise ValueError(f"sweep.{name}: {key} and {others[0]}: a key has one axis")
-            taken |= dict.fromkeys(axis.keys, name)
+            owners |= dict.fromkeys(axis.keys, name)
         return self
 
 

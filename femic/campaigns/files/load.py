@@ -28,11 +28,11 @@ import numpy as np
 import scipy
 from pydantic import ValidationError
 
-from femic.campaigns.files.campaign import Axis, Campaign
+from femic.campaigns.files.campaign import Campaign, SweptAxis
 from femic.campaigns.files.keys import DIGITS, AxisTable, CampaignFile
 from femic.campaigns.files.point_order import Point
 from femic.campaigns.files.points_table import points_in
-from femic.scenes.errors import BadScene
+from femic.scenes.errors import BadScene, bad_scene
 from femic.scenes.load import merged, read_scene, resolve_files, scene_path
 from femic.scenes.messages import message
 from femic.scenes.names import name_of
@@ -42,7 +42,7 @@ MOST_AXES = 32  # of a grid
 
 
 def load_campaign(path: Path) -> Campaign:
-    """Load the campaign of a TOML file; raises BadScene before any work.
+    """Load the campaign of a TOML file; raise BadScene before any work.
 
     Scenes at the first point and at the ends of each axis are built, to see whether keys and values fit.
     """
@@ -71,7 +71,7 @@ def load_campaign(path: Path) -> Campaign:
         try:
             campaign.scene(point)
         except BadScene as error:
-            raise BadScene(f"{path}: at {campaign.named(point)}: {error}") from error
+            raise BadScene(f"{path}: at {campaign.point_name(point)}: {error}") from error
     return campaign
 
 
@@ -81,12 +81,11 @@ def _parsed(given: dict[str, Any], path: Path) -> CampaignFile:
     try:
         return CampaignFile.model_validate(given)
     except ValidationError as error:
-        lines = [message(detail) for detail in error.errors()]
-        raise BadScene(f"{path}: {len(lines)} error(s)\n  " + "\n  ".join(lines)) from error
+        raise bad_scene(path, map(message, error.errors())) from error
 
 
-def _axes(parsed: CampaignFile, path: Path) -> tuple[Axis, ...]:
-    """The axes; raises BadScene where a grid is too large."""
+def _axes(parsed: CampaignFile, path: Path) -> tuple[SweptAxis, ...]:
+    """Return the axes; raise BadScene where a grid is too large."""
     is_grid, axes = parsed.points == "all", []
     for name, table in parsed.sweep.items():
         try:
@@ -102,14 +101,14 @@ def _axes(parsed: CampaignFile, path: Path) -> tuple[Axis, ...]:
     return tuple(axes)
 
 
-def _axis(name: str, table: AxisTable, *, is_grid: bool) -> Axis:
+def _axis(name: str, table: AxisTable, *, is_grid: bool) -> SweptAxis:
     factors = dict(table.keys) if isinstance(table.keys, dict) else dict.fromkeys(table.keys)
     values = _values(table) if is_grid else ()
-    return Axis(name, table.label or name, table.unit, values, factors, table.spacing)
+    return SweptAxis(name, table.label or name, table.unit, values, factors, table.spacing)
 
 
 def _values(table: AxisTable) -> Point:
-    """The values of an axis of a grid; raises BadScene where a range gives one value twice."""
+    """Return the values of an axis of a grid; raise BadScene where a range gives one value twice."""
     if table.start is None or table.to is None or table.count is None:
         return table.values
     values = (table.start, *map(table.between, np.linspace(0, 1, table.count)[1:-1].tolist()), table.to)
@@ -119,7 +118,7 @@ def _values(table: AxisTable) -> Point:
 
 
 def _listed(parsed: CampaignFile, path: Path) -> list[Point]:
-    """The points of a campaign that is not a grid."""
+    """Return the points of a campaign that is not a grid."""
     if parsed.points == "all":
         return []
     if parsed.points == "random":
@@ -131,7 +130,7 @@ def _listed(parsed: CampaignFile, path: Path) -> list[Point]:
 
 
 def _random(parsed: CampaignFile) -> list[Point]:
-    """Points of a scrambled Sobol sequence, whose first points cover the ranges, too."""
+    """Return points of a scrambled Sobol sequence, whose first points cover the ranges, too."""
     sequence = scipy.stats.qmc.Sobol(len(parsed.sweep), rng=parsed.seed)
     shares = sequence.random_base2(int(np.ceil(np.log2(max(parsed.samples, 2)))))[: parsed.samples]
     columns = []

@@ -13,7 +13,7 @@ Point = tuple[Value, ...]  # one value of each axis
 
 
 def stages(count: int) -> Indices:
-    """The stage in which each of `count` values comes: 0 for the ends and the middle, then bisection."""
+    """Return the stage of each of `count` values: 0 for the ends and the middle, then by bisection."""
     stage = np.full(count, -1)
     done, latest = sorted({0, (count - 1) // 2, count - 1}), 0
     stage[done] = 0
@@ -26,12 +26,12 @@ def stages(count: int) -> Indices:
 
 
 def coarse_first(values: Point) -> Point:
-    """Values of an axis by stage."""
+    """Return values of an axis by stage."""
     return tuple(values[k] for k in np.argsort(stages(len(values)), kind="stable"))
 
 
 def grid_order(shape: Sequence[int]) -> list[int]:
-    """The numbers (C order) of the points of a grid, coarse over all ranges first."""
+    """Return the numbers (C order) of the points of a grid, coarse over all ranges first."""
     latest = np.zeros(tuple(shape), dtype=int)
     for along, of_axis in enumerate(map(stages, shape)):
         latest = np.maximum(latest, np.expand_dims(of_axis, [k for k in range(len(shape)) if k != along]))

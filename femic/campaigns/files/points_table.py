@@ -32,7 +32,7 @@ class _Row:
 
 
 def points_in(path: Path, axes: Sequence[str]) -> list[tuple[Value, ...]]:
-    """Return the values of the axes by row; raises BadScene with line and reason for unclear tables."""
+    """Return the values of the axes by row; raise BadScene with line and reason for unclear tables."""
     text = _text(path)
     separator = _separator(path, text, axes)
     header, *rows = _rows(path, text, separator)
@@ -49,7 +49,7 @@ def points_in(path: Path, axes: Sequence[str]) -> list[tuple[Value, ...]]:
 
 
 def _text(path: Path) -> str:
-    """The text of a table; raises BadScene for encodings other than UTF-8 and marked UTF-16."""
+    """Return the text of a table; raise BadScene for encodings other than UTF-8 and marked UTF-16."""
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -69,7 +69,7 @@ def _text(path: Path) -> str:
 
 
 def _separator(path: Path, text: str, axes: Sequence[str]) -> str:
-    """The separator with which the first line has the names of the axes; raises BadScene."""
+    """Return the separator with which the first line has the names of the axes; raise BadScene."""
     headers: list[list[str]] = []
     for separator in SEPARATORS:
         with suppress(BadScene):  # quotes may be in order with another separator
@@ -85,7 +85,7 @@ def _separator(path: Path, text: str, axes: Sequence[str]) -> str:
 
 
 def _rows(path: Path, text: str, separator: str) -> Iterator[_Row]:
-    """Yield the rows of a table without the empty ones, the header first; raises BadScene."""
+    """Yield the rows of a table without the empty ones, the header first; raise BadScene."""
     reader = csv.reader(StringIO(text, newline=""), delimiter=separator, skipinitialspace=True, strict=True)
     try:
         for cells in reader:
@@ -120,7 +120,7 @@ def _require_columns(path: Path, header: _Row, rows: Sequence[_Row], axes: Seque
 
 
 def _value(cell: str, *, decimal_commas: bool) -> Value:
-    """The value of a cell; raises BadScene where decimals are written in two ways, or ambiguously."""
+    """Return the value of a cell; raise BadScene where decimals are written in two ways, or ambiguously."""
     if decimal_commas and WITH_POINT.fullmatch(cell):
         raise BadScene(f"{cell[:SHOWN]}: other cells have decimal commas: write all decimals alike")
     if WITH_COMMA.fullmatch(cell):

@@ -18,7 +18,7 @@ from typing import Any
 import joblib
 import numpy as np
 
-from femic.campaigns.maps.interpolation import KINK, Nodes, Stencil, combined
+from femic.campaigns.maps.interpolation import KINK, AxisNodes, Stencil, interpolate
 from femic.campaigns.maps.scene_grid import SceneGrid, open_grid
 from femic.contact.operators.approximations import approximate_matrix
 from femic.contact.pairs.pair_on_grid import PairOnGrid
@@ -60,7 +60,7 @@ class CMap:
         stencils = self.nodes.stencils(point)
         bhat = bhat_nn(on_grid)
         own, axes = _self_ic(bhat), tuple(range(len(stencils)))
-        correction = combined(self._corrections(stencils), stencils)
+        correction = interpolate(self._corrections(stencils), stencils)
         estimate = np.max(self.nodes.at_nodes("c_estimate", stencils), axis=axes)
         return bhat + own * correction, estimate + own * self._error(point)
 
@@ -96,12 +96,12 @@ class CMap:
                 )
 
     def _corrections(self, stencils: list[Stencil]) -> Array:
-        """C less B-hat at the nodes of stencils, over the mean B-hat of an element on itself [-]."""
+        """Return C less B-hat at the nodes of stencils, over the mean B-hat of an element on itself [-]."""
         bhat = self.nodes.at_nodes("bhat", stencils)
         return (self.nodes.at_nodes("c", stencils) - bhat) / _self_ic(bhat)[..., None, None, None]
 
     def _error(self, point: tuple[float, ...]) -> Array:
-        """Errors of corrections near a point [-]: the largest on left-out nodes along each axis, added.
+        """Return errors of corrections near a point [-]: the sum over axes of the largest at left-out nodes.
 
         These lie on the lines through all nodes around the point: a kink may lie elsewhere on each.
         """
@@ -109,7 +109,7 @@ class CMap:
         errors = []
         for k, (axis, value) in enumerate(zip(self.nodes.axes, point, strict=True)):
             along = [
-                self._missed(
+                self._prediction_error(
                     [*beside[:k], others, *beside[k:]], [*beside[:k], axis.single(node), *beside[k:]]
                 )
                 for beside in product(*around[:k], *around[k + 1 :])
@@ -118,14 +118,14 @@ class CMap:
             errors.append(KINK * np.max(along, axis=0))
         return np.asarray(np.sum(errors, axis=0))
 
-    def _missed(self, others: list[Stencil], itself: list[Stencil]) -> Array:
-        """The difference of corrections from other nodes and those at the node itself [-]."""
-        predicted, known = (combined(self._corrections(of), of) for of in (others, itself))
+    def _prediction_error(self, others: list[Stencil], itself: list[Stencil]) -> Array:
+        """Return the difference of corrections from other nodes and those at the node itself [-]."""
+        predicted, known = (interpolate(self._corrections(of), of) for of in (others, itself))
         return np.abs(predicted - known)
 
 
 def open_map(name: str, scene: Scene) -> CMap:
-    """Open the map of C of ICs such as "map:out/flanks/sweep.nc"; raises BadScene where the file is none.
+    """Open the map of C of ICs such as "map:out/flanks/sweep.nc"; raise BadScene for other files.
 
     The file, or the folder with it, is of a campaign that kept "matrix" on a grid of numbers.
     """
@@ -136,7 +136,7 @@ def open_map(name: str, scene: Scene) -> CMap:
 
 
 def maps_of_scene(scene: Scene) -> dict[str, CMap]:
-    """Open the maps of C among the ICs of a scene, by name; raises as `open_map`."""
+    """Open the maps of C among the ICs of a scene, by name; raise as `open_map`."""
     return {name: open_map(name, scene) for name in scene.contact.ics if is_map(name)}
 
 
@@ -147,12 +147,12 @@ def bhat_nn(on_grid: PairOnGrid) -> Array:
 
 
 def _self_ic(bhat: Array) -> Array:
-    """The mean of B-hat (..., lag, observed, loaded) of an element on itself [mm/MPa], (...)."""
+    """Return the mean of B-hat (..., lag, observed, loaded) of an element on itself [mm/MPa], (...)."""
     return np.asarray(np.mean(np.diagonal(bhat[..., 0, :, :], axis1=-2, axis2=-1), axis=-1))
 
 
-def _rounded(axis: Nodes, value: float) -> float:
-    """The node that equals a value to rounding, else the value."""
+def _rounded(axis: AxisNodes, value: float) -> float:
+    """Return the node that equals a value to rounding, else the value."""
     return next((node for node in axis.values if abs(node - value) <= SAME * abs(node)), value)
 
 
@@ -164,7 +164,7 @@ def _number(table: Mapping[str, Any], key: str, axis: str) -> float:
 
 
 def _inputs_of_c(scene: Scene, name: str) -> dict[str, object]:
-    """The inputs of C of a body, except its accuracy and the grid."""
+    """Return the inputs of C of a body, except its accuracy and the grid."""
     body, settings = scene.bodies[name], scene.settings
     return {
         "contour": joblib.hash(body.contour),

@@ -14,7 +14,7 @@ import xarray as xr
 from approx.calibration import Fit, fit
 from approx.target import Target
 from compare.calibration.compute import target_from, unit_of
-from femic.campaigns.maps.interpolation import Stencil, combined
+from femic.campaigns.maps.interpolation import Stencil, interpolate
 from femic.campaigns.maps.scene_grid import SceneGrid, open_grid
 from geometries.arrays import Array
 
@@ -22,7 +22,7 @@ BY = ("map", "own", "Bhat")  # fit of C from other nodes, own fit, no fit
 
 
 def open_fits(path: Path) -> SceneGrid:
-    """Open the dataset of a campaign that kept "calibration"; raises BadScene for others."""
+    """Open the dataset of a campaign that kept "calibration"; raise BadScene for others."""
     return open_grid(path, "calibration", ("fit_c",))
 
 
@@ -34,7 +34,7 @@ def fit_at(fits: SceneGrid, point: Sequence[float], body: str = "combined") -> F
     return fit(_target(fits, point, fits.stencils(point), body), fits.scene(point).calibration.properties)
 
 
-def left_out(fits: SceneGrid, body: str = "combined") -> xr.Dataset:
+def leave_one_out(fits: SceneGrid, body: str = "combined") -> xr.Dataset:
     """Return deviations from C, `rms` and `worst` (node, by), at nodes that the others on an axis predict.
 
     They are shares of max |C| of the points: of the fit to C from the other nodes ("map"), of the fit to C
@@ -73,7 +73,7 @@ def _deviations(fits: SceneGrid, along: int, node: tuple[int, ...], body: str) -
 
 
 def _point(fits: SceneGrid, node: Sequence[int]) -> list[float]:
-    """The values of the axes at a node."""
+    """Return the values of the axes at a node."""
     return [axis.values[k] for axis, k in zip(fits.axes, node, strict=True)]
 
 
@@ -83,8 +83,8 @@ def _measured(target: Target, ics: Array) -> tuple[float, float]:
 
 
 def _target(fits: SceneGrid, point: Sequence[float], stencils: list[Stencil], body: str) -> Target:
-    """C of stencils as the target of a fit at a point."""
+    """Return C of stencils as the target of a fit at a point."""
     scene = fits.scene(point)
     place = list(fits.dataset.fitted_body.values).index(body)
-    values = combined(fits.at_nodes("fit_c", stencils), stencils)[place]
+    values = interpolate(fits.at_nodes("fit_c", stencils), stencils)[place]
     return target_from(scene, values / unit_of(scene), body)

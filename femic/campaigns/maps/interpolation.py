@@ -35,7 +35,7 @@ class Stencil:
 
 
 @dataclass(frozen=True)
-class Nodes:
+class AxisNodes:
     """The increasing values of an axis, and how distances between them are measured: `SPACINGS`.
 
     Raises WrongInput where there are fewer than `FEWEST`, they do not increase, or are not positive where
@@ -61,7 +61,7 @@ class Nodes:
         return self._places(np.array(self.values))
 
     def at(self, value: float) -> Stencil:
-        """Return the stencil of a value; raises WrongInput outside the axis."""
+        """Return the stencil of a value; raise WrongInput outside the axis."""
         low, high = self.values[0], self.values[-1]
         if not low <= value <= high:
             raise WrongInput(f"{self.name} = {value:g}: outside the map, {low:g} ... {high:g}")
@@ -95,7 +95,7 @@ class Nodes:
         return SPACINGS[self.spacing](values)
 
     def _through(self, allowed: Indices, place: float) -> Stencil:
-        """The polynomial through the nearest of some nodes at a place."""
+        """Return the polynomial through the nearest of some nodes at a place."""
         nearest = np.argsort(np.abs(self.places[allowed] - place), kind="stable")[:NEAREST]
         chosen = np.sort(allowed[nearest])
         at = self.places[chosen]
@@ -103,7 +103,7 @@ class Nodes:
         return Stencil(chosen, np.array(weights))
 
 
-def combined(values: Array, stencils: list[Stencil]) -> Array:
+def interpolate(values: Array, stencils: list[Stencil]) -> Array:
     """Return the sum of values (k_1, ..., k_m, ...) at the nodes of stencils, times their weights."""
     for stencil in stencils:
         values = np.tensordot(stencil.weights, values, axes=(0, 0))

@@ -15,7 +15,7 @@ import xarray as xr
 from femic.campaigns.dataset.checksums import CHECKSUM, LAYOUT
 from femic.campaigns.dataset.integrity import REMEDY, damaged_in_memory, require_layout
 from femic.campaigns.dataset.reading import open_sweep
-from femic.campaigns.maps.interpolation import Nodes, Stencil
+from femic.campaigns.maps.interpolation import AxisNodes, Stencil
 from femic.scenes.errors import BadScene
 from femic.scenes.keys import set_key
 from femic.scenes.load import scene_from_table
@@ -30,7 +30,7 @@ class SceneGrid:
 
     path: Path
     dataset: xr.Dataset
-    axes: tuple[Nodes, ...]
+    axes: tuple[AxisNodes, ...]
     keys: tuple[Mapping[str, float], ...]  # by axis: keys of a scene, and the factor of each
     table: Mapping[str, Any]  # of the scenes, but for the axes
     _undamaged: set[tuple[int, ...]] = field(default_factory=set)  # nodes whose values have been verified
@@ -41,11 +41,11 @@ class SceneGrid:
         return ", ".join(axis.name for axis in self.axes)
 
     def stencils(self, point: Sequence[float]) -> list[Stencil]:
-        """Return the stencil of a point along each axis; raises WrongInput outside the map."""
+        """Return the stencil of a point along each axis; raise WrongInput outside the map."""
         return [axis.at(value) for axis, value in zip(self.axes, point, strict=True)]
 
     def scene(self, point: Sequence[float]) -> Scene:
-        """Return the scene at a point; raises BadScene."""
+        """Return the scene at a point; raise BadScene."""
         table = json.loads(json.dumps(self.table))
         for axis, keys, value in zip(self.axes, self.keys, point, strict=True):
             for key, factor in keys.items():
@@ -79,7 +79,7 @@ class SceneGrid:
         self._undamaged.update(places)
 
     def _missing(self, name: str, nodes: Mapping[str, Any]) -> str:
-        """The message about the first scene without results."""
+        """Return the message about the first scene without results."""
         chosen = self.dataset[[name, "failure", CHECKSUM]].isel(nodes)
         others = [dim for dim in chosen[name].dims if dim not in nodes]
         known = chosen[name].notnull().all(others) & (chosen[CHECKSUM] != 0)
@@ -118,7 +118,7 @@ def _opened(path: Path, _changed: int) -> SceneGrid:
         raise BadScene(f"{path}: {', '.join(texts)}: there is nothing between values that are not numbers")
     try:
         nodes = tuple(
-            Nodes(axis["name"], tuple(map(float, dataset[axis["name"]].values)), axis["spacing"])
+            AxisNodes(axis["name"], tuple(map(float, dataset[axis["name"]].values)), axis["spacing"])
             for axis in axes
         )
     except WrongInput as error:

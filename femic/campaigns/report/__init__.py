@@ -1,1 +1,1 @@
-"""The page of a campaign: what the swept keys do to errors, contacts, fits and advice."""
+"""The page of a campaign: errors, contacts, fits and advice over the swept keys."""

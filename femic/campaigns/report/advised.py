@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from compare.report.styles import RC, with_further
-from femic.campaigns.report.axes import ShownAxis, spread_out
+from femic.campaigns.report.axes import ShownAxis, evenly_spaced
 from femic.campaigns.report.clouds import MOST_POINTS
 from femic.campaigns.report.fields import body_of, label_of
 from femic.campaigns.report.maps import PANEL, STRIP, Plane, draw_cells, gap_handles
-from femic.campaigns.report.scales import Scale
+from femic.campaigns.report.scales import ColourScale
 from geometries.arrays import Array
 
 NONE = "none is good enough"
@@ -26,7 +26,7 @@ PALE = 0.35  # share of white in colours
 
 
 @dataclass(frozen=True, eq=False)
-class Advice:
+class AdvisedICs:
     """The advised ICs over the swept dims, as places in `names`, of which one may be `NONE`."""
 
     numbers: xr.DataArray
@@ -34,7 +34,7 @@ class Advice:
 
     @property
     def labels(self) -> list[str]:
-        """The names as the page has them."""
+        """The names as on the page."""
         return [name if name == NONE else label_of(name) for name in self.names]
 
     @property
@@ -45,23 +45,23 @@ class Advice:
         return PALE + (1 - PALE) * to_rgba_array(pure)[:, :3]
 
     @property
-    def scale(self) -> Scale:
+    def scale(self) -> ColourScale:
         """Colours of the numbers of names."""
         count = len(self.names)
         norm = BoundaryNorm(np.arange(count + 1) - 0.5, count)
-        return Scale(norm, ListedColormap(self.colours))
+        return ColourScale(norm, ListedColormap(self.colours))
 
-    def at(self, **places: int) -> "Advice":
-        """The advice at some places of swept dims."""
-        return Advice(self.numbers.isel(places), self.names)
+    def at(self, **places: int) -> "AdvisedICs":
+        """Return the advice at some places of swept dims."""
+        return AdvisedICs(self.numbers.isel(places), self.names)
 
     def counts(self) -> dict[str, int]:
-        """The numbers of scenes by advised ICs."""
+        """Return the numbers of scenes by advised ICs."""
         counts = {label: int((self.numbers == k).sum()) for k, label in enumerate(self.labels)}
         return {label: count for label, count in counts.items() if count}
 
 
-def advice_of(dataset: xr.Dataset) -> Advice | None:
+def advice_of(dataset: xr.Dataset) -> AdvisedICs | None:
     """Return the advice of a campaign that kept it, with the ICs that are advised anywhere; else None."""
     if "advised" not in dataset:
         return None
@@ -72,10 +72,10 @@ def advice_of(dataset: xr.Dataset) -> Advice | None:
     used = sorted(known, key=lambda k: (k < 0, k))  # -1, none, comes last
     places = np.select([numbers == k for k in used], range(len(used)), np.nan)
     names = tuple(NONE if k < 0 else str(dataset.variant.values[k]) for k in used)
-    return Advice(numbers.copy(data=places), names)
+    return AdvisedICs(numbers.copy(data=places), names)
 
 
-def advised_over(panels: Sequence[tuple[str, Advice, Plane]]) -> Figure:
+def advised_over(panels: Sequence[tuple[str, AdvisedICs, Plane]]) -> Figure:
     """Draw maps of the advised ICs over two axes beside each other, with titles; a strip over one axis."""
     _, advice, plane = panels[0]
     is_strip = plane.up is STRIP
@@ -94,10 +94,10 @@ def advised_over(panels: Sequence[tuple[str, Advice, Plane]]) -> Figure:
         return figure
 
 
-def advised_points(advice: Advice, axes: Sequence[ShownAxis]) -> Figure:
+def advised_points(advice: AdvisedICs, axes: Sequence[ShownAxis]) -> Figure:
     """Draw points of the advised ICs over the first two axes, or over the only one."""
     across, up = axes[0], axes[1] if len(axes) > 1 else STRIP
-    chosen = spread_out(len(across.values), MOST_POINTS)
+    chosen = evenly_spaced(len(across.values), MOST_POINTS)
     heights = np.zeros(len(chosen)) if up is STRIP else up.at[chosen]
     with mpl.rc_context(RC | {"grid.alpha": 0.2}):
         figure = Figure(figsize=(5.4, 1.8 if up is STRIP else 4.2), layout="constrained")
@@ -113,7 +113,7 @@ def advised_points(advice: Advice, axes: Sequence[ShownAxis]) -> Figure:
         return figure
 
 
-def _legend(figure: Figure, advice: Advice, gaps: Sequence[Artist] = ()) -> None:
+def _legend(figure: Figure, advice: AdvisedICs, gaps: Sequence[Artist] = ()) -> None:
     handles: list[Artist] = [
         Patch(facecolor=colour, edgecolor="0.4", label=label)
         for label, colour in zip(advice.labels, advice.colours, strict=True)

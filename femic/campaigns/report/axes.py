@@ -102,12 +102,12 @@ class ShownAxis:
             ruler.set_minor_locator(NullLocator())
 
     def _room(self, which: str) -> float:
-        """The room of a tick of an x or y axis, over the length of the axis."""
+        """Return the room of a tick of an x or y axis, over the length of the axis."""
         ends = np.min(self.values), np.max(self.values)
         return max(len(text_of(value)) + 1 for value in ends) * LETTER if which == "x" else LINE
 
     def _ticks(self, which: str) -> list[float]:
-        """Ticks of an x or y axis: every value, every second, ... as room permits, or the outermost ones."""
+        """Return ticks of an x or y axis: every value, every second, ... as room permits, or both ends."""
         values = np.unique(self.values)
         at, last = np.log(values) if self.is_logarithmic else values, len(values) - 1
         room = self._room(which)
@@ -167,12 +167,12 @@ def text_of(value: Any) -> str:
     return np.format_float_positional(float(short), trim="-") if large else short
 
 
-def named(values: Names) -> str:
+def values_text(values: Names) -> str:
     """Return values of axes as text: flank = 30, ratio = 1.1."""
     return ", ".join(f"{name} = {text_of(value)}" for name, value in values.items())
 
 
-def spread_out(count: int, most: int) -> list[int]:
+def evenly_spaced(count: int, most: int) -> list[int]:
     """Return up to `most` of the numbers below `count`, evenly spaced, with the first and the last."""
     return sorted({int(k) for k in np.round(np.linspace(0, count - 1, min(count, most)))})
 
@@ -181,7 +181,7 @@ def point_of(dataset: xr.Dataset, place: Sequence[int]) -> str:
     """Return the name of the scene at a place of the swept dims."""
     dims = dataset["seconds"].dims
     at = dict(zip(dims, place, strict=True))
-    return named(
+    return values_text(
         {axis.name: dataset[axis.name].isel(at, missing_dims="ignore").item() for axis in axes_of(dataset)}
     )
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from scipy.stats import spearmanr
 
 from compare.report.styles import RC
-from femic.campaigns.report.axes import ShownAxis, spread_out
+from femic.campaigns.report.axes import ShownAxis, evenly_spaced
 from femic.campaigns.report.fields import COLUMN, ROW, Field, label_of
 from femic.campaigns.report.scales import draw_levels
 from geometries.arrays import Array
@@ -59,7 +59,7 @@ def clouds(field: Field, axes: Sequence[ShownAxis]) -> Figure:
     The colour of a point is its value of the axis with the strongest correlation.
     """
     drawn, (colour, _) = axes[:COLUMNS], strongest(field, axes)
-    chosen = spread_out(field.values.sizes["sample"], MOST_POINTS)
+    chosen = evenly_spaced(field.values.sizes["sample"], MOST_POINTS)
     norm = (LogNorm if colour.is_logarithmic else Normalize)(np.min(colour.at), np.max(colour.at))
     with mpl.rc_context(RC | {"grid.alpha": 0.2}):
         rows = len(field.rows)
@@ -71,7 +71,7 @@ def clouds(field: Field, axes: Sequence[ShownAxis]) -> Figure:
             for axes_, axis in zip(line, drawn, strict=True):
                 _points(axes_, axis.at[chosen], values[chosen], (colour.at[chosen], norm))
             draw_levels(line, field.kind, values)
-            line[0].set_ylabel(label_of(name) if field.is_judged else f"{field.columns[0]}, {name}")
+            line[0].set_ylabel(label_of(name) if field.rates_ics else f"{field.columns[0]}, {name}")
         for axes_, axis in zip(panels[-1], drawn, strict=True):
             axis.scale(axes_, "x")
             axes_.set_xlabel(axis.wrapped)

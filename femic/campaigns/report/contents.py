@@ -62,7 +62,7 @@ def fields_of(dataset: xr.Dataset) -> list[Field]:
 
 
 def _errors(dataset: xr.Dataset) -> Iterator[Field]:
-    """Errors of all ICs, the worst over the lines, of components that do not vanish by symmetry."""
+    """Yield errors of all ICs, the worst over the lines, of components that do not vanish by symmetry."""
     body, columns = body_of(dataset), {}
     of_body = dataset[["error", "vanishes"]].sel(body=body, drop=True).drop_attrs()
     for component in SHOWN_ORDER:
@@ -84,22 +84,22 @@ def _errors(dataset: xr.Dataset) -> Iterator[Field]:
 
 
 def _error_bounds(dataset: xr.Dataset) -> Iterator[Field]:
-    """Errors of all ICs with the estimate of C, the worst over lines and components."""
+    """Yield errors of all ICs with the estimate of C, the worst over lines and components."""
     body = body_of(dataset)
-    known = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)
+    bounds = dataset.known_error.sel(body=body, drop=True).drop_attrs().rename(variant=ROW)
     text = f"Error of the {body} ICs with the estimate of C: the worst over lines and components."
-    yield _error_field(known.expand_dims({COLUMN: [ANY]}), text)
+    yield _error_field(bounds.expand_dims({COLUMN: [ANY]}), text)
 
 
 def _error_field(errors: xr.DataArray, text: str) -> Field:
-    """Errors of approximations, with those of C as their floor."""
+    """Return errors of approximations, with those of C as their floor."""
     approximations = [name for name in map(str, errors[ROW].values) if not name.startswith(C)]
     floor = errors.sel({ROW: C}, drop=True)
     return Field("errors", "error", "errors", text, errors.sel({ROW: approximations}), floor)
 
 
 def _contact(dataset: xr.Dataset) -> Iterator[Field]:
-    """Numbers of the contact with each of the ICs over those with the reference, and the latter."""
+    """Yield numbers of the contact with each of the ICs over those with the reference, and the latter."""
     numbers = [name for name in (*RATIOS, *SHARES) if name in dataset and "ics" in dataset[name].dims]
     if not numbers:
         return
@@ -124,10 +124,12 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
 
 
 def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, over: str) -> Field:
-    """Numbers of the contact with other ICs than the reference over those with it."""
-    off, known = zip(*(_off(dataset, name, reference) for name in numbers), strict=True)
+    """Return numbers of the contact with other ICs than the reference over those with it."""
+    deviations, estimates = zip(
+        *(_relative_deviations(dataset, name, reference) for name in numbers), strict=True
+    )
     labels, base = xr.Variable(COLUMN, [_symbol(name) for name in numbers]), label_of(reference)
-    values = xr.concat(off, labels).rename(ics=ROW)
+    values = xr.concat(deviations, labels).rename(ics=ROW)
     notes = [MEANINGS[name] for name in numbers if name in MEANINGS] + [BY_PLACE] * (reference == LAST)
     return Field(
         "contact",
@@ -135,22 +137,22 @@ def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, ove
         "deviations of the contact",
         f"Numbers of the contact with each of the ICs over those with {base}, minus 1{over}.{''.join(notes)}",
         values.sel({ROW: [name for name in map(str, values[ROW].values) if name != reference]}),
-        xr.concat(known, labels),
+        xr.concat(estimates, labels),
         base,
     )
 
 
-def _off(dataset: xr.Dataset, name: str, reference: str) -> tuple[xr.DataArray, xr.DataArray]:
-    """Deviations of a number of the contact from the reference's, and the estimate of the latter."""
+def _relative_deviations(dataset: xr.Dataset, name: str, reference: str) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return deviations of a number of the contact from the reference's, and the estimate of the latter."""
     values = dataset[name].drop_attrs()
-    of_reference = values.sel(ics=reference, drop=True)
-    unit = xr.ones_like(of_reference) if name in SHARES else of_reference.where(of_reference != 0)
-    off = (values - of_reference) / unit
+    reference_values = values.sel(ics=reference, drop=True)
+    unit = xr.ones_like(reference_values) if name in SHARES else reference_values.where(reference_values != 0)
+    deviations = (values - reference_values) / unit
     estimate = dataset.get(f"estimate_{name}", xr.full_like(values, np.nan)).drop_attrs()
-    known = abs(estimate.sel(ics=reference, drop=True) / unit)
+    estimates = abs(estimate.sel(ics=reference, drop=True) / unit)
     for dim in _own_dims(dataset, name):
-        off, known = furthest_along(off, dim), known.max(dim)
-    return off, known
+        deviations, estimates = furthest_along(deviations, dim), estimates.max(dim)
+    return deviations, estimates
 
 
 def _own_dims(dataset: xr.Dataset, name: str) -> list[str]:
@@ -162,7 +164,7 @@ def _symbol(name: str) -> str:
 
 
 def _calibration(dataset: xr.Dataset) -> Iterator[Field]:
-    """Fitted parameters, and deviations of B-hat-prime with them from C, by fitted body."""
+    """Yield fitted parameters, and deviations of B-hat-prime with them from C, by fitted body."""
     labels: Mapping[str, str] = {"fitted_body": ROW, "parameter": COLUMN}
     yield Field(
         "fits",

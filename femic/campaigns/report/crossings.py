@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from compare.report.parts import join_words
-from femic.campaigns.report.axes import Names, ShownAxis, named, swept, text_of
+from femic.campaigns.report.axes import Names, ShownAxis, swept, text_of, values_text
 from geometries.arrays import Array
 
 NOWHERE, EVERYWHERE = "nowhere", "everywhere"
@@ -24,7 +24,7 @@ class Range:
     end: float | None = None
 
     def text(self, span: float) -> str:
-        """The range as text; interpolated ends have the digits that are significant in a `span` of values."""
+        """Return the range as text; ends have the digits that are significant in a `span` of values."""
         start, end = (None if one is None else _rounded(one, span) for one in (self.start, self.end))
         if start is None:
             return EVERYWHERE if end is None else f"up to {end}"
@@ -55,7 +55,7 @@ def exceeded(at: Array, values: Array, level: float) -> list[Range]:
 
 
 def _rounded(value: float, span: float) -> str:
-    """A value to three digits, and to a thousandth of a span at least; small values without more digits."""
+    """Return a value as text with three digits, and with as many as a thousandth of a span needs."""
     digits = 3
     if value and span:
         digits += max(0, int(np.floor(np.log10(abs(value) / span))))
@@ -67,14 +67,14 @@ def _rounded(value: float, span: float) -> str:
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where a level is exceeded, at a place of the other axes ("": at all of them), and more ranges."""
+    """The range where a level is exceeded, at a place of the other axes ("": at all), and more ranges."""
 
     text: str
     place: str = ""
     more: str = ""
 
     def along(self, axis: ShownAxis) -> str:
-        """The crossing as part of a sentence: from flank = 32 on at ratio = 1.05."""
+        """Return the crossing as part of a sentence: from flank = 32 on at ratio = 1.05."""
         text = self.text
         for word in ("from ", "up to ", "at "):
             if text.startswith(word):
@@ -91,8 +91,8 @@ class Line:
     sizes: Array
 
     def crossing(self, level: float) -> Crossing:
-        """Where the sizes exceed a level."""
-        place = join_words([named({name: value}) for name, value in self.place.items()] or [""])
+        """Return where the sizes exceed a level."""
+        place = join_words([values_text({name: value}) for name, value in self.place.items()] or [""])
         known = np.isfinite(self.sizes)
         if not self.axis.is_number:
             over = self.axis.values[known & (self.sizes > level)]
@@ -106,7 +106,7 @@ class Line:
         return Crossing(texts[0], place, ", ".join([*again, *further]))
 
     def extent(self, level: float) -> float:
-        """The share of the known part of the axis, or of its categories, that exceeds a level."""
+        """Return the share of the known part of the axis, or of its categories, that exceeds a level."""
         known = np.isfinite(self.sizes)
         at = self.axis.at[known]
         if not self.axis.is_number or np.ptp(at) == 0:
@@ -124,7 +124,7 @@ class Lines:
 
     axis: ShownAxis
     all: Sequence[Line]
-    known_of: str  # "15 of 21 scenes", "" where all are known
+    known_count: str  # "15 of 21 scenes", "" where all are known
 
     @classmethod
     def of(cls, sizes: xr.DataArray, axes: Sequence[ShownAxis]) -> "Lines":
@@ -137,7 +137,7 @@ class Lines:
             Line(axis, dict(zip((one.name for one in rest), place, strict=True)), row)
             for place, row in zip(places, rows, strict=True)
         ]
-        return cls(axis, lines, known_of(sizes))
+        return cls(axis, lines, known_count(sizes))
 
     @cached_property
     def known(self) -> list[Line]:
@@ -145,7 +145,7 @@ class Lines:
         return [line for line in self.all if np.any(np.isfinite(line.sizes))]
 
     def crossings(self, level: float) -> list[Crossing]:
-        """Where a level is exceeded: on the line with the largest extent, then with the least, if any."""
+        """Return where a level is exceeded: on the lines of the largest and of the least extent, if any."""
         if not self.known:
             return []
         by_extent = sorted(self.known, key=lambda line: (line.extent(level), np.nanmax(line.sizes)))
@@ -158,7 +158,7 @@ def main_axis(axes: Iterable[ShownAxis]) -> ShownAxis:
     return max(swept(axes), key=lambda axis: (axis.is_number, len(axis.values)))
 
 
-def known_of(sizes: xr.DataArray) -> str:
+def known_count(sizes: xr.DataArray) -> str:
     """Return "15 of 21 scenes" where not all are known, else ""."""
     known = int(np.sum(np.isfinite(sizes.values)))
     return "" if known == sizes.size else f"{known} of {sizes.size} scenes"

@@ -33,7 +33,7 @@ def curves(field: Field, axis: ShownAxis) -> Figure:
         for axes in panels[count:]:
             axes.remove()
         for axes in panels[:count:columns]:
-            axes.set_ylabel(field.kind if field.is_judged else "")
+            axes.set_ylabel(field.kind if field.rates_ics else "")
         draw_levels(panels[:count], field.kind, field.values.values)
         if figure.axes[0].get_legend_handles_labels()[0]:
             add_legend(figure)

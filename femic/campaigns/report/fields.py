@@ -47,8 +47,8 @@ class Field:
         return self.what[0].upper() + self.what[1:]
 
     @property
-    def is_judged(self) -> bool:
-        """Whether the numbers say how good ICs are."""
+    def rates_ics(self) -> bool:
+        """Whether the numbers rate ICs: errors and deviations."""
         return self.kind != "value"
 
     @property
@@ -69,7 +69,7 @@ class Field:
 
     def worst_over(self, dim: str) -> "Field":
         """Return the numbers that are furthest from zero along a dim; of values, those at its first place."""
-        values = furthest_along(self.values, dim) if self.is_judged else self.values.isel({dim: 0}, drop=True)
+        values = furthest_along(self.values, dim) if self.rates_ics else self.values.isel({dim: 0}, drop=True)
         return replace(self, values=values, floor=None)
 
     def of(self, *, rows: list[str] | None = None, columns: list[str] | None = None) -> "Field":

@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 
 from compare.report.parts import Part, join_words
-from femic.campaigns.report.advised import Advice, advised_over, advised_points
-from femic.campaigns.report.axes import Names, ShownAxis, axes_of, named, spread_out, swept
+from femic.campaigns.report.advised import AdvisedICs, advised_over, advised_points
+from femic.campaigns.report.axes import Names, ShownAxis, axes_of, evenly_spaced, swept, values_text
 from femic.campaigns.report.clouds import MOST_POINTS, clouds, strongest
 from femic.campaigns.report.curves import curves
 from femic.campaigns.report.fields import LOWEST, Field, label_of, plain
@@ -20,7 +20,7 @@ MOST_MULTIPLES = 4  # values of the third axis
 MOST_PANELS = 60  # of all figures of random points of a field
 
 
-def parts(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None) -> Iterator[Part]:
+def parts(dataset: xr.Dataset, fields: Sequence[Field], advice: AdvisedICs | None) -> Iterator[Part]:
     """Yield the figures: curves over one axis, maps over two, points of random scenes."""
     axes = swept(axes_of(dataset))
     if not axes:
@@ -28,13 +28,13 @@ def parts(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None) -
     failed = dataset["failure"].astype(str) != ""
     if advice is not None:
         yield _advice_part(advice, axes, failed)
-    judged = [field for field in fields if field.is_judged]
+    ratings = [field for field in fields if field.rates_ics]
     for field in fields:
-        of_field = _of_field(field, axes, failed)
-        if field in judged[1:]:  # sentences on the first one begin the page
-            first = next(of_field)
+        parts_of_field = _of_field(field, axes, failed)
+        if field in ratings[1:]:  # sentences on the first one begin the page
+            first = next(parts_of_field)
             yield replace(first, text=f"{first.text} {' '.join(judgement(dataset, field))}")
-        yield from of_field
+        yield from parts_of_field
 
 
 def _of_field(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[Part]:
@@ -43,7 +43,7 @@ def _of_field(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) -> 
     if len(axes) == 1:
         (axis,) = axes
         if are_samples:
-            order = np.argsort(axis.at, kind="stable")[spread_out(len(axis.at), MOST_POINTS)]
+            order = np.argsort(axis.at, kind="stable")[evenly_spaced(len(axis.at), MOST_POINTS)]
             axis, field = replace(axis, values=axis.values[order]), field.at(sample=order)
         yield Part(
             _headed(field, axes), field.text + _levels(field, "Dotted"), field.name, curves(field, axis)
@@ -60,9 +60,9 @@ def _map_parts(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) ->
     text, name = field.text, field.name
     if first.is_number and second.is_number:
         text += _levels(field, "Lines")
-    elif field.is_judged and (first.is_number or second.is_number):
+    elif field.rates_ics and (first.is_number or second.is_number):
         text += f" Lines: {share(STRONG)}."
-    if field.is_judged or not further:
+    if field.rates_ics or not further:
         worst = field
         for axis in further:
             worst = worst.worst_over(axis.name)
@@ -72,12 +72,12 @@ def _map_parts(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) ->
         yield from _mapped(rows, _headed(field, axes[:2]), text + over, name)
     if not further:
         return
-    for number, row in enumerate([field.closest] if field.is_judged else field.rows):
-        of_row, note = field.of(rows=[row]), ""
+    for number, row in enumerate([field.closest] if field.rates_ics else field.rows):
+        row_field, note = field.of(rows=[row]), ""
         for axis in further[1:]:
-            of_row = of_row.worst_over(axis.name)
-        rows = [MapRow(title, of_row.at(**at), plane) for title, at, plane in _by_third(axes, failed)]
-        if field.is_judged and len(field.rows) > 1:
+            row_field = row_field.worst_over(axis.name)
+        rows = [MapRow(title, row_field.at(**at), plane) for title, at, plane in _by_third(axes, failed)]
+        if field.rates_ics and len(field.rows) > 1:
             note = f"{label_of(row)} only, which is the closest on the average. "
         heading = f"{label_of(row)}: {_headed(field, axes[:3])}"
         yield from _mapped(
@@ -93,19 +93,19 @@ def _mapped(rows: Sequence[MapRow], heading: str, text: str, name: str) -> Itera
 def _by_third(axes: Sequence[ShownAxis], failed: xr.DataArray) -> Iterator[tuple[str, Names, Plane]]:
     """Yield titles and places of some values of the third axis, and planes of the first two axes."""
     third = axes[2]
-    for k in spread_out(len(third.values), MOST_MULTIPLES):
+    for k in evenly_spaced(len(third.values), MOST_MULTIPLES):
         at = {third.name: k}
-        yield named({third.name: third.values[k]}), at, Plane.of(axes, failed.isel(at))
+        yield values_text({third.name: third.values[k]}), at, Plane.of(axes, failed.isel(at))
 
 
 def _left_out(field: Field, axes: Sequence[ShownAxis]) -> str:
-    """A note on the scenes that figures of three axes and more leave out."""
+    """Return a note on the scenes that figures of three axes and more leave out."""
     third, *rest = axes[2:]
-    shown = len(spread_out(len(third.values), MOST_MULTIPLES))
+    shown = len(evenly_spaced(len(third.values), MOST_MULTIPLES))
     text = f"A row per value of {third.name}, {shown} of {len(third.values)}; the file has all."
     if rest:
         over = join_words(axis.name for axis in rest)
-        text += f" The worst over {over}." if field.is_judged else f" At the first value of {over}."
+        text += f" The worst over {over}." if field.rates_ics else f" At the first value of {over}."
     return text
 
 
@@ -130,8 +130,8 @@ def _cloud_parts(field: Field, axes: Sequence[ShownAxis]) -> Iterator[Part]:
         text = ""
 
 
-def _advice_part(advice: Advice, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Part:
-    """The part on advised ICs, over one axis, two or three, or as points."""
+def _advice_part(advice: AdvisedICs, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Part:
+    """Return the part on advised ICs, over one axis, two or three, or as points."""
     heading = "Which ICs are good enough"
     text = "The cheapest ICs whose error, with the estimate of C, is at most `ics_tolerance`."
     if "sample" in failed.dims:
@@ -149,7 +149,7 @@ def _advice_part(advice: Advice, axes: Sequence[ShownAxis], failed: xr.DataArray
 
 
 def _levels(field: Field, what: str) -> str:
-    if not field.is_judged:
+    if not field.rates_ics:
         return ""
     text = f" {what}: 1, 2, 5 and 10 %."
     if what == "Lines" and np.any(np.isnan(field.values)):

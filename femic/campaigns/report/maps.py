@@ -19,7 +19,7 @@ from compare.report.styles import RC
 from femic.campaigns.report.axes import ShownAxis
 from femic.campaigns.report.crossings import exceeded
 from femic.campaigns.report.fields import COLUMN, ROW, Field
-from femic.campaigns.report.scales import Scale, scale_of
+from femic.campaigns.report.scales import ColourScale, scale_of
 from geometries.arrays import Array, Mask
 
 COLUMNS = 5  # maps beside each other
@@ -53,7 +53,7 @@ class Plane:
         return np.asarray(self.over(self.failing), dtype=bool)
 
     def over(self, values: xr.DataArray) -> Array:
-        """Numbers over the plane, (n_across, n_up)."""
+        """Return numbers over the plane, (n_across, n_up)."""
         in_order = values.transpose(self.across.name, *([] if self.up is STRIP else [self.up.name]))
         return np.asarray(in_order.values.reshape(len(self.across.values), len(self.up.values)))
 
@@ -67,7 +67,7 @@ class MapRow:
     plane: Plane
 
     def values(self, column: str) -> Array:
-        """The numbers of a map, (n_across, n_up)."""
+        """Return the numbers of a map, (n_across, n_up)."""
         return self.plane.over(self.field.values.sel({COLUMN: column}).isel({ROW: 0}))
 
 
@@ -78,9 +78,9 @@ def maps(rows: Sequence[MapRow]) -> Iterator[Figure]:
 
 
 def _figure(rows: Sequence[MapRow], columns: list[str]) -> Figure:
-    """One figure; values have a scale per column, other numbers a common scale."""
+    """Return one figure; values have a scale per column, other numbers a common scale."""
     first = rows[0]
-    common = first.field.is_judged
+    common = first.field.rates_ics
     scales = {
         column: scale_of(first.field.kind, np.array([row.values(column) for row in rows]))
         for column in columns
@@ -109,7 +109,7 @@ def _figure(rows: Sequence[MapRow], columns: list[str]) -> Figure:
         return figure
 
 
-def draw_map(axes: Axes, values: Array, plane: Plane, scale: Scale) -> None:
+def draw_map(axes: Axes, values: Array, plane: Plane, scale: ColourScale) -> None:
     """Draw a map: a cell for each scene, lines where levels are exceeded; numbers if both axes are text."""
     draw_cells(axes, values, plane, scale)
     across, up = plane.across, plane.up
@@ -138,7 +138,7 @@ def _marks(axes: Axes, numbers: Array, plane: Plane) -> None:
         )
 
 
-def draw_cells(axes: Axes, values: Array, plane: Plane, scale: Scale) -> None:
+def draw_cells(axes: Axes, values: Array, plane: Plane, scale: ColourScale) -> None:
     """Draw a cell for each scene; the picture ends at the outermost values of axes of numbers."""
     across, up = plane.across, plane.up
     axes.patch.set(facecolor="white", edgecolor="0.75", hatch="/////")
@@ -160,7 +160,7 @@ def draw_cells(axes: Axes, values: Array, plane: Plane, scale: Scale) -> None:
         axes.plot(across.at[k], up.at[m], "x", color="black", markersize=size, clip_on=False, zorder=5)
 
 
-def _contours(axes: Axes, numbers: Array, plane: Plane, scale: Scale) -> None:
+def _contours(axes: Axes, numbers: Array, plane: Plane, scale: ColourScale) -> None:
     """Draw contour lines where most scenes are known."""
     values = np.ma.masked_invalid(numbers)
     if values.count() < max(4, MOST * values.size):
@@ -183,7 +183,7 @@ def _contours(axes: Axes, numbers: Array, plane: Plane, scale: Scale) -> None:
         text.set_path_effects(HALO)
 
 
-def _bar(figure: Figure, panels: np.ndarray, scale: Scale, label: str = "") -> None:
+def _bar(figure: Figure, panels: np.ndarray, scale: ColourScale, label: str = "") -> None:
     where = "right" if scale.is_share else "bottom"
     bar = figure.colorbar(
         ScalarMappable(scale.norm, scale.colours),
@@ -210,7 +210,7 @@ def gap_handles(planes: Sequence[Plane], shown: Sequence[Array]) -> list[Artist]
 
 
 def _parted(columns: list[str]) -> list[list[str]]:
-    """Columns in groups of at most `COLUMNS`, about equally many."""
+    """Return columns in groups of at most `COLUMNS`, about equally many."""
     count = -(-len(columns) // COLUMNS)
     size = -(-len(columns) // count)
     return [columns[start : start + size] for start in range(0, len(columns), size)]

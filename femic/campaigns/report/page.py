@@ -41,7 +41,7 @@ def write_sweep(dataset: xr.Dataset, out: Path) -> Path:
     dataset = prepared(dataset)
     fields, advice = fields_of(dataset), advice_of(dataset)
     if _has_crossings(dataset, fields):
-        write_crossings([field for field in fields if field.is_judged], axes_of(dataset), out / CROSSINGS)
+        write_crossings([field for field in fields if field.rates_ics], axes_of(dataset), out / CROSSINGS)
     end = final_sections(
         list(tables(dataset, fields)),
         below(dataset, fields),
@@ -58,7 +58,7 @@ def tables(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Table]:
     """Yield all tables: where numbers exceed levels, largest numbers, failed scenes."""
     axes = axes_of(dataset)
     for field in fields:
-        if swept(axes) and field.is_judged:
+        if swept(axes) and field.rates_ics:
             yield crossing_table(field, axes) if is_grid(dataset) else share_table(field)
         if swept(axes) and not is_grid(dataset):
             yield correlation_table(field, axes)
@@ -89,8 +89,8 @@ def below(dataset: xr.Dataset, fields: Sequence[Field]) -> str:
 def _has_crossings(dataset: xr.Dataset, fields: Sequence[Field]) -> bool:
     """Whether levels are exceeded along an axis of numbers."""
     axes = swept(axes_of(dataset))
-    judged = any(field.is_judged for field in fields)
-    return judged and bool(axes) and is_grid(dataset) and main_axis(axes).is_number
+    rated = any(field.rates_ics for field in fields)
+    return rated and bool(axes) and is_grid(dataset) and main_axis(axes).is_number
 
 
 def cost(dataset: xr.Dataset) -> str:

@@ -19,8 +19,8 @@ MOST_RATIO = 1e4  # of the ends of a logarithmic scale that has ticks at 1, 2, 5
 
 
 @dataclass(frozen=True, eq=False)
-class Scale:
-    """The colours of numbers, levels of contour lines, and ticks of the bar; (): those of matplotlib."""
+class ColourScale:
+    """The colours of numbers, levels of contour lines, and ticks of the bar; (): matplotlib's own."""
 
     norm: Normalize
     colours: Colormap
@@ -37,16 +37,16 @@ class Scale:
         return share(value) if self.is_share else f"{value:.4g}"
 
 
-def scale_of(kind: Kind, values: Array) -> Scale:
+def scale_of(kind: Kind, values: Array) -> ColourScale:
     """Return the scale of some numbers; errors and deviations have the same scale on all pages."""
     if kind == "value":
         low, high = (float(of(values)) for of in (np.nanmin, np.nanmax))
         levels = MaxNLocator(CONTOURS).tick_values(low, high) if high > low else []
-        return Scale(Normalize(low, high), mpl.colormaps["viridis"], [float(level) for level in levels])
+        return ColourScale(Normalize(low, high), mpl.colormaps["viridis"], [float(level) for level in levels])
     colours, steps = ("RdYlBu_r", STEPS) if kind == "error" else ("RdBu_r", _with_negative(SIGNED))
     norm = BoundaryNorm(steps, len(steps) + 1, extend="both")
     levels = LEVELS if kind == "error" else _with_negative(LEVELS)
-    return Scale(norm, mpl.colormaps[colours].resampled(len(steps) + 1), levels, steps)
+    return ColourScale(norm, mpl.colormaps[colours].resampled(len(steps) + 1), levels, steps)
 
 
 def draw_levels(panels: Iterable[Axes], kind: Kind, values: Array) -> None:

@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 
 from compare.report.parts import join_words
-from femic.campaigns.report.advised import Advice
+from femic.campaigns.report.advised import AdvisedICs
 from femic.campaigns.report.axes import ShownAxis, axes_of, is_grid, swept, text_of
-from femic.campaigns.report.crossings import REPORTED, Lines, known_of, main_axis
+from femic.campaigns.report.crossings import REPORTED, Lines, known_count, main_axis
 from femic.campaigns.report.fields import COLUMN, ROW, Field, label_of, plain
 from femic.campaigns.report.scales import share
 
@@ -21,18 +21,18 @@ MEANINGS = {
 }
 
 
-def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: Advice | None) -> str:
+def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: AdvisedICs | None) -> str:
     """Return sentences computed from the numbers: scenes, errors with their places, advice."""
     sentences = [_counted(dataset)]
-    judged = [field for field in fields if field.is_judged]
-    sentences += [sentence for field in judged[:1] for sentence in judgement(dataset, field)]
+    ratings = [field for field in fields if field.rates_ics]
+    sentences += [sentence for field in ratings[:1] for sentence in judgement(dataset, field)]
     sentences += list(_interpolated(dataset, sentences))
     if advice is not None:
         counts = join_words(f"{name} in {count}" for name, count in advice.counts().items())
         sentences.append(f"The cheapest ICs that are good enough (scenes): {counts}.")
-    kept = [MEANINGS[name] for name in json.loads(dataset.attrs["keep"]) if name in MEANINGS]
-    if kept:
-        sentences.append(f"The file of the campaign has {join_words(kept)}, too.")
+    also_in_file = [MEANINGS[name] for name in json.loads(dataset.attrs["keep"]) if name in MEANINGS]
+    if also_in_file:
+        sentences.append(f"The file of the campaign has {join_words(also_in_file)}, too.")
     return "\n".join(sentences)
 
 
@@ -65,7 +65,7 @@ def judgement(dataset: xr.Dataset, field: Field) -> Iterator[str]:
 
 
 def _counted(dataset: xr.Dataset) -> str:
-    """The numbers of scenes, and the ranges of the axes."""
+    """Return the numbers of scenes, and the ranges of the axes."""
     scenes, computed, failed = (int(dataset.attrs[name]) for name in ("scenes", "computed", "failed"))
     ranges = join_words(_range(axis) for axis in axes_of(dataset))
     missing = scenes - computed - failed
@@ -85,9 +85,9 @@ def _range(axis: ShownAxis) -> str:
 
 
 def _failing(dataset: xr.Dataset, field: Field) -> str:
-    """The columns in which numbers of the only row exceed `REPORTED`, and where in the worst of them."""
+    """Return the columns whose numbers in the only row exceed `REPORTED`, and the place in the worst one."""
     sizes = field.sizes.isel({ROW: 0})
-    known = known_of(sizes.max(COLUMN))
+    known = known_count(sizes.max(COLUMN))
     largest = {column: float(sizes.sel({COLUMN: column}).max()) for column in field.columns}
     over = [column for column, size in largest.items() if size > REPORTED]
     within = [plain(column) for column, size in largest.items() if size <= REPORTED]
@@ -102,15 +102,15 @@ def _failing(dataset: xr.Dataset, field: Field) -> str:
     notes = [f"also in {join_words(also)}"] if also else []
     notes += [f"in {join_words(within)} nowhere"] if within else []
     notes += [f"{known} are known"] if known else []
-    noted = f" ({'; '.join(notes)})" if notes else ""
+    remarks = f" ({'; '.join(notes)})" if notes else ""
     return (
         f"off by more than {share(REPORTED)} in {before}{plain(worst)} {where}, at most by "
-        f"{share(largest[worst])}{noted}."
+        f"{share(largest[worst])}{remarks}."
     )
 
 
 def _where(dataset: xr.Dataset, sizes: xr.DataArray) -> str:
-    """Where numbers of a row and column exceed `REPORTED`: along an axis, at extremes of the others."""
+    """Return where numbers exceed `REPORTED`: along an axis, at extremes of the others."""
     axes = axes_of(dataset)
     if not swept(axes):
         return "there"

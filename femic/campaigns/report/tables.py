@@ -1,4 +1,4 @@
-"""Tables of the page of a campaign: what fails where, worst numbers, correlations, failed scenes."""
+"""Tables of the page of a campaign: where ICs fail, worst numbers, correlations, failed scenes."""
 
 import csv
 from collections.abc import Callable, Sequence
@@ -30,7 +30,7 @@ def crossing_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
     def cells(sizes: xr.DataArray) -> list[Cell]:
         lines = Lines.of(sizes, axes)
         crossings = [_crossing_cell(lines.crossings(level)) for level in LEVELS]
-        return [*crossings, _cell(lines.known_of or "all")]
+        return [*crossings, _cell(lines.known_count or "all")]
 
     axis = main_axis(axes)
     caption = f"{field.title}: where along {axis.name} ({axis.heading})"
@@ -82,14 +82,14 @@ def correlation_table(field: Field, axes: Sequence[ShownAxis]) -> Table:
     """Return rank correlations with the axes, by row and column."""
 
     def cells(sizes: xr.DataArray) -> list[Cell]:
-        found = [rank_correlation(axis, sizes.values) for axis in axes]
-        return [_cell("–" if np.isnan(one) else f"{one:+.2f}") for one in found]
+        coefficients = [rank_correlation(axis, sizes.values) for axis in axes]
+        return [_cell("–" if np.isnan(one) else f"{one:+.2f}") for one in coefficients]
 
     return Table(f"Rank correlation of {field.what} with", [axis.name for axis in axes], _rows(field, cells))
 
 
 def _rows(field: Field, cells: Callable[[xr.DataArray], list[Cell]]) -> list[Row]:
-    """Rows by column and row of a field, with cells for the sizes of each."""
+    """Return rows by column and row of a field, with cells for the sizes of each."""
     return [
         Row(f"{column}, {label_of(row)}", cells(field.sizes.sel({COLUMN: column, ROW: row})))
         for column, row in product(field.columns, field.rows)

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from compare.frontier.advice import AS_CHEAP
 from compare.ics.compute import Results, compute, reference_of
 from compare.ics.errors import measure_of
 from femic.campaigns.results.kind import SHARE, ResultKind
@@ -13,8 +14,6 @@ from femic.reference.accuracy import component_of
 from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
 from geometries.arrays import Array
-
-AS_CHEAP = 3.0  # times the seconds of the fastest good ICs: these count as equally cheap, as clocks vary
 
 
 def advice(scene: Scene, options: RunOptions) -> xr.Dataset:
@@ -26,14 +25,14 @@ def advice(scene: Scene, options: RunOptions) -> xr.Dataset:
     """
     results = compute(scene, options)
     variants, bodies = list(results.variants), list(scene.compared)
-    known = np.array([_known_errors(results, body) for body in bodies]).T  # (n_variants, n_bodies)
+    bounds = np.array([_error_bounds(results, body) for body in bodies]).T  # (n_variants, n_bodies)
     seconds = np.array([[results.seconds[v, body] for body in bodies] for v in variants])
-    advised = [float(cheapest(known[:, k], seconds[:, k], scene.ics_tolerance)) for k in range(len(bodies))]
+    advised = [float(cheapest(bounds[:, k], seconds[:, k], scene.ics_tolerance)) for k in range(len(bodies))]
     about = "number of the variant that is good enough and cheap; -1: none"
     by = ("variant", "body")
     return xr.Dataset(
         {
-            "known_error": (by, known, SHARE | {"long_name": "error and estimate of C"}),
+            "known_error": (by, bounds, SHARE | {"long_name": "error and estimate of C"}),
             "ic_seconds": (by, seconds, {"units": "s", "long_name": "seconds of the ICs"}),
             "advised": ("body", advised, {"long_name": about}),
         },
@@ -41,17 +40,17 @@ def advice(scene: Scene, options: RunOptions) -> xr.Dataset:
     )
 
 
-def cheapest(known: Array, seconds: Array, tolerance: float) -> int:
+def cheapest(bounds: Array, seconds: Array, tolerance: float) -> int:
     """Return the number of the cheapest ICs whose known error is at most `tolerance`, -1 without any."""
-    good = np.flatnonzero(known <= tolerance)
+    good = np.flatnonzero(bounds <= tolerance)
     if not good.size:
         return -1
     cheap = good[seconds[good] <= AS_CHEAP * np.min(seconds[good])]
-    return int(cheap[np.argmin(known[cheap])])
+    return int(cheap[np.argmin(bounds[cheap])])
 
 
-def _known_errors(results: Results, body: str) -> list[float]:
-    """Bounds of the errors of all ICs of a body, the worst over lines and components; C: its estimate."""
+def _error_bounds(results: Results, body: str) -> list[float]:
+    """Return error bounds of all ICs of a body, the worst over lines and components; of C its estimate."""
     measure, c = measure_of(results, body), reference_of(results, body)
     floor = _worst(results, measure.shares(c.estimate))
     bounds = {
@@ -63,7 +62,7 @@ def _known_errors(results: Results, body: str) -> list[float]:
 
 
 def _worst(results: Results, shares: Mapping[str, Array]) -> Array:
-    """The largest share over the lines by component of the scene, (n_components,)."""
+    """Return the largest share over the lines by component of the scene, (n_components,)."""
     largest = np.max(list(shares.values()), axis=0)
     return np.array([component_of(largest, component) for component in results.scene.components])
 

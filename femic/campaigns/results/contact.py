@@ -1,4 +1,4 @@
-"""Numbers of the contact of a scene: without friction, in rolling, in compression."""
+"""Numbers of the contact of a scene: without friction, or in a motion with friction."""
 
 import numpy as np
 import xarray as xr
@@ -6,15 +6,14 @@ import xarray as xr
 from compare.contact.compute import compute_contact, require_solvable
 from compare.contact.dataset import to_dataset
 from compare.friction.compute import compute_with_friction
-from compare.friction.rolling import DISPLACED
 from femic.campaigns.maps.c_map import maps_of_scene
 from femic.campaigns.results.kind import Jobs, ResultKind
 from femic.contact.motions import MOTIONS
 from femic.contact.pairs.automatic_grid import grids_of
+from femic.contact.pairs.c_jobs import c_jobs
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import OF_CURVE, OF_FRICTIONLESS
-from femic.contact.pairs.reference_ics import c_jobs
 from femic.reference.run_options import RunOptions
 from femic.scenes.scene import Scene
 
@@ -24,35 +23,30 @@ CURVES_LARGEST = f"largest{END_OF_CURVE}"
 NUMBERS = {name for motion in MOTIONS.values() for name in motion.quantities} | {*OF_CURVE}
 NAMES = frozenset(
     {*NUMBERS, *(f"estimate_{name}" for name in NUMBERS), *(name + END_OF_CURVE for name in DISTANCES)}
-    | {"case", "ics", "friction", "load", "xi", "simplified"}
+    | {"ics", "friction", "load", "simplified", *(motion.dimension for motion in MOTIONS.values())}
 )
 
 
 def contact(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Return numbers of the contact with their estimates, as `femic contact` does, without maps of the patch.
 
-    Those without friction have dims `case` and `ics`; with friction they are over friction, ICs and load or
-    creepage.
+    Those without friction have dims `case` and `ics`; with friction they are over friction, ICs and the
+    dimension of the motion.
     """
     if scene.contact.friction is None:
         solved = to_dataset(compute_contact(scene, options, maps_of_scene(scene)))
         names = [f"{prefix}{name}" for prefix in ("", "estimate_") for name in OF_FRICTIONLESS]
         return solved[names].assign_coords(case=np.arange(solved.sizes["case"], dtype=float))
-    solved = compute_with_friction(scene, options).drop_vars(["C_seconds", "seconds"], errors="ignore")
-    numbers = [
-        name
-        for name, variable in solved.data_vars.items()
-        if not ({"x", "s"} & set(variable.dims) or str(name).startswith(DISPLACED))
-    ]
-    numbers_only = solved[numbers].drop_vars(["x", "s", "direction", "tangential"], errors="ignore")
-    distances = {name: name + END_OF_CURVE for name in DISTANCES if name in numbers}
-    return numbers_only.astype(float).rename(distances)
+    solved = compute_with_friction(scene, options)
+    solved = solved.rename({name: name + END_OF_CURVE for name in DISTANCES if name in solved})
+    numbers = solved[[name for name in solved.data_vars if name in NAMES]]
+    return numbers.drop_vars([name for name in numbers.coords if name not in NAMES]).astype(float)
 
 
 def _jobs(scene: Scene) -> list[Jobs]:
-    """The jobs of C on each grid of the contact; none where C is not among the ICs.
+    """Return the jobs of C on each grid of the contact; none where C is not among the ICs.
 
-    The grids are found with approximations; C may make them longer.
+    Approximations size the grids; C may make them longer.
     """
     if C not in scene.contact.ics:
         return []

@@ -5,8 +5,9 @@ import xarray as xr
 
 from femic.campaigns.maps.c_map import bhat_nn
 from femic.campaigns.results.kind import ResultKind
+from femic.contact.pairs.c_jobs import c_jobs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.contact.pairs.reference_ics import c_jobs, normal_ics
+from femic.contact.pairs.reference_ics import normal_ics
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.errors import BadScene
@@ -42,7 +43,7 @@ def matrix(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
 
 
 def _jobs(scene: Scene) -> dict[str, MatrixJob]:
-    """The jobs of C_nn on the scene's grid."""
+    """Return the jobs of C_nn on the scene's grid."""
     return c_jobs(scene.contact_problem, pair_on_grid(scene.contact_problem, scene.grid))
 
 

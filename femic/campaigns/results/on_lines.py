@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from compare.ics import dataset as of_points
+from compare.ics import dataset as ics_dataset
 from compare.ics.compute import Results, compute, jobs, seconds_of
 from femic.campaigns.results.kind import Jobs, ResultKind
 from femic.reference.run_options import RunOptions
@@ -19,7 +19,7 @@ OF_ICS = OF_ERRORS | {"ic", "estimate", "point", "on_line", "x", "s"}
 def errors(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Return the errors of all ICs: `error`, `rms`, `weight` (body, variant, line, i, j), and the cost of C.
 
-    They are those of `errors.nc`, for the scene's components. `vanishes` is 1 where a component does, else 0.
+    As in `errors.nc`, for the scene's components. `vanishes` is 1 where a component vanishes, else 0.
     """
     return _errors(compute(scene, options))
 
@@ -27,7 +27,7 @@ def errors(scene: Scene, options: RunOptions) -> xr.Dataset:
 def ics(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Return `errors`, and `ic`, `estimate` [mm/N] at the points `x`, `s` [mm] of the line `on_line`."""
     results = compute(scene, options)
-    at_points = of_points.to_dataset(results)[["ic", "estimate"]].reset_coords(["x", "s"]).drop_vars("line")
+    at_points = ics_dataset.to_dataset(results)[["ic", "estimate"]].reset_coords(["x", "s"]).drop_vars("line")
     on_line = np.concatenate(
         [np.full(part.stop - part.start, float(k)) for k, part in enumerate(results.lines.values())]
     )
@@ -41,16 +41,16 @@ def jobs_on_lines(scene: Scene) -> list[Jobs]:
 
 
 def _errors(results: Results) -> xr.Dataset:
-    """Errors of the scene's components, NaN for others, and the cost of the models of C."""
-    at_points = of_points.to_dataset(results)
+    """Return errors of the scene's components, NaN for others, and the cost of the models of C."""
+    at_points = ics_dataset.to_dataset(results)
     of_scene = xr.zeros_like(at_points.ic.isel(variant=0, body=0, point=0, drop=True), dtype=bool)
     for component in results.scene.components:
         of_scene.loc[{"i": component[0], "j": component[1]}] = True
-    found = of_points.errors(results, at_points).astype(float, keep_attrs=True).where(of_scene)
+    measured = ics_dataset.errors(results, at_points).astype(float, keep_attrs=True).where(of_scene)
     costs = results.models
     seconds = [[results.seconds[v, body] for body in results.scene.compared] for v in results.variants]
     unknowns = float(max(cost.unknowns for cost in costs.values()))
-    return _described(found.drop_attrs(deep=False)).assign(
+    return _described(measured.drop_attrs(deep=False)).assign(
         unknowns=((), unknowns, {"units": "1", "long_name": "of the largest model"}),
         model_seconds=((), seconds_of(costs), {"units": "s", "long_name": "of all models of C"}),
         ic_seconds=(("variant", "body"), seconds, {"units": "s", "long_name": "seconds of the ICs"}),
@@ -58,7 +58,7 @@ def _errors(results: Results) -> xr.Dataset:
 
 
 def _described(dataset: xr.Dataset) -> xr.Dataset:
-    """The dataset with meanings as long names."""
+    """Return the dataset with meanings as long names."""
     for variable in dataset.variables.values():
         if "meaning" in variable.attrs:
             variable.attrs["long_name"] = variable.attrs.pop("meaning")

@@ -33,7 +33,7 @@ def code_of_results() -> str:
 
 
 def merged(parts: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Return results of several kinds as one dataset; common variables are those of the first kind."""
+    """Return results of several kinds as one dataset; common variables are from the first kind."""
     joined = xr.Dataset()
     for part in parts.values():
         new = [name for name in part.data_vars if name not in joined.data_vars]

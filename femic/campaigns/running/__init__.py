@@ -1,1 +1,1 @@
-"""The run of a campaign: its tasks, the cluster that executes them, and the plan of what that would take."""
+"""The run of a campaign: its tasks, the cluster that executes them, and an estimate of the cost."""

@@ -33,11 +33,11 @@ def impossible(campaign: Campaign) -> list[str]:
 
 
 def _problems(campaign: Campaign, points: Iterable[Point]) -> list[str]:
-    """Problems of the scenes at some points: the first ones with different reasons."""
+    """Return problems of the scenes at some points: the first ones with different reasons."""
     reasons: dict[str, str] = {}
     start = perf_counter()
     for point in points:
-        name = campaign.named(point)
+        name = campaign.point_name(point)
         try:
             scene = campaign.scene(point)
             for keep in campaign.keep if perf_counter() - start < REQUIRES_FOR else ():

@@ -1,4 +1,4 @@
-"""Clusters for campaigns: the cores of this machine, or any cluster with a scheduler of Dask.
+"""Dask clusters for campaigns: the cores of this machine, or any cluster with a scheduler.
 
 Workers have one thread each, and one BLAS thread. Workers on this machine end with the program, however it
 ends, and their connections are closed to other users.
@@ -32,13 +32,13 @@ QUIET = ("distributed", "tornado", "asyncio")  # logs of workers that come and g
 
 NO_DASHBOARD = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # any free port, this machine only
 
-NOTHING: list[str] = []  # served by HTTP: anybody on this machine may ask
+NOTHING: list[str] = []  # served by HTTP, which every user of this machine can reach
 
 LOCAL_SETTINGS: dict[str, Any] = {
     "distributed.worker.preload": ["femic.campaigns.running.local_worker"],
     "distributed.scheduler.http.routes": NOTHING,
     "distributed.worker.http.routes": NOTHING,
-    "distributed.worker.profile.enabled": False,  # a hundred samples a second, for nobody
+    "distributed.worker.profile.enabled": False,  # a hundred samples a second without a reader
     "distributed.worker.memory.target": False,  # results are in the store: there is nothing to spill
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.pause": False,  # nothing would free memory meanwhile
@@ -49,7 +49,7 @@ LOCAL_SETTINGS: dict[str, Any] = {
 
 
 @dataclass(frozen=True)
-class Size:
+class ClusterSize:
     """The number of local workers, the memory that each may have [MB], and a note on it."""
 
     workers: int
@@ -57,8 +57,8 @@ class Size:
     note: str = ""
 
 
-def size_for(requested: int | None, scenes: int, largest: float, memory: float | None = None) -> Size:
-    """The size of a local cluster for models that take up to `largest` MB.
+def size_for(requested: int | None, scenes: int, largest: float, memory: float | None = None) -> ClusterSize:
+    """Return the size of a local cluster for models that take up to `largest` MB.
 
     By default there is a worker per core, and not more than scenes; fewer where their models would not fit
     into `memory` [MB], by default that of the machine.
@@ -67,8 +67,8 @@ def size_for(requested: int | None, scenes: int, largest: float, memory: float |
     useful = max(1, min(requested or cores(), scenes))
     fitting = max(1, int(available // max(largest, BASE_MEMORY)))
     if useful <= fitting:
-        return Size(useful, available / useful)
-    return Size(
+        return ClusterSize(useful, available / useful)
+    return ClusterSize(
         fitting,
         available / fitting,
         f"{fitting} instead of {useful} workers: models take up to {largest:.0f} MB, and there are "
@@ -77,13 +77,13 @@ def size_for(requested: int | None, scenes: int, largest: float, memory: float |
 
 
 @contextmanager
-def local_cluster(size: Size) -> Iterator[Client]:
-    """A client of a cluster of processes on this machine, which end with the context.
+def local_cluster(size: ClusterSize) -> Iterator[Client]:
+    """Yield the client of a cluster of processes on this machine, which end with the context.
 
     Nobody else can use it: connections need a certificate that is made for this run, in memory only.
     """
     with _quiet(), dask.config.set(LOCAL_SETTINGS), ExitStack() as started:
-        with _interrupted_afterwards():
+        with _interrupts_delayed():
             cluster = started.enter_context(
                 LocalCluster(
                     n_workers=size.workers,
@@ -104,40 +104,40 @@ def local_cluster(size: Size) -> Iterator[Client]:
 
 
 @contextmanager
-def _interrupted_afterwards() -> Iterator[None]:
-    """A context after which Ctrl-C takes effect: Dask cannot properly end a cluster that is half started.
+def _interrupts_delayed() -> Iterator[None]:
+    """Delay Ctrl-C until the context ends: Dask cannot shut down a cluster that is half started.
 
     A second Ctrl-C takes effect at once.
     """
     if current_thread() is not main_thread():  # others are not interrupted
         yield
         return
-    seen: list[int] = []
+    signals: list[int] = []
 
-    def noted(number: int, _: object) -> None:
-        if seen:
+    def handler(number: int, _: object) -> None:
+        if signals:
             raise KeyboardInterrupt
-        seen.append(number)
+        signals.append(number)
 
-    before = signal.signal(signal.SIGINT, noted)
+    before = signal.signal(signal.SIGINT, handler)
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-    if seen:
+    if signals:
         raise KeyboardInterrupt
 
 
 @contextmanager
 def existing_cluster(address: str, timeout: float = CONNECTS_WITHIN) -> Iterator[Client]:
-    """A client of the scheduler at an address; raises Failure where none answers, or has no workers."""
+    """Yield a client of the scheduler at an address; raise Failure if none answers, or it has no workers."""
     with _quiet(), _connected(address, timeout) as client:
         _require_workers(client, address)
         yield client
 
 
 def _require_workers(client: Client, address: str) -> None:
-    """Wait for workers, paused ones, too; raises Failure where none come."""
+    """Wait for workers, paused ones included; raise Failure if there are none in time."""
     start = perf_counter()
     while not client.scheduler_info(n_workers=-1).get("workers"):
         if perf_counter() - start > WORKS_WITHIN:
@@ -149,7 +149,7 @@ def _require_workers(client: Client, address: str) -> None:
 
 
 def _connected(address: str, timeout: float) -> Client:
-    """A client of the scheduler at an address; raises Failure where none answers."""
+    """Return a client of the scheduler at an address; raise Failure where none answers."""
     with catch_warnings():
         simplefilter("ignore")  # of other versions of Dask: the digest of the code decides
         try:
@@ -159,7 +159,7 @@ def _connected(address: str, timeout: float) -> Client:
 
 
 def _kill(cluster: LocalCluster) -> None:
-    """Kill the workers of a local cluster, whatever they are doing; their work starts again another time."""
+    """Kill the workers of a local cluster at once; the next run repeats their work."""
     for nanny in cluster.workers.values():
         nanny.auto_restart = False
         process = getattr(nanny.process, "process", None)
@@ -169,7 +169,7 @@ def _kill(cluster: LocalCluster) -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """A context in which Dask logs critical errors only."""
+    """Let Dask log critical errors only, within the context."""
     known = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in QUIET]
     loggers = [logging.getLogger(name) for name in {*QUIET, *known}]  # some have levels of their own
     before = [logger.level for logger in loggers]

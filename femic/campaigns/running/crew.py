@@ -1,4 +1,4 @@
-"""The workers of a cluster, the tasks that they have been given, and the ends of these."""
+"""The workers of a cluster and their tasks."""
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -9,22 +9,22 @@ from time import perf_counter
 from distributed import CancelledError, Client, Future, KilledWorker
 
 from femic.campaigns.running.paused import Pauses, running
-from femic.campaigns.running.tasks import Receipt, Unusable
+from femic.campaigns.running.tasks import TaskReport, Unusable
 from geometries.errors import Failure
 
-SCENES_PER_WORKER = 4  # that the scheduler has at a time: enough for no worker to wait for this process
-GONE = "the scheduler is gone; finished scenes are kept: start it again, and run the same command"
-COUNT_EVERY = 1.0  # s between countings of workers
-ANSWERS_WITHIN = 60.0  # s in which the scheduler hands over a receipt
+SCENES_PER_WORKER = 4  # submitted at a time, so that no worker waits for this process
+GONE = "the scheduler is gone; finished scenes are stored: start it again, and run the same command"
+COUNT_EVERY = 1.0  # s from a count of the workers to the next
+ANSWERS_WITHIN = 60.0  # s in which the scheduler returns a receipt
 
 
 @dataclass(eq=False)
 class Crew:
-    """The workers of a cluster, and the tasks that they have been given."""
+    """The workers of a cluster and their open tasks."""
 
     client: Client
     on_message: Callable[[str], None]
-    open: set[Future] = field(default_factory=set)  # submitted, and not ended
+    open: set[Future] = field(default_factory=set)  # submitted, not completed
     ended: SimpleQueue[Future] = field(default_factory=SimpleQueue)
     workers: int = 0
     running: int = 0  # workers that are not paused
@@ -36,18 +36,18 @@ class Crew:
 
     @property
     def window(self) -> int:
-        """The number of scenes that the scheduler should have: one per worker once memory ran out."""
-        return (1 if self.pauses.seen else SCENES_PER_WORKER) * max(1, self.running)
+        """The number of scenes to have submitted: one per worker once memory ran out."""
+        return (1 if self.pauses.reported else SCENES_PER_WORKER) * max(1, self.running)
 
-    def submit(self, task: Callable[..., Receipt], *given: object, priority: int = 0) -> Future:
+    def submit(self, task: Callable[..., TaskReport], *given: object, priority: int = 0) -> Future:
         """Submit a task."""
         future = self.client.submit(task, *given, priority=priority, pure=False)
         self.open.add(future)
         future.add_done_callback(self.ended.put)
         return future
 
-    def endings(self) -> Iterator[Future]:
-        """Yield tasks as they end, until none is left; raises Failure as `count`."""
+    def completed(self) -> Iterator[Future]:
+        """Yield tasks as they end, until none is left; raise Failure as `count`."""
         counted = perf_counter()
         while self.open:
             if perf_counter() - counted > COUNT_EVERY:
@@ -59,29 +59,31 @@ class Crew:
                 yield future
 
     def count(self) -> None:
-        """Count the workers; raises Failure where the scheduler is gone, or all workers stay paused."""
+        """Count the workers; raise Failure where the scheduler is gone, or all workers stay paused."""
         workers = self.client.scheduler_info(n_workers=-1).get("workers")
         if workers is None or self.client.status != "running":
             raise Failure(GONE)
         if self.workers and not workers:
-            self.on_message("there are no workers any more; waiting for others (Ctrl-C: go on another time)")
+            self.on_message(
+                "there are no workers any more; waiting for others (Ctrl-C: continue another time)"
+            )
         self.workers, self.running = len(workers), running(workers)
         self.pauses.update(workers)
 
 
-def receipt_of(future: Future) -> Receipt:
-    """Return the receipt of a task; raises Failure where the campaign cannot go on."""
+def report_of(future: Future) -> TaskReport:
+    """Return the receipt of a task; raise Failure where the campaign cannot go on."""
     try:
-        receipt: Receipt = future.result(timeout=ANSWERS_WITHIN)
+        report: TaskReport = future.result(timeout=ANSWERS_WITHIN)
     except CancelledError as error:
         raise Failure(GONE) from error
     except KilledWorker as error:
-        return Receipt(
+        return TaskReport(
             f"its worker died {error.allowed_failures + 1} times, most likely for memory: give fewer workers "
             "(--workers), larger cells or a larger tolerance; run again to try again"
         )
     except Unusable:
         raise
     except Exception as error:  # one scene must not end the others
-        return Receipt(f"{type(error).__name__}: {error}")
-    return receipt
+        return TaskReport(f"{type(error).__name__}: {error}")
+    return report

@@ -22,18 +22,18 @@ class Pauses:
 
     on_message: Callable[[str], None]
     clock: Callable[[], float]
-    seen: bool = False  # whether workers have been paused for long
+    reported: bool = False  # whether workers have been paused for long
     _begin: float | None = field(default=None, init=False)  # when some were paused, without an end since
     _idle: float | None = field(default=None, init=False)  # when the last one had a task at work
 
     def update(self, workers: Workers) -> None:
-        """Report pauses, once; raises Failure where nothing is going to happen any more."""
+        """Report pauses, once; raise Failure where no task can progress any more."""
         now, paused = self.clock(), [one for one in workers.values() if _is_paused(one)]
         self._begin = _since(self._begin, now) if paused else None
         stuck = bool(paused) and len(paused) == len(workers) and not any(map(_at_work, paused))
         self._idle = _since(self._idle, now) if stuck else None
-        if self._begin is not None and now - self._begin >= REPORTED_AFTER and not self.seen:
-            self.seen = True
+        if self._begin is not None and now - self._begin >= REPORTED_AFTER and not self.reported:
+            self.reported = True
             self.on_message(
                 f"{_counted(paused, workers)}: the campaign goes on with fewer tasks at once. If that lasts: "
                 f"{REMEDY}"
@@ -41,12 +41,12 @@ class Pauses:
         if self._idle is not None and now - self._idle >= GIVE_UP_AFTER:
             raise Failure(
                 f"{_counted(paused, workers)}, and none has a task at work: {REMEDY}. Finished scenes "
-                "are kept: run the same command to go on"
+                "are stored: run the same command to continue"
             )
 
 
 def running(workers: Workers) -> int:
-    """The number of workers that take tasks."""
+    """Return the number of workers that take tasks."""
     return sum(not _is_paused(worker) for worker in workers.values())
 
 
@@ -64,7 +64,7 @@ def _at_work(worker: Mapping[str, Any]) -> bool:
 
 
 def _counted(paused: list[Mapping[str, Any]], workers: Workers) -> str:
-    """The number of paused workers, and the memory of the largest."""
+    """Return the number of paused workers, and the memory of the largest."""
     largest = max(paused, key=lambda worker: float(worker.get("metrics", {}).get("memory", 0)))
     memory, limit = largest.get("metrics", {}).get("memory", 0), largest.get("memory_limit") or 0
     used = f" ({memory / 2**20:.0f} of {limit / 2**20:.0f} MB)" if limit else ""

@@ -23,7 +23,7 @@ SECONDS_OF_SCENE = 1.0  # besides its models: approximations, errors
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """The cost of a campaign as far as it is not finished; models are those before refinement."""
+    """The cost of the unfinished part of a campaign; models are counted before refinement."""
 
     scenes: int
     reused: int  # finished by earlier runs
@@ -33,7 +33,7 @@ class SweepPlan:
     memory: float  # of the largest model [MB]
 
 
-def planned(campaign: Campaign, store: Store) -> SweepPlan:
+def sweep_plan(campaign: Campaign, store: Store) -> SweepPlan:
     """Return the plan of a campaign: its scenes and models counted, and some of them planned."""
     keys, first, reused = outcomes.keys_in(store), list[SceneTask](), 0
     for _, task in tasks_of(campaign, store):
@@ -42,7 +42,7 @@ def planned(campaign: Campaign, store: Store) -> SweepPlan:
         elif len(first) < COUNTED:
             first.append(task)
     models, counted, left = set[str](), 0, campaign.size - reused
-    for task in _for_a_while(first):
+    for task in _within_time_limit(first):
         models.update(model_tasks(task, store))
         counted += 1
     model_plans = list(_sample_plans(first[:SAMPLED]))
@@ -70,7 +70,7 @@ def _largest(model_plans: list[ModelPlan]) -> float:
 
 def _sample_plans(tasks: list[SceneTask]) -> Iterator[ModelPlan]:
     """Yield the models of scenes, each model of a scene once; none of those that cannot be built."""
-    for task in _for_a_while(tasks):
+    for task in _within_time_limit(tasks):
         try:
             scene = task.scene
             for keep in task.keys:
@@ -80,7 +80,7 @@ def _sample_plans(tasks: list[SceneTask]) -> Iterator[ModelPlan]:
             continue
 
 
-def _for_a_while(tasks: list[SceneTask]) -> Iterator[SceneTask]:
+def _within_time_limit(tasks: list[SceneTask]) -> Iterator[SceneTask]:
     """Yield the tasks, at least one, until it takes too long."""
     start = perf_counter()
     for task in tasks:

@@ -13,10 +13,10 @@ from femic.cache.digests import results_digest
 from femic.cache.store import Store
 from femic.campaigns.dataset import outcomes
 from femic.campaigns.dataset.collected import Collected
-from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.results import registry
 from femic.campaigns.running import tasks
-from femic.campaigns.running.crew import Crew, receipt_of
+from femic.campaigns.running.crew import Crew, report_of
 from femic.campaigns.running.scene_task import (
     SceneTask,
     merged_outcome,
@@ -25,7 +25,7 @@ from femic.campaigns.running.scene_task import (
     task_of,
     tasks_of,
 )
-from femic.campaigns.running.tasks import Origin, Receipt, Unusable
+from femic.campaigns.running.tasks import Origin, TaskReport, Unusable
 from geometries.errors import Failure
 
 FIRST = 1  # priority of tasks for which others wait
@@ -59,7 +59,7 @@ Cluster = Callable[[int], AbstractContextManager[Client]]  # for a number of sce
 
 @dataclass(frozen=True)
 class Options:
-    """Who hears of progress and messages, and whether scenes are tried that failed before."""
+    """Callbacks for progress and messages, and whether failed scenes are computed again."""
 
     on_progress: Callable[[Progress], None] = lambda _: None
     retry: bool = False
@@ -71,9 +71,9 @@ def compute_sweep(
 ) -> Progress:
     """Compute all scenes of a campaign that are not in the store, and collect all in a dataset.
 
-    A cluster is started only where there are such scenes. The dataset is written every now and then, and at
-    the end, also of an interrupted run. Raises Failure where a worker has other code, where the store is
-    full, and where the scheduler is gone; finished scenes are in the store and in the dataset.
+    A cluster is started only where there are such scenes. The dataset is written now and then, and at
+    the end, also of an interrupted run. Raises Failure if a worker has other code, the store is full, or
+    the scheduler is gone; finished scenes are in the store and in the dataset.
     """
     with folders.locked(collected.folder):
         run = _Run(collected, store, options or Options())
@@ -104,7 +104,7 @@ class _Run:
     store: Store
     options: Options
     progress: Progress = field(init=False)
-    todo: Iterator[Numbered] = field(init=False)  # made as it goes: a million tasks are gigabytes
+    todo: Iterator[Numbered] = field(init=False)  # a generator: a million tasks are gigabytes
     waiting: Numbered | None = None  # the next one that is not in the store
     keys: set[str] = field(init=False)  # of all outcomes of earlier runs
     listing: dict[Future, Numbered] = field(default_factory=dict)  # scenes whose models are being listed
@@ -137,7 +137,7 @@ class _Run:
         return Origin(shared, results_digest(tasks.__name__))
 
     def next_unfinished(self) -> Numbered | None:
-        """The next scene that is not in the store, None if there is none; those before it are collected."""
+        """Return the next scene that is not in the store, None without one; collect those before it."""
         for number, task in self.todo:
             retry = self.options.retry
             if self.collected.has(number, task.digest) and not (retry and number in self.collected.failures):
@@ -157,21 +157,21 @@ class _Run:
         self.start, self.waiting = perf_counter(), first
         crew = Crew(client, self.options.on_message)
         self._submit(crew)
-        for future in crew.endings():
-            receipt = receipt_of(future)
-            self._count(receipt)
+        for future in crew.completed():
+            report = report_of(future)
+            self._count(report)
             if future in self.listing:
-                self._submit_scene(crew, *self.listing.pop(future), receipt)
+                self._submit_scene(crew, *self.listing.pop(future), report)
             elif future in self.scenes:
-                self._finish_scene(*self.scenes.pop(future), receipt)
+                self._finish_scene(*self.scenes.pop(future), report)
             else:
-                self._finish_model(future, receipt)
+                self._finish_model(future, report)
             self._submit(crew)
             self._write_now_and_then()
 
     def _require_workers(self, client: Client) -> None:
         """Raise Failure where a worker has other code, or does not see the store."""
-        outcomes.put(self.store, tasks.PROBE, Outcome())
+        outcomes.put(self.store, tasks.PROBE, SceneOutcome())
         if not self.store.writable:
             raise Unusable(tasks.store_full(self.store))
         try:
@@ -200,8 +200,8 @@ class _Run:
             self.listing[listing] = self.waiting
             self.waiting = self.next_unfinished()
 
-    def _submit_scene(self, crew: Crew, number: int, task: SceneTask, listed: Receipt) -> None:
-        """Submit a scene, with the models that it is the first to need."""
+    def _submit_scene(self, crew: Crew, number: int, task: SceneTask, listed: TaskReport) -> None:
+        """Submit a scene, and those of its models that no earlier scene needs."""
         lost = [self.solved[key] for key in listed.needed if self.solved.get(key)]
         if listed.failure or lost:
             self._collect_failed(number, task, listed.failure or lost[0])
@@ -212,36 +212,36 @@ class _Run:
         models = [self.models[key] for key in unsolved]
         self.scenes[crew.submit(tasks.compute_scene, task, self.origin, models)] = number, task
 
-    def _finish_model(self, future: Future, receipt: Receipt) -> None:
-        """Note that a model is in the store; its task is not needed any more."""
+    def _finish_model(self, future: Future, report: TaskReport) -> None:
+        """Note that a model is in the store, and forget its task."""
         key = next(key for key, model in self.models.items() if model is future)
         del self.models[key]
-        self.solved[key] = receipt.failure
+        self.solved[key] = report.failure
 
-    def _finish_scene(self, number: int, task: SceneTask, receipt: Receipt) -> None:
+    def _finish_scene(self, number: int, task: SceneTask, report: TaskReport) -> None:
         """Collect the scene of a task that has ended."""
         outcome = stored_outcome(task, self.store)
-        if outcome is not None and outcome.failure == receipt.failure:
+        if outcome is not None and outcome.failure == report.failure:
             self._collect(number, outcome, task.digest)
-        elif receipt.failure:
-            self._collect_failed(number, task, receipt.failure)
+        elif report.failure:
+            self._collect_failed(number, task, report.failure)
         else:
             raise Unusable(f"the store {self.store.location} has lost the result of a task: run again")
 
     def _collect_failed(self, number: int, task: SceneTask, failure: str) -> None:
-        """Collect the stored parts of a scene that failed, but may not the next time."""
+        """Collect the stored parts of a scene whose failure may not repeat itself."""
         self._collect(number, replace(merged_outcome(stored_parts(task, self.store)), failure=failure))
 
-    def _count(self, receipt: Receipt) -> None:
+    def _count(self, report: TaskReport) -> None:
         progress = self.progress
         self.progress = replace(
             progress,
-            models=progress.models + receipt.solved,
-            models_reused=progress.models_reused + receipt.reused,
-            memory=max(progress.memory, receipt.memory),
+            models=progress.models + report.solved,
+            models_reused=progress.models_reused + report.reused,
+            memory=max(progress.memory, report.memory),
         )
 
-    def _collect(self, number: int, outcome: Outcome, digest: int = 0, reused: int = 0) -> None:
+    def _collect(self, number: int, outcome: SceneOutcome, digest: int = 0, reused: int = 0) -> None:
         """Put a finished scene into the dataset, and report it."""
         try:
             self.collected.add(number, outcome, digest)
@@ -252,7 +252,7 @@ class _Run:
     def _unwritable(self, error: OSError) -> Failure:
         return Failure(
             f"{self.collected.path} cannot be written ({error}): make room, or give another folder (--out); "
-            "finished scenes are in the store: run the same command to go on"
+            "finished scenes are in the store: run the same command to continue"
         )
 
     def _report(self, reused: int = 0) -> None:

@@ -1,4 +1,4 @@
-"""Scenes as tasks: their tables, the keys of their results in the store, and what the store has of them.
+"""Scenes as tasks: their tables, the keys of their results, and their stored results.
 
 Scenes are identified by their tables and by the contents of the files that they name: campaigns that share a
 store share scenes, too.
@@ -16,7 +16,7 @@ import xarray as xr
 
 from femic.cache.store import Store
 from femic.campaigns.dataset import outcomes
-from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.files.campaign import Campaign
 from femic.campaigns.results import registry
 from femic.scenes.ic_names import MAP, is_map
@@ -36,7 +36,7 @@ class SceneTask:
 
     @property
     def digest(self) -> int:
-        """A number of 64 bits, not 0, of everything that the scene's results rest on."""
+        """A number of 64 bits, not 0, that depends on all inputs of the scene's results."""
         return int.from_bytes(sha256("".join(self.keys.values()).encode()).digest()[:8]) or 1
 
     @property
@@ -63,19 +63,19 @@ def tasks_of(campaign: Campaign, store: Store) -> Iterator[tuple[int, SceneTask]
         yield number, task_of(campaign, number, store)
 
 
-def stored_parts(task: SceneTask, store: Store) -> dict[str, Outcome]:
+def stored_parts(task: SceneTask, store: Store) -> dict[str, SceneOutcome]:
     """Return what the store has of a scene, by kind of results."""
     parts = {kind: outcomes.get(store, key) for kind, key in task.keys.items()}
     return {kind: part for kind, part in parts.items() if part is not None}
 
 
-def stored_outcome(task: SceneTask, store: Store) -> Outcome | None:
+def stored_outcome(task: SceneTask, store: Store) -> SceneOutcome | None:
     """Return the outcome of a scene, None where the store lacks a part of it."""
     parts = stored_parts(task, store)
     return merged_outcome(parts) if len(parts) == len(task.keys) else None
 
 
-def merged_outcome(parts: Mapping[str, Outcome]) -> Outcome:
+def merged_outcome(parts: Mapping[str, SceneOutcome]) -> SceneOutcome:
     """Return all parts of a scene as one; where some failed, it has the others, and says why."""
     failures: dict[str, list[str]] = {}
     for kind, part in parts.items():
@@ -90,7 +90,7 @@ def merged_outcome(parts: Mapping[str, Outcome]) -> Outcome:
         merged = registry.merged(datasets)
     except ValueError as error:
         merged, messages = xr.Dataset(), [*messages, f"results of several kinds do not fit together: {error}"]
-    return Outcome(merged, "; ".join(messages), sum(part.seconds for part in parts.values()))
+    return SceneOutcome(merged, "; ".join(messages), sum(part.seconds for part in parts.values()))
 
 
 def _contents(table: Mapping[str, Any]) -> Iterator[str]:
@@ -106,14 +106,14 @@ def _contents(table: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _table(table: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    """A table in a table, empty where there is none; other entries are refused elsewhere."""
+    """Return a table in a table, empty where there is none; other entries are refused elsewhere."""
     inner = table.get(name)
     return inner if isinstance(inner, Mapping) else {}
 
 
 @cache
 def _digest(files: tuple[tuple[Path, int], ...]) -> str:
-    """The digest of files with their times of modification."""
+    """Return the digest of files with their times of modification."""
     digest = sha256()
     for file, _ in files:
         digest.update(file.read_bytes())

@@ -30,7 +30,7 @@ class Address:
 
 
 def address_of(text: str) -> Address:
-    """Return the address in a text, tcp where it names no protocol; raises WrongInput."""
+    """Return the address in a text, tcp where it names no protocol; raise WrongInput."""
     scheme, separator, rest = text.strip().rpartition("://")
     wrong = WrongInput(
         f"--scheduler {text!r}: is not the address of a Dask scheduler: give PROTOCOL://HOST:PORT as "

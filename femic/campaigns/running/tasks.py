@@ -1,7 +1,7 @@
 """Tasks that workers execute: models of bodies, and results of scenes with them.
 
 A task gets the table of a scene and the location of the store; it leaves its result in the store and returns
-a receipt. So tasks can be repeated at will, and compute only what is missing.
+a receipt. So tasks can be repeated at will, and compute missing results only.
 """
 
 from collections.abc import Iterator, Mapping
@@ -16,7 +16,7 @@ from femic.cache.digests import results_digest
 from femic.cache.store import Store
 from femic.cache.threads import one_blas_thread
 from femic.campaigns.dataset import outcomes
-from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.results import registry
 from femic.campaigns.running.scene_task import SceneTask, merged_outcome, scene_task
 from femic.reference.at_points import references
@@ -52,7 +52,7 @@ class ModelTask:
 
 
 @dataclass(frozen=True)
-class Receipt:
+class TaskReport:
     """The report of a task; `failure` is the message of a scene without results."""
 
     failure: str = ""
@@ -80,36 +80,36 @@ def model_tasks(task: SceneTask, store: Store) -> dict[str, ModelTask]:
     return tasks
 
 
-def list_models(task: SceneTask, origin: Origin) -> Receipt:
+def list_models(task: SceneTask, origin: Origin) -> TaskReport:
     """List the models that a scene needs: those that scenes share are solved once. Raises Unusable."""
-    work = _Work.begun(origin)
-    with _alone():
-        return replace(work.receipt(), needed=model_tasks(task, work.store))
+    work = _Work.begin(origin)
+    with _single_threaded():
+        return replace(work.report(), needed=model_tasks(task, work.store))
 
 
-def solve_models(task: ModelTask, origin: Origin) -> Receipt:
+def solve_models(task: ModelTask, origin: Origin) -> TaskReport:
     """Solve and store the models of a body until its ICs meet their tolerance. Raises Unusable.
 
     Models that cannot be solved are no failure here: the task of the scene meets them again.
     """
-    work = _Work.begun(origin)
-    with _alone(), suppress(Failure, WrongInput):
+    work = _Work.begin(origin)
+    with _single_threaded(), suppress(Failure, WrongInput):
         if isinstance(task.job, MatrixJob):
             matrices({task.body: task.job}, work.options)
         else:
             references({task.body: task.job}, work.options)
-    return work.receipt()
+    return work.report()
 
 
-def compute_scene(task: SceneTask, origin: Origin, _models: object = None) -> Receipt:
+def compute_scene(task: SceneTask, origin: Origin, _models: object = None) -> TaskReport:
     """Compute and store the results of a scene that the store lacks; `_models` only have to come first.
 
     A failure of the scene is stored, too: it would be the same again. Raises Unusable.
     """
-    work = _Work.begun(origin)
-    with _alone():
+    work = _Work.begin(origin)
+    with _single_threaded():
         parts = {kind: _part(task, kind, work) for kind in task.keys}
-    return work.receipt(merged_outcome(parts).failure)
+    return work.report(merged_outcome(parts).failure)
 
 
 def require_same_code(origin: Origin) -> None:
@@ -126,8 +126,8 @@ def require_same_code(origin: Origin) -> None:
 def store_full(store: Store) -> str:
     """Return the message about a store that accepts nothing more."""
     return (
-        f"the store {store.location} takes nothing more ({store.problem}): make room, or give another one "
-        "(--store); finished scenes are kept: run the same command to go on"
+        f"the store {store.location} accepts no more data ({store.problem}): make room, or give another one "
+        "(--store); finished scenes are stored: run the same command to continue"
     )
 
 
@@ -137,7 +137,7 @@ def worker_problem(origin: Origin) -> str:
         require_same_code(origin)
     except Unusable as error:
         return str(error)
-    with _alone():
+    with _single_threaded():
         shares_store = outcomes.get(Store(origin.store), PROBE) is not None
     if not shares_store:
         return (
@@ -148,20 +148,20 @@ def worker_problem(origin: Origin) -> str:
 
 
 @contextmanager
-def _alone() -> Iterator[None]:
-    """A context with one BLAS thread, in which xarray locks files without asking the cluster."""
+def _single_threaded() -> Iterator[None]:
+    """Use one BLAS thread within the context, and let xarray lock files without the cluster."""
     with one_blas_thread(), dask.config.set(scheduler="synchronous"):
         yield
 
 
-def _part(task: SceneTask, kind: str, work: "_Work") -> Outcome:
-    """Results of one kind, computed if the store lacks them or they are to be tried again."""
+def _part(task: SceneTask, kind: str, work: "_Work") -> SceneOutcome:
+    """Return results of one kind, computed if the store lacks them, or once more after a failure."""
     part = outcomes.get(work.store, task.keys[kind])
     return _computed(task, kind, work) if part is None or (part.failure and task.retry) else part
 
 
-def _computed(task: SceneTask, name: str, work: "_Work") -> Outcome:
-    """Results of one kind, stored unless they have failed and may not the next time."""
+def _computed(task: SceneTask, name: str, work: "_Work") -> SceneOutcome:
+    """Return results of one kind, stored unless a failure may not repeat itself."""
     kind, start, lasting = registry.KINDS[name], perf_counter(), True
     dataset, failure = xr.Dataset(), ""
     try:
@@ -175,7 +175,7 @@ def _computed(task: SceneTask, name: str, work: "_Work") -> Outcome:
     if scene_task(task.table, (name,), work.store).keys[name] != task.keys[name]:
         dataset, lasting = xr.Dataset(), False
         failure = "a file that the scene names was changed meanwhile: run again"
-    outcome = Outcome(dataset, failure, perf_counter() - start)
+    outcome = SceneOutcome(dataset, failure, perf_counter() - start)
     if lasting:
         outcomes.put(work.store, task.keys[name], outcome)
     return outcome
@@ -190,7 +190,7 @@ class _Work:
     reused: list[bool] = field(default_factory=list)  # by model: whether it was in the store
 
     @classmethod
-    def begun(cls, origin: Origin) -> "_Work":
+    def begin(cls, origin: Origin) -> "_Work":
         require_same_code(origin)
         return cls(Store(origin.store), perf_counter())
 
@@ -202,9 +202,9 @@ class _Work:
     def _note(self, model: Solved) -> None:
         self.reused.append(model.cached)
 
-    def receipt(self, failure: str = "") -> Receipt:
-        """The report of the task; raises Unusable where its result could not be stored."""
+    def report(self, failure: str = "") -> TaskReport:
+        """Return the report of the task; raise Unusable where its result could not be stored."""
         if not self.store.writable:
             raise Unusable(store_full(self.store))
         seconds, reused = perf_counter() - self.start, sum(self.reused)
-        return Receipt(failure, seconds, peak_memory(), len(self.reused) - reused, reused)
+        return TaskReport(failure, seconds, peak_memory(), len(self.reused) - reused, reused)

@@ -157,15 +157,15 @@ class _Ellipse:
         Slopes are given by direction, degree, order and coefficient: the polynomials are 1, X and Y.
         """
         tested = _Modes.of(modes.least, modes.degree - 1)
-        wanted = np.zeros(tested.n.size)
+        targets = np.zeros(tested.n.size)
         for direction, n, m, coefficient in slopes:
-            wanted[tested.place(direction, n, m)] = coefficient / (2 * n + 1)
+            targets[tested.place(direction, n, m)] = coefficient / (2 * n + 1)
         # of P_n'(t) = sum of (2 j + 1) P_j(t), j = n - 1, n - 3, ...
         of_degrees = (modes.n > tested.n[:, None]) & ((modes.n - tested.n[:, None]) % 2 == 1)
         waves = self._slopes(modes)[tested.direction[:, None], modes.direction, tested.m[:, None], modes.m]
         orthogonal, triangle = np.linalg.qr((of_degrees * waves).T, mode="complete")
-        fixed = orthogonal[:, : wanted.size] @ np.linalg.solve(triangle[: wanted.size].T, wanted)
-        free = orthogonal[:, wanted.size :]
+        fixed = orthogonal[:, : targets.size] @ np.linalg.solve(triangle[: targets.size].T, targets)
+        free = orthogonal[:, targets.size :]
         edge = _on_leading_edge(modes)
         return np.asarray(fixed - free @ np.linalg.lstsq(edge @ free, edge @ fixed)[0])
 

@@ -79,10 +79,10 @@ class PinInHole:
         """Half of the angle [rad] of the contact under a load per length [N/mm]."""
         if not 0 < load < np.inf:
             raise WrongInput(f"load = {load!r}: must be positive and finite [N/mm]")
-        wanted = np.pi * self.modulus * self.clearance / load
+        target = np.pi * self.modulus * self.clearance / load
 
         def excess(half_angle: float) -> float:
-            return self._clearance_ratio(half_angle) - wanted
+            return self._clearance_ratio(half_angle) - target
 
         return float(brentq(excess, SMALLEST, self.largest_half_angle + 1e-9, xtol=1e-12 * SMALLEST))
 

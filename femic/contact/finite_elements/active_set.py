@@ -20,7 +20,7 @@ TENSION, PENETRATION = 1e-5, 1e-5  # that count as none: of the largest pressure
 
 
 @dataclass(frozen=True, eq=False)
-class Settled:
+class ActiveSetSolution:
     """A contact whose area does not change any more."""
 
     state: State
@@ -31,7 +31,7 @@ class Settled:
     penetration: float  # largest mean over a hat function, as a share of the approach
 
 
-def settle(pair: Pair, load: float, active: Mask, start: State) -> Settled:
+def solve_active_set(pair: Pair, load: float, active: Mask, start: State) -> ActiveSetSolution:
     """The contact under a load [N] on the model, from a first guess of the vertices in contact.
 
     Raises NotConverged where the area still changes after `MOST_STEPS` steps.
@@ -45,7 +45,7 @@ def settle(pair: Pair, load: float, active: Mask, start: State) -> Settled:
         changes = int(np.count_nonzero(leaving | joining))
         if fine and not changes:
             found = float(tension.max()), float(penetration.max())
-            return Settled(state, active, step, iterations, *(max(0.0, most) for most in found))
+            return ActiveSetSolution(state, active, step, iterations, *(max(0.0, most) for most in found))
         active = (active & ~leaving) | joining
         fine = bool(changes <= NEARLY * np.count_nonzero(active))
     raise NotConverged(

@@ -61,9 +61,9 @@ class Coupling:
     slopes: csr_matrix  # (m, m) of the products of the gradients of the hat functions
 
 
-def zone_of(trace: Trace, wanted: Mask) -> Zone:
-    """The vertices of a surface that are `wanted`, (n_vertices,)."""
-    vertices = np.flatnonzero(wanted)
+def zone_of(trace: Trace, selected: Mask) -> Zone:
+    """The vertices of a surface that are `selected`, (n_vertices,)."""
+    vertices = np.flatnonzero(selected)
     return Zone(vertices, *trace.basis.mesh.p[:, vertices])
 
 

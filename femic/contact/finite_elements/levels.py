@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
 from femic.contact.finite_elements import extent
-from femic.contact.finite_elements.active_set import Settled, settle
+from femic.contact.finite_elements.active_set import ActiveSetSolution, solve_active_set
 from femic.contact.finite_elements.bodies import Elastic, Expected, meshed
 from femic.contact.finite_elements.coupling import Zone, couple, on_upper, zone_of
 from femic.contact.finite_elements.saddle import Pair, paired
@@ -82,7 +82,7 @@ class Level:
     meshes: Meshes
     load: float  # [N], of the whole bodies
     pair: Pair
-    settled: Settled
+    solution: ActiveSetSolution
     seconds: float
 
     @property
@@ -93,18 +93,18 @@ class Level:
     @property
     def p(self) -> Array:
         """Pressures [MPa] at the vertices of the zone, (m,); linear between them."""
-        return np.where(self.settled.active, self.settled.state.p, 0.0)
+        return np.where(self.solution.active, self.solution.state.p, 0.0)
 
     @property
     def gap(self) -> Array:
         """Gaps [mm] along the normals, means about the vertices, (m,); 0 in contact."""
-        gap = self.pair.gap(self.settled.state) / self.pair.coupling.area
-        return np.where(self.settled.active, 0.0, gap)
+        gap = self.pair.gap(self.solution.state) / self.pair.coupling.area
+        return np.where(self.solution.active, 0.0, gap)
 
     @property
     def spacing(self) -> float:
         """Mean distance [mm] of vertices in contact."""
-        return float(np.sqrt(np.mean(self.pair.coupling.area[self.settled.active])))
+        return float(np.sqrt(np.mean(self.pair.coupling.area[self.solution.active])))
 
     @property
     def a(self) -> float:
@@ -139,7 +139,7 @@ class Level:
         piece = np.searchsorted(undeformed.lower.contour.joints, s) + np.searchsorted(
             undeformed.upper.contour.joints, t
         )
-        return np.asarray(np.isin(piece, piece[self.settled.active]))
+        return np.asarray(np.isin(piece, piece[self.solution.active]))
 
     @property
     def load_of_pressures(self) -> float:
@@ -176,14 +176,14 @@ class Level:
     @property
     def support_forces(self) -> tuple[Array, Array]:
         """Forces [N] along x, y, z of the supports of the modelled part, over its share; (3,) by body."""
-        state, of = self.settled.state, self.bodies.share
+        state, of = self.solution.state, self.bodies.share
         lower, upper = self.pair.lower.reaction(state.u_lower), self.pair.upper.reaction(state.u_upper)
         return lower / of, upper / of
 
     @property
     def patch(self) -> Expected:
         """The patch found, for which finer meshes are made: half a spacing beyond the outermost vertices."""
-        x, s = (along[self.settled.active] for along in (self.zone.x, self.zone.s))
+        x, s = (along[self.solution.active] for along in (self.zone.x, self.zone.s))
         half = self.spacing / 2
         low = -s.max() if self.bodies.half_section else s.min()
         return Expected(float(x.max()) + half, (float(low) - half, float(s.max()) + half))
@@ -220,16 +220,17 @@ def opposite(undeformed: Undeformed, patch: Expected) -> Expected:
 def solved(bodies: Bodies, meshes: Meshes, load: float, before: Level | None = None) -> Level:
     """The contact under a load [N] on some meshes; `before` is a coarser one to begin with.
 
-    Raises ZoneTooSmall where the contact is larger than expected, and Failure as `couple` and `settle` do.
+    Raises ZoneTooSmall where the contact is larger than expected, and Failure as `couple` and
+    `solve_active_set` do.
     """
     start, expected = perf_counter(), meshes.expected
     x, s = meshes.lower.solid.trace.basis.mesh.p
     zone = zone_of(meshes.lower.solid.trace, (expected.radius(x, s) < meshes.reach) & _possible(bodies, x, s))
     pair = paired(meshes.lower, meshes.upper, couple(meshes.lower, meshes.upper, bodies.undeformed, zone))
     guess = before.pressed_at(zone.x, zone.s) if before else expected.radius(zone.x, zone.s) < 1
-    settled = settle(pair, load * bodies.share, guess, pair.at_rest())
-    level = Level(bodies, meshes, load, pair, settled, perf_counter() - start + meshes.seconds)
-    outermost = float(np.max(expected.radius(zone.x, zone.s)[settled.active]))
+    solution = solve_active_set(pair, load * bodies.share, guess, pair.at_rest())
+    level = Level(bodies, meshes, load, pair, solution, perf_counter() - start + meshes.seconds)
+    outermost = float(np.max(expected.radius(zone.x, zone.s)[solution.active]))
     if outermost > meshes.reach - MARGIN * level.spacing / min(expected.a, expected.b):
         raise ZoneTooSmall(
             f"contact under {load:g} N: it reaches the end of the area in which it was sought, "

@@ -34,8 +34,8 @@ def overlaps(first: Array, second: Array) -> Quadrature:
     parts, pair = _parts(corners)  # (2, 3, n_parts)
     area = np.abs(_cross(parts[:, 1] - parts[:, 0], parts[:, 2] - parts[:, 0])) / 2
     whole = np.abs(_cross(first[:, 1] - first[:, 0], first[:, 2] - first[:, 0])) / 2
-    kept = area > SMALLEST * whole[i[pair]]
-    parts, pair, area = parts[:, :, kept], pair[kept], area[kept]
+    large_enough = area > SMALLEST * whole[i[pair]]
+    parts, pair, area = parts[:, :, large_enough], pair[large_enough], area[large_enough]
     local, weights = get_quadrature(RefTri, ORDER)
     shares = np.stack([1 - local.sum(axis=0), *local])  # (3, n_q)
     points = np.einsum("dcn,cq->dnq", parts, shares).reshape(2, -1)

@@ -100,7 +100,7 @@ def numbers_of(level: Level, patch: Expected | None = None) -> Numbers:
         patch.b,
         float(np.ptp(level.bodies.lower.contour.inclination(np.array(patch.s)))),
         float(level.p.max()),
-        level.settled.state.approach,
+        level.solution.state.approach,
         level.lateral_force,
         level.moment,
         level.centre_of_pressure,
@@ -118,7 +118,7 @@ def estimates(fine: Level, coarse: Level) -> Numbers:
 
 def _contact_of(fine: Level, coarse: Level, seconds_of_patch: float) -> FEContact:
     """The result of the finest meshes, with estimates from coarser ones."""
-    settled = fine.settled
+    solution = fine.solution
     return FEContact(
         fine.zone.x,
         fine.zone.s,
@@ -129,11 +129,11 @@ def _contact_of(fine: Level, coarse: Level, seconds_of_patch: float) -> FEContac
         fine.load,
         fine.load_of_pressures,
         fine.reactions,
-        settled.tension,
-        settled.penetration,
+        solution.tension,
+        solution.penetration,
         (fine.pair.lower.unknowns, fine.pair.upper.unknowns),
-        settled.steps,
-        settled.iterations,
+        solution.steps,
+        solution.iterations,
         {"patch": seconds_of_patch, "coarse": coarse.seconds, "fine": fine.seconds},
         peak_memory(),
     )

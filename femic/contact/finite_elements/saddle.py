@@ -86,14 +86,14 @@ def solve(pair: Pair, active: Mask, load: float, start: State, tolerance: float)
     is about that of energy. Raises NotConverged where it is not met in `MOST_ITERATIONS` iterations.
     """
     matrix, preconditioner = _operators(pair, active)
-    wanted = np.zeros(matrix.shape[0])
-    wanted[-1 - np.count_nonzero(active) : -1] = pair.coupling.h[active]
-    wanted[-1] = load
+    right_side = np.zeros(matrix.shape[0])
+    right_side[-1 - np.count_nonzero(active) : -1] = pair.coupling.h[active]
+    right_side[-1] = load
     vector = start.vector(active)
     steps: list[None] = []
     with one_blas_thread():
-        bound = tolerance * _size(preconditioner, wanted)
-        residual = wanted - matrix.matvec(vector)
+        bound = tolerance * _size(preconditioner, right_side)
+        residual = right_side - matrix.matvec(vector)
         while _size(preconditioner, residual) > bound:  # SciPy stops by another measure
             if len(steps) >= MOST_ITERATIONS:
                 raise NotConverged(_unsolved(_size(preconditioner, residual) / bound * tolerance, tolerance))
@@ -106,7 +106,7 @@ def solve(pair: Pair, active: Mask, load: float, start: State, tolerance: float)
                 callback=lambda _: steps.append(None),
             )
             vector = vector + found
-            residual = wanted - matrix.matvec(vector)
+            residual = right_side - matrix.matvec(vector)
     return _state(pair, active, vector), len(steps)
 
 
@@ -119,7 +119,7 @@ def _unsolved(reached: float, tolerance: float) -> str:
     """The message of a linear problem that is not solved."""
     return (
         f"contact of meshed bodies: relative residual {reached:.1e} after {MOST_ITERATIONS} iterations, "
-        f"{tolerance:.0e} asked for. Likely cause: a Poisson's ratio near 0.5, or slender bodies. Try "
+        f"{tolerance:.0e} specified. Likely cause: a Poisson's ratio near 0.5, or slender bodies. Try "
         "thicker bodies or another number of `cells`"
     )
 

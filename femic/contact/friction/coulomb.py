@@ -1,11 +1,11 @@
 """Coulomb's law on a grid, with given bounds of tangential tractions: a semismooth Newton method.
 
-Wanted are tractions p with |p| <= g on each element; slip s = L p + w + B c vanishes where |p| < g, and is
-opposite to p elsewhere. So p is the projection of p - r s onto the disc of radius g, for any r > 0 (Alart and
-Curnier 1991, Computer Methods in Applied Mechanics and Engineering 92, 353-375). The steps are
+The unknowns are tractions p with |p| <= g on each element; the slip s = L p + w + B c vanishes where |p| < g,
+and is opposite to p elsewhere. So p is the projection of p - r s onto the disc of radius g, for any r > 0
+(Alart and Curnier 1991, Computer Methods in Applied Mechanics and Engineering 92, 353-375). The steps are
 
 1. elements stick where |p - r s| <= g, else they slip: r s = 0 there, p = g (p - r s) / |p - r s| here;
-2. these equations are made linear, with those of the forces that free amplitudes c have to bring about;
+2. these equations are made linear, with those of the forces that determine free amplitudes c;
 3. they are solved by GMRES, with the inverse of L on a ring where elements stick as a preconditioner;
 4. the step is halved until the residual falls.
 
@@ -20,8 +20,8 @@ from typing import Protocol
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from femic.contact.friction.force_limit import check_borne
-from femic.contact.friction.leading import LeadingEdge
+from femic.contact.friction.force_limit import require_attainable
+from femic.contact.friction.leading_edge import LeadingEdge
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 
@@ -53,7 +53,7 @@ class Places(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class FreeAmplitudes:
-    """Amplitudes c of slips `modes` that are found with the tractions so that `weights` . p = `targets`.
+    """Amplitudes c of slips `modes`, unknowns like the tractions, with equations `weights` . p = `targets`.
 
     Shapes (k, n_x, n_s, 2), (k, n_x, n_s, 2) and (k,).
     """
@@ -82,7 +82,7 @@ class Coulomb:
 
 @dataclass(frozen=True, eq=False)
 class Tangential:
-    """Tractions and slip (n_x, n_s, 2), which elements stick, amplitudes c (k,), and how they were found.
+    """Tractions and slip (n_x, n_s, 2), which elements stick, amplitudes c (k,), and the convergence.
 
     `residuals` are largest errors of a traction as shares of the largest bound, before each step.
     """
@@ -104,17 +104,17 @@ def tractions(
 ) -> Tangential:
     """Solve for the tractions; `start` and `amplitudes` are those to begin with.
 
-    Raises Failure, with the residuals, where `MOST_STEPS` do not suffice, and where forces are asked for that
-    friction does not bear.
+    Raises Failure, with the residuals, where `MOST_STEPS` do not suffice, and where friction
+    cannot supply the prescribed forces.
     """
     if problem.free is not None:
-        check_borne(problem.free.weights, problem.bound, problem.free.targets)
+        require_attainable(problem.free.weights, problem.bound, problem.free.targets)
     residuals: list[float] = []
     for scale in SCALES:
         newton = _Newton.of(problem, scale)
         for state in newton.starts(newton.state(*newton.first(start, amplitudes)), tolerance):
-            if found := newton.solution(state, tolerance, residuals):
-                return found
+            if solution := newton.solution(state, tolerance, residuals):
+                return solution
     last = ", ".join(f"{value:.1e}" for value in residuals[-4:])
     raise Failure(
         f"tangential tractions: after {len(residuals)} steps their residual is {residuals[-1]:.1e} of the "
@@ -134,7 +134,7 @@ class _Counter:
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """Tractions q (m, 2) of the free elements and amplitudes c, and what the law says of them."""
+    """Tractions q (m, 2) of the free elements and amplitudes c, and the residuals of the law."""
 
     q: Array
     c: Array
@@ -142,7 +142,7 @@ class _State:
     slip: Array  # with w
     centred: Array  # slip at the centres of elements, (n_x, n_s, 2)
     stick: Mask  # (m,)
-    towards: Array  # p - r s over its length, (m, 2)
+    direction: Array  # p - r s over its length, (m, 2)
     share: Array  # g / |p - r s|, (m, 1)
     residual: Array  # (2 m + k,), in units of tractions
     defect: float  # norm of p less the projection of p - r s, continuous where elements begin to slip
@@ -231,16 +231,16 @@ class _Newton:
         linear = self.slip(q, c) if linear is None else linear
         slip = linear + self.problem.rigid
         centred = self.problem.places.at_elements(slip)
-        wanted = q - self.scale * centred[self.mask]
-        length = np.maximum(np.linalg.norm(wanted, axis=1), 1e-300)[:, None]
-        stick, towards = length[:, 0] <= self.g[:, 0], wanted / length
-        of_elements = np.where(stick[:, None], self.scale * slip[self.mask], q - self.g * towards)
-        of_forces = self.forces(q) - self.wanted
+        trial = q - self.scale * centred[self.mask]
+        length = np.maximum(np.linalg.norm(trial, axis=1), 1e-300)[:, None]
+        stick, direction = length[:, 0] <= self.g[:, 0], trial / length
+        of_elements = np.where(stick[:, None], self.scale * slip[self.mask], q - self.g * direction)
+        of_forces = self.forces(q) - self.target_forces
         residual = np.concatenate([of_elements.ravel(), of_forces])
-        projected = np.where(stick[:, None], wanted, self.g * towards)
+        projected = np.where(stick[:, None], trial, self.g * direction)
         defect = float(np.linalg.norm(np.concatenate([(q - projected).ravel(), of_forces])))
         bound = max(float(np.max(self.g, initial=0.0)), 1e-300)
-        return _State(q, c, linear, slip, centred, stick, towards, self.g / length, residual, defect, bound)
+        return _State(q, c, linear, slip, centred, stick, direction, self.g / length, residual, defect, bound)
 
     def forces(self, q: Array) -> Array:
         """Weighted sums of tractions over those of the weights, shape (k,)."""
@@ -250,8 +250,8 @@ class _Newton:
         )
 
     @property
-    def wanted(self) -> Array:
-        """What these have to be."""
+    def target_forces(self) -> Array:
+        """The targets of these sums, shape (k,)."""
         free = self.problem.free
         return np.zeros(0) if free is None else free.targets / self.sums(free)
 
@@ -265,9 +265,9 @@ class _Newton:
         change = self.slip(dq, dc)
         share = 1.0
         while True:
-            found = self.state(state.q + share * dq, state.c + share * dc, state.linear + share * change)
-            if found.defect <= (1 - DECREASE * share) * state.defect or share <= LEAST_STEP:
-                return found
+            candidate = self.state(state.q + share * dq, state.c + share * dc, state.linear + share * change)
+            if candidate.defect <= (1 - DECREASE * share) * state.defect or share <= LEAST_STEP:
+                return candidate
             share /= 2
 
     def step(self, state: _State, tolerance: float, loosest: float = LOOSEST) -> tuple[Array, Array]:
@@ -279,7 +279,7 @@ class _Newton:
         def of_elements(q: Array, slip: Array) -> Array:
             """The derivative of the law by tractions and slip."""
             moved = q - self.scale * at_elements(slip)[self.mask]
-            across = moved - state.towards * np.sum(state.towards * moved, axis=1, keepdims=True)
+            across = moved - state.direction * np.sum(state.direction * moved, axis=1, keepdims=True)
             return np.where(state.stick[:, None], self.scale * slip[self.mask], q - weak * across)
 
         def derivative(v: Array) -> Array:
@@ -294,11 +294,11 @@ class _Newton:
 
         bordered = _Bordered.of(self, inverse, of_elements, m, k)
         size = 2 * m + k
-        wanted = tolerance * state.bound / np.max(np.abs(state.residual))
+        reduction = tolerance * state.bound / np.max(np.abs(state.residual))
         solution, _ = gmres(
             LinearOperator((size, size), matvec=derivative, dtype=float),
             -state.residual,
-            rtol=min(loosest, max(0.1 * wanted, min(LOOSEST, state.largest))),
+            rtol=min(loosest, max(0.1 * reduction, min(LOOSEST, state.largest))),
             restart=MOST_VECTORS,
             maxiter=1,
             M=LinearOperator((size, size), matvec=bordered, dtype=float),

@@ -18,9 +18,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from femic.contact.block_means import of_fours
+from femic.contact.block_mean import block_mean
 from femic.contact.friction.centred import Linear, centred, centred_derivative
-from femic.contact.friction.leading import DEPTH
+from femic.contact.friction.leading_edge import DEPTH
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 
@@ -41,7 +41,7 @@ class FreeSlip:
     @property
     def coarsened(self) -> "FreeSlip":
         """The same of elements twice as large."""
-        return FreeSlip(of_fours(self.slip), 4 * of_fours(self.weights), self.force)
+        return FreeSlip(block_mean(self.slip), 4 * block_mean(self.weights), self.force)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,13 +85,13 @@ class Motion:
         """The free slips, shape (k, n_x, n_s, 2)."""
         return np.array([free.slip for free in self.free])
 
-    def symbol(self, turns: Array) -> NDArray[np.complex128]:
+    def symbol(self, angles: Array) -> NDArray[np.complex128]:
         """By what `slip_of` multiplies waves that turn by these angles from one element to the next."""
-        return np.full_like(turns, 1.0, dtype=complex)
+        return np.full_like(angles, 1.0, dtype=complex)
 
     def coarsened(self) -> Self:
         """The motion on elements twice as large."""
-        return replace(self, rigid=of_fours(self.rigid), free=tuple(free.coarsened for free in self.free))
+        return replace(self, rigid=block_mean(self.rigid), free=tuple(free.coarsened for free in self.free))
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +120,7 @@ class Shift(Motion):
 
     def coarsened(self) -> "Shift":
         """The shift on elements twice as large."""
-        before = None if self.before is None else of_fours(self.before)
+        before = None if self.before is None else block_mean(self.before)
         sines = None if self.per_approach is None else self.per_approach.reshape(-1, 2).mean(axis=1)
         return replace(super().coarsened(), before=before, per_approach=sines)
 
@@ -172,10 +172,10 @@ class SteadyRolling(Motion):
         """The free slips, shape (k, n_x, n_s, 2)."""
         return np.array([self._half_way(free.slip) for free in self.free])
 
-    def symbol(self, turns: Array) -> NDArray[np.complex128]:
+    def symbol(self, angles: Array) -> NDArray[np.complex128]:
         """By what `slip_of` multiplies waves; those that hardly change along x are damped."""
         damping = DAMPING / len(self.rigid)
-        return np.asarray((1 - np.exp(1j * turns - damping)) / self.dx)
+        return np.asarray((1 - np.exp(1j * angles - damping)) / self.dx)
 
     def coarsened(self) -> "SteadyRolling":
         """The rolling on elements twice as large."""
@@ -202,9 +202,9 @@ class RollingStep(SteadyRolling):
         before = 0.0 if self.before is None else ahead(self.before) / self.dx
         return super().given - before
 
-    def symbol(self, turns: Array) -> NDArray[np.complex128]:
+    def symbol(self, angles: Array) -> NDArray[np.complex128]:
         """By what `slip_of` multiplies waves."""
-        return np.full_like(turns, 1 / self.dx, dtype=complex)
+        return np.full_like(angles, 1 / self.dx, dtype=complex)
 
 
 def ahead(values: Array) -> Array:

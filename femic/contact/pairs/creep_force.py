@@ -1,13 +1,13 @@
 """Creep-force curves of a wheel: contacts from one creepage to the next, and at prescribed forces."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
 
 from femic.contact.estimates import Measured, Scale
-from femic.contact.friction.kinematics import Creepages, Rolling
+from femic.contact.friction.kinematics import Creepages
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
@@ -42,16 +42,7 @@ class Continuation:
     @classmethod
     def of(cls, pair: PairWithFriction, problem: FrictionalProblem, label: str) -> "Continuation":
         """The continuation along the curve of a problem on its own grid."""
-        on_grid = replace(pair.on_grid, grid=problem.grid)
-        undeformed, strips = on_grid.undeformed, on_grid.grid.strips
-        rolling = Rolling(
-            undeformed.lower.contour,
-            undeformed.upper.rolling_radius,
-            on_grid.x,
-            strips,
-            undeformed.upper_height(strips),
-        )
-        return cls(pair, RollingProblem(problem, rolling), label)
+        return cls(pair, pair.rolling(problem), label)
 
     @property
     def xi(self) -> tuple[float, ...]:
@@ -90,14 +81,14 @@ class Continuation:
     def contacts(self) -> dict[float, RollingContact]:
         """The contacts by creepage, growing; without those that have no solution."""
         first = self.first()
-        found = {first.creepages.longitudinal: first}
+        by_creepage = {first.creepages.longitudinal: first}
         number = self.xi.index(first.creepages.longitudinal)
         for side in (self.xi[number + 1 :], self.xi[:number][::-1]):
             before = first
             for xi in side:
                 if contact := self.at_if_possible(xi, before):
-                    before = found[xi] = contact
-        return {xi: found[xi] for xi in sorted(found)}
+                    before = by_creepage[xi] = contact
+        return {xi: by_creepage[xi] for xi in sorted(by_creepage)}
 
     def first(self) -> RollingContact:
         """The contact at the creepage nearest 0 that has a solution without a neighbour's."""
@@ -129,16 +120,16 @@ class Continuation:
 
     def search_force(self, force: float, start: RollingContact) -> RollingContact:
         """The contact with a force [N] by a search over creepages; Failure where none has it."""
-        found = {start.creepages.longitudinal: start}
+        by_creepage = {start.creepages.longitudinal: start}
 
         def beyond(xi: float) -> float:
-            nearest = found[min(found, key=lambda other: abs(other - xi))]
-            found[xi] = self.at(xi, nearest)
-            return float(found[xi].contact.force[0]) - force
+            nearest = by_creepage[min(by_creepage, key=lambda other: abs(other - xi))]
+            by_creepage[xi] = self.at(xi, nearest)
+            return float(by_creepage[xi].contact.force[0]) - force
 
         if beyond(self.xi[0]) * beyond(self.xi[-1]) > 0:
             raise Failure(f"{self.label}: F_x = {force:g} N is beyond the curve; give further creepages")
-        return found[float(brentq(beyond, self.xi[0], self.xi[-1], xtol=ACCURACY))]
+        return by_creepage[float(brentq(beyond, self.xi[0], self.xi[-1], xtol=ACCURACY))]
 
     def at(self, xi: float, before: RollingContact | None, halvings: int = MOST_HALVINGS) -> RollingContact:
         """The contact at a creepage, from a neighbour; where that fails in two steps, each likewise."""

@@ -7,8 +7,9 @@ import numpy as np
 from femic.contact.exact.hertz import combined_modulus
 from femic.contact.extra_gap import Scattered
 from femic.contact.motions import MOTIONS
-from femic.contact.pairs.automatic_grid import Sizing
+from femic.contact.pairs.first_touch import distances_nearby
 from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.sizing import Sizing
 from femic.contact.specification import ContactProblem
 from femic.contact.undeformed import SAMPLES
 
@@ -44,6 +45,7 @@ def impossible(problem: ContactProblem) -> Iterator[str]:
 def _of_place(sizing: Sizing) -> Iterator[str]:
     """Yield why bodies do not touch at one place between the ends of both contours."""
     (start, end), undeformed = sizing.extent, sizing.bodies.undeformed
+    step, nearby = distances_nearby(sizing.bodies)
     s, shift, width = undeformed.touching[0], f"contact.shift = {undeformed.shift:g}", end - start
     if abs(undeformed.shift) > width:
         yield f"{shift}: more than the {width:g} mm over which the bodies may touch: give a smaller one"
@@ -54,7 +56,7 @@ def _of_place(sizing: Sizing) -> Iterator[str]:
             "lower.contour, upper.contour: the bodies touch all over, from one end of the contours to the "
             "other: give contours that are not alike"
         )
-    elif min(s - start, end - s) < sizing.nearby[0] or not np.all(np.isfinite(sizing.nearby[1])):
+    elif min(s - start, end - s) < step or not np.all(np.isfinite(nearby)):
         yield (
             f"{shift}: the bodies touch first at the end of a contour, s = {s:g} of {start:g} ... {end:g} "
             "mm: give another shift, or contours of which one lies in the other"
@@ -65,13 +67,13 @@ def _of_size(problem: ContactProblem, sizing: Sizing) -> Iterator[str]:
     """Yield which loads and approaches are enormous: strains would be larger than 1."""
     width = sizing.extent[1] - sizing.extent[0]
     modulus = combined_modulus(*(problem.bodies[name].material for name in ("upper", "lower")))
-    bearable, specification = modulus * width**2, problem.specification
+    largest_load, specification = modulus * width**2, problem.specification
     reach = f"the bodies may touch over {width:.3g} mm across"
     for number, load in enumerate(specification.loads):
-        if load > bearable:
+        if load > largest_load:
             yield (
                 f"contact.loads.{number} = {load:g}: strains would be larger than 1: {reach}, and with E* = "
-                f"{modulus:.3g} MPa that square bears {bearable:.3g} N: give a smaller load, or larger E"
+                f"{modulus:.3g} MPa that square bears {largest_load:.3g} N: give a smaller load, or larger E"
             )
     for number, approach in enumerate(specification.approaches):
         if approach > width:

@@ -7,7 +7,7 @@ import numpy as np
 
 from approx.pair import Pair
 from femic.contact.extra_gap import ExtraGap
-from femic.contact.lateral import at_lateral_force
+from femic.contact.lateral_force import contact_at_lateral_force
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact, NormalProblem, Operator, solve
 from femic.contact.operators.approximations import approximate_operator, half_space_operator
@@ -126,14 +126,14 @@ class PairOnGrid:
             contact = PairContact(moved, moved.solve_in_place(operator, loading, exact=exact))
             return contact.lateral_force, contact
 
-        found = at_lateral_force(
+        equilibrium = contact_at_lateral_force(
             contact_at,
             loading.lateral_force,
             start=self.undeformed.shift,
             step=FIRST_STEP * self.grid.ds,
             accuracy=POSITION * self.grid.ds,
         )
-        return replace(found.contact, lateral_stiffness=found.stiffness)
+        return replace(equilibrium.contact, lateral_stiffness=equilibrium.stiffness)
 
     def solve_in_place(self, operator: Operator, loading: Loading, *, exact: bool = False) -> NormalContact:
         """The contact with nn ICs where the upper body is now, whatever lateral force that needs.

@@ -1,11 +1,12 @@
 """Two bodies on a grid with friction: ICs by name, and the contact problem with each."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import TypeVar
 
+from femic.contact.friction.kinematics import Rolling
 from femic.contact.frictional import FrictionalProblem, FullOperator
 from femic.contact.motions import MOTIONS, ContactMotion
 from femic.contact.operators.approximations import half_space_operator
@@ -13,6 +14,7 @@ from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
 from femic.contact.pairs.given_ics import C, GivenICs
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.reference_ics import ReferenceICs, approximation, full_reference_ics
+from femic.contact.rolling import RollingProblem
 from femic.contact.specification import ContactProblem, FrictionSpecification
 from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.errors import WrongInput
@@ -79,6 +81,14 @@ class PairWithFriction:
             on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips),
             friction,
         )
+
+    def rolling(self, problem: FrictionalProblem) -> RollingProblem:
+        """The rolling problem of a contact problem, on the grid of this."""
+        on_grid = replace(self.on_grid, grid=problem.grid)
+        undeformed, strips = on_grid.undeformed, on_grid.grid.strips
+        height = undeformed.upper_height(strips)
+        contour, radius = undeformed.lower.contour, undeformed.upper.rolling_radius
+        return RollingProblem(problem, Rolling(contour, radius, on_grid.x, strips, height))
 
 
 def solve_with_friction(

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from femic.contact.edges import Extent
+from femic.contact.error_floors import Places, SlipState, floors, readings, scales
 from femic.contact.estimates import (
     ABOUT_X,
     ABOUT_Z,
@@ -32,7 +33,6 @@ from femic.contact.estimates import (
 )
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.resultants import centre_of_pressure
-from femic.contact.undecided import Places, Tractions, floors, readings, scales
 from geometries.arrays import Array
 from geometries.grids import Grid
 
@@ -66,7 +66,7 @@ class Contact(Protocol):
         ...
 
     @property
-    def slip_state(self) -> Tractions:
+    def slip_state(self) -> SlipState:
         """Where it sticks and slips."""
         ...
 
@@ -207,7 +207,7 @@ OF_FRICTIONLESS = _chosen(
 OF_COMPRESSION = _chosen(
     *("F_y", "M_x", "M_z", "approach", "p_max", "a", "b", "angle", "area", "sliding_share")
 )
-OF_ROLLING = _chosen("F_x", "dissipation", *OF_COMPRESSION)
+OF_ROLLING = _chosen("F_x", "dissipation", *OF_COMPRESSION)  # steady or transient
 OF_CURVE: Mapping[str, Quantity] = MappingProxyType(
     {  # of a creep-force curve, besides its points
         "zero_creepage": Quantity("ξ_0", "1", "creepage without longitudinal force", CREEPAGE),

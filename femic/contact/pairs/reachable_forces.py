@@ -6,7 +6,8 @@ import numpy as np
 
 from femic.contact.exact.creepage_coefficients import WIDEST, creepage_coefficients
 from femic.contact.loading import Loading
-from femic.contact.pairs.automatic_grid import Sizing
+from femic.contact.pairs.first_touch import hertz
+from femic.contact.pairs.sizing import Sizing
 from femic.contact.specification import ContactProblem
 
 BEYOND = 3.0  # times the force without slip from which no curve reaches a force: patches are no ellipses
@@ -22,7 +23,7 @@ def forces_beyond_creepages(problem: ContactProblem, sizing: Sizing) -> Iterator
     if friction is None or problem.specification.extra_gap is not None:
         return
     (load,) = problem.specification.loads
-    ellipse, combined = sizing.hertz(Loading(load)), problem.pair.constants
+    ellipse, combined = hertz(sizing.bodies, Loading(load)), problem.pair.constants
     G, nu = float(combined.G), float(combined.nu)
     b = float(np.clip(ellipse.b, ellipse.a / WIDEST, ellipse.a * WIDEST))
     coefficients = creepage_coefficients(ellipse.a, b, nu)

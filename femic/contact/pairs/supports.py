@@ -12,12 +12,14 @@ import numpy as np
 
 from femic.contact.estimates import Numbers
 from femic.contact.operators.dense import GridOperator
+from femic.contact.pairs.body_ics import ALL, NORMAL
+from femic.contact.pairs.c_jobs import c_jobs
 from femic.contact.pairs.frictionless import FrictionlessContacts, SolvedContact
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.pairs.quantities import numbers
-from femic.contact.pairs.reference_ics import ALL, NORMAL, c_jobs, pair_operator
+from femic.contact.pairs.reference_ics import pair_operator
 from femic.contact.specification import ContactProblem
 from femic.reference.matrix.reference import MatrixReference, matrices
 from femic.reference.run_options import DEFAULT, RunOptions

@@ -11,7 +11,7 @@ from femic.contact.friction.kinematics import Creepages, Rolling
 from femic.contact.frictional import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.operators.approximations import half_space_operator
-from femic.contact.pairs.automatic_grid import Sizing
+from femic.contact.pairs.contact_size import contact_size
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.reference_ics import approximation
 from femic.contact.rolling import RollingProblem
@@ -22,11 +22,11 @@ from geometries.grids import Grid
 from geometries.materials import Material
 from geometries.surfaces import LOWER, UPPER, Surface
 
-FINER = 4  # ratio of element sizes to the reference's
+FINER = 4  # by which elements of the reference are smaller
 RADIUS = 10.0  # of the rail, of an arc or at the crown of an ellipse [mm]
 FLANKS = (1.1, 0.9)  # inclination at which contours go on straight, to the left and to the right [rad]
 REACH = 9.0  # arc length to both sides on which bodies may touch [mm]
-ICS = ("A", "A", "A", "B", "Bhat", "mix")  # drawn with equal probability
+ICS = ("A", "A", "A", "B", "Bhat", "mix")  # each as often as it is named
 FEWEST, MOST, MOST_OF_OTHERS = 8, 20, 13  # elements across the patch; products of A are faster
 ROOM = (3, 6)  # elements beside the patch
 FREE = 0.25  # share of contacts without force along x
@@ -47,7 +47,7 @@ class RandomContact:
 
     @property
     def finer(self) -> "RandomContact":
-        """The same contact on elements four times smaller."""
+        """The same on elements four times smaller."""
         grid = self.on_grid.grid
         n_x, n_s = FINER * grid.n_x, FINER * grid.n_s
         return replace(
@@ -68,7 +68,7 @@ class RandomContact:
         )
 
     def rolling(self, problem: FrictionalProblem) -> RollingProblem:
-        """Return the rolling problem on the grid of a problem with friction."""
+        """The wheel that rolls on the grid of a problem."""
         on_grid = replace(self.on_grid, grid=problem.grid)
         contour, radius = on_grid.undeformed.lower.contour, on_grid.undeformed.upper.rolling_radius
         strips = on_grid.grid.strips
@@ -77,7 +77,7 @@ class RandomContact:
 
 
 def random_contact(seed: int, number: int, ics: Sequence[str] = ICS) -> RandomContact:
-    """Return the contact of a number and a seed: the first one drawn that a grid fits."""
+    """The contact of a number among those of a seed: the first of its own random ones that a grid fits."""
     random = np.random.default_rng([seed, number])
     while True:
         try:
@@ -87,7 +87,7 @@ def random_contact(seed: int, number: int, ics: Sequence[str] = ICS) -> RandomCo
 
 
 def _drawn_contact(random: np.random.Generator, ics: Sequence[str]) -> RandomContact:
-    """Draw a contact; raises Failure where no grid fits it."""
+    """A contact; raises Failure where no grid fits it."""
     rolling_radius = random.uniform(250, 700)
     ratio = 1 + 10 ** random.uniform(-1.7, 0)
     contours = _contours(random, ratio)
@@ -100,7 +100,7 @@ def _drawn_contact(random: np.random.Generator, ics: Sequence[str]) -> RandomCon
     load = (half_width / hertz.at_load(1.0).b) ** 3
     patch = hertz.at_load(load)
     if patch.a > LONGEST:
-        raise Failure("the patch is longer than patches of wheels")
+        raise Failure("a patch longer than those of wheels")
     on_grid = PairOnGrid(
         Pair(Solid(materials[0], wheel), Solid(materials[1], rail)),
         Undeformed(wheel, rail, (-REACH, REACH), shift),
@@ -114,7 +114,7 @@ def _drawn_contact(random: np.random.Generator, ics: Sequence[str]) -> RandomCon
 
 
 def _contours(random: np.random.Generator, ratio: float) -> tuple[Contour, Contour]:
-    """Draw two arcs, or two ellipses."""
+    """Two arcs, or two ellipses."""
     if random.random() < 0.7:
         return arc(RADIUS, *FLANKS), arc(ratio * RADIUS, *FLANKS)
     along, deep = (RADIUS * random.uniform(0.7, 1.3) for _ in range(2))
@@ -122,20 +122,20 @@ def _contours(random: np.random.Generator, ratio: float) -> tuple[Contour, Conto
 
 
 def _curvature(contour: Contour) -> float:
-    """Return the curvature at the crown [1/mm]."""
+    """The curvature at the crown [1/mm]."""
     return abs(float(np.gradient(contour.inclination(np.array([-0.01, 0.0, 0.01])), 0.01)[1]))
 
 
 def _grid(random: np.random.Generator, on_grid: PairOnGrid, load: float, most: int) -> Grid:
-    """Draw a grid about the patch; raises Failure where it does not fit the bodies."""
-    size = Sizing(on_grid, 10).size(Loading(load))
+    """A grid with elements of some size about the patch; raises Failure where it does not fit the bodies."""
+    size = contact_size(on_grid, Loading(load))
     n_x, dx, _ = _line(random, most, size.x[1] - size.x[0], 0.0)
     n_s, ds, middle = _line(random, most, size.s[1] - size.s[0], (size.s[0] + size.s[1]) / 2)
     return Grid(n_x, n_s, dx, ds, middle)
 
 
 def _line(random: np.random.Generator, most: int, length: float, middle: float) -> tuple[int, float, float]:
-    """Draw number, size and middle of elements along a line of the patch."""
+    """Number, size and middle of elements along a line of the patch."""
     elements, room = FEWEST * (most / FEWEST) ** random.random(), 2 * random.integers(ROOM[0], ROOM[1] + 1)
     step = length / elements
     count = 4 * int(np.ceil((elements + room) / 4))
@@ -143,9 +143,9 @@ def _line(random: np.random.Generator, most: int, length: float, middle: float) 
 
 
 def _creepages(random: np.random.Generator, friction: float, load: float, hertz: LoadedPoint) -> Creepages:
-    """Draw creepages from nearly full stick to full slip (Kalker's linear theory: G a b C ≈ 3e5 a b)."""
+    """From nearly full sticking to full sliding: Kalker's linear theory has G a b C = 3e5 * a * b about."""
     saturated = friction * load / (80e3 * hertz.a * hertz.b * 4)
     size = saturated * 10 ** random.uniform(-1.0, 0.7)
-    direction = random.uniform(0, 2 * np.pi)
+    turn = random.uniform(0, 2 * np.pi)
     spin = random.choice([0.0, 1.0]) * random.uniform(-1, 1) * size / np.sqrt(hertz.a * hertz.b)
-    return Creepages(float(size * np.cos(direction)), float(size * np.sin(direction)), float(spin))
+    return Creepages(float(size * np.cos(turn)), float(size * np.sin(turn)), float(spin))

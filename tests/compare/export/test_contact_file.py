@@ -252,7 +252,7 @@ def test_what_contact_must_be_given_is_printed(tmp_path, capsys):
 
 @pytest.mark.parametrize("ics", ["Bhat", "auto"])
 def test_an_approximation_has_no_discount_to_leave_out(ics, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("femic.cli.matrices.choose", lambda *_, **__: pytest.fail("asked"))
+    monkeypatch.setattr("compare.frontier.choice.choose", lambda *_, **__: pytest.fail("asked"))
     code, said = told_of(CURVED, tmp_path, capsys, "--ics", ics, "--discount", "none")
     assert code == WRONG_INPUT
     assert f"discount = none, ics = {ics}: approximations have no discount" in said

@@ -13,10 +13,7 @@ from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.creep_force import Continuation
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction, solve_with_friction
-from femic.contact.pairs.reference_ics import (
-    ReferenceICs,
-    approximation,
-)
+from femic.contact.pairs.reference_ics import ReferenceICs, approximation
 from geometries.errors import Failure
 from geometries.grids import Grid
 from geometries.materials import both_bodies

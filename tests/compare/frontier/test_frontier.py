@@ -300,7 +300,7 @@ def test_export_refuses_before_it_asks_what_to_use(made, tmp_path, monkeypatch, 
     mine = tmp_path / "mine.toml"
     text = path.read_text(encoding="utf-8").replace('"combined", "lower"', '"lower"')
     mine.write_text('ics = "auto"\n' + text, encoding="utf-8")
-    monkeypatch.setattr("femic.cli.scenes.choose", lambda *_, **__: pytest.fail("asked"))
+    monkeypatch.setattr("compare.frontier.choice.choose", lambda *_, **__: pytest.fail("asked"))
     assert exit_code(["export", str(mine), "--out", str(tmp_path / "out")]) == WRONG_INPUT
     assert "add 'combined'" in capsys.readouterr().err
 

@@ -4,9 +4,11 @@ What they ask for is recorded instead of computed.
 """
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
+from compare.friction.pages import PAGES
 from compare.frontier.advice import Advice, Question
 from compare.frontier.choice import Choice
 from femic.cli import plan as planning
@@ -51,7 +53,7 @@ def command(tmp_path):
         (WrongInput("a = 1: at most `tolerance`"), 2, "femic: a = 1: at most engine.tolerance"),
         (Failure("use fewer (`workers` = 1)"), 1, "femic: use fewer (--workers 1)"),
         (OSError("no space left"), 1, "femic: no space left"),
-        (KeyboardInterrupt(), 130, "femic: interrupted; what was finished is kept"),
+        (KeyboardInterrupt(), 130, "femic: interrupted; finished parts are stored"),
     ],
 )
 def test_each_error_has_its_exit_code_and_its_message(error, code, says, monkeypatch, capsys):
@@ -115,7 +117,7 @@ def test_a_frontier_has_ten_minutes_by_default(options, budget, recorded, comman
 
 
 @pytest.mark.parametrize(
-    ("options", "asked"),
+    ("options", "question"),
     [
         ((), Question("combined", ("nn", "ss", "xx", "xs", "xn", "sn"), 0.02)),
         (
@@ -124,14 +126,14 @@ def test_a_frontier_has_ten_minutes_by_default(options, budget, recorded, comman
         ),
     ],
 )
-def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options, asked, recorded, command):
+def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options, question, recorded, command):
     tried = recorded("compare.frontier.advice.frontier_for", ("request", "frontier"))
     advised = recorded("compare.frontier.advice.advise", "advice")
     for name in ("page.evidence", "advice.sentence"):
         recorded(f"compare.frontier.{name}", "")
     assert command("advise", "geometry1", *options) == DONE
-    assert tried[0][1] == asked
-    assert advised == [("frontier", asked)]
+    assert tried[0][1] == question
+    assert advised == [("frontier", question)]
 
 
 # --- matrix, export, calibrate ---------------------------------------------------------------------------
@@ -140,7 +142,7 @@ def test_advice_is_on_what_the_scene_compares_unless_something_is_named(options,
 @pytest.fixture
 def exported(recorded, monkeypatch):
     calls = []
-    formats = {"contact": lambda scene, wanted, *_: calls.append((scene, wanted))}
+    formats = {"contact": lambda scene, specification, *_: calls.append((scene, specification))}
     monkeypatch.setattr("compare.export.export.FORMATS", formats)
     recorded("compare.export.export.contact_settings", "")
     return calls
@@ -152,8 +154,8 @@ def exported(recorded, monkeypatch):
 )
 def test_the_ics_of_the_scene_are_exported_unless_others_are_named(options, ics, discount, exported, command):
     assert command("export", "flat", *options) == DONE
-    ((scene, wanted),) = exported
-    assert (scene.ics, wanted.ics, wanted.discount) == (ics, ics, discount)
+    ((scene, specification),) = exported
+    assert (scene.ics, specification.ics, specification.discount) == (ics, ics, discount)
 
 
 @pytest.mark.parametrize(
@@ -162,11 +164,11 @@ def test_the_ics_of_the_scene_are_exported_unless_others_are_named(options, ics,
 )
 def test_what_auto_chooses_is_exported_with_its_engine(choice, tolerance, exported, recorded, command):
     """Judged on all nine components of both bodies, at the tolerance of the scene."""
-    asked = recorded("femic.cli.matrices.choose", choice)
+    questions = recorded("compare.frontier.choice.choose", choice)
     assert command("export", "flat", "--ics", "auto") == DONE
-    assert asked[0][1] == Question("combined", COMPONENTS, 0.02)
-    ((scene, wanted),) = exported
-    assert (wanted.ics, scene.settings.tolerance) == (choice.ics, tolerance)
+    assert questions[0][1] == Question("combined", COMPONENTS, 0.02)
+    ((scene, specification),) = exported
+    assert (specification.ics, scene.settings.tolerance) == (choice.ics, tolerance)
 
 
 @pytest.mark.parametrize("n", [1, 5, 6])
@@ -174,7 +176,7 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
     names = [str(tmp_path / f"s{k}.toml") for k in range(n)]
     for name in names:
         (tmp_path / name).write_text(load_scene("geometry1").text, encoding="utf-8")
-    recorded("femic.cli.fits.calibrate_scene", "fit")
+    recorded("compare.calibration.compute.calibrate", "fit")
     written = recorded("compare.calibration.page.write_fit", "there")
     reports = recorded("compare.calibration.page.write_report", "there")
     if n > 5:
@@ -192,17 +194,17 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
 
 
 def test_a_run_chooses_ics_only_where_the_scene_leaves_it_open(recorded, command, write_scene):
-    recorded("femic.cli.scenes.run_scene", "there")
-    asked = recorded("femic.cli.scenes.choose", Choice("C", ADVICE))
+    recorded("compare.ics.run.run_scene", "there")
+    questions = recorded("compare.frontier.choice.choose", Choice("C", ADVICE))
     assert command("run", str(write_scene())) == DONE
-    assert not asked
+    assert not questions
     assert command("run", str(write_scene('ics = "auto"\nics_tolerance = 0.07\nbodies = ["upper"]'))) == DONE
-    question = asked[0][1]
+    question = questions[0][1]
     assert (question.body, question.tolerance) == ("upper", 0.07)
 
 
 def test_only_scenes_without_results_of_now_are_computed_to_compare(recorded, monkeypatch, tmp_path):
-    ran = recorded("femic.cli.scenes.run_scene", "there")
+    ran = recorded("compare.ics.run.run_scene", "there")
     recorded("compare.overlay.results.load", "curves")
     written = recorded("compare.overlay.page.write", "there")
     monkeypatch.setattr("compare.overlay.sources.up_to_date", lambda source: source.name == "flat")
@@ -217,23 +219,23 @@ PLANNED = ExpectedCost(1_234_567, wavenumbers=55, fields=4, half_section=True, s
 
 def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkeypatch, capsys):
     """A solid model is solved by one of four workers, a harmonic one by all."""
-    model_plans = [
+    steps = [
         ModelPlan("lower, fine", HARMONIC, 1.5, 1280.0, "infinite", PLANNED),
         ModelPlan(
             "check, lower, fine", SOLID, 1.0, 320.0, "640 mm", replace(PLANNED, seconds=60.0, memory=1500.0)
         ),
     ]
-    monkeypatch.setattr(planning, "run_plans", lambda *_: model_plans)
-    monkeypatch.setattr(planning, "matrix_plans", lambda *_: model_plans[:1])
+    monkeypatch.setattr(planning, "run_plans", lambda *_: steps)
+    monkeypatch.setattr(planning, "matrix_plans", lambda *_: steps[:1])
     monkeypatch.setattr(planning, "file_size", lambda _: 12.4e6)
     assert exit_code(["plan", "flat", "--workers", "4"]) == DONE
-    told = " ".join(capsys.readouterr().out.split())
-    assert "tolerance 0.01, 4 workers" in told
-    assert "64 lags of 0.4 mm, 32 strips of 0.6 mm about s = 0 mm; matrix.nc takes 12 MB" in told
-    assert "about 115 s, 1500 MB" in told
-    assert "about 100 s, 900 MB" in told
+    output = " ".join(capsys.readouterr().out.split())
+    assert "tolerance 0.01, 4 workers" in output
+    assert "64 lags of 0.4 mm, 32 strips of 0.6 mm about s = 0 mm; matrix.nc takes 12 MB" in output
+    assert "about 115 s, 1500 MB" in output
+    assert "about 100 s, 900 MB" in output
     for shown in ("1,234,567", "1.5", "1280 mm", "640 mm", "infinite", "55"):
-        assert shown in told
+        assert shown in output
 
 
 def test_a_plan_of_contact_counts_the_models_that_contact_solves(monkeypatch, capsys):
@@ -272,25 +274,26 @@ def test_a_plan_by_the_solid_engine_says_that_matrices_are_not_computed_by_it(mo
     solid = small | {"engine": {"kind": "solid"}}
     monkeypatch.setattr("femic.cli.scenes.load_scene", lambda name: load_scene(name, solid))
     assert exit_code(["plan", "tall"]) == DONE
-    told = " ".join(capsys.readouterr().out.split())
+    output = " ".join(capsys.readouterr().out.split())
     for name in ("matrix", "contact"):
-        assert f"femic {name}: tall: 1 error(s) engine.kind = 'solid': has no C on a grid" in told
+        assert f"femic {name}: tall: 1 error(s) engine.kind = 'solid': has no C on a grid" in output
 
 
 @pytest.mark.parametrize("name", ["matrix", "contact", "fe-contact", "export"])
 def test_c_on_a_grid_is_refused_with_the_solid_engine(name, write_scene, command, capsys):
     path = write_scene("[contact]\nloads = [1.0]\n")
     assert command(name, str(path)) == WRONG_INPUT
-    told = capsys.readouterr().err.replace("\n", " ")
-    assert "engine.kind = 'solid': has no C on a grid, as matrices and contact need it: use" in told
-    assert "use engine.kind = 'harmonic'" in told
+    output = capsys.readouterr().err.replace("\n", " ")
+    assert "engine.kind = 'solid': has no C on a grid, as matrices and contact need it: use" in output
+    assert "use engine.kind = 'harmonic'" in output
 
 
 @pytest.mark.parametrize("motion", ["rolling", "compression"])
-def test_contact_of_a_scene_is_that_of_its_motion(motion, recorded, tmp_path):
-    computed = recorded(f"femic.cli.contacts.compute_{motion}", returns="contact")
-    supported = recorded("femic.cli.contacts.with_supports", returns="with supports")
-    written = recorded(f"femic.cli.contacts.write_{motion}", returns=tmp_path / "contact.html")
+def test_contact_with_friction_is_shown_on_the_page_of_its_motion(motion, recorded, monkeypatch, tmp_path):
+    computed = recorded("compare.friction.compute.compute_with_friction", returns="contact")
+    supported = recorded("compare.friction.supports.with_supports", returns="with supports")
+    written = []
+    monkeypatch.setitem(PAGES, motion, lambda *of: written.append(of) or tmp_path / "contact.html")
     assert exit_code(["contact", motion, "--ics", "A,Bhat", "--out", str(tmp_path / "here")]) == DONE
     ((scene, _),) = computed
     assert (scene.name, scene.contact.ics) == (motion, ("A", "Bhat"))
@@ -299,11 +302,11 @@ def test_contact_of_a_scene_is_that_of_its_motion(motion, recorded, tmp_path):
 
 
 def test_contact_of_several_scenes_goes_to_a_folder_each_and_maps_beside_them(recorded, command, tmp_path):
-    recorded("femic.cli.contacts.compute_contact")
-    recorded("femic.cli.contacts.changed_supports")
-    recorded("femic.cli.contacts.stored_solution")
-    written = recorded("femic.cli.contacts.write_contact", "there")
-    maps = recorded("femic.cli.contacts.write_sensitivity", "there")
+    recorded("compare.contact.compute.compute_contact", SimpleNamespace(solved=None))
+    recorded("femic.contact.pairs.supports.changed_supports")
+    recorded("compare.finite_elements.beside.beside_of")
+    written = recorded("compare.contact.page.write_contact", "there")
+    maps = recorded("compare.contact.page.write_sensitivity", "there")
     assert command("contact", "wide", "tall") == DONE
     out = tmp_path / "out"
     assert [folder for _, folder, *_ in written] == [out / "wide", out / "tall"]
@@ -313,8 +316,8 @@ def test_contact_of_several_scenes_goes_to_a_folder_each_and_maps_beside_them(re
 @pytest.mark.parametrize("words", [(), ("contact",)])
 def test_the_help_of_contact_says_that_it_has_friction(words, capsys):
     assert exit_code([*words, "--help"]) == DONE
-    told = " ".join(capsys.readouterr().out.replace("│", " ").split())
-    assert "without or with friction" in told
+    output = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert "without or with friction" in output
 
 
 def test_contact_without_a_scene_is_refused(capsys):

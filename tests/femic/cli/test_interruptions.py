@@ -37,8 +37,8 @@ def test_an_interruption_in_a_destructor_ends_the_work():
 
 
 def test_other_errors_in_destructors_are_told_as_before(monkeypatch):
-    told = []
-    monkeypatch.setattr(sys, "unraisablehook", told.append)
+    forwarded = []
+    monkeypatch.setattr(sys, "unraisablehook", forwarded.append)
 
     class Failing:
         def __del__(self):
@@ -46,4 +46,4 @@ def test_other_errors_in_destructors_are_told_as_before(monkeypatch):
 
     with delivered():
         Failing()
-    assert [one.exc_type for one in told] == [ValueError]
+    assert [one.exc_type for one in forwarded] == [ValueError]

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from femic.cli import progress, scenes
 from femic.cli.main import DONE, exit_code
-from femic.cli.progress import EVERY, Lines, doing, shown
+from femic.cli.progress import EVERY, ProgressLines, show_progress, step_text
 from femic.reference.level import Level
 from femic.reference.models import Cost, RawICs
 from femic.reference.run_options import Solved, Step, Task
@@ -34,7 +34,7 @@ class Clock:
 def heard():
     """Lines with a clock that is set by hand, and what they have written."""
     clock, written = Clock(), []
-    return Lines(written.append, clock), clock, written
+    return ProgressLines(written.append, clock), clock, written
 
 
 def test_a_model_has_a_line_when_it_begins_then_at_most_one_every_few_seconds(heard):
@@ -57,10 +57,10 @@ def test_models_that_say_nothing_have_lines_too_until_they_are_finished(heard):
     for task in (LOWER, UPPER):
         lines.on_step(Step(task, "solid engine at work"))
         clock.now += 3.0
-    lines.tell()
+    lines.write_if_due()
     assert len(written) == 2  # of both beginnings; the latter was 3 s ago
     clock.now += EVERY
-    lines.tell()
+    lines.write_if_due()
     assert written[2:] == [
         f"{NAMES[LOWER]}: solid engine at work, 11 s",
         f"{NAMES[UPPER]}: solid engine at work, 8 s",
@@ -68,12 +68,12 @@ def test_models_that_say_nothing_have_lines_too_until_they_are_finished(heard):
     lines.on_model(solved(LOWER))
     assert written[-1] == f"{NAMES[LOWER]}: 12,345 unknowns, 3.2 s"
     clock.now += EVERY
-    lines.tell()
+    lines.write_if_due()
     assert written[5:] == [f"{NAMES[UPPER]}: solid engine at work, 13 s"]
     lines.on_model(solved(UPPER, cached=True))
-    assert written[-1].endswith("kept from an earlier run")
+    assert written[-1].endswith("stored by an earlier run")
     clock.now += 10 * EVERY
-    lines.tell()
+    lines.write_if_due()
     assert len(written) == 7
 
 
@@ -88,12 +88,12 @@ def test_models_that_say_nothing_have_lines_too_until_they_are_finished(heard):
     ],
 )
 def test_what_a_model_is_at(step, text):
-    assert doing(step) == text
+    assert step_text(step) == text
 
 
 def test_on_a_terminal_the_bar_says_it():
     console = Console(file=StringIO(), force_terminal=True, width=120)
-    with shown(console) as watch:
+    with show_progress(console) as watch:
         watch.on_round([LOWER, UPPER])
         watch.on_step(Step(LOWER, "first wavenumbers", 7, 44))
     assert "lower body: 7 of about 44 wavenumbers" in console.file.getvalue()
@@ -103,17 +103,17 @@ def test_on_a_terminal_the_bar_says_it():
 def test_in_a_file_a_thread_looks_at_the_clock(monkeypatch):
     monkeypatch.setattr(progress, "EVERY", 0.02)
     monkeypatch.setattr(progress, "LOOK_EVERY", 0.01)
-    told, waited = progress.Event(), StringIO()
+    line_written, waited = progress.Event(), StringIO()
 
     class Listening(StringIO):
         def write(self, text):
             if text.strip().endswith(" s"):
-                told.set()
+                line_written.set()
             return waited.write(text)
 
-    with shown(Console(file=Listening(), width=120)) as watch:
+    with show_progress(Console(file=Listening(), width=120)) as watch:
         watch.on_step(Step(LOWER, "solid engine at work"))
-        assert told.wait(10)
+        assert line_written.wait(10)
     assert f"{NAMES[LOWER]}: solid engine at work, 0 s" in waited.getvalue()
 
 

@@ -43,8 +43,8 @@ def femic(tmp_path, monkeypatch, capsys):
 
 
 def test_a_run_has_the_c_of_the_engine(femic, tmp_path):
-    code, told = femic("run")
-    assert (code, "Report:" in told) == (DONE, True)
+    code, output = femic("run")
+    assert (code, "Report:" in output) == (DONE, True)
     with xr.open_dataset(tmp_path / "out" / "mine" / "ics.nc", engine="h5netcdf") as ics:
         assert CLOSED.description in str(ics.attrs)
         c, a = (ics.ic.sel(variant=variant, body="lower", i="n", j="n").values for variant in ("C", "A"))
@@ -53,16 +53,16 @@ def test_a_run_has_the_c_of_the_engine(femic, tmp_path):
 
 @pytest.mark.parametrize("command", ["matrix", "contact", "fe-contact", "export"])
 def test_without_matrices_commands_that_need_them_say_so_before_any_work(command, femic, tmp_path):
-    code, told = femic(command)
-    assert (code, NO_MATRICES in told) == (WRONG_INPUT, True)
-    assert "engine.kind = 'harmonic'" in told
+    code, output = femic(command)
+    assert (code, NO_MATRICES in output) == (WRONG_INPUT, True)
+    assert "engine.kind = 'harmonic'" in output
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("command", ["contact", "export"])
 def test_they_work_with_approximations(command, femic):
-    code, told = femic(command, "--ics", "A")
-    assert (code, "engine" in told) == (DONE, False), told
+    code, output = femic(command, "--ics", "A")
+    assert (code, "engine" in output) == (DONE, False), output
 
 
 def test_a_frontier_has_its_default_tolerances_beside_all_others(femic, tmp_path, monkeypatch):
@@ -78,35 +78,35 @@ def test_a_frontier_has_its_default_tolerances_beside_all_others(femic, tmp_path
 
 
 def test_advice_measures_approximations_by_its_c(femic):
-    code, told = femic("advise", "--components", "nn", "--body", "lower", "--tolerance", "0.5")
-    assert (code, "Use " in told) == (DONE, True)
-    assert "closed" in told
-    assert "harmonic" not in told
+    code, output = femic("advise", "--components", "nn", "--body", "lower", "--tolerance", "0.5")
+    assert (code, "Use " in output) == (DONE, True)
+    assert "closed" in output
+    assert "harmonic" not in output
 
 
 def test_a_plan_has_its_models_and_says_that_there_are_no_matrices(femic):
-    code, told = femic("plan")
-    assert (code, "closed" in told) == (DONE, True)
-    assert told.count(NO_MATRICES) == 2  # of `femic matrix` and `femic contact`
+    code, output = femic("plan")
+    assert (code, "closed" in output) == (DONE, True)
+    assert output.count(NO_MATRICES) == 2  # of `femic matrix` and `femic contact`
 
 
 def test_without_fields_a_picture_names_the_engine_that_draws_it(femic, monkeypatch):
     monkeypatch.setattr("compare.ics.fields._write_solved", lambda *_: _raise(Failure("solved")))
-    code, told = femic("show")
-    assert (code, "(solid engine)" in told) == (FAILED, True)
+    code, output = femic("show")
+    assert (code, "(solid engine)" in output) == (FAILED, True)
 
 
 def test_properties_are_fitted_to_its_c_or_it_is_said_why_not(femic):
-    code, told = femic("calibrate")
+    code, output = femic("calibrate")
     assert code in (DONE, FAILED, WRONG_INPUT)
-    assert told
+    assert output
 
 
 def test_an_engine_that_is_not_registered_is_refused_with_the_names_of_those_that_are(femic, monkeypatch):
     monkeypatch.delitem(ENGINES, "closed")
-    code, told = femic("run")
+    code, output = femic("run")
     assert code == WRONG_INPUT
-    assert "engine.kind = 'closed': Input should be 'harmonic' or 'solid'" in told
+    assert "engine.kind = 'closed': Input should be 'harmonic' or 'solid'" in output
 
 
 def _raise(error):

@@ -9,7 +9,7 @@ from rich.console import Console
 from femic.cache.digests import code_digest
 from femic.cache.folders import LOCK, locked
 from femic.cli.main import FAILED, WRONG_INPUT, exit_code
-from femic.cli.work import Work, kept
+from femic.cli.work import Work, store_at
 from femic.reference.run_options import cores
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.load import load_scene
@@ -30,32 +30,32 @@ def test_a_worker_per_core_unless_some_are_named():
 
 def test_a_store_of_an_unknown_kind_or_without_access_is_said(tmp_path, monkeypatch):
     with pytest.raises(WrongInput, match=r"--store foo://x: Protocol not known: foo: give a folder, or"):
-        kept("foo://x", tmp_path)
+        store_at("foo://x", tmp_path)
 
     def no_access(*_):
         raise RuntimeError("no credentials")
 
     monkeypatch.setattr("fsspec.implementations.memory.MemoryFileSystem.exists", no_access)
-    with pytest.raises(WrongInput, match=r"memory://x: cannot be looked at \(RuntimeError: no credentials\)"):
-        kept("memory://x", tmp_path)
+    with pytest.raises(WrongInput, match=r"memory://x: cannot be read \(RuntimeError: no credentials\)"):
+        store_at("memory://x", tmp_path)
 
 
-def test_models_are_kept_in_the_folder_of_the_results_unless_a_place_is_named(tmp_path):
-    assert kept(None, tmp_path).location == tmp_path / "store"
-    assert kept("memory://elsewhere", tmp_path).location == "memory://elsewhere"
+def test_models_are_stored_in_the_folder_of_the_results_unless_a_place_is_named(tmp_path):
+    assert store_at(None, tmp_path).location == tmp_path / "store"
+    assert store_at("memory://elsewhere", tmp_path).location == "memory://elsewhere"
 
 
-def test_what_other_code_kept_is_removed_from_the_own_folder_only(tmp_path):
+def test_models_of_other_code_are_removed_from_the_own_folder_only(tmp_path):
     folders = [tmp_path / "store" / name for name in ("0123456789ab", code_digest(), "notes")]
     for folder in folders:
         folder.mkdir(parents=True)
-    kept(str(tmp_path / "store"), tmp_path)
+    store_at(str(tmp_path / "store"), tmp_path)
     assert all(folder.is_dir() for folder in folders)
-    kept(None, tmp_path)
+    store_at(None, tmp_path)
     assert [folder.is_dir() for folder in folders] == [False, True, True]
 
 
-def test_means_are_made_of_them(tmp_path):
+def test_run_options_have_them(tmp_path):
     with Work(workers=3).options(tmp_path, Console(quiet=True)) as options:
         assert options.workers == 3
         assert options.store.location == tmp_path / "store"
@@ -101,7 +101,7 @@ USED = [(name, folder) for name, (_, folders) in COMMANDS.items() for folder in 
 def nothing_begins(tmp_path, monkeypatch):
     """In an empty folder, where work would be shown as begun."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("femic.cli.progress.shown", lambda _: pytest.fail("work began"))
+    monkeypatch.setattr("femic.cli.progress.show_progress", lambda _: pytest.fail("work began"))
 
 
 @pytest.mark.usefixtures("nothing_begins")

@@ -278,7 +278,7 @@ def test_a_load_and_its_approach_are_the_same_contact_from_any_start(problem):
     same(there, here, tolerance=3e-5)
     other = solve(problem, motion, Loading(0.5 * LOAD))
     same(solve(problem, motion, Loading(LOAD), start=other), here)
-    assert solve(problem, motion, Loading(LOAD), start=here).turns <= here.turns
+    assert solve(problem, motion, Loading(LOAD), start=here).alternations <= here.alternations
 
 
 def test_coarser_grids_come_first_and_give_a_similar_contact():
@@ -358,7 +358,7 @@ def test_a_contact_near_an_end_is_refused_and_the_end_named():
 def test_a_load_that_friction_bears_alone_is_said(monkeypatch):
     """Where more is to be left to pressures than they carry."""
     monkeypatch.setattr(frictional, "LEAST_PRESSED", 1.2)
-    monkeypatch.setattr(frictional, "MOST_TURNS", 20)
+    monkeypatch.setattr(frictional, "MOST_ALTERNATIONS", 20)
     with pytest.raises(Failure, match="bear nearly all of the load, and little is left to pressures"):
         solve(GROOVE, rolls(GROOVE, 1), Loading(LOAD))
 
@@ -375,8 +375,8 @@ def test_rolling_down_a_slope_with_much_friction():
 
 
 def test_turns_without_an_end_are_said(monkeypatch):
-    monkeypatch.setattr(frictional, "MOST_TURNS", 2)
-    with pytest.raises(Failure, match=r"after 2 turns, not 1.0e-06; use smaller steps"):
+    monkeypatch.setattr(frictional, "MOST_ALTERNATIONS", 2)
+    with pytest.raises(Failure, match=r"after 2 alternations, not 1.0e-06; use smaller steps"):
         solve(GROOVE, rolls(GROOVE), Loading(LOAD))
 
 

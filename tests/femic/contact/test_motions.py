@@ -51,7 +51,9 @@ def test_what_a_motion_lacks_is_said_before_any_work(monkeypatch):
 
 @pytest.mark.usefixtures("again")
 def test_a_motion_has_the_keys_that_it_is_registered_with(monkeypatch):
-    with pytest.raises(BadScene, match=r"lateral is only of motion = 'rolling', not 'again': leave it out"):
+    with pytest.raises(
+        BadScene, match=r"lateral is only of motion = 'rolling' or 'transient', not 'again': leave it out"
+    ):
         scene(motion="again", loads=LOADS, lateral=0.1)
     with pytest.raises(BadScene, match="loads must grow"):
         scene(motion="again", loads=LOADS[::-1])
@@ -60,9 +62,11 @@ def test_a_motion_has_the_keys_that_it_is_registered_with(monkeypatch):
 
 
 def test_unknown_motions_are_refused():
-    with pytest.raises(BadScene, match=r"contact\.motion = 'sliding': Input should be 'none', 'rolling' or"):
+    with pytest.raises(
+        BadScene, match=r"contact\.motion = 'sliding': Input should be 'none', 'rolling', 'transient' or"
+    ):
         scene(motion="sliding", loads=LOADS)
-    with pytest.raises(WrongInput, match="motion = 'sliding': one of none, rolling, compression"):
+    with pytest.raises(WrongInput, match="motion = 'sliding': one of none, rolling, transient, compression"):
         problem(loads=(1e3,), motion="sliding", friction=FrictionSpecification((0.3,)))
 
 

@@ -1,4 +1,4 @@
-"""Steady rolling: forces and creepages, limits of transient rolling, mirrors, Kalker's coefficients."""
+"""Steady rolling: forces and creepages, mirrors, Kalker's coefficients."""
 
 from dataclasses import replace
 from functools import cache
@@ -8,10 +8,9 @@ import pytest
 
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.friction import coulomb
-from femic.contact.friction.force_limit import NotBorne
+from femic.contact.friction.force_limit import ForcesBeyondFriction
 from femic.contact.friction.kinematics import NAMES, Creepages
-from femic.contact.friction.motion import RollingStep
-from femic.contact.frictional import _Turns, solve
+from femic.contact.frictional import _Alternation
 from femic.contact.loading import Loading
 from geometries.errors import Failure, WrongInput
 from geometries.patches import N
@@ -35,7 +34,7 @@ def torque(contact, rolling):
 
 # ---- forces
 
-ASKED = {"longitudinal": 300.0, "lateral": 150.0, "spin": -200.0}
+PRESCRIBED = {"longitudinal": 300.0, "lateral": 150.0, "spin": -200.0}
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -43,16 +42,16 @@ ASKED = {"longitudinal": 300.0, "lateral": 150.0, "spin": -200.0}
 @pytest.mark.parametrize("problem", [FLAT, OF_BOTH], ids=["half-spaces", "two materials"])
 def test_creepages_bring_about_the_forces_and_the_same_tractions(problem, names, order):
     wheel = wheel_on(problem, order=order)
-    asked = {name: ASKED[name] for name in names}
+    forces = {name: PRESCRIBED[name] for name in names}
     if problem is OF_BOTH:  # pressures have a lateral force and a moment of their own
         own = wheel.contact(Creepages(), Loading(LOAD)).contact
         pressed = dict(zip(NAMES, (*own.force[:2], torque(own, wheel.rolling)), strict=True))
-        asked = {name: pressed[name] + 0.3 * asked[name] for name in names}
-    found = wheel.contact(CREEPAGES, Loading(LOAD), forces=asked)
+        forces = {name: pressed[name] + 0.3 * forces[name] for name in names}
+    found = wheel.contact(CREEPAGES, Loading(LOAD), forces=forces)
     has = dict(zip(NAMES, (*found.contact.force[:2], torque(found.contact, wheel.rolling)), strict=True))
     for name in NAMES:
         if name in names:
-            assert has[name] == pytest.approx(asked[name], abs=1e-4 * 0.3 * LOAD)
+            assert has[name] == pytest.approx(forces[name], abs=1e-4 * 0.3 * LOAD)
         else:
             assert getattr(found.creepages, name) == getattr(CREEPAGES, name)
     again = wheel.contact(found.creepages, Loading(LOAD))
@@ -80,21 +79,21 @@ def test_forces_that_friction_does_not_bear_are_refused_at_once(times, order, mo
     monkeypatch.setattr(coulomb, "MOST_STEPS", 0)
     most = 0.3 * LOAD * times
     for forces in ({"longitudinal": -most}, {"longitudinal": 0.8 * most, "lateral": 0.6 * most}):
-        with pytest.raises(Failure, match="forces asked for exceed what friction bears"):
+        with pytest.raises(Failure, match="prescribed forces exceed what friction can supply"):
             wheel_on(FLAT, order=order).contact(Creepages(), Loading(LOAD), forces=forces)
 
 
 @pytest.mark.parametrize(
-    ("failure", "tried"), [(NotBorne, [2]), (Failure, [2, 1, 0])], ids=["not borne", "not found"]
+    ("failure", "tried"), [(ForcesBeyondFriction, [2]), (Failure, [2, 1, 0])], ids=["not borne", "not found"]
 )
 def test_only_what_is_not_found_is_sought_in_simpler_forms(failure, tried, monkeypatch):
     depths = []
 
-    def failing(turns, *_):
-        depths.append(turns.motion.depth)
+    def failing(alternations, *_):
+        depths.append(alternations.motion.depth)
         raise failure("no")
 
-    monkeypatch.setattr(_Turns, "end", failing)
+    monkeypatch.setattr(_Alternation, "end", failing)
     coarsest = paraboloids(14, 12)
     with pytest.raises(failure):
         wheel_on(coarsest).contact(Creepages(), Loading(LOAD))
@@ -102,23 +101,23 @@ def test_only_what_is_not_found_is_sought_in_simpler_forms(failure, tried, monke
 
 
 def test_a_contact_says_that_it_was_found_in_a_simpler_form(monkeypatch):
-    wheel, end = wheel_on(paraboloids(14, 12)), _Turns.end
+    wheel, end = wheel_on(paraboloids(14, 12)), _Alternation.end
 
-    def simpler_only(turns, *of):
-        if turns.motion.depth > 1:
+    def simpler_only(alternations, *of):
+        if alternations.motion.depth > 1:
             raise Failure("no")
-        return end(turns, *of)
+        return end(alternations, *of)
 
     assert not wheel.contact(Creepages(1e-3), Loading(LOAD)).simplified
     first_order = replace(wheel, order=1)
     assert not first_order.contact(Creepages(1e-3), Loading(LOAD)).simplified
-    monkeypatch.setattr(_Turns, "end", simpler_only)
+    monkeypatch.setattr(_Alternation, "end", simpler_only)
     assert wheel.contact(Creepages(1e-3), Loading(LOAD)).simplified
 
 
 def test_without_friction_or_contact_no_forces_are_borne():
     for problem, pressing in ((replace(FLAT, friction=0.0), Loading(LOAD)), (FLAT, Loading(approach=-0.1))):
-        with pytest.raises(Failure, match="forces asked for exceed what friction bears"):
+        with pytest.raises(Failure, match="prescribed forces exceed what friction can supply"):
             wheel_on(problem).contact(Creepages(), pressing, forces={"longitudinal": 0.0})
 
 
@@ -183,30 +182,6 @@ def test_power_is_that_of_the_torque_about_the_axle_less_that_of_the_forces():
     drives = about_axle * (1 + of.longitudinal) / WHEEL
     gives = contact.force[:2] @ [1.0, of.lateral] + torque(contact, wheel.rolling) * of.spin
     assert wheel.power(rolling) == pytest.approx(drives - gives, rel=1e-9)
-
-
-# ---- against transient rolling
-
-SMALL = [paraboloids(14, 12), groove(14, 18, materials=MIXED)]
-
-
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("problem", SMALL, ids=["flat", "groove"])
-def test_steady_rolling_is_what_transient_rolling_becomes(problem, order):
-    """From no tangential tractions on; elements are not square."""
-    wheel = wheel_on(problem, order=order)
-    rigid = wheel.rolling.rigid_slip(CREEPAGES)
-    steady = wheel.contact(CREEPAGES, Loading(LOAD)).contact
-    across = int(np.ptp(np.nonzero(steady.in_contact)[0])) + 1
-    contact, before, errors = None, None, []
-    for _ in range(5 * across):
-        motion = RollingStep(rigid, dx=problem.grid.dx, order=order, before=before)
-        contact = solve(problem, motion, Loading(LOAD), start=contact)
-        before = contact.u[..., :2]
-        errors.append(np.max(np.abs(contact.p - steady.p)) / steady.p.max())
-    assert errors[0] > 0.02
-    assert errors[-1] < 1e-4
-    assert errors[2 * across] < errors[across // 2] / 10
 
 
 # ---- mirrors

@@ -97,7 +97,7 @@ def test_errors_of_given_ics_reach_the_estimates(motion):
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_c_that_is_given_is_not_computed_again(motion, c, monkeypatch):
-    monkeypatch.setattr("femic.contact.pairs.reference_ics.matrices", None)
+    monkeypatch.setattr("femic.contact.pairs.body_ics.matrices", None)
     contact = femic.solve_contact(PAIR, MOTIONS[motion], [c], SETUP, femic.Options(engine="solid"))
     assert list(contact.ics.values) == ["C"]
     assert np.all(contact.p_max > 0)

@@ -167,7 +167,7 @@ def test_a_matrix_knows_its_grid_and_its_layout(pair):
 
 
 def test_c_of_a_matrix_is_reciprocal_and_near_b_hat(c_matrix, pair):
-    """C(I, J) = C(J, I)^T at lag 0, and B-hat of equal bodies comes close in nn."""
+    """C(I, J) = C(J, I)^T at lag 0; B-hat of equal bodies comes close in nn, and has the signs of sn."""
     at_zero = c_matrix.isel(lag=0)
     known = float(c_matrix.estimate.max())
     swapped = at_zero.ic.values.transpose(1, 0, 3, 2)
@@ -176,7 +176,20 @@ def test_c_of_a_matrix_is_reciprocal_and_near_b_hat(c_matrix, pair):
     b_hat = femic.compute_matrix(pair, GRID, "Bhat")
     nn = {"i": "n", "j": "n"}
     largest = float(c_matrix.ic.sel(nn).max())
-    assert float(np.abs(c_matrix.ic - b_hat.ic).sel(nn).max()) < 0.05 * largest
+    off = np.abs(c_matrix.ic - b_hat.ic)
+    assert float(off.sel(nn).max()) < 0.05 * largest
+    sn = {"i": "s", "j": "n"}
+    assert float(off.sel(sn).max()) < 0.5 * float(np.abs(c_matrix.ic).sel(sn).max())
+
+
+def test_the_discount_takes_a_vertical_motion_from_c(c_matrix, pair):
+    """Without it nn differs by M_zz of both bodies times the cosines at observer and load."""
+    whole = femic.compute_matrix(pair, GRID, "C", OPTIONS, discount="none")
+    cosine = np.cos(c_matrix.observed.values / 10.0)  # of an arc of 10 mm
+    rigid = (whole.ic - c_matrix.ic).sel(i="n", j="n").values / np.outer(cosine, cosine)
+    mean = np.mean(rigid)
+    np.testing.assert_allclose(rigid, mean, rtol=0.05)  # C of another model, within its estimate
+    assert abs(mean) > 1e-3 * float(c_matrix.ic.max())
 
 
 def test_a_matrix_from_elsewhere_is_labelled_the_same_way(c_matrix):
@@ -218,4 +231,7 @@ def test_a_figure_shows_all_ics_and_notebooks_show_it(ics, pair, with_c):
     on_line = shown.isel(point=shown.line.values == "s = 1.6 mm")
     expected = on_line.ic.sel(variant="Bhat", body="combined", i="s", j="n") * 210e3 * 10.0
     np.testing.assert_allclose(drawn["B̂"], expected, rtol=1e-12)
+    for axes, along, line in zip(figure.axes[:2], "xs", ("s = 1.6 mm", "x = 1.6 mm"), strict=True):
+        at = shown[along].values[shown.line.values == line] / 10.0
+        np.testing.assert_allclose(axes.get_lines()[0].get_xdata(), at, atol=1e-12)
     assert figure._repr_png_().startswith(b"\x89PNG")

@@ -35,11 +35,11 @@ REFUSED = {  # changes of the scene `rolling`, what is said
     "exact distance": (contact(gap="exact"), r"gap is only of motion = 'none', not 'rolling': leave it out"),
     "creepages pressed on": (
         contact(motion="compression", lateral=0.1),
-        r"lateral is only of motion = 'rolling', not 'compression': leave it out",
+        r"lateral is only of motion = 'rolling' or 'transient', not 'compression': leave it out",
     ),
     "friction at rest": (
         contact(motion="none"),
-        r"friction is only of motion = 'rolling' or 'compression', not 'none': leave it out",
+        r"friction is only of motion = 'rolling' or 'transient' or 'compression', not 'none': leave it out",
     ),
     "loads that fall": (
         contact(motion="compression", loads=[2.0, 1.0]),

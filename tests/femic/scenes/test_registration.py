@@ -1,5 +1,6 @@
 """A contour and an approximation that are registered once: scenes, listings and commands know them."""
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -14,7 +15,7 @@ from femic.scenes.contours import CONTOURS
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene
-from femic.scenes.section import Section
+from femic.scenes.section import SceneTable
 from geometries import contours
 from tests.femic.scenes.changes import line
 
@@ -39,7 +40,7 @@ tolerance = 0.1
 """
 
 
-class Parabola(Section):
+class Parabola(SceneTable):
     """z = -y^2 / (2 R) between y = -w and w."""
 
     kind: Literal["parabola"] = Field(description="parabola + straight flanks")
@@ -95,7 +96,7 @@ def test_commands_take_a_registered_contour(parabola, tmp_path, capsys):
 
 
 def test_a_registered_approximation_can_be_named(monkeypatch):
-    monkeypatch.setitem(VARIANTS, "Btilde", VARIANTS["Bhat"])
+    monkeypatch.setitem(VARIANTS, "Btilde", replace(VARIANTS["Bhat"], composition="Bhat+sn:B"))
     changes = line("x", 0.0, 3.0) | {"variants": ["Btilde"], "ics": "Btilde"}
     assert load_scene("flat", changes).variants == ("Btilde",)
     assert '"Btilde"' in listing("flat")

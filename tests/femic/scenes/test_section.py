@@ -10,7 +10,7 @@ from femic.contact.specification import ContactSpecification, FrictionSpecificat
 from femic.key_types import Length, Several
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene
-from femic.scenes.section import Section, keys_of, shared, tables
+from femic.scenes.section import SceneTable, keys_of, shared, tables
 from geometries.errors import WrongInput
 
 
@@ -21,7 +21,7 @@ class Wheel:
     name: str = ""
 
 
-WheelTable = create_model("WheelTable", __base__=Section, **keys_of(Wheel, {"radius": Length | None}))
+WheelTable = create_model("WheelTable", __base__=SceneTable, **keys_of(Wheel, {"radius": Length | None}))
 
 
 def test_a_table_has_the_defaults_descriptions_and_limits_of_the_dataclass():
@@ -59,7 +59,7 @@ def test_keys_of_friction_stand_in_the_table_of_contact():
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"motion": "sliding"}, "motion = 'sliding': one of none, rolling, compression"),
+        ({"motion": "sliding"}, "motion = 'sliding': one of none, rolling, transient, compression"),
         ({"motion": "rolling"}, "give `friction`"),
         ({"friction": FrictionSpecification()}, "give `friction`"),
     ],

@@ -135,13 +135,13 @@ LIMITS = {  # scene, changes within the limit, beyond it, what is said there
         "flat",
         {"upper": {"E": 999 * 210e3}},
         {"upper": {"E": 1000.5 * 210e3}},
-        r"upper\.E / lower\.E = 1e\+03: the combined ICs are those of the lower body",
+        r"upper\.E / lower\.E = 1e\+03: the combined ICs are the ICs of the lower body",
     ),
     "stiff lower body": (
         "flat",
         {"upper": {"E": 210e3 / 999}},
         {"upper": {"E": 210e3 / 1010}},
-        r"upper\.E / lower\.E = 0\.00099: the combined ICs are those of the upper body",
+        r"upper\.E / lower\.E = 0\.00099: the combined ICs are the ICs of the upper body",
     ),
     "contours apart": (
         "flat",

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 import zarr
 
-from femic.campaigns.dataset.checksums import of_values
+from femic.campaigns.dataset.checksums import value_checksums
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.running.run import Options
 from tests.femic.campaigns.campaigns import LIGHT, campaign_in, swept
@@ -143,13 +143,13 @@ def test_damage_where_scenes_are_appended(large, client, tmp_path):
 
 def test_checksums_of_values_tell_them_apart():
     values = np.array([[1.0, 2.0], [2.0, 1.0], [1.0, -2.0], [np.nan, 2.0], [2.0, np.nan], [0.0, -0.0]])
-    numbers = of_values("y", values, 1)
+    numbers = value_checksums("y", values, 1)
     assert len({*numbers.tolist()}) == 6
-    assert not {*numbers.tolist()} & {*of_values("z", values, 1).tolist()}
-    assert [int(of_values("y", row)) for row in values] == numbers.tolist()
+    assert not {*numbers.tolist()} & {*value_checksums("z", values, 1).tolist()}
+    assert [int(value_checksums("y", row)) for row in values] == numbers.tolist()
 
 
 def test_what_is_missing_has_no_checksum_and_all_nan_are_alike():
-    assert not of_values("y", np.full((3, 2, 4), np.nan), 2).any()
+    assert not value_checksums("y", np.full((3, 2, 4), np.nan), 2).any()
     negative = np.array([1.0, np.copysign(np.nan, -1)])
-    assert of_values("y", negative) == of_values("y", np.array([1.0, np.nan]))
+    assert value_checksums("y", negative) == value_checksums("y", np.array([1.0, np.nan]))

@@ -10,7 +10,7 @@ import xarray as xr
 
 from femic.cache.store import Store
 from femic.campaigns.dataset.collected import Collected
-from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.running.run import code_of_dataset
 from femic.campaigns.running.scene_task import task_of
@@ -107,11 +107,11 @@ def test_a_scene_that_is_removed_is_not_there_any_more(taken):
     assert taken.has(4, digest)
     assert not taken.has(4, digest + 1)
     taken.remove(4)
-    found = open_sweep(taken.write())
-    assert np.isnan(found["sum"].values.ravel()[4])
-    assert np.isnan(found.seconds.values.ravel()[4])
-    assert int(found["sum"].isnull().sum()) == 3 + 1
-    assert found.attrs["computed"] == 27 - 3 - 1
+    result = open_sweep(taken.write())
+    assert np.isnan(result["sum"].values.ravel()[4])
+    assert np.isnan(result.seconds.values.ravel()[4])
+    assert int(result["sum"].isnull().sum()) == 3 + 1
+    assert result.attrs["computed"] == 27 - 3 - 1
 
 
 def test_a_digest_goes_before_its_values_change(taken, tmp_path):
@@ -130,9 +130,9 @@ def test_values_without_a_digest_are_removed_too(taken):
 
 
 def test_a_run_that_is_killed_at_its_beginning_loses_nothing(taken, tmp_path):
-    found = open_sweep(tmp_path)
-    assert np.all(found.digest.values.ravel() == taken.digests)
-    assert int((found.failure == "seven").sum()) == 3
+    result = open_sweep(tmp_path)
+    assert np.all(result.digest.values.ravel() == taken.digests)
+    assert int((result.failure == "seven").sum()) == 3
 
 
 def test_a_large_dataset_of_other_files_is_made_anew(taken, tmp_path):
@@ -149,7 +149,7 @@ def test_labels_that_differ_are_numbered_in_a_large_dataset_too(tmp_path, monkey
     collected = Collected(campaign_in(tmp_path, LIGHT), tmp_path)
     for number in range(2):
         one = xr.Dataset({"y": ("load", [1.0])}, coords={"load": [10.0 + number]})
-        collected.add(number, Outcome(one), 1)
+        collected.add(number, SceneOutcome(one), 1)
         labels = open_sweep(collected.write())["load"].values
         assert list(labels) == ([10.0] if number == 0 else ["load 0"])
 

@@ -6,7 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from femic.campaigns.files.campaign import points_named
+from femic.campaigns.files.campaign import find_points
 from femic.campaigns.files.load import load_campaign
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene
@@ -80,7 +80,7 @@ def test_a_grid_has_all_combinations_of_values(campaign):
     }
     assert grid.point(4) == (10, 1.2)  # C order
     assert [(axis.label, axis.unit) for axis in grid.axes] == [("flanks", "deg"), ("ratio", "")]
-    assert grid.named((10.0, 1.2)) == "flank=10,ratio=1.2"
+    assert grid.point_name((10.0, 1.2)) == "flank=10,ratio=1.2"
     assert grid.title == grid.name == "mine"
 
 
@@ -324,23 +324,23 @@ def test_no_file_is_said(tmp_path):
 def test_a_point_is_found_by_its_name(campaign, tmp_path):
     grid = campaign(GRID)
     for number in range(grid.size):
-        assert points_named(grid, grid.named(grid.point(number))) == [grid.point(number)]
-    assert points_named(grid, "ratio=1.1,flank=33") == [(33, 1.1)]  # of any values
+        assert find_points(grid, grid.point_name(grid.point(number))) == [grid.point(number)]
+    assert find_points(grid, "ratio=1.1,flank=33") == [(33, 1.1)]  # of any values
     (tmp_path / "points.csv").write_text("kind,E\nharmonic,1e5\n", encoding="utf-8")
-    assert points_named(campaign(TABLE), "E=1e5,kind=solid") == [(1e5, "solid")]
+    assert find_points(campaign(TABLE), "E=1e5,kind=solid") == [(1e5, "solid")]
 
 
 def test_a_name_of_some_axes_is_all_points_with_these_values(campaign, tmp_path):
     grid = campaign(GRID)
-    assert points_named(grid, "flank=30") == [(30, 1.05), (30, 1.2), (30, 1.5)]
-    assert points_named(grid, "ratio=1.2") == [(flank, 1.2) for flank in range(0, 61, 10)]
+    assert find_points(grid, "flank=30") == [(30, 1.05), (30, 1.2), (30, 1.5)]
+    assert find_points(grid, "ratio=1.2") == [(flank, 1.2) for flank in range(0, 61, 10)]
     (tmp_path / "points.csv").write_text("kind,E\nharmonic,1e5\nsolid,1e5\nsolid,2e5\n", encoding="utf-8")
-    assert points_named(campaign(TABLE), "kind=solid") == [(1e5, "solid"), (2e5, "solid")]
+    assert find_points(campaign(TABLE), "kind=solid") == [(1e5, "solid"), (2e5, "solid")]
 
 
 def test_values_that_no_point_has_are_said_with_those_that_there_are(campaign):
     with pytest.raises(BadScene, match=r"no points with ratio=1\.1; there are ratio: 1\.05, 1\.2, 1\.5"):
-        points_named(campaign(GRID), "ratio=1.1")
+        find_points(campaign(GRID), "ratio=1.1")
 
 
 @pytest.mark.parametrize(
@@ -348,12 +348,12 @@ def test_values_that_no_point_has_are_said_with_those_that_there_are(campaign):
 )
 def test_a_name_that_does_not_fit_says_what_would(campaign, name):
     with pytest.raises(BadScene, match=r"give flank=\.\.\.,ratio=\.\.\., or some of them"):
-        points_named(campaign(GRID), name)
+        find_points(campaign(GRID), name)
 
 
 def test_a_name_may_have_spaces_and_lists(campaign, tmp_path):
     (tmp_path / "points.csv").write_text("kind,E\nharmonic,1e5\n", encoding="utf-8")
-    assert points_named(campaign(TABLE), "E=1e5, kind=[1, 2]") == [(1e5, [1, 2])]
+    assert find_points(campaign(TABLE), "E=1e5, kind=[1, 2]") == [(1e5, [1, 2])]
 
 
 def test_text_where_a_factor_needs_a_number_is_said(campaign):

@@ -11,7 +11,7 @@ from compare.contact.compute import compute_contact, reference_name, require_sol
 from compare.contact.dataset import to_dataset
 from compare.report.styles import symbol_of
 from femic.campaigns.dataset.collected import Collected
-from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.files.load import load_campaign
 from femic.campaigns.maps.c_map import bhat_nn, maps_of_scene, open_map
 from femic.campaigns.results import matrix
@@ -94,9 +94,9 @@ def collect(folder, left_out, base, campaign):
     collected = Collected(swept, folder / "out")
     for number in range(swept.size):
         if number in left_out:
-            collected.add(number, Outcome(failure="did not converge"))
+            collected.add(number, SceneOutcome(failure="did not converge"))
         else:
-            collected.add(number, Outcome(matrix.matrix(swept.scene(swept.point(number)))))
+            collected.add(number, SceneOutcome(matrix.matrix(swept.scene(swept.point(number)))))
     return collected.write()
 
 

@@ -10,9 +10,9 @@ from approx.calibration import fit
 from approx.effective import EffectiveProperties, Transition
 from compare.calibration.compute import Calibrated, target_from
 from femic.campaigns.dataset.collected import Collected
-from femic.campaigns.dataset.outcomes import Outcome
+from femic.campaigns.dataset.outcomes import SceneOutcome
 from femic.campaigns.files.load import load_campaign
-from femic.campaigns.maps.fit_map import fit_at, left_out, open_fits
+from femic.campaigns.maps.fit_map import fit_at, leave_one_out, open_fits
 from femic.campaigns.results import calibration
 from femic.reference.run_options import RunOptions
 from femic.scenes.errors import BadScene
@@ -56,7 +56,8 @@ def fits(tmp_path_factory):
         patch.setattr(calibration, "calibrate", smooth)
         for number in range(campaign.size):
             collected.add(
-                number, Outcome(calibration.calibration(campaign.scene(campaign.point(number)), RunOptions()))
+                number,
+                SceneOutcome(calibration.calibration(campaign.scene(campaign.point(number)), RunOptions())),
             )
     return open_fits(collected.write())
 
@@ -82,7 +83,7 @@ def test_nothing_is_extrapolated(fits):
 
 def test_nodes_that_are_left_out_are_predicted_by_the_others(fits):
     """Every inner node along each axis, once; the map is nearly as good there as the node's own fit."""
-    tried = left_out(fits)
+    tried = leave_one_out(fits)
     assert tried.sizes["node"] == 3 + 3
     assert set(tried.flank.values[tried.along.values == "flank"]) == {30.0}
     assert set(tried.ratio.values[tried.along.values == "ratio"]) == {1.2}

@@ -3,23 +3,23 @@
 import numpy as np
 import pytest
 
-from femic.campaigns.maps.interpolation import KINK, Nodes, combined
+from femic.campaigns.maps.interpolation import KINK, AxisNodes, interpolate
 from geometries.errors import WrongInput
 
 PLACES = (0.0, 1.0, 2.5, 3.0, 5.0, 6.0)
-AXIS = Nodes("flank", PLACES)
+AXIS = AxisNodes("flank", PLACES)
 
 
 def along(nodes, f, value):
     stencil = nodes.at(value)
-    return float(combined(f(np.array(nodes.values)[stencil.nodes]), [stencil]))
+    return float(interpolate(f(np.array(nodes.values)[stencil.nodes]), [stencil]))
 
 
 def error(nodes, f, value):
     """The largest error on left-out nodes near a value, as it counts."""
     values = f(np.array(nodes.values))
     return KINK * max(
-        abs(float(combined(values[stencil.nodes], [stencil])) - values[node])
+        abs(float(interpolate(values[stencil.nodes], [stencil])) - values[node])
         for node, stencil in nodes.left_out(value)
     )
 
@@ -39,9 +39,9 @@ def test_nodes_are_themselves_to_the_last_digit(value):
 
 
 def test_logarithmic_axes_are_exact_for_powers_of_the_logarithm():
-    nodes = Nodes("E", (1.0, 2.0, 5.0, 10.0, 30.0), spacing="logarithmic")
+    nodes = AxisNodes("E", (1.0, 2.0, 5.0, 10.0, 30.0), spacing="logarithmic")
     assert along(nodes, lambda x: np.log(x) ** 3, 7.0) == pytest.approx(np.log(7.0) ** 3)
-    assert along(Nodes("E", nodes.values), np.log, 7.0) != pytest.approx(np.log(7.0), rel=1e-4)
+    assert along(AxisNodes("E", nodes.values), np.log, 7.0) != pytest.approx(np.log(7.0), rel=1e-4)
 
 
 @pytest.mark.parametrize(("count", "order"), [(3, 2.6), (9, 3.7)])
@@ -49,7 +49,7 @@ def test_of_the_fourth_order_and_of_third_with_three_nodes(count, order):
     """Half as far apart, errors of sin are 2^order times smaller; with three nodes near 2 only."""
 
     def worst(n):
-        nodes = Nodes("x", tuple(np.linspace(0, 1.5, n)))
+        nodes = AxisNodes("x", tuple(np.linspace(0, 1.5, n)))
         middles = (np.array(nodes.values)[1:] + np.array(nodes.values)[:-1]) / 2
         return max(abs(along(nodes, np.sin, value) - np.sin(value)) for value in middles)
 
@@ -58,7 +58,7 @@ def test_of_the_fourth_order_and_of_third_with_three_nodes(count, order):
 
 @pytest.mark.parametrize("f", [np.sin, np.exp, lambda x: 1 / (1 + x)], ids=["sin", "exp", "1/(1+x)"])
 def test_the_error_on_left_out_nodes_is_larger_than_that_between_nodes(f):
-    nodes = Nodes("x", tuple(np.linspace(0, 2, 9)))
+    nodes = AxisNodes("x", tuple(np.linspace(0, 2, 9)))
     for value in np.linspace(0.01, 1.99, 41):
         measured = error(nodes, f, value)
         assert abs(along(nodes, f, value) - f(value)) <= measured
@@ -66,7 +66,7 @@ def test_the_error_on_left_out_nodes_is_larger_than_that_between_nodes(f):
 
 def test_a_kink_half_way_between_nodes_errs_as_much_as_left_out_nodes_say():
     """And with any other place of the kink or the value it errs less."""
-    nodes = Nodes("x", tuple(np.arange(8.0)))
+    nodes = AxisNodes("x", tuple(np.arange(8.0)))
     middle = along(nodes, lambda x: np.abs(x - 3.5), 3.5)
     assert middle == pytest.approx(error(nodes, lambda x: np.abs(x - 3.5), 3.5))
     places = np.linspace(2.02, 4.98, 38)
@@ -101,7 +101,7 @@ def test_errors_hold_at_95_percent_of_random_places(kink):
     random, held = np.random.default_rng(7), []
     for _ in range(400):
         steps = [np.cumsum(random.uniform(0.6, 1.4, random.integers(3, 8))) for _ in range(2)]
-        axes = [Nodes(name, tuple((v - v[0]) / np.ptp(v))) for name, v in zip("xy", steps, strict=True)]
+        axes = [AxisNodes(name, tuple((v - v[0]) / np.ptp(v))) for name, v in zip("xy", steps, strict=True)]
         f, point = smooth_with_a_kink(random), random.random(2)
         if not kink:
             f = np.poly1d(random.normal(size=5)), np.poly1d(random.normal(size=4))
@@ -112,7 +112,7 @@ def test_errors_hold_at_95_percent_of_random_places(kink):
 
 def at(axes, f, stencils):
     nodes = [np.array(axis.values)[stencil.nodes] for axis, stencil in zip(axes, stencils, strict=True)]
-    return float(combined(f(*np.meshgrid(*nodes, indexing="ij")), stencils))
+    return float(interpolate(f(*np.meshgrid(*nodes, indexing="ij")), stencils))
 
 
 def missed(axes, f, point):
@@ -143,22 +143,22 @@ def test_left_out_nodes_are_the_inner_ones_near_the_value_and_do_not_predict_the
 
 
 def test_axes_are_combined_one_after_the_other():
-    first, second = Nodes("a", (0.0, 1.0, 2.0, 3.0)), Nodes("b", (1.0, 2.0, 4.0, 5.0))
+    first, second = AxisNodes("a", (0.0, 1.0, 2.0, 3.0)), AxisNodes("b", (1.0, 2.0, 4.0, 5.0))
     stencils = [first.at(1.2), second.at(3.3)]
     x, y = (np.array(n.values)[s.nodes] for n, s in zip((first, second), stencils, strict=True))
     values = (x[:, None] ** 2 * y**3)[..., None] * np.array([1.0, -2.0])
-    np.testing.assert_allclose(combined(values, stencils), 1.2**2 * 3.3**3 * np.array([1.0, -2.0]))
+    np.testing.assert_allclose(interpolate(values, stencils), 1.2**2 * 3.3**3 * np.array([1.0, -2.0]))
 
 
 @pytest.mark.parametrize("values", [(1.0, 2.0), (1.0, 3.0, 2.0), (1.0, 1.0, 2.0)])
 def test_axes_that_make_no_map_are_refused(values):
     with pytest.raises(WrongInput, match=r"axis flank, \d values: a map needs 3 or more that increase"):
-        Nodes("flank", values)
+        AxisNodes("flank", values)
 
 
 def test_logarithms_need_positive_values():
     with pytest.raises(WrongInput, match="all positive"):
-        Nodes("E", (0.0, 1.0, 2.0), spacing="logarithmic")
+        AxisNodes("E", (0.0, 1.0, 2.0), spacing="logarithmic")
 
 
 @pytest.mark.parametrize("value", [-0.1, 6.1, np.nan])

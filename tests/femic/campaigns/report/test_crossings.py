@@ -41,7 +41,7 @@ def test_a_level_that_is_exceeded_again_and_gaps_are_told():
     assert again.extent(1.0) == 0.5
     sizes = xr.DataArray([0.0, 0.5, np.nan, 0.5, np.nan], dims="flank")
     lines = Lines.of(sizes, [axis])
-    assert (lines.crossings(1.0), lines.known_of) == ([Crossing(NOWHERE)], "3 of 5 scenes")
+    assert (lines.crossings(1.0), lines.known_count) == ([Crossing(NOWHERE)], "3 of 5 scenes")
     assert Lines.of(sizes * np.nan, [axis]).crossings(1.0) == []
 
 

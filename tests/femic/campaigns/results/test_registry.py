@@ -110,7 +110,7 @@ def test_models_of_contact_on_grids_of_its_own_are_known_beforehand(kind, monkey
         asked.extend(jobs.values())
         raise Failure("only noted")
 
-    monkeypatch.setattr("femic.contact.pairs.reference_ics.matrices", noted)
+    monkeypatch.setattr("femic.contact.pairs.body_ics.matrices", noted)
     with pytest.raises(Failure, match="only noted"):
         KINDS["contact"].compute(scene, RunOptions(1))
     known = [job for jobs in KINDS["contact"].jobs(scene) for job in jobs.values()]

@@ -19,7 +19,7 @@ from femic.campaigns.dataset import outcomes
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.running import cluster, tasks
 from femic.campaigns.running.cluster import NO_DASHBOARD, existing_cluster, size_for
-from femic.campaigns.running.crew import SCENES_PER_WORKER, Crew, receipt_of
+from femic.campaigns.running.crew import SCENES_PER_WORKER, Crew, report_of
 from femic.campaigns.running.run import Options, Progress
 from femic.campaigns.running.scheduler import address_of, require_scheduler
 from femic.campaigns.running.tasks import Origin, Unusable
@@ -46,7 +46,7 @@ def test_a_full_disk_ends_the_campaign_and_keeps_what_was_finished(client, tmp_p
         write(fs, path, data)
 
     monkeypatch.setattr(system, "pipe_file", full)
-    with pytest.raises(Unusable, match=r"takes nothing more \(.*No space left on device\): make room"):
+    with pytest.raises(Unusable, match=r"accepts no more data \(.*No space left on device\): make room"):
         swept(campaign, tmp_path, client)
     assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) == 5  # and the probe
     monkeypatch.setattr(system, "pipe_file", write)
@@ -59,7 +59,7 @@ def test_a_disk_that_is_full_from_the_start_is_said_at_once(light_scenes, client
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(type(Store(tmp_path)._fs), "pipe_file", full)
-    with pytest.raises(Unusable, match="takes nothing more"):
+    with pytest.raises(Unusable, match="accepts no more data"):
         swept(campaign_in(tmp_path, LIGHT), tmp_path, client)
     assert not light_scenes
 
@@ -133,7 +133,7 @@ def test_a_worker_that_dies_again_and_again_fails_its_scene():
         def result(self, **_):
             raise KilledWorker("task", None, 3)
 
-    failure = receipt_of(Ended()).failure
+    failure = report_of(Ended()).failure
     assert failure.startswith("its worker died 4 times, most likely for memory: give fewer workers")
 
 
@@ -150,7 +150,7 @@ def test_a_scheduler_that_goes_is_said_and_what_is_finished_is_kept(tmp_path):
 
         with (
             existing_cluster(own.scheduler_address, timeout=1.0) as client,
-            pytest.raises(Failure, match="the scheduler is gone; finished scenes are kept"),
+            pytest.raises(Failure, match="the scheduler is gone; finished scenes are stored"),
         ):
             swept(campaign, tmp_path, client, Options(go))
     assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) >= 3
@@ -219,7 +219,7 @@ def answer_to_a_stranger(address, says=b"GET /health HTTP/1.0\r\n\r\n"):
 def test_the_cluster_of_this_machine_is_closed_to_others_on_it():
     """Also to their Dask; what is served by HTTP has nothing."""
     before = {*listening()}
-    with cluster.local_cluster(cluster.Size(1, 1000.0)) as client:
+    with cluster.local_cluster(cluster.ClusterSize(1, 1000.0)) as client:
         assert client.submit(sum, [1, 2]).result() == 3
         address = client.scheduler.address
         assert address.startswith("tls://127.0.0.1:")

@@ -7,7 +7,7 @@ from contextlib import contextmanager, nullcontext
 import pytest
 
 from femic.campaigns.running import cluster
-from femic.campaigns.running.cluster import Size, local_cluster
+from femic.campaigns.running.cluster import ClusterSize, local_cluster
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def stand_in(monkeypatch):
 
 
 def entered():
-    with local_cluster(Size(1, 1000.0)):
+    with local_cluster(ClusterSize(1, 1000.0)):
         pytest.fail("it goes on")
 
 

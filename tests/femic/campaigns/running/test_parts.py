@@ -6,7 +6,7 @@ import xarray as xr
 from femic.cache.store import Store
 from femic.campaigns.running import tasks
 from femic.campaigns.running.checks import require_computable
-from femic.campaigns.running.tasks import Receipt
+from femic.campaigns.running.tasks import TaskReport
 from geometries.errors import Failure
 from tests.femic.campaigns.campaigns import (
     LIGHT,
@@ -52,7 +52,7 @@ def test_parts_that_fail_alike_say_so_once(client, tmp_path, monkeypatch):
 
 def test_a_model_that_kills_workers_leaves_what_needs_none(client, tmp_path, monkeypatch):
     def killed(*_):
-        return Receipt("its worker died 4 times")
+        return TaskReport("its worker died 4 times")
 
     of_parts(monkeypatch, errors=light, advice=light)
     campaign = campaign_in(tmp_path, 'keep = ["errors", "advice"]' + LIGHT)

@@ -23,13 +23,13 @@ def worker(status, executing=0):
 
 def looked(*states):
     """What is noted where workers have some states one after the other, for some seconds each."""
-    said, now = [], [0.0]
-    pauses = Pauses(said.append, lambda: now[0])
+    messages, now = [], [0.0]
+    pauses = Pauses(messages.append, lambda: now[0])
     for seconds, *workers in states:
         for _ in range(seconds):
             pauses.update({str(k): one for k, one in enumerate(workers)})
             now[0] += 1.0
-    return said
+    return messages
 
 
 PAUSED, RUNNING, AT_WORK = worker("paused"), worker("running"), worker("paused", executing=1)
@@ -37,11 +37,11 @@ PAUSED, RUNNING, AT_WORK = worker("paused"), worker("running"), worker("paused",
 
 def test_a_pause_is_said_once_within_half_a_minute():
     assert REPORTED_AFTER < GIVE_UP_AFTER < 30
-    (said,) = looked((300, PAUSED, RUNNING), (5, RUNNING, RUNNING), (300, PAUSED, RUNNING))
-    assert said.startswith(
+    (messages,) = looked((300, PAUSED, RUNNING), (5, RUNNING, RUNNING), (300, PAUSED, RUNNING))
+    assert messages.startswith(
         "1 of 2 workers are paused by Dask for their memory (900 of 1000 MB): the campaign goes"
     )
-    assert "--memory-limit" in said
+    assert "--memory-limit" in messages
 
 
 def test_short_pauses_are_not_said():
@@ -88,10 +88,10 @@ def test_a_campaign_on_paused_workers_does_not_wait_forever(own, tmp_path, monke
     monkeypatch.setattr(paused, "GIVE_UP_AFTER", 1.5)
     monkeypatch.setattr(paused, "REPORTED_AFTER", 0.5)
     pause(own, 2)
-    said = []
+    messages = []
     with pytest.raises(Failure, match="2 of 2 workers are paused by Dask"):
-        swept(campaign_in(tmp_path, LIGHT), tmp_path, own, Options(on_message=said.append))
-    assert len(said) == 1
+        swept(campaign_in(tmp_path, LIGHT), tmp_path, own, Options(on_message=messages.append))
+    assert len(messages) == 1
 
 
 def test_a_cluster_of_paused_workers_has_workers(monkeypatch):

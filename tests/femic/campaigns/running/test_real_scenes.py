@@ -7,7 +7,7 @@ import xarray as xr
 from compare.ics.compute import compute
 from femic.cache.store import Store
 from femic.campaigns.running import plan as planning
-from femic.campaigns.running.plan import planned
+from femic.campaigns.running.plan import sweep_plan
 from femic.reference.run_options import RunOptions
 from tests.femic.campaigns.campaigns import (
     OF_UPPER,
@@ -70,16 +70,16 @@ def test_a_campaign_in_the_same_store_begins_with_what_is_there(real, client, tm
 
 def test_the_plan_counts_models_and_what_is_kept(real, tmp_path):
     campaign, folder, _, _ = real
-    plan = planned(campaign, Store(tmp_path))
+    plan = sweep_plan(campaign, Store(tmp_path))
     assert (plan.scenes, plan.reused, plan.models) == (2, 0, 3)
     assert plan.seconds > 0
     assert 200 < plan.memory < 1000
-    plan = planned(campaign, Store(folder / "store"))
+    plan = sweep_plan(campaign, Store(folder / "store"))
     assert (plan.scenes, plan.reused, plan.models) == (2, 2, 0)
 
 
 def test_models_are_counted_for_a_while_only(real, tmp_path, monkeypatch):
     """Those of contact on grids of its own take seconds a scene; at least those of one scene are."""
     monkeypatch.setattr(planning, "LONGEST", 0.0)
-    plan = planned(real[0], Store(tmp_path))
+    plan = sweep_plan(real[0], Store(tmp_path))
     assert (plan.counted, plan.models) == (1, 2)

@@ -43,7 +43,7 @@ def test_pressures_integrate_to_the_load_on_the_arc(level):
 
 def test_surfaces_in_contact_meet_in_space(level):
     """Deformed vertices in contact lie on the deformed upper surface: weighted gaps by interpolation."""
-    coupling, state = level.pair.coupling, level.settled.state
+    coupling, state = level.pair.coupling, level.solution.state
     lower = level.pair.lower.solid.trace
     u_lower = state.u_lower.reshape(-1, 3)[lower.nodes[coupling.zone.vertices]]
     sin, cos = level.bodies.lower.contour.normal(coupling.zone.s)

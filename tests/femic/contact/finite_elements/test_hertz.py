@@ -50,7 +50,7 @@ def test_both_bodies_are_in_equilibrium(level):
 
 
 def test_there_is_neither_tension_nor_penetration(level):
-    state, active = level.settled.state, level.settled.active
+    state, active = level.solution.state, level.solution.active
     gap = level.pair.gap(state) / level.pair.coupling.area
     assert 20 < np.count_nonzero(active) < len(active) - 20
     assert state.p[active].min() > -1e-5 * state.p.max()

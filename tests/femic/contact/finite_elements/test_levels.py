@@ -30,8 +30,8 @@ def level(end=15.0, kink=100.0):
     )
     coupling = SimpleNamespace(zone=Zone(np.arange(len(x)), x, s), area=np.full(len(x), SPACING**2))
     pair = SimpleNamespace(coupling=coupling, gap=lambda _: gap * SPACING**2)
-    settled = SimpleNamespace(state=None, active=gap == 0)
-    return Level(bodies, None, 1.0, pair, settled, 0.0)
+    solution = SimpleNamespace(state=None, active=gap == 0)
+    return Level(bodies, None, 1.0, pair, solution, 0.0)
 
 
 def test_an_edge_before_a_joint_is_read_from_gaps_before_it():

@@ -74,12 +74,12 @@ def test_the_approach_is_that_of_both_blocks(compressed):
     expected = sum(
         pressure * height / modulus(material) for _, height, material, _ in (LOWER_BLOCK, UPPER_BLOCK)
     )
-    assert compressed.settled.state.approach == pytest.approx(expected, rel=1e-5)
+    assert compressed.solution.state.approach == pytest.approx(expected, rel=1e-5)
 
 
 def test_the_displacement_is_linear(compressed):
     pressure = LOAD / LENGTH / WIDTH
-    state = compressed.settled.state
+    state = compressed.solution.state
     for u, (_, height, material, side) in ((state.u_lower, LOWER_BLOCK), (state.u_upper, UPPER_BLOCK)):
         body = compressed.pair.lower if side == LOWER else compressed.pair.upper
         z = body.solid.nodes[2]

@@ -69,7 +69,7 @@ def made_level(numbers_are_read):
         spacing=0.5,
         bodies=bodies(),
         p=np.array([90.0]),
-        settled=SimpleNamespace(state=SimpleNamespace(approach=0.1)),
+        solution=SimpleNamespace(state=SimpleNamespace(approach=0.1)),
         lateral_force=1.0,
         moment=2.0,
         centre_of_pressure=0.3,

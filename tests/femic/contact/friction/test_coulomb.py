@@ -11,7 +11,7 @@ from femic.contact.exact.carter import TractiveRolling
 from femic.contact.exact.hertz import LineContact
 from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
-from femic.contact.friction.leading import LeadingEdge
+from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.friction.motion import Shift, SteadyRolling
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.convolution import Convolution
@@ -285,9 +285,9 @@ def test_forces_come_about_from_any_guess_of_the_amplitudes(share, guess):
 def test_forces_that_friction_does_not_bear_are_refused_at_once(share, monkeypatch):
     monkeypatch.setattr(coulomb, "MOST_STEPS", 0)
     targets = share * bounds().sum() * np.array([0.8, -0.6])
-    with pytest.raises(Failure, match=f"exceed what friction bears.*less than {1 / share:.4g}"):
+    with pytest.raises(Failure, match=f"exceed what friction can supply.*no more than {1 / share:.4g}"):
         coulomb.tractions(asked(targets))
-    with pytest.raises(Failure, match="exceed what friction bears"):
+    with pytest.raises(Failure, match="exceed what friction can supply"):
         coulomb.tractions(asked([0.0, 0.0], 0 * bounds()))
 
 

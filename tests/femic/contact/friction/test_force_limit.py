@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.friction.force_limit import borne, check_borne
+from femic.contact.friction.force_limit import attainable_factor, require_attainable
 from geometries.errors import Failure
 
 BOUND = np.random.default_rng(0).uniform(0.0, 2.0, (9, 8)) - 0.4
@@ -15,14 +15,14 @@ ALONG, ACROSS, TURNING = (np.stack(pair, axis=-1) for pair in ((ONE, ZERO), (ZER
 
 def test_one_force_may_be_the_sum_of_all_bounds():
     for way, most in ((ALONG, BOUND.sum()), (TURNING, np.sum(BOUND * np.hypot(X, Y)))):
-        assert borne(np.array([way]), BOUND, np.array([0.25 * most])) == pytest.approx(4.0)
-        assert borne(np.array([way]), BOUND, np.array([-2.0 * most])) == pytest.approx(0.5)
+        assert attainable_factor(np.array([way]), BOUND, np.array([0.25 * most])) == pytest.approx(4.0)
+        assert attainable_factor(np.array([way]), BOUND, np.array([-2.0 * most])) == pytest.approx(0.5)
 
 
 def test_two_forces_may_be_as_large_in_any_direction():
     for angle in (0.0, 0.7, 2.0, -1.1):
         targets = 0.5 * BOUND.sum() * np.array([np.cos(angle), np.sin(angle)])
-        assert borne(np.array([ALONG, ACROSS]), BOUND, targets) == pytest.approx(2.0, rel=1e-6)
+        assert attainable_factor(np.array([ALONG, ACROSS]), BOUND, targets) == pytest.approx(2.0, rel=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -35,22 +35,22 @@ def test_three_forces_are_within_what_all_directions_allow(seed):
     work = np.linalg.norm(np.tensordot(c, weights, 1), axis=-1).reshape(len(c), -1) @ BOUND.ravel()
     power = c @ targets
     least = np.min(work[power > 0] / power[power > 0])
-    assert least * (1 - 3e-3) < borne(weights, BOUND, targets) <= least * (1 + 1e-9)
+    assert least * (1 - 3e-3) < attainable_factor(weights, BOUND, targets) <= least * (1 + 1e-9)
 
 
 def test_units_and_the_share_of_the_forces_do_not_matter():
     weights, targets = np.array([ALONG, ACROSS, TURNING]), np.array([20.0, -5.0, 40.0])
-    here = borne(weights, BOUND, targets)
+    here = attainable_factor(weights, BOUND, targets)
     scales = np.array([1.0, 1.0, 1e-3])
-    there = borne(weights * scales[:, None, None, None], 1e6 * BOUND, 1e6 * targets * scales)
+    there = attainable_factor(weights * scales[:, None, None, None], 1e6 * BOUND, 1e6 * targets * scales)
     assert there == pytest.approx(here, rel=1e-6)
-    assert borne(weights, BOUND, 3 * targets) == pytest.approx(here / 3)
+    assert attainable_factor(weights, BOUND, 3 * targets) == pytest.approx(here / 3)
 
 
 def test_no_forces_are_borne_to_infinity_and_nothing_without_bounds():
-    assert borne(np.array([ALONG]), BOUND, np.zeros(1)) == np.inf
-    assert borne(np.array([ALONG]), np.zeros_like(BOUND), np.zeros(1)) == 0
-    assert borne(np.array([ALONG, ACROSS]), np.zeros_like(BOUND), np.array([1.0, 0.0])) == 0
+    assert attainable_factor(np.array([ALONG]), BOUND, np.zeros(1)) == np.inf
+    assert attainable_factor(np.array([ALONG]), np.zeros_like(BOUND), np.zeros(1)) == 0
+    assert attainable_factor(np.array([ALONG, ACROSS]), np.zeros_like(BOUND), np.array([1.0, 0.0])) == 0
 
 
 def test_one_element_bears_no_moment_of_its_own():
@@ -61,13 +61,15 @@ def test_one_element_bears_no_moment_of_its_own():
     together = np.array([0.0, lateral, lateral * lever])
     weights = np.array([ALONG, ACROSS, TURNING])
     assert Y[6, 3] != 0
-    assert borne(weights, lone, together) == pytest.approx(2.0, rel=1e-3)
-    assert borne(weights, lone, together * [1, 1, -1]) < 1e-3
+    assert attainable_factor(weights, lone, together) == pytest.approx(2.0, rel=1e-3)
+    assert attainable_factor(weights, lone, together * [1, 1, -1]) < 1e-3
 
 
 def test_forces_beyond_friction_are_refused():
     most = BOUND.sum()
-    check_borne(np.array([ALONG]), BOUND, np.array([0.999 * most]))
+    require_attainable(np.array([ALONG]), BOUND, np.array([0.999 * most]))
     for force in (most, 2.0 * most, -2.0 * most):
-        with pytest.raises(Failure, match=r"forces asked for exceed what friction bears: .* less than"):
-            check_borne(np.array([ALONG]), BOUND, np.array([1.0001 * force]))
+        with pytest.raises(
+            Failure, match=r"prescribed forces exceed what friction can supply: .* no more than"
+        ):
+            require_attainable(np.array([ALONG]), BOUND, np.array([1.0001 * force]))

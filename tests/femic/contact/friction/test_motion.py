@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from femic.contact.block_means import of_fours
-from femic.contact.friction.leading import DEPTH
+from femic.contact.block_mean import block_mean
+from femic.contact.friction.leading_edge import DEPTH
 from femic.contact.friction.motion import DAMPING, FreeSlip, Motion, RollingStep, Shift, SteadyRolling
 from geometries.errors import WrongInput
 
@@ -92,15 +92,15 @@ def test_slip_has_the_error_of_its_order(order):
 
 def test_symbols_are_what_slip_makes_of_waves():
     """But for the damping, by which waves decay over the grid."""
-    turns = np.array([0.3, -1.2, 2.5])
-    wave = np.exp(1j * turns * np.arange(8)[:, None])[:, :, None] * np.ones(2)
+    angles = np.array([0.3, -1.2, 2.5])
+    wave = np.exp(1j * angles * np.arange(8)[:, None])[:, :, None] * np.ones(2)
     for motion, damping in (
         (Motion(W), 0.0),
         (SteadyRolling(W, dx=DX), DAMPING / 8),
         (RollingStep(W, dx=DX), 0.0),
     ):
         slips = motion.slip_of(wave)[:-1] / wave[:-1]
-        undamped = motion.symbol(turns - 1j * damping)
+        undamped = motion.symbol(angles - 1j * damping)
         np.testing.assert_allclose(slips[..., 0], np.broadcast_to(undamped, (7, 3)), rtol=1e-12)
     assert abs(SteadyRolling(W, dx=DX).symbol(np.zeros(1))[0]) > 0.1 / DX / 8
 
@@ -118,20 +118,20 @@ def fine(coarse):
 
 def test_on_coarser_elements_fields_are_means_and_forces_stay():
     coarse = RANDOM.normal(size=(4, 3, 2))
-    np.testing.assert_allclose(of_fours(fine(coarse)), coarse)
-    np.testing.assert_allclose(of_fours(W)[1, 2], W[2:4, 4:6].mean(axis=(0, 1)))
+    np.testing.assert_allclose(block_mean(fine(coarse)), coarse)
+    np.testing.assert_allclose(block_mean(W)[1, 2], W[2:4, 4:6].mean(axis=(0, 1)))
     weights, p = RANDOM.normal(size=(8, 6, 3)), RANDOM.normal(size=(4, 3, 3))
     free = FreeSlip(W, weights, 3.0)
     assert np.sum(free.coarsened.weights * p) == pytest.approx(np.sum(weights * fine(p)))
     assert free.coarsened.force == 3.0
     rolling = SteadyRolling(W, (free,), dx=DX, order=1).coarsened()
     assert (rolling.dx, rolling.order) == (2 * DX, 1)
-    np.testing.assert_array_equal(rolling.rigid, of_fours(W))
-    np.testing.assert_array_equal(rolling.of_free[0], of_fours(W))
+    np.testing.assert_array_equal(rolling.rigid, block_mean(W))
+    np.testing.assert_array_equal(rolling.of_free[0], block_mean(W))
     sines = RANDOM.normal(size=6)
     shift = Shift(W, before=BEFORE, per_approach=sines, approach_before=0.1).coarsened()
     np.testing.assert_allclose(
-        shift.given_at(0.4)[1, 2], of_fours(W - BEFORE)[1, 2] + [0, 0.15 * sum(sines[4:])]
+        shift.given_at(0.4)[1, 2], block_mean(W - BEFORE)[1, 2] + [0, 0.15 * sum(sines[4:])]
     )
     assert Shift(W).coarsened().before is None
     assert RollingStep.has_coarser is False

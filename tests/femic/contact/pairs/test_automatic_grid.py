@@ -11,7 +11,9 @@ from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.dense import Asymmetry, GridOperator
-from femic.contact.pairs.automatic_grid import MOST_STRIPS, grids_of, sizing_of
+from femic.contact.pairs import first_touch
+from femic.contact.pairs.automatic_grid import grids_of, sizing_of
+from femic.contact.pairs.contact_size import MOST_STRIPS, contact_size
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.reference_ics import ReferenceICs
@@ -31,7 +33,7 @@ def hertz(of=None):
 
 def test_curvatures_are_those_where_bodies_touch_however_far_they_reach():
     """Also beyond the wheel, as with a unit of length of a kilometre."""
-    ellipse = sizing_of(replace(problem(), reference_length=1e6)).hertz(Loading(SMALL))
+    ellipse = first_touch.hertz(sizing_of(replace(problem(), reference_length=1e6)).bodies, Loading(SMALL))
     expected = hertz().at_load(SMALL)
     assert (ellipse.a, ellipse.b) == pytest.approx((expected.a, expected.b), rel=1e-2)
 
@@ -57,7 +59,7 @@ def test_loads_that_are_decades_apart_have_grids_of_their_own():
 def test_sizes_grow_as_hertz_says_over_ten_decades():
     of = problem()
     for load in (1e-8, 1e-4, 1e0):
-        size, expected = sizing_of(of).size(Loading(load)), hertz(of).at_load(load)
+        size, expected = contact_size(sizing_of(of).bodies, Loading(load)), hertz(of).at_load(load)
         assert size.x[1] == pytest.approx(expected.a, rel=0.1)
         assert size.s[1] - size.s[0] == pytest.approx(2 * expected.b, rel=0.1)
 
@@ -75,7 +77,7 @@ def test_contacts_at_the_end_of_a_contour_are_refused_with_the_end_and_a_remedy(
     with pytest.raises(
         Failure, match=r"contact at 50000 N: it reaches the end of a contour at s < 0 and s > 0"
     ):
-        sizing_of(of).size(Loading(5e4))
+        contact_size(sizing_of(of).bodies, Loading(5e4))
 
 
 def test_where_c_needs_a_longer_grid_it_is_made_longer(monkeypatch):

@@ -11,18 +11,15 @@ from femic.contact.normal import NormalProblem, solve
 from femic.contact.operators.approximations import half_space_operator
 from femic.contact.operators.dense import GridOperator, reciprocity_defects
 from femic.contact.pairs.automatic_grid import sizing_of
+from femic.contact.pairs.body_ics import ALL, BodyICs, reciprocal, sum_of_bodies
 from femic.contact.pairs.frictionless import solve_frictionless
 from femic.contact.pairs.pair_on_grid import pair_on_grid, undeformed_of
 from femic.contact.pairs.positivity import require_positive, smallest_eigenvalue
 from femic.contact.pairs.reference_ics import (
-    ALL,
-    BodyICs,
     approximation,
     full_reference_ics,
     normal_reference_ics,
     pair_operator,
-    reciprocal,
-    sum_of_bodies,
 )
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
@@ -42,7 +39,7 @@ def test_c_of_the_upper_body_lies_opposite_that_of_the_lower(monkeypatch):
         asked.update(jobs)
         raise InterruptedError
 
-    monkeypatch.setattr("femic.contact.pairs.reference_ics.matrices", recorded)
+    monkeypatch.setattr("femic.contact.pairs.body_ics.matrices", recorded)
     with pytest.raises(InterruptedError):
         normal_reference_ics(of, pair_on_grid(of, grid), RunOptions())
     middle = {name: float(job.body.contour.position(job.grid.s)[0]) for name, job in asked.items()}

@@ -125,7 +125,7 @@ def test_the_command_writes_what_it_found(tmp_path, monkeypatch, capsys):
     page = (tmp_path / "extremes.html").read_text(encoding="utf-8")
     assert "Poisson&#39;s ratio must lie in 0 ... 0.5" in page
     assert "://" not in page
-    monkeypatch.setattr("femic.cli.studies.extremes_available", lambda: False)
+    monkeypatch.setattr("femic.cli.validate.extremes_available", lambda: False)
     assert exit_code(["extremes", "--out", str(tmp_path)]) == WRONG_INPUT
     assert "pip install" in capsys.readouterr().err
 

@@ -1,4 +1,4 @@
-"""Commands that try the program itself: `validate`, `extremes`."""
+"""Commands that test the program itself: `validate`, `extremes`."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -7,14 +7,15 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cli.work import DEFAULT_WORK, Work
-from femic.late import Late
+from femic.late import lazy_imports
 from femic.validation.extremes.cases import available as extremes_available
 from femic.validation.statements import page as validation
 from femic.validation.statements import runs, verdicts
 from geometries.errors import WrongInput
 
-write_extremes = Late("femic.validation.extremes.page:write_extremes")  # needs the extra femic[extremes]
-Engines = Late("femic.validation.extremes.engines:Engines")
+with lazy_imports():  # they need the extra femic[extremes]
+    from femic.validation.extremes import engines
+    from femic.validation.extremes import page as extremes_page
 
 
 def validate(
@@ -25,7 +26,7 @@ def validate(
     tolerance: Annotated[float, Parameter(help="of C")] = runs.TOLERANCE,
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Check what is said about these ICs, and this program, with computed verdicts; write a report."""
+    """Check statements about these ICs, and about this program, with computed verdicts; write a report."""
     numbers = verdicts.selection(only)
     if not runs.TIGHTEST <= tolerance <= runs.LOOSEST:
         raise WrongInput(f"--tolerance {tolerance:g}: {runs.TIGHTEST:g} ... {runs.LOOSEST:g}")
@@ -44,11 +45,11 @@ def extremes(
     ] = ("analytic", "harmonic", "solid"),
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Try every part at the limits of what may be asked for, and beyond; write errors, cost and messages."""
+    """Test every part at the limits of its inputs, and beyond; write errors, cost and messages."""
     if not extremes_available():
         raise WrongInput("femic extremes: run .venv/bin/pip install -c constraints.txt -e '.[extremes]'")
     folder = work.out or Path("out") / "extremes"
     console = Console(highlight=False)
     with work.options(folder, console) as options:
-        report = write_extremes(of, Engines(options), folder)
+        report = extremes_page.write_extremes(of, engines.Engines(options), folder)
     console.print(f"Report: {report}", soft_wrap=True)

@@ -1,7 +1,7 @@
-"""The lateral position of the upper body that a lateral force asks for.
+"""The lateral position of the upper body at which it is in equilibrium with a lateral force.
 
 A body that is moved aside is pushed back: the lateral force falls as the position grows. The position is
-bracketed by steps that grow, and found by Brent's method.
+bracketed by growing steps and solved for with Brent's method.
 """
 
 from collections.abc import Callable
@@ -19,10 +19,10 @@ Contact = TypeVar("Contact")
 
 
 @dataclass(frozen=True, eq=False)
-class AtPosition(Generic[Contact]):
-    """A contact at the lateral position [mm] that a force asks for.
+class LateralEquilibrium(Generic[Contact]):
+    """A contact at the lateral position [mm] where it has a given lateral force.
 
-    `stiffness` [N/mm] is that against lateral movements, by the two positions nearest to it.
+    `stiffness` [N/mm] is the one against lateral movements, from the two nearest positions.
     """
 
     contact: Contact
@@ -30,33 +30,33 @@ class AtPosition(Generic[Contact]):
     stiffness: float
 
 
-def at_lateral_force(
+def contact_at_lateral_force(
     contact_at: Callable[[float], tuple[float, Contact]],
     force: float,
     *,
     start: float,
     step: float,
     accuracy: float,
-) -> AtPosition[Contact]:
-    """The contact with a lateral force [N] on the upper body, to an accuracy [mm] of its position.
+) -> LateralEquilibrium[Contact]:
+    """Return the contact with a lateral force [N] on the upper body, to an accuracy [mm] of its position.
 
-    `contact_at` gives the lateral force [N] and the contact at a position [mm]. It is sought from `start` on,
-    with a first step [mm]. Raises Failure where no position is found that has the force, and as `contact_at`.
+    `contact_at` gives the lateral force [N] and the contact at a position [mm]. The search begins at `start`
+    with a step [mm]. Raises Failure where no position has the force, and as `contact_at`.
     """
-    found: dict[float, tuple[float, Contact]] = {}
+    evaluated: dict[float, tuple[float, Contact]] = {}
 
     def beyond(position: float) -> float:
         has, contact = contact_at(position)
-        found[position] = has - force, contact
+        evaluated[position] = has - force, contact
         return has - force
 
     low, high = _bracket(beyond, start, step)
     position = low if low == high else float(brentq(beyond, low, high, xtol=accuracy))
-    defect, contact = found[position]
-    others = [(abs(other - position), other) for other in found if other != position]
+    defect, contact = evaluated[position]
+    others = [(abs(other - position), other) for other in evaluated if other != position]
     nearest = min(others)[1] if others else position + step
-    other_defect = found[nearest][0] if nearest in found else beyond(nearest)
-    return AtPosition(contact, position, abs((other_defect - defect) / (nearest - position)))
+    other_defect = evaluated[nearest][0] if nearest in evaluated else beyond(nearest)
+    return LateralEquilibrium(contact, position, abs((other_defect - defect) / (nearest - position)))
 
 
 def _bracket(beyond: Callable[[float], float], start: float, step: float) -> tuple[float, float]:

@@ -17,10 +17,10 @@ from rich.console import Console
 
 from femic.campaigns.dataset.reading import open_sweep
 from femic.campaigns.results import registry
-from femic.campaigns.running.cluster import Size
+from femic.campaigns.running.cluster import ClusterSize
 from femic.campaigns.running.run import Progress
-from femic.cli import scenes, sweeps
-from femic.cli.campaign_progress import CampaignLines, campaign_shown
+from femic.cli import scenes
+from femic.cli.campaign_progress import CampaignLines, show_campaign
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.cli.progress import EVERY
 from femic.scenes.load import load_scene
@@ -57,8 +57,8 @@ def femic(client, tmp_path, monkeypatch, capsys):
         yield client
 
     monkeypatch.setattr(registry, "KINDS", LIGHT_KINDS)
-    monkeypatch.setattr(sweeps, "local_cluster", cluster)
-    monkeypatch.setattr(sweeps, "largest_memory", lambda _: 100.0)
+    monkeypatch.setattr("femic.campaigns.running.cluster.local_cluster", cluster)
+    monkeypatch.setattr("femic.campaigns.running.plan.largest_memory", lambda _: 100.0)
     monkeypatch.chdir(tmp_path)
 
     def sweep(text, *options):
@@ -91,7 +91,7 @@ def test_wrong_files_and_options_are_said(femic):
     assert femic("scene = 1")[0] == WRONG_INPUT
     code, printed = femic(LIGHT, "--scheduler", "tcp://127.0.0.1:9", "--workers", "2")
     assert code == WRONG_INPUT
-    assert "--workers is of this machine's cores" in printed
+    assert "--workers are cores of this machine" in printed
 
 
 def test_a_value_in_the_middle_is_said_and_nothing_is_computed(femic):
@@ -117,7 +117,7 @@ def test_impossible_combinations_are_told_and_fail(femic):
     ],
 )
 def test_schedulers_that_are_not_there_are_said_before_any_work(femic, monkeypatch, address, code, said):
-    monkeypatch.setattr(sweeps, "compute_sweep", None)
+    monkeypatch.setattr("femic.campaigns.running.run.compute_sweep", None)
     found, printed = femic(LIGHT, "--scheduler", address)
     assert found == code
     assert said in " ".join(printed.split())
@@ -136,7 +136,7 @@ def test_the_scene_of_a_point_is_written_and_nothing_else_is_printed(femic):
     assert femic(LIGHT, "--write", "E=2.5,nu=7")[0] == WRONG_INPUT
 
 
-def test_scenes_of_a_campaign_are_compared_with_the_models_that_it_has_kept(tmp_path, monkeypatch):
+def test_scenes_of_a_campaign_are_compared_with_its_stored_models(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("mine.toml").write_text(OF_UPPER, encoding="utf-8")
     computed = []
@@ -165,7 +165,7 @@ def test_the_page_of_what_is_there_is_written_without_computing(femic, monkeypat
     assert "out/mine: nothing is finished yet" in printed
     femic(LIGHT)
     Path("out/mine/sweep.html").unlink()
-    monkeypatch.setattr(sweeps, "compute_sweep", None)
+    monkeypatch.setattr("femic.campaigns.running.run.compute_sweep", None)
     assert femic(LIGHT, "--page") == (DONE, "Report: out/mine/sweep.html\n")
     assert Path("out/mine/sweep.html").is_file()
 
@@ -219,7 +219,8 @@ def test_no_more_scenes_are_written_than_can_be_compared(tmp_path, monkeypatch, 
 
 
 def test_a_note_says_why_there_are_fewer_workers(femic, monkeypatch):
-    monkeypatch.setattr(sweeps, "size_for", lambda *_: Size(1, 100.0, "1 instead of 2 workers: ..."))
+    size = ClusterSize(1, 100.0, "1 instead of 2 workers: ...")
+    monkeypatch.setattr("femic.campaigns.running.cluster.size_for", lambda *_: size)
     assert "note: 1 instead of 2 workers" in femic(LIGHT)[1]
 
 
@@ -228,7 +229,7 @@ def test_what_it_would_take_is_said_and_nothing_is_computed(tmp_path, monkeypatc
     Path("mine.toml").write_text(OF_UPPER, encoding="utf-8")
     assert exit_code(["sweep", "mine.toml", "--plan", "--workers", "1"]) == DONE
     printed = capsys.readouterr().out
-    assert re.search(r"2 scenes, 0 of them kept; the others have 3 different models", printed)
+    assert re.search(r"2 scenes, 0 of them finished; the others have 3 different models", printed)
     assert re.search(r"About \d+ s with 1 workers, \d+ MB each", printed)
     assert not Path("out/mine/sweep.nc").exists()
 
@@ -240,22 +241,22 @@ def test_a_campaign_has_a_line_every_few_seconds_and_a_last_one():
     written, clock = [], iter([0.0, 0.0, 1.0, EVERY, EVERY, EVERY + 1, EVERY + 1])
     lines = CampaignLines(written.append, lambda: next(clock))
     for finished in (1, 2, 3, 4):
-        lines.tell(
+        lines.write_if_due(
             Progress(4, finished=finished, reused=0, models=5, models_reused=2, seconds=60.0 * finished)
         )
     assert written == [
-        "  1 of 4 scenes (0 kept, 0 failed; models: 5 solved, 2 times kept), about 3 min left",
-        "  3 of 4 scenes (0 kept, 0 failed; models: 5 solved, 2 times kept), about 60 s left",
-        "  4 of 4 scenes (0 kept, 0 failed; models: 5 solved, 2 times kept)",
+        "  1 of 4 scenes (0 finished before, 0 failed; models: 5 solved, 2 times reused), about 3 min left",
+        "  3 of 4 scenes (0 finished before, 0 failed; models: 5 solved, 2 times reused), about 60 s left",
+        "  4 of 4 scenes (0 finished before, 0 failed; models: 5 solved, 2 times reused)",
     ]
 
 
 def test_on_a_terminal_there_is_a_bar():
     console = Console(file=StringIO(), force_terminal=True, width=150)
-    with campaign_shown(console) as told:
+    with show_campaign(console) as told:
         told(Progress(10, finished=3, reused=1, failed=1, models=5, seconds=20.0))
     text = re.sub("\x1b\\[[0-9;?]*[A-Za-z]", "", console.file.getvalue())
-    assert "scenes (1 kept, 1 failed; models: 5 solved, 0 times kept)" in text
+    assert "scenes (1 finished before, 1 failed; models: 5 solved, 0 times reused)" in text
     assert "3/10" in text
     assert "about 70 s left" in text
 

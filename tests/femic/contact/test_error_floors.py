@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from femic.contact.undecided import OF_EDGE, OF_SLIDING, OF_TURNING, Places, Tractions, floors, scales
+from femic.contact.error_floors import OF_EDGE, OF_SLIDING, OF_TURNING, Places, SlipState, floors, scales
 
 SHAPE = (12, 10)
 X, S = np.meshgrid(np.arange(12) - 5.7, np.arange(10) - 4.4, indexing="ij")
@@ -14,7 +14,7 @@ FRICTION = 0.3
 def tractions(stick, slip, filled=1.0, friction=FRICTION):
     """Pressures on an ellipse, with tangential tractions along x that fill this share of bounds."""
     p = np.stack([filled * friction * P, 0 * P, P], axis=-1)
-    return Tractions(p, stick & (P > 0), np.where((stick | (P == 0))[..., None], 0.0, slip), friction)
+    return SlipState(p, stick & (P > 0), np.where((stick | (P == 0))[..., None], 0.0, slip), friction)
 
 
 def along_x(slip):
@@ -64,7 +64,7 @@ def test_floors_fall_with_elements():
     """Twice as many elements both ways: about half of the area at the edge and at borders."""
     x, s = np.meshgrid((np.arange(24) - 11.4) / 2, (np.arange(20) - 8.8) / 2, indexing="ij")
     p = np.sqrt(np.maximum(1 - (x / 5) ** 2 - (s / 4) ** 2, 0.0))
-    fine = Tractions(
+    fine = SlipState(
         np.stack([0 * p, 0 * p, p], axis=-1), p < 0, np.stack([1e-4 * x, 0 * x], axis=-1), FRICTION
     )
     coarse = floors(tractions(np.zeros(SHAPE, bool), along_x(1e-4 * X)))

@@ -6,20 +6,16 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from femic.cli.work import DEFAULT_WORK, SceneName, Work
-from femic.late import Late
+from femic.late import lazy_imports
 from femic.reference.matrix.job import Discount
 from femic.scenes.ic_names import AUTO, ICName
 from femic.scenes.load import load_scene
 from geometries.patches import COMPONENTS
 
-choose = Late("compare.frontier.choice:choose")
-Question = Late("compare.frontier.advice:Question")
-require_matrices = Late("compare.matrix.compute:require_matrices")
-write_matrix = Late("compare.matrix.page:write_matrix")
-FORMATS = Late("compare.export.export:FORMATS")
-ExportSpecification = Late("compare.export.export:ExportSpecification")
-require_exportable = Late("compare.export.export:require_exportable")
-text_of = Late("compare.export.export:contact_settings")
+with lazy_imports():
+    from compare.export import export as exports
+    from compare.frontier import advice, choice
+    from compare.matrix import compute, page
 
 
 def matrix(
@@ -31,11 +27,11 @@ def matrix(
 ) -> None:
     """Compute the IC matrix of a scene on its grid, all lags and strips; write matrix.nc and a report."""
     loaded = load_scene(scene)
-    require_matrices(loaded)
+    compute.require_matrices(loaded)
     folder = work.folder(loaded)
     console = Console()
     with work.options(folder, console) as options:
-        report = write_matrix(loaded, folder, strip, options)
+        report = page.write_matrix(loaded, folder, strip, options)
     console.print(f"Matrix: {folder / 'matrix.nc'}", soft_wrap=True)
     console.print(f"Report: {report}", soft_wrap=True)
 
@@ -54,7 +50,7 @@ def export(
     discount: Annotated[
         Discount | None,
         Parameter(
-            help="what is taken from C for rigid: approach, M_zz alone, as in contact; source: as [BVSV]; "
+            help="rigid part to subtract from C: approach, M_zz alone, as in contact; source: as [BVSV]; "
             "none; default: the scene's"
         ),
     ] = None,
@@ -64,13 +60,15 @@ def export(
     loaded = load_scene(scene, {"ics": ics} if ics else None)
     console = Console()
     folder, ics_name = work.folder(loaded), loaded.ics
-    require_exportable(loaded, ExportSpecification(ics_name, discount))
+    exports.require_exportable(loaded, exports.ExportSpecification(ics_name, discount))
     with work.options(folder, console) as options:
         if ics_name == AUTO:
-            question = Question("combined", COMPONENTS, loaded.ics_tolerance)
-            chosen = choose(scene, question, options)
+            question = advice.Question("combined", COMPONENTS, loaded.ics_tolerance)
+            chosen = choice.choose(scene, question, options)
             ics_name, changes = chosen.ics, {"engine": dict(chosen.engine)} if chosen.engine else {}
             loaded = load_scene(scene, changes)
             console.print(chosen.sentence, soft_wrap=True, markup=False, highlight=False)
-        written = FORMATS.resolved[to](loaded, ExportSpecification(ics_name, discount), folder, options)
-    console.print(text_of(written), soft_wrap=True, markup=False, highlight=False)
+        written = exports.FORMATS[to](
+            loaded, exports.ExportSpecification(ics_name, discount), folder, options
+        )
+    console.print(exports.contact_settings(written), soft_wrap=True, markup=False, highlight=False)

@@ -1,9 +1,9 @@
-"""Elements that could be in another state, and the scales of forces: what estimates take from a contact.
+"""Floors and scales of error estimates: elements whose state is uncertain, the largest possible forces.
 
-Whether an element slides or sticks is open where what decides it could vanish within the element: the slip of
-one that slides, the distance of the traction from its bound of one that sticks, is less than its change to a
-neighbour. Elements beside others in another state are always among them. Where elements slide and none beside
-them sticks, all of them may be a place of sticking that the grid is too coarse to show.
+Whether an element slides or sticks is uncertain where the deciding quantity could vanish within the element:
+the slip of a sliding element, or the distance of a sticking one's traction from its bound, is less than its
+change to a neighbour. Elements beside others in another state are always among them. Where elements slide and
+none beside them sticks, all of them may be a place of sticking that the grid is too coarse to show.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ NEARLY = 1 + 1e-9  # beside an element of another state both are the same to rou
 
 
 @dataclass(frozen=True, eq=False)
-class Tractions:
+class SlipState:
     """Tractions (n_x, n_s, 3) [MPa] on elements that stick (n_x, n_s) or slip (n_x, n_s, 2)."""
 
     p: Array
@@ -64,7 +64,7 @@ class Tractions:
         return self.open & self.slides & ~_beside(self.in_contact & self.stick)
 
 
-def floors(tractions: Tractions) -> dict[str, float]:
+def floors(tractions: SlipState) -> dict[str, float]:
     """Floors of estimates [shares of scales] of what rests on the state of elements."""
     pressures = tractions.p[..., N]
     area, load = max(int(np.count_nonzero(tractions.in_contact)), 1), max(float(np.sum(pressures)), 1e-300)

@@ -1,0 +1,44 @@
+"""The command `calibrate`, which fits B-hat-prime to C."""
+
+from typing import Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from femic.cache import folders
+from femic.cli.work import DEFAULT_WORK, Work
+from femic.late import lazy_imports
+from femic.scenes.load import load_scene
+from geometries.errors import WrongInput
+
+with lazy_imports():
+    from compare.calibration import compute, page
+    from compare.overlay import sources
+
+
+def calibrate(
+    *scene: Annotated[
+        str,
+        Parameter(help="built-in name (see `femic scenes`) or TOML file; with several one report shows all"),
+    ],
+    work: Work = DEFAULT_WORK,
+) -> None:
+    """Fit the effective properties of B-hat-prime to C; write the fits, scenes with them and one report."""
+    scenes, most = [load_scene(name) for name in scene], sources.MOST_SCENES
+    if not 1 <= len(scenes) <= most:
+        raise WrongInput(f"scenes: {len(scenes)} of them; give 1 to {most}")
+    for loaded in scenes:
+        compute.require_calibration(loaded)
+    joint = [work.joint_folder([loaded.name for loaded in scenes])] if len(scenes) > 1 else []
+    of_each = work.folders_of(scenes, joint)
+    console, calibrated = Console(markup=False, highlight=False), []
+    for loaded, folder in zip(scenes, of_each, strict=True):
+        with work.options(folder, console) as options:
+            console.print(f"{loaded.name}:")
+            calibrated.append(compute.calibrate(loaded, options))
+            fit = page.write_fit(calibrated[-1], folder)
+        console.print(f"Scene with the fit: {fit}", soft_wrap=True)
+    folder_of_report = (*joint, *of_each)[0]
+    with folders.locked(folder_of_report):
+        report = page.write_report(calibrated, folder_of_report)
+    console.print(f"Report: {report}", soft_wrap=True)

@@ -1,0 +1,85 @@
+"""The command `contact`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from femic.cache import folders
+from femic.cli.work import DEFAULT_WORK, Work, print_warnings
+from femic.late import lazy_imports
+from femic.reference.run_options import RunOptions
+from femic.scenes.ic_names import MAP, is_map
+from femic.scenes.load import load_scene
+from femic.scenes.scene import Scene
+from geometries.errors import WrongInput
+
+with lazy_imports():
+    from compare.contact import compute, page, sensitivity
+    from compare.finite_elements import beside
+    from compare.friction import compute as friction_compute
+    from compare.friction import pages
+    from compare.friction import supports as friction_supports
+    from femic.campaigns.maps import c_map
+    from femic.contact.pairs import supports
+
+
+def contact(
+    *scene: Annotated[str, Parameter(help="built-in name (see `femic scenes`) or TOML file")],
+    ics: Annotated[
+        str | None, Parameter(help="such as A,B,Bhat,C: which ICs to solve it with; default: the scene's")
+    ] = None,
+    work: Work = DEFAULT_WORK,
+) -> None:
+    """Solve the contact of scenes with several ICs, without or with friction; write contact.nc and a report.
+
+    `contact.motion` of a scene is none without friction, else steady or transient rolling, or compression.
+    For two frictionless scenes or more, maps show where A and B-hat differ under pressures of one on the
+    patch of another.
+    """
+    if not scene:
+        raise WrongInput("SCENE: name one scene or more, such as wide tall")
+    changes = {"contact": {"ics": [_from_here(name) for name in ics.split(",")]}} if ics else None
+    scenes = [load_scene(name, changes) for name in scene]
+    for loaded in scenes:
+        compute.require_solvable(loaded)  # raises before any work starts
+        pages.require_page(loaded)
+    mapped = [loaded.name for loaded in scenes if sensitivity.is_mapped(loaded)]
+    of_maps = [work.joint_folder(mapped)] if len(mapped) > 1 else []
+    of_each = work.folders_of(scenes, of_maps)
+    console, contacts = Console(markup=False, highlight=False), {}
+    for loaded, folder in zip(scenes, of_each, strict=True):
+        print_warnings(loaded, console)
+        with work.options(folder, console) as options:
+            if loaded.contact.friction is None:
+                results = compute.compute_contact(loaded, options, c_map.maps_of_scene(loaded))
+                contacts[loaded.name] = results
+                report = _write_frictionless(results, folder, options)
+            else:
+                report = _write_with_friction(loaded, folder, options)
+        console.print(f"Report: {report}", soft_wrap=True)
+    for folder in of_maps:
+        with folders.locked(folder):
+            report = page.write_sensitivity({name: contacts[name] for name in mapped}, folder)
+        console.print(f"Report: {report}", soft_wrap=True)
+
+
+def _from_here(name: str) -> str:
+    """Return the name of ICs; the file of a map is relative to the working directory."""
+    return MAP + str(Path(name.removeprefix(MAP)).absolute()) if is_map(name) else name
+
+
+def _write_frictionless(contacts: compute.ContactResults, folder: Path, options: RunOptions) -> Path:
+    """Write the page of contact without friction; return its path."""
+    others = supports.changed_supports(contacts.solved, options)
+    return page.write_contact(contacts, folder, others, beside.stored_solution(contacts, options.store))
+
+
+def _write_with_friction(scene: Scene, folder: Path, options: RunOptions) -> Path:
+    """Solve a contact with friction and write its page; return its path."""
+    dataset = friction_compute.compute_with_friction(scene, options)
+    dataset = friction_supports.with_supports(scene, dataset, options)
+    return pages.PAGES[scene.contact.motion](dataset, folder)

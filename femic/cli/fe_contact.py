@@ -1,0 +1,45 @@
+"""The command `fe-contact`."""
+
+from typing import Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from femic.cli.work import SceneName, Work
+from femic.contact.finite_elements.fineness import CELLS, require_enough
+from femic.late import lazy_imports
+from femic.scenes.load import load_scene
+
+with lazy_imports():
+    from compare.contact import compute, dataset, page
+    from compare.finite_elements import beside
+    from compare.finite_elements import compute as fe_compute
+    from compare.finite_elements import page as fe_page
+    from femic.campaigns.maps import c_map
+
+
+def fe_contact(
+    scene: SceneName,
+    *,
+    cells: Annotated[
+        float, Parameter(help="of the finest mesh, along the patch's shorter half-length")
+    ] = CELLS,
+    work: Work | None = None,
+) -> None:
+    """Solve the contact of a scene by finite elements, without ICs, and compare contact with its ICs to it.
+
+    Writes fe_contact.nc and fe_contact.html, and contact.html with both. A load takes minutes and gigabytes;
+    finished loads are stored.
+    """
+    loaded, work, console = load_scene(scene), work or Work(), Console()
+    fe_compute.require_suitable(loaded)
+    require_enough(cells)
+    folder = work.folder(loaded)
+    with work.options(folder, console) as options:
+        with_ics = compute.compute_contact(loaded, options, c_map.maps_of_scene(loaded))
+        fe_dataset = fe_compute.compute_fe_contact(loaded, dataset.to_dataset(with_ics), options, cells)
+        report = fe_page.write_fe_contact(fe_dataset, folder)
+        with_both = page.write_contact(
+            with_ics, folder, further=beside.stored_solution(with_ics, options.store)
+        )
+    console.print(f"Report: {report}, and with ICs {with_both}", soft_wrap=True)

@@ -1,0 +1,176 @@
+"""The command `sweep`."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from femic.cache import folders
+from femic.cache.store import Store
+from femic.campaigns.files.campaign import Campaign
+from femic.campaigns.files.load import load_campaign
+from femic.cli.work import DEFAULT_WORK, Work, store_at
+from femic.late import lazy_imports
+from geometries.errors import Failure, WrongInput
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from distributed import Client
+
+with lazy_imports():
+    from femic.campaigns.dataset import collected, integrity, reading
+    from femic.campaigns.report import page
+    from femic.campaigns.running import checks, cluster, plan, run
+    from femic.campaigns.running import scheduler as schedulers
+    from femic.cli import campaign_progress, points
+
+SHOWN_FAILURES = 5  # different messages of failures that are printed
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class SweepOptions:
+    """Options of a campaign besides computing it."""
+
+    plan: Annotated[bool, Parameter(negative="", help="estimate the cost, and compute nothing")] = False
+    page: Annotated[
+        bool, Parameter(negative="", help="write the page of the finished scenes, and compute nothing")
+    ] = False
+    retry: Annotated[bool, Parameter(negative="", help="try scenes again that failed before")] = False
+    write: Annotated[
+        str | None,
+        Parameter(
+            help="such as flank=30,ratio=1.1, or flank=30 for all ratios: write the scenes of these points "
+            "as files, print their paths"
+        ),
+    ] = None
+
+
+COMPUTED = SweepOptions()
+
+
+def sweep(
+    campaign: Annotated[Path, Parameter(help="campaign file (TOML): a scene, keys that are swept, values")],
+    /,
+    *,
+    scheduler: Annotated[
+        str | None, Parameter(help="address of a Dask scheduler; default: the cores of this machine")
+    ] = None,
+    options: SweepOptions = COMPUTED,
+    work: Work = DEFAULT_WORK,
+) -> None:
+    """Compute the scenes of a campaign; write sweep.html and sweep.nc (sweep.zarr where it is large).
+
+    Models that scenes share are solved once, and finished scenes are stored: after an interruption, the same
+    command continues. Scenes that fail are listed, and do not stop the others.
+    """
+    loaded, console = load_campaign(campaign), Console(highlight=False, markup=False)
+    if scheduler is not None and work.workers is not None:
+        raise WrongInput("--workers are cores of this machine: leave out --workers or --scheduler")
+    address = None if scheduler is None else schedulers.address_of(scheduler)
+    folder = folders.check(work.out or Path("out") / loaded.name)
+    if options.write is not None:
+        for path in points.write_scenes(loaded, options.write, folder):
+            console.print(str(path), soft_wrap=True)
+        return
+    if options.page:
+        _write_page(_undamaged(folder), folder, console)
+        return
+    checks.require_computable(loaded)
+    for combination in checks.impossible(loaded):
+        console.print(f"note: a scene that will fail: {combination}", soft_wrap=True)
+    store = store_at(work.store, folder)
+    if options.plan:
+        _print_plan(loaded, store, work.threads, console)
+        return
+    folders.require_usable(folder)
+    if address is not None:
+        schedulers.require_scheduler(address)
+
+    def note(message: str) -> None:
+        console.print(message, soft_wrap=True)
+
+    def client(scenes: int) -> AbstractContextManager[Client]:
+        if address is not None:
+            return cluster.existing_cluster(str(address))
+        return _local_client(loaded, scenes, work.workers, console)
+
+    dataset = collected.Collected(loaded, folder)
+    with campaign_progress.show_campaign(console) as watch:
+        progress = run.compute_sweep(dataset, store, client, run.Options(watch, options.retry, note))
+    _print_outcome(dataset, progress, console)
+    if len(dataset.failures) == loaded.size and not dataset.template.data_vars:
+        raise Failure(f"all {loaded.size} scenes failed")
+    _write_page(reading.open_sweep(dataset.path), folder, console)
+
+
+def _undamaged(folder: Path) -> xr.Dataset:
+    """Return the dataset in a folder; raise Failure where there is none, or a damaged one."""
+    path = reading.file_in(folder)
+    if not path.exists():
+        raise Failure(f"{folder}: nothing is finished yet: leave out --page to begin")
+    try:
+        dataset = reading.open_sweep(path)
+    except Exception as error:  # whatever zarr and xarray make of it
+        raise Failure(f"{path}: damaged ({error}): {integrity.REMEDY}") from error
+    integrity.require_undamaged(path, dataset)
+    return dataset
+
+
+def _write_page(dataset: xr.Dataset, folder: Path, console: Console) -> None:
+    """Write the page of a dataset; a run may go on meanwhile, which locks the folder itself."""
+    with folders.locked(folder / "figures"):
+        report = page.write_sweep(dataset, folder)
+    console.print(f"Report: {report}", soft_wrap=True)
+
+
+@contextmanager
+def _local_client(campaign: Campaign, scenes: int, workers: int | None, console: Console) -> Iterator[Client]:
+    """Yield a client of a cluster on this machine, with as many cores as the largest models have room on."""
+    size = cluster.size_for(workers, scenes, plan.largest_memory(campaign))
+    if size.note:
+        console.print(f"note: {size.note}", soft_wrap=True)
+    with cluster.local_cluster(size) as client:
+        yield client
+
+
+def _print_plan(campaign: Campaign, store: Store, workers: int, console: Console) -> None:
+    expected = plan.sweep_plan(campaign, store)
+    size = cluster.size_for(workers, expected.scenes, expected.memory)
+    rest = expected.scenes - expected.reused
+    counted = "" if expected.counted == rest else f" in the first {expected.counted} of them"
+    console.print(
+        f"{campaign.title}: {expected.scenes} scenes, {expected.reused} of them finished; the others have "
+        f"{expected.models} different models{counted}. About {expected.seconds / size.workers:.0f} s with "
+        f"{size.workers} workers, {expected.memory:.0f} MB each",
+        soft_wrap=True,
+    )
+    if size.note:
+        console.print(f"note: {size.note}", soft_wrap=True)
+
+
+def _print_outcome(dataset: collected.Collected, progress: run.Progress, console: Console) -> None:
+    """Print what was computed, what failed and where the dataset is."""
+    console.print(
+        f"{progress.scenes} scenes: {progress.finished - progress.failed} computed, {progress.failed} failed "
+        f"({progress.reused} by earlier runs). Models: {progress.models} solved, "
+        f"{progress.models_reused} times reused"
+        + (f"; up to {progress.memory:.0f} MB a worker" if progress.memory else ""),
+        soft_wrap=True,
+    )
+    campaign, counts = dataset.campaign, Counter(dataset.failures.values())
+    for message, count in counts.most_common(SHOWN_FAILURES):
+        first = min(number for number, failure in dataset.failures.items() if failure == message)
+        others = f" and {count - 1} more" if count > 1 else ""
+        point = campaign.point_name(campaign.point(first))
+        console.print(f"failed: {point}{others}: {message}", soft_wrap=True)
+    if len(counts) > SHOWN_FAILURES:
+        console.print(f"and {len(counts) - SHOWN_FAILURES} other messages: `failure` in the dataset")
+    console.print(f"Dataset: {dataset.path}", soft_wrap=True)

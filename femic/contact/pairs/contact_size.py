@@ -1,0 +1,141 @@
+"""The size of a contact with B-hat, found on coarse grids."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from femic.contact.edges import ENDS
+from femic.contact.loading import Loading
+from femic.contact.normal import NormalContact, PotentialAreaTooSmall
+from femic.contact.pairs.first_touch import hertz
+from femic.contact.pairs.pair_on_grid import PairOnGrid
+from geometries.errors import Failure
+from geometries.grids import Grid
+
+SIZING = "Bhat"  # the ICs with which grids are sized
+TRIED = 32  # elements along x and s of the grids that are tried
+GROWTH = 1.5  # by which a grid that is too short is made longer
+FEWEST = 10  # elements across a patch that tell its size well enough
+MOST_TRIES = 60
+MOST_STRIPS = 96  # of a grid; loads that need more have grids of their own
+
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Size:
+    """The ranges of x and s that all patches of a contact cover [mm]."""
+
+    x: Range
+    s: Range
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """A coarse grid for the size of a contact: half-length along x, range of s [mm], number of strips."""
+
+    half_x: float
+    s: Range
+    n_s: int
+
+    @property
+    def grid(self) -> Grid:
+        """The grid."""
+        low, high = self.s
+        return Grid(TRIED, self.n_s, 2 * self.half_x / TRIED, (high - low) / self.n_s, (low + high) / 2)
+
+
+def contact_size(bodies: PairOnGrid, loading: Loading) -> Size:
+    """The size of a contact with B-hat, on coarse grids that are made longer or shorter until they fit.
+
+    Raises Failure where the contact reaches the end of a contour, and where there is none.
+    """
+    trial = _first_trial(bodies, loading)
+    for _ in range(MOST_TRIES):
+        on_grid = replace(bodies, grid=trial.grid)
+        try:
+            contact = on_grid.solve(on_grid.operator(SIZING), loading).normal
+        except PotentialAreaTooSmall as short:
+            trial = _enlarged(bodies, trial, short)
+            continue
+        size, across = size_of(on_grid, contact), _across(contact)
+        if min(across) >= FEWEST:
+            return size
+        trial = _trial(bodies, *_narrowed(trial, size, across), trial.n_s)
+    raise no_grid(loading)
+
+
+def _first_trial(bodies: PairOnGrid, loading: Loading) -> _Trial:
+    """The grid that is tried first: a little larger than the patch of Hertz."""
+    touching, patch = bodies.undeformed.touching[0], hertz(bodies, loading)
+    half_s = GROWTH * patch.b
+    return _trial(bodies, GROWTH * patch.a, (touching - half_s, touching + half_s), TRIED)
+
+
+def _trial(bodies: PairOnGrid, half_x: float, s: Range, n_s: int) -> _Trial:
+    """A trial grid, no longer than the contours."""
+    start, end = bodies.undeformed.s_range
+    return _Trial(half_x, (max(s[0], start), min(s[1], end)), n_s)
+
+
+def _enlarged(bodies: PairOnGrid, trial: _Trial, short: PotentialAreaTooSmall) -> _Trial:
+    """A longer trial grid, with more strips where it cannot be longer; raises Failure for too many."""
+    (low, high), n_s, half_x = trial.s, trial.n_s, trial.half_x
+    if _at_ends(bodies, short, trial.s):
+        n_s *= 2
+        if n_s > MOST_STRIPS:
+            require_room(bodies, short, trial.s)
+    half_x *= GROWTH if ENDS[0] in short.ends or ENDS[1] in short.ends else 1.0
+    grown = (GROWTH - 1) * (high - low)
+    s = low - grown * (ENDS[2] in short.ends), high + grown * (ENDS[3] in short.ends)
+    return _trial(bodies, half_x, s, n_s)
+
+
+def require_room(bodies: PairOnGrid, short: PotentialAreaTooSmall, s: Range) -> None:
+    """Raise Failure where the contact reaches the end of a contour."""
+    start, end = bodies.undeformed.s_range
+    if ended := _at_ends(bodies, short, s):
+        raise Failure(
+            f"{short.contact}: it reaches the end of a contour at {' and '.join(ended)} "
+            f"(s = {start:g} ... {end:g} mm); give longer contours or a smaller load"
+        )
+
+
+def _at_ends(bodies: PairOnGrid, short: PotentialAreaTooSmall, s: Range) -> list[str]:
+    """At which ends a grid over a range of s is too short and cannot be longer."""
+    start, end = bodies.undeformed.s_range
+    at_limit = {ENDS[2]: s[0] <= start, ENDS[3]: s[1] >= end}
+    return [end for end, limited in at_limit.items() if limited and end in short.ends]
+
+
+def size_of(on_grid: PairOnGrid, contact: NormalContact) -> Size:
+    """The ranges that the patches of a contact cover [mm]; those of x about the middle of the grid."""
+    grid = on_grid.grid
+    x = [place for patch in contact.patches for place in patch.x]
+    s = [place for patch in contact.patches for place in patch.s]
+    half = max(abs(place - (grid.n_x - 1) / 2) for place in x) * grid.dx
+    return Size((-half, half), (grid.strips[0] + min(s) * grid.ds, grid.strips[0] + max(s) * grid.ds))
+
+
+def _narrowed(trial: _Trial, size: Size, across: tuple[int, int]) -> tuple[float, Range]:
+    """Half-length and range of s [mm] of a shorter trial grid, where too few elements are in contact."""
+    half_x, s = trial.half_x, trial.s
+    if across[0] < FEWEST:
+        half_x = size.x[1] * GROWTH
+    if across[1] < FEWEST:
+        room = (GROWTH - 1) / 2 * (size.s[1] - size.s[0])
+        s = size.s[0] - room, size.s[1] + room
+    return half_x, s
+
+
+def _across(contact: NormalContact) -> tuple[int, int]:
+    """Numbers of elements in contact along x and s, from the first to the last."""
+    along_x, along_s = (np.flatnonzero(contact.in_contact.any(axis=axis)) for axis in (1, 0))
+    return int(np.ptp(along_x)) + 1, int(np.ptp(along_s)) + 1
+
+
+def no_grid(loading: Loading) -> Failure:
+    """Return the failure of a loading for which no grid fits."""
+    return Failure(
+        f"contact at {loading}: no grid found that it fits; give contact.grid = 'scene' and a [grid]"
+    )

@@ -1,0 +1,180 @@
+"""Transient rolling with some ICs: from rest until it is nearly steady, with the estimates of its numbers.
+
+A wheel that was pressed on without tangential tractions rolls at constant creepages, in steps of one element.
+At rest the contact does not depend on how the load grew, so that all errors are those of the elements. On
+elements twice as large there are half as many steps, and the numbers are interpolated between these.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from femic.contact.estimates import Measured, Numbers, changes, errors
+from femic.contact.friction.kinematics import Creepages
+from femic.contact.frictional import FrictionalContact, FrictionalProblem
+from femic.contact.loading import Loading
+from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.pairs.contact_size import SIZING
+from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.quantities import OF_ROLLING, half_length, kinds, measured
+from femic.contact.pairs.solved_curve import OTHER_ELEMENTS
+from femic.contact.rolling import RollingContact, RollingProblem
+from geometries.arrays import Array
+from geometries.errors import Failure, WrongInput
+
+LENGTHS = 3.0  # of the patch: the rolled distance by default
+GROUP = 4  # steps come in groups, so that elements four times as large end at the same distance
+MOST_STEPS = 4000
+ROUNDING = 1e-9  # of a group of steps
+
+
+@dataclass(frozen=True, eq=False)
+class TransientPath:
+    """Numbers at rest and after each step, the contact after the last one, and the steady numbers.
+
+    `steady` is None where steady rolling has no solution; `simplified`, (n,), marks steps that were solved in
+    the less accurate form only.
+    """
+
+    distances: Array  # mm, (n,), from 0 on
+    steps: Sequence[Measured]
+    last: FrictionalContact
+    simplified: Sequence[bool]
+    steady: Measured | None
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedTransient:
+    """Transient rolling with some ICs, and the estimated errors of its numbers."""
+
+    path: TransientPath
+    errors: Sequence[Numbers]  # by distance
+    steady_errors: Numbers
+    seconds: float  # without C
+
+
+def solve_transient(pair: PairWithFriction, friction: float, name: str) -> SolvedTransient:
+    """Return transient rolling with the ICs of a name at a coefficient of friction; raises Failure."""
+    operator, start = pair.operator(name), perf_counter()  # C has its own seconds
+    label, problem = f"friction {friction:g}, {name}", pair.frictional(operator, friction)
+    path = path_of(pair, problem, label)
+    seconds = perf_counter() - start
+    pair.options.watch.on_stage(f"  {label}: {path.distances[-1]:.3g} mm, {seconds:.1f} s")
+    larger, perturbed = _on_larger(pair, problem, label), None
+    if (with_estimate := pair.perturbed(name)) is not None:
+        perturbed = path_of(pair, pair.frictional(with_estimate, friction), f"{label} plus its estimate")
+    return SolvedTransient(path, *_errors(path, larger, perturbed), seconds)
+
+
+def last_distance(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> tuple[float, Numbers]:
+    """Return the rolled distance [mm] and the numbers there; raises Failure for no such contact."""
+    path = path_of(pair, problem, label)
+    return float(path.distances[-1]), path.steps[-1].numbers
+
+
+def rolled_distance(pair: PairWithFriction) -> float:
+    """Return the rolled distance [mm], a multiple of `GROUP` elements of the grid.
+
+    By default it is `LENGTHS` lengths of the frictionless patch with the ICs by which grids are sized. Raises
+    WrongInput for more than `MOST_STEPS` steps.
+    """
+    distance, on_grid = pair.specification.distance, pair.on_grid
+    if distance is None:
+        contact = on_grid.solve(on_grid.operator(SIZING), Loading(pair.loads[0])).normal
+        distance = LENGTHS * 2 * half_length(on_grid, contact)
+    group = GROUP * on_grid.grid.dx
+    rolled = group * float(np.ceil(distance / group - ROUNDING))
+    if rolled > MOST_STEPS * on_grid.grid.dx:
+        raise WrongInput(
+            f"contact.distance = {distance:g} mm: more than {MOST_STEPS} elements of "
+            f"{on_grid.grid.dx:.3g} mm; give a shorter one"
+        )
+    return rolled
+
+
+def path_of(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> TransientPath:
+    """Return transient rolling with the ICs and on the grid of a problem; raises Failure."""
+    rolling, dx, specification = pair.rolling(problem), problem.grid.dx, pair.specification
+    creepages = Creepages(specification.creepage, specification.lateral, specification.spin)
+    count = round(rolled_distance(pair) / dx)
+    steps, simplified = list[Measured](), list[bool]()
+    try:
+        for rolled in rolling.transient(creepages, Loading(pair.loads[0]), count):
+            steps.append(measured(pair.on_grid, rolled.contact, OF_ROLLING))
+            simplified.append(rolled.simplified)
+    except PotentialAreaTooSmall:
+        raise
+    except Failure as failure:
+        raise Failure(f"{label}, {len(steps) * dx:.3g} mm: {failure}") from failure
+    steady = _steady(pair, rolling, rolled, label)
+    distances = dx * np.arange(count + 1, dtype=float)
+    return TransientPath(np.asarray(distances), steps, rolled.contact, simplified, steady)
+
+
+def _steady(
+    pair: PairWithFriction, rolling: RollingProblem, last: RollingContact, label: str
+) -> Measured | None:
+    """Return the numbers in steady rolling; None where it has no solution, which is reported."""
+    try:
+        contact = rolling.contact(last.creepages, Loading(pair.loads[0]), start=last.contact).contact
+    except PotentialAreaTooSmall:
+        raise
+    except Failure as failure:
+        pair.options.watch.on_stage(f"  {label}: no steady rolling: {failure}")
+        return None
+    return measured(pair.on_grid, contact, OF_ROLLING)
+
+
+def _on_larger(pair: PairWithFriction, problem: FrictionalProblem, label: str) -> list[TransientPath | None]:
+    """Return the rolling on elements twice and four times as large, None where it has no solution."""
+    paths: list[TransientPath | None] = []
+    for elements in OTHER_ELEMENTS:
+        if not problem.has_coarser:
+            break
+        problem = problem.coarsened
+        try:
+            paths.append(path_of(pair, problem, f"{label}, {elements}"))
+        except PotentialAreaTooSmall:
+            raise
+        except Failure as failure:
+            pair.options.watch.on_stage(f"  not in estimates: {failure}")
+            paths.append(None)
+    return paths
+
+
+def _errors(
+    path: TransientPath, larger: Sequence[TransientPath | None], perturbed: TransientPath | None
+) -> tuple[list[dict[str, float]], dict[str, float]]:
+    """Return the estimated errors by distance, and of the steady numbers."""
+    coarse = [interpolated(one, path.distances) if one else None for one in larger]
+    by_distance = [
+        _errors_of(
+            fine, [one[n] if one else None for one in coarse], perturbed.steps[n] if perturbed else None
+        )
+        for n, fine in enumerate(path.steps)
+    ]
+    steady = [one.steady if one else None for one in larger]
+    return by_distance, _errors_of(path.steady, steady, perturbed.steady if perturbed else None)
+
+
+def _errors_of(
+    fine: Measured | None, larger: Sequence[Measured | None], perturbed: Measured | None
+) -> dict[str, float]:
+    """Return the estimated errors of a contact, with the change by the estimate of C if given."""
+    of_all = kinds(OF_ROLLING)
+    others = [changes(fine, of_all, perturbed.numbers)] if fine is not None and perturbed is not None else []
+    return errors(of_all, fine, larger, others)
+
+
+def interpolated(path: TransientPath, distances: Array) -> list[Measured]:
+    """Return the numbers of a path at other distances [mm]: linear between its steps."""
+    rows = {
+        name: np.interp(distances, path.distances, [step.numbers[name] for step in path.steps])
+        for name in path.steps[0].numbers
+    }
+    return [
+        replace(path.steps[-1], numbers={name: float(row[number]) for name, row in rows.items()})
+        for number in range(len(distances))
+    ]

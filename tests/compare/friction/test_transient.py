@@ -1,0 +1,126 @@
+"""Transient rolling of a scene: arrays, file, sentences, figures; from the store and with other supports."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from compare.friction import transient_page
+from compare.friction.compute import compute_with_friction
+from compare.friction.supports import with_supports
+from compare.friction.transient_page import settled, summary, write_transient
+from femic.campaigns.results.contact import NAMES
+from femic.campaigns.results.contact import contact as numbers_of
+from femic.contact.pairs.quantities import OF_ROLLING
+from femic.reference.run_options import RunOptions
+from femic.scenes.errors import BadScene
+from femic.scenes.listing import listing
+from tests.compare.friction.scenes import scene
+from tests.compare.friction.test_supports import in_place_of_c  # noqa: F401 (a fixture)
+
+KEYS = {"motion": "transient", "loads": [2e3], "friction": [0.2, 0.5], "creepage": 1e-3}
+
+
+def rolling(**keys):
+    return scene(13.0, **KEYS | keys)
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    return compute_with_friction(rolling(distance=16.0))
+
+
+def test_arrays_have_estimates_at_all_distances_and_maps_at_the_last(dataset):
+    assert dataset.F_x.dims == ("friction", "ics", "distance")
+    assert dataset.distance.attrs["units"] == "mm"
+    assert float(dataset.distance[0]) == 0.0
+    for name in OF_ROLLING:
+        assert np.all(dataset[f"estimate_{name}"] >= 0)
+        assert dataset[f"estimate_steady_{name}"].dims == ("friction", "ics")
+    area = float(dataset.attrs["dx"] * dataset.attrs["ds"])
+    of_maps = dataset.p.sel(direction="x").sum(["x", "s"]) * area
+    np.testing.assert_allclose(of_maps, dataset.F_x.isel(distance=-1), rtol=1e-9)
+    assert dataset.attrs["creepage"] == 1e-3
+    assert dataset.slip.attrs["units"] == "1"
+
+
+def test_it_ends_where_steady_rolling_of_a_curve_at_the_same_creepage_is(dataset):
+    keys = {"motion": "rolling", "longitudinal": [-5e-3, 1e-3, 5e-3]}
+    of = {key: value for key, value in KEYS.items() if key not in ("creepage", "motion")}
+    curve = compute_with_friction(scene(13.0, **of | keys)).sel(xi=1e-3)
+    for name in ("F_x", "p_max", "area", "dissipation"):
+        np.testing.assert_allclose(dataset[f"steady_{name}"], curve[name], rtol=1e-4)
+        np.testing.assert_allclose(dataset[name].isel(distance=-1), curve[name], rtol=1e-3)
+    assert np.all(dataset.F_x.isel(distance=2) < 0.9 * curve.F_x)
+
+
+def test_the_page_and_file_are_written_and_hang_together(dataset, tmp_path):
+    page = write_transient(dataset, tmp_path).read_text(encoding="utf-8")
+    written = xr.open_dataset(tmp_path / "contact.nc")
+    assert {path.stem for path in (tmp_path / "figures").iterdir()} == {
+        f"contact_{name}" for name in ("growth", "stick", "work")
+    }
+    assert summary(written) in page.replace("&#39;", "'")
+    assert "B̂, steady" in page
+    for number in (written.F_x[0, 1, -1], written.steady_F_x[1, 0]):
+        assert f"<td>{float(number):.4g}<br>" in page
+
+
+def test_the_summary_says_from_where_on_the_force_is_steady(dataset):
+    one = dataset.isel(friction=0, ics=1)
+    at = settled(one)
+    assert f"keeps within 5% from {at:.3g} mm on" in summary(dataset)
+    near = abs(one.F_x - one.steady_F_x) <= 0.05 * one.steady_F_x
+    assert bool(near.sel(distance=slice(at, None)).all())
+    assert not bool(near.sel(distance=slice(None, at - 1e-6))[-1])
+    short = dataset.isel(distance=slice(3))
+    assert np.isnan(settled(short.isel(friction=0, ics=1)))
+    assert "to which F_x does not come within 5%" in summary(short)
+    assert np.isnan(settled(one.assign(steady_F_x=np.nan)))
+
+
+def test_small_forces_are_not_drawn_and_steady_ones_are_lines(dataset):
+    figure = transient_page.growth(dataset)
+    assert len(figure.axes) == 4  # F_x and sliding, by two coefficients
+    aside = dataset.assign(
+        F_y=0.5 * dataset.F_x, estimate_F_y=dataset.estimate_F_x, steady_F_y=dataset.steady_F_x
+    )
+    assert len(transient_page.growth(aside).axes) == 6
+    force = 0.2 * dataset.attrs["load"]
+    levels = {
+        round(float(line.get_ydata()[0]), 9)
+        for line in figure.axes[0].get_lines()
+        if len(line.get_ydata()) == 2
+    }
+    expected = {round(float(one) / force, 9) for one in dataset.steady_F_x.sel(friction=0.2)} | {1.0}
+    assert levels == expected
+
+
+@pytest.mark.usefixtures("in_place_of_c")
+def test_supports_are_changed_at_the_last_distance():
+    of = rolling(ics=["A", "C"], friction=[0.5], distance=2.0)
+    found = with_supports(of, compute_with_friction(of), RunOptions(1))
+    last = found.sel(ics="C", friction=0.5).isel(distance=-1)
+    assert float(found.supported_distance) == float(last.distance)
+    assert float(found.supported_F_x[0]) == pytest.approx(float(last.F_x), rel=1e-6)
+    assert float(found.supported_F_x[1]) < float(last.F_x)
+
+
+def test_campaigns_keep_its_numbers_by_distance():
+    found = numbers_of(rolling(distance=2.0, friction=[0.5], ics=["A"]), RunOptions(1))
+    assert {"F_x", "estimate_F_x", "distance", "sliding_share"} <= set(found.variables) <= NAMES
+    assert found.F_x.dims == ("friction", "ics", "distance")
+
+
+def test_keys_are_shown_and_those_of_other_motions_refused():
+    assert "creepage = 0.002" in listing("rolling")
+    assert "of transient rolling: rolled distance [mm]" in listing("rolling")
+    with pytest.raises(BadScene, match="equal_force is only of motion = 'rolling', not 'transient'"):
+        rolling(equal_force=0.3)
+    with pytest.raises(
+        BadScene, match="distance is only of motion = 'transient', not 'rolling': leave it out"
+    ):
+        scene(motion="rolling", loads=[1e3], distance=3.0)
+    with pytest.raises(BadScene, match=r"motion = 'transient' has one load"):
+        rolling(loads=[1e3, 2e3])
+    with pytest.raises(BadScene, match=r"needs a wheel.*or motion = 'compression'"):
+        scene(13.0, float("inf"), **KEYS)

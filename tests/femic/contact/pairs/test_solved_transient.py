@@ -1,0 +1,191 @@
+"""Transient rolling of a pair: its distances, its estimates, C, failures."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from femic.contact.estimates import Measured
+from femic.contact.loading import Loading
+from femic.contact.normal import PotentialAreaTooSmall
+from femic.contact.pairs import solved_transient
+from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.solved_transient import (
+    GROUP,
+    TransientPath,
+    interpolated,
+    last_distance,
+    path_of,
+    rolled_distance,
+    solve_transient,
+)
+from femic.contact.rolling import RollingProblem
+from femic.contact.specification import FrictionSpecification
+from geometries.errors import Failure, WrongInput
+from geometries.grids import Grid
+from tests.femic.contact.pairs.problems import problem
+
+LOAD = 2000.0
+GRID = Grid(24, 24, 0.6, 0.13)
+
+
+def pair(grid=GRID, **keys):
+    friction = FrictionSpecification((0.3,), **keys)
+    of = problem(loads=(LOAD,), motion="transient", friction=friction, ics=("Bhat",), grid=grid)
+    return PairWithFriction(of, pair_on_grid(of, grid))
+
+
+@pytest.fixture(scope="module")
+def solved():
+    return solve_transient(pair(distance=4.7), 0.3, "Bhat")
+
+
+def test_distances_are_steps_of_an_element_up_to_a_multiple_of_four(solved):
+    np.testing.assert_allclose(solved.path.distances, 0.6 * np.arange(9))
+    assert len(solved.path.steps) == len(solved.errors) == len(solved.path.simplified) == 9
+    assert rolled_distance(pair(distance=4.8)) == pytest.approx(4.8)
+    assert rolled_distance(pair(distance=4.81)) == pytest.approx(7.2)
+
+
+def test_by_default_three_lengths_of_the_patch_are_rolled():
+    of = pair()
+    contact = of.on_grid.solve(of.on_grid.operator("Bhat"), Loading(LOAD)).normal
+    ((low, high),) = [patch.x for patch in contact.patches]
+    rolled = rolled_distance(of) - 3 * (high - low) * GRID.dx
+    assert 0 <= rolled < GROUP * GRID.dx
+
+
+def test_too_many_steps_are_refused():
+    with pytest.raises(
+        WrongInput, match=r"contact\.distance = 1e\+06 mm: more than 4000 elements of 0\.6 mm"
+    ):
+        rolled_distance(pair(distance=1e6))
+
+
+def test_a_long_transient_ends_at_the_steady_numbers():
+    path = path_of(pair(distance=20.0), pair().frictional(pair().operator("Bhat"), 0.3), "long")
+    assert path.steady is not None
+    for name, steady in path.steady.numbers.items():
+        assert path.steps[-1].numbers[name] == pytest.approx(steady, rel=1e-4, abs=1e-4 * 0.3 * LOAD)
+    assert path.steps[2].numbers["F_x"] < 0.9 * path.steady.numbers["F_x"]
+
+
+def test_numbers_begin_at_rest(solved):
+    rest, first = solved.path.steps[:2]
+    assert rest.numbers["F_x"] == pytest.approx(0.0, abs=1e-5 * LOAD)
+    assert rest.numbers["sliding_share"] == rest.numbers["dissipation"] == 0.0
+    assert first.numbers["F_x"] > 0.05 * 0.3 * LOAD
+
+
+def test_creepages_are_those_of_the_specification():
+    """A driven wheel is pushed on; lateral slip is resisted, and so is spin."""
+    driven, braked, aside, turned = (
+        last_numbers(**creepages)
+        for creepages in (
+            {"creepage": 2e-3},
+            {"creepage": -2e-3},
+            {"creepage": 0.0, "lateral": 2e-3},
+            {"creepage": 0.0, "spin": 2e-3},
+        )
+    )
+    assert driven["F_x"] > 0.5 * 0.3 * LOAD > -0.5 * 0.3 * LOAD > braked["F_x"]
+    assert aside["F_y"] < -0.5 * 0.3 * LOAD
+    assert abs(driven["F_y"]) < 1e-4 * LOAD
+    assert turned["M_z"] < -10 * abs(driven["M_z"])
+
+
+def last_numbers(**creepages):
+    of = pair(distance=2.4, **creepages)
+    place, numbers = last_distance(of, of.frictional(of.operator("A"), 0.3), "A")
+    assert place == pytest.approx(2.4)
+    return numbers
+
+
+def test_numbers_on_larger_elements_are_taken_between_their_steps():
+    steps = [Measured({"F_x": value}, {}, {}) for value in (0.0, 4.0, 5.0)]
+    path = TransientPath(np.array([0.0, 2.0, 4.0]), steps, None, [], None)
+    rows = interpolated(path, np.arange(5.0))
+    assert [row.numbers["F_x"] for row in rows] == [0.0, 2.0, 4.0, 4.5, 5.0]
+
+
+def test_estimates_hold_against_elements_half_as_large(solved):
+    fine = pair(Grid(48, 48, 0.3, 0.065), distance=4.7)
+    path = path_of(fine, fine.frictional(fine.operator("Bhat"), 0.3), "fine")
+    finer = interpolated(path, solved.path.distances)
+    for name in ("F_x", "F_y", "M_z", "p_max", "area", "sliding_share", "approach"):
+        away = [abs(a.numbers[name] - b.numbers[name]) for a, b in zip(solved.path.steps, finer, strict=True)]
+        known = [errors[name] for errors in solved.errors]
+        assert np.mean(np.array(away) <= known) >= 0.85, name
+    assert solved.errors[4]["F_x"] < 0.2 * solved.path.steps[4].numbers["F_x"]
+
+
+def test_c_has_the_change_by_its_estimate_in_its_errors(monkeypatch, solved):
+    """Of compliances that may be a tenth larger, as the approach of Hertz at a load."""
+    of = pair(distance=4.7)
+    reference = SimpleNamespace(operator=of.operator("Bhat"), perturbed=Scaled(of.operator("Bhat"), 1.1))
+    monkeypatch.setattr(
+        "femic.contact.pairs.pair_with_friction.full_reference_ics", lambda *_, **__: reference
+    )
+    with_c = solve_transient(of, 0.3, "C")
+    for name in ("approach", "F_x"):
+        assert with_c.path.steps[2].numbers[name] == solved.path.steps[2].numbers[name]
+        assert with_c.errors[2][name] > solved.errors[2][name]
+    growth = with_c.errors[2]["approach"] - solved.errors[2]["approach"]
+    assert growth == pytest.approx((1.1 ** (2 / 3) - 1) * solved.path.steps[2].numbers["approach"], rel=0.1)
+    assert with_c.steady_errors["approach"] > solved.steady_errors["approach"]
+
+
+class Scaled:
+    """ICs times a factor."""
+
+    def __init__(self, operator, factor):
+        self.operator, self.factor = operator, factor
+
+    def __call__(self, p):
+        return self.factor * self.operator(p)
+
+    def restricted(self, directions):
+        return Scaled(self.operator.restricted(directions), self.factor)
+
+    def coarsened(self):
+        return Scaled(self.operator.coarsened(), self.factor)
+
+
+def test_failures_name_the_label_and_the_distance(monkeypatch):
+    def failing(self, creepages, *_):
+        yield RollingProblem(self.problem, self.rolling, self.order).contact(creepages, Loading(LOAD))
+        raise Failure("no solution")
+
+    monkeypatch.setattr(RollingProblem, "transient", failing)
+    of = pair(distance=2.4)
+    with pytest.raises(Failure, match=r"mine, 0\.6 mm: no solution"):
+        path_of(of, of.frictional(of.operator("A"), 0.3), "mine")
+
+
+@pytest.mark.parametrize("raised", [Failure("no"), PotentialAreaTooSmall(("x < 0",), Loading(LOAD))])
+def test_without_steady_rolling_its_numbers_are_unknown_but_short_grids_are_told(raised, monkeypatch):
+    def failing(*_, **__):
+        raise raised
+
+    monkeypatch.setattr(RollingProblem, "contact", failing)
+    of = pair(distance=2.4)
+    if isinstance(raised, PotentialAreaTooSmall):
+        with pytest.raises(PotentialAreaTooSmall):
+            solve_transient(of, 0.3, "A")
+        return
+    found = solve_transient(of, 0.3, "A")
+    assert found.path.steady is None
+    assert np.isnan(found.steady_errors["F_x"])
+    assert found.errors[2]["F_x"] > 0
+
+
+def test_errors_are_unknown_where_larger_elements_have_no_solution(monkeypatch):
+    def fine_only(pair, problem, label):
+        if "larger" in label:
+            raise Failure("no")
+        return path_of(pair, problem, label)
+
+    monkeypatch.setattr(solved_transient, "path_of", fine_only)
+    found = solve_transient(pair(distance=2.4), 0.3, "A")
+    assert all(np.isnan(errors["F_x"]) for errors in found.errors)
