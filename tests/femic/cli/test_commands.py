@@ -304,7 +304,7 @@ def test_contact_with_friction_is_shown_on_the_page_of_its_motion(motion, record
 def test_contact_of_several_scenes_goes_to_a_folder_each_and_maps_beside_them(recorded, command, tmp_path):
     recorded("compare.contact.compute.compute_contact", SimpleNamespace(solved=None))
     recorded("femic.contact.pairs.supports.changed_supports")
-    recorded("compare.finite_elements.beside.beside_of")
+    recorded("compare.finite_elements.beside.stored_solution")
     written = recorded("compare.contact.page.write_contact", "there")
     maps = recorded("compare.contact.page.write_sensitivity", "there")
     assert command("contact", "wide", "tall") == DONE
