@@ -62,6 +62,14 @@ class Fit:
     rms: Array
     worst: Array
 
+    @property
+    def full_covariance(self) -> Array:
+        """The covariance of all parameters (n_parameters, n_parameters), NaN for fixed ones."""
+        fitted = [k for k, parameter in enumerate(self.parameters) if parameter.deviation is not None]
+        full = np.full((len(self.parameters),) * 2, np.nan)
+        full[np.ix_(fitted, fitted)] = self.covariance
+        return full
+
 
 def fit(target: Target, properties: Sequence[str] = ("mismatch_k",)) -> Fit:
     """Fit transitions of properties by weighted least squares within their bounds.

@@ -114,6 +114,14 @@ class Target:
         return np.asarray(ics[places(self.components)])
 
 
+def octave_weights(r: Array) -> Array:
+    """Return weights (n,) [-] for which evenly spaced points count alike per octave of their distances (n,).
+
+    Their squares are proportional to 1 / r; the weight of the nearest point is 1.
+    """
+    return np.asarray(np.sqrt(np.min(r) / r))
+
+
 def pointwise_k(target: Target) -> Array:
     """K [-] with which B-hat-prime equals the target, (n_components, n); NaN where K has no effect."""
     r_min = float(np.min(target.r[target.r > 0]))

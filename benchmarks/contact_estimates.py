@@ -24,13 +24,13 @@ from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, kinds, meas
 from femic.contact.pairs.solved_compression import estimates_of as estimates_of_steps
 from femic.contact.pairs.solved_compression import in_halves
 from femic.validation.estimates.contacts import RandomContact
-from femic.validation.estimates.coverage import coverage, outcomes
-from femic.validation.estimates.outcomes import STUDIES, Outcome, grids
+from femic.validation.estimates.coverage import comparisons, coverage
+from femic.validation.estimates.studies import STUDIES, GridComparison, grids
 
 STEPS = 2  # of load in compressions, each in halves
 
 
-def curve(case: RandomContact) -> Outcome:
+def curve(case: RandomContact) -> GridComparison:
     """Return creepage without force, slope, creepage at half of friction times load."""
 
     def solved(of: RandomContact, problem: FrictionalProblem) -> Measured:
@@ -38,7 +38,7 @@ def curve(case: RandomContact) -> Outcome:
 
     fine, *larger = (solved(case, problem) for problem in grids(case))
     finer = solved(case.finer, case.finer.problem).numbers
-    return Outcome(fine.numbers, finer, larger[0].numbers, errors(kinds(OF_CURVE), fine, larger))
+    return GridComparison(fine.numbers, finer, larger[0].numbers, errors(kinds(OF_CURVE), fine, larger))
 
 
 def continuation(case: RandomContact, problem: FrictionalProblem) -> Continuation:
@@ -57,7 +57,7 @@ def continuation(case: RandomContact, problem: FrictionalProblem) -> Continuatio
     return Continuation(pair, case.rolling(problem), "random")
 
 
-def compression(case: RandomContact) -> Outcome:
+def compression(case: RandomContact) -> GridComparison:
     """Pressed on in steps; the reference has four times as many of these, too."""
 
     def steps(of: RandomContact, problem: FrictionalProblem, loads: list[float]) -> list[Measured]:
@@ -70,13 +70,13 @@ def compression(case: RandomContact) -> Outcome:
     once = steps(case, case.problem, loads)
     finer = steps(case.finer, case.finer.problem, quarters)[-1].numbers
     estimates = estimates_of_steps(fine, larger, once, None)[-1]
-    return Outcome(fine[-1].numbers, finer, larger[0][-1].numbers, estimates)
+    return GridComparison(fine[-1].numbers, finer, larger[0][-1].numbers, estimates)
 
 
 ALL = {**STUDIES, "curve": curve, "compression": compression}
 
 
-def table(study: str, found: list[Outcome]) -> str:
+def table(study: str, found: list[GridComparison]) -> str:
     """Return coverage of all numbers, as Markdown."""
     lines = [
         f"| {study}, {len(found)} contacts | difference holds | worst | median "
@@ -98,7 +98,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=2)
     arguments = parser.parse_args()
     for study in arguments.studies:
-        print(table(study, list(islice(outcomes(ALL[study], arguments.seed), arguments.count))), flush=True)
+        print(
+            table(study, list(islice(comparisons(ALL[study], arguments.seed), arguments.count))), flush=True
+        )
 
 
 if __name__ == "__main__":

@@ -24,8 +24,8 @@ from approx.effective import EffectiveProperties
 from approx.pair import Solid
 from compare.calibration.compute import calibrate, target_of
 from compare.ics.compute import Results, reference_of
-from compare.ics.error_measure import Measure, far_from
 from femic.cache.store import Store
+from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from geometries.arrays import Array

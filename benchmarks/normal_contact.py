@@ -42,13 +42,13 @@ def operator(name: str, grid: Grid):
     return approximate_operator(name, PAIR, grid, (N,))
 
 
-def grid_of(n_x: int, n_s: int) -> Grid:
+def figure_grid(n_x: int, n_s: int) -> Grid:
     on_grid = (4 * int(np.ceil(ROOM * n / 4)) for n in (n_x, n_s))
     return Grid(*on_grid, 2 * HALF_LENGTH / n_x, 2 * HALF_WIDTH / n_s)
 
 
 def of_femic(name: str, n_x: int, n_s: int) -> None:
-    grid = grid_of(n_x, n_s)
+    grid = figure_grid(n_x, n_s)
     x = grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2)
     distance = Undeformed(WHEEL, RAIL, (-10.0, 10.0)).distance(x[:, None], grid.strips)
     cosine = np.cos(RAIL.contour.inclination(grid.strips))

@@ -19,7 +19,7 @@ import xarray as xr
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, meta
 
 from compare.frontier.advice import Question, advise
-from compare.frontier.trade import front, resolved_errors
+from compare.frontier.compute import front, resolved_errors
 from femic.cache.digests import results_digest
 from femic.cli.main import exit_code
 from geometries.errors import Failure

@@ -1,4 +1,4 @@
-"""Fits effective properties of a scene to its C, and writes the scene with them."""
+"""Fit of effective properties to the C of a scene, and the scene file with them."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ import xarray as xr
 from approx.calibration import Fit, fit
 from approx.effective import EffectiveProperties
 from approx.pair import Pair
-from approx.target import Target
+from approx.target import Target, octave_weights
 from compare.ics.compute import (
     Results,
     compute,
@@ -33,12 +33,12 @@ from geometries.errors import WrongInput
 from geometries.patches import places
 
 REPORTED_COMPONENTS = ("nn", "xn", "sn")  # components that every report shows, whichever were fitted
-BESIDE_FIT = ("A", "B", "Bhat")  # variants that the report shows beside B-hat-prime
+COMPARED_VARIANTS = ("A", "B", "Bhat")  # variants that the report compares with B-hat-prime
 
 
 @dataclass(frozen=True, eq=False)
 class Calibrated:
-    """A scene with fitted properties, its results, the fits and the targets that they were fitted to."""
+    """A scene with fitted properties, its results, the fits and their targets."""
 
     scene: Scene  # with the fitted properties
     results: Results  # on the lines of the scene and of its calibration
@@ -61,7 +61,7 @@ def calibrate(scene: Scene, options: RunOptions = DEFAULT) -> Calibrated:
 
 
 def extended(scene: Scene) -> Scene:
-    """The scene with the lines and components of its calibration, as C is computed for it."""
+    """Return the scene with the lines and components of its calibration, for which C is computed."""
     return replace(
         scene,
         lines=(*scene.lines, *scene.calibration.lines),
@@ -85,9 +85,9 @@ def require_calibration(scene: Scene) -> None:
 
 
 def _a_on_planes(scene: Scene, ics: Array, body: str) -> Array:
-    """ICs (n_components, n) [mm/MPa] as given; if all bodies are planes, A instead, because C is A there.
+    """Return ICs (n_components, n) [mm/MPa] as given, or A if all bodies are planes, because C is A there.
 
-    Components that vanish are thus known before C is computed.
+    So components that vanish are found before C is computed.
     """
     solid_bodies = scene.bodies.values()
     bent = any(
@@ -100,7 +100,7 @@ def _a_on_planes(scene: Scene, ics: Array, body: str) -> Array:
 
 
 def target_of(results: Results, body: str) -> Target:
-    """The target of a fit: C of a body and its estimate at the points of the scene's calibration."""
+    """Return the target of a fit: C of a body and its estimate at the points of the scene's calibration."""
     scene = results.scene
     points = points_of(results, scene.calibration.lines)
     fitted = places(scene.calibration.components)
@@ -112,61 +112,55 @@ def target_of(results: Results, body: str) -> Target:
 
 
 def target_from(scene: Scene, ics: Array, body: str = "combined") -> Target:
-    """The target of a fit: ICs (n_components, n) [mm/MPa] at the calibration's points, known exactly."""
+    """Return the target of a fit: exact ICs (n_components, n) [mm/MPa] at the points of the calibration."""
     calibration = scene.calibration
     solid = replace(solids(scene)[body], effective=None)
     if isinstance(solid, Pair):
         solid = replace(solid, curvature_apart=calibration.curvature_apart)
     x, s = (np.concatenate([getattr(line, name) for line in calibration.lines]) for name in ("x", "s"))
-    weights = _weights(x, s - scene.patch.s) if calibration.logarithmic else np.ones(len(x))
+    weights = octave_weights(np.hypot(x, s - scene.patch.s)) if calibration.logarithmic else np.ones(len(x))
     return Target(solid, scene.patch, x, s, calibration.components, ics, weights, np.zeros(1))
 
 
 def unit_of(scene: Scene) -> float:
-    """The factor that makes ICs per unit pressure dimensionless [MPa/mm]."""
+    """Return the factor that makes ICs per unit pressure dimensionless [MPa/mm]."""
     return scene.reference_E * scene.reference_length / scene.patch.area
 
 
-def _weights(x: Array, s: Array) -> Array:
-    """Weights (n,) [-] with which evenly spaced points count alike per octave of their distance.
-
-    Their squares go like 1 / r; the weight of the nearest point is 1.
-    """
-    r = np.hypot(x, s)
-    return np.asarray(np.sqrt(np.min(r) / r))
-
-
 def _with_fits(results: Results, scene: Scene, fits: Mapping[str, Fit]) -> Results:
-    """The results of the scene with the fitted properties, approximations computed anew."""
+    """Return the results with the fitted properties and new approximations."""
     effective = {body: body_fit.effective for body, body_fit in fits.items()}
     calibrated = replace(
         results.scene,
         text=with_properties(scene, effective, Path()),
-        effective={**{name: scene.effective[name] for name in _kept(scene, effective)}, **effective},
+        effective={
+            **{name: scene.effective[name] for name in _remaining_bodies(scene, effective)},
+            **effective,
+        },
         curvature_apart=scene.calibration.curvature_apart if "combined" in fits else scene.curvature_apart,
-        variants=tuple(dict.fromkeys((*scene.variants, *BESIDE_FIT, "Bhat_prime"))),
+        variants=tuple(dict.fromkeys((*scene.variants, *COMPARED_VARIANTS, "Bhat_prime"))),
     )
     return with_approximations(results, calibrated)
 
 
-def _kept(scene: Scene, fitted: Mapping[str, EffectiveProperties]) -> list[str]:
-    """The bodies whose given properties stay beside the fitted ones.
+def _remaining_bodies(scene: Scene, fitted: Mapping[str, EffectiveProperties]) -> list[str]:
+    """Return the bodies whose given properties remain in force.
 
-    Properties of both bodies together take precedence over those of each body, and would hide new ones.
+    Combined properties take precedence over properties of each body, and would hide new ones.
     """
     overruled = set(fitted) if "combined" in fitted else {*fitted, "combined"}
     return [name for name in scene.effective if name not in overruled]
 
 
 def with_properties(scene: Scene, effective: Mapping[str, EffectiveProperties], folder: Path) -> str:
-    """The text of the scene's file, comments and all, with effective properties and B-hat-prime.
+    """Return the text of the scene's file, including comments, with effective properties and B-hat-prime.
 
-    It is meant for a file in `folder`: paths of contours are made relative to that.
+    Paths of contours are relative to `folder`, where the file will be.
     """
     document = tomlkit.parse(scene.text)
     listed = document.get("variants", SceneFile.model_fields["variants"].default)
     document["variants"] = list(dict.fromkeys((*listed, "Bhat_prime")))
-    given = {name: document["effective"][name] for name in _kept(scene, effective)}
+    given = {name: document["effective"][name] for name in _remaining_bodies(scene, effective)}
     for body, properties in effective.items():
         given[body] = properties_table(scene, body, properties)
     for name, file in scene.files.items():
@@ -179,7 +173,7 @@ def with_properties(scene: Scene, effective: Mapping[str, EffectiveProperties], 
 
 
 def properties_table(scene: Scene, body: str, properties: EffectiveProperties) -> dict[str, Any]:
-    """The table [effective.BODY] of a scene file."""
+    """Return the table [effective.BODY] of a scene file."""
     table: dict[str, Any] = {}
     if body == "combined" and scene.calibration.curvature_apart:
         table["curvature"] = "apart"
@@ -192,7 +186,7 @@ def properties_table(scene: Scene, body: str, properties: EffectiveProperties) -
 
 
 def to_dataset(calibrated: Calibrated) -> xr.Dataset:
-    """The fits with covariances and residuals, and the points, weights and ICs [mm/N] that were fitted."""
+    """Return the fits with covariances and residuals, and the fitted points, weights and ICs [mm/N]."""
     scene, bodies = calibrated.scene, list(calibrated.fits)
     first = calibrated.targets[bodies[0]]
     names = [parameter.name for parameter in calibrated.fits[bodies[0]].parameters]
@@ -219,7 +213,7 @@ def to_dataset(calibrated: Calibrated) -> xr.Dataset:
 
 
 def _fit_variables(fits: Sequence[Fit]) -> dict[str, tuple[Any, ...]]:
-    """Parameters of the fits of all bodies, their covariance, and the residuals as shares of max |C|."""
+    """Return parameters of the fits of all bodies, their covariance, and residuals as shares of max |C|."""
     of_parameters, share = ("body", "parameter"), {"meaning": "share of max |C|"}
     return {
         "value": (
@@ -228,14 +222,14 @@ def _fit_variables(fits: Sequence[Fit]) -> dict[str, tuple[Any, ...]]:
             {"units": "r_inf: mm, G: MPa"},
         ),
         "note": (of_parameters, [[parameter.note for parameter in fit.parameters] for fit in fits]),
-        "covariance": ((*of_parameters, "parameter_"), np.stack([_full_covariance(fit) for fit in fits])),
+        "covariance": ((*of_parameters, "parameter_"), np.stack([fit.full_covariance for fit in fits])),
         "rms": (("body", "component"), np.stack([fit.rms for fit in fits]), share),
         "worst": (("body", "component"), np.stack([fit.worst for fit in fits]), share),
     }
 
 
 def _target_variables(calibrated: Calibrated) -> dict[str, tuple[Any, ...]]:
-    """C at the points that were fitted, its estimate, and what the fits make of it [mm/N]."""
+    """Return C at the fitted points, its estimate, and the fitted B-hat-prime [mm/N]."""
     dims, units, area = ("body", "component", "point"), {"units": "mm/N"}, calibrated.scene.patch.area
     targets = calibrated.targets
     ics = {
@@ -243,12 +237,4 @@ def _target_variables(calibrated: Calibrated) -> dict[str, tuple[Any, ...]]:
         "estimate": [target.error for target in targets.values()],
         "fitted": [target.bhat_prime(calibrated.fits[body].effective) for body, target in targets.items()],
     }
-    return {name: (dims, np.stack(of_bodies) / area, units) for name, of_bodies in ics.items()}
-
-
-def _full_covariance(body_fit: Fit) -> Array:
-    """The covariance of all parameters (n_parameters, n_parameters), NaN for those that were not fitted."""
-    fitted = [k for k, parameter in enumerate(body_fit.parameters) if parameter.deviation is not None]
-    full = np.full((len(body_fit.parameters),) * 2, np.nan)
-    full[np.ix_(fitted, fitted)] = body_fit.covariance
-    return full
+    return {name: (dims, np.stack(values) / area, units) for name, values in ics.items()}

@@ -76,7 +76,7 @@ def _draw_property(axes: Axes, calibrated: Calibrated, body: str, name: str, col
 
 
 def translation(calibrated: Calibrated) -> float:
-    """The vertical translation [mm/N] of C that brings C_sn closest to B-hat-prime on the scene's lines.
+    """Return the vertical translation [mm/N] that brings C_sn closest to B-hat-prime on the scene's lines.
 
     In local directions of the lower body, its s component is the translation times -sin(delta).
     """
@@ -88,12 +88,12 @@ def translation(calibrated: Calibrated) -> float:
 
 
 def _lean(calibrated: Calibrated, s: Array) -> Array:
-    """The sine of the lower body's inclination at arc lengths, (n,)."""
+    """Return the sine of the lower body's inclination at arc lengths, (n,)."""
     return np.sin(calibrated.scene.bodies["lower"].contour.inclination(s))
 
 
 def curve(calibrated: Calibrated, name: str, component: str, part: slice) -> Array:
-    """A component of both bodies [mm/N], (n,), at points: C, an approximation or one of `EXTRA`."""
+    """Return a component of both bodies [mm/N], (n,), at points: C, an approximation or one of `EXTRA`."""
     i, j = indices(component)
     c = reference_of(calibrated.results, "combined").ic[i, j, part]
     x, s = calibrated.results.points.x[part], calibrated.results.points.s[part]

@@ -26,18 +26,18 @@ from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.cache.files import write_dataset, write_text
 
 METHOD = (
-    "B̂′ is B̂ with elastic properties that go over from those of the half-space, at the load, to a far "
-    "value at the distance r_∞: f(r) = f⁰ + (f_∞ − f⁰)·[(1 − ρ) ρᵐ + ρ (1 − (1 − ρ)ⁿ)], ρ = min(1, r/r_∞). "
-    "The parameters are those of weighted least squares against C for one lateral load position."
+    "B̂′ is B̂ with elastic properties that change from the half-space's value, at the load, to a far value "
+    "at the distance r_∞: f(r) = f⁰ + (f_∞ − f⁰)·[(1 − ρ) ρᵐ + ρ (1 − (1 − ρ)ⁿ)], ρ = min(1, r/r_∞). "
+    "The parameters follow from weighted least squares against C for one lateral load position."
 )
 CURVATURE_APART = (
-    "Curvature along x is not part of the fit: it is subtracted before, and B̂′ adds it as B̂ has it."
+    "Curvature along x is not part of the fit: it is subtracted first, and B̂′ adds it as B̂ does."
 )
-CURVATURE_FITTED = "The fit makes up for the curvature of wheels along x, too: B̂′ has no other curvature."
+CURVATURE_FITTED = "The fit includes the curvature of wheels along x: B̂′ has no other curvature."
 DEVIATIONS = (
-    "Standard deviations: as if the deviations of the points were independent of each other and as large as "
-    "the residual (or, if larger, the estimated error of C). They are not independent: the form of f is not "
-    "that of C. Take them as a measure of which parameters the data determine."
+    "Standard deviations assume that deviations of the points are independent and as large as the residual "
+    "(or, if larger, the estimated error of C). They are not independent, because f is only a model of C: "
+    "standard deviations show which parameters the data determine."
 )
 COMPONENTS = tuple(component for component in REPORTED_COMPONENTS if component != "nn")
 
@@ -123,7 +123,7 @@ def _scene_section(calibrated: Calibrated) -> Section:
 
 
 def on_own_lines(calibrated: Calibrated) -> Results:
-    """The results on the lines of the scene: lines of the calibration do not count for its errors."""
+    """Return the results on the lines of the scene, without the lines of the calibration."""
     own = {line.name: calibrated.results.lines[line.name] for line in calibrated.scene.lines}
     return replace(calibrated.results, scene=calibrated.scene, lines=own)
 
@@ -141,7 +141,7 @@ def _fit_section(calibrated: Calibrated, body: str) -> Section:
         body,
         [
             Table("parameter", columns, rows),
-            f"Residual, shares of max |C_ij| of the points fitted to: {residuals}. In a scene file "
+            f"Residual, shares of max |C_ij| of the fitted points: {residuals}. In a scene file "
             f"(`{scene.name}_calibrated.toml` has it):",
             Verbatim(tomlkit.dumps(snippet).strip()),
         ],
@@ -149,13 +149,13 @@ def _fit_section(calibrated: Calibrated, body: str) -> Section:
 
 
 def _residuals(calibrated: Calibrated, body: str, text: str) -> str:
-    """The texts of each component that was fitted to, with its rms and its largest residual filled in."""
+    """Return the texts of all fitted components, with rms and largest residual."""
     fitted, components = calibrated.fits[body], calibrated.scene.calibration.components
     return ", ".join(text.format(*row) for row in zip(components, fitted.rms, fitted.worst, strict=True))
 
 
 def _table(calibrated: Calibrated) -> Table:
-    """A row per body and variant, with the worst errors on the scene's lines."""
+    """Return the table of worst errors on the scene's lines, a row per body and variant."""
     scene = calibrated.scene
     line_errors = errors(on_own_lines(calibrated), ics_of(calibrated.results))
     worst = line_errors[["error", "weight", "vanishes"]].max("line", skipna=False)
@@ -164,7 +164,7 @@ def _table(calibrated: Calibrated) -> Table:
         named = body
         for variant in (*scene.variants, "C"):
             one = worst.sel(body=body, variant=variant)
-            row = error_row(named, one, COMPONENTS, known=variant == "C", place=SYMBOLS[variant])
+            row = error_row(named, one, COMPONENTS, is_estimate=variant == "C", place=SYMBOLS[variant])
             if any(cell.text != "–" for cell in row.filled[1:]):
                 rows.append(row)
                 named = ""

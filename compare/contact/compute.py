@@ -1,4 +1,4 @@
-"""The contact of a scene with several ICs, as `femic.contact` solves it, and which scenes are refused."""
+"""Frictionless contact of a scene with several ICs, solved by `femic.contact`; which scenes are refused."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -35,33 +35,33 @@ def require_solvable(scene: Scene, given: Collection[str] = ()) -> None:
     if needs_effective(*approximations) and not scene.pair.has_effective("combined"):
         raise BadScene(
             f"{scene.name}: contact.ics: Bhat_prime needs effective properties of both bodies: "
-            "`femic calibrate` finds some"
+            "`femic calibrate` fits them"
         )
-    if (maps := maps_of(specification.ics)) and specification.friction:
+    if (maps := map_names(specification.ics)) and specification.friction:
         raise BadScene(
-            f"{scene.name}: contact.ics: {maps[0]}: maps of C know nn only, for contact without friction; "
+            f"{scene.name}: contact.ics: {maps[0]}: maps of C have nn only, for contact without friction; "
             "use C"
         )
-    of_c = () if C in given else _misfits_of_c(scene)
-    require_none(scene.name, [*of_c, *impossible(scene.contact_problem)])
+    c_misfits = () if C in given else _c_misfits(scene)
+    require_none(scene.name, [*c_misfits, *impossible(scene.contact_problem)])
 
 
-def _misfits_of_c(scene: Scene) -> Iterator[str]:
-    """Yield what is wrong with the engine of C, and with the grid if that is the scene's own."""
+def _c_misfits(scene: Scene) -> Iterator[str]:
+    """Yield misfits of the engine of C, and of the grid if the scene gives one."""
     if C in scene.contact.ics:
         yield from matrix_engine_misfits(scene)
         if not scene.contact.automatic:
             yield from grid_misfits(scene)
 
 
-def maps_of(ics: Sequence[str]) -> list[str]:
-    """The names of maps of C among those of ICs."""
+def map_names(ics: Sequence[str]) -> list[str]:
+    """Return the names of maps of C among names of ICs."""
     return [name for name in ics if is_map(name)]
 
 
 def reference_name(ics: Sequence[str]) -> str:
-    """The ICs that others are compared with: C, or where it is not there a map of it, B-hat, or the last."""
-    return given_ics.reference_name(ics, maps_of(ics))
+    """Return the ICs that others are compared with: C, or else a map of it, B-hat, or the last."""
+    return given_ics.reference_name(ics, map_names(ics))
 
 
 def compute_contact(

@@ -18,11 +18,11 @@ NONE = dict.fromkeys(OF_FRICTIONLESS, np.nan)
 
 
 def to_dataset(results: ContactResults) -> xr.Dataset:
-    """Numbers by case and ICs, and pressures [MPa] and gaps [mm] of each case on its own grid.
+    """Return numbers by case and ICs, and pressures [MPa] and gaps [mm] of each case on its own grid.
 
     `estimate_NAME` is the estimated error of NAME: from elements twice and four times as large
     (`femic.contact.estimates`), and, of C, the change with C plus its estimated error. `displaced_NAME`
-    is the number with the exact distance of the displaced body; NaN where it is not known.
+    is the number with the exact distance of the displaced body; NaN where there is none.
     """
     solution = results.solved
     solved = [[solution.contacts[loading, name] for name in solution.ics] for loading in solution.loadings]
@@ -53,29 +53,29 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
 
 
 def with_supports(dataset: xr.Dataset, supports: Mapping[str, Mapping[str, float]]) -> xr.Dataset:
-    """The arrays with `supported_NAME` (supports): numbers of the largest contact by C with others."""
+    """Return the arrays with `supported_NAME` (supports): the largest contact with C on other supports."""
     if not supports:
         return dataset
     loads = dataset["load"].sel(ics="C").values
     numbers_by_name = {
         f"supported_{name}": (
             "supports",
-            [of_supports[name] for of_supports in supports.values()],
+            [changed[name] for changed in supports.values()],
             {"units": quantity.unit, "long_name": f"{quantity.meaning}, with other supports"},
         )
         for name, quantity in OF_FRICTIONLESS.items()
     }
-    found = xr.Dataset(numbers_by_name, coords={"supports": list(supports)})
-    return dataset.merge(found).assign_attrs(dataset.attrs | {"supported_case": int(np.argmax(loads))})
+    supported = xr.Dataset(numbers_by_name, coords={"supports": list(supports)})
+    return dataset.merge(supported).assign_attrs(dataset.attrs | {"supported_case": int(np.argmax(loads))})
 
 
 def _numbers(contact: PairContact | None) -> dict[str, float]:
-    """The numbers of a contact; NaN where there is none."""
+    """Return the numbers of a contact; NaN where there is none."""
     return NONE if contact is None else numbers(contact.on_grid, contact.normal)
 
 
 def _fields(number: int, row: Sequence[SolvedContact]) -> xr.Dataset:
-    """Pressures and gaps of one case by all ICs, on its grid: `p_0`, `gap_0` over `x_0`, `s_0` of case 0."""
+    """Return pressures and gaps of a case with all ICs: `p_0`, `gap_0` over `x_0`, `s_0` of case 0."""
     on_grid, ics = row[0].on_grid, [contact.ics for contact in row]
     x, s = f"x_{number}", f"s_{number}"
     inclination = on_grid.undeformed.lower.contour.inclination(on_grid.grid.strips)
@@ -112,7 +112,7 @@ def _attributes(results: ContactResults) -> dict[str, str | float]:
 
 
 def provenance(scene: Scene, seconds: float, module: str) -> dict[str, str | float]:
-    """Attributes that say what made a file of contacts: a module, with what it imports."""
+    """Return attributes on the origin of a file of contacts: scene, seconds, code, versions."""
     return {
         "scene": scene.text,
         "seconds": seconds,

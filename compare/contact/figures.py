@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from compare.contact.compute import reference_name
-from compare.report.panels import Panel, add_legend, draw_band, draw_by_ics, drawn, grid_of
+from compare.report.panels import Panel, add_legend, draw_band, draw_by_ics, figure_grid, panel_figure
 from compare.report.styles import RC, symbol_of, with_further
 from compare.report.tables import Column
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
@@ -20,17 +20,17 @@ DRAWN = ("a", "b", "aspect", "p_max", "approach", "stiffness")  # quantities ove
 
 
 def reference_of(dataset: xr.Dataset) -> str:
-    """The ICs that others are compared with."""
+    """Return the ICs that others are compared with."""
     return reference_name([str(name) for name in dataset.ics.values])
 
 
 def over_angle(dataset: xr.Dataset) -> Figure:
-    """Numbers of the contact by all ICs over the angle of the patch by the reference; below, their ratios."""
+    """Draw numbers with all ICs over the angle of the patch with the reference; below, their ratios."""
     reference = reference_of(dataset)
     order = np.argsort(dataset.angle.sel(ics=reference).values)
     cases = dataset.isel(case=order)
     angle = cases.angle.sel(ics=reference)
-    with grid_of(2, len(DRAWN), (2.9, 2.45), sharex=True) as (figure, rows):
+    with figure_grid(2, len(DRAWN), (2.9, 2.45), sharex=True) as (figure, rows):
         for column, name in zip(rows.T, DRAWN, strict=True):
             values = cases[name]
             draw_by_ics(column[0], angle, values)
@@ -39,16 +39,16 @@ def over_angle(dataset: xr.Dataset) -> Figure:
             title = Column(OF_FRICTIONLESS[name].symbol, OF_FRICTIONLESS[name].unit).title
             column[0].set(title=title, yscale="log" if positive else "linear")
             column[1].set(xlabel=f"Δδ with {symbol_of(reference)} [deg]")
-            known = (cases[f"estimate_{name}"] / values).sel(ics=reference)
-            draw_band(column[1], angle, 1 - known, 1 + known)
+            estimate = (cases[f"estimate_{name}"] / values).sel(ics=reference)
+            draw_band(column[1], angle, 1 - estimate, 1 + estimate)
         rows[1, 0].set(ylabel=f"over {symbol_of(reference)} [-], band: its estimate")
     return figure
 
 
 def profiles(dataset: xr.Dataset) -> Figure:
-    """Pressures along s through the largest, over the mean pressure on the patch's area, a panel per case."""
+    """Draw pressures along s through the largest, over the mean pressure on the patch, a panel per case."""
     count = dataset.sizes["case"]
-    return drawn([_profile(dataset, number) for number in range(count)], min(count, 3))
+    return panel_figure([_profile(dataset, number) for number in range(count)], min(count, 3))
 
 
 def _profile(dataset: xr.Dataset, number: int) -> Panel:
@@ -70,13 +70,13 @@ def _profile(dataset: xr.Dataset, number: int) -> Panel:
 
 
 def _section(p: np.ndarray) -> int:
-    """The number of the section along x that is drawn: the middle one, or the one of the largest pressure."""
+    """Return the index along x of the drawn section: the middle, or the largest pressure."""
     middle = len(p) // 2
     return middle if np.any(p[middle] > 0) else int(np.argmax(p.max(axis=1)))
 
 
 def surfaces(dataset: xr.Dataset) -> Figure:
-    """Pressures of the reference on the developed surface, with the edges of the contact by all ICs."""
+    """Draw pressures of the reference on the developed surface, with contact edges of all ICs."""
     reference, count = reference_of(dataset), dataset.sizes["case"]
     with mpl.rc_context(RC | {"axes.grid": False}):
         figure = Figure(figsize=(4.3 * min(count, 3), 3.6 * -(-count // 3)), layout="constrained")
@@ -86,8 +86,8 @@ def surfaces(dataset: xr.Dataset) -> Figure:
                 continue
             p = dataset[f"p_{number}"]
             x, s = p[f"x_{number}"].values, p[f"s_{number}"].values
-            of_reference = np.ma.masked_equal(p.sel(ics=reference).values, 0)
-            shades = axes.pcolormesh(x, s, of_reference.T, cmap="viridis", rasterized=True)
+            reference_p = np.ma.masked_equal(p.sel(ics=reference).values, 0)
+            shades = axes.pcolormesh(x, s, reference_p.T, cmap="viridis", rasterized=True)
             figure.colorbar(shades, ax=axes, label=f"pressure with {symbol_of(reference)} [MPa]")
             _edges(axes, x, s, {str(name): p.sel(ics=name).values for name in p.ics.values})
             axes.set(xlabel="x [mm]", ylabel="s [mm]", title=str(dataset.case.values[number]))
@@ -96,7 +96,7 @@ def surfaces(dataset: xr.Dataset) -> Figure:
 
 
 def _edges(axes: Axes, x: np.ndarray, s: np.ndarray, pressures: Mapping[str, np.ndarray]) -> None:
-    """Draw where the contact by each of the ICs ends."""
+    """Draw the edge of the contact with each of the ICs."""
     looks = with_further(pressures)
     for name, p in pressures.items():
         _, style = looks[name]

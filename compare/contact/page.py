@@ -20,9 +20,9 @@ from compare.report.parts import (
     Picture,
     Section,
     Verbatim,
-    listed,
+    join_words,
     onset,
-    span,
+    range_text,
     write_page,
     write_results,
 )
@@ -33,27 +33,29 @@ from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.scenes.scene import Scene
 from geometries.patches import N
 
-RELIEF, LIFTED = 0.2, 0.02  # height of the largest pressure over the grid's width; of none, over that
+RELIEF, LIFTED = (
+    0.2,
+    0.02,
+)  # drawn height of the largest pressure over the grid's width; of 0, over that height
 NO_OTHERS: Mapping[str, Mapping[str, float]] = MappingProxyType({})
 GRIDS = (
-    "Estimate: largest estimated error of C_nn over the largest C_nn. Asymmetry: largest |C(I, J) − C(J, "
-    "I)|, of which the mean is taken. Smallest eigenvalue over the least IC of an element on itself: of "
-    "pressures without vertical load where loads are given, of all where approaches are. It must be "
+    "Estimate: largest estimated error of C_nn over the largest C_nn. Asymmetry: largest |C(I, J) − C(J, I)|"
+    "; contact takes the mean of both. Smallest eigenvalue over the least IC of an element on itself: for "
+    "given loads, of pressures without vertical load; for given approaches, of all pressures. It must be "
     "positive, or contacts are not unique."
 )
 MAPS = (
     "Pressures computed with B̂ in one scene (row) on the patch of another (column), at the same x / a and "
-    "s / b. Colours: normal displacement with A minus the one with B̂, over the largest with B̂. A "
-    "difference that is the same all over the patch changes the approach only; one that varies changes the "
-    "pressures."
+    "s / b. Colours: normal displacement with A minus B̂, over the largest with B̂. A uniform difference "
+    "changes the approach only; a varying one changes the pressures."
 )
-SIDEWAYS = 1e-3  # lateral force over load from which the summary speaks of it
+SIDEWAYS = 1e-3  # lateral force over load from which the summary mentions it
 FAILS = 0.05  # deviation of the largest pressure from which the summary says that ICs fail
 
 
 @dataclass(frozen=True)
-class Beside:
-    """Another solution of the same contacts: a section, rows by number of the case, and a note on these."""
+class FurtherSolution:
+    """A further solution of the same contacts: a section, rows by number of the case, and a note."""
 
     section: Section
     rows: Mapping[int, Row]
@@ -64,51 +66,51 @@ def write_contact(
     results: ContactResults,
     out: Path,
     supports: Mapping[str, Mapping[str, float]] = NO_OTHERS,
-    beside: Beside | None = None,
+    further: FurtherSolution | None = None,
 ) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page.
 
-    `supports` has the numbers of the largest contact with other supports, by what is changed.
+    `supports` has the numbers of the largest contact with other supports, by change.
     """
     dataset = with_supports(to_dataset(results), supports)
-    sections = _sections(results, dataset, beside, folders.make(out / "figures"))
+    sections = _sections(results, dataset, further, folders.make(out / "figures"))
     return write_results(
         Page(str(dataset.attrs["title"]), summary(dataset), sections), out, "contact", dataset
     )
 
 
 def _sections(
-    results: ContactResults, dataset: xr.Dataset, beside: Beside | None, folder: Path
+    results: ContactResults, dataset: xr.Dataset, further: FurtherSolution | None, folder: Path
 ) -> Iterator[Section]:
     drawn = [
         Picture("numbers", figures.over_angle(dataset)),
         Picture("profiles", figures.profiles(dataset)),
         Picture("surfaces", figures.surfaces(dataset)),
-        *(_drawn_in_3d(results, folder) if views.can_render() else ()),
+        *(_pictures_in_3d(results, folder) if views.can_render() else ()),
     ]
     yield Section("Numbers over the angle of the patch", drawn)
-    if beside:
-        yield beside.section
-    yield Section("Numbers by case", [_explanation(dataset, beside), *_tables(dataset, beside)])
+    if further:
+        yield further.section
+    yield Section("Numbers by case", [_explanation(dataset, further), *_tables(dataset, further)])
     yield Section("Rigid motions and supports of the bodies", list(_supports(results.scene, dataset)))
-    seconds = f"All in all {results.solved.seconds:.1f} s."
+    seconds = f"Total: {results.solved.seconds:.1f} s."
     yield Section("Grids, and C on them", [GRIDS, _grids_table(results), seconds])
     yield Section("The scene", [Verbatim(results.scene.text)])
 
 
-def _explanation(dataset: xr.Dataset, beside: Beside | None) -> str:
+def _explanation(dataset: xr.Dataset, further: FurtherSolution | None) -> str:
     reference = symbol_of(figures.reference_of(dataset))
     text = (
         "Of the patch with the largest load. Small, below each number: its estimated error (from elements "
-        "twice and four times as large; of C also from C plus its own estimate), and its ratio to that "
-        f"computed with {reference}. “p_max, displaced”: with the distance of the displaced body instead of "
-        "the linearised one; a dash where that contact is larger than the grid, or not found. Seconds: "
-        "pressures alone; those of C itself are below."
+        "twice and four times as large; of C also from C plus its own estimate), and its ratio to the number "
+        f"with {reference}. “p_max, displaced”: with the distance of the displaced body instead of "
+        "the linearised one; a dash where that contact exceeds the grid, or has no solution. Seconds: "
+        "pressures alone; the seconds of C itself are below."
     )
-    return f"{text} {beside.note}" if beside else text
+    return f"{text} {further.note}" if further else text
 
 
-def _drawn_in_3d(results: ContactResults, folder: Path) -> Iterator[Picture]:
+def _pictures_in_3d(results: ContactResults, folder: Path) -> Iterator[Picture]:
     """Draw pressures of the reference on the lower surface, as heights and colours, a picture per case."""
     name = reference_name(results.solved.ics)
     for number, loading in enumerate(results.solved.loadings):
@@ -137,11 +139,12 @@ def write_sensitivity(results: Mapping[str, ContactResults], out: Path) -> Path:
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Sentences computed from the numbers: what each of the ICs changes, and from which angle on."""
+    """Return sentences computed from the numbers: deviations of each of the ICs, and their onset."""
     reference = figures.reference_of(dataset)
     angle = dataset.angle.sel(ics=reference)
     sentences = [
-        f"{_cases(dataset.sizes['case'])} over {span(angle, '.0f')} degrees with {symbol_of(reference)}."
+        f"{_cases(dataset.sizes['case'])} over {range_text(angle, '.0f')} degrees with "
+        f"{symbol_of(reference)}."
     ]
     for name in (str(name) for name in dataset.ics.values if name != reference):
         deviations = {
@@ -161,7 +164,7 @@ def summary(dataset: xr.Dataset) -> str:
             f"{symbol_of(name)}: p_max {worst['p_max']:+.1%}, b {worst['b']:+.1%}, approach "
             f"{worst['approach']:+.1%} of {symbol_of(reference)}'s at worst{fails}."
         )
-    sentences += _beside_the_crown(dataset)
+    sentences += _lateral_force_sentence(dataset)
     seconds = dataset.seconds.values
     sentences.append(
         f"Pressures took {seconds.min():.2g} ... {seconds.max():.2g} s a case"
@@ -176,15 +179,15 @@ def summary(dataset: xr.Dataset) -> str:
     return " ".join(sentences)
 
 
-def _beside_the_crown(dataset: xr.Dataset) -> Iterator[str]:
-    """Yield what the ICs say of the lateral force, where the contact is not symmetric."""
+def _lateral_force_sentence(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield a sentence on the lateral force, where the contact is not symmetric."""
     share = (dataset.F_y / dataset["load"]).transpose("case", "ics")
     reference = figures.reference_of(dataset)
     of_reference = share.sel(ics=reference)
     worst = int(np.argmax(np.abs(of_reference.values)))
     if abs(float(of_reference[worst])) < SIDEWAYS:
         return
-    others = listed(
+    others = join_words(
         f"{float(share.sel(ics=name)[worst]):+.3f} with {symbol_of(str(name))}"
         for name in dataset.ics.values
         if name != reference
@@ -204,34 +207,34 @@ def _seconds_of_c(dataset: xr.Dataset) -> float:
     return sum(float(of_grid["seconds"]) for of_grid in json.loads(dataset.attrs["references"]).values())
 
 
-def _tables(dataset: xr.Dataset, beside: Beside | None) -> Iterator[Table]:
+def _tables(dataset: xr.Dataset, further: FurtherSolution | None) -> Iterator[Table]:
     """Yield a table per case: each number with its estimate, its ratio to the reference, and the cost."""
     columns = [*columns_of(OF_FRICTIONLESS.values()), *numbers("p_max, displaced", "iterations", "s")]
     for number, name in enumerate(dataset.case.values):
         case = dataset.isel(case=number)
         rows = [_row(case, ics) for ics in map(str, case.ics.values)]
-        if beside and number in beside.rows:
-            rows.append(beside.rows[number])
+        if further and number in further.rows:
+            rows.append(further.rows[number])
         yield Table(str(name), columns, rows)
 
 
 def _row(case: xr.Dataset, name: str) -> Row:
-    of_ics, reference = case.sel(ics=name), case.sel(ics=figures.reference_of(case))
-    ratios = of_ics / reference
+    selected, reference = case.sel(ics=name), case.sel(ics=figures.reference_of(case))
+    ratios = selected / reference
     cells = [
         Cell(
-            float(of_ics[key]),
+            float(selected[key]),
             ".5g",
-            f"± {float(of_ics[f'estimate_{key}']):.2g}; {float(ratios[key]):.4f}",
+            f"± {float(selected[f'estimate_{key}']):.2g}; {float(ratios[key]):.4f}",
         )
         for key in OF_FRICTIONLESS
     ]
-    cost = Cell(int(of_ics.iterations)), Cell(float(of_ics.seconds), ".2f")
-    return Row(symbol_of(name), [*cells, Cell(float(of_ics.displaced_p_max), ".5g"), *cost])
+    cost = Cell(int(selected.iterations)), Cell(float(selected.seconds), ".2f")
+    return Row(symbol_of(name), [*cells, Cell(float(selected.displaced_p_max), ".5g"), *cost])
 
 
 def _supports(scene: Scene, dataset: xr.Dataset) -> Iterator[Block]:
-    """Yield which rigid motions C is without, and how other supports change the largest contact with C."""
+    """Yield the rigid motions subtracted from C, and the effect of other supports on the largest contact."""
     if "supports" not in dataset.coords:
         yield discounted(scene)
         return
@@ -241,7 +244,7 @@ def _supports(scene: Scene, dataset: xr.Dataset) -> Iterator[Block]:
 
 
 def _grids_table(results: ContactResults) -> Table:
-    """The grids, and the estimate of C on each."""
+    """Return the table of grids, with the estimate of C on each."""
     rows = []
     for grid in dict.fromkeys(contact.on_grid.grid for contact in results.solved.contacts.values()):
         c = results.solved.references.get(grid)

@@ -81,7 +81,7 @@ def by_offsets(ics: Array) -> Array:
     return values
 
 
-def of_offsets_only(ics: Array) -> Array:
+def common_by_offsets(ics: Array) -> Array:
     """Arrange ICs (n_x, n_s, n_s, 3, 3) by offset if they do not depend on the loaded strip.
 
     Returns (1, 2 n_s - 1, n_x, 3, 3) in the same unit.

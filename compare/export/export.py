@@ -44,7 +44,7 @@ class ExportSpecification:
         """The name of the file."""
         return f"contact_{self.ics}{SUFFIXES[self.discount] if self.discount else ''}.txt"
 
-    def of(self, scene: Scene) -> "ExportSpecification":
+    def resolved(self, scene: Scene) -> "ExportSpecification":
         """Return the same with the discount of C, None for approximations."""
         return replace(self, discount=(self.discount or scene.discount) if self.ics == "C" else None)
 
@@ -86,7 +86,7 @@ def export(
     `contact_C_raw.txt`. Raises as `require_exportable` does.
     """
     require_exportable(scene, specification)
-    specification = specification.of(scene)
+    specification = specification.resolved(scene)
     folders.make(out)
     file = _file_content(scene, specification, out, options)
     path = out / specification.name
@@ -149,7 +149,7 @@ def approximated(scene: Scene, variant: str) -> ContactFile:
     larger = replace(longer, n_s=grid.n_s + 1)  # the outermost centres lie on the edges of the grid
     ahead, behind = (column(variant, pair, larger, strip) for strip in (0, grid.n_s))
     first, last = (np.moveaxis(end, -1, 0)[None, None] for end in (behind[..., 0], ahead[..., -1]))
-    inner = contact_file.of_offsets_only(matrix(variant, pair, longer))
+    inner = contact_file.common_by_offsets(matrix(variant, pair, longer))
     return _scaled(scene, np.concatenate([first, inner, last], axis=1))
 
 

@@ -1,4 +1,4 @@
-"""The labelled arrays of contacts by ICs beside those by finite elements, `fe_contact.nc`."""
+"""The labelled arrays of contacts with ICs and by finite elements, `fe_contact.nc`."""
 
 from collections.abc import Sequence
 
@@ -13,39 +13,37 @@ NUMBERS = (*OF_PATCH, APPROACH, *OF_PLACE)
 CHECKS = ("load_of_pressures", "reaction", "tension", "penetration", "unknowns", "memory")
 
 
-def beside(
-    contacts: xr.Dataset, by_fe: Sequence[xr.Dataset | None], cells: float, rigid_compliance: float
+def joined(
+    contacts: xr.Dataset, fe_contacts: Sequence[xr.Dataset | None], cells: float, rigid_compliance: float
 ) -> xr.Dataset:
-    """Numbers with their estimates of all ICs and of finite elements, and what is known of the latter.
+    """Return numbers with estimates of all ICs and of finite elements, and checks of the latter.
 
-    Cases that finite elements have not solved, None, are NaN there.
-
-    The approach by finite elements has in it that of the whole bodies, whose `rigid_compliance` M_zz [mm/N]
-    C is without: `approach` is without that times the load, and `fe_raw_approach` with it.
+    Cases without a solution by finite elements, None, are NaN there. `approach` by finite elements excludes
+    the `rigid_compliance` M_zz [mm/N], which C does not have, times the load; `fe_raw_approach` includes it.
     """
     named = [prefix + name for name in NUMBERS for prefix in ("", "estimate_")]
-    of_all = _by_case(by_fe).assign_coords(case=contacts.case)
-    fe = of_all[named].expand_dims(ics=[FE])
+    solved = _by_case(fe_contacts).assign_coords(case=contacts.case)
+    fe = solved[named].expand_dims(ics=[FE])
     dataset = xr.concat([contacts[named], fe], "ics", combine_attrs="override")
     load = contacts["load"].isel(ics=0, drop=True)
     rigid = rigid_compliance * load
     dataset[APPROACH] = dataset[APPROACH].where(dataset.ics != FE, dataset[APPROACH] - rigid)
-    dataset[f"fe_raw_{APPROACH}"] = of_all[APPROACH].assign_attrs(units="mm")
+    dataset[f"fe_raw_{APPROACH}"] = solved[APPROACH].assign_attrs(units="mm")
     for name in CHECKS:
-        dataset[f"fe_{name}"] = of_all[name]
+        dataset[f"fe_{name}"] = solved[name]
     dataset["seconds"] = contacts.seconds
-    dataset["fe_seconds"] = of_all.seconds
+    dataset["fe_seconds"] = solved.seconds
     dataset["load"] = load.assign_attrs(units="N")
     dataset["rigid_compliance"] = (), rigid_compliance, {"units": "mm/N"}
-    lines = [_profile(one, number) for number, one in enumerate(by_fe) if one is not None]
-    of_ics = [_profile_of_ics(contacts, number) for number in range(len(by_fe))]
-    joined = xr.merge([dataset, *lines, *of_ics], join="outer")  # there is no profile of FE on grids
-    return joined.assign_attrs(contacts.attrs | {"cells": cells})
+    lines = [_profile(one, number) for number, one in enumerate(fe_contacts) if one is not None]
+    ics_profiles = [_ics_profile(contacts, number) for number in range(len(fe_contacts))]
+    merged = xr.merge([dataset, *lines, *ics_profiles], join="outer")  # there is no profile of FE on grids
+    return merged.assign_attrs(contacts.attrs | {"cells": cells})
 
 
-def _by_case(by_fe: Sequence[xr.Dataset | None]) -> xr.Dataset:
-    """What has the same shape in all cases, as a dimension; NaN for what is not solved."""
-    solved = [None if one is None else one.drop_vars(_ragged(one)).astype(float) for one in by_fe]
+def _by_case(fe_contacts: Sequence[xr.Dataset | None]) -> xr.Dataset:
+    """Return variables with the same shape in all cases along a dimension, NaN for unsolved cases."""
+    solved = [None if one is None else one.drop_vars(_ragged(one)).astype(float) for one in fe_contacts]
     some = next(one for one in solved if one is not None)
     return xr.concat([xr.full_like(some, np.nan) if one is None else one for one in solved], "case")
 
@@ -55,7 +53,7 @@ def _ragged(one: xr.Dataset) -> list[str]:
 
 
 def _profile(one: xr.Dataset, number: int) -> xr.Dataset:
-    """Pressures by finite elements at x = 0 along s."""
+    """Return pressures by finite elements at x = 0 along s."""
     at_middle = np.flatnonzero(one.x.values < 1e-9 * float(one.x.max()))
     order = at_middle[np.argsort(one.s.values[at_middle])]
     s = f"s_fe_{number}"
@@ -65,7 +63,7 @@ def _profile(one: xr.Dataset, number: int) -> xr.Dataset:
     )
 
 
-def _profile_of_ics(contacts: xr.Dataset, number: int) -> xr.Dataset:
-    """Pressures by ICs beside x = 0 along s."""
+def _ics_profile(contacts: xr.Dataset, number: int) -> xr.Dataset:
+    """Return pressures with ICs beside x = 0 along s."""
     p = contacts[f"p_{number}"]
     return p.isel({f"x_{number}": p.sizes[f"x_{number}"] // 2}, drop=True).to_dataset(name=f"p_{number}")

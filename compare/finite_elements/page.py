@@ -10,28 +10,37 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from compare.finite_elements.dataset import FE, NUMBERS, OF_PATCH, OF_PLACE
-from compare.finite_elements.deviations import deviations, differences, known
-from compare.report.panels import draw_band, draw_by_ics, grid_of
-from compare.report.parts import Page, Part, closing, furthest, listed, onset, span, write_results
+from compare.finite_elements.deviations import deviations, differences, relative_estimates
+from compare.report.panels import draw_band, draw_by_ics, figure_grid
+from compare.report.parts import (
+    Page,
+    Part,
+    extreme,
+    final_sections,
+    join_words,
+    onset,
+    range_text,
+    write_results,
+)
 from compare.report.styles import symbol_of
 from compare.report.tables import Cell, Row, Table, columns_of
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 
-SHARES = (0.01, 0.02, 0.05)  # deviations: the summary says from which angle on they are exceeded
+SHARES = (0.01, 0.02, 0.05)  # deviations: the summary gives the angles from which they are exceeded
 DRAWN = ("p_max", "a", "b", "approach")
-SIDEWAYS = 1e-6  # lateral force over load from which a contact counts as not symmetric
-OF_APPROACHES = (
-    "Approaches with FE and with C are without the rigid part M_zz of the compliance, which the models of C "
-    "give on the same supports; nothing is fitted. Approximations have no supports: they give the approach "
-    "of half-spaces in contact."
+SIDEWAYS = 1e-6  # lateral force over load from which a contact counts as unsymmetric
+WITHOUT_RIGID = (
+    "Approaches with FE and with C exclude the rigid part M_zz of the compliance, computed by the models of "
+    "C on the same supports; nothing is fitted. Approximations have no supports: they give the approach of "
+    "half-spaces in contact."
 )
 RAW = (
     "Approaches with FE and with C contain the compliance of the whole bodies, approaches with "
     "approximations do not."
 )
 BELOW = (
-    "Small, below each number: its estimated error, and how far it is from the number by finite elements "
-    "(FE): as a share, but in its unit where it vanishes by symmetry. "
+    "Small, below each number: its estimated error, and its deviation from finite elements (FE), as a share, "
+    "or in its unit where it vanishes by symmetry. "
 )
 
 
@@ -41,52 +50,58 @@ def write_fe_contact(dataset: xr.Dataset, out: Path) -> Path:
         "Frictionless contact", "Contact with ICs, and with finite elements"
     )
     tables = [_table(dataset, number) for number in range(dataset.sizes["case"])]
-    end = closing(tables, BELOW + of_approaches(dataset), cost(dataset), str(dataset.attrs["scene"]))
+    end = final_sections(tables, BELOW + approach_note(dataset), cost(dataset), str(dataset.attrs["scene"]))
     return write_results(
         Page(title, summary(dataset), chain(_parts(dataset), end)), out, "fe_contact", dataset
     )
 
 
-def of_approaches(dataset: xr.Dataset) -> str:
-    """The sentence on what approaches contain."""
-    return OF_APPROACHES if float(dataset.rigid_compliance) else RAW
+def approach_note(dataset: xr.Dataset) -> str:
+    """Return the note on the content of approaches."""
+    return WITHOUT_RIGID if float(dataset.rigid_compliance) else RAW
 
 
-def off_by(dataset: xr.Dataset, ics: str, share: float) -> xr.DataArray:
-    """In which cases a number of the patch is off by more than a share and the estimate."""
+def exceeds(dataset: xr.Dataset, ics: str, share: float) -> xr.DataArray:
+    """Return in which cases a number of the patch deviates by more than a share and the estimate."""
     return xr.concat(
-        [abs(deviations(dataset, name).sel(ics=ics)) > share + known(dataset, name) for name in OF_PATCH],
+        [
+            abs(deviations(dataset, name).sel(ics=ics)) > share + relative_estimates(dataset, name)
+            for name in OF_PATCH
+        ],
         "quantity",
     ).any("quantity")
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Sentences computed from the numbers: how far ICs are from finite elements, and from where on."""
+    """Return sentences computed from the numbers: deviations of ICs from finite elements, and their onset."""
     solved = np.flatnonzero(dataset.angle.sel(ics=FE).notnull())
     dataset, angle = dataset.isel(case=solved), dataset.angle.sel(ics=FE)
+    estimate = max(float(relative_estimates(dataset, name).max()) for name in OF_PATCH)
     sentences = [
-        f"Patches over {float(angle.min()):.0f} ... {float(angle.max()):.0f} degrees. Numbers of the patch "
-        f"by finite elements are known to {max(float(known(dataset, name).max()) for name in OF_PATCH):.1%}."
+        f"Patches over {float(angle.min()):.0f} ... {float(angle.max()):.0f} degrees. Estimated error of the "
+        f"patch by finite elements: {estimate:.1%}."
     ]
     for name in (str(name) for name in dataset.ics.values if name != FE):
-        worst = listed(f"{furthest(deviations(dataset, key).sel(ics=name)):+.1%} in {key}" for key in DRAWN)
+        worst = join_words(
+            f"{extreme(deviations(dataset, key).sel(ics=name)):+.1%} in {key}" for key in DRAWN
+        )
         sentences.append(f"{symbol_of(name)}: at worst {worst}; {_from_where(dataset, name)}.")
-    sentences += _beside_the_crown(dataset)
+    sentences += _lateral_force_sentence(dataset)
     if dataset.attrs["left_out"]:
         sentences.append(f"Finite elements did not solve {dataset.attrs['left_out']}")
     return " ".join(sentences)
 
 
-def _beside_the_crown(dataset: xr.Dataset) -> Iterator[str]:
-    """Yield what all say of lateral force and centre of pressure, in the case where the force is largest."""
+def _lateral_force_sentence(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield lateral force and centre of pressure in the case where the force is largest."""
     share = abs(dataset.F_y / dataset["load"]).sel(ics=FE)
     worst = int(np.nanargmax(share.values))
     if float(share[worst]) < SIDEWAYS:
         return
     case = dataset.isel(case=worst)
-    of_fe, load = case.sel(ics=FE), float(case["load"])
-    force, to = float(of_fe.F_y) / load, float(of_fe.estimate_F_y) / load
-    by_ics = listed(
+    with_fe, load = case.sel(ics=FE), float(case["load"])
+    force, to = float(with_fe.F_y) / load, float(with_fe.estimate_F_y) / load
+    by_ics = join_words(
         f"{float(case.F_y.sel(ics=name)) / load:+.3f}, {float(case.s_centre.sel(ics=name)):+.2f} mm with "
         f"{symbol_of(str(name))}"
         for name in dataset.ics.values
@@ -95,17 +110,17 @@ def _beside_the_crown(dataset: xr.Dataset) -> Iterator[str]:
     yield (
         f"Beside the crown, at {dataset.case.values[worst]}: by finite elements the lateral force on the "
         f"upper body is {force:+.3f} ± {to:.1g} of the load, the centre of pressure "
-        f"{float(of_fe.s_centre):+.2f} ± {float(of_fe.estimate_s_centre):.1g} mm; {by_ics}."
+        f"{float(with_fe.s_centre):+.2f} ± {float(with_fe.estimate_s_centre):.1g} mm; {by_ics}."
     )
 
 
 def _from_where(dataset: xr.Dataset, ics: str) -> str:
-    """From which angles on ICs are further from finite elements than some shares and the estimate."""
+    """Return the angles from which ICs deviate by more than some shares and the estimate."""
     angles = dataset.angle.sel(ics=FE).values
-    found = {share: onset(angles, off_by(dataset, ics, share).values) for share in SHARES}
-    exceeded = [f"more than {share:.0%} {where}" for share, where in found.items() if where]
+    onsets = {share: onset(angles, exceeds(dataset, ics, share).values) for share in SHARES}
+    exceeded = [f"more than {share:.0%} {where}" for share, where in onsets.items() if where]
     return (
-        f"beyond the estimate, off by {listed(exceeded)}"
+        f"beyond the estimate, off by {join_words(exceeded)}"
         if exceeded
         else f"within {SHARES[0]:.0%} and the estimate"
     )
@@ -127,12 +142,12 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
 
 
 def over_angle(dataset: xr.Dataset) -> Figure:
-    """Deviations of all ICs from finite elements over the angle of the patch, a panel per number."""
+    """Draw deviations of all ICs from finite elements over the angle of the patch, a panel per number."""
     cases = dataset.isel(case=np.argsort(dataset.angle.sel(ics=FE).values))
     angle = cases.angle.sel(ics=FE)
-    with grid_of(1, len(DRAWN), (3.2, 2.9)) as (figure, grid):
+    with figure_grid(1, len(DRAWN), (3.2, 2.9)) as (figure, grid):
         for axes, key in zip(grid[0], DRAWN, strict=True):
-            off, band = 100 * deviations(cases, key), 100 * known(cases, key)
+            off, band = 100 * deviations(cases, key), 100 * relative_estimates(cases, key)
             draw_by_ics(axes, angle, off)
             draw_band(axes, angle, -band, band, "estimate of FE")
             axes.set(title=OF_FRICTIONLESS[key].symbol, xlabel="Δδ with FE [deg]")
@@ -141,8 +156,8 @@ def over_angle(dataset: xr.Dataset) -> Figure:
 
 
 def profiles(dataset: xr.Dataset) -> Figure:
-    """Pressures along s at x = 0 by finite elements and all ICs, a panel per case."""
-    with grid_of(1, dataset.sizes["case"], (4.1, 2.9)) as (figure, grid):
+    """Draw pressures along s at x = 0 by finite elements and all ICs, a panel per case."""
+    with figure_grid(1, dataset.sizes["case"], (4.1, 2.9)) as (figure, grid):
         for number, axes in enumerate(grid[0]):
             _draw_profile(axes, dataset, number)
             axes.set(xlabel="s [mm]", title=str(dataset.case.values[number]))
@@ -158,13 +173,13 @@ def _draw_profile(axes: Axes, dataset: xr.Dataset, number: int) -> None:
     draw_by_ics(axes, at[part], p.dropna("ics", how="all")[..., part], 0)
     if f"p_fe_{number}" not in dataset:
         return
-    of_fe, s = dataset[f"p_fe_{number}"], dataset[f"s_fe_{number}"]
+    with_fe, s = dataset[f"p_fe_{number}"], dataset[f"s_fe_{number}"]
     inside = (s >= at[part].values[0]) & (s <= at[part].values[-1])
-    axes.plot(s[inside], of_fe[inside], "o", color="black", markersize=2.5, label=FE)
+    axes.plot(s[inside], with_fe[inside], "o", color="black", markersize=2.5, label=FE)
 
 
 def _table(dataset: xr.Dataset, number: int) -> Table:
-    """All numbers of a case."""
+    """Return the table of all numbers of a case."""
     case = dataset.isel(case=number)
     columns = columns_of(OF_FRICTIONLESS[name] for name in NUMBERS)
     rows = [
@@ -185,13 +200,13 @@ def _cell(dataset: xr.Dataset, number: int, ics: str, key: str) -> Cell:
 
 
 def _symmetric(dataset: xr.Dataset, number: int) -> bool:
-    """Whether there is no lateral force in a case, but for rounding."""
+    """Return whether a case has no lateral force except rounding."""
     case = dataset.isel(case=number)
     return bool((abs(case.F_y) < SIDEWAYS * case["load"]).all())
 
 
 def cost(dataset: xr.Dataset) -> str:
-    """What finite elements took, and how well they hold what contact has to satisfy."""
+    """Return the cost of finite elements, and how well they satisfy the conditions of contact."""
     load = dataset["load"].values
     balance = [
         *abs(dataset.fe_load_of_pressures.values / load - 1),
@@ -199,16 +214,16 @@ def cost(dataset: xr.Dataset) -> str:
     ]
     most = {name: float(dataset[f"fe_{name}"].max()) for name in ("memory", "tension", "penetration")}
     return (
-        f"Finite elements: {span(_all(dataset.fe_unknowns, 'body'), ',.0f')} unknowns of the modelled "
-        f"parts, {span(_all(dataset.fe_seconds, 'stage'), '.0f')} s a load, up to "
+        f"Finite elements: {range_text(_all(dataset.fe_unknowns, 'body'), ',.0f')} unknowns of the modelled "
+        f"parts, {range_text(_all(dataset.fe_seconds, 'stage'), '.0f')} s a load, up to "
         f"{most['memory'] / 1e3:.1f} GB. Pressures and reactions carry the load to {np.nanmax(balance):.1g}, "
         f"tensions are at most {most['tension']:.1g} of the largest pressure, penetrations "
-        f"{most['penetration']:.1g} of the approach. Rigid part of the compliance that is taken from "
+        f"{most['penetration']:.1g} of the approach. Rigid part of the compliance, subtracted from "
         f"approaches: M_zz = {float(dataset.rigid_compliance):.4g} mm/N. Contacts with ICs took "
-        f"{span(dataset.seconds.values, '.2g')} s."
+        f"{range_text(dataset.seconds.values, '.2g')} s."
     )
 
 
 def _all(values: xr.DataArray, dim: str) -> np.ndarray:
-    """Sums along a dimension by case, NaN where nothing was solved."""
+    """Return sums along a dimension by case, NaN where nothing was solved."""
     return np.asarray(values.sum(dim, min_count=1).values)

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from compare.contact.figures import reference_of
 from compare.friction import maps
 from compare.friction.page import band_of, names, others, write_contact_page
-from compare.report.panels import draw_band, draw_by_ics, grid_of
-from compare.report.parts import Part, listed
+from compare.report.panels import draw_band, draw_by_ics, figure_grid
+from compare.report.parts import Part, join_words
 from compare.report.styles import symbol_of
 from compare.report.tables import Row, Table, cell, columns_of
 from femic.contact.pairs.quantities import OF_COMPRESSION
@@ -25,7 +25,7 @@ def write_compression(dataset: xr.Dataset, out: Path) -> Path:
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Sentences computed from the numbers: how much slides, and which ICs suffice to say so."""
+    """Return sentences computed from the numbers: the sliding area, and which ICs suffice to predict it."""
     reference, last = reference_of(dataset), dataset.isel(load=-1)
     symbol = symbol_of(reference)
     of_reference = last.sel(ics=reference)
@@ -35,7 +35,7 @@ def summary(dataset: xr.Dataset) -> str:
     ]
     sentences += [
         f"With friction {float(friction):g}, {float(one.sliding_share):.0%} of the contact area slides with "
-        f"{symbol} (known to {float(one.estimate_sliding_share):.0%} of the area)"
+        f"{symbol} (± {float(one.estimate_sliding_share):.0%} of the area)"
         + "".join(
             f", {float(last.sliding_share.sel(ics=name, friction=friction)):.0%} with {symbol_of(name)}"
             for name in others(dataset)
@@ -48,17 +48,17 @@ def summary(dataset: xr.Dataset) -> str:
 
 
 def _verdicts(dataset: xr.Dataset) -> Iterator[str]:
-    """Yield which ICs have ratios near enough to those of the reference at all loads, and which have not."""
+    """Yield which ICs have ratios close enough to the reference's at all loads, and which do not."""
     symbol = symbol_of(reference_of(dataset))
     away = abs(dataset.sliding_share - dataset.sliding_share.sel(ics=reference_of(dataset)))
-    known = dataset.estimate_sliding_share.sel(ics=reference_of(dataset))
-    worst = (away - known).clip(0).max(["friction", "load"])
+    estimate = dataset.estimate_sliding_share.sel(ics=reference_of(dataset))
+    worst = (away - estimate).clip(0).max(["friction", "load"])
     for enough, verb in ((True, "within"), (False, "further than")):
-        found = [name for name in others(dataset) if (float(worst.sel(ics=name)) <= SUFFICES) == enough]
-        if found:
-            furthest = ", ".join(f"{float(away.sel(ics=name).max()):.0%}" for name in found)
+        selected = [name for name in others(dataset) if (float(worst.sel(ics=name)) <= SUFFICES) == enough]
+        if selected:
+            furthest = ", ".join(f"{float(away.sel(ics=name).max()):.0%}" for name in selected)
             yield (
-                f"{listed(symbol_of(name) for name in found)}: {verb} {SUFFICES:.0%} of the area of {symbol} "
+                f"{join_words(map(symbol_of, selected))}: {verb} {SUFFICES:.0%} of the area of {symbol} "
                 f"beyond its estimate (at most {furthest} away)."
             )
 
@@ -85,15 +85,15 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
 def sliding(dataset: xr.Dataset) -> Figure:
     """Sliding over contact area by all ICs, a column per friction: over the load, over the angle."""
     reference = reference_of(dataset)
-    with grid_of(2, dataset.sizes["friction"], PANEL, sharex="row", sharey=True) as (figure, rows):
+    with figure_grid(2, dataset.sizes["friction"], PANEL, sharex="row", sharey=True) as (figure, rows):
         for number, (above, below) in enumerate(rows.T):
             one, kilonewtons = dataset.isel(friction=number), dataset["load"] / 1e3
             draw_by_ics(above, kilonewtons, one.sliding_share, 3)
             draw_by_ics(below, one.angle, one.sliding_share, 3)
-            known, of_reference = (
+            estimate, of_reference = (
                 one[key].sel(ics=reference) for key in ("estimate_sliding_share", "sliding_share")
             )
-            low, high = (of_reference - known).clip(0, 1), (of_reference + known).clip(0, 1)
+            low, high = (of_reference - estimate).clip(0, 1), (of_reference + estimate).clip(0, 1)
             for axes, at in ((above, kilonewtons), (below, one.angle.sel(ics=reference))):
                 draw_band(axes, at, low, high, band_of(dataset))
             above.set(xlabel="load [kN]", title=f"friction {float(dataset.friction[number]):g}")
@@ -104,7 +104,7 @@ def sliding(dataset: xr.Dataset) -> Figure:
 
 
 def _tables(dataset: xr.Dataset) -> list[Table]:
-    """All numbers, a table per friction."""
+    """Return all numbers, a table per friction."""
     return [
         Table(
             f"friction {float(friction):g}",

@@ -1,4 +1,4 @@
-"""What the labelled arrays of motions with friction have in common: numbers, their errors, maps."""
+"""Parts of the labelled arrays of all motions: numbers, their errors, maps."""
 
 from collections.abc import Callable, Mapping, Sequence
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 from compare.contact.figures import reference_of
 from compare.friction.supports import PREFIX
-from compare.report.parts import Page, Part, closing, write_results
+from compare.report.parts import Page, Part, final_sections, write_results
 from compare.report.styles import symbol_of
 from compare.report.tables import Table, changes_table
 from femic.contact.motions import MOTIONS
@@ -24,13 +24,15 @@ def write_contact_page(
     dataset: xr.Dataset, out: Path, summary: str, parts: Iterable[Part], tables: Sequence[Table]
 ) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
-    end = closing([*of_supports(dataset), *tables], BELOW, cost(dataset), str(dataset.attrs["scene"]))
+    end = final_sections(
+        [*support_tables(dataset), *tables], BELOW, cost(dataset), str(dataset.attrs["scene"])
+    )
     page = Page(str(dataset.attrs["title"]), summary, chain(parts, end))
     return write_results(page, out, "contact", dataset)
 
 
-def of_supports(dataset: xr.Dataset) -> list[Table]:
-    """How other supports change a contact computed with C; empty where it is not known."""
+def support_tables(dataset: xr.Dataset) -> list[Table]:
+    """Return the changes of a contact with C on other supports; empty without them."""
     if "supports" not in dataset.coords:
         return []
     motion = next(one for one in MOTIONS.values() if PREFIX + one.dimension in dataset)

@@ -16,7 +16,7 @@ Labelled = Callable[[PairWithFriction, Any], xr.Dataset]  # a solution of the mo
 
 
 def by_friction_and_ics(pair: PairWithFriction, labelled: Labelled) -> xr.Dataset:
-    """The solutions with all coefficients of friction and ICs, which are dimensions of the arrays."""
+    """Return the solutions along the dimensions friction and ICs."""
     frictions, ics = pair.specification.coefficients, pair.problem.specification.ics
     parts = {
         (friction, name): _stored(pair, friction, name, labelled) for name in ics for friction in frictions
@@ -26,27 +26,27 @@ def by_friction_and_ics(pair: PairWithFriction, labelled: Labelled) -> xr.Datase
     grid = pair.on_grid.grid
     inclination = pair.on_grid.undeformed.lower.contour.inclination(grid.strips)
     joined["inclination"] = "s", inclination, {"units": "rad"}
-    of_c = parts[frictions[0], C].attrs if C in ics else {}
+    c_quality = parts[frictions[0], C].attrs if C in ics else {}
     exact = {"dx": grid.dx, "ds": grid.ds, "s_middle": grid.s}  # differences of coordinates are rounded
-    return joined.drop_attrs(deep=False).assign_attrs(of_c | exact)
+    return joined.drop_attrs(deep=False).assign_attrs(c_quality | exact)
 
 
 def _stored(pair: PairWithFriction, friction: float, name: str, labelled: Labelled) -> xr.Dataset:
-    """A solution, from the store if it is there."""
+    """Return a solution, from the store if it is there."""
     store, solve = pair.options.store, pair.motion.solve
     assert solve is not None
     key = store.key("friction", results_digest(labelled.__module__), *_inputs(pair, friction, name))
     part = store.get(key)
     if part is None:
-        part = labelled(pair, solve(pair, friction, name)).assign_attrs(_quality_of_c(pair, name))
+        part = labelled(pair, solve(pair, friction, name)).assign_attrs(_c_quality(pair, name))
         store.put(key, part)
     else:
-        pair.options.watch.on_stage(f"  friction {friction:g}, {name}: kept by an earlier run")
+        pair.options.watch.on_stage(f"  friction {friction:g}, {name}: stored by an earlier run")
     return part
 
 
-def _quality_of_c(pair: PairWithFriction, name: str) -> dict[str, float | str]:
-    """Errors and cost of C on the grid; nothing of other ICs, and of C that is given."""
+def _c_quality(pair: PairWithFriction, name: str) -> dict[str, float | str]:
+    """Return errors and cost of C on the grid; empty for other ICs and for given C."""
     if name != C or name in pair.given:
         return {}
     c = pair.reference
@@ -59,17 +59,17 @@ def _quality_of_c(pair: PairWithFriction, name: str) -> dict[str, float | str]:
 
 
 def _inputs(pair: PairWithFriction, friction: float, name: str) -> tuple[object, ...]:
-    """All inputs that a solution depends on, and not what else the scene specifies."""
+    """Return the inputs that a solution depends on, without the other keys of the scene."""
     problem, alone = pair.problem, replace(pair.specification, coefficients=(friction,))
     specification = replace(problem.specification, ics=(name,), friction=alone)
     common = problem.pair, specification, pair.on_grid.grid
     if name in pair.given:
         return *common, pair.given[name]
     jobs = c_jobs(problem, pair.on_grid).values() if name == C else ()
-    return *common, *map(_inputs_of_c, jobs)
+    return *common, *map(_c_inputs, jobs)
 
 
-def _inputs_of_c(job: MatrixJob) -> tuple[object, ...]:
+def _c_inputs(job: MatrixJob) -> tuple[object, ...]:
     """Return all inputs of C; the engine by its name, because the digest covers its code."""
     settings = replace(job.settings, engine=None)  # type: ignore[arg-type]
     return job.body, job.grid, job.components, job.discounts, settings, job.settings.engine.name

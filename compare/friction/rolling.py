@@ -31,7 +31,7 @@ DISTANCES: Mapping[str, tuple[Distance, str]] = {  # of curves, from distances o
 def labelled(pair: PairWithFriction, solved: SolvedCurve) -> xr.Dataset:
     """Numbers by creepage `xi`, each with `estimate_NAME`, and maps at equal force.
 
-    `simplified` marks contacts that are found in the less accurate form only. `displaced_NAME` is a number at
+    `simplified` marks contacts with the less accurate solution only. `displaced_NAME` is a number at
     the creepage nearest 0 with the distance of the displaced wheel, which is linearised otherwise.
     """
     xis, curve = pair.specification.longitudinal, solved.curve
@@ -51,7 +51,7 @@ def with_distances(scene: Scene, dataset: xr.Dataset) -> xr.Dataset:
     friction = scene.contact.friction
     dataset.attrs["load"] = scene.contact.loads[0]
     dataset.attrs["equal_force"] = friction.equal_force if friction else 0.0
-    return dataset.assign(_away(dataset))
+    return dataset.assign(_distances(dataset))
 
 
 def scaled_force(dataset: xr.Dataset, name: str = "F_x") -> xr.DataArray:
@@ -59,18 +59,18 @@ def scaled_force(dataset: xr.Dataset, name: str = "F_x") -> xr.DataArray:
     return dataset[name].drop_attrs() / (dataset.friction * dataset.attrs["load"])
 
 
-def _away(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
+def _distances(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
     """Distances of curves to the reference's, over friction times load: `rms` and `largest`, with estimates.
 
-    By the triangle inequality of each distance, they are wrong by that of the estimates of both curves at
-    most; that of the reference to itself is 0.
+    By the triangle inequality, the error of a distance is at most the same distance of the sum of the
+    estimates of both curves; for the reference itself it is 0.
     """
-    force, known = scaled_force(dataset), scaled_force(dataset, "estimate_F_x")
+    force, estimate = scaled_force(dataset), scaled_force(dataset, "estimate_F_x")
     reference = reference_name([str(name) for name in dataset.ics.values])
     away = abs(force - force.sel(ics=reference))
-    wrong = (known + known.sel(ics=reference)).where(dataset.ics != reference, 0.0).where(away.notnull())
+    both = (estimate + estimate.sel(ics=reference)).where(dataset.ics != reference, 0.0)
     return {
         prefix + name: distance(values).assign_attrs(units="1", long_name=meaning)
-        for prefix, values in (("", away), ("estimate_", wrong))
+        for prefix, values in (("", away), ("estimate_", both.where(away.notnull())))
         for name, (distance, meaning) in DISTANCES.items()
     }

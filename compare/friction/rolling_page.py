@@ -11,8 +11,8 @@ from compare.contact.figures import reference_of
 from compare.friction import maps
 from compare.friction.page import band_of, names, others, write_contact_page
 from compare.friction.rolling import DISPLACED, scaled_force
-from compare.report.panels import draw_band, draw_by_ics, grid_of
-from compare.report.parts import Part, furthest, listed, span
+from compare.report.panels import draw_band, draw_by_ics, figure_grid
+from compare.report.parts import Part, extreme, join_words, range_text
 from compare.report.styles import symbol_of
 from compare.report.tables import Cell, Column, Row, Table, cell, columns_of, numbers
 from femic.contact.pairs.quantities import OF_CURVE, OF_ROLLING
@@ -28,21 +28,20 @@ def write_rolling(dataset: xr.Dataset, out: Path) -> Path:
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Sentences computed from the numbers: which ICs suffice, by which number."""
+    """Return sentences computed from the numbers: which ICs suffice, and by which number."""
     reference = reference_of(dataset)
     symbol, worst = symbol_of(reference), dataset[["largest", "rms"]].max("friction")
     zero_creepage = dataset.zero_creepage.sel(ics=reference)
     slope = dataset.slope.sel(ics=reference) / dataset.attrs["load"]
     sentences = [
-        f"{dataset.attrs['load']:g} N, friction {listed(f'{f:g}' for f in dataset.friction.values)}: without "
-        f"longitudinal force the wheel rolls at a creepage of {span(zero_creepage, '.3g')} with "
-        f"{symbol}, where the force rises by {span(slope, '.3g')} of "
-        "the load per creepage."
+        f"{dataset.attrs['load']:g} N, friction {join_words(f'{f:g}' for f in dataset.friction.values)}: "
+        f"without longitudinal force the wheel rolls at a creepage of {range_text(zero_creepage, '.3g')} "
+        f"with {symbol}, where the force rises by {range_text(slope, '.3g')} of the load per creepage."
     ]
     for name in others(dataset):
         zero, slope = (dataset[key].sel(ics=name) for key in ("zero_creepage", "slope"))
-        shift = furthest(zero - dataset.zero_creepage.sel(ics=reference))
-        steeper = furthest(slope / dataset.slope.sel(ics=reference) - 1)
+        shift = extreme(zero - dataset.zero_creepage.sel(ics=reference))
+        steeper = extreme(slope / dataset.slope.sel(ics=reference) - 1)
         sentences.append(
             f"{symbol_of(name)}: its creep-force curve is up to {float(worst.largest.sel(ics=name)):.1%} of "
             f"friction times load from the curve with {symbol} (root mean square over the creepages at most "
@@ -53,22 +52,24 @@ def summary(dataset: xr.Dataset) -> str:
 
 
 def _verdict(dataset: xr.Dataset) -> str:
-    """Which ICs have curves near enough to those of the reference at all creepages."""
+    """Return which ICs have curves close enough to the reference's at all creepages."""
     compared, symbol = others(dataset), symbol_of(reference_of(dataset))
     if not compared:
         return f"No other ICs than {symbol} are compared."
     worst = {name: float(dataset.largest.sel(ics=name).max()) for name in compared}
-    known = {name: _known(dataset, name) for name in compared}
+    estimates = {name: _distance_estimate(dataset, name) for name in compared}
     best = min(compared, key=worst.__getitem__)
-    tie = [name for name in compared if abs(worst[name] - worst[best]) <= max(known[name], known[best])]
-    unsure = [name for name in compared if abs(worst[name] - SUFFICES) < known[name]]
+    tie = [
+        name for name in compared if abs(worst[name] - worst[best]) <= max(estimates[name], estimates[best])
+    ]
+    unsure = [name for name in compared if abs(worst[name] - SUFFICES) < estimates[name]]
     enough = [name for name in compared if name not in unsure and worst[name] <= SUFFICES]
     sentences = [*_sufficing(enough, symbol), *_undecided(unsure, symbol)] or [
         f"None of them is within {SUFFICES:.0%} of friction times load from {symbol} at all creepages; "
         f"{symbol_of(best)} is the nearest, with {worst[best]:.1%}."
     ]
     if len(tie) > 1:
-        sentences.append(f"{listed(map(symbol_of, tie))} tie: they differ by less than their estimates.")
+        sentences.append(f"{join_words(map(symbol_of, tie))} tie: they differ by less than their estimates.")
     return " ".join(sentences)
 
 
@@ -77,7 +78,7 @@ def _sufficing(enough: list[str], symbol: str) -> Iterator[str]:
         suffice = "suffices" if len(enough) == 1 else "suffice"
         yield (
             f"Within {SUFFICES:.0%} of friction times load from {symbol} at all creepages, "
-            f"{listed(map(symbol_of, enough))} {suffice}."
+            f"{join_words(map(symbol_of, enough))} {suffice}."
         )
 
 
@@ -85,35 +86,35 @@ def _undecided(unsure: list[str], symbol: str) -> Iterator[str]:
     if unsure:
         are = "is" if len(unsure) == 1 else "are"
         yield (
-            f"Whether {listed(map(symbol_of, unsure))} {are} within {SUFFICES:.0%} from {symbol} at all "
+            f"Whether {join_words(map(symbol_of, unsure))} {are} within {SUFFICES:.0%} from {symbol} at all "
             "creepages, estimates leave open."
         )
 
 
-def _known(dataset: xr.Dataset, name: str) -> float:
-    """The estimated error of the largest distance of a curve over friction times load; 0 if none is known.
+def _distance_estimate(dataset: xr.Dataset, name: str) -> float:
+    """The estimated error of the largest distance of a curve over friction times load; 0 without one.
 
-    Without an estimate of its own it is the sum of those of both curves.
+    Without an own estimate it is the sum of the estimates of both curves.
     """
     if "estimate_largest" in dataset:
-        known = dataset.estimate_largest.sel(ics=name).max()
+        estimate = dataset.estimate_largest.sel(ics=name).max()
     else:
         of_curves = scaled_force(dataset, "estimate_F_x").max(["xi", "friction"])
-        known = of_curves.sel(ics=name) + of_curves.sel(ics=reference_of(dataset))
-    return float(known.fillna(0.0))
+        estimate = of_curves.sel(ics=name) + of_curves.sel(ics=reference_of(dataset))
+    return float(estimate.fillna(0.0))
 
 
 def _displaced(dataset: xr.Dataset) -> Iterator[str]:
-    """Yield what the distance of the displaced wheel changes, by the reference."""
+    """Yield the effect of the distance of the displaced wheel, with the reference."""
     of_reference = dataset.sel(ics=reference_of(dataset))
-    found = of_reference.isel(friction=of_reference[f"{DISPLACED}zero_creepage"].notnull())
-    if found.sizes["friction"]:
-        zero = found[f"{DISPLACED}zero_creepage"] - found.zero_creepage
-        linearised = found.p_max.sel(xi=found[f"{DISPLACED}xi"])
-        p_max = found[f"{DISPLACED}p_max"] / linearised - 1
+    solved = of_reference.isel(friction=of_reference[f"{DISPLACED}zero_creepage"].notnull())
+    if solved.sizes["friction"]:
+        zero = solved[f"{DISPLACED}zero_creepage"] - solved.zero_creepage
+        linearised = solved.p_max.sel(xi=solved[f"{DISPLACED}xi"])
+        p_max = solved[f"{DISPLACED}p_max"] / linearised - 1
         yield (
             "The distance of the displaced wheel instead of the linearised one would move the creepage "
-            f"without force by {furthest(zero):+.1g} and change p_max by {furthest(p_max):+.1%}, with "
+            f"without force by {extreme(zero):+.1g} and change p_max by {extreme(p_max):+.1%}, with "
             f"{symbol_of(reference_of(dataset))}."
         )
 
@@ -124,8 +125,8 @@ def _simplified(dataset: xr.Dataset) -> Iterator[str]:
         of_ics = dataset.simplified.sel(ics=name)
         if number := int(of_ics.sum()):
             yield (
-                f"{symbol_of(name)}: {number} of {of_ics.size} contacts were found with fewer elements only "
-                "that follow others at the leading edge; these are less accurate."
+                f"{symbol_of(name)}: {number} of {of_ics.size} contacts were solved only with fewer "
+                "elements that follow others at the leading edge; these are less accurate."
             )
 
 
@@ -135,7 +136,7 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
     yield Part(
         "Creep-force curves",
         "Longitudinal force on the wheel over friction times load, over the creepage. Its limit is larger "
-        "than 1, since the flanks are pressed on each other, too. Below: the difference from the curve with "
+        "than 1, since the flanks are pressed together, too. Below: the difference from the curve with "
         f"{symbol}; band: its estimate.",
         "creep_force",
         creep_force(dataset),
@@ -159,10 +160,10 @@ def _parts(dataset: xr.Dataset) -> Iterator[Part]:
 def creep_force(dataset: xr.Dataset) -> Figure:
     """Creep-force curves by all ICs, a column per friction; below, their differences to the reference's."""
     reference, percent = reference_of(dataset), 100 * dataset.xi
-    force, known = scaled_force(dataset), scaled_force(dataset, "estimate_F_x").sel(ics=reference)
-    with grid_of(2, dataset.sizes["friction"], PANEL, sharex=True, sharey="row") as (figure, rows):
+    force, estimate = scaled_force(dataset), scaled_force(dataset, "estimate_F_x").sel(ics=reference)
+    with figure_grid(2, dataset.sizes["friction"], PANEL, sharex=True, sharey="row") as (figure, rows):
         for number, (above, below) in enumerate(rows.T):
-            of_friction, band = force.isel(friction=number), known.isel(friction=number)
+            of_friction, band = force.isel(friction=number), estimate.isel(friction=number)
             draw_by_ics(above, percent, of_friction, 3)
             draw_by_ics(below, percent, of_friction - of_friction.sel(ics=reference), 3)
             draw_band(below, percent, -band, band, band_of(dataset))
@@ -177,7 +178,7 @@ def centre_line(dataset: xr.Dataset) -> Figure:
     """Longitudinal tractions along s = 0 at equal force by all ICs, a panel per friction."""
     reference, middle = reference_of(dataset), dataset.p.isel(s=dataset.sizes["s"] // 2)
     shown = (middle.sel(direction="n") > 0).any(["friction", "ics"])
-    with grid_of(1, dataset.sizes["friction"], PANEL) as (figure, grid):
+    with figure_grid(1, dataset.sizes["friction"], PANEL) as (figure, grid):
         for number, axes in enumerate(grid[0]):
             of_friction = middle.isel(friction=number).isel(x=np.flatnonzero(shown))
             bound = float(dataset.friction[number]) * of_friction.sel(ics=reference, direction="n")
@@ -194,7 +195,7 @@ def _tables(dataset: xr.Dataset) -> list[Table]:
 
 
 def _free(dataset: xr.Dataset) -> Table:
-    """What free rolling is like by friction and ICs, and how far curves are from the reference's."""
+    """Return the table of free rolling by friction and ICs, with distances from the reference's curve."""
     symbol = symbol_of(reference_of(dataset))
     columns = [Column(one.meaning, one.unit if one.unit != "1" else "") for one in OF_CURVE.values()]
     rows = [
@@ -220,7 +221,7 @@ def _free(dataset: xr.Dataset) -> Table:
 
 
 def _points(dataset: xr.Dataset, number: int) -> Table:
-    """All numbers of the curves at a friction."""
+    """Return the table of all numbers of the curves at a friction."""
     of_friction = dataset.isel(friction=number)
     rows = [
         Row(

@@ -1,4 +1,4 @@
-"""What the supports of the bodies do to a contact with friction, beside the arrays of the motion."""
+"""The effect of the supports of the bodies on a contact with friction."""
 
 import xarray as xr
 
@@ -15,11 +15,11 @@ PREFIX = "supported_"  # of the names of numbers with other supports
 
 
 def with_supports(scene: Scene, dataset: xr.Dataset, options: RunOptions = DEFAULT) -> xr.Dataset:
-    """The arrays of a motion with `supported_NAME` (supports): numbers of one contact with C with others.
+    """Return the arrays of a motion with `supported_NAME` (supports): one contact with C on other supports.
 
     It has the least coefficient of friction; rolling is at the creepage nearest 0, a compression after its
-    last load. `supported_friction`, and `supported_xi` or `supported_load`, say so. The arrays are as they
-    were where they have no C, or the scene wants none of it. Raises NotConverged as `matrices`.
+    last load. `supported_friction`, and `supported_xi` or `supported_load`, say so. The arrays are
+    unchanged where they have no C, or the scene does not request it. Raises NotConverged as `matrices`.
     """
     if C not in dataset.ics.values or not scene.contact.supports:
         return dataset
@@ -29,9 +29,13 @@ def with_supports(scene: Scene, dataset: xr.Dataset, options: RunOptions = DEFAU
     if not points:
         return dataset
     rows = {PREFIX: [numbers for _, numbers in points.values()]}
-    found = xr.Dataset(tables(pair.motion.quantities, "supports", rows), coords={"supports": list(points)})
+    supported = xr.Dataset(
+        tables(pair.motion.quantities, "supports", rows), coords={"supports": list(points)}
+    )
     place = next(place for place, _ in points.values())
-    return dataset.merge(found).assign({f"{PREFIX}friction": friction, PREFIX + pair.motion.dimension: place})
+    return dataset.merge(supported).assign(
+        {f"{PREFIX}friction": friction, PREFIX + pair.motion.dimension: place}
+    )
 
 
 def _grid(dataset: xr.Dataset) -> Grid:

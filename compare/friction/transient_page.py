@@ -13,7 +13,7 @@ from compare.friction import maps
 from compare.friction.page import band_of, names, others, write_contact_page
 from compare.friction.rolling import scaled_force
 from compare.friction.transient import CREEPAGES, STEADY
-from compare.report.panels import draw_band, draw_by_ics, grid_of
+from compare.report.panels import draw_band, draw_by_ics, figure_grid
 from compare.report.parts import Part
 from compare.report.styles import symbol_of, with_further
 from compare.report.tables import Row, Table, cell, columns_of
@@ -95,7 +95,10 @@ def growth(dataset: xr.Dataset) -> Figure:
     """Forces and sliding area over the rolled distance by all ICs, a column per friction."""
     shown = {name: label for name, label in FORCES.items() if abs(scaled_force(dataset, name)).max() > LEAST}
     shown |= SLIDING
-    with grid_of(len(shown), dataset.sizes["friction"], PANEL, sharex=True, sharey="row") as (figure, rows):
+    with figure_grid(len(shown), dataset.sizes["friction"], PANEL, sharex=True, sharey="row") as (
+        figure,
+        rows,
+    ):
         for panels, (name, label) in zip(rows, shown.items(), strict=True):
             for number, axes in enumerate(panels):
                 _draw(axes, dataset.isel(friction=number), name)

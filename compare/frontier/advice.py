@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from compare.frontier import ways
-from compare.frontier.trade import FrontierRequest, compute_frontier, engine_table, error_bounds
+from compare.frontier.compute import FrontierRequest, compute_frontier, engine_table, error_bounds
 from femic.reference.engines import ENGINES
 from femic.reference.run_options import DEFAULT, RunOptions
 from geometries.errors import Failure, WrongInput
@@ -58,8 +58,8 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
     if not good_enough.size:
         best = str(worst.way.values[int(np.nanargmin(worst.values))])
         raise Failure(
-            f"no way meets {tolerance:g}: the best, {best}, is known to {float(worst.min()):.2g}: give a "
-            "larger tolerance, or fewer components"
+            f"no way meets {tolerance:g}: the best, {best}, has errors up to {float(worst.min()):.2g}: give "
+            "a larger tolerance, or fewer components"
         )
     fastest = float(seconds.sel(way=good_enough).min())
     cheap = [name for name in good_enough if float(seconds.sel(way=name)) <= AS_CHEAP * fastest]
@@ -114,4 +114,4 @@ def request_for(base: str, question: Question) -> FrontierRequest:
         raise WrongInput(f"--tolerance {question.tolerance:g}: between 0 and 1")
     changes = {"components": list(question.components), "bodies": [question.body]}
     kind, tightest = engine_table(base)["kind"], question.tolerance / REFERENCE_FACTOR
-    return FrontierRequest(tuple(ways.by_engine(kind, tightest)), changes=changes)
+    return FrontierRequest(tuple(ways.engine_ways(kind, tightest)), changes=changes)

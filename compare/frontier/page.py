@@ -1,4 +1,4 @@
-"""Writes the file, figures and report of `femic frontier`, and the evidence table of `femic advise`."""
+"""File, figures and report of `femic frontier`, and the evidence table of `femic advise`."""
 
 import json
 from collections.abc import Iterator
@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from rich.table import Table as Printed
 
 from compare.frontier.advice import Advice
-from compare.frontier.trade import error_bounds, front, resolved_errors
+from compare.frontier.compute import error_bounds, front, resolved_errors
 from compare.frontier.ways import styles
 from compare.report.errors import MEASURE, VANISHING, cell_of
-from compare.report.panels import grid_of
+from compare.report.panels import figure_grid
 from compare.report.parts import Folded, Items, Note, Page, Picture, Section, Verbatim, write_results
 from compare.report.tables import Cell, Row, Table, numbers
 from geometries.arrays import Array, Indices
@@ -35,24 +35,23 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section]:
         yield Section(body, [_table(dataset, body)])
     yield Section("", [Note(_explanation(dataset))])
     if skipped := json.loads(dataset.attrs["skipped"]):
-        yield Section("Not tried", [Items([f"{name}: {reason}" for name, reason in skipped.items()])])
+        yield Section("Left out", [Items([f"{name}: {reason}" for name, reason in skipped.items()])])
     yield Section("", [Folded("Scene file", [Verbatim(dataset.attrs["scene"])])])
 
 
 def _explanation(dataset: xr.Dataset) -> str:
     best, points = dataset.attrs["best"], dataset.attrs["points"]
     return (
-        f"{MEASURE} Shown: the worst line. Errors below the estimate of C do not count as smaller. C is that "
-        f"of {best}; its own row has its estimated error. *: on the front of that component, no other way is "
+        f"{MEASURE} Shown: the worst line. Errors below the estimate of C do not count as smaller. C comes "
+        f"from {best}; its row has its estimated error. *: on the front of that component, no other way is "
         f"as fast and closer, or as close and faster. Time: of an approximation at all {points} points; of C "
         "the sum over all models that it and its estimate need, as measured when they were solved. "
-        "Unknowns: of the largest model. Memory: the largest of the process up to then, of whatever it had "
-        "solved before."
+        "Unknowns: of the largest model. Memory: peak of the process up to then, including earlier models."
     )
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """One paragraph, computed: the front of the first body's ways, by their worst components."""
+    """Return a computed paragraph: the front of the first body's ways, by their worst components."""
     body = str(dataset.body.values[0])
     worst, seconds = resolved_errors(dataset, body).max("component"), dataset.seconds.sel(body=body)
     parts = [
@@ -79,7 +78,7 @@ def figure(dataset: xr.Dataset, body: str) -> Figure:
     columns = min(3, len(components))
     rows = -(-len(components) // columns)
     errors = resolved_errors(dataset, body)
-    with grid_of(rows, columns, (4.4, 3.4), sharex=True) as (canvas, grid):
+    with figure_grid(rows, columns, (4.4, 3.4), sharex=True) as (canvas, grid):
         for axes, component in zip(grid.ravel(), components, strict=False):
             _draw(axes, dataset.sel(body=body, component=component), errors.sel(component=component).values)
             vanishes = bool(dataset.vanishes.sel(body=body, component=component))
@@ -109,13 +108,13 @@ def _draw(axes: Axes, dataset: xr.Dataset, errors_of_ways: Array) -> None:
 
 
 def _along_front(seconds: Array, errors: Array) -> Indices:
-    """The ways on the front, (n,), the fastest first."""
+    """Return the ways on the front, (n,), the fastest first."""
     chosen = np.flatnonzero(front(seconds, errors))
     return chosen[np.argsort(seconds[chosen])]
 
 
 def _labels(dataset: xr.Dataset, ways: Indices, errors: Array) -> dict[tuple[float, float], str]:
-    """The labels of ways by their point (seconds, error); ways at the same point share a label."""
+    """Return the labels of ways by their point (seconds, error); ways at the same point share a label."""
     labels: dict[tuple[float, float], list[str]] = {}
     for k in ways:
         point = float(dataset.seconds.values[k]), float(errors[k])
@@ -135,7 +134,7 @@ def _table(dataset: xr.Dataset, body: str) -> Table:
             dataset.memory.values[k],
         )
         cells = [
-            cell_of(of_body.sel(way=way, component=c), known=best, mark=" *" if fronts[c][k] else "")
+            cell_of(of_body.sel(way=way, component=c), is_estimate=best, mark=" *" if fronts[c][k] else "")
             for c in components
         ]
         cost = [
@@ -148,7 +147,7 @@ def _table(dataset: xr.Dataset, body: str) -> Table:
 
 
 def evidence(dataset: xr.Dataset, advice: Advice) -> Printed:
-    """The table that the advice rests on: the upper bounds of each way's errors, and its seconds."""
+    """Return the table behind the advice: upper bounds of each way's errors, and its seconds."""
     body, components = advice.question.body, list(advice.question.components)
     vanishing = dataset.vanishes.sel(body=body, component=components).values
     rows = Printed(

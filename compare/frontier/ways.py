@@ -33,7 +33,7 @@ def approximations(scene: Scene) -> Iterator[Way]:
             yield Way(variant, APPROXIMATION)
 
 
-def by_engine(name: str, tightest: float = 0.0) -> Iterator[Way]:
+def engine_ways(name: str, tightest: float = 0.0) -> Iterator[Way]:
     """Yield an engine at its tolerances, loose to tight, with all of its options at each.
 
     The last tolerance is the first that is not above `tightest`.

@@ -1,11 +1,11 @@
-"""How far the C of two engines differ, and whether that is within the sum of their estimates."""
+"""Differences between the C of two engines, and whether they are within the sum of the estimates."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from compare.ics.compute import Results
-from compare.ics.error_measure import ROUNDING
-from compare.ics.errors import apart, measure_of
+from compare.ics.errors import engine_differences, measure_of
+from femic.ic_errors.error_measure import ROUNDING
 from femic.reference.accuracy import component_of
 
 
@@ -21,9 +21,9 @@ class Agreement:
 
 
 def agreement(results: Results) -> Iterator[Agreement]:
-    """Yield how far C of both engines differ; nothing where one engine ran."""
+    """Yield differences between C of both engines; nothing where only one ran."""
     for body in results.scene.compared if results.checks else ():
-        differences, allowed = apart(results, body)
+        differences, allowed = engine_differences(results, body)
         vanishing = measure_of(results, body).vanishing
         marks = {c: " †" if component_of(vanishing, c) else "" for c in results.scene.components}
         for line in results.lines:

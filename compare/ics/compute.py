@@ -15,6 +15,7 @@ from femic.reference.estimate import EstimatedICs, total
 from femic.reference.job import Job
 from femic.reference.matrix.reference import MatrixReference
 from femic.reference.models import Cost, Points
+from femic.reference.plan import ModelPlan, plans
 from femic.reference.result import Reference
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.scene import Scene
@@ -89,6 +90,12 @@ def jobs(scene: Scene) -> dict[str, Job]:
         name: Job(scene.bodies[name], scene.patch, scene.components, points, lines, scene.settings)
         for name in scene.solved
     }
+
+
+def run_plans(scene: Scene, workers: int) -> list[ModelPlan]:
+    """Return the plans of the models that `femic run` solves in its first round."""
+    checks = plans(jobs(scene.check), workers, "check, ") if scene.check else ()
+    return [*plans(jobs(scene), workers), *checks]
 
 
 def compute(scene: Scene, options: RunOptions = DEFAULT) -> Results:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from compare.ics.compute import Results
-from compare.report.panels import Panel, draw, drawn, show_zero, styles_of
+from compare.report.panels import Panel, draw, panel_figure, show_zero, styles_of
 from compare.report.styles import SYMBOLS
 from femic.scenes.scene import Scene
 from geometries.arrays import Array, Mask
@@ -17,9 +17,9 @@ from geometries.patches import OffsetLine
 
 
 def curves(results: Results, dataset: xr.Dataset, component: str) -> Figure:
-    """Figure of one component, dimensionless: a row per body, a column per line."""
+    """Return a figure of one component, dimensionless: a row per body, a column per line."""
     panels = list(_panels(results, dataset, component))
-    return drawn(panels, len(results.scene.lines), (4.1, 2.7))
+    return panel_figure(panels, len(results.scene.lines), (4.1, 2.7))
 
 
 def _panels(results: Results, dataset: xr.Dataset, component: str) -> Iterator[Panel]:
@@ -53,11 +53,11 @@ def curves_in(dataset: xr.Dataset, component: str) -> Figure:
             panel = panel_of(curve, curve[along].values / length)
             title, across = f"{component} on {line}", f"{along} / L  [-],  L = {length:g} mm"
             panels.append(replace(panel, title=title, across=across, up=f"{body}\nIC · E · L  [-]"))
-    return drawn(panels, len(lines))
+    return panel_figure(panels, len(lines))
 
 
 def panel_of(curve: xr.Dataset, at: Array) -> Panel:
-    """Panel of one component on one line, dimensionless, over the abscissas `at`; without title and labels.
+    """Return a panel of one component on one line, dimensionless, over the abscissas `at`, without labels.
 
     `curve` is a part of the dataset with the dims variant and point.
     """
@@ -86,7 +86,7 @@ def draw_curve(axes: Axes, at: Array, curve: xr.Dataset) -> None:
 
 
 def joints(scene: Scene, at: Array) -> tuple[float, ...]:
-    """Abscissas s / L of the joints of arcs and flanks, within the range of `at`."""
+    """Return abscissas s / L of the joints of arcs and flanks, within the range of `at`."""
     joint_abscissas = {
         round(s, 9) / scene.reference_length for body in scene.bodies.values() for s in body.contour.joints
     }
@@ -94,7 +94,7 @@ def joints(scene: Scene, at: Array) -> tuple[float, ...]:
 
 
 def shown_half(scene: Scene, line: OffsetLine) -> Mask:
-    """Which points of a line are shown, (n,): those of the half that symmetry does not repeat."""
+    """Return which points of a line are shown, (n,): without the half that symmetry repeats."""
     mirrored = scene.patch.s == 0 and all(body.contour.symmetric for body in scene.bodies.values())
     symmetric = line.along == "x" or mirrored
     return line.running >= (0 if symmetric else -np.inf)

@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 
 from compare.ics.compute import Results, approximation, check_of, ics_of, reference_of, scene_points
-from compare.ics.error_measure import Measure, far_from
 from compare.ics.errors import measure_of, refinement_shares_of
 from femic.cache.digests import results_digest, versions
 from femic.cache.files import replacing
+from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.discount import AXES
 from femic.reference.solid.engine import RESIDUAL
 from femic.scenes.scene import Scene
@@ -31,10 +31,10 @@ PARTS = {  # of `EstimatedICs`: variables of `ics.nc` and their meanings
 
 
 def to_dataset(results: Results) -> xr.Dataset:
-    """All ICs per unit total load after the discount, their estimated errors, ICs before it, and M.
+    """Return all ICs per unit total load after the discount, their estimates, ICs before it, and M.
 
-    `ic` has the dims (variant, body, i, j, point) [mm/N]; those of the other variables, their units and
-    meanings are in the dataset. ICs that were not computed are NaN.
+    `ic` has the dims (variant, body, i, j, point) [mm/N]; the dataset has dims, units and meanings of
+    the other variables. ICs that were not computed are NaN.
     """
     bodies, references = results.scene.compared, results.references
     ic = [[ics_of(results, variant, body) for body in bodies] for variant in results.variants]
@@ -97,15 +97,15 @@ def _load(scene: Scene) -> dict[str, str | float]:
 
 
 def _estimates(results: Results) -> dict[str, xr.Variable]:
-    """The estimated error of C, its parts, and that of the other engine's C."""
+    """Return the estimated error of C, its parts, and the estimate of the other engine's C."""
     c = [reference_of(results, body) for body in results.scene.compared]
-    values = {name: ([getattr(of_body, part) for of_body in c], says) for part, (name, says) in PARTS.items()}
+    values = {name: ([getattr(one, part) for one in c], meaning) for part, (name, meaning) in PARTS.items()}
     if results.checks:
         checks = [check_of(results, body).estimate for body in results.scene.compared]
         values["estimate_solid"] = checks, "estimated error of C_solid"
     return {
-        name: xr.Variable(("body", *LOCAL), np.stack(of_bodies), PER_LOAD | {"meaning": says})
-        for name, (of_bodies, says) in values.items()
+        name: xr.Variable(("body", *LOCAL), np.stack(arrays), PER_LOAD | {"meaning": meaning})
+        for name, (arrays, meaning) in values.items()
     }
 
 
@@ -133,9 +133,9 @@ def _attributes(results: Results) -> dict[str, str | float]:
 
 
 def domains(results: Results) -> dict[str, dict[str, float | None]]:
-    """Sizes of the final model of each solved body [mm].
+    """Return sizes of the final model of each solved body [mm].
 
-    `half_length` is None where the model is endless along x, `rolling_radius` where the body is prismatic,
+    `half_length` is None where the model is infinite along x, `rolling_radius` where the body is prismatic,
     `hub_radius` where the model does not reach the hub.
     """
     return {
@@ -153,14 +153,14 @@ def domains(results: Results) -> dict[str, dict[str, float | None]]:
 
 
 def finite(value: float) -> float | None:
-    """The value, or None where JSON has no number for it: infinite ones and NaN."""
+    """Return the value, or None for infinity and NaN, which JSON lacks."""
     return float(value) if np.isfinite(value) else None
 
 
 def settings(scene: Scene) -> dict[str, float | str]:
-    """All settings of the reference engine, defaults included."""
+    """Return all settings of the reference engine, defaults included."""
     reference_settings, cells, domain = scene.settings, scene.first_cells, scene.bodies["lower"].domain
-    of_solid: dict[str, float | str] = {
+    solid_settings: dict[str, float | str] = {
         "first line_growth": cells.line_growth,
         "first half_length [mm]": domain.half_length,
         "solver": reference_settings.solver,
@@ -173,7 +173,7 @@ def settings(scene: Scene) -> dict[str, float | str]:
         "first smallest_cell [mm]": cells.smallest,
         "first growth": cells.growth,
         "first far_radius [mm]": domain.far_radius,
-        **({} if reference_settings.engine.infinite_length else of_solid),
+        **({} if reference_settings.engine.infinite_length else solid_settings),
         "reference_length [mm]": scene.reference_length,
         "rotation_reach [mm]": reference_settings.rotation_reach,
         "moment_arm [mm]": reference_settings.moment_arm,
@@ -183,8 +183,8 @@ def settings(scene: Scene) -> dict[str, float | str]:
 ERRORS = {  # variables of `errors.nc`: their dims and meanings
     "error": (
         ("variant", "line", "i", "j"),
-        "max |v - C| over the line, share of max |C_ij| (`compare.ics.error_measure`); of 0.05 max |C_nn| "
-        "where that vanishes; C: its estimate",
+        "max |v - C| over the line, share of max |C_ij| (`femic.ic_errors`); of 0.05 max |C_nn| where that "
+        "vanishes; C: its estimate",
     ),
     "rms": (("variant", "line", "i", "j"), "root of the mean square over the line, share of the same"),
     "weight": (("variant", "line", "i", "j"), "max |v - C| over the line, share of max |C_nn| there"),
@@ -198,10 +198,10 @@ ERRORS = {  # variables of `errors.nc`: their dims and meanings
 
 
 def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
-    """Errors of each variant against C per body, line and component.
+    """Return errors of each variant against C per body, line and component.
 
-    `ERRORS` has their dims and meanings, `compare.ics.error_measure` how they are measured. The errors of the
-    variant "C" are its estimated ones.
+    `ERRORS` has their dims and meanings, `femic.ic_errors.error_measure` their definitions. The errors of the
+    variant "C" are its estimates.
     """
     bodies = results.scene.compared
     refinement = [
@@ -280,7 +280,7 @@ def _body_errors(body_dataset: xr.Dataset, measure: Measure) -> xr.Dataset:
 
 
 def _stacked(by_line: Mapping[str, Array]) -> Array:
-    """Values of all lines, (3, 3) each, as one array (line, i, j)."""
+    """Return values of all lines, (3, 3) each, as one array (line, i, j)."""
     return np.stack(list(by_line.values()))
 
 

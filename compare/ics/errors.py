@@ -6,33 +6,33 @@
 import numpy as np
 
 from compare.ics.compute import Results, check_of, parts_of, reference_of, solids
-from compare.ics.error_measure import Measure, far_from
+from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.result import scales
 from geometries.arrays import Array
 from geometries.patches import N
 
 
 def measure_of(results: Results, body: str) -> Measure:
-    """The measure of errors of a body's ICs: `compare.ics.error_measure`."""
+    """Return the measure of errors of a body's ICs: `femic.ic_errors.error_measure`."""
     points, patch = (results.points.x, results.points.s), results.scene.patch
     a = solids(results.scene)[body].approximate("A", patch, points) / patch.area
     return Measure.of(reference_of(results, body), a[N, N], results.lines, far_from(patch, *points))
 
 
-def apart(results: Results, body: str) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Differences between C of both engines, and sums of their estimates: errors per line, (3, 3)."""
+def engine_differences(results: Results, body: str) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return differences between C of both engines and sums of their estimates, by line, (3, 3) [-]."""
     c, check, measure = reference_of(results, body), check_of(results, body), measure_of(results, body)
     return measure.shares(c.ic - check.ic), measure.shares(c.estimate + check.estimate)
 
 
 def refinement_scales_of(results: Results, body: str) -> dict[str, Array]:
-    """The scale of refinement of C per line, (3, 3) [mm/N]: `femic.reference.accuracy`."""
+    """Return the scale of refinement of C per line, (3, 3) [mm/N]: `femic.reference.accuracy`."""
     jobs = [results.jobs[name] for name in parts_of(body)]
     return scales(jobs, reference_of(results, body).ic)
 
 
 def refinement_shares_of(results: Results, body: str, deviations: Array) -> dict[str, Array]:
-    """Deviations from C, (3, 3, n_points) [mm/N], as shares of the scale of refinement per line, (3, 3).
+    """Return deviations from C, (3, 3, n_points) [mm/N], as shares of the scale of refinement, by line.
 
     These shares are compared with a tolerance.
     """

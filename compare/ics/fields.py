@@ -22,7 +22,7 @@ COARSE = Level(cells=-1)  # coarse cells, so that a preview takes seconds
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShowRequest:
     """The arguments of `femic show`: `target` is a .vtu file or a scene, None stands for a default."""
 
     target: str
@@ -48,7 +48,7 @@ def _write_solved(job: Job, level: Level, loads: tuple[Load, ...], stem: Path) -
         yield write_vtu(field, stem.with_name(f"{stem.name}_{DIRECTIONS[load.direction]}.vtu"))
 
 
-def show(request: Shown, say: Say) -> None:
+def show(request: ShowRequest, say: Say) -> None:
     """Draw a .vtu file, or solve one load on one body of a scene with coarse cells and draw its fields.
 
     The picture is written as PNG; where there is a screen, it is also opened in a window. Raises WrongInput
@@ -58,7 +58,7 @@ def show(request: Shown, say: Say) -> None:
     if request.out is not None and request.out.suffix != ".png":
         raise WrongInput(f"--out {request.out}: name a file that ends in .png")
     vtu, title = _given_file(request) if request.target.endswith(".vtu") else _preview(request, say)
-    loaded = views.read_loaded(vtu)
+    loaded = views.read_loaded_body(vtu)
     if not window and not views.can_render():
         raise Failure(f"no picture of {vtu}: {views.NO_RENDERING}")
     png = request.out or vtu.with_suffix(".png")
@@ -68,9 +68,9 @@ def show(request: Shown, say: Say) -> None:
 
 
 def on_screen(window: bool | None) -> bool:
-    """Whether to open a window: as `window` says, and if it is None where there is a screen.
+    """Return whether to open a window: `window`, or if that is None, whether there is a screen.
 
-    Raises WrongInput if a window is wanted and there is no screen.
+    Raises WrongInput if a window is requested and there is no screen.
     """
     screen = sys.platform in ("darwin", "win32") or bool(os.environ.get("DISPLAY"))
     if window and not screen:
@@ -78,14 +78,14 @@ def on_screen(window: bool | None) -> bool:
     return screen if window is None else window
 
 
-def _given_file(request: Shown) -> tuple[Path, str]:
-    """The .vtu file that was named, and its title; raises WrongInput if a body or a load was named, too."""
+def _given_file(request: ShowRequest) -> tuple[Path, str]:
+    """Return the given .vtu file and its title; raises WrongInput if a body or a load is given, too."""
     if request.body or request.load:
         raise WrongInput(f"{request.target}: has one body and one load; --body and --load are for scenes")
     return Path(request.target), Path(request.target).stem
 
 
-def _preview(request: Shown, say: Say) -> tuple[Path, str]:
+def _preview(request: ShowRequest, say: Say) -> tuple[Path, str]:
     """Solve one load on coarse cells and write its fields; returns the .vtu file and a title."""
     scene = load_solid_scene(request.target)
     name, direction = request.body or scene.solved[0], request.load or "n"

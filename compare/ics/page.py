@@ -1,4 +1,4 @@
-"""The page of a scene: errors of its ICs against C, figures, how well C is known, cost, settings."""
+"""The page of a scene: errors of its ICs against C, figures, accuracy of C, cost, settings."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -24,18 +24,17 @@ from femic.scenes.plausibility import warnings
 from femic.scenes.scene import Scene
 from geometries.bodies import Body
 
-KNOWN = (
+ACCURACY = (
     "Estimated error of C, worst over components and lines, on two scales: as a share of the component "
     "itself, as in the tables above; and on the scale of refinement, the larger of max |C_ij| and 0.05 max "
-    "|C_nn| on the line, which is what the tolerance is for: it keeps small components from asking for "
-    "endless cells. Its parts on the latter: from the mesh, from the size of the domain and (harmonic "
-    "engine) from the interpolation between wavenumbers, each at its own worst place. Then the model that "
-    "it took."
+    "|C_nn| on the line, to which the tolerance applies, so that small components do not require arbitrarily "
+    "many cells. Its parts on the latter: from the mesh, from the size of the domain and (harmonic engine) "
+    "from the interpolation between wavenumbers, each at its worst place. Then cells and domain of the model."
 )
 AGREEMENT = (
-    "The same computed with the solid engine, which shares only the contours with the harmonic one: how far "
-    "its C is from C, and whether that is within the sum of both estimates (the component that comes "
-    "closest to it). Shares of the component itself; with † of 0.05 max |C_nn|, where it vanishes."
+    "The same computed with the solid engine, which shares only the contours with the harmonic one: the "
+    "difference of its C from C, and whether it is within the sum of both estimates (the component closest "
+    "to the sum). Shares of the component itself; with † of 0.05 max |C_nn|, where it vanishes."
 )
 
 
@@ -45,9 +44,9 @@ def page_of(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence
     sections = [
         *_warnings(scene),
         *_errors(results, errors),
-        Section("The scene", [_setting(results), *figures["scene"]]),
+        Section("The scene", [_setup(results), *figures["scene"]]),
         Section("Influence coefficients along the lines", [_curves_text(results), *figures["curves"]]),
-        Section("How well C is known", list(_accuracy(results))),
+        Section("Accuracy of C", list(_accuracy(results))),
         Section("Cost", [*figures["cost"], _cost_table(results), Note(_cost_text(results))]),
         Section("Settings", list(_settings(results))),
     ]
@@ -56,19 +55,19 @@ def page_of(results: Results, errors: xr.Dataset, figures: Mapping[str, Sequence
 
 def _warnings(scene: Scene) -> Iterator[Section]:
     if notes := warnings(scene):
-        yield Section("", [Note("Before trusting these numbers, mind:"), Items(notes)])
+        yield Section("", [Note("Before relying on these numbers, note:"), Items(notes)])
 
 
 def _errors(results: Results, errors: xr.Dataset) -> Iterator[Section]:
     """Yield the tables of the largest errors, a section per body, and the root mean squares."""
-    solid = "; rows “C (solid)”: how far the solid engine's C is from it" if results.checks else ""
+    solid = "; rows “C (solid)”: the difference of the solid engine's C from it" if results.checks else ""
     text = f"{MEASURE} Rows “C”: the estimated error of C itself{solid}. {COMPONENTS}"
     for number, body in enumerate(results.scene.compared):
         notes = [] if number else [Note(text)]
         yield Section(ERRORS_HEADING.format(body), [_error_table(results, errors, body), *notes])
     rms = errors.assign(error=errors.rms, weight=np.nan)
     of_bodies = [Section(body, [_error_table(results, rms, body)]) for body in results.scene.compared]
-    note = Note("Roots of the mean squares over a line, shares of the same as the errors above.")
+    note = Note("Root mean squares over a line, shares of the same scale as the errors above.")
     yield Section("", [Folded("RMS errors along the lines", [note, *of_bodies])])
 
 
@@ -79,7 +78,7 @@ def _error_table(results: Results, errors: xr.Dataset, body: str) -> Table:
             "" if number else SYMBOLS[variant],
             errors.sel(body=body, variant=variant, line=line),
             components,
-            known=variant == "C",
+            is_estimate=variant == "C",
             place=line,
         )
         for variant in results.variants
@@ -88,21 +87,21 @@ def _error_table(results: Results, errors: xr.Dataset, body: str) -> Table:
     return Table("variant", [*texts("line"), *numbers(*components)], rows)
 
 
-def _setting(results: Results) -> str:
+def _setup(results: Results) -> str:
     scene = results.scene
     bodies = "; ".join(
         f"{name} body: E = {body.material.E:g} MPa, ν = {body.material.nu:g}, {_shape(body)}"
         for name, body in scene.bodies.items()
     )
     ends = (
-        " (along x the bodies have no ends)" if scene.settings.engine.infinite_length else " as both ends are"
+        " (the bodies are infinite along x)" if scene.settings.engine.infinite_length else " as both ends are"
     )
     place = "the contact centre" if scene.patch.s == 0 else f"s = {scene.patch.s:g} mm"
     return (
         f"{bodies}. Unit loads on a patch of {2 * scene.patch.a:g} × {2 * scene.patch.b:g} mm at {place}. "
         "Each body is its contour, continued by straight flanks and closed by a far arc about the contact "
-        f"centre, which is clamped{ends}; contour and flanks are free. The rigid-body motion "
-        "that this adds is discounted. The shape of the body far away is a convention of this program."
+        f"centre, which is clamped{ends}; contour and flanks are free. The resulting rigid-body "
+        "motion is discounted. The shape of the body far away is a convention of this program."
     )
 
 
@@ -124,13 +123,13 @@ def _curves_text(results: Results) -> str:
 
 
 def _accuracy(results: Results) -> Iterator[Block]:
-    """Yield how well C of each solved body is known, and how far the C of both engines differ."""
+    """Yield the accuracy of C of each solved body, and differences between both engines."""
     columns = [
         *texts("share of the component itself", "on the scale of refinement"),
         *numbers("mesh", "domain", "wavenumbers"),
         *texts("cells", "size"),
     ]
-    yield KNOWN
+    yield ACCURACY
     yield Table("body", columns, [_accuracy_row(results, name) for name in results.jobs])
     if results.checks:
         yield AGREEMENT
@@ -138,7 +137,7 @@ def _accuracy(results: Results) -> Iterator[Block]:
 
 
 def _accuracy_row(results: Results, name: str) -> Row:
-    """How well C of a solved body is known, on both scales, and the cells and domain for it."""
+    """Return the accuracy of C of a solved body, on both scales, with its cells and domain."""
     job, reference, scale = results.jobs[name], results.references[name], refinement_scales_of(results, name)
     error, component, line = worst(job, reference.c.estimate, scale)
     parts = (reference.c.mesh_error, reference.c.truncation_error, reference.c.waves_error)
@@ -157,7 +156,7 @@ def _accuracy_row(results: Results, name: str) -> Row:
 
 
 def _largest_estimate(results: Results, body: str) -> str:
-    """The largest estimate of C as a share of the component itself, and the components that vanish."""
+    """Return the largest estimate of C as a share of the component itself, and the components that vanish."""
     measure, components = measure_of(results, body), results.scene.components
     vanishing = [component for component in components if component_of(measure.vanishing, component)]
     errors = [
@@ -180,10 +179,10 @@ def _agreement_table(results: Results) -> Table:
 
 
 def _length(body: Body) -> str:
-    """The text that says how far a model extends along x."""
+    """Return a text on the extent of a model along x."""
     if body.closed:
         return "all the way round"
-    return "endless along x" if np.isinf(body.xi_end) else f"half-length {body.xi_end:.4g} mm"
+    return "infinite along x" if np.isinf(body.xi_end) else f"half-length {body.xi_end:.4g} mm"
 
 
 def _cost_table(results: Results) -> Table:
@@ -215,8 +214,8 @@ def _cost_text(results: Results) -> str:
         f"{SYMBOLS[name]}: {results.seconds[name, first]:.2g} s" for name in results.computed(first)
     )
     return (
-        "Peak memory is that of the worker process up to the end of the model. The seconds are those of the "
-        "run that solved the model; models from the store are not solved again. Seconds of each variant on "
+        "Peak memory: of the worker process up to the end of the model. Seconds: of the run that solved the "
+        "model; stored models are not solved again. Seconds of each variant on "
         f"all points ({first} ICs; C: the sum over its models): {each}."
     )
 

@@ -31,7 +31,7 @@ log = logging.getLogger(__name__)
 def run_scene(scene: Scene, out: Path, options: RunOptions = DEFAULT) -> Path:
     """Compute the scene; write `ics.nc`, `errors.nc`, CSV files, figures and `report.html`; return its path.
 
-    Solved models are kept in the store, so that an interrupted run continues after the last of them.
+    Solved models are stored, so that an interrupted run continues after the last of them.
     """
     with receipts.renewed(out, COMMAND, key_of(scene), FILES):
         results = compute(scene, options)
@@ -49,12 +49,12 @@ def run_scene(scene: Scene, out: Path, options: RunOptions = DEFAULT) -> Path:
 
 
 def key_of(scene: Scene) -> str:
-    """The key of all that the ICs and errors of a scene depend on."""
+    """Return the key of all inputs of the ICs and errors of a scene."""
     return receipts.key_of(scene, data.__name__)
 
 
 def draw(results: Results, dataset: xr.Dataset, errors: xr.Dataset, folder: Path) -> dict[str, list[Picture]]:
-    """All figures of the page by its part; pictures in 3D are written into the folder of figures."""
+    """Return the figures of the page by section; 3D pictures are written into the folder of figures."""
     scene = results.scene
     return {
         "scene": [

@@ -11,7 +11,7 @@ from femic.scenes.scene import Scene
 from geometries.arrays import Array, Indices
 from geometries.bodies import Body
 
-ON_HUB = 1e-9  # share of the depth: a contour that ends closer than that to the hub ends on it
+ON_HUB = 1e-9  # share of the depth: a contour that ends closer to the hub ends on it
 HALF_WINDOW = 1.4  # half-width of the zoomed section, over the largest |s| of the lines
 
 

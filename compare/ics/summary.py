@@ -5,42 +5,42 @@ from collections.abc import Iterator, Sequence
 import xarray as xr
 
 from compare.ics.compute import Results
-from compare.ics.error_measure import ROUNDING
 from compare.report.errors import percent
 from compare.report.styles import SYMBOLS
+from femic.ic_errors.error_measure import ROUNDING
 from femic.reference.accuracy import component_of
 
 
 def summary(results: Results, errors: xr.Dataset) -> str:
-    """One paragraph, computed: each variant's worst error, each component's best variant, C's accuracy."""
+    """Return a paragraph on each variant's worst error, each component's best variant, and C's accuracy."""
     body = results.scene.compared[0]
-    of_body = errors.sel(body=body)
+    body_errors = errors.sel(body=body)
     computed = [variant for variant in results.computed(body) if variant in results.scene.variants]
-    vanishing = [c for c in results.scene.components if component_of(of_body.vanishes.values, c)]
+    vanishing = [c for c in results.scene.components if component_of(body_errors.vanishes.values, c)]
     present = [c for c in results.scene.components if c not in vanishing]
     sentences = []
     if present:
         sentences += [
             f"Largest error of the {body} influence coefficients on the {len(results.lines)} lines, as a "
-            f"share of the component itself: {', '.join(_worst(of_body, present, computed))}.",
-            f"Closest to C: {'; '.join(_best(of_body, present, computed))}.",
+            f"share of the component itself: {', '.join(_worst(body_errors, present, computed))}.",
+            f"Closest to C: {'; '.join(_best(body_errors, present, computed))}.",
         ]
     if vanishing:
-        sentences.append(_on_zeros(of_body, vanishing, computed))
-    return " ".join([*sentences, *_how_well(results, of_body, present)])
+        sentences.append(_vanishing_sentence(body_errors, vanishing, computed))
+    return " ".join([*sentences, *_accuracy_sentences(results, body_errors, present)])
 
 
-def _worst(of_body: xr.Dataset, components: Sequence[str], computed: Sequence[str]) -> Iterator[str]:
+def _worst(body_errors: xr.Dataset, components: Sequence[str], computed: Sequence[str]) -> Iterator[str]:
     """Yield the largest error of each variant, and the component and line that have it."""
     for variant in computed:
-        error, component, line = _worst_of(of_body.error.sel(variant=variant), components)
+        error, component, line = _worst_of(body_errors.error.sel(variant=variant), components)
         yield f"{SYMBOLS[variant]} {percent(error)} ({component} on {line})"
 
 
-def _best(of_body: xr.Dataset, components: Sequence[str], computed: Sequence[str]) -> Iterator[str]:
+def _best(body_errors: xr.Dataset, components: Sequence[str], computed: Sequence[str]) -> Iterator[str]:
     """Yield, for each component, the variants with the smallest error."""
     for component in components:
-        worst = of_body.error.sel(i=component[0], j=component[1]).max("line")
+        worst = body_errors.error.sel(i=component[0], j=component[1]).max("line")
         values = {variant: worst.sel(variant=variant).item() for variant in computed}
         least = min(values.values())
         names = " = ".join(
@@ -49,26 +49,26 @@ def _best(of_body: xr.Dataset, components: Sequence[str], computed: Sequence[str
         yield f"{component}: {names} ({percent(least)})"
 
 
-def _on_zeros(of_body: xr.Dataset, components: Sequence[str], computed: Sequence[str]) -> str:
-    """How far variants deviate in components that vanish in C."""
-    largest_weights = [(*_worst_of(of_body.weight.sel(variant=v), components), v) for v in computed]
+def _vanishing_sentence(body_errors: xr.Dataset, components: Sequence[str], computed: Sequence[str]) -> str:
+    """Return a sentence on deviations of variants in components that vanish in C."""
+    largest_weights = [(*_worst_of(body_errors.weight.sel(variant=v), components), v) for v in computed]
     weight, component, line, variant = max(largest_weights)
     vanish = f"{', '.join(components)} of C vanish{'es' if len(components) == 1 else ''}"
     if weight < ROUNDING:
-        return f"{vanish}, and so do those of the variants."
+        return f"{vanish}, and so do the variants."
     where = f"{SYMBOLS[variant]}, {component} on {line}"
     return f"{vanish}; there variants are off by up to {percent(weight)} of C_nn ({where})."
 
 
-def _how_well(results: Results, of_body: xr.Dataset, present: Sequence[str]) -> Iterator[str]:
-    """Yield how well C is known on both scales, and how far the C of the solid engine deviates from it."""
+def _accuracy_sentences(results: Results, body_errors: xr.Dataset, present: Sequence[str]) -> Iterator[str]:
+    """Yield the accuracy of C on both scales, and the deviation of the solid engine's C from it."""
     if present:
-        error, *where = _worst_of(of_body.error.sel(variant="C"), present)
-        yield f"C itself is known to {error:.2%} of a component or better (least well: {' on '.join(where)})."
-    error, *where = _worst_of(of_body.estimate_refinement, results.scene.components)
-    yield f"On the scale of refinement it is known to {error:.2%} ({' on '.join(where)})."
+        error, *where = _worst_of(body_errors.error.sel(variant="C"), present)
+        yield f"The estimated error of C is at most {error:.2%} of a component ({' on '.join(where)})."
+    error, *where = _worst_of(body_errors.estimate_refinement, results.scene.components)
+    yield f"On the scale of refinement it is at most {error:.2%} ({' on '.join(where)})."
     if results.checks and present:
-        deviation, *where = _worst_of(of_body.error.sel(variant="C_solid"), present)
+        deviation, *where = _worst_of(body_errors.error.sel(variant="C_solid"), present)
         yield (
             f"The solid engine's C deviates from it by {deviation:.2%} of a component at most "
             f"({' on '.join(where)})."
@@ -76,7 +76,7 @@ def _how_well(results: Results, of_body: xr.Dataset, present: Sequence[str]) -> 
 
 
 def _worst_of(errors: xr.DataArray, components: Sequence[str]) -> tuple[float, str, str]:
-    """The largest error of components over all lines [-], with its component and line."""
+    """Return the largest error of components over all lines [-], with its component and line."""
     return max(
         (errors.sel(i=component[0], j=component[1], line=line).item(), component, str(line))
         for component in components

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compare.ics.compute import seconds_of
-from compare.ics.error_measure import Measure, far_from
 from compare.matrix.compute import SOURCE, MatrixResults
+from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.accuracy import component_of
 from femic.reference.at_points import references
 from femic.reference.job import Job
@@ -19,7 +19,7 @@ from femic.scenes.scene import Scene
 from geometries.bodies import Domain
 from geometries.patches import COMPONENTS, N
 
-OBSERVED = 3  # strips that are observed, besides the loaded one
+OBSERVED = 3  # observed strips besides the loaded one
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,12 @@ import xarray as xr
 from approx.matrix import columns as approximations
 from approx.variants import needs_effective
 from compare.ics.compute import models_of, parts_of, solids
-from compare.matrix.deviation import Column, Deviation
-from compare.matrix.reciprocity import Reciprocity, reciprocity
 from femic.cache.digests import results_digest, versions
 from femic.cache.files import replacing
 from femic.contact.operators.dense import GridOperator
+from femic.contact.operators.reciprocity import Reciprocity, reciprocity
 from femic.contact.pairs.c_jobs import far_radius
+from femic.ic_errors.matrix_deviation import Deviation, ReferenceColumn
 from femic.reference.accuracy import Shares
 from femic.reference.assessment import worst_of
 from femic.reference.discount import AXES
@@ -28,6 +28,7 @@ from femic.reference.matrix.job import Discount, MatrixJob
 from femic.reference.matrix.pair import pair_column
 from femic.reference.matrix.reference import MatrixReference, matrices
 from femic.reference.models import peak_memory
+from femic.reference.plan import ModelPlan, plans
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import require_none
@@ -40,7 +41,7 @@ from geometries.patches import COMPONENTS, DIRECTIONS
 DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
 SOURCE: Discount = "source"  # the discount after which C is compared with ICs of half-spaces
 COMPARED = (SOURCE,)
-TAKEN = {
+DISCOUNTS = {
     "approach": "The rigid part of the normal approach is subtracted from C; the rest is the response of the "
     "bodies with their supports.",
     "source": "All motions that [BVSV] discounts are subtracted from C, including bending of the sections.",
@@ -60,13 +61,15 @@ class MatrixResults:
     reciprocity: Mapping[str, Reciprocity]  # defect of the raw matrix, by solved body
     eigenvalues: Mapping[str, float]  # smallest of the symmetric part, over the element's own ICs
     approximations: Mapping[tuple[str, str], Deviation]  # from C after the source's discount
-    known: Mapping[str, Deviation]  # estimated deviation of C itself, by body
+    c_deviations: Mapping[str, Deviation]  # estimated errors of C itself, by body
     seconds: float
     memory: float  # peak of the process [MB]
 
     def deviations(self, body: str) -> dict[str, Deviation]:
         """Return the deviations of the approximations of a body, or of both, by variant."""
-        return {variant: found for (variant, name), found in self.approximations.items() if name == body}
+        return {
+            variant: deviation for (variant, name), deviation in self.approximations.items() if name == body
+        }
 
     def column(self, body: str, strip: int) -> EstimatedICs:
         """Return C of a body, or of both, due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N]."""
@@ -99,6 +102,11 @@ def matrix_jobs(
     }
 
 
+def matrix_plans(scene: Scene, workers: int) -> list[ModelPlan]:
+    """Return the plans of the models of the first round; raises BadScene as `matrix_jobs` does."""
+    return list(plans(matrix_jobs(scene, further=COMPARED), workers))
+
+
 def require_matrices(scene: Scene) -> None:
     """Raise BadScene for a grid that does not fit, and for an engine without IC matrices."""
     require_none(scene.name, [*grid_misfits(scene), *matrix_engine_misfits(scene)])
@@ -106,7 +114,7 @@ def require_matrices(scene: Scene) -> None:
 
 def discounted(scene: Scene) -> str:
     """Return a sentence on the rigid part that is subtracted from C, and on the supports of the bodies."""
-    return f"{TAKEN[scene.discount]} {_supports(scene)}"
+    return f"{DISCOUNTS[scene.discount]} {_supports(scene)}"
 
 
 def _supports(scene: Scene) -> str:
@@ -143,7 +151,7 @@ def compute_matrix(scene: Scene, path: Path, options: RunOptions = DEFAULT) -> M
             },
             accumulator.eigenvalues(),
             accumulator.deviations,
-            accumulator.known,
+            accumulator.c_deviations,
             perf_counter() - start,
             peak_memory(),
         )
@@ -204,7 +212,7 @@ class _Accumulator:
     discounted: dict[str, Array]  # matrices after the discount by body compared, likewise
     errors: dict[str, list[Shares]]  # estimated errors of each column by body compared
     deviations: dict[tuple[str, str], Deviation]  # by (variant, body)
-    known: dict[str, Deviation]  # estimated deviation of C itself, by body
+    c_deviations: dict[str, Deviation]  # estimated errors of C itself, by body
 
     @classmethod
     def of(cls, scene: Scene, jobs: Mapping[str, MatrixJob]) -> "_Accumulator":
@@ -244,8 +252,8 @@ class _Accumulator:
             self.errors[name].append(column_shares(strip, c, column_scale(strip, c.ic, jobs)))
         for name, c in like_half_spaces.items():
             jobs = [self.jobs[part] for part in parts_of(name)]
-            column = Column(c, is_far(strip, grid), half_spaces_nn(strip, jobs))
-            self.known[name] = self.known[name].with_column(c.estimate, column)
+            column = ReferenceColumn(c, is_far(strip, grid), half_spaces_nn(strip, jobs))
+            self.c_deviations[name] = self.c_deviations[name].with_column(c.estimate, column)
             variants = [variant for variant, compared_name in self.deviations if compared_name == name]
             approximated = approximations(variants, solids(self.scene)[name], grid, strip)
             for variant, ics in approximated.items():

@@ -8,43 +8,42 @@ import numpy as np
 from approx.matrix import column as approximated
 from compare.ics.compute import models_of, seconds_of, solids
 from compare.matrix.check import ColumnCheck, check
-from compare.matrix.compute import MatrixResults, compute_matrix, discounted
+from compare.matrix.compute import MatrixResults, compute_matrix, discounted, matrix_plans
 from compare.matrix.figures import maps
-from compare.matrix.plan import matrix_steps
-from compare.matrix.reciprocity import description
-from compare.plan.models import Step, seconds
 from compare.report.errors import error_cell
 from compare.report.parts import Folded, Page, Picture, Section, Verbatim, write_page
 from compare.report.styles import SYMBOLS
 from compare.report.tables import Cell, Row, Table, numbers, texts
+from femic.contact.operators.reciprocity import Reciprocity
 from femic.reference.models import Cost
+from femic.reference.plan import ModelPlan, total_seconds
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes import receipts
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
+from geometries.grids import Grid
 from geometries.patches import COMPONENTS, N
 
 COMMAND = "matrix"
 MAPPED_VARIANTS = ("A", "Bhat")  # variants whose difference from C is drawn
 ACCURACY = (
-    "Estimated error of C at its worst over all lags and pairs of strips, and its parts, each at its own "
-    "worst place, on the scale of refinement, which the tolerance is for. Four elements from the load and "
-    "further that is the larger of max |C_ij| and 0.05 max A_nn over the lags of a pair of strips; nearer: "
-    "5 A_nn at that place. As shares of the components themselves: rows “C” below. Each entry has an "
-    "estimate of its own in the file."
+    "Largest estimated error of C over all lags and pairs of strips, and its largest parts, on the scale of "
+    "refinement, to which the tolerance applies. Four elements from the load and further that is the larger "
+    "of max |C_ij| and 0.05 max A_nn over the lags of a pair of strips; nearer: 5 A_nn at the same place. As "
+    "shares of the components themselves: rows “C” below. The file has an estimate for each entry."
 )
-DEMANDS = (
+REQUIREMENTS = (
     "Reciprocity: largest |C(I, J) − C(J, I)ᵀ| of the raw solution over the largest value of the same "
-    "component, where it is worst. Loads act on whole elements, displacements are read at their centres: "
-    "ICs of curved bodies are not quite reciprocal, and least where a joint of arc and flank lies in a "
-    "strip, because its local directions stop to turn there. Work: smallest eigenvalue of the symmetric "
+    "component, where it is largest. Loads act on whole elements, displacements are read at centres: ICs "
+    "of curved bodies are not exactly reciprocal, and least so where a joint of arc and flank lies in a "
+    "strip, because local directions are constant beyond it. Work: smallest eigenvalue of the symmetric "
     "part over the least IC of an element on itself; positive: tractions always do work."
 )
-TOO_LARGE = "Not computed: the matrices of this grid are too large to be held as a whole."
+TOO_LARGE = "Not computed: the matrices of this grid are too large to be kept in memory."
 CHECKS = (
-    "Single loads in 3D, on three observing strips: the largest difference to the matrix, as a share of the "
-    "component itself (of those that do not vanish), what the estimates of both allow there, and how close "
-    "to that any component comes."
+    "Single loads in 3D, on three observing strips: the largest difference from the matrix, as a share of "
+    "the component itself (without vanishing ones), the sum of both estimates there, and the largest ratio "
+    "of a difference to this sum."
 )
 WORST = (
     "C is taken after the discount of [BVSV] here. Four elements from the load and further: the largest |V "
@@ -56,12 +55,13 @@ APPROXIMATIONS = (
     "takes away the bending of the section. Largest displacement error that tractions of at most 1 anywhere "
     "on the grid can cause, as a share of the largest displacement that the component itself can cause. "
     "Small, below it: the weight, the same as a share of the largest displacement by normal tractions. "
-    "“Vanishes”: the component is zero, or what it causes is less than ten times its estimated error; an "
+    "“Vanishes”: the component is zero, or the displacement that it causes is less than ten times its "
+    "estimated error; an "
     "approximation is then tested as a zero, and its number, with †, is a share of 0.05 of the largest "
     "displacement by normal tractions. Row “C”: the estimated error of C itself."
 )
 MEASURES = {  # of `Deviation`: the errors, the weights below them, and which components vanish
-    "under_tractions": ("under_tractions_of_itself", "under_tractions", "causes_nothing"),
+    "displacements": ("own_displacement_error", "displacement_error", "negligible"),
     "worst": ("worst", "near", "vanishing"),
 }
 
@@ -73,24 +73,24 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
     same results already. Raises WrongInput for a strip that the grid does not have.
     """
     watch, workers = options.watch, options.workers
-    loaded_strip = _chosen(scene, strip)
+    loaded_strip = _loaded_strip(scene, strip)
     path, key = out / "matrix.html", receipts.key_of(scene, __name__, loaded_strip)
     if receipts.holds(out, COMMAND, key):
         watch.on_stage("  as it is there already")
         return path
-    steps = matrix_steps(scene, workers)
+    model_plans = matrix_plans(scene, workers)
     watch.on_stage(
-        f"  about {seconds(steps, workers):.0f} s, {max(step.expected.memory for step in steps):.0f} MB "
-        "if no model is stored yet"
+        f"  about {total_seconds(model_plans, workers):.0f} s, "
+        f"{max(plan.expected.memory for plan in model_plans):.0f} MB if no model is stored yet"
     )
     with receipts.renewed(out, COMMAND, key, ["matrix.nc", path.name]):
         results = compute_matrix(scene, out / "matrix.nc", options)
-        sections = _sections(results, loaded_strip, steps, check(results, options))
+        sections = _sections(results, loaded_strip, model_plans, check(results, options))
         write_page(Page(f"IC matrix: {scene.title}", summary(results, out / "matrix.nc"), sections), path)
     return path
 
 
-def _chosen(scene: Scene, strip: int | None) -> int:
+def _loaded_strip(scene: Scene, strip: int | None) -> int:
     n_s = scene.grid.n_s
     if strip is None:
         return int(np.argmin(np.abs(scene.grid.strips - scene.patch.s)))
@@ -118,23 +118,23 @@ def pictures(results: MatrixResults, strip: int) -> Iterator[Picture]:
 
 
 def _sections(
-    results: MatrixResults, strip: int, steps: Sequence[Step], checks: Sequence[ColumnCheck]
+    results: MatrixResults, strip: int, model_plans: Sequence[ModelPlan], checks: Sequence[ColumnCheck]
 ) -> Iterator[Section]:
     scene, costs = results.scene, models_of(results.matrices)
     text = f"{discounted(scene)} {ACCURACY}"
     yield Section("How accurate the matrix is", [text, _accuracy_table(results)])
     missing = "" if results.eigenvalues else TOO_LARGE
-    yield Section("What elasticity demands", [DEMANDS, missing, _demands_table(results)])
+    yield Section("Reciprocity and positive work", [REQUIREMENTS, missing, _requirements_table(results)])
     if checks:
         yield Section(
             "Columns computed with the solid engine", [_checks_text(scene, checks), _checks_table(checks)]
         )
     for body in scene.compared:
-        heading = f"What approximations of the {body} matrix cost"
+        heading = f"Errors of approximations of the {body} matrix"
         folded = Folded(f"Worst entry of the {body} matrix", [WORST, _errors_table(results, body, "worst")])
-        yield Section(heading, [APPROXIMATIONS, _errors_table(results, body, "under_tractions"), folded])
+        yield Section(heading, [APPROXIMATIONS, _errors_table(results, body, "displacements"), folded])
     yield Section("Responses to one strip", [_maps_text(scene), *pictures(results, strip)])
-    yield Section("Cost: planned / taken", [_cost_table(steps, costs), _cost_text(results, costs)])
+    yield Section("Cost: expected / actual", [_cost_table(model_plans, costs), _cost_text(results, costs)])
     yield Section("The scene", [Verbatim(scene.text)])
 
 
@@ -154,14 +154,27 @@ def _accuracy_table(results: MatrixResults) -> Table:
     return Table("body", columns, rows)
 
 
-def _demands_table(results: MatrixResults) -> Table:
-    """The reciprocity defect and the smallest eigenvalue of each matrix."""
+def _requirements_table(results: MatrixResults) -> Table:
+    """Return the table of the reciprocity defect and the smallest eigenvalue of each matrix."""
     rows = []
     for name, eigenvalue in results.eigenvalues.items():
         body, _, kind = name.partition(", ")
-        defect = description(results.reciprocity[body], results.scene.grid) if kind == "raw" else "as raw"
+        defect = (
+            reciprocity_text(results.reciprocity[body], results.scene.grid) if kind == "raw" else "as raw"
+        )
         rows.append(Row(name, [defect, Cell(eigenvalue, ".3f")]))
     return Table("matrix", [*texts("reciprocity defect"), *numbers("smallest eigenvalue")], rows)
+
+
+def reciprocity_text(defect: Reciprocity, grid: Grid) -> str:
+    """Return text for the report: the largest defect, its place, and the largest away from joints."""
+    first, second = sorted(defect.strips)
+    where = f"{defect.worst:.1e} of {defect.component} (strips {first} and {second}, "
+    where += f"s = {grid.strips[first]:.3g}, {grid.strips[second]:.3g} mm)"
+    if not defect.at_joints:
+        return where
+    elsewhere = "" if defect.elsewhere is None else f"; {defect.elsewhere:.1e} without these"
+    return f"{where}; joints in strips {', '.join(map(str, defect.at_joints))}{elsewhere}"
 
 
 def _checks_text(scene: Scene, checks: Sequence[ColumnCheck]) -> str:
@@ -191,12 +204,12 @@ def _checks_table(checks: Sequence[ColumnCheck]) -> Table:
 
 
 def _errors_table(results: MatrixResults, body: str, measure: str) -> Table:
-    """A row of cells per approximation and one of C, by a measure of `MEASURES`."""
+    """Return a table with a row per approximation and one for C, by a measure of `MEASURES`."""
     rows = []
-    for variant, deviation in (results.deviations(body) | {"C": results.known[body]}).items():
+    for variant, deviation in (results.deviations(body) | {"C": results.c_deviations[body]}).items():
         values = (getattr(deviation, name).ravel() for name in MEASURES[measure])
         cells = [
-            error_cell(float(error), float(weight), vanishes=bool(vanishes), known=variant == "C")
+            error_cell(float(error), float(weight), vanishes=bool(vanishes), is_estimate=variant == "C")
             for error, weight, vanishes in zip(*values, strict=True)
         ]
         rows.append(Row(SYMBOLS[variant], cells))
@@ -212,7 +225,7 @@ def _maps_text(scene: Scene) -> str:
 
 
 def summary(results: MatrixResults, file: Path) -> str:
-    """One paragraph, computed: the file's content and accuracy, the best and the worst approximation."""
+    """Return a computed paragraph: the file's content and accuracy, the best and the worst approximation."""
     scene, grid = results.scene, results.scene.grid
     name = scene.compared[0]
     at_worst = max(shares.total for shares in results.errors.values())
@@ -220,14 +233,14 @@ def summary(results: MatrixResults, file: Path) -> str:
     return (
         f"{file.name} ({file.stat().st_size / 1e6:.1f} MB): displacements at {grid.n_s} strips and "
         f"{grid.n_x} lags under unit tractions on {grid.n_s} strips, nine components, of "
-        f"{', '.join(scene.compared)}, known to {at_worst:.2%}. Of the approximations of the {name} matrix "
-        f"{better} and {worse}."
+        f"{', '.join(scene.compared)}, with an estimated error of {at_worst:.2%}. Of the approximations of "
+        f"the {name} matrix {better} and {worse}."
     )
 
 
 def _extremes(results: MatrixResults, body: str) -> tuple[str, str]:
-    """The texts on the best and on the worst approximation of C_nn."""
-    nn = {variant: found.under_tractions[N, N] for variant, found in results.deviations(body).items()}
+    """Return texts on the best and on the worst approximation of C_nn."""
+    nn = {variant: one.displacement_error[N, N] for variant, one in results.deviations(body).items()}
     best, worst = min(nn, key=nn.__getitem__), max(nn, key=nn.__getitem__)
     return (
         f"{SYMBOLS[best]} is best for pressures (displacements off by at most {nn[best]:.1%} of the largest)",
@@ -235,19 +248,19 @@ def _extremes(results: MatrixResults, body: str) -> tuple[str, str]:
     )
 
 
-def _cost_table(steps: Sequence[Step], costs: Mapping[str, Cost]) -> Table:
-    """What each model was expected to take / what it took."""
+def _cost_table(model_plans: Sequence[ModelPlan], costs: Mapping[str, Cost]) -> Table:
+    """Return the table of expected / actual costs of each model."""
     rows = []
-    for step in steps:
-        if cost := costs.get(step.name):
+    for plan in model_plans:
+        if cost := costs.get(plan.name):
             waves = cost.solver.split(", ")[-1].split()[0] if cost.solver.endswith("wavenumbers") else "–"
             cells = [
-                f"{step.expected.unknowns:,} / {cost.unknowns:,}",
-                f"{step.expected.wavenumbers or '–'} / {waves}",
-                f"{step.expected.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
-                f"{step.expected.memory:.0f} / {cost.peak_memory:.0f}",
+                f"{plan.expected.unknowns:,} / {cost.unknowns:,}",
+                f"{plan.expected.wavenumbers or '–'} / {waves}",
+                f"{plan.expected.seconds:.0f} / {sum(cost.seconds.values()):.0f}",
+                f"{plan.expected.memory:.0f} / {cost.peak_memory:.0f}",
             ]
-            rows.append(Row(step.name, cells))
+            rows.append(Row(plan.name, cells))
     return Table("model", ["unknowns", "wavenumbers", "s", "MB"], rows)
 
 

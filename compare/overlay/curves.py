@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from compare.ics.curves import panel_of
-from compare.overlay.results import Overlay, Result
+from compare.overlay.results import Overlay, SceneResults
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.cache.files import replacing
@@ -16,7 +16,7 @@ from femic.cache.files import replacing
 MIRRORED = 1e-6  # largest asymmetry of a mirrored curve, as a share of the largest value on its line
 
 
-def curve(result: Result, line: str, body: str, component: str) -> Panel:
+def curve(result: SceneResults, line: str, body: str, component: str) -> Panel:
     """The curves of all variants of one scene for one component of one body along a line, dimensionless."""
     on_line = result.ics.isel(point=np.flatnonzero(result.ics.line.values == line))
     along = "x" if np.ptp(on_line.s.values) == 0 else "s"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from compare.overlay.results import Overlay, Result
+from compare.overlay.results import Overlay, SceneResults
 from compare.overlay.sources import scene_of_text
 from femic.scenes.section import tables
 
@@ -43,7 +43,7 @@ def differences(overlay: Overlay) -> Iterator[Difference]:
             yield Difference(key, meanings.get(key.rpartition(".")[2], ""), values)
 
 
-def _settings(result: Result) -> dict[str, Any]:
+def _settings(result: SceneResults) -> dict[str, Any]:
     """Values of all keys of a scene by dotted name, and of "computed with ..." for its code and versions."""
     attributes = result.ics.attrs
     text = attributes["scene"]

@@ -1,9 +1,8 @@
-"""Writes the self-contained HTML report of an overlay, its figures and its CSV files."""
+"""The self-contained HTML report of an overlay, its figures and its CSV files."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from compare.ics.error_measure import ROUNDING
 from compare.overlay import figures as overlay_figures
 from compare.overlay.curves import write_curves
 from compare.overlay.differences import differences
@@ -14,19 +13,20 @@ from compare.report.parts import Folded, Items, Note, Page, Picture, Section, Ve
 from compare.report.styles import SYMBOLS
 from compare.report.tables import Row, Table, numbers, texts
 from femic.cache import folders
+from femic.ic_errors.error_measure import ROUNDING
 from geometries.errors import WrongInput
 
-JUDGED = ("A", "Bhat")  # variants that the summary speaks of
+SUMMARISED = ("A", "Bhat")  # variants in the summary
 CURVES = (
-    "of all scenes; colours tell variants, line styles scenes. Per unit total load, times E of the lower "
-    "body and L of the scene. Grey band: C ± its estimated error (often thinner than the line). Where a "
-    "scene's curve seems missing, it coincides with that of another scene, drawn before it."
+    "of all scenes; colours distinguish variants, line styles scenes. Per unit total load, times E of the "
+    "lower body and L of the scene. Grey band: C ± its estimated error (often thinner than the line). Where "
+    "a scene's curve seems missing, it coincides with the curve of an earlier scene."
 )
 WITHIN_ACCURACY = "alike within the accuracy of C"
 
 
 def folder_of(sources: Sequence[Source], out: Path | None, results: Path) -> Path:
-    """The folder of the overlay; raises WrongInput if it holds the results of a scene."""
+    """Return the folder of the overlay; raises WrongInput if it holds the results of a scene."""
     folder = folders.check(out or results / "_".join(source.name for source in sources))
     if (folder / "ics.nc").exists() or folder.resolve() in [source.folder.resolve() for source in sources]:
         raise WrongInput(f"--out {folder}: has the results of a scene; name another folder")
@@ -48,7 +48,7 @@ def _sections(overlay: Overlay) -> Iterator[Section]:
     for body in common.bodies:
         notes = [Note(_measure(overlay))] if body == common.bodies[0] else []
         yield Section(ERRORS_HEADING.format(body), [_table(overlay, body), *notes])
-    yield Section("What differs between the scenes", [_differences_table(overlay)])
+    yield Section("Differences between the scenes", [_differences_table(overlay)])
     pictures = (
         Picture(f"curves_{component}", overlay_figures.curves(overlay, component))
         for component in common.components
@@ -75,7 +75,7 @@ def _rows(overlay: Overlay, body: str) -> Iterator[Row]:
     for variant in (*overlay.common.variants, "C"):
         for k, result in enumerate(overlay.results):
             errors = [worst(overlay, result, body, component) for component in overlay.common.components]
-            cells = [cell_of(error.sel(variant=variant), known=variant == "C") for error in errors]
+            cells = [cell_of(error.sel(variant=variant), is_estimate=variant == "C") for error in errors]
             yield Row("" if k else SYMBOLS[variant], [result.name, *cells])
 
 
@@ -86,20 +86,22 @@ def _differences_table(overlay: Overlay) -> Table:
 
 
 def summary(overlay: Overlay) -> str:
-    """One paragraph, computed: where C deviates most from A and from B-hat, with the factors."""
+    """Return a computed paragraph: where C deviates most from A and from B-hat, with the factors."""
     body, lines = overlay.common.bodies[0], len(overlay.common.lines)
-    judged = [variant for variant in JUDGED if variant in overlay.common.variants]
-    if not judged:
-        return f"The scenes have neither {' nor '.join(SYMBOLS[variant] for variant in JUDGED)} in common."
+    variants = [variant for variant in SUMMARISED if variant in overlay.common.variants]
+    if not variants:
+        return (
+            f"The scenes have neither {' nor '.join(SYMBOLS[variant] for variant in SUMMARISED)} in common."
+        )
     where = f"{body} influence coefficients, worst of {lines} line{'s' if lines > 1 else ''}"
     sentences = (
-        f"C deviates from {SYMBOLS[variant]} {_ranking(overlay, body, variant)}." for variant in judged
+        f"C deviates from {SYMBOLS[variant]} {_ranking(overlay, body, variant)}." for variant in variants
     )
     return f"Worst errors compared ({where}). {' '.join(sentences)}"
 
 
 def _ranking(overlay: Overlay, body: str, variant: str) -> str:
-    """The components, grouped by the scene with the largest error; each with its factor to the smallest."""
+    """Return the components by the scene with the largest error, each with its factor to the smallest."""
     most = "more" if len(overlay.results) == 2 else "most"
     ranks: dict[str, list[str]] = {}
     for component in overlay.common.components:
@@ -108,15 +110,15 @@ def _ranking(overlay: Overlay, body: str, variant: str) -> str:
         if vanishing_in:  # the errors there are shares of 0.05 max |C_nn|, not of the component
             ranks.setdefault(f"vanishing in {', '.join(vanishing_in)}", []).append(component)
             continue
-        known = {name: of_scene.error.sel(variant=[variant, "C"]) for name, of_scene in errors.items()}
-        scene, factor = _rank([(*error.values.tolist(), name) for name, error in known.items()])
+        pairs = {name: of_scene.error.sel(variant=[variant, "C"]) for name, of_scene in errors.items()}
+        scene, factor = _rank([(*pair.values.tolist(), name) for name, pair in pairs.items()])
         ranks.setdefault(f"{most} in {scene}" if scene else WITHIN_ACCURACY, []).append(component + factor)
     unranked = {rank: ranks.pop(rank) for rank in list(ranks) if not rank.startswith(most)}
     return "; ".join(f"{rank}: {', '.join(components)}" for rank, components in (ranks | unranked).items())
 
 
 def _rank(errors: Sequence[tuple[float, float, str]]) -> tuple[str, str]:
-    """The scene with the largest error, and the text of its factor to the smallest; errors are [-].
+    """Return the scene with the largest error, and the text of its factor to the smallest; errors are [-].
 
     Each entry of `errors` is (error, accuracy of C, scene). Both texts are empty if the difference is within
     the accuracies.

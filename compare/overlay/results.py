@@ -1,4 +1,4 @@
-"""What is overlaid: the results of several scenes, and the content and errors that they have in common."""
+"""Results of several scenes, with their common content and errors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from compare.overlay.sources import Content, Source, common, read
 
 
 @dataclass(frozen=True)
-class Result:
+class SceneResults:
     """The ICs and errors of one scene, under its name."""
 
     name: str
@@ -27,18 +27,20 @@ class Overlay:
     """The results of two or more scenes, and the content that all of them have in common."""
 
     common: Content
-    results: tuple[Result, ...]
+    results: tuple[SceneResults, ...]
 
 
 def load(sources: Sequence[Source]) -> Overlay:
     """Read the results of all sources from their folders; raises WrongInput without common content."""
-    return Overlay(common(sources), tuple(Result(source.name, *read(source.folder)) for source in sources))
+    return Overlay(
+        common(sources), tuple(SceneResults(source.name, *read(source.folder)) for source in sources)
+    )
 
 
-def worst(overlay: Overlay, result: Result, body: str, component: str) -> xr.Dataset:
-    """The worst error and weight of a component over the common lines [-], by variant; of C, its estimate.
+def worst(overlay: Overlay, result: SceneResults, body: str, component: str) -> xr.Dataset:
+    """Return the worst error and weight of a component over the common lines [-], by variant; C: estimate.
 
-    Where the component vanishes, which is said, too, errors are shares of 0.05 max |C_nn|.
+    Where the component `vanishes`, errors are shares of 0.05 max |C_nn|.
     """
     line_errors = result.errors[["error", "weight", "vanishes"]].sel(
         body=body, i=component[0], j=component[1], line=list(overlay.common.lines)

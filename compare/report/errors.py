@@ -1,4 +1,4 @@
-"""Errors of ICs in tables, coloured by their size, and the text that says what they are shares of."""
+"""Errors of ICs in tables, coloured by their size, and their definition for pages."""
 
 from collections.abc import Sequence
 
@@ -24,13 +24,13 @@ COMPONENTS = (
 
 
 def error_cell(
-    error: float, weight: float = np.nan, *, vanishes: bool = False, mark: str = "", known: bool = False
+    error: float, weight: float = np.nan, *, vanishes: bool = False, mark: str = "", is_estimate: bool = False
 ) -> Cell:
-    """An error, coloured by its size, with its weight below; a dash where nothing was computed.
+    """Return an error, coloured by its size, with its weight below; a dash where nothing was computed.
 
-    `known`: the error is the estimated one of C, which has no share where the component vanishes.
+    `is_estimate`: the error is the estimate of C, which has no share where the component vanishes.
     """
-    if known and vanishes:
+    if is_estimate and vanishes:
         return Cell("vanishes" + mark, below=_weight_text(weight))
     if np.isnan(error):
         return Cell(error)
@@ -40,17 +40,17 @@ def error_cell(
     return Cell(text, below=_weight_text(weight), colour=colour(error))
 
 
-def cell_of(errors: xr.Dataset, *, known: bool, mark: str = "") -> Cell:
-    """Cell of a dataset with a single `error` [-], its `weight` and whether the component `vanishes`."""
+def cell_of(errors: xr.Dataset, *, is_estimate: bool, mark: str = "") -> Cell:
+    """Return the cell of a dataset with a single `error` [-], its `weight`, and whether it `vanishes`."""
     error, weight, vanishes = (errors[name].item() for name in ("error", "weight", "vanishes"))
-    return error_cell(error, weight, vanishes=vanishes, mark=mark, known=known)
+    return error_cell(error, weight, vanishes=vanishes, mark=mark, is_estimate=is_estimate)
 
 
 def error_row(
-    name: str, errors: xr.Dataset, components: Sequence[str], *, known: bool, place: str = ""
+    name: str, errors: xr.Dataset, components: Sequence[str], *, is_estimate: bool, place: str = ""
 ) -> Row:
-    """A row of errors of components, `errors` has the dims i and j; the place comes before them."""
-    cells = [cell_of(errors.sel(i=c[0], j=c[1]), known=known) for c in components]
+    """Return a row of errors of components; `errors` has the dims i and j, `place` is the first cell."""
+    cells = [cell_of(errors.sel(i=c[0], j=c[1]), is_estimate=is_estimate) for c in components]
     return Row(name, [place, *cells] if place else cells)
 
 
@@ -59,14 +59,14 @@ def _weight_text(weight: float) -> str:
 
 
 def percent(share: float) -> str:
-    """A share in percent, as tables show it."""
+    """Return a share in percent, as tables show it."""
     if share < 5e-5:
         return "< 0.01 %"
     return f"{100 * share:.2f} %" if share < 0.1 else f"{100 * share:.1f} %"
 
 
 def colour(error: float) -> str:
-    """Background of an error: white up to 0.1 %, red from 100 % on, logarithmic between."""
+    """Return the background of an error: white up to 0.1 %, red from 100 % on, logarithmic between."""
     redness = float(np.clip((np.log10(max(error, 1e-9)) + 3) / 3, 0, 1))
     green_blue = round(255 - 120 * redness)
     return f"#ff{green_blue:02x}{green_blue:02x}"

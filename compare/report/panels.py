@@ -1,4 +1,4 @@
-"""Draws all figures of curves: panels of curves over one abscissa, C with its estimate, grids of panels."""
+"""Figures of curves: panels of curves over one abscissa, C with its estimate, grids of panels."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -38,8 +38,8 @@ BAND = "C ± estimate"
 class Panel:
     """Curves over one abscissa, arrays (n,), by their labels.
 
-    `estimate` is the estimated error of the curve "C", drawn as a band; `known` that of the other engine's C,
-    drawn as bars.
+    `estimate` is the estimated error of the curve "C", drawn as a band; `check_estimate` belongs to the other
+    engine's C, drawn as bars.
     """
 
     title: str
@@ -48,22 +48,25 @@ class Panel:
     up: str  # label of the ordinate
     curves: Mapping[str, Array]
     estimate: Array | None = None
-    known: Array | None = None
+    check_estimate: Array | None = None
     marks: tuple[float, ...] = ()  # abscissas of joints, dotted
 
     def beyond(self, at: float) -> "Panel":
-        """The panel from an abscissa on."""
+        """Return the panel from an abscissa on."""
         return self.part(self.at >= at)
 
     def part(self, shown: Mask) -> "Panel":
-        """The panel with only those points that are shown, (n,)."""
+        """Return the panel with a selection of its points, (n,)."""
         curves = {name: values[shown] for name, values in self.curves.items()}
-        estimate, known = (None if band is None else band[shown] for band in (self.estimate, self.known))
-        return replace(self, at=self.at[shown], curves=curves, estimate=estimate, known=known)
+        bands = (self.estimate, self.check_estimate)
+        estimate, check_estimate = (None if band is None else band[shown] for band in bands)
+        return replace(
+            self, at=self.at[shown], curves=curves, estimate=estimate, check_estimate=check_estimate
+        )
 
 
 def styles_of(panels: Sequence[Panel]) -> dict[str, Style]:
-    """A style for each label of the panels: its variant's, or one of `FURTHER` in turn."""
+    """Return a style for each label of the panels: its variant's, or one of `FURTHER` in turn."""
     labels = dict.fromkeys(label for panel in panels for label in panel.curves)
     by_symbol = {SYMBOLS.get(name, name): style for name, style in STYLES.items()}
     further = dict(zip((label for label in labels if label not in by_symbol), cycle(FURTHER), strict=False))
@@ -90,10 +93,10 @@ def draw(axes: Axes, panel: Panel, styles: Mapping[str, Style]) -> None:
 def _draw_check(axes: Axes, panel: Panel, name: str, values: Array) -> None:
     """Draw the other engine's C as marks, with bars where its estimate is given."""
     marked = slice(None, None, max(1, len(panel.at) // CHECK_MARKS))
-    if panel.known is None:
+    if panel.check_estimate is None:
         axes.plot(panel.at[marked], values[marked], label=name, **CHECK_STYLE)
         return
-    bars = panel.known[marked]
+    bars = panel.check_estimate[marked]
     axes.errorbar(panel.at[marked], values[marked], bars, label=f"{name} ± estimate", zorder=2, **CHECK_STYLE)
 
 
@@ -126,10 +129,10 @@ def show_zero(axes: Axes) -> None:
 
 
 @contextmanager
-def grid_of(
+def figure_grid(
     rows: int, columns: int, each: tuple[float, float], **shared: Any
 ) -> Iterator[tuple[Figure, Any]]:
-    """A figure and its axes, (rows, columns), each of a size [inch]; what is drawn there gets one legend."""
+    """Yield a figure and its axes, (rows, columns), each of a size [inch]; all curves get one legend."""
     with mpl.rc_context(RC):
         figure = Figure(figsize=(each[0] * columns, each[1] * rows + 0.5), layout="constrained")
         yield figure, figure.subplots(rows, columns, squeeze=False, **shared)
@@ -152,10 +155,10 @@ def draw_band(axes: Axes, at: ArrayLike, low: ArrayLike, high: ArrayLike, label:
     axes.fill_between(at, low, high, color="black", alpha=0.15, linewidth=0, label=label)
 
 
-def drawn(panels: Sequence[Panel], columns: int, size: tuple[float, float] = (4.1, 2.9)) -> Figure:
-    """Figure of panels in a number of columns, each of a size [inch], with one legend."""
+def panel_figure(panels: Sequence[Panel], columns: int, size: tuple[float, float] = (4.1, 2.9)) -> Figure:
+    """Return a figure of panels in a number of columns, each of a size [inch], with one legend."""
     rows, styles = -(-len(panels) // columns), styles_of(panels)
-    with grid_of(rows, columns, size) as (figure, grid):
+    with figure_grid(rows, columns, size) as (figure, grid):
         for axes, panel in zip(grid.ravel(), panels, strict=False):
             draw(axes, panel, styles)
             finish(axes, panel)

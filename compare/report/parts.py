@@ -1,4 +1,4 @@
-"""Pages as data: sections of paragraphs, tables and figures; `write_page` is the only way to a file."""
+"""Pages as data: sections of paragraphs, tables and figures; `write_page` writes them."""
 
 import base64
 import re
@@ -22,7 +22,7 @@ from femic.cache.files import write_dataset, write_text
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure and the name of its file, without ending; or the path of a picture that is drawn already."""
+    """A figure and the name of its file, without ending; or the path of an existing picture."""
 
     kind: ClassVar[str] = "picture"
     name: str
@@ -47,7 +47,7 @@ class Items:
 
 @dataclass(frozen=True)
 class Verbatim:
-    """Text that is shown as it is, such as a scene file."""
+    """Text shown verbatim, such as a scene file."""
 
     kind: ClassVar[str] = "verbatim"
     text: str
@@ -55,7 +55,7 @@ class Verbatim:
 
 @dataclass(frozen=True)
 class Folded:
-    """Details that are shown on request."""
+    """Details shown on request."""
 
     kind: ClassVar[str] = "folded"
     heading: str
@@ -64,7 +64,7 @@ class Folded:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, or none, and what is below it; also sections. Links lead to the anchor."""
+    """A heading, or none, and its blocks, also sections. Links lead to the anchor."""
 
     kind: ClassVar[str] = "section"
     heading: str
@@ -75,7 +75,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Part:
-    """A section of one figure: a heading, a paragraph that says what the figure shows, and that, by name."""
+    """A section of one figure: a heading, a paragraph about the figure, and the figure by name."""
 
     heading: str
     text: str
@@ -101,10 +101,10 @@ class Page:
     sections: Iterable[Section | Part]
 
 
-def closing(
+def final_sections(
     tables: Sequence[Table], below: str, cost: str, scene: str, heading: str = "The scene"
 ) -> list[Section]:
-    """The end of a page: tables, what is below their numbers, what they took, and the scene."""
+    """Return the end of a page: tables, a note on their small numbers, cost, and the scene."""
     return [Section("Numbers", [below, *tables, cost]), Section(heading, [Verbatim(scene)])]
 
 
@@ -130,12 +130,12 @@ def write_page(page: Page, path: Path, prefix: str = "") -> Path:
 
 
 def _typeset(text: str) -> Markup:
-    """A text with the indices of ICs, such as C_nn, set as indices."""
+    """Return a text with the indices of ICs, such as C_nn, as subscripts."""
     return Markup(INDICES.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
 def _embedded(picture: Picture, folder: Path, prefix: str) -> str:
-    """The content of a picture's file, which is written before unless it is there."""
+    """Return the content of a picture's file, which is written first unless it exists."""
     path = picture.figure
     if isinstance(path, Figure):
         name = f"{prefix}_{picture.name}" if prefix else picture.name
@@ -143,16 +143,16 @@ def _embedded(picture: Picture, folder: Path, prefix: str) -> str:
     return base64.b64encode(path.read_bytes()).decode()
 
 
-def listed(words: Iterable[str]) -> str:
-    """Words with commas and "and" between them."""
+def join_words(words: Iterable[str]) -> str:
+    """Return words with commas and "and" between them."""
     *first, last = words
     return f"{', '.join(first)} and {last}" if first else last
 
 
 def onset(angles: ArrayLike, beyond: ArrayLike) -> str:
-    """From which angle [deg] on something holds, as far as solved cases say: an interval between two of them.
+    """Return from which angle [deg] on something holds: an interval between two solved cases, in any order.
 
-    "" where it never does. Cases may come in any order.
+    The text is empty where it never holds.
     """
     order = np.argsort(angles)
     at, is_so = np.asarray(angles, dtype=float)[order], np.asarray(beyond, dtype=bool)[order]
@@ -164,17 +164,17 @@ def onset(angles: ArrayLike, beyond: ArrayLike) -> str:
     return " ".join(
         [
             f"from {where} on" if first else f"already at {where}, the least that was solved",
-            *([f"(not at {listed(not_again)})"] if not_again else []),
+            *([f"(not at {join_words(not_again)})"] if not_again else []),
         ]
     )
 
 
-def span(values: ArrayLike, form: str) -> str:
-    """The least and the largest of values, or one number where these look the same; NaN is left out."""
+def range_text(values: ArrayLike, form: str) -> str:
+    """Return the least and the largest of values, or one number where these look the same, without NaN."""
     low, high = (format(float(of(values)), form) for of in (np.nanmin, np.nanmax))
     return low if low == high else f"{low} ... {high}"
 
 
-def furthest(values: xr.DataArray) -> float:
-    """The value that is furthest from zero."""
+def extreme(values: xr.DataArray) -> float:
+    """Return the value furthest from zero."""
     return float(values.values.ravel()[np.argmax(np.abs(values.values))])

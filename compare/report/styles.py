@@ -1,4 +1,4 @@
-"""Symbols, styles and markers of the curves of variants; a variant without its own takes a further one."""
+"""Symbols, styles and markers of the curves of variants; variants without own ones take further ones."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -43,14 +43,14 @@ FURTHER_MARKERS = "hpd<>8H"
 
 
 def with_further(names: Iterable[str]) -> dict[str, tuple[str, Style]]:
-    """Marker and style of each name: its own, or further ones in turn; those without their own come first."""
+    """Return marker and style of each name: its own, or further ones in turn, which come first."""
     further_looks = zip(cycle(FURTHER_MARKERS), cycle(FURTHER), strict=False)
     looks = {name: next(further_looks) for name in names if name not in OWN}
     return looks | dict(OWN)
 
 
 def symbol_of(name: str) -> str:
-    """The symbol of ICs: of C, of a map of it, or of a variant, perhaps with exchanged components."""
+    """Return the symbol of ICs: of C, of a map of it, or of a variant, perhaps with exchanged components."""
     if is_map(name):
         return f"C by {Path(name).stem}" if Path(name).stem != "sweep" else f"C by {Path(name).parent.name}"
     return SYMBOLS[name] if name in SYMBOLS else exchanged_symbol(name)
@@ -58,7 +58,7 @@ def symbol_of(name: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class ByVariant(Mapping[str, Value]):
-    """A mapping by the names of variants and of C, with what is registered when it is used."""
+    """A mapping by names of variants and of C that reads the registry whenever it is used."""
 
     made: Callable[[], Mapping[str, Value]]
 

@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
+
+from femic.contact.pairs.quantities import Quantity
 
 ROUNDING = 1e-9  # share below which a difference is rounding
 
@@ -46,12 +48,12 @@ class Column:
 
 
 def texts(*heads: str) -> list[Column]:
-    """Columns of texts."""
+    """Return columns of texts."""
     return [Column(head, is_text=True) for head in heads]
 
 
 def numbers(*heads: str, unit: str = "") -> list[Column]:
-    """Columns of numbers."""
+    """Return columns of numbers."""
     return [Column(head, unit) for head in heads]
 
 
@@ -89,31 +91,19 @@ class Table:
         return not all(row.name for row in self.rows)
 
 
-class Quantity(Protocol):
-    """A number with a symbol and a unit, "1" if it has none."""
-
-    @property
-    def symbol(self) -> str:
-        """Its symbol."""
-
-    @property
-    def unit(self) -> str:
-        """Its unit."""
-
-
 def columns_of(quantities: Iterable[Quantity]) -> list[Column]:
-    """The columns of quantities."""
+    """Return the columns of quantities."""
     return [Column(one.symbol, one.unit) for one in quantities]
 
 
 def cell(value: float | xr.DataArray, estimate: float | xr.DataArray = np.nan, digits: int = 4) -> Cell:
-    """A number, and its estimate below."""
+    """Return a cell with a number, and its estimate below."""
     below = "" if np.isnan(float(estimate)) else f"± {float(estimate):.2g}"
     return Cell(float(value), f".{digits}g", below)
 
 
 def changed_cell(value: xr.DataArray, before: xr.DataArray, estimate: xr.DataArray) -> Cell:
-    """By how much a number changes, below it what it was, with its estimate."""
+    """Return a cell with the change of a number, below it the former number with its estimate."""
     change = float(value) - float(before)
     below = f"of {float(before):.4g} ± {float(estimate):.2g}"
     return (
@@ -124,7 +114,7 @@ def changed_cell(value: xr.DataArray, before: xr.DataArray, estimate: xr.DataArr
 def changes_table(
     caption: str, quantities: Mapping[str, Quantity], before: xr.Dataset, changed: xr.Dataset, prefix: str
 ) -> Table:
-    """How other supports change quantities, a row per change; `changed` has them, with a prefix."""
+    """Return the changes of quantities due to other supports, a row per change; `changed` has a prefix."""
     rows = [
         Row(
             str(name),

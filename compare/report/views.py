@@ -45,7 +45,7 @@ COLOUR_BAR = {
 
 
 def can_render() -> bool:
-    """Whether an off-screen 3D picture can be drawn; tried in a process of its own, since it may crash."""
+    """Return whether an off-screen 3D picture can be drawn; tested in a subprocess, since it may crash."""
     command = [sys.executable, "-c", PROBE]
     try:
         subprocess.run(command, env=os.environ | OFF_SCREEN, capture_output=True, check=True, timeout=120)
@@ -55,7 +55,7 @@ def can_render() -> bool:
 
 
 def _save(plotter: Plotter, path: Path) -> None:
-    """Write what is drawn as PNG."""
+    """Write the picture as PNG."""
     with replacing(path) as unfinished:
         plotter.screenshot(str(unfinished))
 
@@ -114,7 +114,7 @@ def draw_pressures(rail: Array, patch: Array, pressures: Array, path: Path, *, t
 
 
 @dataclass(frozen=True, eq=False)
-class Loaded:
+class LoadedBody:
     """A body under a load; the block around it that is shown has x >= 0, `reach` [mm] to each side."""
 
     grid: Dataset
@@ -128,7 +128,7 @@ class Loaded:
         return np.array([-1.0, -1.0, 1.0 if low < -high else -1.0])
 
 
-def read_loaded(path: Path) -> Loaded:
+def read_loaded_body(path: Path) -> LoadedBody:
     """Read a .vtu file with displacements and stresses as femic writes it; raises WrongInput for others."""
     import pyvista
 
@@ -138,10 +138,10 @@ def read_loaded(path: Path) -> Loaded:
     if not {"displacement", "von_mises"} <= set(grid.point_data):
         raise WrongInput(f"{path}: has no displacement and von_mises; give a .vtu file that femic wrote")
     grid["size"] = np.linalg.norm(grid["displacement"], axis=1)
-    return around_the_load(grid)
+    return loaded_body(grid)
 
 
-def around_the_load(grid: Dataset) -> Loaded:
+def loaded_body(grid: Dataset) -> LoadedBody:
     """The loaded body of a grid with fields.
 
     Its block is centred where the displacement is largest and reaches as far as stresses are high.
@@ -149,16 +149,16 @@ def around_the_load(grid: Dataset) -> Loaded:
     hot_points = grid.points[grid["von_mises"] > HOT * grid["von_mises"].max()]
     load_point = grid.points[np.argmax(grid["size"])]
     reach = round_number(np.abs(hot_points - load_point).max())
-    return Loaded(grid, np.array([0, 1, 1]) * reach * np.round(load_point / reach, 1), reach)
+    return LoadedBody(grid, np.array([0, 1, 1]) * reach * np.round(load_point / reach, 1), reach)
 
 
 def round_number(value: float) -> float:
-    """The largest number of the form 1, 2 or 5 times a power of ten that is not above a value."""
+    """Return the largest number of the form 1, 2 or 5 times a power of ten that is not above a value."""
     power = 10 ** np.floor(np.log10(value))
     return float(max(digit * power for digit in (1, 2, 5) if digit * power <= value))
 
 
-def draw_fields(loaded: Loaded, path: Path, *, title: str, window: bool = False) -> None:
+def draw_fields(loaded: LoadedBody, path: Path, *, title: str, window: bool = False) -> None:
     """Write a PNG of a loaded body: the whole body; cells, displacements and stresses near the load.
 
     With `window` the same panels also open on the screen, where they can be turned.
@@ -183,26 +183,26 @@ def draw_fields(loaded: Loaded, path: Path, *, title: str, window: bool = False)
         plotter.close()
 
 
-def _four_panels(plotter: Plotter, loaded: Loaded, title: str) -> None:
+def _four_panels(plotter: Plotter, loaded: LoadedBody, title: str) -> None:
     grid, skin, rim = loaded.grid, *block(loaded)
     plotter.subplot(0, 0)
     plotter.add_mesh(surface(grid, 0), **CELLS, **SHADE)
     plotter.add_axes(xlabel="x", ylabel="y", zlabel="z", line_width=3)
-    _look(plotter, loaded, grid, f"{title}: {grid.n_cells:,} cells")
+    _set_view(plotter, loaded, grid, f"{title}: {grid.n_cells:,} cells")
     plotter.subplot(0, 1)
     cells = near_cells(loaded, loaded.reach)
     plotter.add_mesh(surface(cells, 0), **CELLS, **SHADE)
-    _look(plotter, loaded, cells, "cells near the load, cut at x = 0")
+    _set_view(plotter, loaded, cells, "cells near the load, cut at x = 0")
     plotter.subplot(1, 0)
     factor = round_number(LARGEST_SHIFT * loaded.reach / skin["size"].max())
     deformed = skin.warp_by_vector("displacement", factor=factor)
     _add_coloured(plotter, deformed, "size", "displacement\n[mm/N]\n")
     _add_frame(plotter, loaded, rim)
-    _look(plotter, loaded, skin, f"displacements, drawn {factor:,.0f} times as large")
+    _set_view(plotter, loaded, skin, f"displacements, drawn {factor:,.0f} times as large")
     plotter.subplot(1, 1)
     _add_coloured(plotter, skin, "von_mises", "von Mises\n[MPa/N]\n")
     _add_frame(plotter, loaded, rim)
-    _look(plotter, loaded, skin, "von Mises stress")
+    _set_view(plotter, loaded, skin, "von Mises stress")
 
 
 def _add_coloured(plotter: Plotter, skin: Dataset, field: str, title: str) -> None:
@@ -215,7 +215,7 @@ def _add_coloured(plotter: Plotter, skin: Dataset, field: str, title: str) -> No
     )
 
 
-def _look(plotter: Plotter, loaded: Loaded, shown: Dataset, caption: str) -> None:
+def _set_view(plotter: Plotter, loaded: LoadedBody, shown: Dataset, caption: str) -> None:
     """Point the camera at what is shown and write the caption."""
     size, sideways = shown.length, np.array([1.0, -1.0, 0.0])
     focus = np.array(shown.center) + size * (0.04 * sideways + [0, 0, 0.04])  # room for bar and caption
@@ -226,7 +226,7 @@ def _look(plotter: Plotter, loaded: Loaded, shown: Dataset, caption: str) -> Non
     plotter.reset_camera_clipping_range()
 
 
-def _add_frame(plotter: Plotter, loaded: Loaded, rim: Dataset) -> None:
+def _add_frame(plotter: Plotter, loaded: LoadedBody, rim: Dataset) -> None:
     """Add the rim, and rulers along three edges of the block; a ruler has its numbers on its right."""
     plotter.add_mesh(rim, **RIM)
     reach, gap = loaded.reach, 0.05 * loaded.reach
@@ -252,7 +252,7 @@ def _add_ruler(plotter: Plotter, axis: int, start: Sequence[float], end: Sequenc
         text.SetShadow(False)
 
 
-def near_cells(loaded: Loaded, reach: float) -> Dataset:
+def near_cells(loaded: LoadedBody, reach: float) -> Dataset:
     """Whole cells of the half x >= 0 whose centres are within `reach` of the load along each axis."""
     centres = loaded.grid.cell_centers().points
     near = np.abs(centres - loaded.centre).max(axis=1) < reach
@@ -264,7 +264,7 @@ def surface(grid: Dataset, subdivision: int) -> Dataset:
     return grid.extract_surface(nonlinear_subdivision=subdivision, algorithm="dataset_surface")
 
 
-def block(loaded: Loaded) -> tuple[Dataset, Dataset]:
+def block(loaded: LoadedBody) -> tuple[Dataset, Dataset]:
     """Surface of the block around the load with its fields, and the rim of its contact surface."""
     import pyvista
 
@@ -283,7 +283,7 @@ def block(loaded: Loaded) -> tuple[Dataset, Dataset]:
     return pyvista.merge([skin, *(face for face in faces if face.n_cells)], merge_points=False), rim
 
 
-def _clipped(shape: Dataset, loaded: Loaded, normals: Array) -> Dataset:
+def _clipped(shape: Dataset, loaded: LoadedBody, normals: Array) -> Dataset:
     """The part of a shape inside of planes with some normals, at `reach` from the centre."""
     for normal in normals:
         shape = shape.clip(normal, origin=loaded.centre + loaded.reach * normal)

@@ -75,7 +75,7 @@ def _from_here(name: str) -> str:
 def _write_frictionless(contacts: compute.ContactResults, folder: Path, options: RunOptions) -> Path:
     """Write the page of contact without friction; return its path."""
     others = supports.changed_supports(contacts.solved, options)
-    return page.write_contact(contacts, folder, others, beside.beside_of(contacts, options.store))
+    return page.write_contact(contacts, folder, others, beside.stored_solution(contacts, options.store))
 
 
 def _write_with_friction(scene: Scene, folder: Path, options: RunOptions) -> Path:

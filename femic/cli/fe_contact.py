@@ -39,5 +39,7 @@ def fe_contact(
         with_ics = compute.compute_contact(loaded, options, c_map.maps_of_scene(loaded))
         fe_dataset = fe_compute.compute_fe_contact(loaded, dataset.to_dataset(with_ics), options, cells)
         report = fe_page.write_fe_contact(fe_dataset, folder)
-        with_both = page.write_contact(with_ics, folder, beside=beside.beside_of(with_ics, options.store))
+        with_both = page.write_contact(
+            with_ics, folder, further=beside.stored_solution(with_ics, options.store)
+        )
     console.print(f"Report: {report}, and with ICs {with_both}", soft_wrap=True)

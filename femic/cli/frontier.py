@@ -11,7 +11,7 @@ from femic.scenes.calibration import BodyName
 from femic.scenes.load import load_scene
 
 with lazy_imports():
-    from compare.frontier import advice, page, trade
+    from compare.frontier import advice, compute, page
 
 
 def frontier(
@@ -27,7 +27,7 @@ def frontier(
     loaded = load_scene(scene)
     folder, console = work.folder(loaded), Console()
     with work.options(folder, console) as options:
-        computed = trade.compute_frontier(scene, trade.FrontierRequest.all(budget), options)
+        computed = compute.compute_frontier(scene, compute.FrontierRequest.all(budget), options)
     console.print(page.summary(computed), markup=False, highlight=False)
     console.print(f"Report: {page.write_frontier(computed, folder)}", soft_wrap=True)
 

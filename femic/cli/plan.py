@@ -7,15 +7,14 @@ from rich.console import Console
 from rich.table import Table
 
 from compare.contact.compute import require_solvable
-from compare.ics.plan import run_steps
-from compare.matrix.compute import file_size
-from compare.matrix.plan import matrix_steps
-from compare.plan.models import Step, seconds, steps_of
+from compare.ics.compute import run_plans
+from compare.matrix.compute import file_size, matrix_plans
 from femic.campaigns.maps.c_map import maps_of_scene
 from femic.contact.pairs.automatic_grid import grids_of
 from femic.contact.pairs.c_jobs import c_jobs, components_of
 from femic.contact.pairs.given_ics import C
 from femic.contact.pairs.pair_on_grid import pair_on_grid
+from femic.reference.plan import ModelPlan, plans, total_seconds
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
@@ -33,9 +32,9 @@ def show(scene: Scene, workers: int, console: Console) -> None:
         f"femic matrix: {grid.n_x} lags of {grid.dx:g} mm, {grid.n_s} strips of {grid.ds:g} mm about "
         f"s = {grid.s:g} mm; matrix.nc takes {file_size(scene) / 1e6:.0f} MB"
     )
-    _print("femic run", run_steps(scene, workers), workers, console)
+    _print("femic run", run_plans(scene, workers), workers, console)
     with _refusal_printed("femic matrix", console):
-        _print(matrix_title, matrix_steps(scene, workers), workers, console)
+        _print(matrix_title, matrix_plans(scene, workers), workers, console)
     if scene.contact.loads or scene.contact.approaches:
         with _refusal_printed("femic contact", console):
             _show_contact(scene, workers, console)
@@ -65,27 +64,27 @@ def _show_contact(scene: Scene, workers: int, console: Console) -> None:
             f"{', '.join(map(str, loadings))}"
         )
         if C in scene.contact.ics:
-            steps = list(steps_of(c_jobs(problem, pair_on_grid(problem, grid)), workers))
-            _print(f"{title}; {', '.join(components_of(problem))} of C:", steps, workers, console)
+            model_plans = list(plans(c_jobs(problem, pair_on_grid(problem, grid)), workers))
+            _print(f"{title}; {', '.join(components_of(problem))} of C:", model_plans, workers, console)
         else:
             console.print(f"{title}; no C: seconds", markup=False)
 
 
-def _print(title: str, steps: list[Step], workers: int, console: Console) -> None:
+def _print(title: str, model_plans: list[ModelPlan], workers: int, console: Console) -> None:
     table = Table(title=title, title_justify="left")
     for column in ("model", "engine", "symmetry", "cells ×", "far arc", "along x"):
         table.add_column(column)
     for column in ("unknowns", "wavenumbers", "fields", "s", "MB"):
         table.add_column(column, justify="right")
-    for step in steps:
-        expected_cost = step.expected
+    for plan in model_plans:
+        expected_cost = plan.expected
         table.add_row(
-            step.name,
-            step.engine.name,
+            plan.name,
+            plan.engine.name,
             "y" if expected_cost.half_section else "none",
-            f"{step.cells:.3g}",
-            f"{step.far_radius:g} mm",
-            step.along_x,
+            f"{plan.cells:.3g}",
+            f"{plan.far_radius:g} mm",
+            plan.along_x,
             f"{expected_cost.unknowns:,}",
             str(expected_cost.wavenumbers or "–"),
             str(expected_cost.fields),
@@ -93,5 +92,5 @@ def _print(title: str, steps: list[Step], workers: int, console: Console) -> Non
             f"{expected_cost.memory:.0f}",
         )
     console.print(table)
-    largest_memory = max(step.expected.memory for step in steps)
-    console.print(f"about {seconds(steps, workers):.0f} s, {largest_memory:.0f} MB", markup=False)
+    largest_memory = max(plan.expected.memory for plan in model_plans)
+    console.print(f"about {total_seconds(model_plans, workers):.0f} s, {largest_memory:.0f} MB", markup=False)

@@ -121,7 +121,8 @@ def show(
     if Path(target).suffix != FIELDS:
         load_scene(target)  # raises before anything heavy is loaded
     console = Console(soft_wrap=True, highlight=False)
-    fields.show(fields.Shown(target, body, load, out, window), lambda text: console.print(text, markup=False))
+    request = fields.ShowRequest(target, body, load, out, window)
+    fields.show(request, lambda text: console.print(text, markup=False))
 
 
 def scenes(

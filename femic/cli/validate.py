@@ -8,7 +8,7 @@ from rich.console import Console
 
 from femic.cli.work import DEFAULT_WORK, Work
 from femic.late import lazy_imports
-from femic.validation.extremes.found import available as extremes_available
+from femic.validation.extremes.cases import available as extremes_available
 from femic.validation.statements import page as validation
 from femic.validation.statements import runs, verdicts
 from geometries.errors import WrongInput
@@ -27,7 +27,7 @@ def validate(
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Check statements about these ICs, and about this program, with computed verdicts; write a report."""
-    numbers = verdicts.chosen(only)
+    numbers = verdicts.selection(only)
     if not runs.TIGHTEST <= tolerance <= runs.LOOSEST:
         raise WrongInput(f"--tolerance {tolerance:g}: {runs.TIGHTEST:g} ... {runs.LOOSEST:g}")
     folder = work.out or Path("out") / "validation"
@@ -51,5 +51,5 @@ def extremes(
     folder = work.out or Path("out") / "extremes"
     console = Console(highlight=False)
     with work.options(folder, console) as options:
-        report = extremes_page.try_all(of, engines.Engines(options), folder)
+        report = extremes_page.write_extremes(of, engines.Engines(options), folder)
     console.print(f"Report: {report}", soft_wrap=True)

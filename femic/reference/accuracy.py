@@ -3,7 +3,7 @@
 The error of a component on a line is max |error of C|, divided by the larger of max |C_ij| and 0.05 max
 |C_nn| on that line, body by body. Without the floor, components that vanish or nearly vanish would be refined
 without end. Errors of approximations are not measured on this scale but as shares of C itself, however small
-C is, see `compare.ics.error_measure`. Theory: docs/theory/errors.md.
+C is, see `femic.ic_errors.error_measure`. Theory: docs/theory/errors.md.
 """
 
 from dataclasses import dataclass

@@ -15,7 +15,7 @@ from femic.scenes.contact import contact_of
 from femic.scenes.effective import effective_properties
 from femic.scenes.errors import require_none
 from femic.scenes.file import SceneFile
-from femic.scenes.grid import grid_misfits, grid_of
+from femic.scenes.grid import figure_grid, grid_misfits
 from femic.scenes.lines import default_lines, line_of, patch_of
 from femic.scenes.scene import Scene
 from femic.scenes.section import shared
@@ -56,7 +56,7 @@ def build_scene(name: str, text: str, file: SceneFile) -> Scene:
         "calibration": calibration_of(file.calibration, patch, reference_length, extent),
         "patch": patch,
         "lines": tuple(line_of(line, extent) for line in file.lines or default_lines(patch.s)),
-        "grid": grid_of(file.grid, patch),
+        "grid": figure_grid(file.grid, patch),
         "checked_strips": file.grid.check,
         "contact": contact_of(file.contact),
         "support_radius": file.engine.far_radius or FAR_RADIUS,

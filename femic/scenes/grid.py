@@ -26,7 +26,7 @@ class GridTable(SceneTable):
     )
 
 
-def grid_of(table: GridTable, patch: Patch) -> Grid:
+def figure_grid(table: GridTable, patch: Patch) -> Grid:
     """Return the grid; by default its elements are as large as the patch."""
     return Grid(table.n_x, table.n_s, table.dx or 2 * patch.a, table.ds or 2 * patch.b, table.s)
 

@@ -1,4 +1,4 @@
-"""Writes the numbers of a study as JSON, and a page of the same numbers."""
+"""The results of a study as JSON, and a page of the same numbers."""
 
 import json
 from collections.abc import Callable
@@ -15,12 +15,12 @@ def write(
 ) -> Path:
     """Write STUDY.json, with versions and code, and STUDY.html of the same; returns the path of the page."""
     module = f"femic.validation.{study}.page"
-    found = numbers | {"versions": versions(), "code": results_digest(module), "module": module}
-    text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False)
+    content = numbers | {"versions": versions(), "code": results_digest(module), "module": module}
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     write_text(text, folder / f"{study}.json")
-    return write_page(page_of(found), folder / f"{study}.html")
+    return write_page(page_of(content), folder / f"{study}.html")
 
 
-def versions_of(found: dict[str, Any]) -> str:
-    """The sentence on the versions of the program and its libraries."""
-    return ", ".join(f"{name} {version}" for name, version in found["versions"].items()) + "."
+def version_text(content: dict[str, Any]) -> str:
+    """Return a list of the program and its libraries with their versions."""
+    return ", ".join(f"{name} {version}" for name, version in content["versions"].items()) + "."

@@ -7,8 +7,7 @@ import numpy as np
 import xarray as xr
 
 from compare.contact.compute import reference_name
-from compare.ics.error_measure import ROUNDING
-from compare.report.parts import listed
+from compare.report.parts import join_words
 from femic.campaigns.report.axes import ICS, LAST
 from femic.campaigns.report.fields import (
     COLUMN,
@@ -23,6 +22,7 @@ from femic.campaigns.report.fields import (
 )
 from femic.campaigns.results.contact import CURVES_LARGEST
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
+from femic.ic_errors.error_measure import ROUNDING
 
 RATIOS = ("p_max", "a", "b", "approach", "angle", "slope")  # numbers of contacts, compared as ratios
 SHARES = (CURVES_LARGEST, "sliding_share")  # numbers that are shares: compared as they are
@@ -106,7 +106,7 @@ def _contact(dataset: xr.Dataset) -> Iterator[Field]:
     ics = [str(name) for name in dataset.ics.values]
     reference = reference_name(ics)
     own = sorted({str(dim) for name in numbers for dim in _own_dims(dataset, name)})
-    several = listed([DIMS.get(dim, dim) for dim in own if dataset.sizes[dim] > 1] or [""])
+    several = join_words([DIMS.get(dim, dim) for dim in own if dataset.sizes[dim] > 1] or [""])
     if len(ics) > 1:
         yield _deviations(dataset, numbers, reference, f", the furthest over {several}" if several else "")
     shown = [name for name in numbers if name != CURVES_LARGEST]

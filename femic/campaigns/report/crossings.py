@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from compare.report.parts import listed
+from compare.report.parts import join_words
 from femic.campaigns.report.axes import Names, ShownAxis, swept, text_of, values_text
 from geometries.arrays import Array
 
@@ -92,13 +92,13 @@ class Line:
 
     def crossing(self, level: float) -> Crossing:
         """Return where the sizes exceed a level."""
-        place = listed([values_text({name: value}) for name, value in self.place.items()] or [""])
+        place = join_words([values_text({name: value}) for name, value in self.place.items()] or [""])
         known = np.isfinite(self.sizes)
         if not self.axis.is_number:
             over = self.axis.values[known & (self.sizes > level)]
             if len(over) in (0, np.sum(known)):
                 return Crossing(EVERYWHERE if len(over) else NOWHERE, place)
-            return Crossing(f"at {listed(map(text_of, over))}", place)
+            return Crossing(f"at {join_words(map(text_of, over))}", place)
         ranges = exceeded(self.axis.values, self.sizes, level)
         texts = [one.text(float(np.ptp(self.axis.values))) for one in ranges] or [NOWHERE]
         again = [f"again {texts[1]}"] if len(texts) > 1 else []

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from compare.report.parts import Part, listed
+from compare.report.parts import Part, join_words
 from femic.campaigns.report.advised import AdvisedICs, advised_over, advised_points
 from femic.campaigns.report.axes import Names, ShownAxis, axes_of, evenly_spaced, swept, values_text
 from femic.campaigns.report.clouds import MOST_POINTS, clouds, strongest
@@ -66,7 +66,7 @@ def _map_parts(field: Field, axes: Sequence[ShownAxis], failed: xr.DataArray) ->
         worst = field
         for axis in further:
             worst = worst.worst_over(axis.name)
-        over = f" The worst over {listed(axis.name for axis in further)}." if further else ""
+        over = f" The worst over {join_words(axis.name for axis in further)}." if further else ""
         plane = Plane.of(axes, failed)
         rows = [MapRow(label_of(row), worst.of(rows=[row]), plane) for row in field.rows]
         yield from _mapped(rows, _headed(field, axes[:2]), text + over, name)
@@ -104,7 +104,7 @@ def _left_out(field: Field, axes: Sequence[ShownAxis]) -> str:
     shown = len(evenly_spaced(len(third.values), MOST_MULTIPLES))
     text = f"A row per value of {third.name}, {shown} of {len(third.values)}; the file has all."
     if rest:
-        over = listed(axis.name for axis in rest)
+        over = join_words(axis.name for axis in rest)
         text += f" The worst over {over}." if field.rates_ics else f" At the first value of {over}."
     return text
 
@@ -118,7 +118,9 @@ def _cloud_parts(field: Field, axes: Sequence[ShownAxis]) -> Iterator[Part]:
     most = max(1, MOST_PANELS // (len(field.rows) * len(axes)))
     left_out = [plain(column) for column in field.columns[most:]]
     if left_out:
-        text += f" Not drawn: {listed(left_out)}; they are in the tables, and in the file of the campaign."
+        text += (
+            f" Not drawn: {join_words(left_out)}; they are in the tables, and in the file of the campaign."
+        )
     for k, column in enumerate(field.columns[:most]):
         one = field.of(columns=[column])
         axis, correlation = strongest(one, axes)
@@ -140,7 +142,7 @@ def _advice_part(advice: AdvisedICs, axes: Sequence[ShownAxis], failed: xr.DataA
         return Part(heading, text, "advice", advised_over([("", advice, Plane.of(axes, failed))]))
     rest = {axis.name: 0 for axis in axes[3:]}
     if rest:
-        text += f" At the first value of {listed(rest)}."
+        text += f" At the first value of {join_words(rest)}."
         advice, failed = advice.at(**rest), failed.isel(rest)
     panels = [(title, advice.at(**at), plane) for title, at, plane in _by_third(axes, failed)]
     return Part(heading, text, "advice", advised_over(panels))
@@ -158,4 +160,4 @@ def _levels(field: Field, what: str) -> str:
 
 
 def _headed(field: Field, axes: Sequence[ShownAxis]) -> str:
-    return f"{field.title} over {listed(axis.name for axis in axes)}"
+    return f"{field.title} over {join_words(axis.name for axis in axes)}"

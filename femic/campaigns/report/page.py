@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from compare.report.parts import Page, closing, write_results
+from compare.report.parts import Page, final_sections, write_results
 from compare.report.tables import Table
 from femic.cache import folders
 from femic.campaigns.report.advised import advice_of
@@ -42,7 +42,7 @@ def write_sweep(dataset: xr.Dataset, out: Path) -> Path:
     fields, advice = fields_of(dataset), advice_of(dataset)
     if _has_crossings(dataset, fields):
         write_crossings([field for field in fields if field.rates_ics], axes_of(dataset), out / CROSSINGS)
-    end = closing(
+    end = final_sections(
         list(tables(dataset, fields)),
         below(dataset, fields),
         cost(dataset),

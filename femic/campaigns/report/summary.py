@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import xarray as xr
 
-from compare.report.parts import listed
+from compare.report.parts import join_words
 from femic.campaigns.report.advised import AdvisedICs
 from femic.campaigns.report.axes import ShownAxis, axes_of, is_grid, swept, text_of
 from femic.campaigns.report.crossings import REPORTED, Lines, known_count, main_axis
@@ -28,11 +28,11 @@ def summary(dataset: xr.Dataset, fields: Sequence[Field], advice: AdvisedICs | N
     sentences += [sentence for field in ratings[:1] for sentence in judgement(dataset, field)]
     sentences += list(_interpolated(dataset, sentences))
     if advice is not None:
-        counts = listed(f"{name} in {count}" for name, count in advice.counts().items())
+        counts = join_words(f"{name} in {count}" for name, count in advice.counts().items())
         sentences.append(f"The cheapest ICs that are good enough (scenes): {counts}.")
     also_in_file = [MEANINGS[name] for name in json.loads(dataset.attrs["keep"]) if name in MEANINGS]
     if also_in_file:
-        sentences.append(f"The file of the campaign has {listed(also_in_file)}, too.")
+        sentences.append(f"The file of the campaign has {join_words(also_in_file)}, too.")
     return "\n".join(sentences)
 
 
@@ -55,19 +55,19 @@ def judgement(dataset: xr.Dataset, field: Field) -> Iterator[str]:
         else:
             by_column = {plain(name): float(largest.sel({COLUMN: name})) for name in field.columns}
             known = [f"{share(size)} ({name})" for name, size in by_column.items() if np.isfinite(size)]
-            yield f"The numbers with {field.reference} are known, at the worst scene, to {listed(known)}."
+            yield f"The numbers with {field.reference} are known, at the worst scene, to {join_words(known)}."
     verdicts: dict[str, list[str]] = {}
     for row in field.rows:
         if np.any(field.values.sel({ROW: row}).notnull()):
             verdicts.setdefault(_failing(dataset, field.of(rows=[row])), []).append(label_of(row))
     for text, rows in verdicts.items():
-        yield f"{listed(rows)} {'is' if len(rows) == 1 else 'are'} {text}"
+        yield f"{join_words(rows)} {'is' if len(rows) == 1 else 'are'} {text}"
 
 
 def _counted(dataset: xr.Dataset) -> str:
     """Return the numbers of scenes, and the ranges of the axes."""
     scenes, computed, failed = (int(dataset.attrs[name]) for name in ("scenes", "computed", "failed"))
-    ranges = listed(_range(axis) for axis in axes_of(dataset))
+    ranges = join_words(_range(axis) for axis in axes_of(dataset))
     missing = scenes - computed - failed
     state = "all computed" if computed == scenes else f"{computed or 'none'} computed"
     state += f", {failed} failed" if failed else ""
@@ -81,7 +81,7 @@ def _range(axis: ShownAxis) -> str:
         return f"{axis.name} = {text_of(np.min(values))} ... {text_of(np.max(values))} {axis.unit}".rstrip()
     more = len(values) - MOST_CATEGORIES
     texts = [text_of(value) for value in values[:MOST_CATEGORIES]] + ([f"{more} more"] if more > 0 else [])
-    return f"{axis.name} = {listed(texts)} {axis.unit}".rstrip()
+    return f"{axis.name} = {join_words(texts)} {axis.unit}".rstrip()
 
 
 def _failing(dataset: xr.Dataset, field: Field) -> str:
@@ -93,14 +93,14 @@ def _failing(dataset: xr.Dataset, field: Field) -> str:
     within = [plain(column) for column, size in largest.items() if size <= REPORTED]
     if not over:
         where = f"wherever they are known ({known})" if known else "everywhere"
-        return f"within {share(REPORTED)} in {listed(within)} {where}."
+        return f"within {share(REPORTED)} in {join_words(within)} {where}."
     worst = max(over, key=lambda column: largest[column])
     where = _where(dataset, sizes.sel({COLUMN: worst}))
     first = over[0] if plain(over[0]) in FIRST and worst != over[0] else None
     before = f"{plain(first)} {_where(dataset, sizes.sel({COLUMN: first}))}; in " if first else ""
     also = [plain(column) for column in over if column not in (worst, first)]
-    notes = [f"also in {listed(also)}"] if also else []
-    notes += [f"in {listed(within)} nowhere"] if within else []
+    notes = [f"also in {join_words(also)}"] if also else []
+    notes += [f"in {join_words(within)} nowhere"] if within else []
     notes += [f"{known} are known"] if known else []
     remarks = f" ({'; '.join(notes)})" if notes else ""
     return (

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from itertools import islice
 from time import perf_counter
 
-from compare.plan.models import Step, steps_of
 from femic.cache.store import Store
 from femic.campaigns.dataset import outcomes
 from femic.campaigns.files.campaign import Campaign
@@ -13,6 +12,7 @@ from femic.campaigns.results import registry
 from femic.campaigns.running.scene_task import SceneTask, stored_outcome, tasks_of
 from femic.campaigns.running.tasks import model_tasks
 from femic.reference.models import BASE_MEMORY
+from femic.reference.plan import ModelPlan, plans
 from geometries.errors import Failure, WrongInput
 
 SAMPLED = 8  # scenes whose models are planned: the first ones of the order lie far apart
@@ -45,8 +45,8 @@ def sweep_plan(campaign: Campaign, store: Store) -> SweepPlan:
     for task in _within_time_limit(first):
         models.update(model_tasks(task, store))
         counted += 1
-    steps = list(_steps(first[:SAMPLED]))
-    per_model = sum(step.expected.seconds for step in steps) / max(1, len(steps))
+    model_plans = list(_sample_plans(first[:SAMPLED]))
+    per_model = sum(plan.expected.seconds for plan in model_plans) / max(1, len(model_plans))
     all_models = len(models) * left / max(1, counted)
     return SweepPlan(
         campaign.size,
@@ -54,28 +54,28 @@ def sweep_plan(campaign: Campaign, store: Store) -> SweepPlan:
         counted,
         len(models),
         all_models * per_model + SECONDS_OF_SCENE * left,
-        _largest(steps),
+        _largest(model_plans),
     )
 
 
 def largest_memory(campaign: Campaign, scenes: int = SAMPLED) -> float:
     """Return the memory [MB] of the largest model of the first scenes of a campaign, finished or not."""
     store = Store()
-    return _largest(list(_steps([task for _, task in islice(tasks_of(campaign, store), scenes)])))
+    return _largest(list(_sample_plans([task for _, task in islice(tasks_of(campaign, store), scenes)])))
 
 
-def _largest(steps: list[Step]) -> float:
-    return max([step.expected.memory for step in steps], default=BASE_MEMORY)
+def _largest(model_plans: list[ModelPlan]) -> float:
+    return max([plan.expected.memory for plan in model_plans], default=BASE_MEMORY)
 
 
-def _steps(tasks: list[SceneTask]) -> Iterator[Step]:
+def _sample_plans(tasks: list[SceneTask]) -> Iterator[ModelPlan]:
     """Yield the models of scenes, each model of a scene once; none of those that cannot be built."""
     for task in _within_time_limit(tasks):
         try:
             scene = task.scene
             for keep in task.keys:
                 for jobs in registry.KINDS[keep].jobs(scene):
-                    yield from steps_of(jobs, 1)
+                    yield from plans(jobs, 1)
         except (Failure, WrongInput):
             continue
 

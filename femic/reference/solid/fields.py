@@ -45,13 +45,13 @@ class NodalField:
 def nodal_fields(request: SolidRequest) -> Iterator[tuple[Load, NodalField]]:
     """Solve the loads of a request, and yield each with its field on the whole body."""
     model = assemble(build_mesh(request))
-    grid = grid_of(model.solid)
+    grid = figure_grid(model.solid)
     for load, field in solve(model, request.loads, request.solver).items():
         u = displacement(grid, field)
         yield load, NodalField(grid, u, von_mises(stress(grid, request.body.material, u)))
 
 
-def grid_of(solid: SolidMesh, *, whole: bool = True) -> VolumeGrid:
+def figure_grid(solid: SolidMesh, *, whole: bool = True) -> VolumeGrid:
     """The model's nodes and cells, with their mirror images for the `whole` body."""
     n_nodes = solid.nodes.shape[1]
     cells = solid.mesh.dofs.element_dofs.astype(np.int64)

@@ -1,1 +1,1 @@
-"""How often estimates of contact results hold: random contacts against elements four times smaller."""
+"""Coverage of estimates of contact results: random contacts against elements four times smaller."""

@@ -81,12 +81,12 @@ def random_contact(seed: int, number: int, ics: Sequence[str] = ICS) -> RandomCo
     random = np.random.default_rng([seed, number])
     while True:
         try:
-            return _tried(random, ics)
+            return _drawn_contact(random, ics)
         except Failure:
             continue
 
 
-def _tried(random: np.random.Generator, ics: Sequence[str]) -> RandomContact:
+def _drawn_contact(random: np.random.Generator, ics: Sequence[str]) -> RandomContact:
     """A contact; raises Failure where no grid fits it."""
     rolling_radius = random.uniform(250, 700)
     ratio = 1 + 10 ** random.uniform(-1.7, 0)

@@ -1,1 +1,1 @@
-"""`femic extremes` tries each part at its limits: its errors there, and its messages beyond them."""
+"""`femic extremes` runs each part at its limits: errors there, and messages beyond them."""

@@ -1,6 +1,6 @@
 """The analytic ICs at their limits, compared with formulas in many digits.
 
-Cases are the corners of the ranges, and those that hypothesis draws.
+Cases are the corners of the ranges, and further ones drawn by hypothesis.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from approx.pair import Pair, Solid
 from approx.rotation import rotation_between
 from femic.validation.extremes import exact
+from femic.validation.extremes.cases import ANALYTIC, BeyondLimit, Limit, WithinLimit, refusal
 from femic.validation.extremes.drawing import drawing
-from femic.validation.extremes.found import ANALYTIC, Beyond, Parameter, Reached, refused
 from geometries.contours import arc, plane
 from geometries.materials import Material
 from geometries.patches import Patch
@@ -35,7 +35,7 @@ class HalfSpaces:
     aspect: float = 0.7  # a / b
     x: float = 0.4  # over a
     s: float = -1.7  # over b
-    ratio: float = 1.0  # E of the upper over that of the lower body
+    ratio: float = 1.0  # E of the upper body over E of the lower body
 
     def error(self) -> float:
         """The largest relative error of a component of A of both bodies [-].
@@ -55,7 +55,7 @@ class HalfSpaces:
 
 
 def _relative(computed: float, parts: list[exact.Number]) -> float:
-    """The error of a sum, as a share of the sum of the sizes of its parts."""
+    """Return the error of a sum as a share of the sum of the sizes of its parts."""
     size = sum(abs(part) for part in parts)
     if size == 0:
         return 0.0 if computed == 0 else np.inf
@@ -87,18 +87,18 @@ class Rotated:
 
 
 Case = HalfSpaces | Rotated
-Untried = Callable[[], Beyond]
+BeyondCase = Callable[[], BeyondLimit]
 
 
-def parameters() -> list[Parameter]:
-    """The parameters of the analytic ICs, with their cases within and beyond the limits."""
+def limits() -> list[Limit]:
+    """Return the limits of the analytic ICs, with cases within and beyond them."""
     near = st.floats(-3, 3).map(_or_zero)
-    *of_one_body, modulus_ratio = _of_half_spaces(near)
-    return [*of_one_body, *_of_rotations(near), modulus_ratio]
+    *one_body, modulus_ratio = _half_space_limits(near)
+    return [*one_body, *_rotation_limits(near), modulus_ratio]
 
 
-def _of_half_spaces(near: st.SearchStrategy[float]) -> list[Parameter]:
-    """Poisson's ratio, the patch, the distance, both moduli."""
+def _half_space_limits(near: st.SearchStrategy[float]) -> list[Limit]:
+    """Return the limits of Poisson's ratio, patch, distance and moduli."""
     half, decades = HalfSpaces(), st.floats(-6, 6)
     at = st.builds(lambda x, s: replace(half, x=x, s=s), near, near)
     nu = st.builds(lambda case, nu: replace(case, nu=nu), at, st.floats(0, 0.5).map(_or_zero))
@@ -106,7 +106,7 @@ def _of_half_spaces(near: st.SearchStrategy[float]) -> list[Parameter]:
     ratio = st.builds(lambda case, exponent: replace(case, ratio=10**exponent), at, decades)
     far = st.builds(_at_distance, st.floats(-3, 10), st.floats(1e-9, 6.28))
     extremes, places = (10.0**-6, 10.0**6), (0.0, 1.0, 1e10)
-    beyond_nu = refused("ν = 0.51", replace(half, nu=0.51).error)
+    beyond_nu = refusal("ν = 0.51", replace(half, nu=0.51).error)
     return [
         _row("ν", "0 … 0.5", nu, [replace(half, nu=v) for v in (0.0, 0.5)], [beyond_nu]),
         _row(
@@ -123,7 +123,7 @@ def _of_half_spaces(near: st.SearchStrategy[float]) -> list[Parameter]:
             [replace(half, x=x, s=s) for x in places for s in places],
             [
                 _computed("1e14", replace(half, x=1e14, s=-1e14)),
-                refused("lengths of 1e80 mm", lambda: replace(half, size=1e80).error()),
+                refusal("lengths of 1e80 mm", lambda: replace(half, size=1e80).error()),
             ],
         ),
         _row(
@@ -136,8 +136,8 @@ def _of_half_spaces(near: st.SearchStrategy[float]) -> list[Parameter]:
     ]
 
 
-def _of_rotations(near: st.SearchStrategy[float]) -> list[Parameter]:
-    """Flanks and rolling radii."""
+def _rotation_limits(near: st.SearchStrategy[float]) -> list[Limit]:
+    """Return the limits of flanks and rolling radii."""
     flank, sides, prismatic = st.floats(0, 89.9), st.sampled_from([1, -1]), st.just(np.inf)
     at_s = st.floats(-20, 20)
     flanks = st.builds(Rotated, flank, prismatic, near, at_s, at_s, sides)
@@ -156,7 +156,7 @@ def _of_rotations(near: st.SearchStrategy[float]) -> list[Parameter]:
             "any",
             wheels,
             [Rotated(30.0, radius) for radius in (25.0, 1e12, np.inf)],
-            [refused("R_roll = -1 mm", lambda: Rotated(rolling_radius=-1.0).error())],
+            [refusal("R_roll = -1 mm", lambda: Rotated(rolling_radius=-1.0).error())],
         ),
     ]
 
@@ -175,22 +175,22 @@ def _row(
     allowed: str,
     strategy: st.SearchStrategy[Case],
     corners: Iterable[Case],
-    beyond: Sequence[Untried],
-) -> Parameter:
+    beyond: Sequence[BeyondCase],
+) -> Limit:
     cases = list(corners)
-    reached = [lambda: _worst(f"{len(cases)} corners", cases), lambda: _drawn(strategy)]
-    return Parameter(ANALYTIC, name, allowed, reached, beyond)
+    reached = [lambda: _worst(f"{len(cases)} corners", cases), lambda: _drawn_cases(strategy)]
+    return Limit(ANALYTIC, name, allowed, reached, beyond)
 
 
-def _worst(label: str, cases: Iterable[Case]) -> Reached:
-    """The largest error of several cases, with the mean seconds of a case."""
+def _worst(label: str, cases: Iterable[Case]) -> WithinLimit:
+    """Return the largest error of several cases, with the mean seconds of a case."""
     start = perf_counter()
     errors = [case.error() for case in cases]
-    return Reached(label, max(errors), None, None, IN_DIGITS, (perf_counter() - start) / len(errors))
+    return WithinLimit(label, max(errors), None, None, IN_DIGITS, (perf_counter() - start) / len(errors))
 
 
-def _drawn(strategy: st.SearchStrategy[Case]) -> Reached:
-    """The largest error of the cases that hypothesis draws from a strategy."""
+def _drawn_cases(strategy: st.SearchStrategy[Case]) -> WithinLimit:
+    """Return the largest error of cases that hypothesis draws from a strategy."""
     cases: list[Case] = []
 
     @drawing(DRAWN_CASES)
@@ -202,6 +202,6 @@ def _drawn(strategy: st.SearchStrategy[Case]) -> Reached:
     return _worst(f"{len(cases)} drawn", cases)
 
 
-def _computed(label: str, case: HalfSpaces) -> Untried:
-    """A case beyond the limits that is computed all the same, with its error."""
-    return lambda: Beyond(label, f"computed: error {case.error():.0e}")
+def _computed(label: str, case: HalfSpaces) -> BeyondCase:
+    """Return a case beyond the limits that is computed nevertheless, with its error."""
+    return lambda: BeyondLimit(label, f"computed: error {case.error():.0e}")

@@ -1,13 +1,13 @@
-"""How hypothesis draws cases: a given number of them, with no limit of time, by no chance of its own.
+"""Settings with which hypothesis draws cases: a given number, reproducible, without a time limit.
 
-They are the same as long as the code and the modules that are loaded are the same: it tries their constants.
+The cases depend on the code and on the loaded modules, since hypothesis also uses constants of these.
 """
 
 from hypothesis import HealthCheck, Phase, settings
 
 
 def drawing(examples: int) -> settings:
-    """Settings of hypothesis for drawing a number of examples."""
+    """Return settings of hypothesis for drawing a number of examples."""
     return settings(
         max_examples=examples,
         derandomize=True,

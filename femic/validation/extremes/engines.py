@@ -15,7 +15,7 @@ from femic.reference.accuracy import component_of
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
-from femic.validation.extremes.found import HARMONIC, SOLID, Parameter, Reached, refused
+from femic.validation.extremes.cases import HARMONIC, SOLID, Limit, WithinLimit, refusal
 
 SIX = ("nn", "ss", "xx", "xs", "xn", "sn")
 ENGINE_TOLERANCE = {HARMONIC: 0.01, SOLID: 0.1}
@@ -25,7 +25,7 @@ REFERENCE_SETTINGS = {  # of the C against which errors are measured if there is
     "far_radius": 3000.0,  # domain > 2 times
 }
 DRAWN_PLANES = 40  # plane scenes drawn
-DRAWN_TOLERANCES = (0.1, 0.01, 0.001)  # theirs, in turn
+DRAWN_TOLERANCES = (0.1, 0.01, 0.001)  # of their C, in turn
 ROUNDING_SHARE = 1e-9  # of the scale of refinement: smaller estimates count as this
 POINTS = 102  # of a line; none lies on the outline of the patch, which has a row of its own
 Changes = Mapping[str, Any]
@@ -38,41 +38,36 @@ class Engines:
 
     options: RunOptions
 
-    def parameters(self, engine: str) -> list[Parameter]:
-        """The parameters of an engine, with their cases within and beyond the limits."""
-        parameters = [
-            Parameter(
+    def limits(self, engine: str) -> list[Limit]:
+        """Return the limits of an engine, with cases within and beyond them."""
+        limits = [
+            Limit(
                 engine,
                 name,
                 allowed,
-                [partial(self._reached, engine, case) for case in within],
-                [refused(case.label, partial(_scene, case, engine)) for case in beyond],
+                [partial(self._case, engine, case) for case in within],
+                [refusal(case.label, partial(_scene, case, engine)) for case in beyond],
             )
             for name, allowed, within, beyond in (_harmonic() if engine == HARMONIC else _solid())
         ]
         if engine == HARMONIC:
             drawn = [self._drawn_planes]
-            parameters.append(
-                Parameter(engine, "all of a plane at once", "ν, a/b 0.1 … 10, 0.1 … 1 mm", drawn)
-            )
-        return parameters
+            limits.append(Limit(engine, "all of a plane at once", "ν, a/b 0.1 … 10, 0.1 … 1 mm", drawn))
+        return limits
 
-    def _reached(self, engine: str, scene_case: "SceneCase") -> Reached:
+    def _case(self, engine: str, scene_case: "SceneCase") -> WithinLimit:
         results = self._solved(scene_case, engine, {"tolerance": ENGINE_TOLERANCE[engine]})
         on_plane = scene_case.base == "flat"
-        return _found(
+        return _within_limit(
             scene_case, results, None if on_plane else self._solved(scene_case, HARMONIC, REFERENCE_SETTINGS)
         )
 
     def _solved(self, scene_case: "SceneCase", engine: str, engine_settings: Changes) -> Results:
         return compute(_scene(scene_case, engine, engine_settings), self.options)
 
-    def _drawn_planes(self) -> Reached:
-        """Of plane scenes, drawn from a hypercube, the one with the largest error over its estimate.
-
-        They are the same each time.
-        """
-        reached: list[Reached] = []
+    def _drawn_planes(self) -> WithinLimit:
+        """Return the case with the largest error over its estimate among planes of a Latin hypercube."""
+        reached: list[WithinLimit] = []
         used: list[float] = []
         lowest, highest = np.array([[0.0, -1.0, -1.0, 0.5], [0.49, 1.0, 0.0, 8.0]])
         drawn = lowest + (highest - lowest) * LatinHypercube(4, rng=0).random(DRAWN_PLANES)
@@ -81,7 +76,7 @@ class Engines:
         ):
             scene_case = flat(nu=nu, aspect=10**aspect, size=10**size, beside=beside)
             results = self._solved(scene_case, HARMONIC, {"tolerance": tolerance})
-            reached.append(_found(scene_case, results, None))
+            reached.append(_within_limit(scene_case, results, None))
             used.extend(share for _, _, share in each(results, None))
         held = sum(share <= 1 for share in used)
         note = (
@@ -99,10 +94,10 @@ class SceneCase:
     changes: Changes
 
 
-Row = tuple[str, str, list[SceneCase], list[SceneCase]]  # name, range, cases within and beyond it
+LimitCases = tuple[str, str, list[SceneCase], list[SceneCase]]  # name, range, cases within and beyond it
 
 
-def _harmonic() -> list[Row]:
+def _harmonic() -> list[LimitCases]:
     return [
         ("ν", "0 … 0.4999", [flat(nu=0.0), flat(nu=0.4999)], [flat(nu=0.49995)]),
         ("patch aspect a/b", "0.01 … 100", [flat(aspect=0.01), flat(aspect=100.0)], [flat(aspect=0.005)]),
@@ -115,7 +110,7 @@ def _harmonic() -> list[Row]:
     ]
 
 
-def _solid() -> list[Row]:
+def _solid() -> list[LimitCases]:
     return [
         ("ν", "0 … 0.49", [flat(nu=0.0), flat(nu=0.49)], [flat(nu=0.495)]),
         ("patch aspect a/b", "0.1 … 10", [flat(aspect=0.1), flat(aspect=10.0)], [flat(aspect=0.05)]),
@@ -211,7 +206,7 @@ def wheel(rolling_radius: float) -> SceneCase:
 
 
 def ratio(over: float) -> SceneCase:
-    """Both bodies of Geometry 1, the radius of the upper arc `over` times that of the lower."""
+    """Return both bodies of Geometry 1 with a ratio `over` of the upper to the lower radius."""
     return _of_geometry1(f"{over - 1:g}", {"upper": _arc(25.5, 10.0 * over)}, "combined")
 
 
@@ -222,17 +217,14 @@ def moduli(over: float) -> SceneCase:
     return SceneCase(f"{over:g}", plane.base, changes)
 
 
-def _found(scene_case: SceneCase, results: Results, finer: Results | None) -> Reached:
-    """A case with its errors against a finer C, or where there is none against A."""
+def _within_limit(scene_case: SceneCase, results: Results, finer: Results | None) -> WithinLimit:
+    """Return a case with its errors against a finer C, or against A where there is none."""
     against = "A" if finer is None else "a finer C"
-    return Reached(scene_case.label, *compared(results, finer), against, seconds_of(results.models))
+    return WithinLimit(scene_case.label, *compared(results, finer), against, seconds_of(results.models))
 
 
 def compared(results: Results, finer: Results | None) -> tuple[float, float, float]:
-    """The largest error, the largest estimate and the largest error over its estimate, all [-].
-
-    Each is the largest over lines and components.
-    """
+    """Return the largest error, estimate, and error over estimate of all lines and components [-]."""
     errors, estimates, used = zip(*each(results, finer), strict=True)
     return max(errors), max(estimates), max(used)
 
@@ -240,8 +232,8 @@ def compared(results: Results, finer: Results | None) -> tuple[float, float, flo
 def each(results: Results, finer: Results | None) -> Iterator[tuple[float, float, float]]:
     """Yield error, estimate and error over estimate [-] of every component on every line.
 
-    Errors are those of C itself, against A or a finer C, on the scale of refinement, which the tolerance is
-    for. A component that vanishes by symmetry has an error of rounding and no estimate: estimates count as
+    Errors of C are measured against A or a finer C, on the scale of refinement, as the tolerance.
+    A component that vanishes by symmetry has an error of rounding and no estimate: estimates count as
     `ROUNDING_SHARE` at least.
     """
     body = results.scene.compared[0]

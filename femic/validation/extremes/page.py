@@ -1,4 +1,4 @@
-"""`femic extremes` tries all cases and writes `extremes.json` and `extremes.html`."""
+"""`femic extremes` runs all cases and writes `extremes.json` and `extremes.html`."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -10,95 +10,95 @@ import numpy as np
 from compare.ics.dataset import finite
 from compare.report.parts import Note, Page, Section
 from compare.report.tables import Cell, Row, Table, texts
-from compare.report.tables import numbers as heads_of_numbers
+from compare.report.tables import numbers as number_heads
 from femic.validation import record
 from femic.validation.extremes import analytic, exact
+from femic.validation.extremes.cases import ANALYTIC, Limit, LimitResult, WithinLimit, results_of
 from femic.validation.extremes.engines import Engines
-from femic.validation.extremes.found import ANALYTIC, Found, Parameter, Reached, tried
 
 ERRORS = (
-    "Analytic: the largest relative error of a component (of turns: of an entry of the matrix), corners of "
-    "the range and cases drawn by hypothesis. Engines: the largest error of six components on three lines "
+    "Analytic: the largest relative error of a component (of rotations: of an entry of the matrix), corners "
+    "of the range and cases drawn by hypothesis. Engines: the largest error of six components on three lines "
     "at tolerance 0.01 (solid: 0.1), on planes against A, elsewhere against C from cells less than half as "
     "large in a domain more than twice as large; errors and estimates of C are shares of the scale of "
     "refinement, the larger of max |C_ij| and 0.05 max |C_nn| on a line, which the tolerance is for. An "
-    "error may be smaller than another component's estimate and larger than its own: the share is that of "
-    "each component on each line in its own estimate, the largest of them. Seconds: all models of a case."
+    "error may be smaller than another component's estimate and larger than its own: the share is the "
+    "largest error of a component on a line over its own estimate. Seconds: all models of a case."
 )
 
 
-def try_all(parts: Sequence[str], engines: Engines, folder: Path) -> Path:
-    """Try the parts and write the results; returns the path of the page."""
-    findings = list(
-        tried([row for part in parts for row in rows(part, engines)], engines.options.watch.on_stage)
+def write_extremes(parts: Sequence[str], engines: Engines, folder: Path) -> Path:
+    """Run the cases of some parts and write the results; returns the path of the page."""
+    results = list(
+        results_of([row for part in parts for row in rows(part, engines)], engines.options.watch.on_stage)
     )
-    return record.write(folder, "extremes", numbers(findings), page_of)
+    return record.write(folder, "extremes", numbers(results), page_of)
 
 
-def rows(part: str, engines: Engines) -> list[Parameter]:
-    """The parameters of a part: of the analytic ICs or of an engine."""
-    return analytic.parameters() if part == ANALYTIC else engines.parameters(part)
+def rows(part: str, engines: Engines) -> list[Limit]:
+    """Return the limits of a part: of the analytic ICs or of an engine."""
+    return analytic.limits() if part == ANALYTIC else engines.limits(part)
 
 
-def summary(findings: Sequence[Found]) -> str:
-    """One paragraph: how many estimates hold, and whether all cases beyond the limits have a message."""
-    cases = [case for finding in findings for case in finding.reached]
-    judged = [case for case in cases if case.used is not None]
-    held = sum(case.honest for case in judged)
-    beyond = [case for finding in findings for case in finding.beyond]
+def summary(results: Sequence[LimitResult]) -> str:
+    """Return how many estimates hold, and whether all cases beyond the limits have a message."""
+    cases = [case for result in results for case in result.reached]
+    estimated = [case for case in cases if case.used is not None]
+    held = sum(case.honest for case in estimated)
+    beyond = [case for result in results for case in result.beyond]
     silent = [case.at for case in beyond if not case.says]
-    answered = "all of them are answered" if not silent else f"nothing is said at {', '.join(silent)}"
+    messages = "each has a message" if not silent else f"no message at {', '.join(silent)}"
     estimates = (
-        f"In {held} of {len(judged)} cases with estimates all of them are at least the error. "
-        if judged
+        f"In {held} of {len(estimated)} cases with estimates all of them are at least the error. "
+        if estimated
         else ""
     )
-    return f"{len(cases)} cases within the limits. {estimates}{len(beyond)} beyond: {answered}."
+    return f"{len(cases)} cases within the limits. {estimates}{len(beyond)} beyond: {messages}."
 
 
-def numbers(findings: Sequence[Found]) -> dict[str, Any]:
-    """What was found, as `extremes.json` has it."""
+def numbers(results: Sequence[LimitResult]) -> dict[str, Any]:
+    """Return the content of `extremes.json`."""
     return {
         "rows": [
             {
-                "engine": finding.parameter.engine,
-                "parameter": finding.parameter.name,
-                "range": finding.parameter.range,
-                "reached": [_case(case) for case in finding.reached],
-                "beyond": [asdict(case) for case in finding.beyond],
+                "engine": result.limit.engine,
+                "parameter": result.limit.name,
+                "range": result.limit.range,
+                "reached": [_case(case) for case in result.reached],
+                "beyond": [asdict(case) for case in result.beyond],
             }
-            for finding in findings
+            for result in results
         ],
-        "summary": summary(findings),
+        "summary": summary(results),
         "digits": exact.DIGITS,
-        "seconds": round(sum(case.seconds for finding in findings for case in finding.reached), 1),
+        "seconds": round(sum(case.seconds for result in results for case in result.reached), 1),
     }
 
 
-def _case(case: Reached) -> dict[str, Any]:
-    """A case with None for numbers that JSON does not have, and whether its estimates hold."""
+def _case(case: WithinLimit) -> dict[str, Any]:
+    """Return a case with None for numbers that JSON lacks, and whether its estimates hold."""
     values = asdict(case).items()
     return {key: finite(v) if isinstance(v, float) else v for key, v in values} | {"honest": case.honest}
 
 
-def page_of(found: dict[str, Any]) -> Page:
-    """The page of the numbers of `extremes.json`."""
-    title = "femic at the extremes: how far each part goes, how wrong it is there, what it says beyond"
-    seconds = Note(f"All models took {found['seconds']} s. {record.versions_of(found)}")
+def page_of(content: dict[str, Any]) -> Page:
+    """Return the page; `content` is the content of `extremes.json`."""
+    title = "femic at its limits: range of each part, errors at the limits, messages beyond them"
+    seconds = Note(f"All models took {content['seconds']} s. {record.version_text(content)}")
     sections = [
-        Section("", [_reached_table(found["rows"]), Note(ERRORS)]),
-        Section("Beyond", [_beyond_table(found["rows"]), seconds]),
+        Section("", [_within_table(content["rows"]), Note(ERRORS)]),
+        Section("Beyond the limits", [_beyond_table(content["rows"]), seconds]),
     ]
-    return Page(title, found["summary"], sections)
+    return Page(title, content["summary"], sections)
 
 
-def _reached_table(rows: Sequence[dict[str, Any]]) -> Table:
-    """The cases within the limits of each parameter."""
+def _within_table(rows: Sequence[dict[str, Any]]) -> Table:
+    """Return the table of cases within the limits."""
     columns = [
         *texts("parameter", "range", "case"),
-        *heads_of_numbers("error", "estimate", "largest share of its estimate"),
+        *number_heads("error", "estimate", "largest share of its estimate"),
         *texts("against"),
-        *heads_of_numbers("s"),
+        *number_heads("s"),
     ]
     table_rows = []
     for row in rows:
@@ -110,7 +110,7 @@ def _reached_table(rows: Sequence[dict[str, Any]]) -> Table:
 
 
 def _cells(case: dict[str, Any]) -> list[Cell | str]:
-    """The cells of a case; the share of an estimate that is too small is coloured."""
+    """Return the cells of a case; errors larger than their estimate are coloured."""
     note = f"; {case['note']}" if case["note"] else ""
     return [
         f"{case['at']}{note}",
@@ -123,7 +123,7 @@ def _cells(case: dict[str, Any]) -> list[Cell | str]:
 
 
 def _beyond_table(rows: Sequence[dict[str, Any]]) -> Table:
-    """What the program says in the cases beyond the limits."""
+    """Return the table of messages in cases beyond the limits."""
     table_rows = [
         Row(row["engine"], [row["parameter"], case["at"], case["says"] or "nothing"])
         for row in rows

@@ -1,4 +1,4 @@
-"""Statements 5, 17, 18 and 19: deviations of two bodies alone, together and near the load; their rotation."""
+"""Statements 5, 17, 18 and 19: deviations of the bodies alone, together and near the load; their rotation."""
 
 from collections.abc import Mapping
 
@@ -13,9 +13,9 @@ from femic.validation.statements.criteria import (
     SATISFACTORY,
     Criterion,
     Statement,
-    of_bodies,
-    of_geometries,
-    on_both,
+    per_body,
+    per_geometry,
+    side_by_side,
 )
 from femic.validation.statements.curves import (
     ACROSS,
@@ -34,7 +34,7 @@ from femic.validation.statements.curves import (
     unit,
 )
 from femic.validation.statements.runs import GEOMETRIES, Runs
-from femic.validation.statements.tangential import of_xx
+from femic.validation.statements.tangential import worst_xx_error
 from geometries.arrays import Array
 from geometries.patches import N, S
 
@@ -44,8 +44,8 @@ AT_LOAD, NEAR_LENGTHS, FAR_LENGTHS = 0.1, 0.25, (1.0, 2.0)  # reference lengths 
 SHOWN_NEAR = 1.0  # reference lengths from the load, up to which curves are drawn
 
 
-def kept_of_both(results: Results, component: str) -> float:
-    """Norm of the sum of both bodies' C - A over the sum of their norms, on all lines.
+def remaining_share(results: Results, component: str) -> float:
+    """Return the norm of the sum of both bodies' C - A over the sum of their norms, on all lines.
 
     It is 0 if the deviations cancel and 1 if they add.
     """
@@ -53,34 +53,34 @@ def kept_of_both(results: Results, component: str) -> float:
     return float(np.linalg.norm(convex + concave) / (np.linalg.norm(convex) + np.linalg.norm(concave)))
 
 
-def of_b_ss_across(results: Results, body: str) -> float:
-    """Largest |B_ss - C_ss| on the line along s, as a share of max |C_ss| there."""
+def b_ss_error_across(results: Results, body: str) -> float:
+    """Return the largest |B_ss - C_ss| on the line along s, as a share of max |C_ss| there."""
     return on_its_line(results, "B", (body, "ss"), line_of(results, ACROSS))
 
 
-def opposite_in_ss(results: Results, way: str) -> float:
-    """Cosine of both bodies' C_ss - A_ss on all lines of a direction, "along x" or "along s"."""
+def alignment_in_ss(results: Results, way: str) -> float:
+    """Return the cosine between both bodies' C_ss - A_ss on all lines "along x" or "along s"."""
     convex, concave = (difference(results, "A", (body, "ss"), along(results, way[-1])) for body in ALONE)
     return float(convex @ concave / (np.linalg.norm(convex) * np.linalg.norm(concave)))
 
 
-def from_half_space(results: Results, body: str, component: str) -> Array:
-    """(C - A) / A_nn [-] of a body's component at every point, (n,)."""
+def relative_to_half_space(results: Results, body: str, component: str) -> Array:
+    """Return (C - A) / A_nn [-] of a body's component at every point, (n,)."""
     return np.asarray(difference(results, "A", (body, component)) / curve(results, "A", body, "nn"))
 
 
-def at_load(results: Results, body: str, component: str) -> float:
-    """Largest |C - A| / A_nn on s = 0 within a tenth of the reference length."""
+def deviation_at_load(results: Results, body: str, component: str) -> float:
+    """Return the largest |C - A| / A_nn on s = 0 within a tenth of the reference length."""
     part, x = results.lines[THROUGH], line_of(results, THROUGH).x
     near = np.abs(x) <= AT_LOAD * results.scene.reference_length
-    return float(np.max(np.abs(from_half_space(results, body, component)[part][near])))
+    return float(np.max(np.abs(relative_to_half_space(results, body, component)[part][near])))
 
 
 def near_over_far(results: Results, body: str, component: str) -> float:
-    """Largest |C - A| / A_nn up to a quarter of the reference length away, over that 1 to 2 lengths away."""
+    """Return the largest |C - A| / A_nn within a quarter of the reference length, over the same at 1 to 2."""
     length = results.scene.reference_length
     r = np.hypot(results.points.x, results.points.s - results.scene.patch.s) / length
-    differences = np.abs(from_half_space(results, body, component))
+    differences = np.abs(relative_to_half_space(results, body, component))
     return float(
         np.max(differences[r <= NEAR_LENGTHS])
         / np.max(differences[(r >= FAR_LENGTHS[0]) & (r <= FAR_LENGTHS[1])])
@@ -88,26 +88,26 @@ def near_over_far(results: Results, body: str, component: str) -> float:
 
 
 def rotation(results: Results, body: str) -> float:
-    """The rotation about x [1/N] that is discounted under a unit lateral load at s = 0."""
+    """Return the discounted rotation about x [1/N] under a unit lateral load at s = 0."""
     return float(results.references[body].discount[FY, MOMENT])
 
 
 def convex_share(results: Results) -> float:
-    """The convex body's part of the sum of both bodies' |discounted rotation|."""
+    """Return |discounted rotation| of the convex body over the sum of both bodies."""
     sizes = {body: abs(rotation(results, body)) for body in ALONE}
     return sizes[CONVEX] / sum(sizes.values())
 
 
 def rotations(runs: Runs) -> Mapping[str, float]:
-    """The discounted rotations of each body alone, times E L^2."""
+    """Return the discounted rotations of each body alone, times E L^2."""
 
     def scaled(results: Results, body: str) -> float:
         return rotation(results, body) * unit(results) * results.scene.reference_length
 
-    return {f"rotation · E L²: {case}": value for case, value in of_bodies(scaled, ALONE)(runs).items()}
+    return {f"rotation · E L²: {case}": value for case, value in per_body(scaled, ALONE)(runs).items()}
 
 
-def _sums(runs: Runs) -> list[Panel]:
+def _sum_panels(runs: Runs) -> list[Panel]:
     results = runs.geometry(GEOMETRIES[0])
     return [
         panel(results, ("A",), (body, component), along(results, direction)[0])
@@ -116,7 +116,7 @@ def _sums(runs: Runs) -> list[Panel]:
     ]
 
 
-def _bodies(results: Results) -> list[Panel]:
+def _body_panels(results: Results) -> list[Panel]:
     places = [("xx", THROUGH), ("ss", THROUGH), ("ss", ACROSS)]
     return [
         panel(results, ("A", "B"), (body, component), line_of(results, name)).beyond(STEEP)
@@ -125,8 +125,8 @@ def _bodies(results: Results) -> list[Panel]:
     ]
 
 
-def _near(results: Results) -> list[Panel]:
-    """Panels of (C - A) / A_nn near the load on s = 0, and along s for what vanishes on s = 0."""
+def _near_panels(results: Results) -> list[Panel]:
+    """Return panels of (C - A) / A_nn near the load: on s = 0, and along s if they vanish there."""
     lines = ((THROUGH, ON_THROUGH), (ACROSS, ("xs", "sn")))
     return [
         _half_space_panel(results, body, line, components) for line, components in lines for body in ALONE
@@ -136,13 +136,13 @@ def _near(results: Results) -> list[Panel]:
 def _half_space_panel(results: Results, body: str, name: str, components: tuple[str, ...]) -> Panel:
     line, length = line_of(results, name), results.scene.reference_length
     shown = (line.running >= 0) & (line.running <= SHOWN_NEAR * length)
-    curves = {c: from_half_space(results, body, c)[results.lines[name]][shown] for c in components}
+    curves = {c: relative_to_half_space(results, body, c)[results.lines[name]][shown] for c in components}
     title = f"{results.scene.name}, {body}: {', '.join(components)} on {name}"
     return Panel(title, f"{line.along} / L  [-]", line.running[shown] / length, "(C - A) / A_nn  [-]", curves)
 
 
-def _turning(results: Results) -> list[Panel]:
-    """Panels of C_sn before the discount and after it."""
+def _rotation_panels(results: Results) -> list[Panel]:
+    """Return panels of C_sn before and after the discount."""
     line = line_of(results, ACROSS)
     part = results.lines[line.name]
     raw = {body: unit(results) * results.references[body].raw[S, N, part] for body in ALONE}
@@ -159,11 +159,11 @@ STATEMENTS = (
                 "|sum of both deviations| / sum of their norms: nn, ss, xx, xs",
                 "<",
                 MUCH,
-                of_bodies(kept_of_both, CANCEL),
+                per_body(remaining_share, CANCEL),
             ),
-            Criterion("add", "the same: xn, sn", ">", 0.75, of_bodies(kept_of_both, ADD)),
+            Criterion("add", "the same: xn, sn", ">", 0.75, per_body(remaining_share, ADD)),
         ),
-        _sums,
+        _sum_panels,
         columns=3,
     ),
     Statement(
@@ -176,59 +176,59 @@ STATEMENTS = (
                 "largest |A_xx - C_xx| on a line, of max |C_xx| there: body alone",
                 "<",
                 FOLLOWS,
-                of_bodies(of_xx, ALONE),
+                per_body(worst_xx_error, ALONE),
             ),
             Criterion(
                 "ss",
                 "cosine between both bodies' C_ss - A_ss",
                 "<",
                 -MUCH,
-                of_bodies(opposite_in_ss, ("along x", "along s")),
+                per_body(alignment_in_ss, ("along x", "along s")),
             ),
             Criterion(
                 "B_ss",
                 "largest |B_ss - C_ss| at x = 1.6 mm, of max |C_ss| there",
                 "<",
                 FOLLOWS,
-                of_bodies(of_b_ss_across),
+                per_body(b_ss_error_across),
             ),
         ),
-        on_both(_bodies),
+        side_by_side(_body_panels),
     ),
     Statement(
         18,
-        "All ICs converge to those of the half-space near the load.",
+        "All ICs converge to ICs of the half-space near the load.",
         (
             Criterion(
                 "at the load",
                 "largest |C - A| / A_nn on s = 0, |x| ≤ 1 mm",
                 "<",
                 SATISFACTORY,
-                of_geometries(at_load, BODIES, ON_THROUGH),
+                per_geometry(deviation_at_load, BODIES, ON_THROUGH),
             ),
             Criterion(
                 "converge",
-                "largest |C - A| / A_nn up to 2.5 mm from the load over that at 10 to 20 mm",
+                "largest |C - A| / A_nn up to 2.5 mm from the load over the same at 10 to 20 mm",
                 "<",
                 MUCH,
-                of_geometries(near_over_far, BODIES, INDEPENDENT),
+                per_geometry(near_over_far, BODIES, INDEPENDENT),
             ),
         ),
-        on_both(_near),
+        side_by_side(_near_panels),
     ),
     Statement(
         19,
-        "The rotation that is discounted is mostly that of the convex body.",
+        "Most of the discounted rotation is due to the convex body.",
         (
             Criterion(
                 "convex",
                 "rotation of the convex body under a lateral load over the sum of both sizes",
                 ">",
                 MUCH,
-                of_geometries(convex_share),
+                per_geometry(convex_share),
             ),
         ),
-        on_both(_turning),
+        side_by_side(_rotation_panels),
         rotations,
     ),
 )

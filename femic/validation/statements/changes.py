@@ -1,11 +1,11 @@
-"""The changes of claims and criteria, each with the old and the new one and the old verdict."""
+"""Changes of claims and criteria: the old one, the new one, the verdict with the old one, the reason."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Change:
-    """A changed criterion; `verdict` is the statement's with the old one, empty if it is not known."""
+class CriterionChange:
+    """A changed criterion; `verdict` is the verdict with the old one, empty if there was none."""
 
     number: int
     old: str
@@ -15,17 +15,17 @@ class Change:
 
 
 EARLIER = (
-    Change(
+    CriterionChange(
         3, "ratios", "differences", "", "before the first run: ratios mean nothing where a number is negative"
     ),
-    Change(
+    CriterionChange(
         6,
         "rms over both lines along x",
         "each line by itself",
         "",
         "after the first run: on s = 0 both bodies are alike, which hid the other line",
     ),
-    Change(
+    CriterionChange(
         9,
         "C_sn against A_sn in the frame of femic",
         "in the sign of A_sn",
@@ -34,14 +34,14 @@ EARLIER = (
         "here it has opposite signs, and what deviates to opposite sides there lies on the same side, and "
         "adds, as statement 5 says",
     ),
-    Change(
+    CriterionChange(
         10,
         "share of gains over bodies and both together",
         "over each body alone",
         "",
         "after the first run: together the factor cancels where both are alike, so that it could not fail",
     ),
-    Change(
+    CriterionChange(
         15,
         "an error of C on the plane, 1.4 times its estimate",
         "the same criterion",
@@ -51,7 +51,7 @@ EARLIER = (
 )
 
 ALL_ERRORS = (
-    Change(
+    CriterionChange(
         number,
         "errors as shares of max |C_ij| on a line, at least of 0.05 max |C_nn|",
         "of max |C_ij| on all lines of the scene",
@@ -62,7 +62,7 @@ ALL_ERRORS = (
 )
 
 ANEW = (
-    Change(
+    CriterionChange(
         2,
         "error of A_xx on each line, at least of 0.05 max |C_nn|",
         "of max |C_xx| on each line",
@@ -70,7 +70,7 @@ ANEW = (
         "as a share of max |C_xx| on all lines (tried first: 0.001 and 0.003) it is one of the peak under "
         "the load, which hides what happens beside it",
     ),
-    Change(
+    CriterionChange(
         1,
         "error of B_nn along s < 0.1, of A_nn > 0.1, as shares of the peak; along x both < 0.1",
         "|v / C - 1| at s = 10 mm: A > 0.1, more than at 5 mm, more on Geometry 2; B < 0.1, better than A; "
@@ -78,14 +78,14 @@ ANEW = (
         "depends",
         "the source speaks of what happens away from the load; there both are small beside the peak",
     ),
-    Change(
+    CriterionChange(
         3,
         "1 - C_ss / B_ss > 0 for each body and both; on Geometry 2 convex less concave > 0",
         "> 0 for both and the convex body, < 0 for the concave one; on Geometry 2 the convex one is larger",
         "depends",
         "the source says that the concave body deviates the other way; convex less concave cannot fail alone",
     ),
-    Change(
+    CriterionChange(
         4,
         "error of A_xs: convex over concave > 1; error of B_xs over B̂_xs < 1 for each body and both",
         "largest |C_xs - A_xs| in absolute numbers: convex over concave > 1, along s over along x > 1; B_xs "
@@ -93,7 +93,7 @@ ANEW = (
         "depends",
         "the source compares absolute numbers, and says B better of each body alone",
     ),
-    Change(
+    CriterionChange(
         6,
         "rms of B_xn and C_xn on both lines along x",
         "on s = 1.6 mm only; B̂_xn, too; B and B̂ without curvature along x",
@@ -101,42 +101,42 @@ ANEW = (
         "on s = 0 a prismatic B is A, alike for both bodies: nothing to judge; the source says it of B and "
         "B̂, and its B and B̂ have no curvature along x",
     ),
-    Change(
+    CriterionChange(
         7,
         "error of B̂′_xn < 0.1 with the floor of 0.05 max |C_nn|",
         "< 0.1 of max |C_xn|; what is too large near the load of the same, not of each line's maximum",
         "reproduced",
         "close means close to C_xn, not to C_nn",
     ),
-    Change(
+    CriterionChange(
         9,
         "error of B_sn, B̂′_sn over B̂_sn, translation: all lines",
         "on the line along s, x = 1.6 mm; new: error of B_sn within the arc < 0.1",
         "depends",
         "that is the line that the source plots; there it says that C_sn is captured within the arc",
     ),
-    Change(
+    CriterionChange(
         11,
         "largest change of C with ν < 0.05",
         "largest change of the errors of A, B, B̄, B̂ < 0.05; what is best stays within 0.05 of the best",
         "depends",
         "the source says that the comparison is the same, not that C is",
     ),
-    Change(
+    CriterionChange(
         13,
         "error of A_xn over the smaller one of B_xn and B̂_xn < 1, all lines, the wheel curved along x",
         "over each, off s = 0, B and B̂ without curvature along x",
         "depends",
         "the source's B and B̂ have none; on s = 0 they are A without it, which is a tie",
     ),
-    Change(
+    CriterionChange(
         15,
         "arc of 1000 reference lengths: error of A < 0.01 with the floor of 0.05 max |C_nn|",
         "|C - A| on a line < 0.01 of max |A_ij| there, of max |A_nn| where A_ij is 0",
         "reproduced",
         "as a share of C_ij itself, what vanishes in the limit is all wrong",
     ),
-    Change(
+    CriterionChange(
         16,
         "along s: all bodies; concave body: |A_nn / C_nn - 1| at x = 10 mm < 0.1",
         "along s: both together and the convex body; concave body: largest |C_nn - A_nn| along x",

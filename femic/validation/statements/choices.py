@@ -1,6 +1,7 @@
 """Statements 11 and 12: the effect of Poisson's ratio on the comparison, and whether the mix is best."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from compare.ics.compute import Results, ics_of
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
-from femic.validation.statements.criteria import SATISFACTORY, Criterion, Numbers, Statement, of_bodies
+from femic.validation.statements.criteria import SATISFACTORY, Criterion, Numbers, Statement, per_body
 from femic.validation.statements.curves import BODIES, INDEPENDENT, along, curve, error, panel
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from geometries.arrays import Array
@@ -19,14 +20,14 @@ COMPARED_VARIANTS = ("A", "B", "Bbar", "Bhat")
 # --- 11 -------------------------------------------------------------------------------------------------
 
 
-def change_of_errors(at_own_nu: Results, at_other_nu: Results, body: str, component: str) -> float:
-    """Largest change of the error of an approximation from one Poisson's ratio to the other."""
+def error_change(at_own_nu: Results, at_other_nu: Results, body: str, component: str) -> float:
+    """Return the largest change of the error of an approximation from one Poisson's ratio to the other."""
     first, second = (_errors(results, body, component) for results in (at_own_nu, at_other_nu))
     return float(np.max(np.abs(second - first)))
 
 
 def regret(at_own_nu: Results, at_other_nu: Results, body: str, component: str) -> float:
-    """Error at the other Poisson's ratio of what is best at its own, less the best error at the other."""
+    """Return error minus best error at the other Poisson's ratio, of the variant that is best at its own."""
     first, second = (_errors(results, body, component) for results in (at_own_nu, at_other_nu))
     return float(second[np.argmin(first)] - np.min(second))
 
@@ -44,7 +45,7 @@ def with_other_nu(number: Callable[[Results, Results, str, str], float]) -> Numb
 
 
 def _both_nu(runs: Runs) -> list[Panel]:
-    """Panels of C and B at both Poisson's ratios."""
+    """Return panels of C and B at both Poisson's ratios."""
     panels = []
     for name in GEOMETRIES:
         at_own_nu, at_other_nu = runs.geometry(name), runs.other_nu(name)
@@ -61,24 +62,15 @@ def _both_nu(runs: Runs) -> list[Panel]:
 # --- 12 -------------------------------------------------------------------------------------------------
 
 
-def worst_of_mix(results: Results, body: str) -> float:
-    """Worst error of a component of the mix, over that of the best single variant."""
-    return _mix_over_best(results, body, np.max)
-
-
-def mean_of_mix(results: Results, body: str) -> float:
-    """Mean error over the components of the mix, over that of the best single variant."""
-    return _mix_over_best(results, body, np.mean)
-
-
-def _mix_over_best(results: Results, body: str, pooled: Callable[[Array], float]) -> float:
-    errors = _errors_of_variants(results, body)
+def mix_over_best(results: Results, body: str, pooled: Callable[[Array], float]) -> float:
+    """Return the pooled error of the components of the mix over the same of the best single variant."""
+    errors = _variant_errors(results, body)
     single = [pooled(variant_errors) for variant, variant_errors in errors.items() if variant != "mix"]
     return float(pooled(errors["mix"]) / min(single))
 
 
-def _errors_of_variants(results: Results, body: str) -> dict[str, Array]:
-    """Errors (6,) [-] of the components, by variant, of all variants that exist for a body."""
+def _variant_errors(results: Results, body: str) -> dict[str, Array]:
+    """Return errors (6,) [-] of the components, by variant, of all variants that exist for a body."""
     return {
         variant: np.array([error(results, variant, body, component) for component in INDEPENDENT])
         for variant in results.scene.variants
@@ -87,11 +79,11 @@ def _errors_of_variants(results: Results, body: str) -> dict[str, Array]:
 
 
 def mean_errors(runs: Runs) -> Mapping[str, float]:
-    """The mean error over the components of every variant, by geometry and body."""
+    """Return the mean error over the components of every variant, by geometry and body."""
     return {
         f"mean error of {SYMBOLS[variant]}: {name}, {body}": float(np.mean(variant_errors))
         for name, body in product(GEOMETRIES, BODIES)
-        for variant, variant_errors in _errors_of_variants(runs.fitted(name), body).items()
+        for variant, variant_errors in _variant_errors(runs.fitted(name), body).items()
     }
 
 
@@ -118,11 +110,11 @@ STATEMENTS = (
                 "largest change of the error of A, B, B̄ or B̂ with ν",
                 "<",
                 SATISFACTORY,
-                with_other_nu(change_of_errors),
+                with_other_nu(error_change),
             ),
             Criterion(
                 "order",
-                "error of what is best at this ν, at the other one, less the best error there",
+                "error of the variant that is best at this ν, minus the best error, at the other ν",
                 "<",
                 SATISFACTORY,
                 with_other_nu(regret),
@@ -140,14 +132,14 @@ STATEMENTS = (
                 "worst error of a component: mix over the best single variant",
                 "<",
                 1.0,
-                of_bodies(worst_of_mix, fitted=True),
+                per_body(partial(mix_over_best, pooled=np.max), fitted=True),
             ),
             Criterion(
                 "mean",
                 "mean error over the components: likewise",
                 "<",
                 1.0,
-                of_bodies(mean_of_mix, fitted=True),
+                per_body(partial(mix_over_best, pooled=np.mean), fitted=True),
             ),
         ),
         _mix,

@@ -1,7 +1,6 @@
 """Statements and the criteria that decide them: numbers with thresholds, measured in several cases.
 
-A statement holds its claim, its criteria and their measures. Modules of this package define statements,
-grouped by component; `statements` has all of them in one table.
+Modules of this package define statements, grouped by component; `registry` lists all of them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -11,7 +10,7 @@ from typing import Literal
 
 from compare.ics.compute import Results
 from compare.report.panels import Panel
-from femic.validation.statements.curves import BODIES, Measured
+from femic.validation.statements.curves import BODIES, Evidence
 from femic.validation.statements.runs import GEOMETRIES, Runs
 
 FOLLOWS = 0.10  # largest error of a curve that follows another one
@@ -20,17 +19,17 @@ SATISFACTORY = 0.05  # largest error that is fully satisfactory
 SMALL_PART = 1 / 3
 MUCH = 1 / 2
 
-CLOSE = 0.002  # of the threshold, or of 1 if that is 0: C, known to 0.001, cannot decide closer numbers
+CLOSE = 0.002  # of the threshold, or of 1 if that is 0: C, accurate to 0.001, cannot decide closer numbers
 
-Numbers = Callable[[Runs], Mapping[str, float]]  # measures a number in all its cases
+Numbers = Callable[[Runs], Mapping[str, float]]  # measures a number in all of its cases
 
 
 @dataclass(frozen=True)
 class Criterion:
-    """A number with its measure and its threshold; it is met or not in each case (geometry, body, ...)."""
+    """A number and its threshold; the criterion is met or not in each case (geometry, body, ...)."""
 
     name: str
-    says: str
+    description: str
     relation: Literal["<", ">"]
     threshold: float
     measure: Numbers
@@ -58,16 +57,16 @@ class Statement:
     details: Numbers = lambda _: {}
     columns: int = 2  # one for each geometry
 
-    def measured(self, runs: Runs) -> Measured:
+    def evidence(self, runs: Runs) -> Evidence:
         """Measure all numbers and make all panels."""
         values = {criterion.name: criterion.measure(runs) for criterion in self.criteria}
-        return Measured(values, tuple(self.panels(runs)), self.details(runs))
+        return Evidence(values, tuple(self.panels(runs)), self.details(runs))
 
 
-def of_geometries(number: Callable[..., float], *choices: Sequence[str], fitted: bool = False) -> Numbers:
-    """Measure a number of each geometry and of each choice: of its bodies, lines or components.
+def per_geometry(number: Callable[..., float], *choices: Sequence[str], fitted: bool = False) -> Numbers:
+    """Measure a number of each geometry for each combination of `choices`: bodies, lines or components.
 
-    With `fitted` the results are those with B-hat-prime.
+    With `fitted` the results include B-hat-prime.
     """
     return lambda runs: {
         ", ".join((name, *chosen)): number(_results(runs, name, fitted), *chosen)
@@ -75,25 +74,25 @@ def of_geometries(number: Callable[..., float], *choices: Sequence[str], fitted:
     }
 
 
-def of_bodies(
+def per_body(
     number: Callable[[Results, str], float], bodies: Sequence[str] = BODIES, *, fitted: bool = False
 ) -> Numbers:
     """Measure a number of each geometry and body."""
-    return of_geometries(number, bodies, fitted=fitted)
+    return per_geometry(number, bodies, fitted=fitted)
 
 
-def more_on_second(number: Callable[[Results], float], *, fitted: bool = False) -> Numbers:
-    """Measure a number of Geometry 2 less that of Geometry 1."""
+def second_minus_first(number: Callable[[Results], float], *, fitted: bool = False) -> Numbers:
+    """Measure a number of Geometry 2 minus the same of Geometry 1."""
     first, second = GEOMETRIES
 
     def difference(runs: Runs) -> Mapping[str, float]:
-        values = of_geometries(number, fitted=fitted)(runs)
+        values = per_geometry(number, fitted=fitted)(runs)
         return {"both": values[second] - values[first]}
 
     return difference
 
 
-def on_both(
+def side_by_side(
     panels_of: Callable[[Results], Sequence[Panel]], *, fitted: bool = False
 ) -> Callable[[Runs], list[Panel]]:
     """Make panels of both geometries, side by side."""

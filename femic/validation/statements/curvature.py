@@ -16,13 +16,13 @@ PLACES = {"8 mm": 8.0, "16 mm": 16.0}  # x [mm] at which eq. (16) is compared
 
 
 def second_over_first(runs: Runs) -> Mapping[str, float]:
-    """Rms of C_xn on s = 0: Geometry 2 over Geometry 1."""
+    """Return the rms of C_xn on s = 0: Geometry 2 over Geometry 1."""
     first, second = (_rms_through(runs.geometry(name)) for name in GEOMETRIES)
     return {"both": second / first}
 
 
-def part_of_curvature(runs: Runs) -> Mapping[str, float]:
-    """The part of the difference between the geometries that vanishes if the wheel is not revolved."""
+def curvature_share(runs: Runs) -> Mapping[str, float]:
+    """Return the share of the difference between the geometries that vanishes with a prismatic wheel."""
     first, second = (_rms_through(runs.geometry(name)) for name in GEOMETRIES)
     return {"both": abs((second - _rms_through(runs.not_revolved())) / (second - first))}
 
@@ -32,17 +32,17 @@ def _rms_through(results: Results) -> float:
 
 
 def _through(results: Results) -> Array:
-    """C_xn on s = 0, (n,), dimensionless."""
+    """Return C_xn on s = 0, (n,), dimensionless."""
     return curve(results, "C", *XN, [line_of(results, THROUGH)])
 
 
 def term_over_change(runs: Runs) -> Mapping[str, float]:
-    """|term / change - 1| at each place: the term of eq. (16) against the change by curvature along x."""
+    """Return |term / change - 1| at each place: term of eq. (16), change of C_xn by curvature along x."""
     return {f"x = {name}": abs(term / change - 1) for name, (term, change) in _at_places(runs).items()}
 
 
 def terms_and_changes(runs: Runs) -> Mapping[str, float]:
-    """The terms and the changes at all places, dimensionless."""
+    """Return the terms and the changes at all places, dimensionless."""
     pairs = _at_places(runs)
     terms = {f"-½ (A_xx + A_nn) sin α_x: x = {name}": term for name, (term, _) in pairs.items()}
     return terms | {f"C_xn less C_xn not revolved: x = {name}": change for name, (_, change) in pairs.items()}
@@ -58,7 +58,7 @@ def _at_places(runs: Runs) -> dict[str, tuple[float, float]]:
 
 
 def _term(runs: Runs) -> Array:
-    """-½ (A_xx + A_nn) sin α_x of the wheel on s = 0, (n,), dimensionless; α_x = -x / R_roll."""
+    """Return -½ (A_xx + A_nn) sin α_x of the wheel on s = 0, (n,), dimensionless; α_x = -x / R_roll."""
     wheel = runs.geometry(GEOMETRIES[1])
     line = line_of(wheel, THROUGH)
     a_xx, a_nn = (curve(wheel, "A", CONCAVE, component, [line]) for component in ("xx", "nn"))
@@ -67,7 +67,7 @@ def _term(runs: Runs) -> Array:
 
 
 def _change(runs: Runs) -> Array:
-    """C_xn of Geometry 2 less that with a wheel that is not revolved, on s = 0, (n,), dimensionless."""
+    """Return C_xn of Geometry 2 minus C_xn with a prismatic wheel, on s = 0, (n,), dimensionless."""
     return _through(runs.geometry(GEOMETRIES[1])) - _through(runs.not_revolved())
 
 
@@ -97,17 +97,17 @@ STATEMENTS = (
             ),
             Criterion(
                 "curvature",
-                "part of the difference that is gone with a wheel that is not revolved",
+                "part of the difference that vanishes with a wheel that is not revolved",
                 "<",
                 SMALL_PART,
-                part_of_curvature,
+                curvature_share,
             ),
         ),
         _geometry_panels,
     ),
     Statement(
         21,
-        "The term -½ (A_xx + A_nn) sin α_x of eq. (16) is what curvature along x changes in C_xn.",
+        "The term -½ (A_xx + A_nn) sin α_x of eq. (16) is the change of C_xn due to curvature along x.",
         (
             Criterion(
                 "size",

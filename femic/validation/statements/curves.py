@@ -19,12 +19,12 @@ ALONE = (CONVEX, CONCAVE)
 INDEPENDENT = ("nn", "ss", "xx", "xs", "xn", "sn")  # the other components are reciprocals of these
 ACROSS, BESIDE, THROUGH = "x = 1.6 mm", "s = 1.6 mm", "s = 0 mm"  # the lines of the geometries
 
-STEEP = 0.15  # reference lengths from the load, from which on curves are drawn that are steep near it
+STEEP = 0.15  # reference lengths from the load: steep curves are drawn from here on
 
 
 @dataclass(frozen=True)
-class Measured:
-    """The numbers of a statement by criterion and case, its panels, and the numbers that these come from."""
+class Evidence:
+    """The numbers of a statement by criterion and case, its panels, and further numbers."""
 
     values: Mapping[str, Mapping[str, float]]
     panels: tuple[Panel, ...] = ()
@@ -32,19 +32,19 @@ class Measured:
 
 
 def along(results: Results, direction: str) -> list[OffsetLine]:
-    """The lines of a scene along x or along s."""
+    """Return the lines of a scene along x or along s."""
     return [line for line in results.scene.lines if line.along == direction]
 
 
 def line_of(results: Results, name: str) -> OffsetLine:
-    """The line with a name."""
+    """Return the line with a name."""
     return next(line for line in results.scene.lines if line.name == name)
 
 
 def curve(
     results: Results, variant: str, body: str, component: str, lines: Iterable[OffsetLine] | None = None
 ) -> Array:
-    """A component at the points of lines (default: all), (n,), dimensionless."""
+    """Return a component at the points of lines (default: all), (n,), dimensionless."""
     points = points_of(results, results.scene.lines if lines is None else lines)
     return np.asarray(unit(results) * ics_of(results, variant, body)[indices(component)][points])
 
@@ -52,20 +52,20 @@ def curve(
 def difference(
     results: Results, variant: str, body_component: tuple[str, str], lines: Iterable[OffsetLine] | None = None
 ) -> Array:
-    """C less a variant of a body's component at the points of lines (default: all), (n,), dimensionless."""
+    """Return C minus a variant at the points of lines (default: all), (n,), dimensionless."""
     c, approximation = (curve(results, which, *body_component, lines) for which in ("C", variant))
     return np.asarray(c - approximation)
 
 
 def unit(results: Results) -> float:
-    """E L [N/mm], the factor that makes ICs [mm/N] dimensionless."""
+    """Return E L [N/mm], the factor that makes ICs [mm/N] dimensionless."""
     return results.scene.reference_E * results.scene.reference_length
 
 
 def value_at(
     results: Results, variant: str, body_component: tuple[str, str], place: tuple[str, float]
 ) -> float:
-    """A body's component, dimensionless, at a place: the name of a line and the coordinate along it [mm]."""
+    """Return a component, dimensionless, at a place: a line and the coordinate along it [mm]."""
     (body, component), (name, coordinate) = body_component, place
     line = line_of(results, name)
     return float(np.interp(coordinate, line.running, curve(results, variant, body, component, [line])))
@@ -74,7 +74,7 @@ def value_at(
 def relative(
     results: Results, variant: str, body_component: tuple[str, str], place: tuple[str, float]
 ) -> float:
-    """|v / C - 1| of a body's component at a place, the relative deviation of a variant v from C."""
+    """Return |v / C - 1| of a component at a place, the relative deviation of a variant v from C."""
     approximation, c = (value_at(results, which, body_component, place) for which in (variant, "C"))
     return abs(approximation / c - 1)
 
@@ -82,15 +82,26 @@ def relative(
 def error(
     results: Results, variant: str, body: str, component: str, lines: Iterable[OffsetLine] | None = None
 ) -> float:
-    """Largest error [-] of a component of a variant against C on lines (default: all)."""
+    """Return the largest error [-] of a component of a variant against C on lines (default: all)."""
     differences = ics_of(results, variant, body) - reference_of(results, body).ic
     return deviation(results, differences, body, component, lines)
+
+
+def error_ratio(first: str, second: str, component: str, line: str | None = None) -> Callable[..., float]:
+    """Measure the error of a component of one variant over another one's, on a line (default: all)."""
+
+    def ratio(results: Results, body: str = "combined") -> float:
+        lines = None if line is None else [line_of(results, line)]
+        above, below = (error(results, variant, body, component, lines) for variant in (first, second))
+        return above / below
+
+    return ratio
 
 
 def deviation(
     results: Results, differences: Array, body: str, component: str, lines: Iterable[OffsetLine] | None = None
 ) -> float:
-    """Largest share [-] of differences (3, 3, n) [mm/N] in the component itself on lines (default: all)."""
+    """Return the largest difference on lines (default: all) as a share of the component; (3, 3, n) [mm/N]."""
     shares = measure_of(results, body).shares(differences)
     return max(
         float(shares[line.name][indices(component)])
@@ -101,7 +112,7 @@ def deviation(
 def largest(
     results: Results, variant: str, body_component: tuple[str, str], lines: Iterable[OffsetLine] | None = None
 ) -> float:
-    """Largest |v - C| of a body's component on lines (default: all), dimensionless, v being a variant."""
+    """Return the largest |v - C| of a variant v on lines (default: all), dimensionless."""
     return float(np.max(np.abs(difference(results, variant, body_component, lines))))
 
 
@@ -116,13 +127,13 @@ def across_over_along(component: str) -> Callable[[Results, str], float]:
 
 
 def on_its_line(results: Results, variant: str, body_component: tuple[str, str], line: OffsetLine) -> float:
-    """Largest |v - C| of a body's component on a line, as a share of max |C| there, v being a variant."""
+    """Return the largest |v - C| of a variant v on a line, as a share of max |C| there."""
     c = curve(results, "C", *body_component, [line])
     return largest(results, variant, body_component, [line]) / float(np.max(np.abs(c)))
 
 
 def not_revolved(results: Results, variant: str, body: str) -> Array:
-    """A variant for prismatic surfaces, without curvature along x as in [BVSV]; (3, 3, n) [mm/N]."""
+    """Return a variant for prismatic surfaces, without curvature along x as in [BVSV]; (3, 3, n) [mm/N]."""
     scene, points = results.scene, (results.points.x, results.points.s)
     solids = [getattr(scene.pair, name) for name in parts_of(body)]
     prismatic = [Solid(solid.material, solid.surface.prismatic) for solid in solids]
@@ -131,7 +142,7 @@ def not_revolved(results: Results, variant: str, body: str) -> Array:
 
 
 def rms(values: Array) -> float:
-    """The root of the mean square."""
+    """Return the root of the mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 
@@ -142,9 +153,9 @@ def panel(
     line: OffsetLine,
     more: Mapping[str, Array] | None = None,
 ) -> Panel:
-    """A panel of C, variants and further curves of a component, at coordinates >= 0 of a line.
+    """Return a panel of C, variants and further curves of a component, at coordinates >= 0 of a line.
 
-    `more` has the further curves (n,), dimensionless, by their names.
+    `more` has the further curves (n,), dimensionless, by name.
     """
     (body, component), shown = body_component, line.running >= 0
     curves = {name: curve(results, name, body, component, [line])[shown] for name in ("C", *variants)}

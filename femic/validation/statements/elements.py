@@ -1,4 +1,4 @@
-"""Statement 24: whether contact by C depends on the size of elements beyond its estimates."""
+"""Statement 24: whether contact with C depends on the size of elements beyond its estimates."""
 
 from collections.abc import Mapping
 from itertools import pairwise
@@ -16,8 +16,8 @@ AGREES = 0.002  # of a number, beside both estimates
 NUMBERS = ("approach", "p_max", "a", "b")
 
 
-def on_elements(runs: Runs) -> Mapping[int, xr.Dataset]:
-    """The numbers of the contact by C by the number of elements across the patch."""
+def by_element_count(runs: Runs) -> Mapping[int, xr.Dataset]:
+    """Return the numbers of the contact with C by the number of elements across the patch."""
     return {
         n: runs.contact(SCENE, {"loads": [LOAD], "elements": n, "ics": ["Bhat", "C"]}).isel(case=0)
         for n in ELEMENTS
@@ -25,35 +25,35 @@ def on_elements(runs: Runs) -> Mapping[int, xr.Dataset]:
 
 
 def beyond_estimates(name: str) -> Numbers:
-    """Measure by how much a number changes beyond both estimates, as a share of it, from grid to grid."""
+    """Measure the change of a number from grid to grid beyond both estimates, as a share of it."""
 
     def measure(runs: Runs) -> Mapping[str, float]:
-        by_c = {n: dataset.sel(ics="C") for n, dataset in on_elements(runs).items()}
+        with_c = {n: dataset.sel(ics="C") for n, dataset in by_element_count(runs).items()}
         return {
             f"{few} and {many} elements, {name}": float(
                 abs(one[name] - other[name]) - one[f"estimate_{name}"] - other[f"estimate_{name}"]
             )
             / float(other[name])
-            for (few, one), (many, other) in pairwise(by_c.items())
+            for (few, one), (many, other) in pairwise(with_c.items())
         }
 
     return measure
 
 
 def _details(runs: Runs) -> Mapping[str, float]:
-    """The numbers by C."""
+    """Return the numbers with C."""
     return {
         f"{n} elements, {name} [{dataset[name].units}]": float(dataset[name].sel(ics="C"))
-        for n, dataset in on_elements(runs).items()
+        for n, dataset in by_element_count(runs).items()
         for name in NUMBERS
     }
 
 
 def _panels(runs: Runs) -> list[Panel]:
-    """Approaches by C and by B-hat over the number of elements."""
-    found = on_elements(runs)
+    """Return approaches with C and with B-hat over the number of elements."""
+    contacts = by_element_count(runs)
     curves = {
-        symbol: xr.concat([dataset.approach.sel(ics=ics) for dataset in found.values()], "n").values
+        symbol: xr.concat([dataset.approach.sel(ics=ics) for dataset in contacts.values()], "n").values
         for ics, symbol in (("C", "C"), ("Bhat", "B̂"))
     }
     return [
@@ -64,11 +64,11 @@ def _panels(runs: Runs) -> list[Panel]:
 STATEMENTS = (
     Statement(
         24,
-        "Contact by C does not depend on the size of elements beyond its estimates.",
+        "Contact with C does not depend on the size of elements beyond its estimates.",
         tuple(
             Criterion(
                 name,
-                f"{SCENE}, {LOAD:g} N: change of {name} from grid to grid less both estimates, as a share",
+                f"{SCENE}, {LOAD:g} N: change of {name} from grid to grid minus both estimates, as a share",
                 "<",
                 AGREES,
                 beyond_estimates(name),

@@ -1,4 +1,4 @@
-"""Statements 22 and 23: whether contact by C is that of two meshed bodies, which use no ICs.
+"""Statements 22 and 23: whether contact with C agrees with contact of two meshed bodies, without ICs.
 
 Both have the same supports, and nothing is fitted between them.
 """
@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from compare.finite_elements.dataset import APPROACH, FE, OF_PATCH, OF_PLACE
-from compare.finite_elements.deviations import deviations, differences, known, known_to
+from compare.finite_elements.deviations import deviations, differences, estimates, relative_estimates
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.contact.finite_elements.fineness import CELLS, FEWEST
@@ -30,8 +30,8 @@ class Contacts:
     shift: float = 0.0
     cells: float = CELLS
 
-    def solved(self, runs: Runs) -> xr.Dataset:
-        """Their numbers by ICs and by finite elements."""
+    def dataset(self, runs: Runs) -> xr.Dataset:
+        """Return the numbers with ICs and by finite elements."""
         return runs.fe_contact(self.scene, self.loads, shift=self.shift, cells=self.cells)
 
 
@@ -41,31 +41,32 @@ BESIDE = Contacts(
 )  # touching first where the rail inclines by 61 deg
 
 
-def apart(contacts: Contacts, names: Sequence[str]) -> Numbers:
-    """Measure how far numbers by C are from those by finite elements, beyond their estimate, by load."""
+def deviations_beyond_estimate(contacts: Contacts, names: Sequence[str]) -> Numbers:
+    """Measure deviations of numbers with C from finite elements, less the estimate of the latter."""
 
     def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = contacts.solved(runs)
+        dataset = contacts.dataset(runs)
         return _by_case(
-            dataset, {name: abs(deviations(dataset, name)) - known(dataset, name) for name in names}
+            dataset,
+            {name: abs(deviations(dataset, name)) - relative_estimates(dataset, name) for name in names},
         )
 
     return measure
 
 
-def beside(contacts: Contacts, name: str, *, over_load: bool = False) -> Numbers:
-    """Measure the same of a number that vanishes where all is symmetric, in its unit or over the load."""
+def differences_beyond_estimate(contacts: Contacts, name: str, *, over_load: bool = False) -> Numbers:
+    """Measure the same of a number that vanishes by symmetry, in its unit or over the load."""
 
     def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = contacts.solved(runs)
-        beyond = abs(differences(dataset, name)) - known_to(dataset, name)
+        dataset = contacts.dataset(runs)
+        beyond = abs(differences(dataset, name)) - estimates(dataset, name)
         return _by_case(dataset, {name: beyond / dataset["load"] if over_load else beyond})
 
     return measure
 
 
 def _by_case(dataset: xr.Dataset, by_name: Mapping[str, xr.DataArray]) -> dict[str, float]:
-    """Numbers of C by load and name."""
+    """Return the values with C by load and name."""
     return {
         f"{case}, {name}": float(values.sel(ics="C")[k])
         for name, values in by_name.items()
@@ -74,45 +75,45 @@ def _by_case(dataset: xr.Dataset, by_name: Mapping[str, xr.DataArray]) -> dict[s
 
 
 def details(contacts: Contacts) -> Numbers:
-    """Measure how far all ICs are from finite elements, and what these are known to.
+    """Measure deviations of all ICs from finite elements, and the estimates of the latter.
 
-    In shares of the numbers by finite elements, but for those that vanish where all is symmetric.
+    They are shares of the numbers by finite elements, except for numbers that vanish by symmetry.
     """
 
     def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = contacts.solved(runs)
+        dataset = contacts.dataset(runs)
         names = [*OF_PATCH, APPROACH, *(OF_PLACE if contacts.shift else ())]
-        found: dict[str, float] = {}
+        details: dict[str, float] = {}
         for name in names:
             in_unit = name in OF_PLACE
             off = (differences if in_unit else deviations)(dataset, name)
-            to = (known_to if in_unit else known)(dataset, name)
+            to = (estimates if in_unit else relative_estimates)(dataset, name)
             for k, case in enumerate(dataset.case.values):
-                found |= {
+                details |= {
                     f"{case}, {name} by {SYMBOLS[ics]}": float(off.sel(ics=ics)[k])
                     for ics in map(str, off.ics.values)
                 }
-                found[f"{case}, {name}: estimate of FE"] = float(to[k])
-        return found
+                details[f"{case}, {name}: estimate of FE"] = float(to[k])
+        return details
 
     return measure
 
 
 def panels(contacts: Contacts) -> Callable[[Runs], list[Panel]]:
-    """Draw pressures across the patch by finite elements and by ICs, a panel per load."""
+    """Draw pressures across the patch by finite elements and with ICs, a panel per load."""
 
     def draw(runs: Runs) -> list[Panel]:
-        dataset = contacts.solved(runs)
+        dataset = contacts.dataset(runs)
         return [_panel(dataset, contacts.scene, number) for number in range(dataset.sizes["case"])]
 
     return draw
 
 
 def _panel(dataset: xr.Dataset, scene: str, number: int) -> Panel:
-    """Pressures across the patch by finite elements and by ICs."""
+    """Return pressures across the patch by finite elements and with ICs."""
     s = dataset[f"s_fe_{number}"].values
     p = dataset[f"p_{number}"].dropna("ics", how="all")
-    by_ics = {
+    with_ics = {
         SYMBOLS[str(name)]: np.interp(s, p[f"s_{number}"].values, p.sel(ics=name).values)
         for name in p.ics.values
     }
@@ -121,28 +122,30 @@ def _panel(dataset: xr.Dataset, scene: str, number: int) -> Panel:
         "s [mm]",
         s,
         "pressure at x = 0 [MPa]",
-        by_ics | {FE: dataset[f"p_fe_{number}"].values},
+        with_ics | {FE: dataset[f"p_fe_{number}"].values},
     )
 
 
 STATEMENTS = (
     Statement(
         22,
-        "Contact by C is that of two meshed bodies without ICs.",
+        "Contact with C agrees with contact of two meshed bodies without ICs.",
         (
             Criterion(
                 "patch",
-                f"{CENTRED.scene}: a, b, Δδ, p_max by C: deviation from finite elements less their estimate",
+                f"{CENTRED.scene}: a, b, Δδ, p_max with C: deviation from finite elements minus "
+                "their estimate",
                 "<",
                 AGREES,
-                apart(CENTRED, OF_PATCH),
+                deviations_beyond_estimate(CENTRED, OF_PATCH),
             ),
             Criterion(
                 "approach",
-                f"{CENTRED.scene}: approach by C, likewise; without M_zz of both bodies, and nothing fitted",
+                f"{CENTRED.scene}: approach with C, likewise; without M_zz of both bodies, and "
+                "nothing fitted",
                 "<",
                 AGREES,
-                apart(CENTRED, (APPROACH,)),
+                deviations_beyond_estimate(CENTRED, (APPROACH,)),
             ),
         ),
         panels(CENTRED),
@@ -150,36 +153,36 @@ STATEMENTS = (
     ),
     Statement(
         23,
-        "Beside the crown, too, contact by C is that of two meshed bodies without ICs.",
+        "Beside the crown, too, contact with C agrees with contact of two meshed bodies without ICs.",
         (
             Criterion(
                 "pressure",
-                f"{BESIDE.scene}, upper body moved by {BESIDE.shift:g} mm: p_max by C: deviation from finite "
-                "elements less their estimate",
+                f"{BESIDE.scene}, upper body moved by {BESIDE.shift:g} mm: p_max with C: deviation from "
+                "finite elements minus their estimate",
                 "<",
                 AGREES,
-                apart(BESIDE, ("p_max",)),
+                deviations_beyond_estimate(BESIDE, ("p_max",)),
             ),
             Criterion(
                 "force",
-                "lateral force by C, likewise, over the load",
+                "lateral force with C, likewise, over the load",
                 "<",
                 AGREES_FORCE,
-                beside(BESIDE, "F_y", over_load=True),
+                differences_beyond_estimate(BESIDE, "F_y", over_load=True),
             ),
             Criterion(
                 "centre",
-                "centre of pressure by C, likewise [mm]",
+                "centre of pressure with C, likewise [mm]",
                 "<",
                 AGREES_CENTRE,
-                beside(BESIDE, "s_centre"),
+                differences_beyond_estimate(BESIDE, "s_centre"),
             ),
             Criterion(
                 "approach",
-                "approach by C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
+                "approach with C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
                 "<",
                 AGREES,
-                apart(BESIDE, (APPROACH,)),
+                deviations_beyond_estimate(BESIDE, (APPROACH,)),
             ),
         ),
         panels(BESIDE),

@@ -4,22 +4,22 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from compare.report.panels import drawn
+from compare.report.panels import panel_figure
 from compare.report.styles import RC
-from femic.validation.statements.verdicts import Judged
+from femic.validation.statements.verdicts import Finding
 
 MET, UNMET = "tab:green", "tab:red"
 
 
-def curves(judged: Judged) -> Figure:
+def curves(finding: Finding) -> Figure:
     """Draw all panels of a statement."""
-    return drawn(judged.measured.panels, judged.statement.columns)
+    return panel_figure(finding.evidence.panels, finding.statement.columns)
 
 
-def numbers(judged: Judged) -> Figure:
+def numbers(finding: Finding) -> Figure:
     """Draw every number beside its threshold, with a separate scale for each criterion."""
-    criteria = judged.statement.criteria
-    values = judged.measured.values
+    criteria = finding.statement.criteria
+    values = finding.evidence.values
     heights = [len(values[criterion.name]) + 1.6 for criterion in criteria]
     with mpl.rc_context(RC):
         figure = Figure(figsize=(9, 0.24 * sum(heights) + 0.4), layout="constrained")
@@ -31,7 +31,7 @@ def numbers(judged: Judged) -> Figure:
             axes.barh(positions, list(case_values.values()), color=colours, height=0.6)
             axes.axvline(criterion.threshold, color="black", linewidth=1.2, linestyle="--")
             axes.set_yticks(positions, list(case_values), fontsize=7)
-            title = f"{criterion.says}: {criterion.relation} {criterion.threshold:.3g}"
+            title = f"{criterion.description}: {criterion.relation} {criterion.threshold:.3g}"
             axes.set_title(title, fontsize=8, loc="left")
             axes.tick_params(axis="x", labelsize=7)
             axes.set_ylim(len(case_values) - 0.4, -0.6)

@@ -1,4 +1,4 @@
-"""`femic validate` judges statements one by one and writes them as JSON and as one self-contained page."""
+"""`femic validate` assesses statements one by one and writes the results as JSON and as a page."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
@@ -11,12 +11,12 @@ import numpy as np
 
 from compare.ics.compute import reference_of, seconds_of
 from compare.ics.dataset import finite
-from compare.ics.error_measure import Measure
 from compare.ics.errors import measure_of
 from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section
 from compare.report.tables import Cell, Row, Table, texts
-from compare.report.tables import numbers as heads_of_numbers
+from compare.report.tables import numbers as number_heads
 from femic.cache import folders
+from femic.ic_errors.error_measure import Measure
 from femic.reference.accuracy import component_of
 from femic.validation import record
 from femic.validation.statements import figures
@@ -27,17 +27,17 @@ from femic.validation.statements.verdicts import (
     NOT_DECIDED,
     NOT_REPRODUCED,
     REPRODUCED,
-    Judged,
-    judge,
+    Finding,
+    assess,
 )
 
 TITLE = "femic: statements on these influence coefficients, and their verdicts"
 RULES = (
-    "Each statement is decided by numbers that femic computes and by thresholds that stand in its code "
-    "since before the first run (for changes see below). “Reproduced”: every criterion is met in every "
-    "case; “not reproduced”: none is in any; else it “depends”, and what fails is listed. Errors: max |v − "
-    "C| over a line as a share of max |C_ij| over all lines, four elements from the load and further; where "
-    "a component vanishes, of 0.05 max |C_nn|. Convex: the lower body; concave: the upper one."
+    "Each statement is decided by numbers that femic computes and by thresholds that were fixed in its code "
+    "before the first run (changes are listed below). “Reproduced”: every criterion is met in every case; "
+    "“not reproduced”: no criterion is met in any case; otherwise it “depends”, and the failures are listed. "
+    "Errors: max |v − C| over a line as a share of max |C_ij| over all lines, four elements from the load "
+    "and further; where a component vanishes, of 0.05 max |C_nn|. Convex: the lower body; concave: the upper."
 )
 VERDICT_COLOURS = {
     REPRODUCED: "#d9f0d9",
@@ -48,32 +48,32 @@ VERDICT_COLOURS = {
 
 
 def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
-    """Judge statements; write `validation.json`, figures and `validation.html`; return the page's path."""
+    """Assess statements; write `validation.json`, figures and `validation.html`; return the page's path."""
     folders.make(folder)
-    start, judged = perf_counter(), []
+    start, findings = perf_counter(), []
     for number in numbers:
         runs.options.watch.on_stage(f"statement {number}")
-        judged.append(judge(number, runs))
-        runs.options.watch.on_stage(f"statement {number}: {judged[-1].verdict}")
+        findings.append(assess(number, runs))
+        runs.options.watch.on_stage(f"statement {number}: {findings[-1].verdict}")
     runs.options.watch.on_stage("  figures and report")
-    found = found_numbers(judged, runs, perf_counter() - start)
-    return record.write(folder, "validation", found, partial(page_of, judged))
+    content = record_content(findings, runs, perf_counter() - start)
+    return record.write(folder, "validation", content, partial(page_of, findings))
 
 
-def summary(judged: Sequence[Judged]) -> str:
-    """The sentence that says how many statements have which verdict."""
+def summary(findings: Sequence[Finding]) -> str:
+    """Return the number of statements with each verdict as a sentence."""
     parts = []
     for verdict in VERDICT_COLOURS:
-        numbers = [str(one.statement.number) for one in judged if one.verdict == verdict]
+        numbers = [str(one.statement.number) for one in findings if one.verdict == verdict]
         if numbers:
             parts.append(f"{verdict}: {len(numbers)} ({', '.join(numbers)})")
-    return f"Of {len(judged)} statements, {'; '.join(parts)}."
+    return f"Of {len(findings)} statements, {'; '.join(parts)}."
 
 
-def found_numbers(judged: Sequence[Judged], runs: Runs, seconds: float) -> dict[str, Any]:
-    """What was found, as `validation.json` has it; `seconds` is the time that all statements took."""
+def record_content(findings: Sequence[Finding], runs: Runs, seconds: float) -> dict[str, Any]:
+    """Return the content of `validation.json`; `seconds` is the time of all statements together."""
     return {
-        "statements": [_statement(statement) for statement in judged],
+        "statements": [_statement(finding) for finding in findings],
         "runs": {name: _run_record(runs, name) for name in runs.done},
         "changes": [asdict(change) for change in CHANGES],
         "tolerance": runs.tolerance,
@@ -81,48 +81,48 @@ def found_numbers(judged: Sequence[Judged], runs: Runs, seconds: float) -> dict[
     }
 
 
-def _statement(judged: Judged) -> dict[str, Any]:
+def _statement(finding: Finding) -> dict[str, Any]:
     return {
-        "number": judged.statement.number,
-        "claim": judged.statement.claim,
-        "verdict": judged.verdict,
-        "failed": judged.failed,
+        "number": finding.statement.number,
+        "claim": finding.statement.claim,
+        "verdict": finding.verdict,
+        "failed": finding.failed,
         "unmet": [
-            f"{criterion.says}: {case}: {value:.4g} (not {criterion.relation} {criterion.threshold:.3g}"
-            f"{'; too close to tell' if criterion.close(value) else ''})"
-            for criterion, case, value in judged.unmet
+            f"{criterion.description}: {case}: {value:.4g} (not {criterion.relation} "
+            f"{criterion.threshold:.3g}{'; too close to decide' if criterion.close(value) else ''})"
+            for criterion, case, value in finding.unmet
         ],
         "criteria": [
             {
                 "name": criterion.name,
-                "says": criterion.says,
+                "says": criterion.description,
                 "relation": criterion.relation,
                 "threshold": criterion.threshold,
                 "values": {case: finite(value) for case, value in values.items()},
                 "met": {case: criterion.met(value) for case, value in values.items()},
                 "close": {case: criterion.close(value) for case, value in values.items()},
             }
-            for criterion in judged.statement.criteria
-            if not judged.failed
-            for values in (judged.measured.values[criterion.name],)
+            for criterion in finding.statement.criteria
+            if not finding.failed
+            for values in (finding.evidence.values[criterion.name],)
         ],
-        "details": {case: finite(value) for case, value in judged.measured.details.items()},
+        "details": {case: finite(value) for case, value in finding.evidence.details.items()},
     }
 
 
 def _run_record(runs: Runs, name: str) -> dict[str, float]:
-    """The largest estimate of a run's C, by its own engine, on both scales [-]; its seconds and unknowns."""
+    """Return the largest estimate of a run's C on both scales [-], its seconds and its unknowns."""
     results = runs.done[name]
     estimate, weight = (
         max(
             component_of(line_shares, component)
             for body in results.scene.compared
-            for line_shares in measured(
+            for line_shares in shares(
                 measure_of(results, body), reference_of(results, body).estimate
             ).values()
             for component in results.scene.components
         )
-        for measured in (Measure.shares, Measure.weights)
+        for shares in (Measure.shares, Measure.weights)
     )
     return {
         "estimate": estimate,
@@ -132,34 +132,34 @@ def _run_record(runs: Runs, name: str) -> dict[str, float]:
     }
 
 
-def page_of(judged: Sequence[Judged], found: dict[str, Any]) -> Page:
-    """The page of statements and of what `validation.json` says of them."""
-    return Page(TITLE, summary(judged), _sections(judged, found))
+def page_of(findings: Sequence[Finding], content: dict[str, Any]) -> Page:
+    """Return the page of statements; `content` is the content of `validation.json`."""
+    return Page(TITLE, summary(findings), _sections(findings, content))
 
 
-def _sections(judged: Sequence[Judged], found: dict[str, Any]) -> Iterator[Section]:
+def _sections(findings: Sequence[Finding], content: dict[str, Any]) -> Iterator[Section]:
     verdicts = [
         Row(str(one["number"]), [Cell(one["claim"], link=f"s{one['number']}"), _verdict(one["verdict"])])
-        for one in found["statements"]
+        for one in content["statements"]
     ]
     yield Section("", [RULES, Table("#", ["statement", "verdict"], verdicts, is_text=True)])
-    for one, numbers in zip(judged, found["statements"], strict=True):
+    for one, numbers in zip(findings, content["statements"], strict=True):
         heading = f"{numbers['number']}. {numbers['verdict']}"
         blocks = list(_statement_blocks(one, numbers))
         yield Section(heading, blocks, VERDICT_COLOURS[one.verdict], f"s{numbers['number']}")
-    yield Section("Changes of the criteria", [_changes_table(found["changes"])])
-    taken = (
-        f"Tolerance of C: {found['tolerance']}; the whole took {found['seconds']} s here (models that the "
-        f"store had take none). {record.versions_of(found)}"
+    yield Section("Changes of the criteria", [_changes_table(content["changes"])])
+    settings = (
+        f"Tolerance of C: {content['tolerance']}; total time: {content['seconds']} s, without models that "
+        f"were in the store. {record.version_text(content)}"
     )
-    yield Section("The runs and their C", [_runs_table(found["runs"]), Note(taken)])
+    yield Section("The runs and their C", [_runs_table(content["runs"]), Note(settings)])
 
 
 def _verdict(verdict: str) -> Cell:
     return Cell(verdict, colour=VERDICT_COLOURS[verdict])
 
 
-def _statement_blocks(judged: Judged, numbers: dict[str, Any]) -> Iterator[Block]:
+def _statement_blocks(finding: Finding, numbers: dict[str, Any]) -> Iterator[Block]:
     """Yield claim, failures, figures and numbers of a statement."""
     yield numbers["claim"]
     if numbers["failed"]:
@@ -167,11 +167,11 @@ def _statement_blocks(judged: Judged, numbers: dict[str, Any]) -> Iterator[Block
     if numbers["unmet"]:
         yield "Not met:"
         yield Items(numbers["unmet"])
-    yield from _pictures(judged)
+    yield from _pictures(finding)
     rows = [*_criteria_rows(numbers["criteria"]), *_detail_rows(numbers["details"])]
     columns = [
         *texts("case"),
-        *heads_of_numbers("value"),
+        *number_heads("value"),
         *texts("threshold", "met"),
     ]
     yield Folded("Numbers", [Table("criterion", columns, rows)])
@@ -180,7 +180,7 @@ def _statement_blocks(judged: Judged, numbers: dict[str, Any]) -> Iterator[Block
 def _criteria_rows(criteria: Sequence[dict[str, Any]]) -> Iterator[Row]:
     for criterion in criteria:
         for number, (case, value) in enumerate(criterion["values"].items()):
-            close = ", but too close to tell" if criterion["close"][case] else ""
+            close = ", but too close to decide" if criterion["close"][case] else ""
             yield Row(
                 "" if number else criterion["says"],
                 [
@@ -207,7 +207,7 @@ def _changes_table(changes: Sequence[dict[str, Any]]) -> Table:
 
 
 def _runs_table(runs: dict[str, Any]) -> Table:
-    columns = ["C is known to", "of max |C_nn|", "seconds of its models", "unknowns of the largest"]
+    columns = ["estimate of C", "of max |C_nn|", "seconds of its models", "unknowns of the largest"]
     rows = [
         Row(
             name,
@@ -223,10 +223,10 @@ def _runs_table(runs: dict[str, Any]) -> Table:
     return Table("run", columns, rows)
 
 
-def _pictures(judged: Judged) -> Iterator[Picture]:
-    if judged.failed:
+def _pictures(finding: Finding) -> Iterator[Picture]:
+    if finding.failed:
         return
-    name = f"statement{judged.statement.number}"
-    if judged.measured.panels:
-        yield Picture(f"{name}_curves", figures.curves(judged))
-    yield Picture(f"{name}_numbers", figures.numbers(judged))
+    name = f"statement{finding.statement.number}"
+    if finding.evidence.panels:
+        yield Picture(f"{name}_curves", figures.curves(finding))
+    yield Picture(f"{name}_numbers", figures.numbers(finding))

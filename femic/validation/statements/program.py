@@ -8,7 +8,7 @@ import numpy as np
 from approx.cylinder import cavity_ics, half_plane_ics, solid_cylinder_ics
 from approx.halfspace import HalfSpace
 from compare.ics.compute import Results, ics_of, reference_of
-from compare.ics.errors import apart, measure_of
+from compare.ics.errors import engine_differences, measure_of
 from compare.report.panels import Panel
 from compare.report.styles import SYMBOLS
 from femic.reference.accuracy import component_of
@@ -32,7 +32,7 @@ SIDES = {"cavity": UPPER, "solid cylinder": LOWER}
 
 
 def agreements(runs: Runs) -> Mapping[str, float]:
-    """Differences of the engines over the sum of their estimates, by geometry, body and component."""
+    """Return differences of the engines over the sum of their estimates, by geometry, body and component."""
     return {
         f"{name}, {body}, {component}": ratio
         for name, body in product(GEOMETRIES, BODIES)
@@ -41,24 +41,24 @@ def agreements(runs: Runs) -> Mapping[str, float]:
 
 
 def agreement(results: Results, body: str) -> dict[str, float]:
-    """Largest difference of both engines over the sum of their estimates on a line, by component."""
-    ratios = _over(*apart(results, body))
+    """Return the largest difference of the engines over the sum of their estimates, by component."""
+    ratios = _largest_ratios(*engine_differences(results, body))
     return {component: component_of(ratios, component) for component in COMPONENTS}
 
 
-def _over(differences: Mapping[str, Array], estimates: Mapping[str, Array]) -> Array:
-    """Largest ratio over the lines, (3, 3), of differences to estimates (at least `TINY`)."""
+def _largest_ratios(differences: Mapping[str, Array], estimates: Mapping[str, Array]) -> Array:
+    """Return the largest ratios of differences to estimates (at least `TINY`) on a line, (3, 3)."""
     return np.max([differences[line] / np.maximum(estimates[line], TINY) for line in differences], axis=0)
 
 
 def _estimates(runs: Runs) -> Mapping[str, float]:
-    """The largest estimates and the largest differences of the engines, by geometry and body [-]."""
+    """Return the largest estimates and the largest differences of the engines, by geometry and body [-]."""
     details: dict[str, float] = {}
     for name, body in product(GEOMETRIES, BODIES):
         results = runs.with_both_engines(name)
         estimates = measure_of(results, body).shares(reference_of(results, body).estimate)
         details[f"estimate of C, harmonic: {name}, {body}"] = _worst(estimates)
-        details[f"largest difference: {name}, {body}"] = _worst(apart(results, body)[0])
+        details[f"largest difference: {name}, {body}"] = _worst(engine_differences(results, body)[0])
     return details
 
 
@@ -77,8 +77,8 @@ def _both_engines(runs: Runs) -> list[Panel]:
 # --- 15 -------------------------------------------------------------------------------------------------
 
 
-def variants_off_a(runs: Runs) -> Mapping[str, float]:
-    """Largest deviation of each variant from A on the plane, as a share of the largest IC."""
+def variant_deviations(runs: Runs) -> Mapping[str, float]:
+    """Return the largest deviation of each variant from A on the plane, as a share of the largest IC."""
     plane = runs.plane()
     return {
         SYMBOLS[variant]: max(_deviation_from_a(plane, variant, body) for body in BODIES)
@@ -91,11 +91,8 @@ def _deviation_from_a(results: Results, variant: str, body: str) -> float:
     return float(np.max(np.abs(ics_of(results, variant, body) - a)) / np.max(np.abs(a)))
 
 
-def from_limit(results: Results, body: str) -> float:
-    """Largest |C - A| on a line as a share of max |A_ij| there, or of max |A_nn| there if A_ij is 0.
-
-    It is the largest over all lines.
-    """
+def deviation_from_limit(results: Results, body: str) -> float:
+    """Return the largest |C - A| on a line as a share of max |A_ij| there, or of max |A_nn| if A_ij is 0."""
     return max(
         largest(results, "A", (body, component), [line]) / _limit_scale(results, body, component, line)
         for line in results.scene.lines
@@ -109,14 +106,14 @@ def _limit_scale(results: Results, body: str, component: str, line: OffsetLine) 
 
 
 def _over_estimate(results: Results, body: str) -> float:
-    """Largest |C - A| over the estimate of C (at least `TINY`) of a component on a line."""
+    """Return the largest |C - A| over the estimate of C (at least `TINY`) of a component on a line."""
     c, measure = reference_of(results, body), measure_of(results, body)
     differences = measure.shares(ics_of(results, "A", body) - c.ic)
-    return float(np.max(_over(differences, measure.shares(c.estimate))))
+    return float(np.max(_largest_ratios(differences, measure.shares(c.estimate))))
 
 
 def far_field_error(nu: float) -> float:
-    """Relative deviation of A, far from a patch, from point loads (Boussinesq, Cerruti)."""
+    """Return the relative deviation of A, far from a patch, from point loads (Boussinesq, Cerruti)."""
     constants, patch = one_body(Material(210e3, nu), UPPER), Patch(0.2, 0.3)
     angle = np.linspace(0, 2 * np.pi, 65)[:-1] + 0.01
     x, s = FAR_PATCHES * patch.b * np.array([np.cos(angle), np.sin(angle)])
@@ -125,7 +122,7 @@ def far_field_error(nu: float) -> float:
 
 
 def point_load(constants: ElasticConstants, x: Array, s: Array) -> Array:
-    """Displacements of a half-space under unit point loads [mm/N], (3, 3, n), at x, s (n,) [mm]."""
+    """Return displacements of a half-space under unit point loads [mm/N], (3, 3, n), at x, s (n,) [mm]."""
     r = np.hypot(x, s)
     nu, k = constants.nu, constants.mismatch_k
     scale = constants.factor / (2 * np.pi * constants.G)
@@ -138,7 +135,7 @@ def point_load(constants: ElasticConstants, x: Array, s: Array) -> Array:
 
 
 def cylinder_error(side: int, nu: float) -> float:
-    """Relative deviation of B of line loads with the factor from the cavity or the solid cylinder.
+    """Return the relative deviation of B of line loads with the factor from the cavity or the solid cylinder.
 
     The upper body is the cavity, the lower body the solid cylinder.
     """
@@ -148,7 +145,7 @@ def cylinder_error(side: int, nu: float) -> float:
 
 
 def _cylinder(side: int, nu: float, alpha: Array, *, factor: bool = True) -> tuple[Array, Array]:
-    """Exact ICs (2, 2, ...) of a cylinder of radius 1, without uniform radial displacement, and B."""
+    """Return exact ICs (2, 2, ...) of a cylinder of radius 1, without uniform radial displacement, and B."""
     material = Material(210e3, nu)
     exact = (cavity_ics if side == UPPER else solid_cylinder_ics)(material, alpha)
     if side == LOWER:
@@ -156,8 +153,8 @@ def _cylinder(side: int, nu: float, alpha: Array, *, factor: bool = True) -> tup
     a = half_plane_ics(material, side, 2 * np.sin(alpha / 2), 1.0)
     if factor:
         a[[0, 1], [1, 0]] *= (np.pi - np.abs(alpha)) / np.pi
-    turn = np.array([[np.cos(alpha), -np.sin(alpha)], [np.sin(alpha), np.cos(alpha)]])
-    return exact, np.einsum("ik...,kj...->ij...", a, turn)
+    rotation = np.array([[np.cos(alpha), -np.sin(alpha)], [np.sin(alpha), np.cos(alpha)]])
+    return exact, np.einsum("ik...,kj...->ij...", a, rotation)
 
 
 def _cylinder_panels() -> list[Panel]:
@@ -191,13 +188,13 @@ def _limits(runs: Runs) -> list[Panel]:
     return panels + _cylinder_panels()
 
 
-def of_nu(number: Callable[[float], float]) -> Numbers:
-    """Measure a number of each Poisson's ratio."""
+def per_nu(number: Callable[[float], float]) -> Numbers:
+    """Measure a number at each Poisson's ratio."""
     return lambda _: {f"ν = {nu:g}": number(nu) for nu in NU}
 
 
 def cylinder_errors(_: Runs) -> Mapping[str, float]:
-    """The relative deviations of both cylinders at each Poisson's ratio."""
+    """Return the relative deviations of both cylinders at each Poisson's ratio."""
     return {f"{body}, ν = {nu:g}": cylinder_error(side, nu) for body, side in SIDES.items() for nu in NU}
 
 
@@ -220,7 +217,11 @@ STATEMENTS = (
         "the cylinder by B.",
         (
             Criterion(
-                "variants", "plane: largest error of a variant against A", "<", SAME_NUMBER, variants_off_a
+                "variants",
+                "plane: largest error of a variant against A",
+                "<",
+                SAME_NUMBER,
+                variant_deviations,
             ),
             Criterion(
                 "plane",
@@ -234,14 +235,14 @@ STATEMENTS = (
                 "arc of 1000 reference lengths: |C - A| on a line, of max |A_ij|, of max |A_nn| if A_ij is 0",
                 "<",
                 0.01,
-                lambda runs: {body: from_limit(runs.nearly_plane(), body) for body in BODIES},
+                lambda runs: {body: deviation_from_limit(runs.nearly_plane(), body) for body in BODIES},
             ),
             Criterion(
                 "point loads",
                 "A at 1e5 patches: relative deviation from point loads",
                 "<",
                 HALF_SPACE,
-                of_nu(far_field_error),
+                per_nu(far_field_error),
             ),
             Criterion(
                 "cylinder",

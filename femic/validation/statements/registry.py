@@ -1,12 +1,13 @@
-"""All statements by number: 1 to 13 and 16 to 21 are those of [BVSV], all others about this program.
+"""All statements by number: 1 to 13 and 16 to 21 are from [BVSV], all others are about this program.
 
-Thresholds were set before the first run and have not been changed since; `changes` lists what was changed
-in claims and criteria. The report says where a number misses its threshold. Errors are shares of the
-component itself (docs/theory/errors.md). Lines are those of the scenes. Where scenes are compared, curves are
-dimensionless.
+Thresholds were set before the first run and have not been changed since; `changes` lists the changes of
+claims and criteria. Errors are shares of the component itself (docs/theory/errors.md) on the lines of the
+scenes. Where scenes are compared, curves are dimensionless.
 """
 
 from collections.abc import Mapping
+from itertools import chain
+from operator import attrgetter
 
 from femic.validation.statements import (
     bodies,
@@ -14,20 +15,18 @@ from femic.validation.statements import (
     curvature,
     elements,
     fe_contacts,
-    known,
     nn,
     program,
+    random_contacts,
     sn,
     tangential,
     xn,
 )
 from femic.validation.statements.criteria import Statement
 
-GROUPS = (nn, tangential, bodies, xn, curvature, sn, choices, program, fe_contacts, elements, known)
+GROUPS = (nn, tangential, bodies, xn, curvature, sn, choices, program, fe_contacts, elements, random_contacts)
 
 STATEMENTS: Mapping[int, Statement] = {
     statement.number: statement
-    for statement in sorted(
-        (of_group for group in GROUPS for of_group in group.STATEMENTS), key=lambda of_group: of_group.number
-    )
+    for statement in sorted(chain(*(group.STATEMENTS for group in GROUPS)), key=attrgetter("number"))
 }

@@ -1,4 +1,4 @@
-"""The runs that statements are judged by, each computed when it is first used."""
+"""The runs that statements need, each computed when it is first used."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -17,8 +17,8 @@ from femic.contact.finite_elements.fineness import CELLS
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
-from femic.validation.estimates.coverage import kept_outcomes
-from femic.validation.estimates.outcomes import Outcome
+from femic.validation.estimates.coverage import stored_comparisons
+from femic.validation.estimates.studies import GridComparison
 from geometries.patches import COMPONENTS
 
 GEOMETRIES = ("geometry1", "geometry2")
@@ -30,29 +30,29 @@ NEARLY_PLANE = 1e4  # mm, radius of the arcs
 
 @dataclass(eq=False)
 class Runs:
-    """Results of scenes with C in all nine components and every variant, each computed once."""
+    """Results of scenes with all nine components of C and every variant, each computed once."""
 
     options: RunOptions
     tolerance: float = TOLERANCE
     done: dict[str, Results] = field(default_factory=dict)
     fits: dict[str, Mapping[str, EffectiveProperties]] = field(default_factory=dict)
     contacts: dict[str, xr.Dataset] = field(default_factory=dict)
-    outcomes: dict[tuple[str, int, int], list[Outcome]] = field(default_factory=dict)
+    comparisons: dict[tuple[str, int, int], list[GridComparison]] = field(default_factory=dict)
 
     def geometry(self, name: str) -> Results:
-        """The results of a geometry of the source [BVSV]."""
+        """Return the results of a geometry of the source [BVSV]."""
         return self._once(name, lambda: self._compute(self._scene(name)))
 
     def fitted(self, name: str) -> Results:
-        """The results of a geometry with B-hat-prime, which is fitted to that geometry."""
+        """Return the results of a geometry with B-hat-prime, fitted to the same geometry."""
         return self._once(f"{name}, fitted", lambda: self._with_fit(self.geometry(name)))
 
     def with_both_engines(self, name: str) -> Results:
-        """The results of a geometry with C by both engines."""
+        """Return the results of a geometry with C of both engines."""
         return self._once(f"{name}, both engines", lambda: self._compute(self._scene(name, check=True)))
 
     def other_nu(self, name: str) -> Results:
-        """The results of a geometry with the Poisson's ratio of the other geometry."""
+        """Return the results of a geometry with the Poisson's ratio of the other geometry."""
         nu = {"nu": OTHER_NU[name]}
         return self._once(
             f"{name}, nu = {OTHER_NU[name]:.2f}",
@@ -60,7 +60,7 @@ class Runs:
         )
 
     def not_revolved(self) -> Results:
-        """The results of Geometry 2 with a prismatic wheel."""
+        """Return the results of Geometry 2 with a prismatic wheel."""
         prismatic = {"upper": {"rolling_radius": float("inf")}}
         name = "geometry2, not revolved"
         return self._once(
@@ -68,11 +68,11 @@ class Runs:
         )
 
     def plane(self) -> Results:
-        """The results of two half-spaces."""
+        """Return the results of two half-spaces."""
         return self._once("flat", lambda: self._compute(self._scene("flat")))
 
     def nearly_plane(self) -> Results:
-        """The results of Geometry 1 with arcs of a very large radius."""
+        """Return the results of Geometry 1 with arcs of a very large radius."""
         arc = {"contour": {"kind": "arc", "radius": NEARLY_PLANE, "flank_inclination_deg": 25.5}}
         changes = {"lower": arc, "upper": arc, "reference_length": 10.0}
         name = f"arcs of {NEARLY_PLANE / 1000:g} m"
@@ -81,20 +81,20 @@ class Runs:
     def fe_contact(
         self, name: str, loads: tuple[float, ...], *, shift: float = 0.0, cells: float = CELLS
     ) -> xr.Dataset:
-        """Numbers of the contacts of a scene by ICs and by finite elements, at some loads [N].
+        """Return numbers of the contacts of a scene with ICs and by finite elements, at some loads [N].
 
         The upper body is moved by `shift` [mm] along y; `cells` lie along the patch's shorter half-length.
         """
         key = f"{name}, shift {shift:g} mm"
         if key not in self.contacts:
-            self.options.watch.on_stage(f"  {key}: contact by ICs and by finite elements")
+            self.options.watch.on_stage(f"  {key}: contact with ICs and by finite elements")
             scene = load_scene(name, {"contact": {"loads": list(loads), "shift": shift}})
-            by_ics = to_dataset(compute_contact(scene, self.options))
-            self.contacts[key] = compute_fe_contact(scene, by_ics, self.options, cells)
+            with_ics = to_dataset(compute_contact(scene, self.options))
+            self.contacts[key] = compute_fe_contact(scene, with_ics, self.options, cells)
         return self.contacts[key]
 
     def contact(self, name: str, changes: Mapping[str, Any]) -> xr.Dataset:
-        """Numbers of the contacts of a scene with some keys of [contact] changed."""
+        """Return numbers of the contacts of a scene with some keys of [contact] changed."""
         key = f"{name}, {dict(changes)}"
         if key not in self.contacts:
             self.options.watch.on_stage(f"  contact of {key}")
@@ -102,12 +102,12 @@ class Runs:
             self.contacts[key] = to_dataset(compute_contact(scene, self.options))
         return self.contacts[key]
 
-    def random_contacts(self, study: str, seed: int, wanted: int) -> list[Outcome]:
-        """What random contacts of a study give, on their elements and on those four times smaller."""
-        key = study, seed, wanted
-        if key not in self.outcomes:
-            self.outcomes[key] = kept_outcomes(study, seed, wanted, self.options)
-        return self.outcomes[key]
+    def random_contacts(self, study: str, seed: int, count: int) -> list[GridComparison]:
+        """Return random contacts of a study on grids of three fineness levels."""
+        key = study, seed, count
+        if key not in self.comparisons:
+            self.comparisons[key] = stored_comparisons(study, seed, count, self.options)
+        return self.comparisons[key]
 
     def _once(self, name: str, make: Callable[[], Results]) -> Results:
         if name not in self.done:
@@ -126,7 +126,7 @@ class Runs:
         return with_approximations(results, replace(results.scene, effective=fit, variants=tuple(VARIANTS)))
 
     def _fit(self, name: str) -> Mapping[str, EffectiveProperties]:
-        """Effective properties of a geometry, fitted to C_xn of one load position."""
+        """Return effective properties of a geometry, fitted to C_xn of one load position."""
         if name not in self.fits:
             self.fits[name] = calibrate(self._scene(name), self.options).scene.effective
         return self.fits[name]

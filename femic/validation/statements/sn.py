@@ -16,9 +16,9 @@ from femic.validation.statements.criteria import (
     POOR,
     Criterion,
     Statement,
-    of_bodies,
-    of_geometries,
-    on_both,
+    per_body,
+    per_geometry,
+    side_by_side,
 )
 from femic.validation.statements.curves import (
     ACROSS,
@@ -29,6 +29,7 @@ from femic.validation.statements.curves import (
     deviation,
     difference,
     error,
+    error_ratio,
     line_of,
     panel,
     unit,
@@ -38,36 +39,26 @@ from geometries.arrays import Array
 from geometries.patches import N, S
 
 SN = ("combined", "sn")
-GAIN = 0.9  # error with the factor over that without it: at most this is a gain
-WITH_FACTOR = ("B", "Bhat")  # variants of which the factor is tried
+GAIN = 0.9  # error with the factor over error without it: at most this is a gain
+WITH_FACTOR = ("B", "Bhat")  # variants to which the factor is applied
 
 
 # --- 9: all on the line along s -------------------------------------------------------------------------
 
 
-def above_a(results: Results, body: str) -> float:
-    """Mean of (C - A) sgn A / max |A| of sn on the line along s, s > 0.
+def mean_deviation_from_a(results: Results, body: str) -> float:
+    """Return the mean of (C - A) sgn A / max |A| of sn on the line along s, s > 0.
 
-    The sign of A is used because the source draws each body in its own frame, in which A_sn of both bodies is
-    alike; here those of the lower and the upper body have opposite signs.
+    The source draws each body in its own frame, in which A_sn of both bodies has the same sign; here A_sn of
+    the lower and of the upper body have opposite signs.
     """
     line = line_of(results, ACROSS)
     c, a = (curve(results, variant, body, "sn", [line])[line.s > 0] for variant in ("C", "A"))
     return float(np.mean((c - a) * np.sign(a) / np.max(np.abs(a))))
 
 
-def over_b_hat(variant: str) -> Callable[[Results], float]:
-    """Measure the error of a variant's sn over that of B-hat_sn on the line along s, of both bodies."""
-
-    def ratio(results: Results) -> float:
-        lines = [line_of(results, ACROSS)]
-        return error(results, variant, *SN, lines) / error(results, "Bhat", *SN, lines)
-
-    return ratio
-
-
 def translation(results: Results) -> float:
-    """Part of |C_sn - B-hat_sn|^2 that the best vertical translation of both bodies explains."""
+    """Return the share of |C_sn - B-hat_sn|^2 that the best vertical translation of both bodies explains."""
     misfit = _c_minus_b_hat(results)
     lean = np.sin(results.scene.bodies[CONVEX].contour.inclination(line_of(results, ACROSS).s))
     remainder = misfit - lean * (lean @ misfit) / (lean @ lean)
@@ -75,13 +66,13 @@ def translation(results: Results) -> float:
 
 
 def furthest_misfit(results: Results) -> float:
-    """|s| of the largest |C_sn - B-hat_sn| on the line along s, over |s| of the joint of arc and flank."""
+    """Return |s| of the largest |C_sn - B-hat_sn| on the line along s, over |s| of the joint."""
     s = line_of(results, ACROSS).s
     return float(abs(s[np.argmax(np.abs(_c_minus_b_hat(results)))]) / _joint(results))
 
 
 def within_arc(results: Results, variant: str) -> float:
-    """Largest |v - C| of sn on the line along s between the joints, as a share of max |C_sn| of all lines."""
+    """Return the largest |v - C| of sn between the joints, as a share of max |C_sn| on all lines."""
     line = line_of(results, ACROSS)
     on_arc = np.abs(line.s) <= _joint(results)
     return float(
@@ -95,33 +86,27 @@ def _c_minus_b_hat(results: Results) -> Array:
 
 
 def _joint(results: Results) -> float:
-    """The smallest |s| [mm] of a joint of arc and flank of either body."""
+    """Return the smallest |s| [mm] of a joint of arc and flank of either body."""
     return min(abs(s) for body in results.scene.bodies.values() for s in body.contour.joints)
-
-
-def misfit_of_first(runs: Runs) -> Mapping[str, float]:
-    """|s| of the largest misfit of Geometry 1, over |s| of the joint."""
-    first = GEOMETRIES[0]
-    return {first: furthest_misfit(runs.geometry(first))}
 
 
 # --- 10 -------------------------------------------------------------------------------------------------
 
 
-def share_of_gains(runs: Runs) -> Mapping[str, float]:
-    """The share of cases in which the factor makes the error at least a tenth smaller."""
+def gain_share(runs: Runs) -> Mapping[str, float]:
+    """Return the share of cases in which the factor reduces the error by a tenth or more."""
     return {"all": float(np.mean([ratio <= GAIN for ratio in errors_with_factor(runs).values()]))}
 
 
 def errors_with_factor(runs: Runs) -> Mapping[str, float]:
-    """Error of sn with the factor over that without it, of each body alone.
+    """Return the error of sn with the factor over the error without it, of each body alone.
 
-    Of both bodies together, A_sn cancels where they are alike, and the factor with it.
+    Where both bodies are equal, the combined A_sn cancels, and the factor with it.
     """
     return {
         f"error with over without: {case}, {variant}": ratio
         for variant in WITH_FACTOR
-        for case, ratio in of_bodies(_with_over_without(variant), ALONE)(runs).items()
+        for case, ratio in per_body(_with_over_without(variant), ALONE)(runs).items()
     }
 
 
@@ -134,7 +119,7 @@ def _with_over_without(variant: str) -> Callable[[Results, str], float]:
 
 
 def with_factor(results: Results, variant: str, body: str) -> Array:
-    """B or B-hat [mm/N], (3, 3, n), from A with sn and ns times (pi - |alpha|) / pi.
+    """Return B or B-hat [mm/N], (3, 3, n), from A with sn and ns times (pi - |alpha|) / pi.
 
     alpha is the angle between the normals of the observer and the load.
     """
@@ -185,44 +170,52 @@ STATEMENTS = (
                 "mean of (C - A) sgn A / max |A| at x = 1.6 mm, s > 0, convex body",
                 "<",
                 -POOR,
-                of_geometries(lambda r: above_a(r, CONVEX)),
+                per_geometry(lambda r: mean_deviation_from_a(r, CONVEX)),
             ),
             Criterion(
-                "concave", "the same, concave body", ">", 0.0, of_geometries(lambda r: above_a(r, CONCAVE))
+                "concave",
+                "the same, concave body",
+                ">",
+                0.0,
+                per_geometry(lambda r: mean_deviation_from_a(r, CONCAVE)),
             ),
             Criterion(
-                "B", "error of B_sn over that of B̂_sn at x = 1.6 mm", "<", 1.0, of_geometries(over_b_hat("B"))
+                "B",
+                "error of B_sn over error of B̂_sn at x = 1.6 mm",
+                "<",
+                1.0,
+                per_geometry(error_ratio("B", "Bhat", "sn", ACROSS)),
             ),
             Criterion(
                 "B̂′",
-                "error of B̂′_sn over that of B̂_sn at x = 1.6 mm",
+                "error of B̂′_sn over error of B̂_sn at x = 1.6 mm",
                 ">",
                 1.0,
-                of_geometries(over_b_hat("Bhat_prime"), fitted=True),
+                per_geometry(error_ratio("Bhat_prime", "Bhat", "sn", ACROSS), fitted=True),
             ),
             Criterion(
                 "arc",
                 "largest |B_sn - C_sn| at x = 1.6 mm up to the joint, of max |C_sn|",
                 "<",
                 FOLLOWS,
-                of_geometries(lambda r: within_arc(r, "B")),
+                per_geometry(lambda r: within_arc(r, "B")),
             ),
             Criterion(
                 "translation",
                 "part of |C_sn - B̂_sn|² at x = 1.6 mm that a vertical translation explains",
                 ">",
                 MUCH,
-                of_geometries(translation),
+                per_geometry(translation),
             ),
             Criterion(
                 "flank",
-                "|s| of the largest |C_sn - B̂_sn| at x = 1.6 mm over that of the joint",
+                "|s| of the largest |C_sn - B̂_sn| at x = 1.6 mm over |s| of the joint",
                 ">",
                 1.0,
-                misfit_of_first,
+                lambda runs: {GEOMETRIES[0]: furthest_misfit(runs.geometry(GEOMETRIES[0]))},
             ),
         ),
-        on_both(_body_panels, fitted=True),
+        side_by_side(_body_panels, fitted=True),
     ),
     Statement(
         10,
@@ -233,10 +226,10 @@ STATEMENTS = (
                 "share of cases (bodies alone) in which the error of sn falls by a tenth",
                 "<",
                 0.75,
-                share_of_gains,
+                gain_share,
             ),
         ),
-        on_both(_factor),
+        side_by_side(_factor),
         errors_with_factor,
     ),
 )

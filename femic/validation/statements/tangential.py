@@ -11,10 +11,10 @@ from femic.validation.statements.criteria import (
     SATISFACTORY,
     Criterion,
     Statement,
-    more_on_second,
-    of_bodies,
-    of_geometries,
-    on_both,
+    per_body,
+    per_geometry,
+    second_minus_first,
+    side_by_side,
 )
 from femic.validation.statements.curves import (
     ACROSS,
@@ -29,6 +29,7 @@ from femic.validation.statements.curves import (
     curve,
     difference,
     error,
+    error_ratio,
     largest,
     line_of,
     on_its_line,
@@ -41,18 +42,18 @@ from geometries.arrays import Array
 XX = ("combined", "xx")
 
 
-def of_xx(results: Results, body: str) -> float:
-    """Largest |A_xx - C_xx| on a line, as a share of max |C_xx| there, over all lines."""
+def worst_xx_error(results: Results, body: str) -> float:
+    """Return the largest |A_xx - C_xx| on a line, as a share of max |C_xx| there, over all lines."""
     return max(on_its_line(results, "A", (body, "xx"), line) for line in results.scene.lines)
 
 
-def apart_in_xx(runs: Runs) -> Mapping[str, float]:
-    """Largest difference between the geometries of (C_xx - A_xx) / max |C_xx| of a line."""
-    first, second = (_xx_from_a(runs.geometry(name)) for name in GEOMETRIES)
+def difference_in_xx(runs: Runs) -> Mapping[str, float]:
+    """Return the largest difference between the geometries of (C_xx - A_xx) / max |C_xx| of a line."""
+    first, second = (_relative_xx_deviation(runs.geometry(name)) for name in GEOMETRIES)
     return {"both": float(np.max(np.abs(first - second)))}
 
 
-def _xx_from_a(results: Results) -> Array:
+def _relative_xx_deviation(results: Results) -> Array:
     parts = []
     for line in results.scene.lines:
         c = curve(results, "C", *XX, [line])
@@ -60,39 +61,34 @@ def _xx_from_a(results: Results) -> Array:
     return np.concatenate(parts)
 
 
-def lacking(results: Results, body: str) -> float:
-    """1 - C_ss / B_ss at x = reference length, s = 0."""
+def deficit(results: Results, body: str) -> float:
+    """Return 1 - C_ss / B_ss at x = reference length, s = 0."""
     place = THROUGH, results.scene.reference_length
     c, b = (value_at(results, variant, (body, "ss"), place) for variant in ("C", "B"))
     return 1 - c / b
 
 
 def convex_less_concave(runs: Runs) -> Mapping[str, float]:
-    """|1 - C_ss / B_ss| of Geometry 2 of the convex body, less that of the concave body."""
+    """Return |1 - C_ss / B_ss| of Geometry 2: convex body minus concave body."""
     name = GEOMETRIES[1]
-    convex, concave = (abs(lacking(runs.geometry(name), body)) for body in ALONE)
+    convex, concave = (abs(deficit(runs.geometry(name), body)) for body in ALONE)
     return {name: convex - concave}
 
 
 def convex_over_concave(results: Results) -> float:
-    """Largest |C_xs - A_xs| of the convex body over that of the concave one."""
+    """Return the largest |C_xs - A_xs| of the convex body over the same of the concave one."""
     convex, concave = (largest(results, "A", (body, "xs")) for body in ALONE)
     return convex / concave
 
 
-def b_over_b_hat(results: Results, body: str) -> float:
-    """Error of B_xs over that of B-hat_xs."""
-    return error(results, "B", body, "xs") / error(results, "Bhat", body, "xs")
-
-
-def left(results: Results, body: str) -> float:
-    """The smaller one of the errors of B_xs and B-hat_xs."""
+def smaller_error(results: Results, body: str) -> float:
+    """Return the smaller of the errors of B_xs and B-hat_xs."""
     return min(error(results, variant, body, "xs") for variant in ("B", "Bhat"))
 
 
 def sizes_in_xs(runs: Runs) -> Mapping[str, float]:
     """Largest |C_xs - A_xs| of each body, dimensionless."""
-    sizes = of_bodies(lambda results, body: largest(results, "A", (body, "xs")), ALONE)(runs)
+    sizes = per_body(lambda results, body: largest(results, "A", (body, "xs")), ALONE)(runs)
     return {f"largest |C_xs - A_xs| E L: {case}": size for case, size in sizes.items()}
 
 
@@ -121,17 +117,17 @@ STATEMENTS = (
                 "largest |A_xx - C_xx| on a line, of max |C_xx| there",
                 "<",
                 FOLLOWS,
-                of_geometries(lambda r: of_xx(r, "combined")),
+                per_geometry(lambda r: worst_xx_error(r, "combined")),
             ),
             Criterion(
                 "alike",
                 "largest difference of (C_xx - A_xx) / max |C_xx| of a line between geometries",
                 "<",
                 FOLLOWS,
-                apart_in_xx,
+                difference_in_xx,
             ),
         ),
-        on_both(_xx),
+        side_by_side(_xx),
     ),
     Statement(
         3,
@@ -143,34 +139,34 @@ STATEMENTS = (
                 "1 - C_ss / B_ss at x = reference length, s = 0",
                 ">",
                 0.0,
-                of_bodies(lacking, ("combined", CONVEX)),
+                per_body(deficit, ("combined", CONVEX)),
             ),
             Criterion(
-                "other way", "the same, concave body", "<", 0.0, of_geometries(lambda r: lacking(r, CONCAVE))
+                "other way", "the same, concave body", "<", 0.0, per_geometry(lambda r: deficit(r, CONCAVE))
             ),
             Criterion(
                 "geometry",
-                "the same of both bodies: Geometry 2 less Geometry 1",
+                "the same of both bodies: Geometry 2 minus Geometry 1",
                 ">",
                 0.0,
-                more_on_second(lambda r: lacking(r, "combined")),
+                second_minus_first(lambda r: deficit(r, "combined")),
             ),
             Criterion(
                 "convex geometry",
-                "the same of the convex body: Geometry 2 less Geometry 1",
+                "the same of the convex body: Geometry 2 minus Geometry 1",
                 ">",
                 0.0,
-                more_on_second(lambda r: lacking(r, CONVEX)),
+                second_minus_first(lambda r: deficit(r, CONVEX)),
             ),
             Criterion(
                 "convex",
-                "|1 - C_ss / B_ss| on Geometry 2: convex body less concave body",
+                "|1 - C_ss / B_ss| on Geometry 2: convex body minus concave body",
                 ">",
                 0.0,
                 convex_less_concave,
             ),
         ),
-        on_both(_ss),
+        side_by_side(_ss),
     ),
     Statement(
         4,
@@ -182,19 +178,25 @@ STATEMENTS = (
                 "largest |C_xs - A_xs|: convex body over concave body",
                 ">",
                 1.0,
-                of_geometries(convex_over_concave),
+                per_geometry(convex_over_concave),
             ),
             Criterion(
                 "along s",
                 "largest |C_xs - A_xs|: line along s over lines along x",
                 ">",
                 1.0,
-                of_bodies(across_over_along("xs")),
+                per_body(across_over_along("xs")),
             ),
-            Criterion("better", "error of B_xs over that of B̂_xs", "<", 1.0, of_bodies(b_over_b_hat, ALONE)),
-            Criterion("left", "the smaller of both errors", ">", SATISFACTORY, of_bodies(left)),
+            Criterion(
+                "better",
+                "error of B_xs over error of B̂_xs",
+                "<",
+                1.0,
+                per_body(error_ratio("B", "Bhat", "xs"), ALONE),
+            ),
+            Criterion("left", "the smaller of both errors", ">", SATISFACTORY, per_body(smaller_error)),
         ),
-        on_both(_xs),
+        side_by_side(_xs),
         sizes_in_xs,
     ),
 )

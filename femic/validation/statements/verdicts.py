@@ -1,11 +1,11 @@
-"""Judges statements: which criteria are met in which cases, and the verdict that follows."""
+"""Verdicts of statements: which criteria are met in which cases, and the verdict that follows."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from femic.scenes.messages import in_keys
 from femic.validation.statements.criteria import Criterion, Statement
-from femic.validation.statements.curves import Measured
+from femic.validation.statements.curves import Evidence
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import Runs
 from geometries.errors import Failure, WrongInput
@@ -15,11 +15,11 @@ NOT_DECIDED = "not decided"
 
 
 @dataclass(frozen=True)
-class Judged:
-    """A statement with its measured numbers, and the verdict that follows from them."""
+class Finding:
+    """A statement with its evidence, and the verdict that follows from it."""
 
     statement: Statement
-    measured: Measured
+    evidence: Evidence
     failed: str = ""  # why nothing could be measured
 
     @property
@@ -37,9 +37,9 @@ class Judged:
 
     @property
     def numbers(self) -> Iterator[tuple[Criterion, str, float]]:
-        """Every criterion with each of its cases and values; nothing if nothing could be measured."""
+        """Each criterion with each of its cases and values; empty if nothing could be measured."""
         for criterion in () if self.failed else self.statement.criteria:
-            for case, value in self.measured.values[criterion.name].items():
+            for case, value in self.evidence.values[criterion.name].items():
                 yield criterion, case, value
 
     @property
@@ -50,17 +50,17 @@ class Judged:
         ]
 
 
-def judge(number: int, runs: Runs) -> Judged:
-    """Measure a statement and judge it; it is not decided if C cannot be computed."""
+def assess(number: int, runs: Runs) -> Finding:
+    """Measure the numbers of a statement and decide it; it is not decided if C cannot be computed."""
     statement = STATEMENTS[number]
     try:
-        return Judged(statement, statement.measured(runs))
+        return Finding(statement, statement.evidence(runs))
     except Failure as error:
-        return Judged(statement, Measured({}), in_keys(error))
+        return Finding(statement, Evidence({}), in_keys(error))
 
 
-def chosen(only: Iterable[int] | None) -> tuple[int, ...]:
-    """The numbers of the statements to judge, all by default; raises WrongInput for unknown numbers."""
+def selection(only: Iterable[int] | None) -> tuple[int, ...]:
+    """Return the numbers of the selected statements, by default all; raises WrongInput for unknown ones."""
     numbers = tuple(dict.fromkeys(only)) if only is not None else tuple(STATEMENTS)
     unknown = [number for number in numbers if number not in STATEMENTS]
     if unknown or not numbers:

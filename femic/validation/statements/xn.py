@@ -1,4 +1,4 @@
-"""Statements 6, 7 and 13: the longitudinal displacement under a normal load, and what approximates it."""
+"""Statements 6, 7 and 13: the longitudinal displacement under a normal load, and its approximations."""
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -13,10 +13,10 @@ from femic.validation.statements.criteria import (
     POOR,
     Criterion,
     Statement,
-    more_on_second,
-    of_bodies,
-    of_geometries,
-    on_both,
+    per_body,
+    per_geometry,
+    second_minus_first,
+    side_by_side,
 )
 from femic.validation.statements.curves import (
     ALONE,
@@ -52,43 +52,43 @@ def concave_over_convex(variant: str) -> Callable[[Results], float]:
 
     def ratio(results: Results) -> float:
         concave, convex = (
-            rms(_beside(results, not_revolved(results, variant, body))) for body in (CONCAVE, CONVEX)
+            rms(_xn_beside(results, not_revolved(results, variant, body))) for body in (CONCAVE, CONVEX)
         )
         return concave / convex
 
     return ratio
 
 
-def convex_over_concave_of_c(results: Results) -> float:
-    """Rms of C_xn on s = 1.6 mm: convex body over concave body."""
-    convex, concave = (rms(_beside(results, ics_of(results, "C", body))) for body in ALONE)
+def convex_over_concave_c(results: Results) -> float:
+    """Return the rms of C_xn on s = 1.6 mm: convex body over concave body."""
+    convex, concave = (rms(_xn_beside(results, ics_of(results, "C", body))) for body in ALONE)
     return convex / concave
 
 
-def _beside(results: Results, ics: Array) -> Array:
-    """The component xn of ICs (3, 3, n_points) [mm/N] on s = 1.6 mm, (n,), dimensionless."""
+def _xn_beside(results: Results, ics: Array) -> Array:
+    """Return xn of ICs (3, 3, n_points) [mm/N] on s = 1.6 mm, (n,), dimensionless."""
     return np.asarray(unit(results) * ics[X, N, results.lines[BESIDE]])
 
 
 # --- 7 --------------------------------------------------------------------------------------------------
 
 
-def of_b_hat_prime(results: Results) -> float:
-    """Error of B-hat-prime_xn on the lines along x."""
+def b_hat_prime_error(results: Results) -> float:
+    """Return the error of B-hat-prime_xn on the lines along x."""
     return error(results, "Bhat_prime", *XN, along(results, "x"))
 
 
 def excess(results: Results) -> float:
-    """Mean of (B-hat-prime - C) sgn C / max |C| of xn near the load on the lines along x."""
+    """Return the mean of (B-hat-prime - C) sgn C / max |C| of xn near the load on the lines along x."""
     c, fit = (curve(results, variant, *XN, along(results, "x")) for variant in ("C", "Bhat_prime"))
     x = np.abs(results.points.x[points_of(results, along(results, "x"))])
     near = (x > results.scene.patch.a) & (x <= NEAR_LOAD * results.scene.reference_length)
     return float(np.mean(((fit - c) * np.sign(c))[near]) / np.max(np.abs(c)))
 
 
-def less_on_second(runs: Runs) -> Mapping[str, float]:
-    """The excess on Geometry 1 less that on Geometry 2."""
-    more = more_on_second(excess, fitted=True)(runs)
+def first_minus_second(runs: Runs) -> Mapping[str, float]:
+    """Return the excess on Geometry 1 minus the excess on Geometry 2."""
+    more = second_minus_first(excess, fitted=True)(runs)
     return {case: -value for case, value in more.items()}
 
 
@@ -96,9 +96,9 @@ def less_on_second(runs: Runs) -> Mapping[str, float]:
 
 
 def a_over(variant: str) -> Callable[[Results, str], float]:
-    """Measure the error of A_xn over that of a variant without curvature along x, on lines off s = 0.
+    """Measure the error of A_xn over the error of a variant without curvature along x, on lines off s = 0.
 
-    Both are alike on s = 0.
+    On s = 0 both are equal.
     """
 
     def ratio(results: Results, body: str) -> float:
@@ -108,8 +108,8 @@ def a_over(variant: str) -> Callable[[Results, str], float]:
     return ratio
 
 
-def errors_of_xn(runs: Runs) -> Mapping[str, float]:
-    """Errors of A, and of B and B-hat without curvature along x and with it."""
+def xn_errors(runs: Runs) -> Mapping[str, float]:
+    """Return the errors of A, and of B and B-hat without curvature along x and with it."""
     numbers = {"A": partial(_revolved, "A")}
     for variant in ("B", "Bhat"):
         numbers |= {
@@ -119,17 +119,17 @@ def errors_of_xn(runs: Runs) -> Mapping[str, float]:
     return {
         f"error of {name}: {case}": value
         for name, number in numbers.items()
-        for case, value in of_bodies(number)(runs).items()
+        for case, value in per_body(number)(runs).items()
     }
 
 
 def _revolved(variant: str, results: Results, body: str) -> float:
-    """Error of xn of a variant."""
+    """Return the error of xn of a variant."""
     return error(results, variant, body, "xn")
 
 
 def _prismatic(variant: str, results: Results, body: str, lines: Iterable[OffsetLine] | None = None) -> float:
-    """Error of xn of a variant without curvature along x, on lines (default: all)."""
+    """Return the error of xn of a variant without curvature along x, on lines (default: all)."""
     differences = not_revolved(results, variant, body) - reference_of(results, body).ic
     return deviation(results, differences, body, "xn", lines)
 
@@ -138,7 +138,7 @@ def _prismatic(variant: str, results: Results, body: str, lines: Iterable[Offset
 
 
 def _source_panels(results: Results) -> list[Panel]:
-    """Panels of C, A and the approximations without curvature along x on s = 1.6 mm."""
+    """Return panels of C, A and the approximations without curvature along x on s = 1.6 mm."""
     line = line_of(results, BESIDE)
     part = results.lines[BESIDE]
     return [
@@ -168,31 +168,31 @@ STATEMENTS = (
                 "error of B_xn, both bodies together",
                 ">",
                 POOR,
-                of_geometries(partial(_prismatic, "B", body="combined")),
+                per_geometry(partial(_prismatic, "B", body="combined")),
             ),
             Criterion(
                 "in B",
                 "rms of B_xn on s = 1.6 mm: concave body over convex body",
                 ">",
                 1.0,
-                of_geometries(concave_over_convex("B")),
+                per_geometry(concave_over_convex("B")),
             ),
             Criterion(
                 "in B̂",
                 "rms of B̂_xn on s = 1.6 mm: concave body over convex body",
                 ">",
                 1.0,
-                of_geometries(concave_over_convex("Bhat")),
+                per_geometry(concave_over_convex("Bhat")),
             ),
             Criterion(
                 "in C",
                 "rms of C_xn on s = 1.6 mm: convex body over concave body",
                 ">",
                 1.0,
-                of_geometries(convex_over_concave_of_c),
+                per_geometry(convex_over_concave_c),
             ),
         ),
-        on_both(_source_panels),
+        side_by_side(_source_panels),
     ),
     Statement(
         7,
@@ -203,27 +203,27 @@ STATEMENTS = (
                 "error of B̂′_xn on the lines along x",
                 "<",
                 FOLLOWS,
-                of_geometries(of_b_hat_prime, fitted=True),
+                per_geometry(b_hat_prime_error, fitted=True),
             ),
             Criterion(
                 "too large",
                 "mean of (B̂′ - C) sgn C / max |C| within 0.3 reference lengths",
                 ">",
                 0.0,
-                of_geometries(excess, fitted=True),
+                per_geometry(excess, fitted=True),
             ),
-            Criterion("geometry", "the same: Geometry 1 less Geometry 2", ">", 0.0, less_on_second),
+            Criterion("geometry", "the same: Geometry 1 minus Geometry 2", ">", 0.0, first_minus_second),
         ),
-        on_both(_fitted, fitted=True),
+        side_by_side(_fitted, fitted=True),
     ),
     Statement(
         13,
         "Without a fit, A_xn is better than B_xn and B̂_xn (both without curvature along x).",
         (
-            Criterion("B", "error of A_xn over that of B_xn, off s = 0", "<", 1.0, of_bodies(a_over("B"))),
-            Criterion("B̂", "error of A_xn over that of B̂_xn, off s = 0", "<", 1.0, of_bodies(a_over("Bhat"))),
+            Criterion("B", "error of A_xn over error of B_xn, off s = 0", "<", 1.0, per_body(a_over("B"))),
+            Criterion("B̂", "error of A_xn over error of B̂_xn, off s = 0", "<", 1.0, per_body(a_over("Bhat"))),
         ),
-        on_both(_source_panels),
-        errors_of_xn,
+        side_by_side(_source_panels),
+        xn_errors,
     ),
 )

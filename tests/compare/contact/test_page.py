@@ -7,8 +7,9 @@ import xarray as xr
 from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.contact.page import summary, write_contact, write_sensitivity
-from compare.contact.sensitivity import mapped, sensitivities, shape_of
+from compare.contact.sensitivity import shape_of
 from compare.contact.sensitivity import summary as sensitivity_summary
+from femic.contact.pairs.sensitivity import mapped, sensitivities
 from femic.scenes.load import load_scene, scene_from_table
 from tests.femic.scenes.changes import arc
 
@@ -51,8 +52,12 @@ def test_where_a_fails_lies_between_the_last_case_within_and_the_first_one_beyon
     dataset = to_dataset(results["tall"])
     within = dataset.assign(p_max=dataset.p_max.copy(data=[[1.04, 1.0], [1.3, 1.0]]))
     low, high = sorted(dataset.angle.sel(ics="Bhat").values)
-    told = summary(within)
-    assert f"p_max is off by more than 5% from between {low:.0f} and {high:.0f} degrees on" in told
+    text = summary(within)
+    assert f"p_max is off by more than 5% from between {low:.0f} and {high:.0f} degrees on" in text
+
+
+def shapes(results):
+    return {name: shape_of(contacts) for name, contacts in results.items()}
 
 
 def test_pressures_mapped_onto_their_own_patch_are_the_same(results):
@@ -63,12 +68,12 @@ def test_pressures_mapped_onto_their_own_patch_are_the_same(results):
 
 def test_maps_show_the_displacement_by_a_less_that_by_bhat(results, tmp_path):
     """Of every pair of scenes; A turns no load away from the normals, so it moves them further."""
-    maps = list(sensitivities(results))
-    assert [(one.shape, one.scene) for one in maps] == [
+    maps = list(sensitivities(shapes(results)))
+    assert [(one.pressures, one.patch) for one in maps] == [
         (shape, onto) for shape in ("wide", "tall") for onto in ("wide", "tall")
     ]
     for one in maps:
-        inside = one.difference[one.in_patch > 0]
+        inside = one.inside
         assert 0 < np.min(inside) < np.max(inside) < 0.4
     own = shape_of(results["tall"])
     u_a, u_bhat = (own.on_grid.operator(ics)(own.normal.p[..., None])[..., 0] for ics in ("A", "Bhat"))
@@ -78,12 +83,14 @@ def test_maps_show_the_displacement_by_a_less_that_by_bhat(results, tmp_path):
 
 def test_it_is_said_which_pressures_are_worst_on_each_patch(results):
     """Those of `wide`, which are spread, on both, as [BVSV] says."""
-    largest = {(one.shape, one.scene): np.max(np.abs(one.inside)) for one in sensitivities(results)}
-    told = sensitivity_summary(results)
+    largest = {
+        (one.pressures, one.patch): np.max(np.abs(one.inside)) for one in sensitivities(shapes(results))
+    }
+    text = sensitivity_summary(results)
     for scene in results:
         worst = max(results, key=lambda shape: largest[shape, scene])
         assert worst == "wide"
-        assert f"On the patch of {scene} A is furthest off under the pressures of {worst}." in told
+        assert f"On the patch of {scene} A is furthest off under the pressures of {worst}." in text
 
 
 STRANGE = {  # extra gaps at (x, s): what becomes of the contact

@@ -8,7 +8,7 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from approx.matrix import column, matrix
-from compare.export.contact_file import ContactFile, of_offsets_only, read, write
+from compare.export.contact_file import ContactFile, common_by_offsets, read, write
 from compare.export.export import (
     Export,
     ExportSpecification,
@@ -182,7 +182,7 @@ def test_what_such_a_file_has_more_is_what_a_larger_grid_has(s):
     larger = scene_from_table(ON_ARC | {"grid": {"n_x": 6, "n_s": 5, "s": 0.0}}, "larger")
     ics = matrix("Bhat", larger.pair, larger.grid)
     assert depends_on_offset_only(ics)
-    expected = of_offsets_only(ics) * scene.pair.constants.G
+    expected = common_by_offsets(ics) * scene.pair.constants.G
     np.testing.assert_allclose(approximated(scene, "Bhat").values, expected, rtol=1e-9, atol=1e-12)
 
 

@@ -13,10 +13,10 @@ from compare.contact.compute import compute_contact
 from compare.contact.dataset import to_dataset
 from compare.contact.page import write_contact
 from compare.finite_elements import compute
-from compare.finite_elements.beside import beside_of
-from compare.finite_elements.compute import compute_fe_contact, kept_fe_contact, require_suitable
+from compare.finite_elements.beside import stored_solution
+from compare.finite_elements.compute import compute_fe_contact, require_suitable, stored_fe_contact
 from compare.finite_elements.dataset import FE
-from compare.finite_elements.deviations import differences, known_to
+from compare.finite_elements.deviations import differences, estimates
 from femic.cache.store import Store
 from femic.contact.finite_elements.fineness import CELLS
 from femic.contact.finite_elements.result import FEContact, Numbers
@@ -135,7 +135,7 @@ def test_force_moment_and_centre_of_pressure_stand_beside_those_by_ics():
     dataset = by_fe(pressed())
     np.testing.assert_allclose(dataset.F_y.sel(ics=FE), SIDEWAYS * np.array(LOADS))
     np.testing.assert_allclose(differences(dataset, "s_centre").sel(ics="A"), -0.2, atol=1e-6)
-    np.testing.assert_allclose(known_to(dataset, "M_x"), KNOWN * 3 * SIDEWAYS * np.array(LOADS))
+    np.testing.assert_allclose(estimates(dataset, "M_x"), KNOWN * 3 * SIDEWAYS * np.array(LOADS))
 
 
 @pytest.mark.usefixtures("asked")
@@ -191,13 +191,13 @@ def test_what_is_kept_is_found_without_work(asked, tmp_path):
     store = Store(tmp_path)
     first = by_fe(pressed(loads=LOADS[:2]), RunOptions(store=store))
     contacts = to_dataset(compute_contact(pressed()))
-    kept = kept_fe_contact(pressed(), contacts, store)
+    kept = stored_fe_contact(pressed(), contacts, store)
     assert len(asked) == 2
     np.testing.assert_array_equal(kept.a.sel(ics=FE)[:2], first.a.sel(ics=FE))
     assert np.isnan(kept.a.sel(ics=FE)[2])
-    assert kept.attrs["left_out"] == "10000 N (not kept)"
-    assert kept_fe_contact(pressed(), contacts, Store(tmp_path / "other")) is None
-    assert kept_fe_contact(pressed(gap="exact"), contacts, store) is None
+    assert kept.attrs["left_out"] == "10000 N (not stored)"
+    assert stored_fe_contact(pressed(), contacts, Store(tmp_path / "other")) is None
+    assert stored_fe_contact(pressed(gap="exact"), contacts, store) is None
     assert float(kept.rigid_compliance) == pytest.approx(RIGID)
 
 
@@ -225,8 +225,8 @@ def test_the_page_of_contact_has_a_row_of_finite_elements_where_they_are_kept(as
     store = Store(tmp_path / "store")
     by_ics = compute_contact(pressed(loads=LOADS[:2]))
     by_fe(pressed(loads=LOADS[:1]), RunOptions(store=store))
-    beside = beside_of(by_ics, store)
-    page = write_contact(by_ics, tmp_path, beside=beside).read_text(encoding="utf-8")
+    beside = stored_solution(by_ics, store)
+    page = write_contact(by_ics, tmp_path, further=beside).read_text(encoding="utf-8")
     assert page.count('<th class="name">FE</th>') == 1
     assert "finite elements did not solve" in page.lower()
     assert (tmp_path / "figures" / "contact_fe.png").is_file()

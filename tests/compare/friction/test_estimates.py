@@ -8,7 +8,7 @@ import xarray as xr
 
 from approx.matrix import matrix
 from compare.friction.compute import compute_with_friction
-from compare.friction.rolling import _away
+from compare.friction.rolling import _distances
 from femic.contact.estimates import Measured
 from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.quantities import OF_COMPRESSION, OF_CURVE, OF_ROLLING
@@ -102,11 +102,11 @@ def test_distances_of_curves_are_as_large_as_their_estimates_allow_and_no_larger
     """Whatever errors both curves have within their estimates; and some of them change it that much."""
     random = np.random.default_rng(3)
     force, known = random.normal(size=(2, 2, 7)) * 100, random.random((2, 2, 7)) * 20
-    of = _away(curves(force, known))
+    of = _distances(curves(force, known))
     away = force[:, 0] - force[:, 1]
     ways = [random.uniform(-1, 1, (2, 2, 7)) for _ in range(10)]
     ways.append(np.sign(away)[:, None] * np.array([1, -1])[:, None])
-    moved = [_away(curves(force + known * way, known)) for way in ways]
+    moved = [_distances(curves(force + known * way, known)) for way in ways]
     for name in ("rms", "largest"):
         allowed = of[f"estimate_{name}"].sel(ics="A") + 1e-12
         changes = [abs(one[name] - of[name]).sel(ics="A") for one in moved]
@@ -125,12 +125,12 @@ def test_distances_of_curves_are_as_large_as_their_estimates_allow_and_no_larger
 def test_creepages_without_contact_do_not_count_in_distances():
     force, known = np.ones((2, 2, 3)) * [[[1.0], [3.0]]], np.ones((2, 2, 3))
     force[:, 0, 1] = known[:, 0, 1] = np.nan
-    of = _away(curves(force, known))
+    of = _distances(curves(force, known))
     np.testing.assert_allclose(of["rms"].sel(ics="A"), 2 / np.array([200, 500]))
     np.testing.assert_allclose(of["estimate_rms"].sel(ics="A"), 2 / np.array([200, 500]))
 
 
 def test_curves_without_estimates_have_distances_without_estimates():
-    of = _away(curves(np.ones((2, 2, 3)), np.full((2, 2, 3), np.nan)))
+    of = _distances(curves(np.ones((2, 2, 3)), np.full((2, 2, 3), np.nan)))
     assert np.all(np.isnan(of["estimate_rms"].sel(ics="A")))
     assert np.all(np.isnan(of["estimate_largest"].sel(ics="A")))

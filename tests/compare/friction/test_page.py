@@ -7,7 +7,7 @@ import xarray as xr
 from compare.friction import compression_page, rolling_page
 from compare.friction.compute import compute_with_friction
 from compare.friction.page import cost
-from compare.report.parts import listed
+from compare.report.parts import join_words
 from tests.compare.friction.scenes import scene
 
 COARSE = 8  # elements across the patch
@@ -147,5 +147,5 @@ def test_what_c_took_and_is_known_to_is_told(rolled):
 
 
 def test_words_are_listed_with_commas_and_and():
-    assert listed(["a"]) == "a"
-    assert listed(["a", "b", "c"]) == "a, b and c"
+    assert join_words(["a"]) == "a"
+    assert join_words(["a", "b", "c"]) == "a, b and c"

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from compare.frontier import advice as advising
-from compare.frontier import trade
+from compare.frontier import compute as frontier_compute
 from compare.frontier.advice import Question, advise, frontier_for, sentence
 from compare.frontier.page import evidence, figure
 from compare.frontier.ways import Way
@@ -56,8 +56,8 @@ def hand_made(components, known=1e-5):
 
 def frontier_of(results):
     """All approximations, and C as the one reference."""
-    tried = [*trade._approximations(results.scene), trade._way_result(BEST, results)]
-    return trade._dataset(results.scene, tried, (BEST.name, results), {})
+    tried = [*frontier_compute._approximations(results.scene), frontier_compute._way_result(BEST, results)]
+    return frontier_compute._dataset(results.scene, tried, (BEST.name, results), {})
 
 
 @pytest.mark.parametrize("components", [["xn"], ["nn", "xn"]])
@@ -170,10 +170,10 @@ def test_the_summary_says_what_vanishes_and_how_well_c_is_known_on_both_scales()
     results = hand_made(["nn", "xn", "sn"])
     text = summary(results, errors(results, to_dataset_of(results)))
     assert "A 100.0 % (xn on s = 0 mm)" in text
-    assert "sn of C vanishes, and so do those of the variants" in text
+    assert "sn of C vanishes, and so do the variants" in text
     assert "sn:" not in text
-    assert "C itself is known to 2.00% of a component or better (least well: xn on s = 0 mm)" in text
-    assert "On the scale of refinement it is known to 0.04% (xn on s = 0 mm)" in text
+    assert "The estimated error of C is at most 2.00% of a component (xn on s = 0 mm)" in text
+    assert "On the scale of refinement it is at most 0.04% (xn on s = 0 mm)" in text
 
 
 def test_a_scene_of_nothing_but_zeros_has_a_summary():
@@ -195,9 +195,9 @@ def test_marks_of_what_vanishes_are_hollow():
 
 
 def test_c_that_vanishes_has_a_weight_but_no_share_of_itself():
-    assert error_cell(0.7, 0.002, vanishes=True, known=True).text == "vanishes"
-    assert error_cell(0.7, 0.002, vanishes=True, known=True).below == "0.20 %"
-    assert error_cell(0.007, 0.002, known=True).text == "0.70 %"
+    assert error_cell(0.7, 0.002, vanishes=True, is_estimate=True).text == "vanishes"
+    assert error_cell(0.7, 0.002, vanishes=True, is_estimate=True).below == "0.20 %"
+    assert error_cell(0.007, 0.002, is_estimate=True).text == "0.70 %"
 
 
 def to_dataset_of(results):

@@ -9,12 +9,12 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
+from compare.frontier import compute as frontier
 from compare.frontier import page as frontier_report
-from compare.frontier import trade as frontier
 from compare.frontier.advice import AS_CHEAP, Question, advise, request_for
 from compare.frontier.choice import choose, question_of
-from compare.frontier.trade import FrontierRequest, compute_frontier, error_bounds, front
-from compare.frontier.ways import Way, by_engine
+from compare.frontier.compute import FrontierRequest, compute_frontier, error_bounds, front
+from compare.frontier.ways import Way, engine_ways
 from compare.ics.compute import compute
 from compare.ics.dataset import errors, to_dataset
 from femic.cache.store import Store
@@ -42,7 +42,7 @@ def made(tmp_path_factory):
         path,
         store,
         compute_frontier(
-            str(path), FrontierRequest(tuple(by_engine("harmonic", 1e-2))), RunOptions(2, store)
+            str(path), FrontierRequest(tuple(engine_ways("harmonic", 1e-2))), RunOptions(2, store)
         ),
     )
 
@@ -99,7 +99,7 @@ def test_errors_are_those_of_a_run_against_the_best_c(made):
 
 def test_c_is_as_close_to_the_best_c_as_its_tolerance_says(made):
     _, _, found = made
-    for way in by_engine("harmonic", 1e-2):
+    for way in engine_ways("harmonic", 1e-2):
         assert np.all(found.error.sel(way=way.name) <= way.engine["tolerance"])
         assert np.all(found.estimate.sel(way=way.name) <= way.engine["tolerance"])
     assert np.all(found.estimate.sel(way=["A", "mix"]) == 0)
@@ -125,7 +125,7 @@ def test_advice_keeps_its_promise_and_is_the_cheapest_that_does(made, tolerance,
 
 def test_what_no_way_meets_is_a_failure(made):
     _, _, found = made
-    with pytest.raises(Failure, match=r"no way meets 1e-07: the best, harmonic 0\.0?1, is known to"):
+    with pytest.raises(Failure, match=r"no way meets 1e-07: the best, harmonic 0\.0?1, has errors up to"):
         advise(found, Question("combined", COMPONENTS, 1e-7))
 
 
@@ -153,10 +153,10 @@ def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
     path, store, _ = made
     predicted = {"harmonic 0.1": 1.0, "harmonic 0.01": 1e5}
     steps = iter(predicted.values())
-    monkeypatch.setattr(frontier, "run_steps", lambda *_: [])
+    monkeypatch.setattr(frontier, "run_plans", lambda *_: [])
     monkeypatch.setattr(frontier, "seconds", lambda *_: next(steps))
     found = compute_frontier(
-        str(path), FrontierRequest(tuple(by_engine("harmonic", 1e-2)), budget=1000.0), RunOptions(2, store)
+        str(path), FrontierRequest(tuple(engine_ways("harmonic", 1e-2)), budget=1000.0), RunOptions(2, store)
     )
     assert "harmonic 0.01" not in found.way.values
     assert found.attrs["best"] == "harmonic 0.1"
@@ -167,7 +167,7 @@ def test_without_a_reference_there_is_no_frontier(made):
     path, store, _ = made
     with pytest.raises(Failure, match="no reference C within the budget of 1e-06 s"):
         compute_frontier(
-            str(path), FrontierRequest(tuple(by_engine("harmonic", 0.1)), budget=1e-6), RunOptions(2, store)
+            str(path), FrontierRequest(tuple(engine_ways("harmonic", 0.1)), budget=1e-6), RunOptions(2, store)
         )
 
 
@@ -177,7 +177,7 @@ def test_b_hat_prime_is_tried_where_there_are_properties_for_it(made, tmp_path):
     properties = "\n[effective.combined]\nmismatch_k = { far = 0.1, r_inf = 9.0, m = 1.0, n = 2.0 }\n"
     fitted.write_text(path.read_text(encoding="utf-8") + properties, encoding="utf-8")
     with_fit = compute_frontier(
-        str(fitted), FrontierRequest(tuple(by_engine("harmonic", 0.1))), RunOptions(2, store)
+        str(fitted), FrontierRequest(tuple(engine_ways("harmonic", 0.1))), RunOptions(2, store)
     )
     b_hat_prime = with_fit.error.sel(way="Bhat_prime")
     assert np.all(b_hat_prime.sel(body="combined") > 0)
@@ -196,12 +196,12 @@ def test_what_an_engine_cannot_do_is_listed(made, tmp_path):
     path, *_ = made
     soft = tmp_path / "soft.toml"
     soft.write_text(path.read_text(encoding="utf-8").replace("nu = 0.3", "nu = 0.4995"), encoding="utf-8")
-    asked = FrontierRequest((*by_engine("harmonic", 0.1), *by_engine("solid")))
+    asked = FrontierRequest((*engine_ways("harmonic", 0.1), *engine_ways("solid")))
     monkey = [way.name for way in asked.ways if way.kind == "solid"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(frontier, "compute", lambda *_, **__: pytest.fail("solved"))
         skipped = {}
-        frontier._by_cost(str(soft), asked, 2, skipped)
+        frontier._sorted_by_cost(str(soft), asked, 2, skipped)
     assert list(skipped) == monkey
     assert "lower.nu = 0.4995" in skipped[monkey[0]]
 
@@ -269,7 +269,7 @@ def test_ways_keep_what_belongs_to_the_body(made, tmp_path):
     assert scene.bodies["lower"].domain.far_radius == 2000.0
     assert (scene.settings.most_unknowns, scene.settings.tolerance, scene.check) == (5000, 0.1, None)
     assert scene.first_cells.smallest != 0.01
-    other = asked.scene(str(mine), next(by_engine("solid")).engine)
+    other = asked.scene(str(mine), next(engine_ways("solid")).engine)
     assert (other.bodies["lower"].domain.far_radius, other.settings.most_unknowns) == (320.0, 5000)
 
 
@@ -307,4 +307,4 @@ def test_export_refuses_before_it_asks_what_to_use(made, tmp_path, monkeypatch, 
 
 def test_ways_have_labels():
     assert Way("Bhat", "approximation").label == "B̂"
-    assert next(by_engine("harmonic")).label == "C, harmonic 0.1"
+    assert next(engine_ways("harmonic")).label == "C, harmonic 0.1"

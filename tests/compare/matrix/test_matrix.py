@@ -15,8 +15,7 @@ from compare.ics.compute import jobs
 from compare.matrix import compute as matrix
 from compare.matrix import page
 from compare.matrix.check import check, checked_strips
-from compare.matrix.compute import compute_matrix, file_size, matrix_jobs
-from compare.matrix.plan import matrix_steps
+from compare.matrix.compute import compute_matrix, file_size, matrix_jobs, matrix_plans
 from femic.cache.store import Store
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference.harmonic import engine as harmonic
@@ -75,7 +74,7 @@ def test_the_report_shows_maps_and_is_self_contained(made):
     html = (out / "matrix.html").read_text(encoding="utf-8")
     assert html.count("data:image/png") == len(list((out / "figures").glob("matrix_*.png"))) == 3
     assert "://" not in html
-    assert "planned / taken" in html
+    assert "expected / actual" in html
 
 
 def test_a_second_time_nothing_is_meshed_or_factored(made, monkeypatch, capsys):
@@ -248,7 +247,7 @@ def test_a_plan_knows_the_unknowns_and_the_file(made):
     scene = load_scene(str(path))
     with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as file:
         costs = json.loads(file.attrs["models"])
-    for step in matrix_steps(scene, 2):
+    for step in matrix_plans(scene, 2):
         assert step.expected.unknowns == costs[step.name]["unknowns"]
         wavenumbers = int(costs[step.name]["solver"].split(", ")[-1].split()[0])
         assert wavenumbers / 2 < step.expected.wavenumbers < 2 * wavenumbers

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from compare.overlay.page import WITHIN_ACCURACY, _ranking, _rows
-from compare.overlay.results import Overlay, Result
+from compare.overlay.results import Overlay, SceneResults
 from compare.overlay.sources import Content
 
 LINES, VARIANTS, COMPONENTS = ("near", "far"), ("A", "Bhat"), ("nn", "xn", "sn")
@@ -22,7 +22,9 @@ def scene(name, vanishing=(), **errors):
     gone = xr.DataArray(np.zeros((1, 3, 3), dtype=bool), {k: coords[k] for k in ["body", "i", "j"]})
     for component in vanishing:
         gone.loc[{"i": component[0], "j": component[1]}] = True
-    return Result(name, xr.Dataset(), xr.Dataset({"error": error, "weight": error / 100, "vanishes": gone}))
+    return SceneResults(
+        name, xr.Dataset(), xr.Dataset({"error": error, "weight": error / 100, "vanishes": gone})
+    )
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ from compare.report.parts import (
     Picture,
     Section,
     Verbatim,
-    closing,
+    final_sections,
     write_page,
     write_results,
 )
@@ -160,7 +160,7 @@ def test_sections_may_be_made_one_by_one_and_end_with_numbers_and_the_scene(tmp_
         for name in ("a", "b"):
             made.append(name)
             yield Part(name, "", name, Figure())
-        yield from closing([Table("t", ["h"], [Row("r", ["c"])])], "below", "cost", "the scene's text")
+        yield from final_sections([Table("t", ["h"], [Row("r", ["c"])])], "below", "cost", "the scene's text")
 
     page = Page("a page", "s", sections())
     assert not made

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from approx.variants import VARIANTS
 from compare.report import panels, styles
-from compare.report.panels import CHECK_MARKS, Panel, draw, drawn, finish, styles_of
+from compare.report.panels import CHECK_MARKS, Panel, draw, finish, panel_figure, styles_of
 from compare.report.styles import COLOURS, DASHES, MARKERS, STYLES, SYMBOLS, with_further
 
 AT = np.linspace(0.0, 2.0, 101)
@@ -53,7 +53,7 @@ def test_a_curve_that_is_not_there_is_not_drawn():
 @pytest.mark.parametrize("known", [None, 0.2 + 0 * AT])
 def test_the_other_engine_s_c_is_marks_with_the_bars_of_its_estimate(known):
     other = SYMBOLS["C_solid"]
-    axes = axes_of(Panel("", "", AT, "", {other: AT**2}, known=known))
+    axes = axes_of(Panel("", "", AT, "", {other: AT**2}, check_estimate=known))
     marks = axes.get_lines()[0]
     assert marks.get_linestyle() == "None"
     assert CHECK_MARKS <= len(marks.get_xdata()) < 2 * CHECK_MARKS
@@ -66,7 +66,7 @@ def test_the_other_engine_s_c_is_marks_with_the_bars_of_its_estimate(known):
 def test_a_part_of_a_panel_has_the_same_points_of_everything():
     panel = Panel("", "", AT, "", CURVES, 0.1 * AT, 0.2 * AT).beyond(1.0)
     assert panel.at[0] == 1.0
-    for values in (*panel.curves.values(), panel.estimate, panel.known):
+    for values in (*panel.curves.values(), panel.estimate, panel.check_estimate):
         assert len(values) == len(panel.at) == 51
     np.testing.assert_array_equal(panel.curves["A"], 1 - panel.at)
 
@@ -92,7 +92,7 @@ def test_joints_are_marked_and_labels_are_those_of_the_panel():
 
 def test_a_figure_has_a_place_for_each_panel_and_one_legend_of_all_labels():
     of_panels = [Panel(f"{k}", "", AT, "", {name: CURVES[name]}) for k, name in enumerate("CAC")]
-    figure = drawn(of_panels, columns=2)
+    figure = panel_figure(of_panels, columns=2)
     assert [axes.get_title() for axes in figure.axes] == ["0", "1", "2"]
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["C", "A"]
@@ -129,5 +129,5 @@ def test_there_is_a_look_for_each_scene_of_an_overlay():
 
 
 def test_a_saved_figure_is_a_picture(tmp_path):
-    path = styles.save(drawn([Panel("", "", AT, "", CURVES)], 1), tmp_path / "one.png")
+    path = styles.save(panel_figure([Panel("", "", AT, "", CURVES)], 1), tmp_path / "one.png")
     assert path.read_bytes().startswith(b"\x89PNG")

@@ -91,7 +91,7 @@ def test_contact_surfaces_face_the_camera(write_scene):
     path = str(write_scene())
     for body, from_above in (("lower", True), ("upper", False)):
         assert exit_code(["show", path, "--body", body]) == DONE
-        loaded = views.read_loaded(FILES / f"{body}_n.vtu")
+        loaded = views.read_loaded_body(FILES / f"{body}_n.vtu")
         assert (loaded.seen_from[2] > 0) == from_above
         np.testing.assert_allclose(loaded.centre, 0, atol=1e-12)
         assert 0.3 < loaded.reach < 5  # the patch has half-sides 0.3 and 0.2 mm

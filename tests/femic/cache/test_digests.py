@@ -100,10 +100,10 @@ def append_to(path: Path) -> None:
         file.write("\nMORE = 1\n")
 
 
-def test_a_measure_of_compare_changes_results_but_no_models(copy):
+def test_a_measure_of_errors_changes_results_but_no_models(copy):
     models, before = Store().key("harmonic", 1), anew(ERRORS)
     assert before == results_digest(ERRORS)
-    append_to(copy / "compare/ics/error_measure.py")
+    append_to(copy / "femic/ic_errors/error_measure.py")
     assert anew(ERRORS) != before
     assert code_digest.__wrapped__() == code_digest()
     assert Store().key("harmonic", 1) == models
@@ -142,7 +142,7 @@ def test_what_it_does_not_import_does_not(copy, module, file):
 
 def test_a_module_that_imports_more_has_another_digest(copy):
     before = anew(ERRORS)
-    path = copy / "compare/ics/error_measure.py"
+    path = copy / "femic/ic_errors/error_measure.py"
     path.write_text(
         path.read_text(encoding="utf-8") + "\nimport femic.contact.bound_constrained\n", encoding="utf-8"
     )

@@ -68,7 +68,7 @@ def test_the_harmonic_engine_needs_no_model_in_3d_and_its_report_says_what_it_di
         assert dataset.estimate_wavenumbers.sel(nn).max() > 0
         assert json.loads(dataset.attrs["domain"])["lower"]["half_length"] is None
     html = (out / "report.html").read_text(encoding="utf-8")
-    assert "endless along x" in html
+    assert "infinite along x" in html
     assert "wavenumbers" in html
     assert (out / "figures/mesh_lower.png").is_file()
 

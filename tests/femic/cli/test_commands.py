@@ -11,12 +11,12 @@ import pytest
 from compare.friction.pages import PAGES
 from compare.frontier.advice import Advice, Question
 from compare.frontier.choice import Choice
-from compare.plan.models import Step
 from femic.cli import plan as planning
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.contact.pairs.automatic_grid import grids_of
 from femic.reference.harmonic.record import HARMONIC
 from femic.reference.models import ExpectedCost
+from femic.reference.plan import ModelPlan
 from femic.reference.solid.record import SOLID
 from femic.scenes.load import load_scene
 from femic.validation.statements.registry import STATEMENTS
@@ -109,7 +109,7 @@ def test_all_statements_are_judged_with_c_known_to_a_thousandth_by_default(recor
 
 @pytest.mark.parametrize(("options", "budget"), [((), 600.0), (("--budget", "7.5"), 7.5)])
 def test_a_frontier_has_ten_minutes_by_default(options, budget, recorded, command):
-    calls = recorded("compare.frontier.trade.compute_frontier")
+    calls = recorded("compare.frontier.compute.compute_frontier")
     recorded("compare.frontier.page.summary", "")
     recorded("compare.frontier.page.write_frontier", "there")
     assert command("frontier", "flat", *options) == DONE
@@ -220,13 +220,13 @@ PLANNED = ExpectedCost(1_234_567, wavenumbers=55, fields=4, half_section=True, s
 def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkeypatch, capsys):
     """A solid model is solved by one of four workers, a harmonic one by all."""
     steps = [
-        Step("lower, fine", HARMONIC, 1.5, 1280.0, "infinite", PLANNED),
-        Step(
+        ModelPlan("lower, fine", HARMONIC, 1.5, 1280.0, "infinite", PLANNED),
+        ModelPlan(
             "check, lower, fine", SOLID, 1.0, 320.0, "640 mm", replace(PLANNED, seconds=60.0, memory=1500.0)
         ),
     ]
-    monkeypatch.setattr(planning, "run_steps", lambda *_: steps)
-    monkeypatch.setattr(planning, "matrix_steps", lambda *_: steps[:1])
+    monkeypatch.setattr(planning, "run_plans", lambda *_: steps)
+    monkeypatch.setattr(planning, "matrix_plans", lambda *_: steps[:1])
     monkeypatch.setattr(planning, "file_size", lambda _: 12.4e6)
     assert exit_code(["plan", "flat", "--workers", "4"]) == DONE
     output = " ".join(capsys.readouterr().out.split())
@@ -240,10 +240,10 @@ def test_a_plan_tells_seconds_of_all_models_and_the_memory_of_the_largest(monkey
 
 def test_a_plan_of_contact_counts_the_models_that_contact_solves(monkeypatch, capsys):
     """Without friction C_nn alone, on the grids that contact has."""
-    step, planned_jobs = Step("lower, fine", HARMONIC, 1.0, 1280.0, "infinite", PLANNED), []
-    monkeypatch.setattr(planning, "run_steps", lambda *_: [step])
-    monkeypatch.setattr(planning, "matrix_steps", lambda *_: [step])
-    monkeypatch.setattr(planning, "steps_of", lambda jobs, _: planned_jobs.append(jobs) or [step])
+    step, planned_jobs = ModelPlan("lower, fine", HARMONIC, 1.0, 1280.0, "infinite", PLANNED), []
+    monkeypatch.setattr(planning, "run_plans", lambda *_: [step])
+    monkeypatch.setattr(planning, "matrix_plans", lambda *_: [step])
+    monkeypatch.setattr(planning, "plans", lambda jobs, _: planned_jobs.append(jobs) or [step])
     assert exit_code(["plan", "tall"]) == DONE
     ((grid, _),) = grids_of(load_scene("tall").contact_problem)
     (jobs,) = planned_jobs
@@ -254,10 +254,10 @@ def test_a_plan_of_contact_counts_the_models_that_contact_solves(monkeypatch, ca
 
 
 def test_a_plan_of_contact_with_friction_counts_all_components(monkeypatch, capsys):
-    step, planned_jobs = Step("lower, fine", HARMONIC, 1.0, 1280.0, "infinite", PLANNED), []
-    monkeypatch.setattr(planning, "run_steps", lambda *_: [step])
-    monkeypatch.setattr(planning, "matrix_steps", lambda *_: [step])
-    monkeypatch.setattr(planning, "steps_of", lambda jobs, _: planned_jobs.append(jobs) or [step])
+    step, planned_jobs = ModelPlan("lower, fine", HARMONIC, 1.0, 1280.0, "infinite", PLANNED), []
+    monkeypatch.setattr(planning, "run_plans", lambda *_: [step])
+    monkeypatch.setattr(planning, "matrix_plans", lambda *_: [step])
+    monkeypatch.setattr(planning, "plans", lambda jobs, _: planned_jobs.append(jobs) or [step])
     assert exit_code(["plan", "rolling"]) == DONE
     (jobs,) = planned_jobs
     assert {job.components for job in jobs.values()} == {COMPONENTS}
@@ -265,8 +265,8 @@ def test_a_plan_of_contact_with_friction_counts_all_components(monkeypatch, caps
 
 
 def test_a_plan_by_the_solid_engine_says_that_matrices_are_not_computed_by_it(monkeypatch, capsys):
-    step = Step("lower, fine", SOLID, 1.0, 320.0, "640 mm", PLANNED)
-    monkeypatch.setattr(planning, "run_steps", lambda *_: [step])
+    step = ModelPlan("lower, fine", SOLID, 1.0, 320.0, "640 mm", PLANNED)
+    monkeypatch.setattr(planning, "run_plans", lambda *_: [step])
     small = {"contact": {"loads": [7.4e3], "elements": 8}}
     monkeypatch.setattr("femic.cli.scenes.load_scene", lambda name: load_scene(name, small))
     assert exit_code(["plan", "tall"]) == DONE
@@ -304,7 +304,7 @@ def test_contact_with_friction_is_shown_on_the_page_of_its_motion(motion, record
 def test_contact_of_several_scenes_goes_to_a_folder_each_and_maps_beside_them(recorded, command, tmp_path):
     recorded("compare.contact.compute.compute_contact", SimpleNamespace(solved=None))
     recorded("femic.contact.pairs.supports.changed_supports")
-    recorded("compare.finite_elements.beside.beside_of")
+    recorded("compare.finite_elements.beside.stored_solution")
     written = recorded("compare.contact.page.write_contact", "there")
     maps = recorded("compare.contact.page.write_sensitivity", "there")
     assert command("contact", "wide", "tall") == DONE

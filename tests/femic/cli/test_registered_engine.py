@@ -67,7 +67,7 @@ def test_they_work_with_approximations(command, femic):
 
 def test_a_frontier_has_its_default_tolerances_beside_all_others(femic, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "compare.frontier.trade.perf_counter", lambda: 0.0
+        "compare.frontier.compute.perf_counter", lambda: 0.0
     )  # to plan takes none of the budget
     code, _ = femic("frontier", "--budget", "1")
     assert code == DONE

@@ -19,7 +19,7 @@ from tests.femic.contact.problems import (
 SIZES = {"wide": (60.0, 30.0, 660e3), "tall": (36.0, 14.0, 58e3)}  # of the grid in mm; load in N
 
 
-def grid_of(name, n):
+def figure_grid(name, n):
     length, width, _ = SIZES[name]
     return Grid(n, n + 8, length / n, width / (n + 8))
 
@@ -39,7 +39,7 @@ def test_under_small_loads_they_are_hertzian(name, variant):
 def test_under_large_loads_the_estimate_covers_the_difference_to_a_fine_grid(name, variant):
     """Conformal contacts of 34 degrees and more; elements of a quarter of the size stand for the truth."""
     load = SIZES[name][2]
-    coarse, fine = (solve(elliptic(name, grid_of(name, n), variant), load=load) for n in (24, 96))
+    coarse, fine = (solve(elliptic(name, figure_grid(name, n), variant), load=load) for n in (24, 96))
     inclinations = coarse.problem.cosine[coarse.in_contact.any(axis=0)]
     assert np.arccos(np.min(inclinations)) > np.radians(17)
     assert np.all(np.abs(numbers(coarse) / numbers(fine) - 1) < differences(coarse))
@@ -48,6 +48,6 @@ def test_under_large_loads_the_estimate_covers_the_difference_to_a_fine_grid(nam
 
 @pytest.mark.parametrize("name", GROOVES)
 def test_they_are_symmetric(name):
-    contact = solve(elliptic(name, grid_of(name, 24)), load=SIZES[name][2], tolerance=1e-9)
+    contact = solve(elliptic(name, figure_grid(name, 24)), load=SIZES[name][2], tolerance=1e-9)
     for mirrored in (contact.p[::-1], contact.p[:, ::-1]):
         np.testing.assert_allclose(mirrored, contact.p, atol=1e-6 * contact.p.max())

@@ -11,7 +11,7 @@ from femic.reference.meshing.cell_size import Cells
 from femic.reference.models import Points
 from femic.reference.solid.elasticity import is_curved
 from femic.reference.solid.engine import assemble, build_mesh, observe, solve
-from femic.reference.solid.fields import displacement, grid_of, nodal_fields, stress, von_mises
+from femic.reference.solid.fields import displacement, figure_grid, nodal_fields, stress, von_mises
 from femic.reference.symmetry import Y, on_plane
 from geometries.contours import plane
 from geometries.patches import Load, Patch, X
@@ -37,7 +37,7 @@ def fields(model):
 
 @pytest.fixture(scope="module")
 def flat():
-    return grid_of(build_mesh(request_for(plane())))
+    return figure_grid(build_mesh(request_for(plane())))
 
 
 def chart_of(solid, grid):
@@ -50,7 +50,7 @@ def chart_of(solid, grid):
 
 
 def test_images_of_surface_nodes_lie_on_the_surface(model):
-    solid, grid = model.solid, grid_of(model.solid)
+    solid, grid = model.solid, figure_grid(model.solid)
     near, chart = chart_of(solid, grid)
     assert np.all(np.any(chart < -0.1, axis=1))
     np.testing.assert_allclose(grid.nodes[:, near], solid.body.surface.position(*chart), atol=1e-12 * 40)
@@ -58,7 +58,7 @@ def test_images_of_surface_nodes_lie_on_the_surface(model):
 
 @pytest.mark.parametrize("patch", [CENTRED, ASIDE], ids=["centred", "aside"])
 def test_displacements_are_those_that_observers_see(model, fields, patch):
-    solid, grid = model.solid, grid_of(model.solid)
+    solid, grid = model.solid, figure_grid(model.solid)
     near, (xi, s) = chart_of(solid, grid)
     x = xi / solid.body.surface.chart_x(1.0, s, patch.s)
     for direction in (0, 1, 2):
@@ -71,7 +71,7 @@ def test_displacements_are_those_that_observers_see(model, fields, patch):
 
 def test_the_modelled_part_alone(model, fields):
     solid, load = model.solid, Load(CENTRED, 1)
-    grid = grid_of(solid, whole=False)
+    grid = figure_grid(solid, whole=False)
     assert grid.nodes.shape == solid.nodes.shape
     ((_, solution),) = fields[load]
     np.testing.assert_array_equal(displacement(grid, fields[load]), solution.displacement)
@@ -80,7 +80,7 @@ def test_the_modelled_part_alone(model, fields):
 def test_no_node_is_there_twice(model):
     """So fields are continuous where a body meets its image."""
     solid = model.solid
-    part, whole = grid_of(solid, whole=False), grid_of(solid)
+    part, whole = figure_grid(solid, whole=False), figure_grid(solid)
     apart = cKDTree(whole.nodes.T).query(whole.nodes.T, k=2)[0][:, 1]
     assert apart.min() > 0.01
     assert whole.cells.shape[1] == (4 if solid.half_section else 2) * part.cells.shape[1]
@@ -88,7 +88,7 @@ def test_no_node_is_there_twice(model):
 
 
 def test_on_a_plane_of_symmetry_a_field_equals_its_image(model, fields):
-    grid = grid_of(model.solid)
+    grid = figure_grid(model.solid)
     planes = [(X, grid.image[0])] + ([(Y, grid.image[1])] if model.solid.half_section else [])
     for (load, field), (mirrored, image) in product(fields.items(), planes):
         on = on_plane(grid.nodes, mirrored)
@@ -102,7 +102,7 @@ def test_on_a_plane_of_symmetry_a_field_equals_its_image(model, fields):
 def test_a_linear_displacement_has_its_exact_stress_on_curved_cells(side):
     solid = build_mesh(request_for(UNSYMMETRIC, side=side))
     assert np.any(is_curved(solid.mesh))
-    grid = grid_of(solid)
+    grid = figure_grid(solid)
     sigma = stress(grid, STEEL, (STRAIN @ grid.nodes).T)
     strain = (STRAIN + STRAIN.T) / 2
     exact = STEEL.lame * np.trace(strain) * np.eye(3) + 2 * STEEL.G * strain
@@ -172,6 +172,6 @@ def boussinesq_von_mises(patch, z):
 
 def test_stress_of_an_image_is_that_of_its_model_node(model, fields):
     """One part, even or odd: the image has the same von Mises stress, on the planes too."""
-    grid = grid_of(model.solid)
+    grid = figure_grid(model.solid)
     stresses = von_mises(stress(grid, STEEL, displacement(grid, fields[Load(CENTRED, 2)])))
     np.testing.assert_allclose(stresses, stresses[grid.source], rtol=1e-6)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femic.reference.solid.engine import build_mesh
-from femic.reference.solid.fields import NodalField, grid_of
+from femic.reference.solid.fields import NodalField, figure_grid
 from femic.reference.solid.vtu import write_vtu
 from geometries.contours import plane
 from geometries.surfaces import UPPER
@@ -15,7 +15,7 @@ VTK_EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]  # of vtkQuadraticT
 
 
 def field_on(contour, **named):
-    grid = grid_of(build_mesh(request_for(contour, **named)))
+    grid = figure_grid(build_mesh(request_for(contour, **named)))
     x, y, z = grid.nodes
     return NodalField(grid, np.stack([x**2, y - z, x * y / 7], axis=1), np.abs(x) + y**2)
 

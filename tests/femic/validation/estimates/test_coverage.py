@@ -8,8 +8,8 @@ from femic.cache.store import Store
 from femic.reference.run_options import RunOptions
 from femic.validation.estimates import coverage as module
 from femic.validation.estimates.contacts import random_contact
-from femic.validation.estimates.coverage import coverage, kept_outcomes, outcomes
-from femic.validation.estimates.outcomes import STUDIES, Outcome
+from femic.validation.estimates.coverage import comparisons, coverage, stored_comparisons
+from femic.validation.estimates.studies import STUDIES, GridComparison
 from geometries.errors import Failure
 
 MORE = (("frictionless", 12), ("rolling", 4))
@@ -26,17 +26,18 @@ def described(found):
 )
 def test_estimates_of_some_random_contacts_hold_nearly(study, count):
     """Of so few, one in twenty may exceed its estimate, and none by more than a factor of three."""
-    found = list(islice(outcomes(STUDIES[study], 101, FLAT), count))
+    found = list(islice(comparisons(STUDIES[study], 101, FLAT), count))
     for name, one in described(found).items():
         assert one.held >= 0.75, name
         assert one.worst < 3, name
-    assert all(value > 0 for outcome in found for value in outcome.estimates.values())
+    assert all(value > 0 for comparison in found for value in comparison.estimates.values())
 
 
 def test_coverage_counts_errors_within_estimates():
     """Of errors 1, 2, 3, 0 two are within the estimate 1, and three within twice that; 3 is the worst."""
     found = [
-        Outcome({"F": error}, {"F": 0.0}, {"F": error + 2.0}, {"F": 1.0}) for error in (1.0, 2.0, 3.0, 0.0)
+        GridComparison({"F": error}, {"F": 0.0}, {"F": error + 2.0}, {"F": 1.0})
+        for error in (1.0, 2.0, 3.0, 0.0)
     ]
     once, twice, differences = (
         coverage(found, "F"),
@@ -50,7 +51,7 @@ def test_coverage_counts_errors_within_estimates():
 
 def test_a_random_contact_is_the_same_each_time_and_others_differ():
     one, again, other = (random_contact(7, number) for number in (3, 3, 4))
-    assert (one.load, one.placed.grid, one.creepages) == (again.load, again.placed.grid, again.creepages)
+    assert (one.load, one.on_grid.grid, one.creepages) == (again.load, again.on_grid.grid, again.creepages)
     assert one.load != other.load
 
 
@@ -62,17 +63,17 @@ def test_outcomes_are_kept_one_by_one_and_those_without_a_solution_too(tmp_path,
         tried.append(case)
         if len(tried) % 2:
             raise Failure("none")
-        return Outcome({"F": case.load}, {"F": 0.0}, {"F": 0.0}, {"F": 1.0})
+        return GridComparison({"F": case.load}, {"F": 0.0}, {"F": 0.0}, {"F": 1.0})
 
     monkeypatch.setattr(module, "STUDIES", {"made": study})
     monkeypatch.setattr(module, "SPARE", 2.0)
     options = RunOptions(1, Store(tmp_path))
-    found = kept_outcomes("made", 1, 3, options)
+    found = stored_comparisons("made", 1, 3, options)
     assert [one.numbers["F"] for one in found] == [random_contact(1, n).load for n in (1, 3, 5)]
     assert len(tried) == 6
-    again = kept_outcomes("made", 1, 3, options)
+    again = stored_comparisons("made", 1, 3, options)
     assert again == found
     assert len(tried) == 6
     monkeypatch.setattr(module, "SPARE", 1.25)
     with pytest.raises(Failure, match="only 5 of 10"):
-        kept_outcomes("made", 1, 8, options)
+        stored_comparisons("made", 1, 8, options)

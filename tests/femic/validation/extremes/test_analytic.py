@@ -41,7 +41,7 @@ def cases():
     with pytest.MonkeyPatch.context() as patch:
         for kind in (HalfSpaces, Rotated):
             patch.setattr(kind, "error", lambda self: asked.append(self) or 0.0)
-        for row in analytic.parameters():
+        for row in analytic.limits():
             by_name[row.name] = []
             for reached in row.reached:
                 asked.clear()

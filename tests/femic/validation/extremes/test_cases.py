@@ -9,6 +9,15 @@ import pytest
 
 from femic.reference.run_options import RunOptions
 from femic.validation.extremes import engines
+from femic.validation.extremes.cases import (
+    HARMONIC,
+    SOLID,
+    BeyondLimit,
+    Limit,
+    WithinLimit,
+    refusal,
+    results_of,
+)
 from femic.validation.extremes.engines import (
     Engines,
     compared,
@@ -20,7 +29,6 @@ from femic.validation.extremes.engines import (
     ratio,
     wheel,
 )
-from femic.validation.extremes.found import HARMONIC, SOLID, Beyond, Parameter, Reached, refused, tried
 from geometries.errors import Failure, WrongInput
 from geometries.patches import N, X
 from tests.femic.validation.statements.handmade import made
@@ -143,7 +151,7 @@ class Solving(Engines):
 @pytest.mark.parametrize(("engine", "tolerance"), [(HARMONIC, 0.01), (SOLID, 0.1)])
 def test_planes_are_compared_with_a(engine, tolerance):
     solving = Solving([0.005])
-    reached = solving._reached(engine, flat(nu=0.1))
+    reached = solving._case(engine, flat(nu=0.1))
     assert [(asked[1], asked[2]) for asked in solving.asked] == [(engine, {"tolerance": tolerance})]
     assert (reached.at, reached.exact, reached.seconds) == ("ν = 0.1", "A", 3.0)
     assert reached.used == pytest.approx(0.5)
@@ -152,7 +160,7 @@ def test_planes_are_compared_with_a(engine, tolerance):
 
 def test_curved_bodies_are_compared_with_a_finer_c_of_the_harmonic_engine():
     solving = Solving([0.012, 0.001])
-    reached = solving._reached(SOLID, curved(30.0))
+    reached = solving._case(SOLID, curved(30.0))
     assert [asked[1] for asked in solving.asked] == [SOLID, HARMONIC]
     finer = solving.asked[1][2]
     assert finer["tolerance"] == 0.001
@@ -220,9 +228,7 @@ def test_radii_from_equal_to_tenfold_are_tried():
 
 
 def test_planes_are_drawn_for_the_harmonic_engine_alone():
-    names = {
-        kind: [row.name for row in Engines(RunOptions(1)).parameters(kind)] for kind in (HARMONIC, SOLID)
-    }
+    names = {kind: [row.name for row in Engines(RunOptions(1)).limits(kind)] for kind in (HARMONIC, SOLID)}
     assert names[HARMONIC] == [*names[SOLID], "all of a plane at once"]
 
 
@@ -230,7 +236,7 @@ def test_planes_are_drawn_for_the_harmonic_engine_alone():
 
 
 def test_estimates_that_just_hold_are_honest():
-    reached = Reached("", 0.02, 0.02, 1.0, "A", 1.0)
+    reached = WithinLimit("", 0.02, 0.02, 1.0, "A", 1.0)
     assert reached.honest
     assert not replace(reached, used=np.nextafter(1, 2)).honest
 
@@ -239,8 +245,8 @@ def test_a_refusal_is_told_by_its_last_line():
     def bad():
         raise WrongInput("mine: 1 error(s)\n  lower.nu = 0.6: too large")
 
-    assert refused("ν = 0.6", bad)() == Beyond("ν = 0.6", "lower.nu = 0.6: too large")
-    assert refused("ν = 0.3", lambda: 0.3)() == Beyond("ν = 0.3", "")
+    assert refusal("ν = 0.6", bad)() == BeyondLimit("ν = 0.6", "lower.nu = 0.6: too large")
+    assert refusal("ν = 0.3", lambda: 0.3)() == BeyondLimit("ν = 0.3", "")
 
 
 def test_each_case_is_told_with_its_numbers_and_a_failed_one_is_infinitely_wrong():
@@ -248,15 +254,15 @@ def test_each_case_is_told_with_its_numbers_and_a_failed_one_is_infinitely_wrong
         raise Failure("no: a larger `tolerance`")
 
     said = []
-    estimated = Reached("here", 1.2e-3, 2.5e-3, 0.5, "A", 1.26)
-    in_digits = Reached("there", 1e-15, None, None, "", 0.0)
+    estimated = WithinLimit("here", 1.2e-3, 2.5e-3, 0.5, "A", 1.26)
+    in_digits = WithinLimit("there", 1e-15, None, None, "", 0.0)
     cases = (lambda: estimated, lambda: in_digits, failing)
-    row = Parameter("harmonic", "ν", "0 … 1", cases, (lambda: Beyond("there", "no"),))
-    (found,) = tried([row], said.append)
+    row = Limit("harmonic", "ν", "0 … 1", cases, (lambda: BeyondLimit("there", "no"),))
+    (found,) = results_of([row], said.append)
     assert said[0] == "  harmonic: ν: here: error 1.2e-03, estimate 2.5e-03, 1.3 s"
     assert said[1] == "  harmonic: ν: there: error 1.0e-15, 0.0 s"
     failed = found.reached[-1]
     assert found.worst is failed
     assert (failed.error, failed.used, failed.note) == (np.inf, np.inf, "no: a larger engine.tolerance")
     assert not failed.honest
-    assert found.beyond == (Beyond("there", "no"),)
+    assert found.beyond == (BeyondLimit("there", "no"),)

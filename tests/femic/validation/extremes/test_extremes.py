@@ -14,8 +14,16 @@ from femic.reference.accuracy import component_of
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
 from femic.validation.extremes import analytic, engines, exact
+from femic.validation.extremes.cases import (
+    HARMONIC,
+    SOLID,
+    BeyondLimit,
+    Limit,
+    LimitResult,
+    WithinLimit,
+    results_of,
+)
 from femic.validation.extremes.engines import Engines, compared, flat, on_outline
-from femic.validation.extremes.found import HARMONIC, SOLID, Beyond, Found, Parameter, Reached, tried
 from femic.validation.extremes.page import summary
 from geometries.errors import Failure
 from geometries.patches import Patch
@@ -33,10 +41,10 @@ def engine(tmp_path_factory):
 
 
 def test_the_analytic_ics_are_right_everywhere_and_say_so_beyond():
-    found = list(tried(analytic.parameters(), lambda _: None))
-    assert {one.parameter.name for one in found} > {"ν", "patch aspect a/b", "distance / patch", "R_roll"}
+    found = list(results_of(analytic.limits(), lambda _: None))
+    assert {one.limit.name for one in found} > {"ν", "patch aspect a/b", "distance / patch", "R_roll"}
     for one in found:
-        assert one.worst.error < ROUNDING, one.parameter.name
+        assert one.worst.error < ROUNDING, one.limit.name
         assert all(case.says for case in one.beyond)
 
 
@@ -64,7 +72,7 @@ def test_integrals_in_many_digits_are_those_of_the_kernels():
 
 @pytest.mark.parametrize("kind", [HARMONIC, SOLID])
 def test_what_is_beyond_an_engine_is_refused_with_the_field(kind, engine):
-    rows = engine.parameters(kind)
+    rows = engine.limits(kind)
     beyond = [case() for row in rows for case in row.beyond]
     assert len(beyond) == 5
     for case in beyond:
@@ -100,20 +108,20 @@ def test_a_component_asked_alone_has_an_estimate_that_bounds_its_error(engine):
 
 
 def test_an_estimate_that_is_too_small_is_seen():
-    good, bad = (Reached("", 0.02, 0.03, used, "A", 1.0) for used in (0.9, 1.1))
+    good, bad = (WithinLimit("", 0.02, 0.03, used, "A", 1.0) for used in (0.9, 1.1))
     assert good.honest
     assert not bad.honest
-    assert Reached("", 0.02, None, None, "digits", 1.0).honest
-    found = Found(Parameter("", "", "", ()), (good, bad), (Beyond("here", ""),))
+    assert WithinLimit("", 0.02, None, None, "digits", 1.0).honest
+    found = LimitResult(Limit("", "", "", ()), (good, bad), (BeyondLimit("here", ""),))
     assert found.worst.error == 0.02
     assert "1 of 2 cases" in summary([found])
-    assert "nothing is said at here" in summary([found])
+    assert "no message at here" in summary([found])
 
 
 def test_the_command_writes_what_it_found(tmp_path, monkeypatch, capsys):
     assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
     found = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
-    assert len(found["rows"]) == len(analytic.parameters())
+    assert len(found["rows"]) == len(analytic.limits())
     page = (tmp_path / "extremes.html").read_text(encoding="utf-8")
     assert "Poisson&#39;s ratio must lie in 0 ... 0.5" in page
     assert "://" not in page
@@ -141,8 +149,8 @@ def test_a_case_that_fails_is_reported(tmp_path, monkeypatch):
     def failing():
         raise Failure("not converged, and why")
 
-    row = Parameter("analytic", "ν", "", (failing,))
-    monkeypatch.setattr(analytic, "parameters", lambda: [row])
+    row = Limit("analytic", "ν", "", (failing,))
+    monkeypatch.setattr(analytic, "limits", lambda: [row])
     assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
     found = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
     assert found["rows"][0]["reached"][0]["note"] == "not converged, and why"

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from compare.finite_elements.dataset import FE, NUMBERS
-from femic.validation.estimates.outcomes import Outcome
+from femic.validation.estimates.studies import GridComparison
 from femic.validation.statements.curves import CONCAVE, CONVEX
 from femic.validation.statements.runs import GEOMETRIES
 from femic.validation.statements.sn import with_factor
@@ -154,7 +154,7 @@ def contacts(**apart):
 
 def known(held, count=2000):
     """Random contacts of which a share has errors within their estimates."""
-    of_size = [Outcome({"F": 1.0}, {"F": 0.0}, {"F": 0.0}, {"F": size}) for size in (2.0, 0.5)]
+    of_size = [GridComparison({"F": 1.0}, {"F": 0.0}, {"F": 0.0}, {"F": size}) for size in (2.0, 0.5)]
     within = round(held * count)
-    outcomes = [of_size[0]] * within + [of_size[1]] * (count - within)
-    return lambda: SimpleNamespace(random_contacts=lambda *_: outcomes)
+    comparisons = [of_size[0]] * within + [of_size[1]] * (count - within)
+    return lambda: SimpleNamespace(random_contacts=lambda *_: comparisons)

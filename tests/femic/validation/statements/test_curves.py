@@ -83,8 +83,8 @@ def test_numbers_are_those_of_the_geometries_without_a_fit_unless_asked():
     class Runs:
         geometry, fitted = staticmethod(lambda _: "plain"), staticmethod(lambda _: "fitted")
 
-    assert set(criteria.of_geometries(lambda found: found)(Runs).values()) == {"plain"}
-    assert set(criteria.of_geometries(lambda found: found, fitted=True)(Runs).values()) == {"fitted"}
+    assert set(criteria.per_geometry(lambda found: found)(Runs).values()) == {"plain"}
+    assert set(criteria.per_geometry(lambda found: found, fitted=True)(Runs).values()) == {"fitted"}
 
 
 # --- places, units, cases -------------------------------------------------------------------------------
@@ -132,16 +132,16 @@ def test_a_panel_is_dimensionless_in_both_directions():
 def test_cases_have_the_names_and_numbers_of_what_they_are_of():
     runs = Runs({FIRST: 1.0, SECOND: 10.0})
     tenths = {"lower": 0.1, "upper": 0.2, "combined": 0.3}
-    of_bodies = criteria.of_bodies(lambda results, body: results + tenths[body])(runs)
-    assert of_bodies == {f"{g}, {b}": n + t for g, n in runs.geometries.items() for b, t in tenths.items()}
-    alone = criteria.of_bodies(lambda results, _: results, curves.ALONE)(runs)
+    per_body = criteria.per_body(lambda results, body: results + tenths[body])(runs)
+    assert per_body == {f"{g}, {b}": n + t for g, n in runs.geometries.items() for b, t in tenths.items()}
+    alone = criteria.per_body(lambda results, _: results, curves.ALONE)(runs)
     assert list(alone) == [f"{g}, {b}" for g in GEOMETRIES for b in (CONVEX, CONCAVE)]
-    of_components = criteria.of_geometries(lambda r, b, c: r + tenths[b] + len(c), tenths, ("nn", "sn"))(runs)
+    of_components = criteria.per_geometry(lambda r, b, c: r + tenths[b] + len(c), tenths, ("nn", "sn"))(runs)
     assert len(of_components) == 12
     assert of_components["geometry2, upper, sn"] == 12.2
-    assert criteria.more_on_second(lambda results: results**2)(runs) == {"both": 99.0}
+    assert criteria.second_minus_first(lambda results: results**2)(runs) == {"both": 99.0}
 
 
 def test_panels_of_both_geometries_stand_side_by_side():
-    panels = criteria.on_both(lambda results: [results, -results])(Runs({FIRST: 1, SECOND: 2}))
+    panels = criteria.side_by_side(lambda results: [results, -results])(Runs({FIRST: 1, SECOND: 2}))
     assert panels == [1, 2, -1, -2]

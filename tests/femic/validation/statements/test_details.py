@@ -35,15 +35,15 @@ def test_nn_is_compared_at_plus_10_mm():
     results = made(
         FIRST, times("A", NN, lambda of: 1 / (1 + np.where(of.on(ACROSS), of.points.s, of.points.x) / 50))
     )
-    assert nn.missed_across("A")(results) == pytest.approx(0.2, rel=1e-3)
-    assert nn.missed_across("A", nn.HALF_WAY)(results) == pytest.approx(0.1, rel=1e-3)
-    assert nn.missed_along("A")(results, BESIDE) == pytest.approx(0.2, rel=1e-3)
+    assert nn.relative_error_across("A")(results) == pytest.approx(0.2, rel=1e-3)
+    assert nn.relative_error_across("A", nn.HALF_WAY)(results) == pytest.approx(0.1, rel=1e-3)
+    assert nn.relative_error_along("A")(results, BESIDE) == pytest.approx(0.2, rel=1e-3)
 
 
 def test_ss_is_compared_a_reference_length_away():
     """C_ss is (1 - x / 100) B_ss: a tenth less at 10 mm."""
     results = made(FIRST, times("B", SS, lambda of: 1 - of.points.x / 100))
-    assert tangential.lacking(results, CONCAVE) == pytest.approx(0.1, rel=1e-3)
+    assert tangential.deficit(results, CONCAVE) == pytest.approx(0.1, rel=1e-3)
 
 
 def test_the_half_space_is_compared_on_s_0_within_1_mm():
@@ -53,7 +53,7 @@ def test_the_half_space_is_compared_on_s_0_within_1_mm():
         near = (np.abs(of.points.x) <= 1 + 1e-9) & (of.points.s == 0)
         return of.a - np.where(near, 0.3, 0.9) * of.a[NN]
 
-    assert bodies.at_load(made(FIRST, c), "combined", "xx") == pytest.approx(0.3)
+    assert bodies.deviation_at_load(made(FIRST, c), "combined", "xx") == pytest.approx(0.3)
 
 
 def test_near_is_up_to_2_5_mm_and_far_from_10_to_20_mm():
@@ -80,7 +80,7 @@ def test_a_fit_is_too_large_between_the_patch_and_3_mm():
     is_near = near(results.points)[on_lines]
     expected = np.mean(0.2 * fit[is_near]) / np.max(np.where(is_near, 0.8, 2.0) * fit)
     assert xn.excess(results) == pytest.approx(expected)
-    less = xn.less_on_second(Runs({FIRST: results, SECOND: fitted(1.0)().geometry(SECOND)}))
+    less = xn.first_minus_second(Runs({FIRST: results, SECOND: fitted(1.0)().geometry(SECOND)}))
     assert less == {"both": pytest.approx(expected)}
 
 
@@ -90,7 +90,7 @@ def test_which_body_has_the_larger_xn_is_asked_beside_the_load_only():
     def size(of):
         return np.where(of.on(BESIDE), by_body(2, 1)(of), by_body(1, 9)(of))
 
-    assert xn.convex_over_concave_of_c(made(FIRST, times("A", XN, size))) == pytest.approx(2)
+    assert xn.convex_over_concave_c(made(FIRST, times("A", XN, size))) == pytest.approx(2)
 
 
 def test_a_is_compared_with_prismatic_variants_off_s_0_only():
@@ -122,7 +122,7 @@ def test_an_arc_ends_where_the_first_of_both_bodies_has_its_joint():
 def test_gains_are_errors_at_least_a_tenth_smaller(monkeypatch):
     """Of four cases two gain; up to six of eight gains are inconsistent."""
     monkeypatch.setattr(sn, "errors_with_factor", lambda _: {"a": 0.9, "b": 0.901, "c": 0.5, "d": 2.0})
-    assert sn.share_of_gains(None) == {"all": 0.5}
+    assert sn.gain_share(None) == {"all": 0.5}
     (criterion,) = STATEMENTS[10].criteria
     for gains, met in ((5, True), (6, False)):
         ratios = {str(k): 0.1 if k < gains else 1.0 for k in range(8)}
@@ -196,7 +196,7 @@ def test_the_term_of_curvature_is_that_of_point_loads_away_from_the_load():
 def test_errors_of_xn_are_told_with_curvature_along_x_and_without():
     """C of the wheel is B-hat with it: that has no error; the others have what is between them and it."""
     results = made(SECOND, times("Bhat", None, 1))
-    errors = xn.errors_of_xn(Runs(dict.fromkeys(GEOMETRIES, results)))
+    errors = xn.xn_errors(Runs(dict.fromkeys(GEOMETRIES, results)))
     assert len(errors) == 5 * 6
     assert errors[f"error of B̂: {SECOND}, {CONCAVE}"] == 0
     prismatic = errors[f"error of B̂, not revolved: {SECOND}, {CONCAVE}"]
@@ -221,5 +221,5 @@ def test_mean_errors_are_told_of_all_variants_that_there_are():
 def test_the_mix_is_beaten_by_whatever_is_best():
     """C is B but for a thousandth: the mix is more than ten times worse than B, not better than another."""
     results = made(FIRST, between("B", "A", 1e-3))
-    assert choices.worst_of_mix(results, CONVEX) > 10
-    assert choices.mean_of_mix(results, CONVEX) > 10
+    assert choices.mix_over_best(results, CONVEX, np.max) > 10
+    assert choices.mix_over_best(results, CONVEX, np.mean) > 10

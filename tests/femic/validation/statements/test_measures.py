@@ -40,8 +40,8 @@ def test_how_much_better_b_is():
 def test_what_a_misses_grows_with_the_distance():
     """C_nn is A / (1 + s / 50): A misses s / 50 of it, 0.2 at 10 mm, 0.1 at 5 mm."""
     results = made(FIRST, times("A", (N, N), lambda of: 1 / (1 + np.abs(of.points.s) / 50)))
-    assert nn.missed_across("A")(results) == pytest.approx(0.2, rel=0.01)
-    assert nn.growth_of_a(results) == pytest.approx(0.1, rel=0.01)
+    assert nn.relative_error_across("A")(results) == pytest.approx(0.2, rel=0.01)
+    assert nn.growth_with_distance(results) == pytest.approx(0.1, rel=0.01)
 
 
 # --- 3, 4: ss, xs ---------------------------------------------------------------------------------------
@@ -55,7 +55,7 @@ def test_how_much_faster_ss_falls():
 
     runs = runs_of(times("A", (S, S), share))
     first = runs.geometry(FIRST)
-    assert [tangential.lacking(first, body) for body in curves.BODIES] == pytest.approx([0.2, 0.3, 0.1])
+    assert [tangential.deficit(first, body) for body in curves.BODIES] == pytest.approx([0.2, 0.3, 0.1])
     assert tangential.convex_less_concave(runs)[SECOND] == pytest.approx(0.2, abs=0.01)  # a wheel's B turns
 
 
@@ -82,10 +82,10 @@ def test_deviations_cancel_or_add():
         return out
 
     results = made(FIRST, c)
-    kept = [bodies.kept_of_both(results, component) for component in ("nn", "xx", "sn")]
+    kept = [bodies.remaining_share(results, component) for component in ("nn", "xx", "sn")]
     assert kept == pytest.approx([0, 0.5, 1], abs=1e-9)
-    assert bodies.opposite_in_ss(results, "along x") == pytest.approx(-1)
-    assert bodies.opposite_in_ss(made(FIRST, lambda of: of.a + of.bump), "along s") == pytest.approx(1)
+    assert bodies.alignment_in_ss(results, "along x") == pytest.approx(-1)
+    assert bodies.alignment_in_ss(made(FIRST, lambda of: of.a + of.bump), "along s") == pytest.approx(1)
 
 
 def test_distance_from_the_half_space_near_the_load_and_far():
@@ -96,7 +96,7 @@ def test_distance_from_the_half_space_near_the_load_and_far():
 
     results = made(FIRST, c)
     r = np.hypot(results.points.x, results.points.s)
-    assert bodies.at_load(results, CONVEX, "xn") == pytest.approx(0.04, rel=0.1)
+    assert bodies.deviation_at_load(results, CONVEX, "xn") == pytest.approx(0.04, rel=0.1)
     near, far = np.max(r[r <= 2.5]), np.max(r[r <= 20])
     assert bodies.near_over_far(results, CONVEX, "sn") == pytest.approx(near / far)
 
@@ -112,7 +112,7 @@ def test_rotations_are_those_of_the_discount():
 
 def test_which_body_has_the_larger_xn():
     results = made(FIRST, times("A", (X, N), by_body(3, 1)))
-    assert xn.convex_over_concave_of_c(results) == pytest.approx(3)
+    assert xn.convex_over_concave_c(results) == pytest.approx(3)
     line = results.lines["s = 1.6 mm"]
     for variant in ("B", "Bhat"):  # prismatic: the variant itself
         sizes = [curves.rms(results.approximations[variant, b][X, N, line]) for b in (CONCAVE, CONVEX)]
@@ -134,7 +134,7 @@ def test_a_fit_that_is_too_large_near_the_load():
     assert xn.excess(results) == pytest.approx(0.1, rel=0.35)
     exact = made(FIRST, lambda of: of.half_by("Bhat_prime"), fitted=True)
     assert xn.excess(exact) == pytest.approx(0, abs=1e-12)
-    assert xn.of_b_hat_prime(exact) == pytest.approx(0, abs=1e-12)
+    assert xn.b_hat_prime_error(exact) == pytest.approx(0, abs=1e-12)
 
 
 def test_what_curvature_explains():
@@ -145,7 +145,7 @@ def test_what_curvature_explains():
 
     runs = replace(runs_of(factor(by_geometry(1, 3))), prismatic=made(SECOND, factor(by_geometry(0, 2.5))))
     assert curvature.second_over_first(runs)["both"] == pytest.approx(3)
-    assert curvature.part_of_curvature(runs)["both"] == pytest.approx(0.25)
+    assert curvature.curvature_share(runs)["both"] == pytest.approx(0.25)
 
 
 def test_the_term_of_curvature_has_its_sign():
@@ -164,7 +164,7 @@ def test_what_is_closer_to_c_has_the_smaller_error():
     results = made(SECOND, lambda of: 0.75 * of.a + 0.25 * of.prismatic("Bhat"))
     for body in curves.BODIES:
         assert xn.a_over("Bhat")(results, body) == pytest.approx(1 / 3)
-    errors = xn.errors_of_xn(Runs(dict.fromkeys(GEOMETRIES, results)))
+    errors = xn.xn_errors(Runs(dict.fromkeys(GEOMETRIES, results)))
     of_a, of_b_hat = (errors[f"error of {v}: {SECOND}, {CONCAVE}"] for v in ("A", "B̂, not revolved"))
     assert of_a == pytest.approx(of_b_hat / 3)
 
@@ -175,7 +175,7 @@ def test_what_is_closer_to_c_has_the_smaller_error():
 def test_sn_below_above_and_a_translation():
     """C_sn: half of A on the convex body, one and a half on the concave one; B-hat plus a translation."""
     results = made(FIRST, times("A", (S, N), by_body(0.5, 1.5)))
-    below, above = (sn.above_a(results, body) for body in (CONVEX, CONCAVE))
+    below, above = (sn.mean_deviation_from_a(results, body) for body in (CONVEX, CONCAVE))
     assert above == pytest.approx(-below)
     part = results.lines[ACROSS]
     a, s = results.approximations["A", CONVEX][S, N][part], results.points.s[part]
@@ -218,7 +218,7 @@ def test_a_factor_that_is_right_is_a_gain():
     runs = runs_of(c)
     ratios = sn.errors_with_factor(runs)
     np.testing.assert_allclose([v for case, v in ratios.items() if case.endswith(", B")], 0, atol=1e-9)
-    assert sn.share_of_gains(runs)["all"] == np.mean([v <= 0.9 for v in ratios.values()])
+    assert sn.gain_share(runs)["all"] == np.mean([v <= 0.9 for v in ratios.values()])
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -233,7 +233,8 @@ def test_the_largest_misfit_counts_whatever_its_sign(sign):
     joint = 10 * np.radians(25.5)
     assert sn.furthest_misfit(made(FIRST, c)) == pytest.approx(7.5 / joint, rel=0.01)
     runs = runs_of(c)
-    assert sn.misfit_of_first(runs) == {FIRST: sn.furthest_misfit(runs.geometry(FIRST))}
+    (flank,) = (criterion for criterion in sn.STATEMENTS[0].criteria if criterion.name == "flank")
+    assert flank.measure(runs) == {FIRST: sn.furthest_misfit(runs.geometry(FIRST))}
 
 
 # --- 11, 12: choices ------------------------------------------------------------------------------------
@@ -244,7 +245,7 @@ def test_nu_changes_errors_not_c():
     one = made(FIRST, between("A", "B", 0.3))
     larger = {key: 1.03 * ic for key, ic in one.approximations.items()}
     other = with_c(replace(one, approximations=larger), between("A", "B", 0.3))
-    assert choices.change_of_errors(one, other, CONVEX, "sn") == pytest.approx(0, abs=1e-12)
+    assert choices.error_change(one, other, CONVEX, "sn") == pytest.approx(0, abs=1e-12)
     assert choices.regret(one, other, CONVEX, "sn") == pytest.approx(0, abs=1e-12)
     of_b = made(FIRST, between("A", "B", 1.0))
     assert choices.regret(one, of_b, CONVEX, "sn") == pytest.approx(error(of_b, "A", CONVEX, "sn"))
@@ -262,5 +263,5 @@ def test_the_mix_is_measured_by_its_worst_and_its_mean_component():
     results = made(FIRST, c)
     singles = [[error(results, v, CONVEX, i) for i in INDEPENDENT] for v in ("A", "B", "Bbar", "Bhat")]
     worst, mean = min(max(of) for of in singles), min(sum(of) / 6 for of in singles)
-    assert choices.worst_of_mix(results, CONVEX) == pytest.approx(0.25 / worst)
-    assert choices.mean_of_mix(results, CONVEX) == pytest.approx((1 / 4 + 1 / 9) / 6 / mean)
+    assert choices.mix_over_best(results, CONVEX, np.max) == pytest.approx(0.25 / worst)
+    assert choices.mix_over_best(results, CONVEX, np.mean) == pytest.approx((1 / 4 + 1 / 9) / 6 / mean)

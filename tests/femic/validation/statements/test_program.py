@@ -38,14 +38,14 @@ def test_distance_from_the_limit_is_that_of_the_worst_line():
         out[S, N] *= np.where(of.on(ACROSS), 1.05, 1)
         return out
 
-    assert program.from_limit(made("flat", c), CONVEX) == pytest.approx(0.05)
+    assert program.deviation_from_limit(made("flat", c), CONVEX) == pytest.approx(0.05)
 
     def of_both(of):
         out = of.a.copy()
         out[S, N] += 0.02 * np.max(of.a[N, N, of.on(ACROSS)]) * of.on(ACROSS)
         return out
 
-    assert program.from_limit(made("flat", of_both), "combined") == pytest.approx(0.02)  # A_sn is 0
+    assert program.deviation_from_limit(made("flat", of_both), "combined") == pytest.approx(0.02)  # A_sn is 0
 
 
 def test_point_loads_are_homogeneous_and_reciprocal():
@@ -87,9 +87,11 @@ def test_what_vanishes_is_held_against_a_billionth():
     """Differences of 5e-10 with no estimate are half of it, with one of 1e-9 as well; the worst line is."""
     differences = {"one": np.full((3, 3), 5e-10), "other": np.full((3, 3), 3e-10)}
     for estimate in (0.0, 1e-9):
-        ratio = program._over(differences, dict.fromkeys(differences, np.full((3, 3), estimate)))
+        ratio = program._largest_ratios(differences, dict.fromkeys(differences, np.full((3, 3), estimate)))
         np.testing.assert_allclose(ratio, 0.5)
-    np.testing.assert_allclose(program._over(differences, dict.fromkeys(differences, np.ones((3, 3)))), 5e-10)
+    np.testing.assert_allclose(
+        program._largest_ratios(differences, dict.fromkeys(differences, np.ones((3, 3)))), 5e-10
+    )
 
 
 def test_details_of_the_engines_are_their_largest_estimate_and_difference():
@@ -123,5 +125,5 @@ def test_deviations_of_variants_are_shares_of_the_largest_ic():
 
 
 def test_numbers_are_measured_at_all_ratios():
-    assert program.of_nu(lambda nu: 2 * nu)(None) == {"ν = 0": 0, "ν = 0.28": 0.56, "ν = 0.5": 1.0}
+    assert program.per_nu(lambda nu: 2 * nu)(None) == {"ν = 0": 0, "ν = 0.28": 0.56, "ν = 0.5": 1.0}
     assert len(program.cylinder_errors(None)) == 6

@@ -12,7 +12,7 @@ from femic.reference.run_options import RunOptions
 from femic.validation.statements import runs as module
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import GEOMETRIES, Runs
-from femic.validation.statements.verdicts import chosen
+from femic.validation.statements.verdicts import selection
 from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS
 
@@ -106,8 +106,8 @@ def test_a_fit_is_that_of_the_geometry_itself_and_is_made_once(asked, monkeypatc
 
 
 def test_all_statements_are_judged_unless_some_are_named():
-    assert chosen(None) == tuple(STATEMENTS)
-    assert chosen([9, 1, 9, 21]) == (9, 1, 21)
+    assert selection(None) == tuple(STATEMENTS)
+    assert selection([9, 1, 9, 21]) == (9, 1, 21)
 
 
 @pytest.mark.parametrize(
@@ -115,4 +115,4 @@ def test_all_statements_are_judged_unless_some_are_named():
 )
 def test_numbers_that_are_none_are_named(only, told):
     with pytest.raises(WrongInput, match=rf"^{told}: give some of 1 to {len(STATEMENTS)}$"):
-        chosen(only)
+        selection(only)

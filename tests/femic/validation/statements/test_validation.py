@@ -16,7 +16,7 @@ from femic.reference.harmonic import engine as harmonic_engine
 from femic.reference.run_options import RunOptions
 from femic.validation.statements import figures, nn, verdicts
 from femic.validation.statements.criteria import Criterion, Statement
-from femic.validation.statements.curves import Measured
+from femic.validation.statements.curves import Evidence
 from femic.validation.statements.registry import STATEMENTS
 from femic.validation.statements.runs import GEOMETRIES, Runs
 from femic.validation.statements.verdicts import (
@@ -24,8 +24,8 @@ from femic.validation.statements.verdicts import (
     NOT_DECIDED,
     NOT_REPRODUCED,
     REPRODUCED,
-    Judged,
-    judge,
+    Finding,
+    assess,
 )
 from geometries.errors import Failure
 
@@ -93,9 +93,9 @@ def runs(store):
     ],
 )
 def test_a_verdict_is_what_the_criteria_say(near, large, verdict, unmet):
-    judged = Judged(MADE, Measured({"near": near, "large": large}))
-    assert judged.verdict == verdict
-    assert len(judged.unmet) == unmet
+    finding = Finding(MADE, Evidence({"near": near, "large": large}))
+    assert finding.verdict == verdict
+    assert len(finding.unmet) == unmet
 
 
 def test_thresholds_themselves_are_not_met():
@@ -117,12 +117,12 @@ def test_statements_are_numbered_and_their_criteria_named():
 
 def test_every_criterion_is_measured_in_some_case(runs):
     for number in OF_GEOMETRIES:
-        judged = judge(number, runs)
-        assert set(judged.measured.values) == {criterion.name for criterion in judged.statement.criteria}
-        assert all(judged.measured.values.values())
-        assert all(np.isfinite(value) for _, _, value in judged.numbers), number
-        assert judged.measured.panels
-        figures.curves(judged)  # there is a style for each curve
+        finding = assess(number, runs)
+        assert set(finding.evidence.values) == {criterion.name for criterion in finding.statement.criteria}
+        assert all(finding.evidence.values.values())
+        assert all(np.isfinite(value) for _, _, value in finding.numbers), number
+        assert finding.evidence.panels
+        figures.curves(finding)  # there is a style for each curve
 
 
 # --- from the code to verdicts --------------------------------------------------------------------------
@@ -226,10 +226,10 @@ def test_it_writes_json_and_a_page_and_goes_on_where_it_was_interrupted(
     assert exit_code(command) == DONE
     found = json.loads((tmp_path / "validation.json").read_text(encoding="utf-8"))
     assert [one["number"] for one in found["statements"]] == [1, 2]
-    assert found["statements"][0]["verdict"] == judge(1, runs).verdict
+    assert found["statements"][0]["verdict"] == assess(1, runs).verdict
     first = found["statements"][0]["criteria"][0]
     assert first["values"] == pytest.approx(
-        {name: nn.missed_across("A")(runs.geometry(name)) for name in GEOMETRIES}
+        {name: nn.relative_error_across("A")(runs.geometry(name)) for name in GEOMETRIES}
     )
     assert set(found["runs"]) == set(GEOMETRIES)
     assert all(0 < run["weight"] < 0.01 for run in found["runs"].values())
@@ -260,9 +260,9 @@ def test_what_cannot_be_computed_is_not_decided(runs, monkeypatch):
 
     broken = replace(STATEMENTS[1], details=failing)
     monkeypatch.setattr(verdicts, "STATEMENTS", {**STATEMENTS, 1: broken})
-    judged = judge(1, runs)
-    assert judged.verdict == NOT_DECIDED
-    assert judged.failed == "not converged, and what to try"
+    finding = assess(1, runs)
+    assert finding.verdict == NOT_DECIDED
+    assert finding.failed == "not converged, and what to try"
 
 
 def test_numbers_next_to_their_threshold_are_said_to_be_close():

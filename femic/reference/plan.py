@@ -1,4 +1,4 @@
-"""Predicts the unknowns, seconds and memory of models."""
+"""Plans of models: their expected unknowns, seconds and memory."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from femic.reference.models import ExpectedCost
 
 
 @dataclass(frozen=True)
-class Step:
-    """A model of a plan: its name, engine, size, and expected cost."""
+class ModelPlan:
+    """A model before it is solved: its name, engine, size, and expected cost."""
 
     name: str
     engine: Engine
@@ -24,17 +24,17 @@ class Step:
     expected: ExpectedCost
 
 
-def steps_of(
+def plans(
     jobs_of_bodies: Mapping[str, Job] | Mapping[str, MatrixJob], workers: int, prefix: str = ""
-) -> Iterator[Step]:
-    """Yield the models of the first round of jobs; `prefix` comes before their names."""
+) -> Iterator[ModelPlan]:
+    """Yield the plans of the models of the first round; `prefix` comes before their names."""
     for name, job in jobs_of_bodies.items():
         engine = job.settings.engine
         for model, level in Level().models(engine.estimate.models).items():
             request = job.request(level)
             body, expected = request.body, engine.models.expected_cost(request, workers)
             length_along_x = "infinite" if np.isinf(body.xi_end) else f"{body.xi_end:.4g} mm"
-            yield Step(
+            yield ModelPlan(
                 f"{prefix}{name}, {model}",
                 engine,
                 factors(level)[0],
@@ -44,9 +44,9 @@ def steps_of(
             )
 
 
-def seconds(steps: list[Step], workers: int) -> float:
-    """Return the expected seconds of all steps.
+def total_seconds(model_plans: list[ModelPlan], workers: int) -> float:
+    """Return the expected seconds of all models.
 
     Engines that share a model among workers solve models one by one, others solve them side by side.
     """
-    return sum(step.expected.seconds / (1 if step.engine.shares_a_model else workers) for step in steps)
+    return sum(plan.expected.seconds / (1 if plan.engine.shares_a_model else workers) for plan in model_plans)

@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 
 from compare.frontier import ways
 from compare.frontier.ways import Way
-from compare.ics.compute import Results, approximated, compute, reference_of, scene_points
+from compare.ics.compute import Results, approximated, compute, reference_of, run_plans, scene_points
 from compare.ics.errors import measure_of, refinement_shares_of
-from compare.ics.plan import run_steps
-from compare.plan.models import seconds
 from femic.cache.digests import results_digest, versions
 from femic.reference.accuracy import NotConverged, component_of
 from femic.reference.engines import ENGINES
 from femic.reference.estimate import EstimatedICs
+from femic.reference.plan import total_seconds
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.scenes.engine import EngineTable
 from femic.scenes.errors import BadScene
@@ -57,7 +56,7 @@ class FrontierRequest:
         """Request all engines at all tolerances; raises WrongInput unless the budget [s] is positive."""
         if not budget > 0:
             raise WrongInput(f"--budget {budget:g}: must be positive [s]")
-        return cls(tuple(way for name in ENGINES for way in ways.by_engine(name)), budget)
+        return cls(tuple(way for name in ENGINES for way in ways.engine_ways(name)), budget)
 
     def scene(self, base: str, engine: Mapping[str, Any]) -> Scene:
         """Load the scene with the changes of this request and the engine settings of a way."""
@@ -80,14 +79,14 @@ def compute_frontier(base: str, request: FrontierRequest, options: RunOptions = 
     """Compute the errors, seconds, unknowns and memory of every way to a scene's ICs that fits the budget.
 
     Ways run in the order of their predicted seconds. Errors (way, body, component) [-] are measured with
-    `compare.ics.error_measure` against the best known C, at worst over the lines. Raises BadScene as
+    `femic.ic_errors.error_measure` against the best C, at worst over the lines. Raises BadScene as
     `load_scene` does, Failure if no C fits into the budget.
     """
     scene = request.scene(base, {"check": False})
-    start, tried = perf_counter(), list(_approximations(scene))
+    start, way_results = perf_counter(), list(_approximations(scene))
     computed: dict[str, Results] = {}
     skipped: dict[str, str] = {}
-    for predicted, way in _by_cost(base, request, options.workers, skipped):
+    for predicted, way in _sorted_by_cost(base, request, options.workers, skipped):
         seconds_left = request.budget - (perf_counter() - start)
         if predicted > seconds_left:
             skipped[way.name] = (
@@ -100,12 +99,12 @@ def compute_frontier(base: str, request: FrontierRequest, options: RunOptions = 
         except NotConverged as error:
             skipped[way.name] = f"did not converge: {in_keys(error)}"
             continue
-        tried.append(_way_result(way, computed[way.name]))
+        way_results.append(_way_result(way, computed[way.name]))
     if not computed:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in skipped.items())
         raise Failure(f"no reference C within the budget of {request.budget:g} s ({reasons}): give more")
     best = min(computed, key=lambda name: _worst_estimate(computed[name]))
-    return _dataset(scene, tried, (best, computed[best]), skipped)
+    return _dataset(scene, way_results, (best, computed[best]), skipped)
 
 
 def _approximations(scene: Scene) -> Iterator[WayResult]:
@@ -113,23 +112,23 @@ def _approximations(scene: Scene) -> Iterator[WayResult]:
     scene_ways = list(ways.approximations(scene))
     ics, seconds = approximated(replace(scene, variants=tuple(way.name for way in scene_ways)), points)
     for way in scene_ways:
-        way_ics = {body: _not_estimated(ics[way.name, body]) for body in scene.compared}
+        way_ics = {body: _without_estimate(ics[way.name, body]) for body in scene.compared}
         yield WayResult(way, way_ics, {body: seconds[way.name, body] for body in scene.compared}, 0, 0.0)
 
 
-def _not_estimated(ics: Array) -> EstimatedICs:
+def _without_estimate(ics: Array) -> EstimatedICs:
     return EstimatedICs(ics, *np.zeros((3, *ics.shape)))
 
 
-def _by_cost(
+def _sorted_by_cost(
     base: str, request: FrontierRequest, workers: int, skipped: dict[str, str]
 ) -> list[tuple[float, Way]]:
     """Return ways with a valid scene and their predicted seconds, cheapest first; others go to `skipped`."""
     costs = []
     for way in request.ways:
         try:
-            steps = run_steps(request.scene(base, way.engine), workers)
-            costs.append((seconds(steps, workers), way))
+            plans = run_plans(request.scene(base, way.engine), workers)
+            costs.append((total_seconds(plans, workers), way))
         except BadScene as error:
             skipped[way.name] = " ".join(str(error).split())
     return sorted(costs, key=lambda cost_and_way: cost_and_way[0])
@@ -169,25 +168,25 @@ def _component_entries(scene: Scene, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _dataset(
-    scene: Scene, tried: Sequence[WayResult], best: tuple[str, Results], skipped: Mapping[str, str]
+    scene: Scene, way_results: Sequence[WayResult], best: tuple[str, Results], skipped: Mapping[str, str]
 ) -> xr.Dataset:
     """Return errors against the best C, seconds, unknowns and memory of all computed ways."""
     best_name, results = best
     return xr.Dataset(
-        _error_variables(scene, tried, best)
+        _error_variables(scene, way_results, best)
         | {
             "seconds": (
                 ("way", "body"),
-                [[of_way.seconds[body] for body in scene.compared] for of_way in tried],
+                [[one.seconds[body] for body in scene.compared] for one in way_results],
                 {"units": "s"},
             ),
-            "unknowns": ("way", [of_way.unknowns for of_way in tried]),
-            "memory": ("way", [of_way.memory for of_way in tried], {"units": "MB"}),
+            "unknowns": ("way", [one.unknowns for one in way_results]),
+            "memory": ("way", [one.memory for one in way_results], {"units": "MB"}),
         },
         coords={
-            "way": [of_way.way.name for of_way in tried],
-            "label": ("way", [of_way.way.label for of_way in tried]),
-            "kind": ("way", [of_way.way.kind for of_way in tried]),
+            "way": [one.way.name for one in way_results],
+            "label": ("way", [one.way.label for one in way_results]),
+            "kind": ("way", [one.way.kind for one in way_results]),
             "body": list(scene.compared),
             "component": list(scene.components),
         },
@@ -204,7 +203,7 @@ def _dataset(
     )
 
 
-SAYS = {
+MEANINGS = {
     "error": "worst deviation from the best C; of that: estimate",
     "weight": "the same, share of max |C_nn| on a line",
     "estimate": "its own estimate of its error; 0: none",
@@ -212,26 +211,26 @@ SAYS = {
 
 
 def _error_variables(
-    scene: Scene, tried: Sequence[WayResult], best: tuple[str, Results]
+    scene: Scene, way_results: Sequence[WayResult], best: tuple[str, Results]
 ) -> dict[str, tuple[Any, ...]]:
     """Return errors, weights and estimates of every way, and which components of C vanish, for all bodies."""
     best_name, results = best
-    values = np.empty((3, len(tried), len(scene.compared), len(scene.components)))
+    values = np.empty((3, len(way_results), len(scene.compared), len(scene.components)))
     vanishing, by_symmetry = np.empty((2, *values.shape[2:]), dtype=bool)
     for b, body in enumerate(scene.compared):
         measure, c = measure_of(results, body), reference_of(results, body).ic
         vanishing[b], by_symmetry[b] = (
-            _component_entries(scene, mask) for mask in (measure.vanishing, measure.zero)
+            _component_entries(scene, mask) for mask in (measure.vanishing, measure.zero_by_symmetry)
         )
-        for w, of_way in enumerate(tried):
-            estimate = of_way.ics[body].estimate
-            deviation = estimate if of_way.way.name == best_name else of_way.ics[body].ic - c
+        for w, one in enumerate(way_results):
+            estimate = one.ics[body].estimate
+            deviation = estimate if one.way.name == best_name else one.ics[body].ic - c
             shares = measure.shares(deviation), measure.weights(deviation), measure.shares(estimate)
             values[:, w, b] = [_worst(results, share) for share in shares]
     dims = ("way", "body", "component")
     return {
-        name: (dims, of_ways, {"units": "1", "meaning": says})
-        for (name, says), of_ways in zip(SAYS.items(), values, strict=True)
+        name: (dims, way_values, {"units": "1", "meaning": meaning})
+        for (name, meaning), way_values in zip(MEANINGS.items(), values, strict=True)
     } | {
         "vanishes": (dims[1:], vanishing, {"meaning": VANISHES}),
         "by_symmetry": (dims[1:], by_symmetry, {"meaning": "C vanishes by symmetry"}),

@@ -2,11 +2,11 @@
 
 import pytest
 
-from compare.ics.plan import run_steps
+from compare.ics.compute import run_plans
 from compare.matrix.page import _cost_table
-from compare.plan.models import Step, seconds
 from femic.reference.engines import ENGINES
 from femic.reference.models import Cost, ExpectedCost
+from femic.reference.plan import ModelPlan, total_seconds
 from femic.scenes.load import load_scene
 
 
@@ -14,7 +14,7 @@ def step(engine, expected):
     expected_cost = ExpectedCost(
         unknowns=1000, wavenumbers=20, fields=3, half_section=True, seconds=expected, memory=100.0
     )
-    return Step("a model", ENGINES[engine], 1.0, 100.0, "infinite", expected_cost)
+    return ModelPlan("a model", ENGINES[engine], 1.0, 100.0, "infinite", expected_cost)
 
 
 @pytest.mark.parametrize(("workers", "expected"), [(1, 3 + 5 + 8 + 4), (2, 3 + 5 + 6), (4, 3 + 5 + 3)])
@@ -22,17 +22,17 @@ def test_models_of_the_solid_engine_share_the_workers_those_of_the_harmonic_foll
     workers, expected
 ):
     """A harmonic model uses all workers by itself: its own seconds already count them."""
-    steps = [step("harmonic", 3.0), step("solid", 8.0), step("harmonic", 5.0), step("solid", 4.0)]
-    assert seconds(steps, workers) == pytest.approx(expected)
+    model_plans = [step("harmonic", 3.0), step("solid", 8.0), step("harmonic", 5.0), step("solid", 4.0)]
+    assert total_seconds(model_plans, workers) == pytest.approx(expected)
 
 
 def test_no_models_take_no_time():
-    assert seconds([], 2) == 0
+    assert total_seconds([], 2) == 0
 
 
 def models_of(check):
     scene = load_scene("flat", {"bodies": ["lower"], "engine": {"check": check, "tolerance": 0.1}})
-    return {one.name: one.cells for one in run_steps(scene, 1)}
+    return {one.name: one.cells for one in run_plans(scene, 1)}
 
 
 def test_a_run_plans_the_models_of_the_scene_and_those_of_its_check():

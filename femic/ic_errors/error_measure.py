@@ -1,4 +1,4 @@
-"""The measure of errors: what a percentage means wherever femic shows or judges an error of ICs.
+"""The measure of errors of ICs: the meaning of every percentage that femic shows or decides by.
 
 The error of a component of ICs v is max |v - C| over a line as a share of the component itself: of
 max |C_ij| over the points of all lines that are `NEAR_ELEMENTS` or more from the load. At points nearer to
@@ -23,29 +23,29 @@ from geometries.patches import Patch
 ByLine = dict[str, Array]  # (3, 3) by line
 
 ROUNDING = 1e-9  # share of max |C_nn|: a smaller component vanishes by symmetry
-KNOWN = 10.0  # times its estimate: a smaller component cannot be told from zero
+SIGNIFICANT = 10.0  # times its estimate: a smaller component cannot be distinguished from zero
 
 
-def by_symmetry(size: Array, largest_nn: float) -> Mask:
-    """Which components vanish by symmetry, (3, 3): their largest values `size` are rounding beside C_nn."""
+def vanish_by_symmetry(size: Array, largest_nn: float) -> Mask:
+    """Return which components vanish by symmetry, (3, 3): their largest values `size` are rounding."""
     return np.asarray(size < ROUNDING * largest_nn)
 
 
 def vanishes(size: Array, estimate: Array, largest_nn: float) -> Mask:
-    """Which components vanish, (3, 3): by symmetry, or because they are below `KNOWN` times their estimate.
+    """Return which components vanish, (3, 3): by symmetry, or below `SIGNIFICANT` times their estimate.
 
     `size`: largest values (3, 3) of the components; `estimate`: of their errors; `largest_nn`: max |C_nn|.
     """
-    return by_symmetry(size, largest_nn) | (size < KNOWN * estimate)
+    return vanish_by_symmetry(size, largest_nn) | (size < SIGNIFICANT * estimate)
 
 
 def scale(size: Array, vanishing: Mask, largest_nn: float) -> Array:
-    """The scale of errors of components, (3, 3): their size, or 0.05 max |C_nn| where they vanish."""
+    """Return the scale of errors of components, (3, 3): their size, or 0.05 max |C_nn| where they vanish."""
     return np.where(vanishing, FLOOR * largest_nn, size)
 
 
 def far_from(patch: Patch, x: Array, s: Array) -> Mask:
-    """Which points (n,) [mm] lie at least `NEAR_ELEMENTS` elements of a patch's size from it, (n,)."""
+    """Return which points (n,) [mm] lie at least `NEAR_ELEMENTS` elements of a patch's size from it, (n,)."""
     elements = np.hypot(x / (2 * patch.a), (s - patch.s) / (2 * patch.b))
     return np.asarray(elements > (1 - ROUNDING) * NEAR_ELEMENTS)
 
@@ -62,14 +62,14 @@ class Measure:
 
     @classmethod
     def of(cls, c: EstimatedICs, a_nn: Array, lines: Mapping[str, slice], far: Mask) -> "Measure":
-        """The measure of ICs C; A_nn, (n,) [mm/N], replaces C_nn where C_nn was not computed."""
+        """Return the measure of ICs C; A_nn, (n,) [mm/N], replaces C_nn where C_nn was not computed."""
         nn = a_nn if np.any(np.isnan(c.ic[2, 2])) else c.ic[2, 2]
         return cls(c.ic, c.estimate, nn, lines, far)
 
     @property
-    def zero(self) -> Mask:
+    def zero_by_symmetry(self) -> Mask:
         """Which components vanish by symmetry, (3, 3)."""
-        return by_symmetry(_largest(self.c[..., self._far]), self._nn(self._far))
+        return vanish_by_symmetry(_largest(self.c[..., self._far]), self._nn(self._far))
 
     @property
     def vanishing(self) -> Mask:
@@ -87,17 +87,17 @@ class Measure:
         return np.where(self.far, far_scale, near_scale)
 
     def shares(self, deviation: Array) -> ByLine:
-        """Errors of the components, (3, 3) per line, due to a deviation from C, (3, 3, n) [mm/N]."""
+        """Return errors of the components, (3, 3) per line, due to a deviation from C, (3, 3, n) [mm/N]."""
         shares = deviation / self.scale
         return {line: _largest(shares[..., part]) for line, part in self.lines.items()}
 
     def rms(self, deviation: Array) -> ByLine:
-        """Root mean squares, (3, 3) per line, of a deviation (3, 3, n) [mm/N]: shares of the same scale."""
+        """Return root mean squares, (3, 3) per line, of a deviation (3, 3, n) [mm/N], on the same scale."""
         shares = deviation / self.scale
         return {line: np.sqrt(np.mean(shares[..., part] ** 2, axis=-1)) for line, part in self.lines.items()}
 
     def weights(self, deviation: Array) -> ByLine:
-        """Weights, (3, 3) per line, of a deviation (3, 3, n) [mm/N]: shares of max |C_nn| on the line."""
+        """Return weights, (3, 3) per line, of a deviation (3, 3, n) [mm/N], over max |C_nn| on the line."""
         return {
             line: _largest(deviation[..., part]) / np.max(np.abs(self.nn[part]))
             for line, part in self.lines.items()
@@ -118,10 +118,10 @@ class Measure:
         return on_lines & self.far if np.any(on_lines & self.far) else on_lines
 
     def _nn(self, points: Mask) -> float:
-        """Max |C_nn| over some points [mm/N]."""
+        """Return max |C_nn| over some points [mm/N]."""
         return float(np.max(np.abs(self.nn[points])))
 
 
 def _largest(values: Array) -> Array:
-    """Largest absolute values over the points, (3, 3), of values (3, 3, n)."""
+    """Return largest absolute values over the points, (3, 3), of values (3, 3, n)."""
     return np.asarray(np.max(np.abs(values), axis=-1))

@@ -6,8 +6,9 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from compare.matrix.reciprocity import description, reciprocity
+from compare.matrix.page import reciprocity_text
 from femic.contact.operators.dense import PARITY
+from femic.contact.operators.reciprocity import reciprocity
 from geometries.contours import arc, plane
 from geometries.grids import Grid
 
@@ -44,7 +45,7 @@ def test_the_worst_pair_and_the_worst_without_joints():
     assert sorted(found.strips) == [1, 4]
     assert found.at_joints == (0, 4)
     assert found.elsewhere == pytest.approx(0.002 / sn)
-    assert description(found, GRID) == (
+    assert reciprocity_text(found, GRID) == (
         f"{0.01 / xs:.1e} of xs (strips 1 and 4, s = -0.5, 0.7 mm); joints in strips 0, 4; "
         f"{0.002 / sn:.1e} without these"
     )
@@ -72,7 +73,7 @@ def test_without_joints_there_is_one_number():
     found = reciprocity(with_defects(joint=0.001, elsewhere=0.02), plane(), GRID)
     assert (sorted(found.strips), found.at_joints) == ([2, 3], ())
     assert found.worst == found.elsewhere == pytest.approx(0.02 / size_of("sn"))
-    assert description(found, GRID) == f"{found.worst:.1e} of sn (strips 2 and 3, s = -0.1, 0.3 mm)"
+    assert reciprocity_text(found, GRID) == f"{found.worst:.1e} of sn (strips 2 and 3, s = -0.1, 0.3 mm)"
 
 
 def test_a_joint_on_an_edge_belongs_to_both_strips():
@@ -84,7 +85,7 @@ def test_a_grid_of_joints_only_has_no_elsewhere():
     grid = Grid(4, 2, 0.5, 0.4)
     found = reciprocity(reciprocal_matrix()[:, :2, :2], arc(2.0, 0.1, 0.1), grid)
     assert (found.at_joints, found.elsewhere) == ((0, 1), None)
-    assert "without" not in description(found, grid)
+    assert "without" not in reciprocity_text(found, grid)
 
 
 def test_it_can_be_written_into_a_file():

@@ -1,4 +1,4 @@
-"""The defect of reciprocity of a raw matrix: at worst, and away from the joints of its contour."""
+"""The defect of reciprocity of a raw matrix: the largest one, and the largest away from joints."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ class Reciprocity:
 
     Displacements are read at centres, loads act on whole elements. The average over an element differs from
     the value at its centre by the curvature of the field across it. At a joint it differs by more: the local
-    directions s and n turn along the arc, and suddenly do not along the flank.
+    directions s and n rotate along the arc and are constant along the flank.
     """
 
     worst: float  # of all pairs of strips
@@ -31,7 +31,7 @@ class Reciprocity:
 
 
 def reciprocity(ics: Array, contour: Contour, grid: Grid) -> Reciprocity:
-    """Reciprocity of a raw matrix (n_x, n_s, n_s, 3, 3)."""
+    """Return the reciprocity of a raw matrix (n_x, n_s, n_s, 3, 3)."""
     defects = np.max(reciprocity_defects(ics), axis=(2, 3))  # (n_s, n_s)
     first, second = np.unravel_index(np.argmax(defects), defects.shape)
     distances = np.abs(grid.strips[:, None] - np.array(contour.joints))  # (n_s, n_joints)
@@ -44,14 +44,3 @@ def reciprocity(ics: Array, contour: Contour, grid: Grid) -> Reciprocity:
         tuple(int(strip) for strip in np.flatnonzero(has_joint)),
         float(np.max(defects_without_joints)) if defects_without_joints.size else None,
     )
-
-
-def description(defect: Reciprocity, grid: Grid) -> str:
-    """Return text for the report: the largest defect, its place, and the largest away from joints."""
-    first, second = sorted(defect.strips)
-    where = f"{defect.worst:.1e} of {defect.component} (strips {first} and {second}, "
-    where += f"s = {grid.strips[first]:.3g}, {grid.strips[second]:.3g} mm)"
-    if not defect.at_joints:
-        return where
-    elsewhere = "" if defect.elsewhere is None else f"; {defect.elsewhere:.1e} without these"
-    return f"{where}; joints in strips {', '.join(map(str, defect.at_joints))}{elsewhere}"

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.ics.error_measure import Measure, far_from
+from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.estimate import EstimatedICs
 from geometries.patches import N, Patch, S, X
 
@@ -30,7 +30,7 @@ def c():
     return ic
 
 
-def off_by(component, value, point):
+def exceeds(component, value, point):
     off = np.zeros((3, 3, 6))
     off[(*component, point)] = value
     return off
@@ -45,23 +45,23 @@ def measure(ic, estimate=None):
 def test_what_vanishes_and_all_shares_do_not_depend_on_the_unit_or_on_the_sign_of_c_nn(c, unit, sign):
     c[S, N] = 1e-12
     c[N, N] = sign * np.abs(c[N, N])
-    off = off_by((S, N), 0.01, 4)
+    off = exceeds((S, N), 0.01, 4)
     first, other = measure(c), Measure.of(of(unit * c), unit * A_NN, LINES, EVERYWHERE)
-    assert first.zero[S, N]
-    assert not first.zero[X, N]
-    np.testing.assert_array_equal(other.zero, first.zero)
+    assert first.zero_by_symmetry[S, N]
+    assert not first.zero_by_symmetry[X, N]
+    np.testing.assert_array_equal(other.zero_by_symmetry, first.zero_by_symmetry)
     np.testing.assert_array_equal(other.vanishing, first.vanishing)
     assert other.shares(unit * off)[FAR][S, N] == pytest.approx(first.shares(off)[FAR][S, N])
     assert first.shares(off)[FAR][S, N] == pytest.approx(0.01 / (0.05 * 4))
     assert first.weights(off)[FAR][S, N] == other.weights(unit * off)[FAR][S, N] == pytest.approx(0.01)
-    assert first.zero.shape == (3, 3)
+    assert first.zero_by_symmetry.shape == (3, 3)
 
 
 def test_an_error_is_a_share_of_the_component_itself_over_all_lines(c):
-    near = measure(c).shares(off_by((X, N), -0.01, 1))
+    near = measure(c).shares(exceeds((X, N), -0.01, 1))
     assert near[NEAR][X, N] == pytest.approx(0.5)  # of 0.02, however small beside C_nn
     assert near[FAR][X, N] == 0
-    far = measure(c).shares(off_by((X, N), 0.005, 4))
+    far = measure(c).shares(exceeds((X, N), 0.005, 4))
     assert far[FAR][X, N] == pytest.approx(0.25)  # of 0.02 on the other line, not of 0.005
     assert far[NEAR][X, N] == 0
 
@@ -77,7 +77,7 @@ def test_a_component_of_rounding_vanishes_and_is_tested_as_a_zero(c):
     of_c = measure(c)
     assert of_c.vanishing[S, N]
     assert not np.any(of_c.vanishing[[X, X, N], [X, N, N]])
-    share = of_c.shares(off_by((S, N), 0.1, 4))[FAR][S, N]
+    share = of_c.shares(exceeds((S, N), 0.1, 4))[FAR][S, N]
     assert share == pytest.approx(0.1 / (0.05 * 4))  # 4: C_nn on the other line
 
 
@@ -88,7 +88,7 @@ def test_a_component_below_ten_times_its_estimate_vanishes(c, known, gone):
     estimate[X, N, 5] = known
     of_c = measure(c, estimate)
     assert of_c.vanishing[X, N] == gone
-    assert of_c.shares(off_by((X, N), 0.01, 0))[NEAR][X, N] == pytest.approx(0.01 / (0.2 if gone else 0.02))
+    assert of_c.shares(exceeds((X, N), 0.01, 0))[NEAR][X, N] == pytest.approx(0.01 / (0.2 if gone else 0.02))
     assert not of_c.vanishing[N, N]
 
 
@@ -109,7 +109,7 @@ def test_rms_is_a_share_of_the_same(c):
 
 
 def test_the_weight_is_a_share_of_nn_on_the_line(c):
-    weights = measure(c).weights(off_by((X, N), -0.01, 1) + off_by((X, N), 0.02, 3))
+    weights = measure(c).weights(exceeds((X, N), -0.01, 1) + exceeds((X, N), 0.02, 3))
     assert weights[NEAR][X, N] == pytest.approx(0.01 / 4)
     assert weights[FAR][X, N] == pytest.approx(0.02 / 1)
 
@@ -118,17 +118,17 @@ def test_a_nn_takes_the_place_of_an_nn_that_was_not_computed(c):
     c[:, X] = np.nan
     c[N, N] = np.nan
     of_c = measure(c)
-    off = off_by((X, N), 0.01, 1)
+    off = exceeds((X, N), 0.01, 1)
     assert of_c.weights(off)[NEAR][X, N] == pytest.approx(0.01 / 6)
     assert of_c.shares(off)[NEAR][X, N] == pytest.approx(0.5)
-    assert of_c.shares(off_by((S, N), 0.1, 4))[FAR][S, N] == pytest.approx(0.1 / (0.05 * 6))
+    assert of_c.shares(exceeds((S, N), 0.1, 4))[FAR][S, N] == pytest.approx(0.1 / (0.05 * 6))
     assert np.isnan(of_c.shares(off)[NEAR][X, X])
     assert not of_c.vanishing[X, X]
     assert not of_c.vanishing[N, N]
 
 
 def test_units_do_not_matter(c):
-    off = off_by((X, N), 0.01, 1) + off_by((S, N), 0.1, 4) + off_by((N, N), 0.3, 2)
+    off = exceeds((X, N), 0.01, 1) + exceeds((S, N), 0.1, 4) + exceeds((N, N), 0.3, 2)
     estimate = np.full_like(c, 1e-4)
     one = measure(c, estimate)
     for unit in (1e-9, 2.1e6):
@@ -154,7 +154,7 @@ def test_a_line_more_changes_shares_only_where_its_c_is_larger(c):
 
 def test_other_components_do_not_matter(c):
     """Unlike the scale of refinement, which has C_nn in it."""
-    off = off_by((X, N), 0.01, 1)
+    off = exceeds((X, N), 0.01, 1)
     larger = c.copy()
     larger[N, N] *= 10
     assert measure(larger).shares(off)[NEAR][X, N] == measure(c).shares(off)[NEAR][X, N]
@@ -164,7 +164,7 @@ def test_other_components_do_not_matter(c):
 def test_points_of_no_line_do_not_count(c):
     of_c = replace(measure(c), lines={NEAR: LINES[NEAR]})
     c[X, N, 5] = 7.0
-    assert of_c.shares(off_by((X, N), 0.01, 1))[NEAR][X, N] == pytest.approx(0.5)
+    assert of_c.shares(exceeds((X, N), 0.01, 1))[NEAR][X, N] == pytest.approx(0.5)
 
 
 def test_the_peak_under_the_load_does_not_hide_errors_away_from_it(c):

@@ -4,14 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.ics.error_measure import scale, vanishes
+from femic.ic_errors.error_measure import scale, vanishes
 from femic.reference.estimate import EstimatedICs
 from geometries.arrays import Array, Mask
 from geometries.patches import N
 
 
 @dataclass(frozen=True, eq=False)
-class Column:
+class ReferenceColumn:
     """C due to unit loads on a strip, and which elements are far from that strip."""
 
     c: EstimatedICs  # arrays (3, 3, n_x, n_s) [mm/N]
@@ -28,35 +28,39 @@ class Deviation:
     with the worst signs.
     """
 
-    far_off: Array  # largest |V - C| far from the load [mm/N]
+    far_difference: Array  # largest |V - C| far from the load [mm/N]
     far_c: Array  # largest |C| there [mm/N]
-    far_known: Array  # largest estimate of C's error there [mm/N]
+    far_estimate: Array  # largest estimate of C's error there [mm/N]
     near: Array  # largest |V - C| / A_nn nearer to the load
-    off: Array  # sums of |V - C| [mm/N]
+    difference_sums: Array  # sums of |V - C| [mm/N]
     c: Array  # sums of |C| [mm/N]
-    known: Array  # sums of the estimate of C's error [mm/N]
+    estimate_sums: Array  # sums of the estimate of C's error [mm/N]
 
     @classmethod
     def none(cls, n_s: int) -> "Deviation":
         """Return the deviation before the first strip: zeros."""
         return cls(*(np.zeros((3, 3)) for _ in range(4)), *(np.zeros((3, 3, n_s)) for _ in range(3)))
 
-    def with_column(self, difference: Array, column: Column) -> "Deviation":
+    def with_column(self, difference: Array, column: ReferenceColumn) -> "Deviation":
         """Return the deviation with one more loaded strip; difference from C (3, 3, n_x, n_s) [mm/N]."""
         c, far = column.c, column.far
         largest = (
             np.maximum(previous, np.max(np.abs(values), axis=(2, 3)))
             for previous, values in (
-                (self.far_off, difference * far),
+                (self.far_difference, difference * far),
                 (self.far_c, c.ic * far),
-                (self.far_known, c.estimate * far),
+                (self.far_estimate, c.estimate * far),
                 (self.near, difference * ~far / column.a_nn),
             )
         )
         lag_weights = np.where(np.arange(c.ic.shape[2]) == 0, 1.0, 2.0)[:, None]
         sums = (
             previous + np.sum(lag_weights * np.abs(values), axis=2)
-            for previous, values in ((self.off, difference), (self.c, c.ic), (self.known, c.estimate))
+            for previous, values in (
+                (self.difference_sums, difference),
+                (self.c, c.ic),
+                (self.estimate_sums, c.estimate),
+            )
         )
         return Deviation(*largest, *sums)
 
@@ -68,34 +72,34 @@ class Deviation:
         """
         if not np.any(self.far_c):  # no element of the grid is far from the load
             return np.full((3, 3), np.nan)
-        return self.far_off / scale(self.far_c, self.vanishing, self.far_c[N, N])
+        return self.far_difference / scale(self.far_c, self.vanishing, self.far_c[N, N])
 
     @property
     def vanishing(self) -> Mask:
         """Which components of C vanish far from the load, (3, 3)."""
-        return vanishes(self.far_c, self.far_known, self.far_c[N, N])
+        return vanishes(self.far_c, self.far_estimate, self.far_c[N, N])
 
     @property
-    def under_tractions(self) -> Array:
+    def displacement_error(self) -> Array:
         """Largest error of displacements under tractions up to 1, (3, 3).
 
         It is a share of the largest normal displacement that normal tractions up to 1 cause.
         """
-        return self._caused(self.off) / self._caused(self.c)[N, N]
+        return self._caused(self.difference_sums) / self._caused(self.c)[N, N]
 
     @property
-    def under_tractions_of_itself(self) -> Array:
+    def own_displacement_error(self) -> Array:
         """The same errors, (3, 3), as shares of the displacements that the component itself can cause."""
         c = self._caused(self.c)
-        return self._caused(self.off) / scale(c, self.causes_nothing, c[N, N])
+        return self._caused(self.difference_sums) / scale(c, self.negligible, c[N, N])
 
     @property
-    def causes_nothing(self) -> Mask:
+    def negligible(self) -> Mask:
         """Which components, (3, 3), cause displacements that vanish or are below ten times their estimate."""
         c = self._caused(self.c)
-        return vanishes(c, self._caused(self.known), c[N, N])
+        return vanishes(c, self._caused(self.estimate_sums), c[N, N])
 
     @staticmethod
     def _caused(sums: Array) -> Array:
-        """The largest displacement on any observing strip, (3, 3), of sums (3, 3, n_s)."""
+        """Return the largest displacement on any observing strip, (3, 3), from sums (3, 3, n_s)."""
         return np.asarray(np.max(sums, axis=2))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from compare.matrix.deviation import Column, Deviation
+from femic.ic_errors.matrix_deviation import Deviation, ReferenceColumn
 from femic.reference.estimate import EstimatedICs
 from femic.reference.matrix.columns import NEAR_ELEMENTS, is_far
 from geometries.grids import Grid
@@ -29,7 +29,9 @@ def collected(columns, estimate=None):
     for strip, (difference, c) in enumerate(columns):
         zero = np.zeros_like(c)
         known = EstimatedICs(c, zero if estimate is None else estimate, zero, zero)
-        found = found.with_column(difference, Column(known, is_far(strip, GRID), np.full((N_X, N_S), 2.0)))
+        found = found.with_column(
+            difference, ReferenceColumn(known, is_far(strip, GRID), np.full((N_X, N_S), 2.0))
+        )
     return found
 
 
@@ -40,25 +42,25 @@ NOTHING = np.zeros_like(C)
 def test_lags_of_both_signs_count_but_zero_only_once():
     """On strip 0: 10 at lag 0, 1 at lags 4 and -4; on strip 1: 3 at lags 1 and -1."""
     found = collected([(of(nn={(0, 0): 1.2, (4, 0): -0.3}), C)])
-    assert found.under_tractions[N, N] == pytest.approx((1.2 + 2 * 0.3) / (10 + 2 * 1))
-    assert found.under_tractions_of_itself[N, N] == found.under_tractions[N, N]
+    assert found.displacement_error[N, N] == pytest.approx((1.2 + 2 * 0.3) / (10 + 2 * 1))
+    assert found.own_displacement_error[N, N] == found.displacement_error[N, N]
 
 
 def test_loaded_strips_add_up_at_each_observing_strip():
     """Each strip observes both loads: 1.2 + 0.6 on strip 0, 1.5 on strip 1."""
     first, second = of(ss={(0, 0): 1.2, (0, 1): 1.5}), of(ss={(0, 0): -0.6})
     found = collected([(first, C), (second, C)])
-    assert found.under_tractions[S, S] == pytest.approx(1.8 / 24)
+    assert found.displacement_error[S, S] == pytest.approx(1.8 / 24)
 
 
 def test_what_a_component_causes_is_a_share_of_what_it_can_cause():
     """xn: 2 x 0.5 on strip 0, 2 x 0.02 on strip 1."""
     found = collected([(of(xn={(1, 0): 0.25}), C)])
-    assert found.under_tractions_of_itself[X, N] == pytest.approx(0.5)
-    assert found.under_tractions[X, N] == pytest.approx(0.5 / 12)
+    assert found.own_displacement_error[X, N] == pytest.approx(0.5)
+    assert found.displacement_error[X, N] == pytest.approx(0.5 / 12)
     everything = collected([(-C, C)])
-    assert everything.under_tractions_of_itself[X, N] == 1
-    assert everything.under_tractions[X, N] == pytest.approx(1 / 12)
+    assert everything.own_displacement_error[X, N] == 1
+    assert everything.displacement_error[X, N] == pytest.approx(1 / 12)
 
 
 def test_the_worst_entry_far_from_the_load_is_a_share_of_the_largest_there():
@@ -84,29 +86,31 @@ def test_entries_below_ten_times_their_estimate_vanish(known, gone):
     found = collected([(of(xn={(4, 1): 0.01}), C)], estimate)
     assert found.vanishing[X, N] == gone
     assert found.worst[X, N] == pytest.approx(0.01 / (0.05 if gone else 0.02))
-    assert not found.causes_nothing[X, N]  # 1 near the load, known to 0.004
+    assert not found.negligible[X, N]  # 1 near the load, known to 0.004
 
 
 @pytest.mark.parametrize(("known", "gone"), [(0.049, False), (0.051, True)])
 def test_what_causes_less_than_ten_times_its_estimate_vanishes(known, gone):
     """C_xn causes 2 x 0.5 on strip 0; the estimate of an element counts on both sides."""
     found = collected([(of(xn={(1, 0): 0.3}), C)], of(xn={(2, 0): known}))
-    assert found.causes_nothing[X, N] == gone
-    assert found.under_tractions_of_itself[X, N] == pytest.approx(0.6 / (0.05 * 12 if gone else 1))
-    assert not found.causes_nothing[N, N]
+    assert found.negligible[X, N] == gone
+    assert found.own_displacement_error[X, N] == pytest.approx(0.6 / (0.05 * 12 if gone else 1))
+    assert not found.negligible[N, N]
 
 
 def test_what_is_zero_is_tested_as_a_zero():
     found = collected([(of(sn={(0, 0): 0.3, (4, 0): 0.01}), C)])
     assert found.vanishing[S, N]
-    assert found.causes_nothing[S, N]
+    assert found.negligible[S, N]
     assert found.worst[S, N] == pytest.approx(0.01 / 0.05)
-    assert found.under_tractions_of_itself[S, N] == pytest.approx(0.32 / (0.05 * 12))
-    assert found.under_tractions[S, N] == pytest.approx(0.32 / 12)
+    assert found.own_displacement_error[S, N] == pytest.approx(0.32 / (0.05 * 12))
+    assert found.displacement_error[S, N] == pytest.approx(0.32 / 12)
 
 
 def test_a_grid_with_nothing_far_from_the_load_has_no_worst_entry_there():
-    small = Column(EstimatedICs(C, *[NOTHING] * 3), np.zeros((N_X, N_S), dtype=bool), np.ones((N_X, N_S)))
+    small = ReferenceColumn(
+        EstimatedICs(C, *[NOTHING] * 3), np.zeros((N_X, N_S), dtype=bool), np.ones((N_X, N_S))
+    )
     found = Deviation.none(N_S).with_column(of(nn={(4, 0): 1.0}), small)
     assert np.all(np.isnan(found.worst))
     assert found.near[N, N] == 1

@@ -1,1 +1,0 @@
-"""The expected cost of the models of a scene: unknowns, seconds, memory."""

@@ -1,0 +1,85 @@
+"""Statement 25: whether the estimates of contacts bound their errors."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from compare.report.panels import Panel
+from femic.validation.estimates.coverage import coverage
+from femic.validation.estimates.studies import STUDIES, GridComparison
+from femic.validation.statements.criteria import Criterion, Numbers, Statement
+from femic.validation.statements.runs import Runs
+
+HELD = 0.95  # least share of errors that are within their estimates
+COUNT, SEED = 200, 5  # random contacts of each study
+SHOWN = ("p_max", "approach", "area", "F_x", "F_y", "sliding_share")  # numbers that are drawn
+FACTORS = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.35, 1.5)
+
+
+def coverage_by_number(study: str) -> Numbers:
+    """Measure the share of random contacts whose error is within its estimate, by number."""
+
+    def measure(runs: Runs) -> Mapping[str, float]:
+        comparisons = runs.random_contacts(study, SEED, COUNT)
+        return {f"{study}, {name}": coverage(comparisons, name).held for name in comparisons[0].numbers}
+
+    return measure
+
+
+def _details(runs: Runs) -> Mapping[str, float]:
+    """Return the worst ratio of error to estimate, and the median ratio of estimate to error, by number."""
+    details: dict[str, float] = {}
+    for study in STUDIES:
+        comparisons = runs.random_contacts(study, SEED, COUNT)
+        for name in _with_errors(comparisons):
+            cover = coverage(comparisons, name)
+            details[f"{study}, {name}: worst error over estimate"] = cover.worst
+            details[f"{study}, {name}: median of estimate over error"] = cover.median
+    return details
+
+
+def _with_errors(comparisons: Sequence[GridComparison]) -> list[str]:
+    """Return the names of computed numbers; given ones have no errors."""
+    return [name for name in comparisons[0].numbers if np.isfinite(coverage(comparisons, name).median)]
+
+
+def _panels(runs: Runs) -> list[Panel]:
+    """Return the share of contacts whose error is at most a multiple of its estimate, over the multiple."""
+    return [_panel(study, runs.random_contacts(study, SEED, COUNT)) for study in STUDIES]
+
+
+def _panel(study: str, comparisons: Sequence[GridComparison]) -> Panel:
+    names = [name for name in SHOWN if name in comparisons[0].numbers]
+    curves = {
+        name: np.array([coverage(comparisons, name, factor=factor).held for factor in FACTORS])
+        for name in names
+    }
+    return Panel(
+        f"{study}, {len(comparisons)} random contacts",
+        "multiple of the estimate [-]",
+        np.array(FACTORS),
+        "share of contacts with an error below [-]",
+        curves,
+        marks=(1.0,),
+    )
+
+
+STATEMENTS = (
+    Statement(
+        25,
+        "In contacts with A and the B family, the error of a number is within its estimate nineteen times "
+        "out of twenty or more.",
+        tuple(
+            Criterion(
+                f"held {study}",
+                f"share of {COUNT} random contacts, {study}, whose error is within its estimate",
+                ">",
+                HELD,
+                coverage_by_number(study),
+            )
+            for study in STUDIES
+        ),
+        _panels,
+        _details,
+    ),
+)
