@@ -9,7 +9,6 @@ smaller.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol, Self
 
 import numpy as np
 
@@ -22,8 +21,9 @@ from femic.contact.friction.force_limit import ForcesBeyondFriction
 from femic.contact.friction.leading_edge import LeadingEdge
 from femic.contact.friction.motion import Motion
 from femic.contact.loading import Loading
-from femic.contact.normal import NormalProblem, Operator, PotentialAreaTooSmall
+from femic.contact.normal import NormalProblem, PotentialAreaTooSmall
 from femic.contact.operators.convolution import Convolution
+from femic.contact.operators.protocols import FullOperator, Operator
 from femic.contact.operators.ring import RingInverse
 from femic.contact.resultants import in_global_axes
 from geometries.arrays import Array, Mask
@@ -41,14 +41,6 @@ SHARPER = 0.1  # tolerance of each problem over the last change
 COARSEST = 16  # elements along x or s below which the solution does not begin on a coarser grid
 COARSE_TOLERANCE = 1e-4  # of contacts on coarser grids
 TANGENTIAL = (X, S)
-
-
-class FullOperator(Operator, Protocol):
-    """ICs of all directions."""
-
-    def restricted(self, directions: tuple[int, ...]) -> Self:
-        """The operator from tractions in some directions to displacements in the same."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,6 @@ docs/theory/contact.md.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, Self
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, cg
@@ -18,6 +17,7 @@ from femic.contact.edges import MARGIN, Extent, extents, near_ends
 from femic.contact.error_floors import SlipState
 from femic.contact.loading import Loading
 from femic.contact.operators.convolution import Convolution
+from femic.contact.operators.protocols import Operator
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
 from geometries.grids import Grid
@@ -42,18 +42,6 @@ class PotentialAreaTooSmall(Failure):
     def contact(self) -> str:
         """The contact in words."""
         return f"contact at {self.loading}" + (f" with {self.ics}" if self.ics else "")
-
-
-class Operator(Protocol):
-    """ICs as an operator from tractions [MPa] to displacements [mm], shape (n_x, n_s, directions) each."""
-
-    def __call__(self, tractions: Array) -> Array:
-        """Displacements due to tractions."""
-        ...
-
-    def coarsened(self) -> Self:
-        """The operator on elements twice as large."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)

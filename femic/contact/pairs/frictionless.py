@@ -8,8 +8,9 @@ import numpy as np
 
 from femic.contact.estimates import Measured, Numbers, changes, errors
 from femic.contact.loading import Loading
-from femic.contact.normal import NormalContact, Operator, PotentialAreaTooSmall
+from femic.contact.normal import NormalContact, PotentialAreaTooSmall
 from femic.contact.operators.dense import GridOperator
+from femic.contact.operators.protocols import Operator
 from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
 from femic.contact.pairs.given_ics import NONE_GIVEN, C, NormalICs, given_of, reference_name
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid

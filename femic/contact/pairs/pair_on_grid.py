@@ -9,10 +9,11 @@ from approx.pair import Pair
 from femic.contact.extra_gap import ExtraGap
 from femic.contact.lateral_force import contact_at_lateral_force
 from femic.contact.loading import Loading
-from femic.contact.normal import NormalContact, NormalProblem, Operator, solve
+from femic.contact.normal import NormalContact, NormalProblem, solve
 from femic.contact.operators.approximations import approximate_operator, half_space_operator
 from femic.contact.operators.convolution import Convolution
 from femic.contact.operators.dense import GridOperator
+from femic.contact.operators.protocols import Operator
 from femic.contact.resultants import Resultant, resultant
 from femic.contact.specification import ContactProblem
 from femic.contact.undeformed import Undeformed

@@ -7,9 +7,10 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from femic.contact.friction.kinematics import Rolling
-from femic.contact.frictional import FrictionalProblem, FullOperator
+from femic.contact.frictional import FrictionalProblem
 from femic.contact.motions import MOTIONS, ContactMotion
 from femic.contact.operators.approximations import half_space_operator
+from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.automatic_grid import grids_of, on_fitting_grid
 from femic.contact.pairs.given_ics import C, GivenICs
 from femic.contact.pairs.pair_on_grid import PairOnGrid

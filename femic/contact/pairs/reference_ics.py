@@ -6,9 +6,9 @@ from time import perf_counter
 
 import numpy as np
 
-from femic.contact.frictional import FullOperator
 from femic.contact.operators.approximations import approximate_operator
 from femic.contact.operators.dense import Asymmetry, GridOperator
+from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.body_ics import (
     ALL,
     NORMAL,

@@ -358,7 +358,7 @@ def test_scenes_of_one_name_are_refused(tmp_path, capsys):
         (tmp_path / folder / "same.toml").write_text(scene_text(engine=HARMONIC), encoding="utf-8")
     paths = [str(tmp_path / folder / "same.toml") for folder in ("a", "b")]
     assert exit_code(["calibrate", *paths, "--out", str(tmp_path / "o")]) == WRONG_INPUT
-    assert "two of the same name" in capsys.readouterr().err
+    assert "two have the same name" in capsys.readouterr().err
 
 
 def test_a_table_of_properties_without_one_is_refused(tmp_path):

@@ -81,14 +81,15 @@ def test_without_an_estimate_of_its_own_a_difference_has_those_of_both_curves(ro
     scale = 0.5 * rolled.attrs["load"]
     of_curves = rolled.estimate_F_x.sel(friction=0.5).max("xi") / scale
     expected = float(of_curves.sel(ics="A") + of_curves.sel(ics="Bhat"))
-    assert rolling_page._known(rolled, "A") == pytest.approx(expected)
-    assert rolling_page._known(rolled.assign(estimate_largest=0 * rolled.largest + 0.3), "A") == 0.3
+    assert rolling_page._distance_estimate(rolled, "A") == pytest.approx(expected)
+    with_estimate = rolled.assign(estimate_largest=0 * rolled.largest + 0.3)
+    assert rolling_page._distance_estimate(with_estimate, "A") == 0.3
 
 
 def test_the_summary_says_which_contacts_are_less_accurate(rolled):
     assert "less accurate" not in rolling_page.summary(rolled)
     some = rolled.assign(simplified=rolled.simplified.copy(data=[[[True, False, True], [False] * 3]]))
-    assert "A: 2 of 3 contacts were found with fewer elements only" in rolling_page.summary(some)
+    assert "A: 2 of 3 contacts were solved only with fewer elements" in rolling_page.summary(some)
     assert "B̂: " not in rolling_page.summary(some).split("all creepages")[-1]
 
 

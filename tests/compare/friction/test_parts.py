@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 import xarray as xr
 
-from compare.friction.compute import compute_with_friction
+from compare.friction.compute import LABELS, compute_with_friction
+from femic.cache import digests
 from femic.cache.store import Store
 from femic.contact.motions import MOTIONS
 from femic.reference.run_options import RunOptions
@@ -87,3 +88,11 @@ def test_c_is_not_solved_for_curves_that_are_kept_and_what_is_known_of_it_is(sol
     tighter = scene(13.0, tolerance=0.02, **ROLLING | {"ics": ["C"], "friction": [0.2]})
     compute_with_friction(tighter, options)
     assert len(made) == 2
+
+
+@pytest.mark.parametrize("name", LABELS)
+def test_what_solves_a_motion_counts_for_its_stored_solutions(name):
+    """Solvers are registered by place, which digests do not follow: the module of the arrays imports them."""
+    solver = MOTIONS[name].solve.place.partition(":")[0]
+    counted = digests._needed((LABELS[name].labelled.__module__,))
+    assert solver.replace(".", "/") + ".py" in counted

@@ -154,7 +154,7 @@ def test_the_budget_is_kept_and_what_it_leaves_out_is_listed(made, monkeypatch):
     predicted = {"harmonic 0.1": 1.0, "harmonic 0.01": 1e5}
     steps = iter(predicted.values())
     monkeypatch.setattr(frontier, "run_plans", lambda *_: [])
-    monkeypatch.setattr(frontier, "seconds", lambda *_: next(steps))
+    monkeypatch.setattr(frontier, "total_seconds", lambda *_: next(steps))
     found = compute_frontier(
         str(path), FrontierRequest(tuple(engine_ways("harmonic", 1e-2)), budget=1000.0), RunOptions(2, store)
     )

@@ -305,7 +305,7 @@ def test_raw_c_differs_from_c_by_one_rigid_motion_of_each_body(made, capsys, dis
     command = ["export", str(path), "--out", str(out), "--discount"]
     assert exit_code([*command, discount]) == exit_code([*command, "none"]) == DONE
     said = " ".join(capsys.readouterr().out.split())
-    assert "contact_C_raw.txt: 4 matrices, one a loaded strip, 5 lags; raw: with the rigid give" in said
+    assert "contact_C_raw.txt: 4 matrices, one a loaded strip, 5 lags; raw: with the rigid compliance" in said
     ruled, raw = (read(out / f"contact_C{name}.txt") for name in (SUFFIXES[discount], "_raw"))
     assert raw.values.shape == ruled.values.shape == (4, 7, 5, 3, 3)
     taken = raw.values - ruled.values

@@ -20,7 +20,6 @@ from compare.overlay.sources import MOST_SCENES, sources, up_to_date
 from compare.report.styles import DASHES, SYMBOLS
 from femic.cache.digests import code_digest
 from femic.cache.folders import LOCK
-from femic.cli import scenes
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.scenes import receipts
 from tests.compare.conftest import on_line, scene_text
@@ -63,7 +62,7 @@ def computed(monkeypatch):
         names.append(scene.name)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(scenes, "run_scene", run_scene)
+    monkeypatch.setattr("compare.ics.run.run_scene", run_scene)
     return names
 
 

@@ -271,5 +271,5 @@ def test_other_files_are_refused(make, tmp_path):
 
 def test_friction_is_refused(make, tmp_path):
     name = make()
-    with pytest.raises(BadScene, match="maps of C know nn only"):
+    with pytest.raises(BadScene, match="maps of C have nn only"):
         require_solvable(scene_at(tmp_path, 1.1, 3e5, contact={"ics": [name], "motion": "compression"}))
